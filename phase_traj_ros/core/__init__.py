@@ -1,0 +1,45 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""
+The method itself: frames in, codes and trajectory out.
+
+Knows neither ROS nor files. A frame goes through ``PhaseCorrelator`` (shift), ``DynamicChainCode``
+(codes) and ``ChainPath`` (trajectory); ``TrajectoryEstimator`` joins them for one camera.
+"""
+
+from phase_traj_ros.core.chain_code import DynamicChainCode, PAPER_THRESHOLD, Step
+from phase_traj_ros.core.code_series import CodeSeries, Run
+from phase_traj_ros.core.codes import Direction, Movement, pack, unpack
+from phase_traj_ros.core.estimator import (
+    Counters, EstimatorSettings, PairStatus, TrajectoryEstimator, Update)
+from phase_traj_ros.core.phase_correlation import PhaseCorrelator, Shift
+from phase_traj_ros.core.trajectory import (
+    Axes, ChainPath, Corner, normalised, unit_step, vertices, yaw)
+from phase_traj_ros.core.windows import Window
+
+__all__ = [
+    'Axes',
+    'ChainPath',
+    'CodeSeries',
+    'Corner',
+    'Counters',
+    'Direction',
+    'DynamicChainCode',
+    'EstimatorSettings',
+    'Movement',
+    'PAPER_THRESHOLD',
+    'PairStatus',
+    'PhaseCorrelator',
+    'Run',
+    'Shift',
+    'Step',
+    'TrajectoryEstimator',
+    'Update',
+    'Window',
+    'normalised',
+    'pack',
+    'unit_step',
+    'unpack',
+    'vertices',
+    'yaw',
+]

@@ -1,0 +1,83 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A series of codes, kept run by run."""
+
+from collections import Counter, deque
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from itertools import chain, repeat
+from types import MappingProxyType
+from typing import Generic, TypeVar
+
+from phase_traj_ros.core.codes import Direction, Movement
+
+Code = TypeVar('Code', Movement, Direction)
+
+
+@dataclass(frozen=True, slots=True)
+class Run(Generic[Code]):
+    """The same code, ``count`` times in a row."""
+
+    code: Code
+    count: int
+
+
+class CodeSeries(Generic[Code]):
+    """
+    Codes in the order they came, run-length encoded.
+
+    With ``max_runs`` only the newest runs are kept, so that a series that flickers between two
+    codes for days stays small. The length and the totals always count every code ever appended.
+    """
+
+    def __init__(self, *, max_runs: int | None = None) -> None:
+        """Make an empty series that keeps ``max_runs`` runs, or all of them."""
+        if max_runs is not None and max_runs < 1:
+            raise ValueError(f'max_runs is {max_runs}: give at least 1')
+        self._runs: deque[Run[Code]] = deque(maxlen=max_runs)
+        self._totals: Counter[Code] = Counter()
+        self._length = 0
+
+    def append(self, code: Code) -> None:
+        """Add one code at the end."""
+        last = self._runs[-1] if self._runs else None
+        if last is not None and last.code is code:
+            self._runs[-1] = Run(code, last.count + 1)
+        else:
+            self._runs.append(Run(code, 1))
+        self._totals[code] += 1
+        self._length += 1
+
+    def clear(self) -> None:
+        """Forget everything."""
+        self._runs.clear()
+        self._totals.clear()
+        self._length = 0
+
+    @property
+    def runs(self) -> tuple[Run[Code], ...]:
+        """The runs kept, oldest first."""
+        return tuple(self._runs)
+
+    def last_runs(self, count: int) -> tuple[Run[Code], ...]:
+        """Return the newest ``count`` runs, oldest first."""
+        first = max(len(self._runs) - count, 0)
+        return tuple(self._runs[index] for index in range(first, len(self._runs)))
+
+    @property
+    def forgotten(self) -> int:
+        """How many of the oldest codes are no longer kept."""
+        return self._length - sum(run.count for run in self._runs)
+
+    @property
+    def totals(self) -> Mapping[Code, int]:
+        """How often each code was appended, forgotten ones included."""
+        return MappingProxyType(self._totals)
+
+    def __len__(self) -> int:
+        """Return how many codes were appended, forgotten ones included."""
+        return self._length
+
+    def __iter__(self) -> Iterator[Code]:
+        """Iterate over the codes kept, oldest first."""
+        return chain.from_iterable(repeat(run.code, run.count) for run in self._runs)

@@ -1,0 +1,186 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""
+Phase correlation: the shift of the picture between two frames.
+
+The method is Kuglin and Hines's; the equations are numbered as in A. A. Abdulkadhem, "Trajectory
+Approximation of Video Based on Phase Correlation for Forward Facing Camera".
+"""
+
+from dataclasses import dataclass
+import math
+from typing import cast
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from phase_traj_ros.core.spectrum import padded_shape, Whitener
+from phase_traj_ros.core.windows import Window, window_2d
+from phase_traj_ros.errors import FrameError
+
+Frame = NDArray[np.uint8] | NDArray[np.uint16] | NDArray[np.float32]
+
+_MIN_SIDE = 8
+_DTYPES = (np.uint8, np.uint16, np.float32)
+# Rounding noise of a float32 transform, as a share of the spectrum's root mean square.
+_ROUNDING = 1e-6
+
+
+@dataclass(frozen=True, slots=True)
+class Shift:
+    """
+    Displacement of the picture's content from the previous frame to the current one.
+
+    dx
+        Pixels, positive to the right: the camera turned left.
+    dy
+        Pixels, positive downwards.
+    response
+        Height of the correlation peak, 0 to 1: 1 for identical frames, 0 where there is nothing
+        to correlate (a constant frame).
+    """
+
+    dx: float
+    dy: float
+    response: float
+
+
+class PhaseCorrelator:
+    """
+    Measures the shift between each frame and the one before it.
+
+    Keeps the previous frame's whitened spectrum, so that a frame costs one forward and one
+    inverse transform. Nothing of a frame's size is allocated after the first frame.
+    """
+
+    def __init__(self, *, window: Window = Window.SQRT_HANN) -> None:
+        """Make a correlator; the frames' size is learned from the first frame."""
+        self._window_form = window
+        self._shape: tuple[int, int] | None = None
+        self._primed = False
+        self._previous_energy = 0.0
+
+    def reset(self) -> None:
+        """Forget the previous frame: the next one starts anew."""
+        self._primed = False
+
+    def update(self, frame: Frame) -> Shift | None:
+        """
+        Return the shift from the previous frame to ``frame``, or None if there is none.
+
+        There is none for the first frame, after a reset, and when the frame's size changes: then
+        the correlator starts anew with the frame given.
+
+        Parameters
+        ----------
+        frame
+            (H, W) uint8, uint16 or float32, at least 8 x 8, of any scale and offset.
+
+        Raises
+        ------
+        FrameError
+            The frame has another shape or type, or holds NaN or infinity. The correlator is as
+            it was before the call.
+
+        """
+        mean, deviation = _check(frame)
+        if frame.shape != self._shape:
+            self._allocate(frame.shape)
+        energy = self._transform(frame, mean, deviation)
+        shift = self._correlate(energy) if self._primed else None
+        self._previous, self._current = self._current, self._previous
+        self._previous_energy = energy
+        self._primed = True
+        return shift
+
+    def correlation_map(self) -> NDArray[np.float32]:
+        """
+        Return a copy of the last pair's correlation map r (eq. 2, the paper's figure 2).
+
+        (M, N) float32, the padded size; the zero shift is at [M // 2, N // 2], and identical
+        frames peak at 1. Meaningful after ``update`` has returned a shift.
+        """
+        centred = np.fft.fftshift(self._map)
+        return cast('NDArray[np.float32]', centred / np.float32(self._map.size))
+
+    def _allocate(self, shape: tuple[int, int]) -> None:
+        padded = padded_shape(shape)
+        self._shape = shape
+        self._window = window_2d(self._window_form, shape)
+        self._window_rms = math.sqrt(float(np.mean(np.square(self._window))))
+        self._padded = np.zeros(padded, np.float32)
+        self._tapered = self._padded[:shape[0], :shape[1]]
+        self._current: NDArray[np.float32] = np.empty(padded, np.float32)
+        self._previous: NDArray[np.float32] = np.empty(padded, np.float32)
+        self._cross = np.empty(padded, np.float32)
+        self._map = np.zeros(padded, np.float32)
+        self._whiten = Whitener(padded)
+        self._primed = False
+
+    def _transform(self, frame: Frame, mean: float, deviation: float) -> float:
+        """Put the whitened spectrum of ``frame`` into ``_current``; return its energy."""
+        if deviation == 0.0:
+            self._current.fill(0.0)
+            return 0.0
+        # Without its mean, a frame that is almost constant does not show the window's own
+        # spectrum, which never moves and would measure a shift of zero.
+        cv2.subtract(  # type: ignore[call-overload]
+            frame, (mean, 0.0, 0.0, 0.0), dst=self._tapered, dtype=cv2.CV_32F)
+        cv2.multiply(self._tapered, self._window, dst=self._tapered)
+        cv2.dft(self._padded, dst=self._current)
+        spectrum_rms = deviation * self._window_rms * math.sqrt(frame.size)
+        return self._whiten(self._current, _ROUNDING * spectrum_rms)
+
+    def _correlate(self, energy: float) -> Shift:
+        """Find the peak between ``_previous`` and ``_current`` (eqs. 1 to 3)."""
+        norm = math.sqrt(self._previous_energy * energy) * self._map.size
+        if norm == 0.0:
+            self._map.fill(0.0)
+            return Shift(0.0, 0.0, 0.0)
+        # Eq. 1 conjugates the current spectrum and so peaks at minus the displacement. The
+        # previous one is conjugated here, which puts the peak at the displacement itself.
+        cv2.mulSpectrums(self._current, self._previous, 0, self._cross, conjB=True)
+        cv2.dft(self._cross, dst=self._map, flags=cv2.DFT_INVERSE)
+        row, column = divmod(int(self._map.argmax()), self._map.shape[1])
+        return Shift(
+            dx=_refine(self._map[row], column),
+            dy=_refine(self._map[:, column], row),
+            response=min(float(self._map[row, column]) / norm, 1.0),
+        )
+
+
+def _check(frame: Frame) -> tuple[float, float]:
+    """Return mean and standard deviation of a frame that can be used."""
+    if frame.ndim != 2:
+        raise FrameError(f'frame has shape {frame.shape}: give a grey frame of shape (H, W)')
+    if frame.dtype not in _DTYPES:
+        raise FrameError(f'frame is {frame.dtype}: give uint8, uint16 or float32')
+    if min(frame.shape) < _MIN_SIDE:
+        height, width = frame.shape
+        raise FrameError(
+            f'frame is {width}x{height} pixels: at least {_MIN_SIDE}x{_MIN_SIDE} are needed')
+    means, deviations = cv2.meanStdDev(frame)
+    mean, deviation = float(means[0, 0]), float(deviations[0, 0])
+    if not math.isfinite(mean + deviation):
+        raise FrameError('frame holds NaN or infinity, or values too large for float32')
+    return mean, deviation
+
+
+def _refine(line: NDArray[np.float32], peak: int) -> float:
+    """
+    Return the peak's position along a cyclic line through it, in fractions of a pixel.
+
+    A shift by whole pixels and a fraction d gives a peak of the form sin(pi x) / (pi x) about
+    the true position (the Dirichlet kernel; cf. Foroosh, Zerubia, Berthod, "Extension of phase
+    correlation to subpixel registration", 2002). For that form the two neighbours' difference
+    over the peak is q = 2 d / (1 - d**2), which is solved for d. Taking the difference leaves
+    out whatever surrounds the peak evenly, such as the broad foot that forward motion gives it.
+    """
+    length = len(line)
+    centre = float(line[peak])
+    right, left = float(line[(peak + 1) % length]), float(line[peak - 1])
+    ratio = (right - left) / centre if centre > 0.0 else 0.0
+    fraction = ratio / (1.0 + math.sqrt(1.0 + ratio * ratio))
+    position = peak if peak < length - peak else peak - length
+    return position + min(max(fraction, -0.5), 0.5)

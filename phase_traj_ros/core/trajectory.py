@@ -1,0 +1,145 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""
+From direction codes to the trajectory they draw: one step of constant length per code.
+
+Vertices are rows (x, y). Two sets of axes are in use: those of the paper's figure (x right, y up,
+the start heading up) and those of REP 103 (x forward, y left, the start heading along x).
+"""
+
+from collections import deque
+from collections.abc import Iterable
+from dataclasses import dataclass
+from enum import Enum
+import math
+from types import MappingProxyType
+
+import numpy as np
+from numpy.typing import NDArray
+
+from phase_traj_ros.core.codes import Direction
+
+
+class Axes(Enum):
+    """Which way the axes of a drawn trajectory point."""
+
+    FIGURE = 'figure'
+    """x to the right, y up: direction 1 is up, 0 left, 2 right, 3 down."""
+    REP103 = 'rep103'
+    """x forward, y left: direction 1 is +x, 0 is +y, 2 is -y, 3 is -x."""
+
+
+_REP103_STEPS = MappingProxyType({
+    Direction.FORWARD: (1, 0),
+    Direction.LEFT: (0, 1),
+    Direction.BACKWARD: (-1, 0),
+    Direction.RIGHT: (0, -1),
+})
+_YAWS = MappingProxyType({
+    Direction.FORWARD: 0.0,
+    Direction.LEFT: math.pi / 2,
+    Direction.BACKWARD: math.pi,
+    Direction.RIGHT: -math.pi / 2,
+})
+
+
+def unit_step(direction: Direction) -> tuple[int, int]:
+    """Return the step (x, y) that ``direction`` draws, in REP 103 axes."""
+    return _REP103_STEPS[direction]
+
+
+def yaw(direction: Direction) -> float:
+    """Return the yaw of ``direction`` in radians, REP 103: left positive, 0 at the start."""
+    return _YAWS[direction]
+
+
+def vertices(directions: Iterable[int], *, axes: Axes = Axes.REP103) -> NDArray[np.float64]:
+    """
+    Return the drawn trajectory, (n + 1, 2) for n directions, from the origin on.
+
+    Raises
+    ------
+    ValueError
+        A code is not a direction (0 to 3).
+
+    """
+    steps = [unit_step(Direction(code)) for code in directions]
+    points = np.zeros((len(steps) + 1, 2))
+    np.cumsum(np.array(steps, dtype=np.float64).reshape(-1, 2), axis=0, out=points[1:])
+    return to_axes(points, axes)
+
+
+def to_axes(points: NDArray[np.float64], axes: Axes) -> NDArray[np.float64]:
+    """Return points (n, 2) given in REP 103 axes in ``axes``."""
+    if axes is Axes.FIGURE:
+        # Forward is up and left is left: (x, y) -> (-y, x); adding 0 turns -0.0 into 0.0.
+        return np.stack((-points[:, 1], points[:, 0]), axis=1) + np.float64(0.0)
+    return points
+
+
+def normalised(points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """
+    Return points (n, 2) moved to start at the origin and scaled to a longer side of 1.
+
+    The aspect is kept. A trajectory without extent stays at the origin.
+    """
+    moved = points - points[0]
+    extent = float(np.ptp(moved, axis=0).max())
+    return moved / extent if extent > 0 else moved
+
+
+@dataclass(frozen=True, slots=True)
+class Corner:
+    """A place where the drawn trajectory starts, turns or ends, in steps, REP 103 axes."""
+
+    x: int
+    y: int
+    heading: Direction
+    """The direction in which the trajectory goes on from here (at the tip: came here)."""
+    stamp_ns: int
+
+
+class ChainPath:
+    """
+    The drawn trajectory while it grows: its corners and its tip.
+
+    With ``max_corners`` the oldest corners are dropped, so that it stays bounded.
+    """
+
+    def __init__(self, *, max_corners: int | None = None) -> None:
+        """Make a path that has not started."""
+        self._corners: deque[Corner] = deque(maxlen=max_corners)
+        self.reset()
+
+    def reset(self) -> None:
+        """Go back to the origin and forget the path."""
+        self._corners.clear()
+        self._tip: Corner | None = None
+
+    def start(self, stamp_ns: int) -> None:
+        """Start at the origin, heading ``FORWARD``; on a path that has started, do nothing."""
+        if self._tip is None:
+            self._tip = Corner(0, 0, Direction.FORWARD, stamp_ns)
+            self._corners.append(self._tip)
+
+    def append(self, direction: Direction, stamp_ns: int) -> None:
+        """Go one step in ``direction``."""
+        self.start(stamp_ns)
+        tip = self._tip
+        assert tip is not None
+        if direction is not tip.heading:
+            if tip == self._corners[-1]:
+                self._corners.pop()
+            self._corners.append(Corner(tip.x, tip.y, direction, tip.stamp_ns))
+        dx, dy = unit_step(direction)
+        self._tip = Corner(tip.x + dx, tip.y + dy, direction, stamp_ns)
+
+    @property
+    def tip(self) -> Corner | None:
+        """Where the path has got to, or None before it has started."""
+        return self._tip
+
+    @property
+    def corners(self) -> tuple[Corner, ...]:
+        """The start and the turning points kept, oldest first; the tip is not among them."""
+        return tuple(self._corners)

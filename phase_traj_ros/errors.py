@@ -1,0 +1,32 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""
+What can go wrong, one class for each kind of cause.
+
+Every message says in one line what was wrong and what to do about it: the command line prints
+it as it is, and the node logs it as it is.
+"""
+
+
+class PhaseTrajError(Exception):
+    """Base class of all errors this package raises on purpose."""
+
+
+class FrameError(PhaseTrajError, ValueError):
+    """A frame cannot be used: wrong shape, type, size or encoding, or broken data."""
+
+
+class ParameterError(PhaseTrajError, ValueError):
+    """A parameter is unknown, of the wrong type or out of its range."""
+
+
+class SourceError(PhaseTrajError):
+    """A source of frames cannot be opened or read."""
+
+
+class OutputError(PhaseTrajError):
+    """A result cannot be written."""
+
+
+class MissingDependencyError(PhaseTrajError, ImportError):
+    """An optional dependency is needed for what was asked, and is not installed."""
