@@ -59,6 +59,9 @@ class PhaseCorrelator:
         self._window_form = window
         self._shape: tuple[int, int] | None = None
         self._primed = False
+        # Whitened spectra of the frame in work and of the one before, and the latter's energy.
+        self._current: NDArray[np.float32] = np.empty((0, 0), np.float32)
+        self._previous: NDArray[np.float32] = np.empty((0, 0), np.float32)
         self._previous_energy = 0.0
 
     def reset(self) -> None:
@@ -111,8 +114,8 @@ class PhaseCorrelator:
         self._window_rms = math.sqrt(float(np.mean(np.square(self._window))))
         self._padded = np.zeros(padded, np.float32)
         self._tapered = self._padded[:shape[0], :shape[1]]
-        self._current: NDArray[np.float32] = np.empty(padded, np.float32)
-        self._previous: NDArray[np.float32] = np.empty(padded, np.float32)
+        self._current = np.empty(padded, np.float32)
+        self._previous = np.empty(padded, np.float32)
         self._cross = np.empty(padded, np.float32)
         self._map = np.zeros(padded, np.float32)
         self._whiten = Whitener(padded)

@@ -72,8 +72,11 @@ def vertices(directions: Iterable[int], *, axes: Axes = Axes.REP103) -> NDArray[
 def to_axes(points: NDArray[np.float64], axes: Axes) -> NDArray[np.float64]:
     """Return points (n, 2) given in REP 103 axes in ``axes``."""
     if axes is Axes.FIGURE:
-        # Forward is up and left is left: (x, y) -> (-y, x); adding 0 turns -0.0 into 0.0.
-        return np.stack((-points[:, 1], points[:, 0]), axis=1) + np.float64(0.0)
+        # Forward is up and left is left: (x, y) -> (-y, x), without making a -0.0 of 0.0.
+        turned = np.empty_like(points)
+        turned[:, 0] = 0.0 - points[:, 1]
+        turned[:, 1] = points[:, 0]
+        return turned
     return points
 
 

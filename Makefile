@@ -1,0 +1,57 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+
+# The Python to use: make PYTHON=/usr/bin/python3.12 test
+PYTHON ?=
+PYTEST_ARGS ?=
+
+# Any Python that can run tools/setup_env.py, which finds one that suits, or says what to do.
+boot := $(shell for each in $(PYTHON) python3 python3.13 python3.12 python3.11 python3.10; do \
+	$$each -c 'import sys; sys.exit(sys.version_info < (3, 8))' >/dev/null 2>&1 \
+	&& echo $$each && break; done)
+environment = $(or $(boot),$(error No Python found: install Python 3.10 to 3.13 with its venv \
+	module (Debian and Ubuntu: sudo apt install python3-venv))) tools/setup_env.py \
+	--interpreter '$(PYTHON)'
+
+# The ROS wheels of an activated environment mark their set-up as done; ours do their own.
+unexport _ROS_WHEELS_BOOTSTRAP_COMPLETE
+
+.DEFAULT_GOAL := help
+.PHONY: help demo test test-noble lint colcon bench pins clean
+
+help:  ## Show this list
+	@sed -n 's/^\([a-z-]*\):.*## /\1 /p' $(MAKEFILE_LIST) \
+		| while read -r name text; do printf '  make %-11s %s\n' "$$name" "$$text"; done
+
+demo:  ## Drive through a rendered street, live over DDS; results in out/demo
+	@$(environment) .venv --extras ros,offline
+	@.venv/bin/phase_traj demo --output out/demo
+
+test:  ## Run all tests; PYTEST_ARGS='-k name' selects some
+	@$(environment) .venv --extras ros,offline,test
+	@.venv/bin/python -m pytest --timeout 300 $(PYTEST_ARGS)
+
+test-noble:  ## Run all tests with the versions of Ubuntu 24.04 (needs Python 3.12)
+	@$(environment) .venv-noble --extras ros,offline,test --wheels --python-version 3.12 \
+		--constraints tools/constraints-noble.txt
+	@.venv-noble/bin/python -m pytest --timeout 300 $(PYTEST_ARGS)
+
+lint:  ## Run ruff, mypy, ament_flake8 and ament_pep257
+	@$(environment) .venv --extras ros,offline,test,lint
+	@tools/lint.sh .venv/bin/python
+
+colcon:  ## Build, install and test with colcon in a clean workspace
+	@$(environment) .venv-colcon --extras ros,offline,test,colcon --without-package
+	@.venv-colcon/bin/python tools/check_install.py
+
+bench:  ## Measure speed and accuracy against peers
+	@$(environment) .venv --extras ros,offline
+	@.venv/bin/python benchmarks/run.py
+
+pins:  ## Renew tools/constraints.txt (needs Python 3.10, 3.11, 3.12 and 3.13)
+	@$(boot) tools/update_pins.py
+
+clean:  ## Remove environments, caches, builds and the demo's results
+	@rm -rf .venv .venv-* *.egg-info build install log out/demo
+	@rm -rf .hypothesis .mypy_cache .pytest_cache .ruff_cache .coverage
+	@find . -name __pycache__ -type d -prune -exec rm -rf {} +

@@ -1,0 +1,61 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Entry point of the program ``phase_traj``."""
+
+from argparse import ArgumentParser
+from collections.abc import Sequence
+import os
+import sys
+from typing import NoReturn
+
+import phase_traj_ros
+from phase_traj_ros.errors import PhaseTrajError
+
+EXIT_OK = 0
+EXIT_BAD_INPUT = 2
+EXIT_INTERRUPTED = 130
+
+# Broken videos and pictures are reported in one line of our own; the libraries under OpenCV
+# would add theirs. They read these when they are loaded.
+_QUIET = {
+    'OPENCV_LOG_LEVEL': 'OFF',
+    'OPENCV_FFMPEG_LOGLEVEL': '-8',
+    'OPENCV_VIDEOIO_DEBUG': '0',
+}
+
+
+class _Parser(ArgumentParser):
+    """Reports a wrong call in one line, as all other errors are."""
+
+    def error(self, message: str) -> NoReturn:
+        self.exit(EXIT_BAD_INPUT, f'{self.prog}: error: {message}: see {self.prog} --help\n')
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line; return the exit status."""
+    for name, value in _QUIET.items():
+        os.environ.setdefault(name, value)
+    # OpenCV reads the above when it is loaded, and these modules load it.
+    from phase_traj_ros.cli import inspect, play, replay
+
+    parser = _Parser(
+        prog='phase_traj', description='Chain codes of a trajectory from a forward camera.')
+    parser.add_argument(
+        '--version', action='version', version=f'phase_traj_ros {phase_traj_ros.__version__}')
+    commands = parser.add_subparsers(title='commands', required=True, metavar='COMMAND')
+    for command in (replay, play, inspect):
+        command.add_parser(commands)
+    options = parser.parse_args(arguments)
+    try:
+        options.run(options)
+    except PhaseTrajError as error:
+        print(f'phase_traj: error: {error}', file=sys.stderr)
+        return EXIT_BAD_INPUT
+    except KeyboardInterrupt:
+        print('phase_traj: interrupted', file=sys.stderr)
+        return EXIT_INTERRUPTED
+    return EXIT_OK
+
+
+if __name__ == '__main__':
+    sys.exit(main())

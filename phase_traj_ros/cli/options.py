@@ -1,0 +1,73 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Options that several commands share."""
+
+from argparse import ArgumentParser, Namespace, RawDescriptionHelpFormatter
+from pathlib import Path
+from typing import Any
+
+from phase_traj_ros.io.params_file import read_parameters
+from phase_traj_ros.io.selection import Selection
+from phase_traj_ros.io.source import FrameSource, open_source
+from phase_traj_ros.parameters import Parameters
+
+SOURCE_HELP = """\
+SOURCE is one of
+  a ROS 2 bag       a directory with metadata.yaml, or a single .mcap or .db3 file
+  a ROS 1 bag       a .bag file
+  a video file      anything that OpenCV reads
+  a folder          of images, in natural order of their names; with times.txt (seconds, one
+                    per line) in it or beside it, as in a KITTI sequence, else see --fps
+"""
+
+
+def add_command(commands: Any, name: str, *, summary: str, epilog: str = '') -> ArgumentParser:
+    """Add a command's parser, which keeps the line breaks of ``epilog``."""
+    parser: ArgumentParser = commands.add_parser(
+        name, help=summary, description=summary[0].upper() + summary[1:] + '.', epilog=epilog,
+        formatter_class=RawDescriptionHelpFormatter)
+    return parser
+
+
+def add_source(parser: ArgumentParser) -> None:
+    """Add SOURCE and the options that choose frames from it."""
+    parser.add_argument('source', metavar='SOURCE', type=Path, help='where the frames come from')
+    parser.add_argument(
+        '--topic', metavar='TOPIC', help='image topic of the bag, if it has several')
+    parser.add_argument(
+        '--start', metavar='S', type=float, default=0.0,
+        help='begin S seconds after the first frame (default 0)')
+    parser.add_argument(
+        '--duration', metavar='S', type=float, help='stop S seconds later (default: at the end)')
+    parser.add_argument(
+        '--every', metavar='N', type=int, default=1, help='take every N-th frame (default 1)')
+    parser.add_argument(
+        '--fps', metavar='F', type=float,
+        help='frames per second of a folder or video, instead of its own stamps (a folder'
+             ' without times.txt: default 10)')
+
+
+def source_of(options: Namespace) -> FrameSource:
+    """Open what the options of ``add_source`` choose."""
+    selection = Selection(
+        start=options.start, duration=options.duration, every=options.every)
+    return open_source(
+        options.source, topic=options.topic, selection=selection, fps=options.fps)
+
+
+def add_parameters(parser: ArgumentParser) -> None:
+    """Add the options that choose parameters."""
+    parser.add_argument(
+        '--threshold', metavar='PX', type=float,
+        help='shift in pixels per frame from which a pair counts as a turn (default 16, or what'
+             ' --params says)')
+    parser.add_argument(
+        '--params', metavar='FILE', type=Path, help="ROS parameter file, the node's own")
+
+
+def parameters_of(options: Namespace) -> Parameters:
+    """Return the parameters that the options of ``add_parameters`` choose."""
+    parameters = Parameters() if options.params is None else read_parameters(options.params)
+    if options.threshold is not None:
+        parameters = parameters.with_values({'threshold': options.threshold})
+    return parameters

@@ -1,0 +1,17 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""How codes are printed."""
+
+from phase_traj_ros.core import CodeSeries, DynamicChainCode
+from phase_traj_ros.core.code_series import Code
+
+
+def print_codes(codes: DynamicChainCode) -> None:
+    """Print both codes in run-length form."""
+    _print_series('movement ', codes.movement)
+    _print_series('direction', codes.direction)
+
+
+def _print_series(name: str, series: CodeSeries[Code]) -> None:
+    runs = ' '.join(f'{int(run.code)}x{run.count}' for run in series.runs)
+    print(f'{name} ({len(series)}): {runs}')

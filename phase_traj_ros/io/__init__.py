@@ -1,0 +1,28 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Where frames come from and where results go."""
+
+from phase_traj_ros.io.decoding import DEFAULT_MAX_PIXELS, GreyImage
+from phase_traj_ros.io.image_msgs import decode_compressed, ENCODINGS, msg_to_frame, to_grey
+from phase_traj_ros.io.prefetch import prefetch
+from phase_traj_ros.io.selection import EVERYTHING, Selection
+from phase_traj_ros.io.source import DEFAULT_FPS, Frame, FrameSource, open_source
+from phase_traj_ros.io.stamps import StampRule, to_nanoseconds
+
+__all__ = [
+    'DEFAULT_FPS',
+    'DEFAULT_MAX_PIXELS',
+    'ENCODINGS',
+    'EVERYTHING',
+    'Frame',
+    'FrameSource',
+    'GreyImage',
+    'Selection',
+    'StampRule',
+    'decode_compressed',
+    'msg_to_frame',
+    'open_source',
+    'prefetch',
+    'to_grey',
+    'to_nanoseconds',
+]

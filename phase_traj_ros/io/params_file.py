@@ -1,0 +1,86 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Reads the node's parameters from a ROS parameter file, without ROS."""
+
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+import yaml
+
+from phase_traj_ros.errors import ParameterError
+from phase_traj_ros.parameters import NODE_NAME, Parameters
+
+_VALUES = 'ros__parameters'
+# Parameters that every node has; they mean nothing to a replay.
+_OF_EVERY_NODE = ('use_sim_time', 'qos_overrides', 'start_type_description_service')
+
+
+def read_parameters(path: Path) -> Parameters:
+    """
+    Return the parameters that ``path`` gives to the node, over the defaults.
+
+    Sections for any node (``/**``) and for the node's name, in any namespace, count; those for
+    other nodes do not. Where several name one parameter, the last one holds.
+
+    Raises
+    ------
+    ParameterError
+        The file cannot be read, is no ROS parameter file, has no section for this node, or
+        gives a parameter that is unknown or not allowed.
+
+    """
+    sections = [values for node, values in _sections(path) if _is_meant(node)]
+    if not sections:
+        raise ParameterError(
+            f'{path} has no parameters for the node {NODE_NAME!r}: put them under'
+            f" '/**:' or '{NODE_NAME}:', in '{_VALUES}:'")
+    merged: dict[str, object] = {}
+    for section in sections:
+        merged.update(_flatten(section))
+    own = {name: value for name, value in merged.items()
+           if name.split('.')[0] not in _OF_EVERY_NODE}
+    try:
+        return Parameters().with_values(own)
+    except ParameterError as error:
+        raise ParameterError(f'{path}: {error}') from None
+
+
+def _is_meant(node: str) -> bool:
+    return node.rstrip('/').split('/')[-1] in (NODE_NAME, '**', '*')
+
+
+def _sections(path: Path) -> Iterator[tuple[str, Mapping[object, object]]]:
+    """Yield each node's name and values, in the order of the file."""
+    try:
+        content = yaml.safe_load(path.read_text(encoding='utf-8'))
+    except (OSError, UnicodeDecodeError) as error:
+        reason = error.strerror if isinstance(error, OSError) else 'not a text file'
+        raise ParameterError(f'cannot read the parameter file {path}: {reason}') from None
+    except yaml.YAMLError as error:
+        reason = ' '.join(str(error).split())
+        raise ParameterError(f'{path} is not YAML: {reason}') from None
+    yield from _find_sections(path, '', content)
+
+
+def _find_sections(
+    path: Path, prefix: str, content: object,
+) -> Iterator[tuple[str, Mapping[object, object]]]:
+    # Namespaces may be written as one key (/ns/node) or as nested ones (/ns: node:).
+    if not isinstance(content, dict):
+        raise ParameterError(
+            f"{path} is not a ROS parameter file: it takes the form '/**:' over '{_VALUES}:'")
+    for key, value in content.items():
+        if key != _VALUES:
+            yield from _find_sections(path, f'{prefix}/{key}', value)
+        elif isinstance(value, dict):
+            yield prefix, value
+        else:
+            raise ParameterError(f"{path}: '{_VALUES}' of {prefix!r} holds no parameters")
+
+
+def _flatten(values: Mapping[object, object], prefix: str = '') -> Iterator[tuple[str, object]]:
+    for name, value in values.items():
+        if isinstance(value, dict):
+            yield from _flatten(value, f'{prefix}{name}.')
+        else:
+            yield f'{prefix}{name}', value

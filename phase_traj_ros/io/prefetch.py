@@ -1,0 +1,80 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Read ahead in a background thread."""
+
+from collections.abc import Generator, Iterable
+from dataclasses import dataclass
+from queue import SimpleQueue
+from threading import Event, Semaphore, Thread
+from typing import Generic, TypeVar
+
+ItemT = TypeVar('ItemT')
+
+
+@dataclass(frozen=True, slots=True)
+class _Item(Generic[ItemT]):
+    value: ItemT
+
+
+@dataclass(frozen=True, slots=True)
+class _End:
+    error: BaseException | None
+
+
+def prefetch(items: Iterable[ItemT], depth: int = 8) -> Generator[ItemT, None, None]:
+    """
+    Yield the items in order, while a background thread fetches up to depth of them ahead.
+
+    It pays where fetching releases the interpreter's lock, as decoding in OpenCV does. An error
+    of the iterable is raised when its turn comes. Closing the generator, or dropping it, stops
+    the thread after the item it is at, closes the iterator (in that thread, which is the only
+    one that ever touches it) and waits for that.
+
+    Raises ValueError, at the first item, if depth is less than 1.
+    """
+    if depth < 1:
+        raise ValueError(f'depth must be at least 1, not {depth}')
+    queue: SimpleQueue[_Item[ItemT] | _End] = SimpleQueue()
+    free = Semaphore(depth)
+    abandoned = Event()
+
+    def fetch() -> None:
+        error: BaseException | None = None
+        try:
+            iterator = iter(items)
+            try:
+                while True:
+                    free.acquire()
+                    if abandoned.is_set():
+                        break
+                    try:
+                        value = next(iterator)
+                    except StopIteration:
+                        break
+                    queue.put(_Item(value))
+                    del value
+            finally:
+                if isinstance(iterator, Generator):
+                    iterator.close()
+        except BaseException as caught:
+            error = caught
+        queue.put(_End(error))
+
+    # A daemon, because a generator that is still alive when the interpreter exits must not
+    # keep it from doing so.
+    thread = Thread(target=fetch, name='prefetch', daemon=True)
+    thread.start()
+    try:
+        while True:
+            entry = queue.get()
+            if isinstance(entry, _End):
+                if entry.error is not None:
+                    raise entry.error
+                return
+            yield entry.value
+            del entry
+            free.release()
+    finally:
+        abandoned.set()
+        free.release()
+        thread.join()

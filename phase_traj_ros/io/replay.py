@@ -1,0 +1,78 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Offline replay: all frames of a source through the same estimator as the live node's."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+
+from phase_traj_ros.core import (
+    Counters, Direction, DynamicChainCode, Movement, TrajectoryEstimator, Update)
+from phase_traj_ros.errors import FrameError, SourceError
+from phase_traj_ros.io.source import Frame
+from phase_traj_ros.parameters import Parameters
+
+
+@dataclass(frozen=True, slots=True)
+class Replay:
+    """What a replay has found, from the last reset (a backward jump of time) to the end."""
+
+    source: str
+    parameters: Parameters
+    first_stamp_ns: int
+    updates: tuple[Update, ...]
+    codes: DynamicChainCode
+    counters: Counters
+
+    @property
+    def frames(self) -> int:
+        """How many frames the codes stand for: one more than the pairs."""
+        return len(self.updates) + 1
+
+    @property
+    def movement(self) -> list[Movement]:
+        """The movement codes, one per pair."""
+        return [update.step.movement for update in self.updates]
+
+    @property
+    def direction(self) -> list[Direction]:
+        """The direction codes, one per pair that appends one."""
+        return [update.step.direction for update in self.updates if update.step.appended]
+
+
+def replay(frames: Iterable[Frame], parameters: Parameters, *, source: str) -> Replay:
+    """
+    Put all frames through an estimator.
+
+    Raises
+    ------
+    SourceError
+        There are fewer than two frames, or one of them cannot be used.
+
+    """
+    # Offline, everything is kept.
+    settings = replace(parameters.estimator_settings(), max_runs=None, max_corners=None)
+    estimator = TrajectoryEstimator(settings)
+    updates: list[Update] = []
+    first_stamp_ns = 0
+    for number, frame in enumerate(frames):
+        update = _update(estimator, frame, number, source)
+        if estimator.frames == 1:
+            updates.clear()
+            first_stamp_ns = frame.stamp_ns
+        elif update is not None:
+            updates.append(update)
+    if not updates:
+        raise SourceError(
+            f'{source}: {estimator.frames} frame{"" if estimator.frames == 1 else "s"}'
+            ' to use, but a trajectory takes at least two, with different stamps')
+    return Replay(
+        source, parameters, first_stamp_ns, tuple(updates), estimator.codes, estimator.counters)
+
+
+def _update(
+    estimator: TrajectoryEstimator, frame: Frame, number: int, source: str,
+) -> Update | None:
+    try:
+        return estimator.update(frame.image, frame.stamp_ns)
+    except FrameError as error:
+        raise SourceError(f'{source}: frame {number}: {error}') from None

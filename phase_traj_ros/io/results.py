@@ -1,0 +1,111 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The files that hold a replay's results: JSON, CSV, TUM and a picture."""
+
+from collections.abc import Sequence
+import csv
+import json
+import math
+from pathlib import Path
+import platform
+from typing import Any
+
+import cv2
+import numpy as np
+
+import phase_traj_ros
+from phase_traj_ros.core import Corner, Direction, pack, Run, yaw
+from phase_traj_ros.io.picture import write_trajectory_picture
+from phase_traj_ros.io.replay import Replay
+
+CSV_COLUMNS = (
+    'pair', 'stamp', 'interval', 'dx', 'dy', 'response', 'movement', 'direction', 'status')
+
+
+def write_results(result: Replay, directory: Path) -> None:
+    """Write all files into ``directory``."""
+    write_chain_code(result, directory / 'chain_code.json')
+    write_shifts(result, directory / 'shifts.csv')
+    write_tum(result, directory / 'trajectory.tum')
+    write_trajectory_picture(result, directory / 'trajectory.png')
+
+
+def write_chain_code(result: Replay, path: Path) -> None:
+    """Write both codes and all that belongs to them as JSON; docs/files.md lists the keys."""
+    content: dict[str, Any] = {
+        'source': result.source,
+        'frames': result.frames,
+        'threshold': result.parameters.threshold,
+        'movement': [int(code) for code in result.movement],
+        'direction': [int(code) for code in result.direction],
+        'movement_runs': _pairs(result.codes.movement.runs),
+        'direction_runs': _pairs(result.codes.direction.runs),
+        'movement_packed': pack(result.movement).hex(),
+        'direction_packed': pack(result.direction).hex(),
+        'status': [update.status.value for update in result.updates],
+        'first_stamp_ns': result.first_stamp_ns,
+        'last_stamp_ns': result.updates[-1].stamp_ns,
+        'repeated_frames': result.counters.repeated,
+        'time_resets': result.counters.time_resets,
+        'window': result.parameters.window,
+        'versions': {
+            'phase_traj_ros': phase_traj_ros.__version__,
+            'python': platform.python_version(),
+            'numpy': np.__version__,
+            'opencv': cv2.__version__,
+        },
+    }
+    # One line per key: the lists are long, and a line each keeps the file readable.
+    lines = (f'  {json.dumps(key)}: {json.dumps(value)}' for key, value in content.items())
+    path.write_text('{\n' + ',\n'.join(lines) + '\n}\n', encoding='utf-8')
+
+
+def write_shifts(result: Replay, path: Path) -> None:
+    """
+    Write one row per pair of frames as CSV.
+
+    Stamps and intervals in seconds, shifts in pixels; dx, dy and response are empty where the two
+    frames could not be compared, the direction is empty where none was appended.
+    """
+    with path.open('w', encoding='utf-8', newline='') as file:
+        writer = csv.writer(file, lineterminator='\n')
+        writer.writerow(CSV_COLUMNS)
+        previous_ns = result.first_stamp_ns
+        for update in result.updates:
+            shift = update.shift
+            measured = ('', '', '') if shift is None else (
+                f'{shift.dx:.4f}', f'{shift.dy:.4f}', f'{shift.response:.6f}')
+            writer.writerow((
+                update.pair, _seconds(update.stamp_ns), _seconds(update.stamp_ns - previous_ns),
+                *measured, int(update.step.movement),
+                int(update.step.direction) if update.step.appended else '',
+                update.status.value))
+            previous_ns = update.stamp_ns
+
+
+def write_tum(result: Replay, path: Path) -> None:
+    """
+    Write the drawn trajectory in the TUM format, one pose per frame, REP 103 axes.
+
+    Each line is ``stamp x y z qx qy qz qw``; a step of the trajectory is 1, without a unit.
+    """
+    start = Corner(0, 0, Direction.FORWARD, result.first_stamp_ns)
+    poses = [(result.first_stamp_ns, start)]
+    poses += [(update.stamp_ns, update.tip) for update in result.updates]
+    path.write_text(''.join(_tum_line(*pose) for pose in poses), encoding='utf-8')
+
+
+def _pairs(runs: Sequence[Run[Any]]) -> list[tuple[int, int]]:
+    return [(int(run.code), run.count) for run in runs]
+
+
+def _tum_line(stamp_ns: int, tip: Corner) -> str:
+    half = yaw(tip.heading) / 2
+    return f'{_seconds(stamp_ns)} {tip.x} {tip.y} 0 0 0 {math.sin(half):.6f} {math.cos(half):.6f}\n'
+
+
+def _seconds(nanoseconds: int) -> str:
+    """Return seconds with all nine decimals: a float would lose nanoseconds of an epoch."""
+    sign = '-' if nanoseconds < 0 else ''
+    seconds, rest = divmod(abs(nanoseconds), 10**9)
+    return f'{sign}{seconds}.{rest:09d}'

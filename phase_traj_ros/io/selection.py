@@ -1,0 +1,106 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Which frames of a source are used."""
+
+from dataclasses import dataclass
+from enum import auto, Enum
+import math
+from typing import Final
+
+from phase_traj_ros.errors import ParameterError
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Selection:
+    """
+    A stretch of a source, thinned out.
+
+    Of the frames stamped within [start, start + duration), in seconds from the first frame's
+    stamp (duration None: to the end), every N-th is used, the first of them included. A start of
+    0 excludes nothing, not even a frame stamped before the first one (a bag that was looped).
+
+    Raises ParameterError if start is negative, duration not positive, either of them not finite,
+    or every not a positive whole number.
+    """
+
+    start: float = 0.0
+    duration: float | None = None
+    every: int = 1
+
+    def __post_init__(self) -> None:
+        if not (math.isfinite(self.start) and self.start >= 0):
+            raise ParameterError(f'start must be a number of seconds >= 0, not {self.start}')
+        if self.duration is not None and not (math.isfinite(self.duration) and self.duration > 0):
+            raise ParameterError(f'duration must be a number of seconds > 0, not {self.duration}')
+        if not isinstance(self.every, int) or isinstance(self.every, bool) or self.every < 1:
+            raise ParameterError(f'every must be a whole number >= 1, not {self.every}')
+
+    @property
+    def start_ns(self) -> int:
+        """Begin of the stretch in nanoseconds from the first frame."""
+        return round(self.start * 1e9)
+
+    @property
+    def end_ns(self) -> int | None:
+        """End of the stretch in nanoseconds from the first frame, None if it has none."""
+        return None if self.duration is None else self.start_ns + round(self.duration * 1e9)
+
+    @property
+    def is_everything(self) -> bool:
+        """Whether no frame is left out on account of its time."""
+        return self.start_ns == 0 and self.duration is None
+
+
+EVERYTHING: Final = Selection()
+"""All frames."""
+
+
+class Verdict(Enum):
+    """What becomes of a frame: used, left out, or left out with all that follow it."""
+
+    USE = auto()
+    SKIP = auto()
+    STOP = auto()
+
+
+class Selector:
+    """
+    Apply a Selection to the frames of one source, one after the other.
+
+    A reader may stop early, which matters in long bags: not at the first frame behind the end,
+    whose stamp may be a glitch, but after so many of them in a row that it cannot be one.
+    """
+
+    PATIENCE = 50
+
+    def __init__(self, selection: Selection) -> None:
+        self._selection = selection
+        self._first_ns: int | None = None
+        self._inside = 0
+        self._behind_in_a_row = 0
+        self.seen = 0
+        """Frames judged so far."""
+        self.used = 0
+        """Frames judged to be used so far."""
+        self.span_ns = 0
+        """Latest stamp so far, from the first frame's on."""
+
+    def judge(self, stamp_ns: int) -> Verdict:
+        """Judge the next frame by its stamp in nanoseconds."""
+        if self._first_ns is None:
+            self._first_ns = stamp_ns
+        elapsed = stamp_ns - self._first_ns
+        self.seen += 1
+        self.span_ns = max(self.span_ns, elapsed)
+        end = self._selection.end_ns
+        if end is not None and elapsed >= end:
+            self._behind_in_a_row += 1
+            return Verdict.STOP if self._behind_in_a_row > self.PATIENCE else Verdict.SKIP
+        self._behind_in_a_row = 0
+        if elapsed < self._selection.start_ns and self._selection.start_ns:
+            return Verdict.SKIP
+        self._inside += 1
+        if (self._inside - 1) % self._selection.every:
+            return Verdict.SKIP
+        self.used += 1
+        return Verdict.USE

@@ -1,0 +1,79 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Declares the table of parameters on a node."""
+
+from collections.abc import Iterable
+from typing import Any
+
+from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
+from rclpy.exceptions import (
+    InvalidParameterTypeException, InvalidParameterValueException, ParameterException)
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+
+from phase_traj_ros.errors import ParameterError
+from phase_traj_ros.parameters import Parameters, Spec, specs
+
+
+def declare_parameters(node: Node) -> Parameters:
+    """
+    Declare every parameter of the table on ``node`` and return the values it was started with.
+
+    Raises
+    ------
+    ParameterError
+        A value given at the start is of the wrong type or out of its range.
+
+    """
+    values = {spec.name: _declare(node, spec) for spec in specs()}
+    return Parameters().with_values(values)
+
+
+def changed(parameters: Parameters, updates: Iterable[Parameter]) -> Parameters:
+    """
+    Return ``parameters`` with those of ``updates`` that are in the table.
+
+    Raises
+    ------
+    ParameterError
+        A value is not allowed.
+
+    """
+    known = {spec.name for spec in specs()}
+    return parameters.with_values(
+        {update.name: update.value for update in updates if update.name in known})
+
+
+def unknown_overrides(node: Node) -> list[str]:
+    """Return the names given at the start that nobody has declared: most likely misspelt."""
+    return sorted(
+        name for name in node._parameter_overrides
+        if not node.has_parameter(name) and not name.startswith('qos_overrides.'))
+
+
+def _declare(node: Node, spec: Spec) -> object:
+    override = node._parameter_overrides.get(spec.name)
+    if override is not None:
+        # rclpy's own message names the type by number and does not say what to write instead.
+        spec.check(override.value)
+    try:
+        return node.declare_parameter(spec.name, spec.default, _descriptor(spec)).value
+    except (InvalidParameterTypeException, InvalidParameterValueException,
+            ParameterException) as error:
+        raise ParameterError(str(error)) from None
+
+
+def _descriptor(spec: Spec) -> ParameterDescriptor:
+    descriptor: Any = ParameterDescriptor(
+        description=f'{spec.description} [{spec.unit}]' if spec.unit else spec.description,
+        additional_constraints=spec.allowed,
+        read_only=spec.read_only,
+    )
+    if spec.minimum is not None and spec.maximum is not None:
+        if spec.type == 'double':
+            descriptor.floating_point_range = [FloatingPointRange(
+                from_value=spec.minimum, to_value=spec.maximum)]
+        else:
+            descriptor.integer_range = [IntegerRange(
+                from_value=int(spec.minimum), to_value=int(spec.maximum), step=1)]
+    return descriptor

@@ -1,0 +1,29 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Entry point of the executable ``phase_traj_node``."""
+
+import sys
+
+from rclpy.logging import get_logger
+
+from phase_traj_ros.errors import ParameterError
+from phase_traj_ros.parameters import NODE_NAME
+from phase_traj_ros.ros.node import PhaseTrajNode
+from phase_traj_ros.ros.spin import ros_context, spin
+
+EXIT_BAD_INPUT = 2
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the node until SIGINT or SIGTERM; return the exit status."""
+    with ros_context(arguments) as stop:
+        try:
+            spin(PhaseTrajNode, stop)
+        except ParameterError as error:
+            get_logger(NODE_NAME).fatal(str(error))
+            return EXIT_BAD_INPUT
+    return 0
+
+
+if __name__ == '__main__':
+    sys.exit(main())

@@ -1,0 +1,106 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Gathers what the node publishes."""
+
+from collections.abc import Callable
+import time
+
+from geometry_msgs.msg import PoseStamped, Vector3Stamped
+from nav_msgs.msg import Path
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
+from std_msgs.msg import Float32, String, UInt8
+from std_srvs.srv import Trigger
+
+from phase_traj_ros.errors import SourceError
+from phase_traj_ros.parameters import NODE_NAME
+
+_EVERYTHING = QoSProfile(
+    history=HistoryPolicy.KEEP_ALL, depth=1, reliability=ReliabilityPolicy.RELIABLE)
+_LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+
+
+class Recorder(Node):
+    """Subscribes to all topics of a ``phase_traj`` node in the same namespace."""
+
+    def __init__(self) -> None:
+        """Subscribe to everything."""
+        super().__init__(f'{NODE_NAME}_recorder')
+        self.movement: list[int] = []
+        self.direction: list[int] = []
+        self.shifts: list[Vector3Stamped] = []
+        self.responses: list[float] = []
+        self.poses: list[PoseStamped] = []
+        self.chain_code: list[str] = []
+        self.paths: list[Path] = []
+        self._take(UInt8, 'movement', lambda message: self.movement.append(message.data))
+        self._take(UInt8, 'direction', lambda message: self.direction.append(message.data))
+        self._take(Vector3Stamped, 'shift', self.shifts.append)
+        self._take(Float32, 'response', lambda message: self.responses.append(message.data))
+        self._take(PoseStamped, 'pose', self.poses.append)
+        self._take(
+            String, 'chain_code', lambda message: self.chain_code.append(message.data), _LATCHED)
+        self._take(Path, 'path', self.paths.append, _LATCHED)
+        # Made after the subscriptions, see connect.
+        self._reset = self.create_client(Trigger, f'{NODE_NAME}/reset')
+
+    def connect(self, spin_once: Callable[[], None], timeout_s: float) -> None:
+        """
+        Reset the node, and return when it has certainly discovered this recorder.
+
+        Discovery announces endpoints in the order they were made. The node can only answer a
+        client it knows, so its answer proves that it knows the subscriptions made before it.
+
+        Raises
+        ------
+        SourceError
+            There is no answer within the time.
+
+        """
+        deadline = time.monotonic() + timeout_s
+        while not self._reset.service_is_ready():
+            self._wait(spin_once, deadline)
+        answer = self._reset.call_async(Trigger.Request())
+        while not answer.done():
+            self._wait(spin_once, deadline)
+        self.chain_code.clear()
+        self.paths.clear()
+
+    def wait_for_pairs(
+        self, count: int, spin_once: Callable[[], None], timeout_s: float,
+    ) -> None:
+        """
+        Return when everything about ``count`` pairs of frames has come.
+
+        Raises
+        ------
+        SourceError
+            Nothing new has come for ``timeout_s`` seconds.
+
+        """
+        seen, deadline = -1, 0.0
+        while not self._has(count):
+            if len(self.poses) != seen:
+                seen, deadline = len(self.poses), time.monotonic() + timeout_s
+            self._wait(spin_once, deadline)
+
+    def _has(self, pairs: int) -> bool:
+        directions = sum(code != 3 for code in self.movement)
+        complete = (self.movement, self.shifts, self.responses, self.poses)
+        return (
+            all(len(each) >= pairs for each in complete) and len(self.direction) >= directions
+            and bool(self.paths) and self.paths[-1].header.stamp == self.poses[-1].header.stamp
+            and self.chain_code[-1].startswith(f'frames {pairs + 1};'))
+
+    def _wait(self, spin_once: Callable[[], None], deadline: float) -> None:
+        if time.monotonic() > deadline:
+            raise SourceError(
+                f'the node {self.get_namespace().rstrip("/")}/{NODE_NAME} says nothing:'
+                f' {len(self.movement)} movement codes so far')
+        spin_once()
+
+    def _take(
+        self, kind: type, topic: str, callback: Callable[..., object],
+        qos: QoSProfile = _EVERYTHING,
+    ) -> None:
+        self.create_subscription(kind, f'{NODE_NAME}/{topic}', callback, qos)

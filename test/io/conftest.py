@@ -1,0 +1,166 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Pictures, messages and tiny bags for the tests of phase_traj_ros.io."""
+
+from collections.abc import Callable
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import cv2
+import numpy as np
+import pytest
+
+SECOND = 1_000_000_000
+
+
+def smooth_picture(height: int, width: int, seed: int) -> np.ndarray:
+    """Return a colour picture, (H, W, 3) uint8 in the order blue, green, red."""
+    noise = np.random.default_rng(seed).integers(0, 256, (height, width, 3), dtype=np.uint8)
+    blurred = cv2.GaussianBlur(noise, (0, 0), 3)
+    return cv2.normalize(blurred, None, 0, 255, cv2.NORM_MINMAX)
+
+
+@pytest.fixture
+def picture() -> Callable[..., np.ndarray]:
+    """Return the maker of smooth random colour pictures, (H, W, 3) uint8, BGR."""
+    def make(height: int = 24, width: int = 32, seed: int = 0) -> np.ndarray:
+        return smooth_picture(height, width, seed)
+    return make
+
+
+@pytest.fixture
+def image_msg() -> Callable[..., SimpleNamespace]:
+    """Return a maker of objects with the fields of sensor_msgs/Image."""
+    def make(
+        array: np.ndarray,
+        encoding: str,
+        *,
+        padding: int = 0,
+        big_endian: bool = False,
+        data: Callable[[bytes], object] = bytes,
+    ) -> SimpleNamespace:
+        height, width = array.shape[:2]
+        if array.dtype == np.uint16:
+            array = array.astype('>u2' if big_endian else '<u2')
+        rows = np.frombuffer(array.tobytes(), np.uint8).reshape(height, -1)
+        padded = np.pad(rows, ((0, 0), (0, padding)), constant_values=0xA5)
+        return SimpleNamespace(
+            height=height, width=width, encoding=encoding, is_bigendian=int(big_endian),
+            step=padded.shape[1], data=data(padded.tobytes()))
+    return make
+
+
+class BagMaker:
+    """
+    Make messages of one version of ROS, and write them into bags.
+
+    kind is mcap, sqlite3 or ros1.
+    """
+
+    def __init__(self, kind: str) -> None:
+        typesys = pytest.importorskip('rosbags.typesys')
+        self.kind = kind
+        store = typesys.Stores.ROS1_NOETIC if kind == 'ros1' else typesys.Stores.ROS2_JAZZY
+        self.typestore = typesys.get_typestore(store)
+
+    def _header(self, stamp_ns: int) -> Any:
+        time = self.typestore.types['builtin_interfaces/msg/Time'](
+            sec=stamp_ns // SECOND, nanosec=stamp_ns % SECOND)
+        fields = {'seq': 0} if self.kind == 'ros1' else {}
+        return self.typestore.types['std_msgs/msg/Header'](
+            stamp=time, frame_id='camera', **fields)
+
+    def image(self, array: np.ndarray, stamp_ns: int, encoding: str = 'mono8') -> Any:
+        """Return a raw image message."""
+        return self.typestore.types['sensor_msgs/msg/Image'](
+            header=self._header(stamp_ns), height=array.shape[0], width=array.shape[1],
+            encoding=encoding, is_bigendian=0, step=array.strides[0],
+            data=np.frombuffer(array.tobytes(), np.uint8))
+
+    def compressed(self, array: np.ndarray, stamp_ns: int, suffix: str = '.png') -> Any:
+        """Return a compressed image message."""
+        done, data = cv2.imencode(suffix, array)
+        assert done
+        return self.typestore.types['sensor_msgs/msg/CompressedImage'](
+            header=self._header(stamp_ns), format=suffix[1:], data=data.ravel())
+
+    def text(self, text: str) -> Any:
+        """Return a std_msgs/String."""
+        return self.typestore.types['std_msgs/msg/String'](data=text)
+
+    def write(self, path: Path, topics: dict[str, tuple[str, list[tuple[int, Any]]]]) -> Path:
+        """
+        Write a bag of {topic: (type, [(receive_ns, message)])}.
+
+        Returns its path: the directory of a ROS 2 bag, the file of a ROS 1 bag.
+        """
+        if self.kind == 'ros1':
+            from rosbags.rosbag1 import Writer
+            path = path.with_suffix('.bag')
+            writer = Writer(path)
+            serialise = self.typestore.serialize_ros1
+        else:
+            from rosbags.rosbag2 import StoragePlugin, Writer
+            writer = Writer(
+                path, version=8, storage_plugin=StoragePlugin[self.kind.upper()])
+            serialise = self.typestore.serialize_cdr
+        with writer:
+            entries = []
+            for topic, (msgtype, messages) in topics.items():
+                connection = writer.add_connection(topic, msgtype, typestore=self.typestore)
+                entries += [(when, connection, msgtype, msg) for when, msg in messages]
+            for when, connection, msgtype, msg in sorted(entries, key=lambda each: each[0]):
+                writer.write(connection, when, serialise(msg, msgtype))
+        return path
+
+    def drive(
+        self,
+        path: Path,
+        *,
+        frames: int = 5,
+        start_ns: int = 100 * SECOND,
+        period_ns: int = SECOND // 10,
+        latency_ns: int = 3_000_000,
+    ) -> Path:
+        """Write a bag of grey 24x32 frames on /camera/image_raw and a few other messages."""
+        times = [start_ns + index * period_ns for index in range(frames)]
+        return self.write(path, {
+            '/camera/image_raw': ('sensor_msgs/msg/Image', [
+                (when + latency_ns, self.image(grey_frame(index), when))
+                for index, when in enumerate(times)]),
+            '/chatter': ('std_msgs/msg/String', [
+                (when, self.text('hello')) for when in times]),
+        })
+
+    def single_file(self, path: Path) -> Path:
+        """Return the storage file of a bag that was written; skip where it cannot be opened."""
+        if self.kind == 'ros1':
+            return path
+        from rosbags.rosbag2 import reader
+        if not hasattr(reader, 'DirectoryReader'):
+            pytest.skip('this version of rosbags opens no single files')
+        return next(path.glob('*.mcap' if self.kind == 'mcap' else '*.db3'))
+
+
+def grey_frame(index: int) -> np.ndarray:
+    """Return the grey frame that BagMaker.drive writes at that index."""
+    return cv2.cvtColor(smooth_picture(24, 32, index), cv2.COLOR_BGR2GRAY)
+
+
+@pytest.fixture(params=['mcap', 'sqlite3', 'ros1'])
+def maker(request: pytest.FixtureRequest) -> BagMaker:
+    """Return a maker of bags, of each kind in turn."""
+    return BagMaker(request.param)
+
+
+@pytest.fixture
+def mcap_maker() -> BagMaker:
+    """Return a maker of ROS 2 bags of MCAP files."""
+    return BagMaker('mcap')
+
+
+@pytest.fixture
+def drive_frame() -> Callable[[int], np.ndarray]:
+    """Return the function from an index to the frame that BagMaker.drive writes there."""
+    return grey_frame

@@ -1,0 +1,170 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""
+Install the package as its users do, with colcon and with pip, and check what was installed.
+
+Works on a copy in a new, temporary workspace. The colcon installation is tested too, without the
+integration tests, which `make test` runs. To be run by an environment that has colcon and
+everything the package needs, but not the package.
+"""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+
+ROOT = Path(__file__).resolve().parent.parent
+PACKAGE = 'phase_traj_ros'
+NOT_SOURCE = shutil.ignore_patterns(
+    '.git', '.venv*', '.hypothesis', '.*_cache', '__pycache__', '*.egg-info',
+    'build', 'install', 'log', 'out')
+NODE_TIMEOUT_S = 60.0
+
+
+class CheckError(Exception):
+    """Something is not installed as it should be."""
+
+
+def say(text: str) -> None:
+    """Print a line about what is going on."""
+    print(f'-- {text}', flush=True)
+
+
+def colcon(*arguments: str, workspace: Path, environment: dict[str, str]) -> None:
+    """Run colcon, of this interpreter, in the workspace."""
+    program = 'import sys; from colcon_core.command import main; sys.exit(main())'
+    done = subprocess.run(
+        [sys.executable, '-c', program, *arguments],
+        cwd=workspace, env=environment, stdin=subprocess.DEVNULL, check=False)
+    if done.returncode:
+        raise CheckError(f'colcon {arguments[0]} failed; its messages are above')
+
+
+def sourced(script: Path, environment: dict[str, str]) -> dict[str, str]:
+    """Return the environment that a shell has after sourcing the script."""
+    done = subprocess.run(
+        ['bash', '-c', '. "$0" >&2 && env -0', str(script)],
+        env=environment, stdout=subprocess.PIPE, check=True)
+    pairs = (entry.partition('=') for entry in done.stdout.decode().split('\0') if entry)
+    return {name: value for name, _, value in pairs}
+
+
+def require(*paths: Path) -> None:
+    """Fail unless all of these exist."""
+    for path in paths:
+        if not path.exists():
+            raise CheckError(f'not installed: {path}')
+
+
+def check_share(prefix: Path, source: Path) -> None:
+    """Fail unless the data files are all there."""
+    share = prefix / 'share'
+    require(share / 'ament_index' / 'resource_index' / 'packages' / PACKAGE)
+    require(share / PACKAGE / 'package.xml')
+    for folder in ('config', 'launch'):
+        expected = [path.name for path in (source / folder).iterdir() if path.is_file()]
+        if not expected:
+            raise CheckError(f'there is nothing in {folder}/')
+        require(*(share / PACKAGE / folder / name for name in expected))
+
+
+def check_program(program: Path, environment: dict[str, str], folder: Path) -> None:
+    """Fail unless the command-line program runs, from a folder that is not the source's."""
+    require(program)
+    done = subprocess.run(
+        [str(program), '--version'], cwd=folder, env=environment, stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE, check=False, text=True)
+    if done.returncode or not any(part[0].isdigit() for part in done.stdout.split()):
+        raise CheckError(f'{program} --version: exit status {done.returncode}, {done.stdout!r}')
+
+
+def check_node(program: Path, environment: dict[str, str], folder: Path) -> None:
+    """Fail unless the node appears in the graph, and ends with status 0 on SIGINT."""
+    import rclpy  # only here: its import needs the environment of this process as it was started
+
+    require(program)
+    process = subprocess.Popen(
+        [str(program)], cwd=folder, env=environment, stdin=subprocess.DEVNULL)
+    try:
+        with rclpy.init():
+            watcher = rclpy.create_node('check_install')
+            deadline = time.monotonic() + NODE_TIMEOUT_S
+            while 'phase_traj' not in watcher.get_node_names():
+                if process.poll() is not None:
+                    raise CheckError(f'{program}: exit status {process.returncode} at once')
+                if time.monotonic() > deadline:
+                    raise CheckError(f'{program}: no node named phase_traj appeared')
+                time.sleep(0.1)
+            watcher.destroy_node()
+        process.send_signal(signal.SIGINT)
+        status = process.wait(NODE_TIMEOUT_S)
+        if status != 0:
+            raise CheckError(f'{program}: exit status {status} on SIGINT')
+    finally:
+        if process.poll() is None:
+            process.kill()
+            process.wait()
+
+
+def check_colcon(workspace: Path, source: Path, environment: dict[str, str]) -> None:
+    """Build, look at the installation, run it, test it."""
+    say('colcon build')
+    colcon('build', '--event-handlers', 'console_cohesion+',
+           workspace=workspace, environment=environment)
+    prefix = workspace / 'install' / PACKAGE
+    check_share(prefix, source)
+
+    say('the installed programs')
+    installed = sourced(workspace / 'install' / 'setup.bash', environment)
+    programs = prefix / 'lib' / PACKAGE
+    check_program(programs / 'phase_traj', installed, workspace)
+    check_node(programs / 'phase_traj_node', installed, workspace)
+
+    say('colcon test')
+    colcon('test', '--event-handlers', 'console_direct+', '--return-code-on-test-failure',
+           '--pytest-args', ' -m', 'not integration', workspace=workspace, environment=installed)
+    colcon('test-result', '--verbose', workspace=workspace, environment=installed)
+
+
+def check_pip(workspace: Path, source: Path, environment: dict[str, str]) -> None:
+    """Install with pip, look at the installation, run its program, uninstall."""
+    say('pip install')
+    pip = [sys.executable, '-m', 'pip', '--quiet', '--no-input']
+    subprocess.run([*pip, 'install', '--no-deps', str(source)], env=environment, check=True)
+    try:
+        check_share(Path(sys.prefix), source)
+        check_program(Path(sys.prefix, 'bin', 'phase_traj'), environment, workspace)
+    finally:
+        subprocess.run([*pip, 'uninstall', '--yes', PACKAGE], env=environment, check=True)
+
+
+def main() -> int:
+    """Run the program; return its exit status."""
+    with tempfile.TemporaryDirectory(prefix='phase_traj_ws_') as folder:
+        workspace = Path(folder).resolve()
+        source = workspace / 'src' / PACKAGE
+        shutil.copytree(ROOT, source, ignore=NOT_SOURCE)
+        # No settings of the user's, neither of colcon nor of the ROS logger.
+        environment = {
+            **os.environ,
+            'COLCON_HOME': str(workspace / '.colcon'),
+            'ROS_LOG_DIR': str(workspace / 'ros_log'),
+        }
+        try:
+            check_colcon(workspace, source, environment)
+            check_pip(workspace, source, environment)
+        except (CheckError, subprocess.CalledProcessError) as error:
+            print(f'error: {error}', file=sys.stderr)
+            return 1
+    say('all is well')
+    return 0
+
+
+if __name__ == '__main__':
+    sys.exit(main())

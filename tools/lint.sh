@@ -1,0 +1,28 @@
+#!/bin/sh
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+#
+# Run all linters, with the Python given; fail if any of them does.
+set -u
+python=$1
+cd "$(dirname "$0")/.." || exit 1
+
+failed=''
+check() {
+    name=$1
+    shift
+    if output=$("$@" 2>&1); then
+        echo "$name: ok"
+    else
+        printf '%s\n' "$output" "$name: failed"
+        failed="$failed $name"
+    fi
+}
+
+sources='setup.py phase_traj_ros test launch benchmarks tools'
+check ruff "$python" -m ruff check .
+check mypy "$python" -m mypy
+check ament_flake8 "$python" -m ament_flake8.main $sources
+check ament_pep257 "$python" -m ament_pep257.main $sources
+
+[ -z "$failed" ] || { echo "error: these linters failed:$failed" >&2; exit 1; }
