@@ -136,10 +136,7 @@ class TrajectoryEstimator:
     def reset(self) -> None:
         """Start anew with the next frame: no codes, no path, direction forward."""
         self._correlator.reset()
-        self._codes.reset()
-        self._path.reset()
-        self._frames = 0
-        self._last_stamp_ns = None
+        self._forget()
 
     def update(self, frame: Frame, stamp_ns: int) -> Update | None:
         """
@@ -165,15 +162,22 @@ class TrajectoryEstimator:
         if stamp_ns == self._last_stamp_ns:
             self.counters.repeated += 1
             return None
+        # First of all the frame has to be usable: one that is not must not reset anything.
+        shift = self._correlator.update(frame)
         if self._last_stamp_ns is not None and stamp_ns < self._last_stamp_ns:
             self.counters.time_resets += 1
-            self.reset()
-        shift = self._correlator.update(frame)
+            self._forget()
         self._last_stamp_ns = stamp_ns
         self._frames += 1
         self.counters.frames += 1
         self._path.start(stamp_ns)
         return self._pair(shift, stamp_ns) if self._frames > 1 else None
+
+    def _forget(self) -> None:
+        self._codes.reset()
+        self._path.reset()
+        self._frames = 0
+        self._last_stamp_ns = None
 
     def _pair(self, shift: Shift | None, stamp_ns: int) -> Update:
         step, status = self._judge(shift)

@@ -59,9 +59,10 @@ def write_correlation_picture(
         plot.set_axis_off()
     rows, columns = correlation.shape
     extent = (-columns / 2 - 0.5, columns / 2 - 0.5, rows / 2 - 0.5, -rows / 2 - 0.5)
-    # Most of the map is noise of either sign about zero; its peak is one pixel.
+    # Most of the map is noise about zero and the peak is one pixel: a square root shows both.
     drawn = plots[2].imshow(
-        np.maximum(correlation, 0), cmap='magma', extent=extent, interpolation='nearest')
+        np.sqrt(np.maximum(correlation, 0)), cmap='magma', extent=extent,
+        interpolation='nearest')
     plots[2].plot(
         shift.dx, shift.dy, 'o', markersize=14, markerfacecolor='none', markeredgecolor=_ACCENT)
     plots[2].set_title(
@@ -69,7 +70,7 @@ def write_correlation_picture(
         f' response {shift.response:.3f}', loc='left', fontsize=9)
     plots[2].set_xlabel('dx (px)')
     plots[2].set_ylabel('dy (px)')
-    figure.colorbar(drawn, ax=plots[2], shrink=0.8)
+    figure.colorbar(drawn, ax=plots[2], shrink=0.8, label='square root of r')
     figure.savefig(path, dpi=_DPI, format=path.suffix[1:] or 'png')
 
 

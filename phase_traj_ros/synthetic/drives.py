@@ -11,24 +11,34 @@ from phase_traj_ros.synthetic.drive import Drive, plan_drive
 from phase_traj_ros.synthetic.plan import Straight, Turn
 
 
+#: On straights and in turns, in metres per second.
+_SPEED = 8.0
+_TURNING = 4.5
+
+
+def _turn(angle_deg: float) -> Turn:
+    return Turn(angle_deg, 3.0, _TURNING)
+
+
 def demo() -> Drive:
-    """Return 201 frames with two left turns and two right turns."""
+    """Return 201 frames: left, right, left."""
     return plan_drive('demo', [
-        Straight(2.5), Turn(90), Straight(2.5), Turn(-90), Straight(2.0), Turn(90),
-        Straight(2.0)], seed=1)
+        Straight(3.0), _turn(90), Straight(3.2), _turn(-90), Straight(2.6), _turn(90),
+        Straight(2.2)], speed=_SPEED, seed=1)
 
 
 def paper_case_1() -> Drive:
     """Return the paper's first case study: 241 frames, right, right."""
     return plan_drive('paper_case_1', [
-        Straight(2.3), Turn(-90), Straight(4.9), Turn(-90), Straight(10.8)], seed=2)
+        Straight(2.3), _turn(-90), Straight(4.9), _turn(-90), Straight(10.8)],
+        speed=_SPEED, seed=2)
 
 
 def paper_case_2() -> Drive:
     """Return the paper's second case study: 200 frames, left, right, right."""
     return plan_drive('paper_case_2', [
-        Straight(2.2), Turn(90), Straight(4.6), Turn(-90), Straight(1.8), Turn(-90),
-        Straight(2.3)], seed=3)
+        Straight(2.2), _turn(90), Straight(4.2), _turn(-90), Straight(2.5), _turn(-90),
+        Straight(2.0)], speed=_SPEED, seed=3)
 
 
 #: Makers of all drives, by name.

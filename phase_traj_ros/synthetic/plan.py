@@ -81,12 +81,30 @@ def _turned(progress: Floats) -> Floats:
     return done / (1.0 - _RAMP)
 
 
+def _speeds(plan: Plan, speed: float) -> tuple[list[float], list[float]]:
+    """Return times and the speeds then, linear between: brake before, accelerate after."""
+    wanted = [speed if segment.speed is None else segment.speed for segment in plan]
+    (times, speeds) = ([0.0], [wanted[0]])
+    start = 0.0
+    for (before, after, old, new) in zip(plan, plan[1:], wanted, wanted[1:]):
+        start += before.seconds
+        if new < old:
+            (begin, end) = (start - min(_SPEED_CHANGE, before.seconds / 2), start)
+        else:
+            (begin, end) = (start, start + min(_SPEED_CHANGE, after.seconds / 2))
+        times += [begin, end]
+        speeds += [old, new]
+    return (times, speeds)
+
+
 def drive_plan(plan: Plan, times: Floats, *, speed: float) -> Floats:
     """
-    Return where a vehicle is that follows a plan at constant speed, (N, 3): x, y, yaw.
+    Return where a vehicle is that follows a plan, (N, 3): x, y, yaw.
 
     ``times`` (N,) are in seconds from the start, rising; before and after the plan the vehicle
     goes straight on. It starts at the origin, along x. x and y in metres, yaw in radians.
+    ``speed`` in m/s is that of all segments that have none of their own; the vehicle brakes
+    before a slower segment and accelerates after a slower one.
     """
     check(plan, speed)
     starts = np.concatenate([[0.0], np.cumsum([segment.seconds for segment in plan])])
@@ -103,13 +121,7 @@ def drive_plan(plan: Plan, times: Floats, *, speed: float) -> Floats:
                 total += math.radians(segment.angle_deg) * _turned(progress)
         return total
 
-    (knots, speeds) = ([0.0], [speed if plan[0].speed is None else plan[0].speed])
-    for (start, segment) in zip(starts, plan):
-        wanted = speed if segment.speed is None else segment.speed
-        if wanted != speeds[-1]:
-            knots += [float(start), float(start) + min(_SPEED_CHANGE, segment.seconds)]
-            speeds += [speeds[-1], wanted]
-    step = np.interp(middles, knots, speeds) * (ends[1] - ends[0])
+    step = np.interp(middles, *_speeds(plan, speed)) * (ends[1] - ends[0])
     heading = yaw(middles)
     path = [
         np.interp(times, ends, np.concatenate([[0.0], np.cumsum(step * share)]))

@@ -53,7 +53,7 @@ class Silhouettes:
 def _ragged(rng: np.random.Generator) -> Floats:
     """Return an irregular line about 0, of standard deviation 1."""
     line = np.zeros(_SAMPLES)
-    for (knots, weight) in ((7, 1.0), (19, 0.6), (49, 0.35), (97, 0.2)):
+    for (knots, weight) in ((7, 1.0), (19, 0.5), (49, 0.25), (97, 0.12)):
         line += weight * np.interp(
             np.linspace(0, 1, _SAMPLES), np.linspace(0, 1, knots), rng.standard_normal(knots))
     return line / line.std()
@@ -79,11 +79,10 @@ def build_silhouettes(rng: np.random.Generator) -> Silhouettes:
     for _ in range(3):
         add(Outline.HEDGE, 0.9 + 0.05 * _ragged(rng), flat)
     for _ in range(3):
-        (bonnet, screen) = (rng.uniform(0.55, 0.65), rng.uniform(-0.55, -0.35))
-        rear = rng.uniform(0.5, 0.95)
+        (bonnet, screen) = (rng.uniform(0.58, 0.66), rng.uniform(-0.55, -0.35))
         add(Outline.CAR_SIDE, np.interp(
-            x, (-1.0, -0.97, screen - 0.3, screen, 0.3, rear, 0.98, 1.0),
-            (0.15, 0.5, bonnet, 0.97, 1.0, 0.9, 0.62, 0.2)), flat)
+            x, (-1.0, screen - 0.3, screen, 0.3, rng.uniform(0.7, 0.95), 1.0),
+            (0.56, bonnet, 0.97, 1.0, 0.97, 0.85)), flat)
     add(Outline.CAR_END, np.interp(
         x, (-1.0, -0.95, -0.9, -0.68, 0.68, 0.9, 0.95, 1.0),
         (0.1, 0.1, 0.58, 1.0, 1.0, 0.58, 0.1, 0.1)), flat)

@@ -51,7 +51,7 @@ class Town:
 
     def lit(self, normal: Floats) -> float:
         """Return how bright a wall is that faces along ``normal`` (a unit vector)."""
-        return 0.42 + 0.95 * max(float(normal @ self.sun), 0.0)
+        return 0.42 + 0.8 * max(float(normal @ self.sun), 0.0)
 
     def wall(
         self, start: Floats, end: Floats, top: float, material: Material, *,
@@ -88,7 +88,7 @@ class Town:
         """Build a house: a front from start to end, and sides that go ``away`` from the street."""
         rng = self.rng
         eaves = rng.uniform(5.0, 12.0)
-        (gain, depth) = (rng.uniform(0.75, 1.25), rng.uniform(6.0, 10.0))
+        (gain, depth) = (rng.uniform(0.75, 1.15), rng.uniform(6.0, 10.0))
         ridge = eaves + rng.uniform(1.6, 3.2) if rng.random() < 0.6 else eaves
         texture = self._any(Material.FACADE)
         along = (end - start) / np.hypot(*(end - start))
@@ -136,7 +136,7 @@ class Town:
                           Material.BARK, gain=self.rng.uniform(0.6, 2.2), reach=90.0)
 
     def car(self, place: Floats, ahead: Floats) -> None:
-        """Park a car that points along ``ahead`` (a unit vector)."""
+        """Park a car whose boot points along ``ahead`` (a unit vector)."""
         (length, width, height) = self.rng.uniform((3.7, 1.6, 1.4), (4.5, 1.78, 1.54))
         left = np.array([-ahead[1], ahead[0]])
         corners = place + _CORNERS @ np.stack([0.5 * length * ahead, 0.5 * width * left])
@@ -149,9 +149,9 @@ class Town:
                       Material.CAR_SIDE, texture=body, gain=self.lit(side), reach=110.0)
             self.panels[-1:] = [
                 panel._replace(silhouette=outline, offset=0.0) for panel in self.panels[-1:]]
-        for end in (ahead, -ahead):
+        for (end, share) in ((ahead, 0.92), (-ahead, 0.6)):
             middle = place + 0.5 * length * end
-            self.wall(middle - 0.5 * width * left, middle + 0.5 * width * left, height,
+            self.wall(middle - 0.5 * width * left, middle + 0.5 * width * left, share * height,
                       Material.CAR_END, outline=Outline.CAR_END, gain=self.lit(end),
                       reach=110.0)
         (long, wide) = (0.5 * length * ahead, 0.6 * width * left)

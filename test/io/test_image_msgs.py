@@ -192,7 +192,7 @@ def test_compressed_16_bit_png_keeps_its_bits(picture, colour):
     grey = cv2.cvtColor(bgr, cv2.COLOR_BGR2GRAY)
     result = decode_compressed(compressed('.png', bgr if colour else grey))
     assert result.dtype == np.uint16
-    assert np.abs(result.astype(int) - grey).max() <= 1
+    assert np.abs(result.astype(int) - grey).max() <= 4
 
 
 def test_compressed_with_transparency(picture):

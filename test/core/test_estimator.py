@@ -1,0 +1,128 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The whole chain for one camera."""
+
+import numpy as np
+import pytest
+from textures import pair
+
+from phase_traj_ros.core import (
+    Direction, EstimatorSettings, Movement, PairStatus, TrajectoryEstimator)
+from phase_traj_ros.errors import FrameError
+
+STEP_NS = 100_000_000
+FRAME, TURNED = pair((64, 120), 30, 0)
+
+
+def feed(estimator, frames, *, start_ns=0):
+    return [
+        estimator.update(frame, start_ns + index * STEP_NS) for index, frame in enumerate(frames)]
+
+
+def test_one_pair_after_another():
+    estimator = TrajectoryEstimator()
+    updates = feed(estimator, [FRAME, FRAME, TURNED, TURNED])
+    assert updates[0] is None
+    assert [update.pair for update in updates[1:]] == [0, 1, 2]
+    assert [update.stamp_ns for update in updates[1:]] == [STEP_NS, 2 * STEP_NS, 3 * STEP_NS]
+    assert [update.step.movement for update in updates[1:]] == [
+        Movement.FORWARD, Movement.LEFT, Movement.FORWARD]
+    assert updates[2].shift.dx == pytest.approx(30, abs=0.1)
+    assert (updates[3].tip.x, updates[3].tip.y) == (1, 2)
+    assert estimator.frames == 4
+    assert len(estimator.codes.movement) == 3
+
+
+def test_the_rest_of_a_turn_is_turning():
+    roll = [np.roll(FRAME, 30 * index, axis=1) for index in range(4)]
+    updates = feed(TrajectoryEstimator(), [FRAME, *roll])
+    assert [update.status for update in updates[1:]] == [
+        PairStatus.OK, PairStatus.OK, PairStatus.TURNING, PairStatus.TURNING]
+
+
+def test_a_repeated_stamp_is_no_frame():
+    estimator = TrajectoryEstimator()
+    feed(estimator, [FRAME, FRAME])
+    assert estimator.update(TURNED, STEP_NS) is None
+    assert (estimator.frames, estimator.counters.repeated) == (2, 1)
+    # The repeated one is not compared with either.
+    assert estimator.update(FRAME, 2 * STEP_NS).shift.response == pytest.approx(1, abs=1e-3)
+
+
+def test_a_stamp_before_the_last_one_starts_anew():
+    estimator = TrajectoryEstimator()
+    feed(estimator, [FRAME, FRAME, TURNED], start_ns=10 * STEP_NS)
+    updates = feed(estimator, [FRAME, TURNED, FRAME])
+    assert updates[0] is None
+    assert [update.step.movement for update in updates[1:]] == [Movement.FORWARD, Movement.RIGHT]
+    assert estimator.frames == 3
+    assert len(estimator.codes.movement) == 2
+    assert estimator.path.corners[0].stamp_ns == 0
+    assert estimator.counters.time_resets == 1
+    assert estimator.counters.frames == 6
+
+
+def test_reset_starts_anew():
+    estimator = TrajectoryEstimator()
+    feed(estimator, [FRAME, FRAME, TURNED])
+    estimator.reset()
+    assert (estimator.frames, estimator.last_stamp_ns, estimator.path.tip) == (0, None, None)
+    assert estimator.update(FRAME, 0) is None
+    update = estimator.update(TURNED, STEP_NS)
+    assert (update.pair, update.step.direction) == (0, Direction.FORWARD)
+
+
+def test_another_size_keeps_the_direction_and_ends_the_turn():
+    estimator = TrajectoryEstimator()
+    feed(estimator, [FRAME, FRAME, TURNED])
+    wide, wide_turned = pair((64, 160), 30, 0)
+    update = estimator.update(wide, 3 * STEP_NS)
+    assert (update.shift, update.status) == (None, PairStatus.REPRIMED)
+    assert (update.step.movement, update.step.direction) == (Movement.NO_CHANGE, Direction.LEFT)
+    update = estimator.update(wide_turned, 4 * STEP_NS)
+    assert (update.step.movement, update.step.direction) == (Movement.LEFT, Direction.BACKWARD)
+    assert estimator.counters.reprimed == 1
+
+
+def test_nothing_to_correlate_is_never_forward():
+    black = np.zeros_like(FRAME)
+    estimator = TrajectoryEstimator()
+    updates = feed(estimator, [FRAME, FRAME, black, black, FRAME, FRAME])
+    assert [update.status for update in updates[1:]] == [
+        PairStatus.OK, *[PairStatus.NO_MEASUREMENT] * 3, PairStatus.OK]
+    assert [update.step.movement for update in updates[1:]] == [1, 3, 3, 3, 1]
+    assert estimator.counters.unmeasured == 3
+
+
+def test_a_bad_frame_is_as_if_it_had_never_come():
+    estimator = TrajectoryEstimator()
+    feed(estimator, [FRAME, FRAME])
+    with pytest.raises(FrameError):
+        estimator.update(np.zeros((4, 4), np.uint8), 2 * STEP_NS)
+    assert (estimator.frames, estimator.last_stamp_ns) == (2, STEP_NS)
+    assert estimator.update(TURNED, 2 * STEP_NS).step.movement is Movement.LEFT
+
+
+def test_a_bad_frame_from_the_past_resets_nothing():
+    estimator = TrajectoryEstimator()
+    feed(estimator, [FRAME, FRAME], start_ns=5 * STEP_NS)
+    with pytest.raises(FrameError):
+        estimator.update(np.zeros((4, 4), np.uint8), 0)
+    assert estimator.frames == 2
+
+
+def test_settings_reach_the_parts():
+    estimator = TrajectoryEstimator(
+        EstimatorSettings(threshold=50.0, max_runs=2, max_corners=2))
+    rolls = [np.roll(FRAME, 30 * (index % 2), axis=1) for index in range(8)]
+    assert {update.step.movement for update in feed(estimator, rolls)[1:]} == {Movement.FORWARD}
+    estimator.set_threshold(20.0)
+    updates = feed(estimator, rolls, start_ns=9 * STEP_NS)
+    assert {update.step.movement for update in updates[1:]} == {Movement.LEFT, Movement.RIGHT}
+    assert len(estimator.codes.movement.runs) == 2
+    assert len(estimator.path.corners) == 2
+
+
+def test_the_threshold_is_checked():
+    with pytest.raises(ValueError, match='threshold'):
+        TrajectoryEstimator(EstimatorSettings(threshold=-1.0))
