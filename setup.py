@@ -32,7 +32,7 @@ EXTRAS = {
         'mcap',
         'mcap-ros2-support',
     ],
-    # The flake8 that Ubuntu 24.04 has, with the plugins that ament_flake8 of Jazzy asks for.
+    # The flake8 of Ubuntu 24.04, with the plugins that ament_flake8 of Jazzy asks for.
     'lint': [
         'ruff==0.17.*',
         'mypy==2.4.*',
@@ -41,7 +41,7 @@ EXTRAS = {
         'pydocstyle==6.3.0',
         'flake8==7.0.0',
         'flake8-blind-except',
-        'flake8-builtins',
+        'flake8-builtins<2.3',
         'flake8-class-newline',
         'flake8-comprehensions',
         'flake8-deprecated',

@@ -89,24 +89,26 @@ def check_node(program: Path, environment: dict[str, str], folder: Path) -> None
     import rclpy  # only here: its import needs the environment of this process as it was started
 
     require(program)
+    namespace = f'/check_install_{os.getpid()}'  # others may run on this machine, too
     process = subprocess.Popen(
-        [str(program)], cwd=folder, env=environment, stdin=subprocess.DEVNULL)
+        [str(program), '--ros-args', '-r', f'__ns:={namespace}'],
+        cwd=folder, env=environment, stdin=subprocess.DEVNULL)
+    rclpy.init()
     try:
-        with rclpy.init():
-            watcher = rclpy.create_node('check_install')
-            deadline = time.monotonic() + NODE_TIMEOUT_S
-            while 'phase_traj' not in watcher.get_node_names():
-                if process.poll() is not None:
-                    raise CheckError(f'{program}: exit status {process.returncode} at once')
-                if time.monotonic() > deadline:
-                    raise CheckError(f'{program}: no node named phase_traj appeared')
-                time.sleep(0.1)
-            watcher.destroy_node()
+        watcher = rclpy.create_node('check_install')
+        deadline = time.monotonic() + NODE_TIMEOUT_S
+        while ('phase_traj', namespace) not in watcher.get_node_names_and_namespaces():
+            if process.poll() is not None:
+                raise CheckError(f'{program}: exit status {process.returncode} at once')
+            if time.monotonic() > deadline:
+                raise CheckError(f'{program}: no node named phase_traj appeared')
+            time.sleep(0.1)
         process.send_signal(signal.SIGINT)
         status = process.wait(NODE_TIMEOUT_S)
         if status != 0:
             raise CheckError(f'{program}: exit status {status} on SIGINT')
     finally:
+        rclpy.shutdown()
         if process.poll() is None:
             process.kill()
             process.wait()
@@ -115,8 +117,7 @@ def check_node(program: Path, environment: dict[str, str], folder: Path) -> None
 def check_colcon(workspace: Path, source: Path, environment: dict[str, str]) -> None:
     """Build, look at the installation, run it, test it."""
     say('colcon build')
-    colcon('build', '--event-handlers', 'console_cohesion+',
-           workspace=workspace, environment=environment)
+    colcon('build', workspace=workspace, environment=environment)
     prefix = workspace / 'install' / PACKAGE
     check_share(prefix, source)
 
@@ -127,8 +128,10 @@ def check_colcon(workspace: Path, source: Path, environment: dict[str, str]) -> 
     check_node(programs / 'phase_traj_node', installed, workspace)
 
     say('colcon test')
-    colcon('test', '--event-handlers', 'console_direct+', '--return-code-on-test-failure',
-           '--pytest-args', ' -m', 'not integration', workspace=workspace, environment=installed)
+    colcon('test', '--event-handlers', 'console_direct+', '--pytest-args', ' -m',
+           'not integration', workspace=workspace, environment=installed)
+    results = workspace / 'build' / PACKAGE / 'pytest.xml'
+    require(results)  # without any, the next command would find nothing wrong
     colcon('test-result', '--verbose', workspace=workspace, environment=installed)
 
 
@@ -150,12 +153,9 @@ def main() -> int:
         workspace = Path(folder).resolve()
         source = workspace / 'src' / PACKAGE
         shutil.copytree(ROOT, source, ignore=NOT_SOURCE)
-        # No settings of the user's, neither of colcon nor of the ROS logger.
-        environment = {
-            **os.environ,
-            'COLCON_HOME': str(workspace / '.colcon'),
-            'ROS_LOG_DIR': str(workspace / 'ros_log'),
-        }
+        os.environ['COLCON_HOME'] = str(workspace / '.colcon')  # no settings of the user's
+        os.environ['ROS_LOG_DIR'] = str(workspace / 'ros_log')
+        environment = dict(os.environ)
         try:
             check_colcon(workspace, source, environment)
             check_pip(workspace, source, environment)

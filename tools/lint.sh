@@ -14,12 +14,14 @@ check() {
     if output=$("$@" 2>&1); then
         echo "$name: ok"
     else
-        printf '%s\n' "$output" "$name: failed"
+        printf '%s\n' "$output" | grep -v '^checking '
+        echo "$name: failed"
         failed="$failed $name"
     fi
 }
 
-sources='setup.py phase_traj_ros test launch benchmarks tools'
+# Not the whole folder: environments and builds may lie in it.
+sources=$(find setup.py phase_traj_ros test launch benchmarks tools -name '*.py' 2>/dev/null)
 check ruff "$python" -m ruff check .
 check mypy "$python" -m mypy
 check ament_flake8 "$python" -m ament_flake8.main $sources

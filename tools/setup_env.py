@@ -87,17 +87,17 @@ class Interpreter:
 
     @property
     def path(self) -> str:
-        """The executable itself, not the shim or link it was found by."""
+        """Return the executable itself, not the shim or link it was found by."""
         return self.facts['executable']
 
     @property
     def version(self) -> str:
-        """The full version, such as 3.12.3."""
+        """Return the full version, such as 3.12.3."""
         return '.'.join(map(str, self.facts['version']))
 
     @property
     def minor_version(self) -> str:
-        """The version as in `python3.12`."""
+        """Return the version as in `python3.12`."""
         return '.'.join(map(str, self.facts['version'][:2]))
 
     def __str__(self) -> str:
@@ -109,7 +109,7 @@ def child_environment() -> dict[str, str]:
     environment = dict(os.environ)
     # The ROS wheels of an activated environment mark their own set-up as done, which would
     # keep those of the new one from doing theirs. The other two would install elsewhere.
-    for name in ('_ROS_WHEELS_BOOTSTRAP_COMPLETE', 'PIP_USER', 'PIP_TARGET', '__PYVENV_LAUNCHER__'):
+    for name in ('_ROS_WHEELS_BOOTSTRAP_COMPLETE', 'PIP_USER', 'PIP_TARGET'):
         environment.pop(name, None)
     environment['PIP_DISABLE_PIP_VERSION_CHECK'] = '1'
     return environment
@@ -235,7 +235,8 @@ def find_of_ros(asked: str) -> Interpreter:
         if interpreter is None:
             continue
         if interpreter.facts['lacks']:
-            lacking.append(f'  {interpreter} cannot import {", ".join(interpreter.facts["lacks"])}')
+            missing = ', '.join(interpreter.facts['lacks'])
+            lacking.append(f'  {interpreter} cannot import {missing}')
         elif interpreter.facts['lacks_venv']:
             raise SetupError(f'{interpreter} cannot be used: {venv_advice(interpreter)}.')
         else:
@@ -347,7 +348,7 @@ def set_up(options: argparse.Namespace) -> None:
     environment = Environment(ROOT / options.venv)
     old = environment.stamp()
     of_ros = bool(os.environ.get('ROS_DISTRO')) and not options.wheels
-    kind = f'ROS {os.environ["ROS_DISTRO"]}' if of_ros else 'wheels'
+    kind = f'sourced ROS {os.environ["ROS_DISTRO"]}' if of_ros else 'ROS wheels'
 
     if old.get('kind') == kind and not options.interpreter:
         interpreter = None  # whichever it was made with
@@ -360,15 +361,14 @@ def set_up(options: argparse.Namespace) -> None:
 
     pins = pins_digest(options.constraints)
     extras = set(options.extras.split(','))
-    if interpreter is None and old['pins'] == pins:
-        if extras <= set(old['extras']):
-            return
     if interpreter is None:
+        if old['pins'] == pins and extras <= set(old['extras']):
+            return
         extras |= set(old['extras'])
         print(f'Updating {options.venv} ...', flush=True)
     else:
-        print(f'Setting up {options.venv}: {interpreter}, {kind}; this takes a minute or two ...',
-              flush=True)
+        print(f'Setting up {options.venv} with {interpreter} and {kind}; this takes a minute or '
+              'two ...', flush=True)
 
     constraints = None if of_ros else ROOT / options.constraints
     try:

@@ -132,7 +132,6 @@ class BagSource(FrameSource):
                 yield Candidate(
                     rule.stamp_ns(message.header_stamp_ns, message.receive_ns),
                     partial(self._decode, message.msg, index))
-                del message
 
     def _decode(self, msg: object, index: int) -> GreyImage:
         try:
@@ -143,30 +142,29 @@ class BagSource(FrameSource):
 
     def _messages(self) -> Generator[_Message, None, None]:
         """Yield the topic's messages in the order they were received in."""
+        index = 0
         with self._errors_explained():
             reader = self._reader()
             reader.open()
         try:
-            with self._errors_explained():
-                raw_messages = reader.messages(connections=[
-                    each for each in reader.connections
-                    if each.topic == self._topic.name and each.msgtype in IMAGE_TYPES
-                ])
-            index = 0
-            while True:
-                with self._errors_explained():
-                    raw = next(raw_messages, None)
-                if raw is None:
-                    break
-                connection, receive_ns, data = raw
-                with self._errors_explained(f', topic {self._topic.name}, message {index}'):
-                    msg = self._deserialise(data, connection.msgtype)
-                    stamp = to_nanoseconds(cast('_Stamped', msg).header.stamp)
-                yield _Message(msg, stamp, receive_ns)
-                index += 1
+            raw_messages = reader.messages(connections=[
+                each for each in reader.connections
+                if each.topic == self._topic.name and each.msgtype in IMAGE_TYPES
+            ])
+            with closing(raw_messages):
+                while True:
+                    with self._errors_explained():
+                        raw = next(raw_messages, None)
+                    if raw is None:
+                        break
+                    connection, receive_ns, data = raw
+                    with self._errors_explained(f', topic {self._topic.name}, message {index}'):
+                        msg = self._deserialise(data, connection.msgtype)
+                        stamp = to_nanoseconds(cast('_Stamped', msg).header.stamp)
+                    yield _Message(msg, stamp, receive_ns)
+                    index += 1
         finally:
-            with self._errors_explained():
-                reader.close()
+            reader.close()
         if index == 0 and self._topic.count > 0:
             raise SourceError(
                 f'{self._path}: its index has {self._topic.count} messages on '
@@ -194,6 +192,8 @@ class BagSource(FrameSource):
         # decompressors, no memory for an absurd length), so any exception is expected here.
         except Exception as error:
             reason = ' '.join(str(error).split())[:_MAX_REASON].rstrip('.')
+            if isinstance(error, (MemoryError, OverflowError)):
+                reason = 'it claims an absurd length'
             reason = reason or type(error).__name__
             raise SourceError(
                 f'{self._path}{where} cannot be read as a {self._kind.value} ({reason}); '

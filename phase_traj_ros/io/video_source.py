@@ -25,6 +25,7 @@ from phase_traj_ros.io.source import (
 
 _MAX_CONTAINER_FPS = 1000.0
 _MAX_FRAME_COUNT = 2 ** 32
+_MAX_POSITION_MS = 1e12
 _SNIFFED_BYTES = 4096
 
 
@@ -41,15 +42,15 @@ class VideoClock:
         self._use_positions = use_positions
         self._anchor_ns = 0
         self._since_anchor = -1
-        self._last_ns: int | None = None
+        self._last_ns = 0
 
     def stamp_ns(self, position_ms: float) -> int:
         """Return the stamp, in nanoseconds, of the next frame, which is at that position."""
         self._since_anchor += 1
         stamp_ns = self._anchor_ns + index_stamp_ns(self._since_anchor, self._fps)
-        if self._use_positions and math.isfinite(position_ms):
+        if self._use_positions and 0 < position_ms < _MAX_POSITION_MS:
             position_ns = round(position_ms * 1e6)
-            if position_ns > (self._last_ns if self._last_ns is not None else 0):
+            if position_ns > self._last_ns:
                 stamp_ns = self._anchor_ns = position_ns
                 self._since_anchor = 0
         self._last_ns = stamp_ns

@@ -17,6 +17,7 @@ from phase_traj_ros.parameters import NODE_NAME
 
 _EVERYTHING = QoSProfile(
     history=HistoryPolicy.KEEP_ALL, depth=1, reliability=ReliabilityPolicy.RELIABLE)
+_ASK_AGAIN_S = 2.0
 _LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 
@@ -60,8 +61,14 @@ class Recorder(Node):
         deadline = time.monotonic() + timeout_s
         while not self._reset.service_is_ready():
             self._wait(spin_once, deadline)
+        # An answer is lost now and then: the node may see the call before it sees who calls.
         answer = self._reset.call_async(Trigger.Request())
+        asked = time.monotonic()
         while not answer.done():
+            if time.monotonic() > asked + _ASK_AGAIN_S:
+                self._reset.remove_pending_request(answer)
+                answer = self._reset.call_async(Trigger.Request())
+                asked = time.monotonic()
             self._wait(spin_once, deadline)
         self.chain_code.clear()
         self.paths.clear()

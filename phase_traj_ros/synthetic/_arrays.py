@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Names for the kinds of array used here."""
 
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -12,3 +12,8 @@ Bytes: TypeAlias = npt.NDArray[np.uint8]
 Floats: TypeAlias = npt.NDArray[np.float64]
 Singles: TypeAlias = npt.NDArray[np.float32]
 Ints: TypeAlias = npt.NDArray[np.int64]
+
+
+def as_bytes(picture: Any) -> Bytes:
+    """Return a picture that OpenCV made, whose type it does not tell, without a copy."""
+    return np.asarray(picture, np.uint8)

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from phase_traj_ros.synthetic._arrays import Bytes, Floats, Ints
+from phase_traj_ros.synthetic._arrays import as_bytes, Bytes, Floats, Ints
 
 #: Shrunk by up to 2 ** LEVELS in each direction.
 LEVELS = 6
@@ -30,8 +30,8 @@ class Atlas:
     The picture, and where in it the unshrunk textures are.
 
     ``image``: (2 h, 2 w) uint8, of which [:h, :w] is the sheet of unshrunk textures;
-    ``left``, ``bottom``: (T,) pixels; ``length``, ``height``: (T,) metres; ``density``: (T,) pixels
-    per metre.
+    ``left``, ``bottom``: (T,) pixels; ``length``, ``height``: (T,) metres; ``density``: (T,)
+    pixels per metre.
     """
 
     image: Bytes
@@ -52,9 +52,8 @@ class Atlas:
 
 def _in_ripmap(edge: Floats, level: Ints, size: int) -> Floats:
     """Take a coordinate counted from the sheet's edge to one counted from a pixel's centre."""
-    shrink = 0.5 ** level
-    result: Floats = size * (1.0 - shrink) + edge * shrink - 0.5
-    return result
+    shrink: Floats = np.exp2(-level.astype(np.float64))
+    return size * (1.0 - shrink) + edge * shrink - 0.5
 
 
 def level_of(footprint: Floats) -> Ints:
@@ -98,10 +97,10 @@ def _ripmap(sheet: Bytes) -> Bytes:
         for column in range(LEVELS + 1):
             left = 2 * width - 2 * (width >> column)
             image[top:top + wide.shape[0], left:left + wide.shape[1]] = wide
-            wide = cv2.resize(
-                wide, (wide.shape[1] // 2, wide.shape[0]), interpolation=cv2.INTER_AREA)
-        tall = cv2.resize(
-            tall, (tall.shape[1], tall.shape[0] // 2), interpolation=cv2.INTER_AREA)
+            wide = as_bytes(cv2.resize(
+                wide, (wide.shape[1] // 2, wide.shape[0]), interpolation=cv2.INTER_AREA))
+        tall = as_bytes(cv2.resize(
+            tall, (tall.shape[1], tall.shape[0] // 2), interpolation=cv2.INTER_AREA))
     return image
 
 

@@ -96,7 +96,7 @@ def rotation(yaw: float, pitch: float, roll: float) -> Floats:
 
 
 def quaternion(pose: Pose) -> tuple[float, float, float, float]:
-    """Return the orientation of ``pose`` as the quaternion (x, y, z, w)."""
+    """Return the orientation as a quaternion: x, y, z, w."""
     (cy, cp, cr) = np.cos((pose.yaw / 2, pose.pitch / 2, pose.roll / 2))
     (sy, sp, sr) = np.sin((pose.yaw / 2, pose.pitch / 2, pose.roll / 2))
     return (

@@ -81,21 +81,29 @@ class Drive:
         """Return how far the camera turns from each frame to the next, (N - 1,) radians."""
         return np.diff(np.unwrap(self.poses[:, 2]))
 
-    def frames(self, start: int, stop: int) -> Drive:
-        """Return the part from frame ``start`` up to, without, ``stop``, with its whole turns."""
-        inside = tuple(
-            TrueTurn(turn.start_frame - start, turn.end_frame - start, turn.angle_deg)
-            for turn in self.turns if start <= turn.start_frame and turn.end_frame < stop)
+    def take(self, frames: npt.ArrayLike) -> Drive:
+        """
+        Return the drive with these frames only, indices that rise.
+
+        Turns that begin before the first of them or end after the last are left out.
+        """
+        index = np.asarray(frames, np.int64)
+        turns = tuple(
+            TrueTurn(
+                int(np.searchsorted(index, turn.start_frame, side='right')) - 1,
+                int(np.searchsorted(index, turn.end_frame)), turn.angle_deg)
+            for turn in self.turns
+            if len(index) and index[0] <= turn.start_frame and turn.end_frame <= index[-1])
         return replace(
-            self, stamps_ns=self.stamps_ns[start:stop].copy(),
-            poses=self.poses[start:stop].copy(), turns=inside)
+            self, stamps_ns=self.stamps_ns[index], poses=self.poses[index], turns=turns)
 
 
 def stamps_at(count: int, rate_hz: float) -> Ints:
     """Return the stamps of ``count`` frames at a steady rate, in nanoseconds."""
     if not rate_hz > 0:
         raise ParameterError(f'{rate_hz} frames per second is no rate: give a positive number')
-    return EPOCH_NS + np.rint(np.arange(count) * (1e9 / rate_hz)).astype(np.int64)
+    since: Ints = np.rint(np.arange(count) * (1e9 / rate_hz)).astype(np.int64)
+    return EPOCH_NS + since
 
 
 def _true_turns(plan: Plan, rate_hz: float) -> tuple[TrueTurn, ...]:

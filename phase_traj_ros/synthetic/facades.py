@@ -4,6 +4,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import cv2
 import numpy as np
 
@@ -48,7 +50,8 @@ def _brick_courses(
     picture = tones[row[:, None], place.astype(int)]
     mortar = ((rows % 1.0) < 0.16)[:, None] | ((place % 1.0) < 0.06)
     picture[mortar] = rng.uniform(1.1, 1.4)
-    return picture.astype(np.float32)
+    bricks: Singles = picture.astype(np.float32)
+    return bricks
 
 
 def _plaster(
@@ -105,7 +108,7 @@ def _window(
 
 def _columns(rng: np.random.Generator, length: float) -> list[tuple[float, float]]:
     """Return (left edge, width) of the windows along a wall, never evenly spaced."""
-    columns = []
+    columns: list[tuple[float, float]] = []
     x = rng.uniform(0.5, 1.8)
     while True:
         width = rng.uniform(0.7, 1.9)
@@ -139,7 +142,7 @@ def facade(
     columns = _columns(rng, length)
     sill = rng.uniform(0.75, 1.0)
     canvas.box(0, 0, length, float(floors[0]), tone=rng.uniform(40, 130), keep=0.3)
-    for (ground, (floor, ceiling)) in enumerate(zip(floors[:-1], floors[1:])):
+    for (ground, (floor, ceiling)) in enumerate(pairwise(floors)):
         if rng.random() < 0.3:
             canvas.box(0, ceiling - 0.15, length, rng.uniform(0.1, 0.3),
                        tone=rng.uniform(60, 240), keep=0.2)

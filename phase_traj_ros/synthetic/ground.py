@@ -5,11 +5,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import cv2
 import numpy as np
 
-from phase_traj_ros.synthetic._arrays import Bytes, Floats, Singles
+from phase_traj_ros.synthetic._arrays import as_bytes, Bytes, Floats, Singles
 from phase_traj_ros.synthetic.camera import Camera, Pose
 
 _LEVELS = 7
@@ -21,9 +22,9 @@ def _pyramid(picture: Bytes) -> tuple[Bytes, ...]:
     levels = [picture]
     for _ in range(_LEVELS - 1):
         (height, width) = levels[-1].shape
-        levels.append(cv2.resize(
+        levels.append(as_bytes(cv2.resize(
             levels[-1], (max(width // 2, 1), max(height // 2, 1)),
-            interpolation=cv2.INTER_AREA))
+            interpolation=cv2.INTER_AREA)))
     return tuple(levels)
 
 
@@ -53,25 +54,22 @@ class Ground:
 
     def draw(self, picture: Bytes, camera: Camera, pose: Pose) -> None:
         """Draw all rows of ``picture`` below the horizon, seen by a level camera."""
-        first = max(int(np.floor(camera.cy)) + 1, 0)
-        if first >= camera.height:
-            return
-        rows = np.arange(first, camera.height)
-        depth = camera.focal * camera.above_ground / (rows - camera.cy)
-        picture[rows[depth > _HORIZON]] = int(self.paint[-1].mean())
-        rows = rows[depth <= _HORIZON]
-        depth = depth[depth <= _HORIZON]
+        first = min(max(int(np.floor(camera.cy)) + 1, 0), camera.height)
+        below = np.arange(first, camera.height, dtype=np.float64) - camera.cy
+        depth = camera.focal * camera.above_ground / below
+        near = first + int(np.count_nonzero(depth > _HORIZON))
+        picture[first:near] = int(self.paint[-1].mean())
+        depth = depth[near - first:]
         # A pixel covers depth / f across and depth ** 2 / (f h) along.
         footprint = depth ** 1.5 / (camera.focal * camera.above_ground ** 0.5)
-        levels = [
+        (paint, grain) = (
             np.clip(np.rint(np.log2(footprint * density)), 0, _LEVELS - 1).astype(int)
-            for density in (self.paint_density, self.grain_density)]
-        edges = np.flatnonzero(np.diff(levels[0]) | np.diff(levels[1])) + 1
-        for band in np.split(np.arange(len(rows)), edges):
-            if len(band):
-                picture[rows[band[0]]:rows[band[-1]] + 1] = self._band(
-                    camera, pose, depth[band],
-                    int(levels[0][band[0]]), int(levels[1][band[0]]))
+            for density in (self.paint_density, self.grain_density))
+        edges = np.flatnonzero(np.diff(paint) | np.diff(grain)) + 1
+        for (begin, end) in pairwise([0, *edges.tolist(), len(depth)]):
+            if end > begin:
+                picture[near + begin:near + end] = self._band(
+                    camera, pose, depth[begin:end], int(paint[begin]), int(grain[begin]))
 
     def _band(
         self, camera: Camera, pose: Pose, depth: Floats, paint_level: int, grain_level: int,
@@ -96,8 +94,7 @@ class Ground:
             maps.append(place)
         grain = cv2.remap(
             tile, maps[0], maps[1], cv2.INTER_LINEAR, borderMode=cv2.BORDER_WRAP)
-        product: Bytes = cv2.multiply(paint, grain, scale=1 / 128)
-        return product
+        return as_bytes(cv2.multiply(paint, grain, scale=1 / 128))
 
 
 def _affine(depth: Floats, direction: Floats, scale: float, offset: float) -> Singles:
@@ -105,4 +102,3 @@ def _affine(depth: Floats, direction: Floats, scale: float, offset: float) -> Si
     place = np.outer((depth * scale).astype(np.float32), direction.astype(np.float32))
     place += np.float32(offset)
     return place
-

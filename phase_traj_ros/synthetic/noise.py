@@ -22,7 +22,8 @@ def spectral_noise(
     spectrum *= frequency ** -slope
     spectrum[0, 0] = 0.0
     noise = np.fft.irfft2(spectrum, (height, width))
-    return (noise / noise.std()).astype(np.float32)
+    normalised: Singles = (noise / noise.std()).astype(np.float32)
+    return normalised
 
 
 class NoiseBank:
@@ -40,4 +41,5 @@ class NoiseBank:
         (top, left) = self._rng.integers(self._size, size=2)
         rows = np.arange(top, top + height) % self._size
         columns = np.arange(left, left + width) % self._size
-        return self._noises[slope][np.ix_(rows, columns)]
+        patch: Singles = self._noises[slope][np.ix_(rows, columns)]
+        return patch

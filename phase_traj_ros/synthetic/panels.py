@@ -1,12 +1,12 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Everything solid in a scene is a panel: an upright piece of a plane over a line on the ground."""
+"""Everything solid is made of panels: upright pieces of planes over lines on the ground."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, fields
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -17,8 +17,8 @@ class Panel(NamedTuple):
     """
     One upright panel.
 
-    From ``start`` to ``end`` (x, y) in metres, between the heights ``base`` and ``top``, cut out by
-    ``silhouette``. Its texture begins ``offset`` metres from the texture's left edge, at its
+    From ``start`` to ``end`` (x, y) in metres, between the heights ``base`` and ``top``, cut out
+    by ``silhouette``. Its texture begins ``offset`` metres from the texture's left edge, at its
     bottom, and is brightened by ``gain``. It is not drawn from farther away than ``reach``.
     """
 
@@ -51,7 +51,7 @@ class Panels:
     def of(cls, panels: Iterable[Panel]) -> Panels:
         """Join single panels."""
         columns = list(zip(*panels)) or [()] * len(Panel._fields)
-        arrays = {}
+        arrays: dict[str, Any] = {}
         for (name, values) in zip(Panel._fields, columns):
             kind = np.int64 if name in ('texture', 'silhouette') else np.float64
             shape = (-1, 2) if name in ('start', 'end') else (-1,)
@@ -70,7 +70,8 @@ class Panels:
     def lengths(self) -> Floats:
         """Return the length of each panel along the ground, in metres."""
         (dx, dy) = (self.end - self.start).T
-        return np.hypot(dx, dy)
+        lengths: Floats = np.hypot(dx, dy)
+        return lengths
 
     def distance_to(self, x: float, y: float) -> Floats:
         """Return the distance of each panel's footprint from a point on the ground, in metres."""
@@ -78,4 +79,5 @@ class Panels:
         offset = np.array((x, y)) - self.start
         share = (offset * along).sum(axis=1) / np.maximum((along * along).sum(axis=1), 1e-12)
         gap = offset - np.clip(share, 0.0, 1.0)[:, None] * along
-        return np.hypot(gap[:, 0], gap[:, 1])
+        distances: Floats = np.hypot(gap[:, 0], gap[:, 1])
+        return distances

@@ -8,8 +8,9 @@ from collections.abc import Sequence
 
 import cv2
 import numpy as np
+import numpy.typing as npt
 
-from phase_traj_ros.synthetic._arrays import Bytes, Floats
+from phase_traj_ros.synthetic._arrays import as_bytes, Bytes, Floats
 from phase_traj_ros.synthetic.ground import Ground
 from phase_traj_ros.synthetic.noise import spectral_noise
 from phase_traj_ros.synthetic.streets import Street
@@ -26,6 +27,8 @@ _SHIFT = 4
 
 
 class _Map:
+    """A map of all streets: draws lines and areas given in metres."""
+
     def __init__(self, streets: Sequence[Street]) -> None:
         points = np.concatenate([street.line for street in streets])
         self.origin = points.min(axis=0) - _MARGIN
@@ -36,10 +39,11 @@ class _Map:
     def blank(self, tone: int) -> Bytes:
         return np.full((self.height, self.width), tone, np.uint8)
 
-    def pixels(self, points: Floats) -> np.ndarray[tuple[int, ...], np.dtype[np.int32]]:
+    def pixels(self, points: Floats) -> npt.NDArray[np.int32]:
         """Return drawing coordinates, in fractions of a pixel."""
         place = (points - self.origin) * self.density - 0.5
-        return np.round(place * 2 ** _SHIFT).astype(np.int32)
+        pixels: npt.NDArray[np.int32] = np.round(place * 2 ** _SHIFT).astype(np.int32)
+        return pixels
 
     def line(self, picture: Bytes, points: Floats, width: float, tone: float) -> None:
         cv2.polylines(
@@ -63,26 +67,26 @@ def _mend(rng: np.random.Generator, area: _Map, picture: Bytes, street: Street) 
     for _ in range(int(total / 9)):
         (along, left) = (rng.uniform(0, total), rng.uniform(-ROADWAY + 0.6, ROADWAY - 0.6))
         (length, width) = rng.uniform((0.4, 0.4), (5.0, 1.8))
-        area.line(picture, street.beside([along, along + length], left), width,
+        area.line(picture, street.beside(np.array([along, along + length]), left), width,
                   rng.uniform(55, 115))
     for _ in range(int(total / 12)):
         along = rng.uniform(0, total) + np.arange(0.0, rng.uniform(3.0, 25.0), 0.7)
         wander = np.cumsum(rng.normal(0.0, 0.06, len(along)))
         left = rng.uniform(-3.6, 3.6)
         crack = np.concatenate([
-            street.beside([place], left + sway)
+            street.beside(np.array([place]), left + sway)
             for (place, sway) in zip(along, np.clip(wander, -0.6, 0.6))])
         area.line(picture, crack, 0.05, rng.uniform(30, 60))
     for along in np.arange(0.0, total, 7.0):
         area.line(picture, street.beside(np.linspace(along, along + 3.0, 4), 1.7), 0.13, 205)
 
 
-def _shade(rng: np.random.Generator, area: _Map, shadows: Sequence[Floats]) -> Bytes:
+def _shade(area: _Map, shadows: Sequence[Floats]) -> Bytes:
     """Return how much light each place gets, 128 in full sun."""
     light = area.blank(128)
     for shadow in shadows:
         area.area(light, shadow, 55)
-    return cv2.GaussianBlur(light, (3, 3), 0.8)
+    return as_bytes(cv2.GaussianBlur(light, (3, 3), 0.8))
 
 
 def pave(
@@ -98,7 +102,7 @@ def pave(
     roads = [rng.uniform(78, 108) for _ in streets]
     for (street, tone) in zip(streets, roads):
         area.line(picture, street.line, 2 * ROADWAY - 0.35, tone)
-    for street in streets:
+    for street in (street for street in streets if not street.again):
         _mend(rng, area, picture, street)
     mottle = _tile(rng, slope=1.0, contrast=0.07)
     across = -(-area.width // _TILE)
@@ -106,7 +110,7 @@ def pave(
         rows = picture[top:top + _TILE]
         patch = np.tile(mottle[:len(rows)], (1, across))[:, :area.width]
         rows[:] = cv2.multiply(rows, patch, scale=1 / 128)
-    picture = cv2.multiply(picture, _shade(rng, area, shadows), scale=1 / 128)
+    picture = as_bytes(cv2.multiply(picture, _shade(area, shadows), scale=1 / 128))
     (x, y) = area.origin.tolist()
     return Ground.of(
         picture, (x, y), area.density, _tile(rng, slope=0.2, contrast=0.2), _GRAIN_DENSITY)

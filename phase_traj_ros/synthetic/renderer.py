@@ -7,7 +7,7 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from phase_traj_ros.synthetic._arrays import Bytes, Floats, Ints, Singles
+from phase_traj_ros.synthetic._arrays import as_bytes, Bytes, Floats, Ints, Singles
 from phase_traj_ros.synthetic.atlas import level_of
 from phase_traj_ros.synthetic.camera import Camera, level_view, Pose
 from phase_traj_ros.synthetic.scene import Scene
@@ -28,17 +28,13 @@ def render(scene: Scene, camera: Camera, pose: Pose) -> Bytes:
     level one, rotated by the exact homography; a tilt far from level raises `ParameterError`.
     """
     if pose.pitch == 0 and pose.roll == 0:
-        return _blurred(_render_level(scene, camera, pose))
-    (level, homography) = level_view(camera, pose.pitch, pose.roll)
-    picture = cv2.warpPerspective(
-        _render_level(scene, level, pose), homography, (camera.width, camera.height),
-        flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP, borderMode=cv2.BORDER_REPLICATE)
-    return _blurred(picture)
-
-
-def _blurred(picture: Bytes) -> Bytes:
-    blurred: Bytes = cv2.GaussianBlur(picture, (3, 3), _LENS)
-    return blurred
+        level = _render_level(scene, camera, pose)
+        return as_bytes(cv2.GaussianBlur(level, (3, 3), _LENS))
+    # The interpolation blurs as much as the lens does.
+    (view, homography) = level_view(camera, pose.pitch, pose.roll)
+    return as_bytes(cv2.warpPerspective(
+        _render_level(scene, view, pose), homography, (camera.width, camera.height),
+        flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP, borderMode=cv2.BORDER_REPLICATE))
 
 
 def _render_level(scene: Scene, camera: Camera, pose: Pose) -> Bytes:
@@ -91,4 +87,4 @@ def _draw_panels(
     walls += _spread((1.0 - clear) * _AIR, runs.length, camera)
     np.clip(walls, 0, 255, out=walls)
     mask = np.repeat(solid.astype(np.uint8), runs.length).reshape(camera.width, camera.height)
-    return (cv2.transpose(walls.astype(np.uint8)), cv2.transpose(mask))
+    return (as_bytes(cv2.transpose(walls.astype(np.uint8))), as_bytes(cv2.transpose(mask)))

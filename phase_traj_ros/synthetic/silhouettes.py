@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from enum import Enum, auto
+from enum import auto, Enum
 
 import numpy as np
 
@@ -56,7 +56,8 @@ def _ragged(rng: np.random.Generator) -> Floats:
     for (knots, weight) in ((7, 1.0), (19, 0.5), (49, 0.25), (97, 0.12)):
         line += weight * np.interp(
             np.linspace(0, 1, _SAMPLES), np.linspace(0, 1, knots), rng.standard_normal(knots))
-    return line / line.std()
+    ragged: Floats = line / line.std()
+    return ragged
 
 
 def build_silhouettes(rng: np.random.Generator) -> Silhouettes:
@@ -65,7 +66,7 @@ def build_silhouettes(rng: np.random.Generator) -> Silhouettes:
     flat = np.zeros(_SAMPLES)
     bow = np.sqrt(np.maximum(1.0 - x * x, 0.0))
     edges: list[tuple[Floats, Floats]] = [(flat + 1.0, flat), (1.0 - np.abs(x), flat)]
-    members = {Outline.SQUARE: (0,), Outline.GABLE: (1,)}
+    members: dict[Outline, tuple[int, ...]] = {Outline.SQUARE: (0,), Outline.GABLE: (1,)}
 
     def add(outline: Outline, upper: Floats, lower: Floats) -> None:
         members[outline] = (*members.get(outline, ()), len(edges))

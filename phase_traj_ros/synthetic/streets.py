@@ -24,6 +24,11 @@ _APART = 24.0
 _SHARP = np.radians(50.0)
 _BEND = 16
 
+#: A route that comes this near, in metres, to where it was more than _REVISIT metres before is
+#: in the same street again.
+_SAME_LANE = 6.0
+_REVISIT = 24
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Street:
@@ -31,25 +36,27 @@ class Street:
     A street.
 
     ``line``: its middle, (N, 2) in metres, about a metre from point to point; ``half_width``: from
-    there to the fronts of the houses.
+    there to the fronts of the houses; ``again``: it runs where another street already is, so
+    that it is kept free and paved, but nothing is built along it.
     """
 
     line: Floats
     half_width: float = 8.0
+    again: bool = False
 
     def lengths(self) -> Floats:
         """Return the length of the street up to each point, (N,)."""
         (dx, dy) = np.diff(self.line, axis=0).T
         return np.concatenate([[0.0], np.cumsum(np.hypot(dx, dy))])
 
-    def beside(self, along: npt.ArrayLike, left: float) -> Floats:
+    def beside(self, along: Floats, left: float) -> Floats:
         """Return the points (M, 2) ``along`` the street (M,), ``left`` of its middle."""
         lengths = self.lengths()
         ahead = np.gradient(self.line, axis=0)
         (x, y, dx, dy) = (
             np.interp(along, lengths, values) for values in (*self.line.T, *ahead.T))
         scale = left / np.maximum(np.hypot(dx, dy), 1e-9)
-        return np.stack([x - dy * scale, y + dx * scale], axis=-1)
+        return np.stack([x - dy * scale, y + dx * scale], axis=1)
 
 
 def evenly(points: npt.ArrayLike, *, step: float = 1.0) -> Floats:
@@ -104,11 +111,12 @@ def _corners(route: Floats) -> Ints:
     if len(heading) <= 2 * _BEND:
         return np.zeros(0, np.int64)
     change = np.abs(heading[2 * _BEND:] - heading[:-2 * _BEND])
-    best = [
-        index for index in np.flatnonzero(change > _SHARP)
-        if change[index] >= change[max(index - _BEND, 0):index + _BEND + 1].max()]
-    apart = [index for (before, index) in zip([-9 * _BEND, *best], best) if index - before > 9]
-    return np.array(apart, np.int64) + _BEND
+    corners: list[int] = []
+    for index in np.flatnonzero(change > _SHARP).tolist():
+        sharpest = change[max(index - _BEND, 0):index + _BEND + 1].max()
+        if change[index] >= sharpest and not (corners and index - corners[-1] < _BEND):
+            corners.append(index)
+    return np.array(corners, np.int64) + _BEND
 
 
 def _trimmed(side: Floats, route: Floats) -> Floats | None:
@@ -121,12 +129,28 @@ def _trimmed(side: Floats, route: Floats) -> Floats | None:
     return side if len(side) > 1.5 * _APART else None
 
 
+def _pieces(route: Floats) -> list[Street]:
+    """Cut a route into the pieces where it is new and those where it has been before."""
+    been = np.zeros(len(route), bool)
+    for index in range(_REVISIT, len(route)):
+        (dx, dy) = (route[:index - _REVISIT + 1] - route[index]).T
+        been[index] = (dx * dx + dy * dy).min() < _SAME_LANE ** 2
+    edges = np.flatnonzero(np.diff(been)) + 1
+    pieces = []
+    for (first, last) in zip([0, *edges], [*edges, len(route)]):
+        # The pieces meet in one point.
+        line = route[first:last + 1]
+        if len(line) > 1:
+            pieces.append(Street(line, again=bool(been[first]) or len(line) < _REVISIT // 2))
+    return pieces
+
+
 def streets_along(points: npt.ArrayLike, rng: np.random.Generator) -> tuple[Street, ...]:
     """
     Return the street that follows a route (N, 2), in metres, and streets off it.
 
     Where the route turns sharply, the streets it leaves and enters go on straight; side streets
-    leave it at random places.
+    leave it at random places. Where it runs along itself again there is but one street.
     """
     route = evenly(points)
     sides = []
@@ -146,4 +170,5 @@ def streets_along(points: npt.ArrayLike, rng: np.random.Generator) -> tuple[Stre
                     route[index], side * np.array([-dy, dx]), rng.uniform(*_SIDE_LENGTH)))
         place += rng.uniform(*_SIDE_SPACING)
     trimmed = (_trimmed(side, route) for side in sides)
-    return (Street(_straight_on(route)), *(Street(side) for side in trimmed if side is not None))
+    return (
+        *_pieces(_straight_on(route)), *(Street(side) for side in trimmed if side is not None))

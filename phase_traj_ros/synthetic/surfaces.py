@@ -7,11 +7,11 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from phase_traj_ros.synthetic._arrays import Bytes, Singles
+from phase_traj_ros.synthetic._arrays import Bytes, Floats, Singles
 from phase_traj_ros.synthetic.noise import NoiseBank
 
 
-def _picture(values: Singles) -> Bytes:
+def _picture(values: Singles | Floats) -> Bytes:
     return np.clip(values, 4, 255).astype(np.uint8)
 
 

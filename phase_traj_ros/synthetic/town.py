@@ -29,8 +29,8 @@ class Town:
     """
     What has been built so far.
 
-    ``poses``: where nothing solid may be; ``corridors``: where no house may be; ``roadways``: where
-    no tree or car may be; ``sun``: unit vector on the ground towards the sun; ``shadows``:
+    ``poses``: where nothing solid may be; ``corridors``: where no house may be; ``roadways``:
+    where no tree or car may be; ``sun``: unit vector on the ground towards the sun; ``shadows``:
     polygons on the ground (K, 2).
     """
 
@@ -181,7 +181,7 @@ def _row_of_houses(town: Town, street: Street, side: float) -> None:
         gap = rng.random() < 0.2
         width = min(rng.uniform(3.0, 8.0) if gap else rng.uniform(8.0, 15.0), total - place)
         setback = street.half_width + rng.uniform(0.0, 1.6)
-        (start, end) = street.beside([place, place + width], side * setback)
+        (start, end) = street.beside(np.array([place, place + width]), side * setback)
         away = side * np.array([-(end - start)[1], (end - start)[0]])
         away /= max(float(np.hypot(*away)), 1e-9)
         free = town.free_stretch(start, end)
@@ -202,7 +202,7 @@ def _second_row(town: Town, street: Street, side: float) -> None:
     place = rng.uniform(0.0, 20.0)
     while place < total:
         left = side * (street.half_width + rng.uniform(16.0, 32.0))
-        (start, end) = street.beside([place, place + rng.uniform(10.0, 22.0)], left)
+        (start, end) = street.beside(np.array([place, place + rng.uniform(10.0, 22.0)]), left)
         if rng.random() < 0.4:
             free = town.free_stretch(start, end)
             if free is not None:
@@ -220,17 +220,17 @@ def _furniture(town: Town, street: Street, side: float) -> None:
     place = rng.uniform(0.0, trees)
     while place < total:
         left = side * (street.half_width - rng.uniform(0.6, 1.2))
-        town.tree(street.beside([place], left)[0], size=rng.uniform(1.4, 2.1))
+        town.tree(street.beside(np.array([place]), left)[0], size=rng.uniform(1.4, 2.1))
         place += trees * rng.uniform(0.6, 1.5)
     place = rng.uniform(0.0, 10.0)
     while place < total:
         if rng.random() < cars:
-            (rear, front) = street.beside([place - 1.0, place + 1.0], side * 5.6)
+            (rear, front) = street.beside(np.array([place - 1.0, place + 1.0]), side * 5.6)
             heading = (front - rear) / max(float(np.hypot(*(front - rear))), 1e-9)
             town.car((rear + front) / 2, heading if rng.random() < 0.7 else -heading)
         place += rng.uniform(5.0, 7.5)
     for place in np.arange(rng.uniform(0.0, 25.0), total, 27.0):
-        town.lamp(street.beside([place], side * 4.8)[0])
+        town.lamp(street.beside(np.array([place]), side * 4.8)[0])
 
 
 def _close(town: Town, street: Street, index: int) -> None:
@@ -248,8 +248,10 @@ def _close(town: Town, street: Street, index: int) -> None:
 
 
 def build(town: Town, streets: Sequence[Street]) -> None:
-    """Build along all streets."""
+    """Build along all streets that are not there already."""
     for (index, street) in enumerate(streets):
+        if street.again:
+            continue
         _close(town, street, index)
         for side in (-1.0, 1.0):
             _row_of_houses(town, street, side)

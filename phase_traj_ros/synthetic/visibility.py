@@ -98,7 +98,8 @@ def cut(panels: Panels, silhouettes: Silhouettes, camera: Camera, pose: Pose) ->
 
     def rows(height: Floats) -> Ints:
         row = camera.cy + camera.focal * (camera.above_ground - height) / depth
-        return np.clip(np.ceil(row), 0, camera.height).astype(np.int64)
+        clipped: Ints = np.clip(np.ceil(row), 0, camera.height).astype(np.int64)
+        return clipped
 
     return Strips(
         panel=panel, column=column, depth=depth, along=share * length, stretch=stretch,
@@ -112,7 +113,8 @@ def _nearest_first(strips: Strips) -> Ints:
     millimetres = np.minimum(strips.depth[index] * 1000, 2 ** _DEPTH_BITS - 1).astype(np.int64)
     key = (strips.column[index] << _DEPTH_BITS | millimetres) << _INDEX_BITS | index
     key.sort()
-    return key & (2 ** _INDEX_BITS - 1)
+    order: Ints = key & (2 ** _INDEX_BITS - 1)
+    return order
 
 
 def _table(column: Ints, values: Ints, width: int, missing: int) -> Ints:

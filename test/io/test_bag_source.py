@@ -45,11 +45,11 @@ def test_single_file(tmp_path, maker):
 def test_single_file_of_an_old_rosbags(tmp_path, maker, monkeypatch):
     from rosbags.rosbag2 import reader
     file = maker.single_file(maker.drive(tmp_path / 'bag'))
-    monkeypatch.delattr(reader, 'DirectoryReader')
+    monkeypatch.delattr(reader, 'DirectoryReader', raising=False)
     if maker.kind == 'ros1':
         assert len(stamps_of(file)) == 5
     else:
-        with pytest.raises(MissingDependencyError, match='rosbags 0.11 or later'):
+        with pytest.raises(MissingDependencyError, match=r'rosbags 0.11 or later'):
             open_source(file)
 
 
@@ -86,7 +86,7 @@ def several_topics(maker, path, drive_frame, right_messages=1):
 
 def test_several_image_topics(tmp_path, maker, drive_frame):
     path = several_topics(maker, tmp_path / 'bag', drive_frame)
-    with pytest.raises(SourceError, match='several image topics.*--topic') as caught:
+    with pytest.raises(SourceError, match=r'several image topics.*--topic') as caught:
         open_source(path)
     message = str(caught.value)
     assert '/left/image (sensor_msgs/msg/Image, 2 messages)' in message
@@ -114,7 +114,7 @@ def test_unknown_topic(tmp_path, maker, topic):
 def test_no_images(tmp_path, maker):
     path = maker.write(tmp_path / 'bag', {
         f'/chatter{index:02}': (STRING, [(SECOND, maker.text('hello'))]) for index in range(30)})
-    with pytest.raises(SourceError, match='no image topic; it has .*chatter00.*and 10 more'):
+    with pytest.raises(SourceError, match=r'no image topic; it has .*chatter00.*and 10 more'):
         open_source(path)
 
 
@@ -193,7 +193,7 @@ def test_message_that_is_cut_off(tmp_path, maker, drive_frame):
     maker.single_file(path).write_bytes(
         whole[:place] + (2 ** 31 - 1).to_bytes(4, 'little') + whole[place + 4:])
     with open_source(path) as source, pytest.raises(
-            SourceError, match='cannot be read as a ROS . bag') as caught:
+            SourceError, match=r'cannot be read as a ROS . bag') as caught:
         list(source)
     assert '\n' not in str(caught.value)
 
@@ -235,6 +235,10 @@ def test_recording_that_was_cut_off(tmp_path, maker, kept):
     file = maker.single_file(path)
     whole = file.read_bytes()
     file.write_bytes(whole[:int(len(whole) * kept)])
+    if maker.kind == 'sqlite3' and kept > 0.99:
+        # The end of the last page is free space.
+        assert len(stamps_of(path)) == 8
+        return
     for each in {path, file}:
         with pytest.raises(SourceError, match=r'\(.+\); if .* reindex|\(.+\); if .* recover'):
             stamps_of(each)

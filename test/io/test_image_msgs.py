@@ -77,7 +77,7 @@ def test_encoding(picture, image_msg, encoding, padding, big_endian):
 @pytest.mark.parametrize('depth', [8, 16])
 @pytest.mark.parametrize('pattern', BAYER)
 def test_mosaic_is_named_from_the_corner_on(picture, image_msg, pattern, depth):
-    """OpenCV's names of the patterns are shifted; the four must not be mixed up."""
+    """The names that OpenCV has for them are shifted; the four must not be mixed up."""
     # Strongly coloured, so that red taken for blue, or either for green, stands out.
     bgr = picture(40, 48) // 4 + np.array([0, 60, 190], np.uint8)
     if depth == 16:
@@ -127,7 +127,7 @@ def test_padding_of_the_last_row_may_be_missing(picture, image_msg):
     msg.data = msg.data[:-32]
     np.testing.assert_array_equal(to_grey(msg), grey)
     msg.data = msg.data[:-1]
-    with pytest.raises(FrameError, match='needs 3072 bytes .* but its data has 3039'):
+    with pytest.raises(FrameError, match=r'needs 3072 bytes .* but its data has 3039'):
         to_grey(msg)
 
 
@@ -219,7 +219,7 @@ def test_compressed_cut_off(picture, suffix):
     msg = compressed(suffix, picture(48, 64))
     for length in [*range(1, 40), 100, len(msg.data) // 2, len(msg.data) - 12, len(msg.data) - 1]:
         cut = SimpleNamespace(format=suffix[1:], data=msg.data[:length])
-        with pytest.raises(FrameError, match='compressed image .* cannot be used'):
+        with pytest.raises(FrameError, match=r'compressed image .* cannot be used'):
             decode_compressed(cut)
 
 

@@ -63,7 +63,7 @@ def test_no_start_excludes_nothing():
 
 
 def test_glitch_does_not_end_the_stretch():
-    stamps = TEN[:3] + [TEN[3] + 10 ** 15] + TEN[4:]
+    stamps = [*TEN[:3], TEN[3] + 10 ** 15, *TEN[4:]]
     assert selected(Selection(duration=0.6), stamps) == [0, 1, 2, 4, 5]
 
 

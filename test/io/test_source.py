@@ -3,6 +3,7 @@
 """What open_source takes a path for, and how it refuses."""
 
 import os
+import re
 
 import cv2
 import numpy as np
@@ -81,8 +82,6 @@ def test_nothing_selected(tmp_path, maker, folder, video):
 @pytest.mark.parametrize(('name', 'message'), [
     ('missing', 'does not exist'),
     ('missing.mcap', 'does not exist'),
-    ('missing\x00', 'cannot be read'),
-    ('x' * 300, 'cannot be read|does not exist'),
     ('empty', 'no pictures .* and no metadata.yaml'),
     ('empty.mcap', 'is empty'),
     ('empty.avi', 'is empty'),
@@ -109,8 +108,11 @@ def test_refuses(tmp_path, name, message):
     (tmp_path / 'killed').mkdir()
     (tmp_path / 'killed' / 'killed_0.mcap').touch()
     os.mkfifo(tmp_path / 'pipe')
-    with pytest.raises(SourceError, match=message) as caught:
+    with pytest.raises((SourceError, MissingDependencyError)) as caught:
         open_source(tmp_path / name)
+    if 'needs rosbags 0.11' in str(caught.value):
+        pytest.skip('this version of rosbags opens no single files')
+    assert re.search(message, str(caught.value))
     assert one_line(caught)
 
 
@@ -133,11 +135,11 @@ def test_bad_rate(folder, fps):
 
 
 def test_options_that_do_not_fit(tmp_path, mcap_maker, folder, video):
-    with pytest.raises(SourceError, match='is a bag: .* leave out --fps'):
+    with pytest.raises(SourceError, match=r'is a bag: .* leave out --fps'):
         open_source(mcap_maker.drive(tmp_path / 'bag'), fps=10)
-    with pytest.raises(SourceError, match='is a folder, .* leave out --topic'):
+    with pytest.raises(SourceError, match=r'is a folder, .* leave out --topic'):
         open_source(folder, topic='/image')
-    with pytest.raises(SourceError, match='is a video, .* leave out --topic'):
+    with pytest.raises(SourceError, match=r'is a video, .* leave out --topic'):
         open_source(video, topic='/image')
 
 

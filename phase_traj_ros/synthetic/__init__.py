@@ -1,0 +1,42 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""
+A rendered town, drives through it with known turns, and what spoils their pictures.
+
+``render(scene, camera, pose)`` is a pure function; all scenes and drives are made from seeds.
+"""
+
+from phase_traj_ros.synthetic.bag import camera_info_topic, TRUTH_TOPIC, write_drive_bag
+from phase_traj_ros.synthetic.camera import Camera, KITTI_CAMERA, Pose
+from phase_traj_ros.synthetic.drive import Drive, plan_drive, pose_drive, TrueTurn
+from phase_traj_ros.synthetic.drives import DRIVES, named_drive
+from phase_traj_ros.synthetic.frames import render_drive
+from phase_traj_ros.synthetic.kitti import poses_from_kitti
+from phase_traj_ros.synthetic.plan import Straight, Turn
+from phase_traj_ros.synthetic.renderer import render
+from phase_traj_ros.synthetic.scene import Scene
+from phase_traj_ros.synthetic.scenes import CLEARANCE, scene_along, street_grid
+
+__all__ = [
+    'CLEARANCE',
+    'Camera',
+    'DRIVES',
+    'Drive',
+    'KITTI_CAMERA',
+    'Pose',
+    'Scene',
+    'Straight',
+    'TRUTH_TOPIC',
+    'TrueTurn',
+    'Turn',
+    'camera_info_topic',
+    'named_drive',
+    'plan_drive',
+    'pose_drive',
+    'poses_from_kitti',
+    'render',
+    'render_drive',
+    'scene_along',
+    'street_grid',
+    'write_drive_bag',
+]

@@ -1,0 +1,129 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""
+What makes pictures worse: noise, blur, gain, night, fog, rain, vibration, lost frames.
+
+All are pure functions. Those of a frame take (height, width) uint8 and return the same; what is
+random in them comes from ``seed`` alone, an integer or several, so that (drive, frame) seeds one
+frame of one drive.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TypeAlias
+
+import cv2
+import numpy as np
+
+from phase_traj_ros.errors import ParameterError
+from phase_traj_ros.synthetic._arrays import as_bytes, Bytes, Floats, Ints, Singles
+from phase_traj_ros.synthetic.camera import Camera, KITTI_CAMERA
+
+Seed: TypeAlias = int | Sequence[int]
+
+
+def _not_negative(**values: float) -> None:
+    for (name, value) in values.items():
+        if not (np.isfinite(value) and value >= 0):
+            raise ParameterError(f'{name} must be a finite number, 0 or more, not {value}')
+
+
+def _rounded(values: Singles) -> Bytes:
+    return np.clip(np.rint(values), 0, 255).astype(np.uint8)
+
+
+def sensor_noise(frame: Bytes, *, sigma: float, seed: Seed) -> Bytes:
+    """Add Gaussian noise of standard deviation ``sigma`` grey levels to every pixel."""
+    _not_negative(sigma=sigma)
+    rng = np.random.default_rng(seed)
+    noise = rng.standard_normal(frame.shape, np.float32)
+    return _rounded(frame + np.float32(sigma) * noise)
+
+
+def blur(frame: Bytes, *, sigma: float) -> Bytes:
+    """Blur as a lens out of focus, by a Gaussian of standard deviation ``sigma`` pixels."""
+    _not_negative(sigma=sigma)
+    if sigma == 0:
+        return frame.copy()
+    return as_bytes(cv2.GaussianBlur(frame, (0, 0), sigma))
+
+
+def gain(frame: Bytes, *, factor: float) -> Bytes:
+    """Multiply the exposure by ``factor``; what becomes too bright is saturated."""
+    _not_negative(factor=factor)
+    return _rounded(frame * np.float32(factor))
+
+
+def night(frame: Bytes, *, exposure: float = 0.06, electrons: float = 1000.0, seed: Seed) -> Bytes:
+    """
+    Darken to a share ``exposure`` of the light, and amplify what the sensor makes of it.
+
+    ``electrons`` make white by day; at night there is shot noise, 2 electrons of read noise, and
+    an amplifier that brings the picture back to a third of its brightness.
+    """
+    _not_negative(exposure=exposure, electrons=electrons)
+    rng = np.random.default_rng(seed)
+    light = frame * (exposure * electrons / 255.0)
+    counted = rng.poisson(light) + 2.0 * rng.standard_normal(frame.shape)
+    return _rounded((counted * (255.0 / 3 / max(exposure * electrons, 1e-9))).astype(np.float32))
+
+
+def fog(
+    frame: Bytes, *, visibility: float, camera: Camera = KITTI_CAMERA, air: float = 190.0,
+) -> Bytes:
+    """
+    Fade to the grey ``air`` with distance, to 1 / e of the contrast at ``visibility`` metres.
+
+    The distance is guessed from the row: below the horizon it is that of the ground, above it
+    that of houses 8 m high.
+    """
+    _not_negative(visibility=visibility)
+    rows = np.arange(len(frame)) - camera.cy
+    height = np.where(rows > 0, camera.above_ground, 8.0 - camera.above_ground)
+    distance = camera.focal * height / np.maximum(np.abs(rows), 0.5)
+    clear = np.exp(-distance / max(visibility, 1e-9)).astype(np.float32)[:, None]
+    return _rounded(frame * clear + np.float32(air) * (1 - clear))
+
+
+def rain(frame: Bytes, *, streaks: int = 400, seed: Seed) -> Bytes:
+    """Draw bright, slightly slanting streaks of rain, other ones in every frame."""
+    _not_negative(streaks=streaks)
+    rng = np.random.default_rng(seed)
+    (height, width) = frame.shape
+    overlay = np.zeros((height, width), np.uint8)
+    slant = rng.normal(0.0, 0.08)
+    tops = rng.uniform((0, -0.1 * height), (width, height), (streaks, 2))
+    lengths = rng.uniform(0.03, 0.16, streaks) * height
+    for ((x, y), length, tone) in zip(tops, lengths, rng.uniform(25, 90, streaks)):
+        end = (round(x + slant * length), round(y + length))
+        cv2.line(overlay, (round(x), round(y)), end, tone, 1, cv2.LINE_AA)
+    return as_bytes(cv2.add(frame, cv2.GaussianBlur(overlay, (3, 3), 0.7)))
+
+
+def vibration(
+    poses: Floats, *, pitch_deg: float = 0.2, roll_deg: float = 0.2, seed: Seed,
+) -> Floats:
+    """
+    Shake the camera: return the poses (N, 5) with random pitch and roll added.
+
+    Both are Gaussian with these standard deviations, in degrees, new in every frame.
+    """
+    _not_negative(pitch_deg=pitch_deg, roll_deg=roll_deg)
+    rng = np.random.default_rng(seed)
+    shaken = poses.copy()
+    shaken[:, 3:] += np.radians((pitch_deg, roll_deg)) * rng.standard_normal((len(poses), 2))
+    return shaken
+
+
+def kept_frames(count: int, *, lost: float, seed: Seed) -> Ints:
+    """
+    Return the indices of the frames that are left when each is lost with probability ``lost``.
+
+    The first one is always kept; `Drive.take` makes a drive of them.
+    """
+    if not 0 <= lost < 1:
+        raise ParameterError(f'a share of {lost} lost frames is not in 0 .. 1 (without 1)')
+    kept = np.random.default_rng(seed).random(count) >= lost
+    kept[:1] = True
+    return np.flatnonzero(kept)

@@ -1,0 +1,80 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The live node and the offline replay give the same codes."""
+
+import json
+import subprocess
+import sys
+
+import cv2
+import numpy as np
+import pytest
+
+from phase_traj_ros.core.chain_text import parse
+from phase_traj_ros.parameters import Parameters
+from phase_traj_ros.io.replay import replay
+from phase_traj_ros.io.source import open_source
+from phase_traj_ros.ros.live_run import run_live
+
+
+def replayed(path, threshold):
+    parameters = Parameters().with_values({'threshold': threshold})
+    with open_source(path) as source:
+        return replay(source, parameters, source=source.description)
+
+
+def check(path, threshold, rate):
+    offline = replayed(path, threshold)
+    online = run_live(path, pairs=len(offline.updates), threshold=threshold, rate=rate)
+    assert list(online.movement) == offline.movement
+    assert list(online.direction) == offline.direction
+    assert parse(online.chain_code).frames == offline.frames
+    assert online.path_poses == len(offline.codes.direction.runs) + 1
+    assert online.exit_status == 0
+    return offline
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """Return a folder of 80 frames that swing from side to side, with a little noise."""
+    rng = np.random.default_rng(3)
+    texture = cv2.GaussianBlur(rng.integers(0, 256, (120, 200), dtype=np.uint8), (0, 0), 2)
+    texture = cv2.normalize(texture, None, 0, 255, cv2.NORM_MINMAX)
+    position = np.cumsum(np.round(40 * np.sin(np.arange(80) / 6)).astype(int))
+    for index, offset in enumerate(position):
+        frame = np.roll(texture, offset, axis=1) + rng.normal(0, 3, texture.shape)
+        cv2.imwrite(str(tmp_path / f'{index:04d}.png'), np.clip(frame, 0, 255).astype(np.uint8))
+    return tmp_path
+
+
+def test_a_folder_of_pictures(folder):
+    offline = check(folder, 16.0, rate=8)
+    assert {0, 1, 2, 3} == set(offline.movement)
+
+
+@pytest.mark.parametrize('clip', ['00', '06'])
+def test_real_driving(kitti_root, clip):
+    check(kitti_root / clip, 20.0, rate=10)
+
+
+def test_replay_through_the_program_gives_the_same(folder, tmp_path):
+    output = tmp_path / 'results'
+    run = subprocess.run(
+        [sys.executable, '-m', 'phase_traj_ros.cli.main', 'replay', str(folder), '--output',
+         str(output)], capture_output=True, text=True, check=False)
+    assert (run.returncode, run.stderr) == (0, '')
+    written = json.loads((output / 'chain_code.json').read_text())
+    assert written['movement'] == replayed(folder, 16.0).movement
+
+
+@pytest.mark.parametrize('arguments, message', [
+    (['--lossless', '--wait', '0.5'], 'nobody has subscribed to /image within 0.5 s'),
+    (['--rate', '0'], '--rate is 0.0'),
+])
+def test_play_says_what_is_wrong(folder, arguments, message):
+    run = subprocess.run(
+        [sys.executable, '-m', 'phase_traj_ros.cli.main', 'play', str(folder), *arguments],
+        capture_output=True, text=True, check=False)
+    assert run.returncode == 2
+    assert run.stderr.startswith(f'phase_traj: error: {message}')
+    assert run.stderr.count('\n') == 1

@@ -1,0 +1,141 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What the package says about itself in several places is the same in all of them."""
+
+from pathlib import Path
+import re
+import runpy
+from xml.etree import ElementTree
+
+import phase_traj_ros
+import pytest
+
+ROOT = Path(__file__).resolve().parent.parent
+HEADER = (
+    '# Copyright 2026 phase_traj_ros contributors\n'
+    '# SPDX-License-Identifier: Apache-2.0\n'
+)
+CODE = sorted(
+    path for folder in ('phase_traj_ros', 'launch', 'tools', 'benchmarks', 'test')
+    for path in (ROOT / folder).rglob('*.py'))
+
+
+@pytest.fixture
+def setup_arguments(monkeypatch):
+    """Return what setup.py passes to setuptools."""
+    setuptools = pytest.importorskip('setuptools')
+    calls = []
+    monkeypatch.chdir(ROOT)
+    monkeypatch.setattr(setuptools, 'setup', lambda **arguments: calls.append(arguments))
+    runpy.run_path(str(ROOT / 'setup.py'))
+    [arguments] = calls
+    return arguments
+
+
+@pytest.fixture
+def manifest():
+    """Return the root element of package.xml."""
+    return ElementTree.parse(ROOT / 'package.xml').getroot()
+
+
+@pytest.fixture
+def citation():
+    """Return what CITATION.cff says."""
+    return pytest.importorskip('yaml').safe_load((ROOT / 'CITATION.cff').read_text())
+
+
+def test_version_is_the_same_everywhere(setup_arguments, manifest, citation):
+    changelog = (ROOT / 'CHANGELOG.rst').read_text()
+
+    assert setup_arguments['version'] == phase_traj_ros.__version__
+    assert manifest.findtext('version') == phase_traj_ros.__version__
+    assert citation['version'] == phase_traj_ros.__version__
+    assert re.search(rf'^{re.escape(phase_traj_ros.__version__)}\b', changelog, re.MULTILINE)
+
+
+def test_name_is_the_same_everywhere(setup_arguments, manifest, citation):
+    assert setup_arguments['name'] == 'phase_traj_ros'
+    assert manifest.findtext('name') == 'phase_traj_ros'
+    assert citation['title'] == 'phase_traj_ros'
+    assert (ROOT / 'resource' / 'phase_traj_ros').is_file()
+
+
+def test_licence_is_the_same_everywhere(setup_arguments, manifest, citation):
+    licence = manifest.find('license')
+
+    assert licence.text == 'Apache-2.0'
+    assert setup_arguments['license'] == 'Apache-2.0'
+    assert citation['license'] == 'Apache-2.0'
+    text = (ROOT / licence.get('file')).read_text()
+    assert 'Apache License' in text
+    assert 'Version 2.0, January 2004' in text
+
+
+def test_maintainer_is_the_same_everywhere(setup_arguments, manifest, citation):
+    maintainer = manifest.find('maintainer')
+
+    assert setup_arguments['maintainer'] == maintainer.text
+    assert setup_arguments['maintainer_email'] == maintainer.get('email')
+    assert [author['name'] for author in citation['authors']] == [maintainer.text]
+
+
+def test_every_package_is_installed(setup_arguments):
+    packages = {
+        '.'.join(path.parent.relative_to(ROOT).parts)
+        for path in (ROOT / 'phase_traj_ros').rglob('*.py')}
+
+    assert set(setup_arguments['packages']) == packages
+
+
+def test_every_data_file_is_installed(setup_arguments):
+    installed = {
+        (folder, Path(file).name)
+        for folder, files in setup_arguments['data_files'] for file in files}
+    expected = {
+        ('share/ament_index/resource_index/packages', 'phase_traj_ros'),
+        ('share/phase_traj_ros', 'package.xml'),
+    }
+    for folder in ('config', 'launch'):
+        expected |= {
+            (f'share/phase_traj_ros/{folder}', path.name)
+            for path in (ROOT / folder).iterdir() if path.is_file()}
+
+    assert installed == expected
+    assert 'phase_traj.launch.py' in {name for _, name in installed}
+    assert 'paper.yaml' in {name for _, name in installed}
+    assert (ROOT / 'phase_traj_ros' / 'py.typed').is_file()
+    assert 'py.typed' in setup_arguments['package_data']['phase_traj_ros']
+
+
+def test_both_programs_are_installed(setup_arguments):
+    assert setup_arguments['entry_points']['console_scripts'] == [
+        'phase_traj = phase_traj_ros.cli.main:main',
+        'phase_traj_node = phase_traj_ros.ros.main:main',
+    ]
+
+
+def test_colcon_finds_that_the_tests_are_for_pytest(setup_arguments, manifest):
+    # It looks for this very name among the requirements of this very extra.
+    names = [re.split('[ <>=!]', each)[0] for each in setup_arguments['extras_require']['test']]
+
+    assert 'pytest' in names
+    assert manifest.findtext('export/build_type') == 'ament_python'
+
+
+def test_every_imported_ros_package_is_declared(manifest):
+    declared = {element.text for element in manifest.iter('exec_depend')}
+    imports = re.compile(r'^\s*(?:from|import) ([a-z0-9_]+)', re.MULTILINE)
+    imported = {
+        name for path in CODE if path.is_relative_to(ROOT / 'phase_traj_ros')
+        for name in imports.findall(path.read_text())}
+    ros = {
+        name for name in imported
+        if name.endswith(('_msgs', '_srvs', '_interfaces')) or name.startswith('ament_')
+        or name in {'rclpy', 'launch', 'launch_ros', 'tf2_ros', 'cv_bridge'}}
+
+    assert ros <= declared
+
+
+@pytest.mark.parametrize('path', CODE, ids=lambda path: str(path.relative_to(ROOT)))
+def test_file_starts_with_the_licence(path):
+    assert path.read_text().startswith(HEADER)
