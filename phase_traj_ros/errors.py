@@ -28,5 +28,9 @@ class OutputError(PhaseTrajError):
     """A result cannot be written."""
 
 
+class ResultError(PhaseTrajError):
+    """A result is not what it has to be."""
+
+
 class MissingDependencyError(PhaseTrajError, ImportError):
     """An optional dependency is needed for what was asked, and is not installed."""

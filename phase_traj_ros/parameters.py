@@ -71,7 +71,7 @@ class Spec:
             return ''
         if self.minimum == sys.float_info.min:
             return 'a finite number above 0'
-        return f'{self.minimum:g} to {self.maximum:g}'
+        return f'{self.minimum:.12g} to {self.maximum:.12g}'
 
     def _in_range(self, value: object) -> bool:
         if self.minimum is None or self.maximum is None:

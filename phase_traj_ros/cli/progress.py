@@ -2,20 +2,32 @@
 # SPDX-License-Identifier: Apache-2.0
 """A progress bar where there is somebody to see it."""
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 import sys
 from typing import TypeVar
 
 Item = TypeVar('Item')
 
 
-def progress(items: Iterable[Item], *, total: int | None, title: str) -> Iterable[Item]:
+def progress(items: Iterable[Item], *, total: int | None, title: str) -> Iterator[Item]:
     """Show a bar on the terminal while ``items`` are taken; without tqdm, show none."""
-    if not sys.stderr.isatty():
-        return items
-    try:
-        from tqdm import tqdm
-    except ImportError:
-        return items
-    bar: Iterable[Item] = tqdm(items, total=total, desc=title, unit=' frames', leave=False)
-    return bar
+    with counter(total=total, title=title) as advance:
+        for item in items:
+            yield item
+            advance()
+
+
+@contextmanager
+def counter(*, total: int | None, title: str) -> Iterator[Callable[[], object]]:
+    """Show a bar on the terminal; yield what moves it on by one frame."""
+    if sys.stderr.isatty():
+        try:
+            from tqdm import tqdm
+        except ImportError:
+            pass
+        else:
+            with tqdm(total=total, desc=title, unit=' frames', leave=False) as bar:
+                yield bar.update
+            return
+    yield lambda: None

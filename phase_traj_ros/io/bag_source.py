@@ -164,7 +164,8 @@ class BagSource(FrameSource):
                     yield _Message(msg, stamp, receive_ns)
                     index += 1
         finally:
-            reader.close()
+            with self._errors_explained():
+                reader.close()
         if index == 0 and self._topic.count > 0:
             raise SourceError(
                 f'{self._path}: its index has {self._topic.count} messages on '

@@ -17,8 +17,8 @@ def output_directory(target: Path) -> Iterator[Path]:
     Yield a folder to write results into; move them to ``target`` when all are written.
 
     The folder lies inside ``target``, which is made if absent, so that an output that cannot be
-    written is found out before the work and not after it. Each file takes its place by a rename.
-    If anything is raised, the folder is removed again, and what was made for it, too.
+    written is found out before the work and not after it. Each file or folder takes its place by
+    a rename. If anything is raised, the folder is removed again, and what was made for it, too.
 
     Raises
     ------
@@ -36,6 +36,8 @@ def output_directory(target: Path) -> Iterator[Path]:
     try:
         yield staging
         for path in sorted(staging.iterdir()):
+            if path.is_dir():  # a rename replaces a file, but no folder that holds something
+                shutil.rmtree(target / path.name, ignore_errors=True)
             path.replace(target / path.name)
     except OSError as error:
         _remove(made)

@@ -115,10 +115,11 @@ class FrameSource(ABC):
         if not selector.used:
             if not selector.seen:
                 raise SourceError(f'{self._description}: no frame could be read')
+            start, duration = self._selection.start, self._selection.duration
+            length = '' if duration is None else f', duration {duration:g} s'
             raise SourceError(
-                f'{self._description}: nothing is selected; the start of {self._selection.start:g}'
-                f' s is behind its {selector.seen} frames, which last '
-                f'{selector.span_ns / 1e9:.3f} s')
+                f'{self._description}: no frame is selected (start {start:g} s{length}); the '
+                f'{selector.seen} frames read last {selector.span_ns / 1e9:.3f} s')
 
     @abstractmethod
     def _candidates(self) -> Generator[Candidate, None, None]:

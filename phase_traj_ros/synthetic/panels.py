@@ -30,7 +30,7 @@ class Panel(NamedTuple):
     offset: float = 0.0
     silhouette: int = 0
     gain: float = 1.0
-    reach: float = 250.0
+    reach: float = 300.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)

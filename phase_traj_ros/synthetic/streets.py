@@ -13,8 +13,8 @@ import numpy.typing as npt
 from phase_traj_ros.errors import ParameterError
 from phase_traj_ros.synthetic._arrays import Floats, Ints
 
-#: How far a street goes on beyond the end of a route, in metres.
-_BEYOND = 120.0
+#: How far a street goes on beyond the end of a route or the last crossing, in metres.
+_BEYOND = 100.0
 #: Side streets are so long, and so far apart, in metres.
 _SIDE_LENGTH = (60.0, 110.0)
 _SIDE_SPACING = (70.0, 150.0)
@@ -24,6 +24,8 @@ _APART = 24.0
 _SHARP = np.radians(50.0)
 _BEND = 16
 
+#: Shorter steps of a route are put together, in metres.
+_STILL = 0.4
 #: A route that comes this near, in metres, to where it was more than _REVISIT metres before is
 #: in the same street again.
 _SAME_LANE = 6.0
@@ -59,18 +61,21 @@ class Street:
         return np.stack([x - dy * scale, y + dx * scale], axis=1)
 
 
-def evenly(points: npt.ArrayLike, *, step: float = 1.0) -> Floats:
-    """Return a line through the points (N, 2) with ``step`` metres from point to point."""
-    line = np.asarray(points, np.float64).reshape(-1, 2)
-    if len(line) < 1 or not np.isfinite(line).all():
+def evenly(points: npt.ArrayLike) -> Floats:
+    """Return a line through the points (N, 2) with about a metre from point to point."""
+    given = np.asarray(points, np.float64).reshape(-1, 2)
+    if not len(given) or not np.isfinite(given).all():
         raise ParameterError('a route needs at least one point, and finite numbers only')
-    moved = np.concatenate([[True], np.hypot(*np.diff(line, axis=0).T) > 1e-6])
-    line = line[moved]
-    if len(line) < 2:
-        # A camera that stands still looks forward (REP 103).
-        line = np.stack([line[0], line[0] + (1.0, 0.0)])
+    # A vehicle that stands has no direction; steps below _STILL are not followed.
+    kept = [given[0]]
+    for point in given[1:]:
+        if np.hypot(*(point - kept[-1])) > _STILL:
+            kept.append(point)
+    if len(kept) < 2:
+        kept.append(kept[0] + (1.0, 0.0))
+    line = np.stack(kept)
     along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(line, axis=0).T))])
-    places = np.linspace(0.0, along[-1], max(round(along[-1] / step), 1) + 1)
+    places = np.linspace(0.0, along[-1], max(round(along[-1]), 1) + 1)
     return np.stack([np.interp(places, along, values) for values in line.T], axis=1)
 
 

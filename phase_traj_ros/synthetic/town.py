@@ -20,6 +20,8 @@ from phase_traj_ros.synthetic.streets import Street
 ROADWAY = 4.4
 #: From one point to the next where a footprint is checked, in metres.
 _CHECK = 0.5
+#: The end of a street is seen from this far, in metres.
+_END_REACH = 700.0
 #: Nothing narrower is built as a house, in metres.
 _NARROWEST = 3.0
 
@@ -56,7 +58,7 @@ class Town:
     def wall(
         self, start: Floats, end: Floats, top: float, material: Material, *,
         base: float = 0.0, gain: float = 1.0, outline: Outline = Outline.SQUARE,
-        reach: float = 250.0, texture: int | None = None,
+        reach: float = 300.0, texture: int | None = None,
     ) -> None:
         """Put up one panel, unless it comes too near to a pose."""
         length = float(np.hypot(*(end - start)))
@@ -84,7 +86,9 @@ class Town:
         (begin, finish) = (points[first], points[last - 1])
         return (begin, finish) if np.hypot(*(finish - begin)) >= _NARROWEST else None
 
-    def house(self, start: Floats, end: Floats, away: Floats) -> None:
+    def house(
+        self, start: Floats, end: Floats, away: Floats, *, reach: float = 300.0,
+    ) -> None:
         """Build a house: a front from start to end, and sides that go ``away`` from the street."""
         rng = self.rng
         eaves = rng.uniform(5.0, 12.0)
@@ -93,10 +97,10 @@ class Town:
         texture = self._any(Material.FACADE)
         along = (end - start) / np.hypot(*(end - start))
         self.wall(start, end, eaves, Material.FACADE, gain=gain * self.lit(-away),
-                  texture=texture)
+                  texture=texture, reach=reach)
         if ridge > eaves:
             self.wall(start, end, ridge, Material.ROOF, base=eaves,
-                      gain=0.6 + self.lit(-away) / 2)
+                      gain=0.6 + self.lit(-away) / 2, reach=reach)
         for (corner, normal) in ((start, -along), (end, along)):
             back = corner + depth * away
             if self.corridors.clear(_samples(corner, back)[1:]).all():
@@ -244,7 +248,7 @@ def _close(town: Town, street: Street, index: int) -> None:
             free = town.free_stretch(
                 middle + right * left, middle + (right + width) * left, ignore=index)
             if free is not None:
-                town.house(*free, ahead)
+                town.house(*free, ahead, reach=_END_REACH)
 
 
 def build(town: Town, streets: Sequence[Street]) -> None:

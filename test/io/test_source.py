@@ -74,9 +74,12 @@ def test_iterates_anew_each_time(tmp_path, maker, folder, video):
 def test_nothing_selected(tmp_path, maker, folder, video):
     for path in (maker.drive(tmp_path / 'bag'), folder, video):
         with open_source(path, selection=Selection(start=1000)) as source, \
-                pytest.raises(SourceError, match='start of 1000 s is behind') as caught:
+                pytest.raises(SourceError, match=r'is selected \(start 1000 s\)') as caught:
             list(source)
         assert one_line(caught)
+    with open_source(folder, selection=Selection(start=0.11, duration=0.05)) as source, \
+            pytest.raises(SourceError, match=r'duration 0.05 s\); the 4 frames read last 0.300 s'):
+        list(source)
 
 
 @pytest.mark.parametrize(('name', 'message'), [

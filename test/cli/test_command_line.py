@@ -1,0 +1,195 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The program as its user sees it: files, one-line errors, exit status."""
+
+import csv
+import json
+import os
+import subprocess
+import sys
+
+import cv2
+import numpy as np
+import pytest
+
+import phase_traj_ros
+from phase_traj_ros.core import unpack
+
+POSITIONS = [0, 0, 30, 60, 60, 20, 20, 20]
+MOVEMENT = [1, 0, 3, 1, 2, 1, 1]
+DIRECTION = [1, 0, 0, 1, 1, 1]
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """Return a folder with eight pictures: a left turn, then a right turn."""
+    path = tmp_path / 'pictures'
+    path.mkdir()
+    rng = np.random.default_rng(1)
+    texture = cv2.GaussianBlur(rng.integers(0, 256, (96, 160), dtype=np.uint8), (0, 0), 1.5)
+    for index, position in enumerate(POSITIONS):
+        cv2.imwrite(str(path / f'{index}.png'), np.roll(texture, position, axis=1))
+    return path
+
+
+def run(*arguments, cwd=None):
+    return subprocess.run(
+        [sys.executable, '-m', 'phase_traj_ros.cli.main', *map(str, arguments)],
+        capture_output=True, text=True, check=False, cwd=cwd, stdin=subprocess.DEVNULL)
+
+
+def refused(*arguments):
+    """Run a call that has to be refused; return its only line."""
+    result = run(*arguments)
+    assert result.returncode == 2, result
+    assert result.stderr.count('\n') == 1, result.stderr
+    assert 'Traceback' not in result.stderr
+    assert result.stdout == ''
+    return result.stderr
+
+
+def test_replay_writes_everything(folder, tmp_path):
+    output = tmp_path / 'deep' / 'results'
+    result = run('replay', folder, '--output', output, '--fps', '20')
+    assert (result.returncode, result.stderr) == (0, '')
+    assert 'movement  (7): 1x1 0x1 3x1 1x1 2x1 1x2' in result.stdout
+    assert 'direction (6): 1x1 0x2 1x3' in result.stdout
+    assert sorted(os.listdir(output)) == [
+        'chain_code.json', 'shifts.csv', 'trajectory.png', 'trajectory.tum']
+
+    code = json.loads((output / 'chain_code.json').read_text())
+    assert (code['frames'], code['threshold']) == (8, 16.0)
+    assert (code['movement'], code['direction']) == (MOVEMENT, DIRECTION)
+    assert code['movement_runs'] == [[1, 1], [0, 1], [3, 1], [1, 1], [2, 1], [1, 2]]
+    assert code['direction_runs'] == [[1, 1], [0, 2], [1, 3]]
+    for name in ('movement', 'direction'):
+        packed = bytes.fromhex(code[f'{name}_packed'])
+        assert unpack(packed, len(code[name])) == code[name]
+    assert code['status'] == ['ok', 'ok', 'turning', 'ok', 'ok', 'ok', 'ok']
+    assert code['versions']['phase_traj_ros'] == phase_traj_ros.__version__
+    assert str(folder) in code['source']
+
+    rows = list(csv.DictReader((output / 'shifts.csv').open()))
+    assert [int(row['movement']) for row in rows] == MOVEMENT
+    assert [row['direction'] for row in rows] == ['1', '0', '', '0', '1', '1', '1']
+    assert [round(float(row['dx'])) for row in rows] == [0, 30, 30, 0, -40, 0, 0]
+    assert [row['stamp'] for row in rows][:2] == ['0.050000000', '0.100000000']
+    assert {row['interval'] for row in rows} == {'0.050000000'}
+
+    poses = np.loadtxt(output / 'trajectory.tum')
+    assert poses.shape == (8, 8)
+    assert poses[:, 1:3].tolist() == [
+        [0, 0], [1, 0], [1, 1], [1, 1], [1, 2], [2, 2], [3, 2], [4, 2]]
+    yaw = 2 * np.arctan2(poses[:, 6], poses[:, 7])
+    np.testing.assert_allclose(np.degrees(yaw), [0, 0, 90, 90, 90, 0, 0, 0], atol=1e-3)
+    assert cv2.imread(str(output / 'trajectory.png')).std() > 1
+
+
+def test_replay_without_output_writes_nothing(folder, tmp_path):
+    result = run('replay', folder, cwd=tmp_path)
+    assert result.returncode == 0
+    assert os.listdir(tmp_path) == ['pictures']
+
+
+def test_a_second_replay_replaces_the_results(folder, tmp_path):
+    output = tmp_path / 'results'
+    assert run('replay', folder, '--output', output).returncode == 0
+    assert run('replay', folder, '--output', output, '--every', '2').returncode == 0
+    assert json.loads((output / 'chain_code.json').read_text())['frames'] == 4
+    assert len(os.listdir(output)) == 4
+
+
+def test_threshold_wins_over_the_parameter_file(folder, tmp_path):
+    params = tmp_path / 'params.yaml'
+    params.write_text('/**:\n  ros__parameters:\n    threshold: 35.0\n')
+    code = 'movement  (7): '
+    assert code + '1x4 2x1 1x2' in run('replay', folder, '--params', params).stdout
+    both = run('replay', folder, '--params', params, '--threshold', '50')
+    assert code + '1x7' in both.stdout
+
+
+def test_selection_reaches_the_source(folder):
+    result = run('replay', folder, '--start', '0.2', '--duration', '0.4')
+    assert '4 frames' in result.stdout
+    assert 'movement  (3): 1x2 2x1' in result.stdout
+
+
+def test_inspect_draws_the_correlation_map(folder, tmp_path):
+    output = tmp_path / 'map.png'
+    result = run('inspect', folder / '1.png', folder / '2.png', '--output', output)
+    assert result.returncode == 0
+    assert float(result.stdout.split()[1]) == pytest.approx(30, abs=0.05)
+    assert cv2.imread(str(output)).std() > 1
+
+
+def test_version_and_help():
+    assert run('--version').stdout == f'phase_traj_ros {phase_traj_ros.__version__}\n'
+    assert 'replay' in run('--help').stdout
+    for command in ('replay', 'play', 'inspect', 'demo'):
+        result = run(command, '--help')
+        assert result.returncode == 0
+        assert len(result.stdout) > 300
+
+
+@pytest.mark.parametrize('threshold', ['0', '-16', 'nan', 'inf', '-inf'])
+def test_threshold_has_to_be_finite_and_positive(folder, tmp_path, threshold):
+    output = tmp_path / 'results'
+    message = refused('replay', folder, f'--threshold={threshold}', '--output', output)
+    assert 'a finite number above 0' in message
+    assert not output.exists()
+
+
+@pytest.mark.parametrize('arguments, message', [
+    (['/does/not/exist'], 'does not exist'),
+    (['{folder}', '--topic', '/image'], 'leave out --topic'),
+    (['{folder}', '--every', '0'], 'every must be a whole number'),
+    (['{folder}', '--start', '60'], 'no frame is selected'),
+    (['{folder}', '--duration', '0.1'], '1 frame to use, but a trajectory takes at least two'),
+    (['{folder}', '--fps', '0'], 'fps must be'),
+    (['{folder}', '--params', '/does/not/exist.yaml'], 'cannot read the parameter file'),
+    (['{folder}', '--output', '{folder}/0.png'], 'cannot write to'),
+    (['{folder}', '--output', '{folder}/0.png/below'], 'cannot write to'),
+    (['{empty}'], 'no'),
+    (['{file}'], 'is a text file, not a video'),
+    (['{bag}'], 'cannot be read'),
+    ([], 'SOURCE'),
+    (['{folder}', '--nonsense'], '--nonsense'),
+    (['{folder}', '--threshold', 'many'], 'many'),
+])
+def test_replay_says_in_one_line_what_is_wrong(folder, tmp_path, arguments, message):
+    empty = tmp_path / 'empty'
+    empty.mkdir()
+    file = tmp_path / 'foreign.mp4'
+    file.write_bytes(b'this is no video' * 100)
+    bag = tmp_path / 'broken.mcap'
+    bag.write_bytes(b'\x89MCAP0\r\n' + bytes(200))
+    before = sorted(tmp_path.rglob('*'))
+    filled = [
+        each.format(folder=folder, empty=empty, file=file, bag=bag) for each in arguments]
+    assert message in refused('replay', *filled)
+    assert sorted(tmp_path.rglob('*')) == before
+
+
+def test_a_broken_picture_leaves_nothing_behind(folder, tmp_path):
+    picture = folder / '5.png'
+    picture.write_bytes(picture.read_bytes()[:200])
+    output = tmp_path / 'results'
+    assert '5.png' in refused('replay', folder, '--output', output)
+    assert not output.exists()
+
+
+def test_a_broken_picture_leaves_older_results_alone(folder, tmp_path):
+    output = tmp_path / 'results'
+    assert run('replay', folder, '--output', output).returncode == 0
+    before = (output / 'chain_code.json').read_bytes()
+    (folder / '5.png').write_bytes(b'')
+    refused('replay', folder, '--output', output)
+    assert (output / 'chain_code.json').read_bytes() == before
+    assert len(os.listdir(output)) == 4
+
+
+def test_inspect_refuses_frames_that_do_not_fit(folder, tmp_path):
+    cv2.imwrite(str(tmp_path / 'small.png'), np.eye(50, dtype=np.uint8) * 200)
+    message = refused('inspect', folder / '0.png', tmp_path / 'small.png')
+    assert '160x96' in message and '50x50' in message
+    assert 'No such file' in refused('inspect', folder / '0.png', tmp_path / 'none.png')

@@ -1,0 +1,81 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The tables of the docs against the running node."""
+
+from pathlib import Path
+import re
+
+from live import Live
+import pytest
+
+from phase_traj_ros.parameters import specs
+
+DOCS = Path(__file__).resolve().parents[2] / 'docs'
+# What every node has, and what belongs to a topic's quality of service.
+OF_EVERY_NODE = re.compile('use_sim_time|start_type_description_service|qos_overrides\\..*')
+
+
+@pytest.fixture
+def node(live: Live):
+    """Start the node and wait until the graph knows it."""
+    live.start()
+    live.describe_parameters()
+    return live
+
+
+def table(document, heading, columns):
+    """Return the rows of the table under a heading, cells without quotes."""
+    section = (DOCS / document).read_text().split(heading, 1)[1].split('\n## ', 1)[0]
+    rows = [line for line in section.splitlines() if line.startswith('|')][2:]
+    cells = [[cell.strip().strip('`') for cell in row.strip('|').split('|')] for row in rows]
+    assert cells and all(len(row) == columns for row in cells)
+    return cells
+
+
+def of_node(names_and_types):
+    return {
+        name.replace('/phase_traj/', '~/').removeprefix('/'): types[0]
+        for name, types in names_and_types}
+
+
+def test_published_topics(node):
+    documented = {row[0]: row[1] for row in table('topics.md', '## Published', 4)}
+    published = of_node(node.node.get_publisher_names_and_types_by_node('phase_traj', '/'))
+    for name in ('rosout', 'parameter_events'):
+        del published[name]
+    assert published == documented
+
+
+def test_subscribed_topics(node):
+    documented = {row[0]: row[1] for row in table('topics.md', '## Subscribed', 3)}
+    assert of_node(
+        node.node.get_subscriber_names_and_types_by_node('phase_traj', '/')) == documented
+
+
+def test_services(node):
+    documented = {row[0]: row[1] for row in table('topics.md', '## Services', 3)}
+    offered = of_node(node.node.get_service_names_and_types_by_node('phase_traj', '/'))
+    own = {name: kind for name, kind in offered.items() if 'rcl_interfaces' not in kind}
+    own.pop('~/get_type_description', None)
+    assert own == documented
+
+
+def test_parameters(node):
+    documented = {row[0]: row for row in table('parameters.md', '# Parameters', 7)}
+    described = {
+        each.name: each for each in node.describe_parameters()
+        if not OF_EVERY_NODE.fullmatch(each.name)}
+    assert described.keys() == documented.keys()
+    for spec in specs():
+        name, kind, default, allowed, unit, read_only, what = documented[spec.name]
+        assert (kind, default, allowed, unit, what) == (
+            spec.type, str(spec.default), spec.allowed, spec.unit, spec.description)
+        descriptor = described[name]
+        assert descriptor.read_only == (read_only == 'yes')
+        assert descriptor.description.startswith(what)
+        assert unit in descriptor.description
+        assert descriptor.additional_constraints == allowed
+        if allowed.count(' to '):
+            ranges = [*descriptor.floating_point_range, *descriptor.integer_range]
+            limits = [float(limit) for limit in allowed.split(' to ')]
+            assert [ranges[0].from_value, ranges[0].to_value] == limits

@@ -1,0 +1,61 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Results are written whole or not at all."""
+
+import pytest
+
+from phase_traj_ros.errors import OutputError
+from phase_traj_ros.io.output import output_directory, output_file
+
+
+def test_files_appear_when_all_are_written(tmp_path):
+    target = tmp_path / 'a' / 'b'
+    with output_directory(target) as staging:
+        (staging / 'one').write_text('1')
+        (staging / 'two').write_text('2')
+        assert not (target / 'one').exists()
+    assert {path.name: path.read_text() for path in target.iterdir()} == {'one': '1', 'two': '2'}
+
+
+def test_nothing_is_left_of_a_failure(tmp_path):
+    def fail():
+        with output_directory(tmp_path / 'a' / 'b') as staging:
+            (staging / 'one').write_text('1')
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        fail()
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_failure_leaves_what_was_there(tmp_path):
+    (tmp_path / 'one').write_text('old')
+
+    def fail():
+        with output_directory(tmp_path) as staging:
+            (staging / 'one').write_text('new')
+            raise ValueError('stop')
+
+    with pytest.raises(ValueError, match='stop'):
+        fail()
+    assert [(path.name, path.read_text()) for path in tmp_path.iterdir()] == [('one', 'old')]
+
+
+def test_a_full_disk_is_reported(tmp_path):
+    def fail():
+        with output_directory(tmp_path / 'a'):
+            raise OSError(28, 'No space left on device')
+
+    with pytest.raises(OutputError, match='No space left'):
+        fail()
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_one_file(tmp_path):
+    target = tmp_path / 'new' / 'picture.png'
+    with output_file(target) as path:
+        assert path.suffix == '.png'
+        path.write_text('x')
+    assert [each.name for each in target.parent.iterdir()] == ['picture.png']
+    with pytest.raises(OutputError, match='is a directory'), output_file(tmp_path / 'new'):
+        pass

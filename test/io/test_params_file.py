@@ -1,0 +1,85 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The node's parameter file, read without ROS."""
+
+from pathlib import Path
+
+import pytest
+
+from phase_traj_ros.errors import ParameterError
+from phase_traj_ros.io.params_file import read_parameters
+from phase_traj_ros.parameters import Parameters
+
+CONFIG = Path(__file__).resolve().parents[2] / 'config'
+
+
+@pytest.fixture
+def file(tmp_path):
+    """Return a function that writes a parameter file."""
+    def write(text):
+        path = tmp_path / 'params.yaml'
+        path.write_text(text)
+        return path
+    return write
+
+
+def test_paper_yaml_holds_the_defaults():
+    assert read_parameters(CONFIG / 'paper.yaml') == Parameters()
+
+
+@pytest.mark.parametrize('node', ['/**', 'phase_traj', '/phase_traj', '/front/phase_traj', '/**/phase_traj'])
+def test_sections_that_are_meant(file, node):
+    path = file(f'{node}:\n  ros__parameters:\n    threshold: 20.0\n')
+    assert read_parameters(path).threshold == 20.0
+
+
+def test_namespaces_may_be_nested(file):
+    path = file('front:\n  phase_traj:\n    ros__parameters:\n      threshold: 20.0\n')
+    assert read_parameters(path).threshold == 20.0
+
+
+def test_later_sections_win_and_other_nodes_do_not_count(file):
+    path = file("""
+/**:
+  ros__parameters: {threshold: 20.0, frame_id: map, use_sim_time: true}
+phase_traj:
+  ros__parameters:
+    threshold: 30.0
+    qos_overrides:
+      /image:
+        subscription: {reliability: reliable}
+camera:
+  ros__parameters: {threshold: 99.0, exposure: 3}
+""")
+    parameters = read_parameters(path)
+    assert (parameters.threshold, parameters.frame_id) == (30.0, 'map')
+
+
+@pytest.mark.parametrize('text, message', [
+    ('', 'not a ROS parameter file'),
+    ('just text', 'not a ROS parameter file'),
+    ('threshold: 20.0', 'not a ROS parameter file'),
+    ('a: [', 'is not YAML'),
+    ('camera:\n  ros__parameters: {exposure: 3}', 'no parameters for the node'),
+    ('/**:\n  ros__parameters: 3', 'holds no parameters'),
+    ('/**:\n  ros__parameters: {treshold: 3.0}', "did you mean 'threshold'"),
+    ('/**:\n  ros__parameters: {threshold: 3}', 'write 3.0'),
+    ('/**:\n  ros__parameters: {threshold: -3.0}', 'above 0'),
+    ('/**:\n  ros__parameters: {threshold: .nan}', 'above 0'),
+    ('/**:\n  ros__parameters: {max_path_poses: 1}', '2 to 100000'),
+    ('/**:\n  ros__parameters: {max_path_poses: true}', 'integer'),
+    ('/**:\n  ros__parameters: {frame_id: [a]}', 'string'),
+])
+def test_what_is_wrong_is_said_in_one_line(file, text, message):
+    with pytest.raises(ParameterError, match=message) as caught:
+        read_parameters(file(text))
+    assert '\n' not in str(caught.value)
+    assert 'params.yaml' in str(caught.value)
+
+
+def test_a_file_that_cannot_be_read(tmp_path):
+    with pytest.raises(ParameterError, match='No such file'):
+        read_parameters(tmp_path / 'none.yaml')
+    (tmp_path / 'binary.yaml').write_bytes(b'\xff\xfe\x00\x80')
+    with pytest.raises(ParameterError, match='not a text file'):
+        read_parameters(tmp_path / 'binary.yaml')
