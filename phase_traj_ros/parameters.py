@@ -23,7 +23,7 @@ Value: TypeAlias = 'bool | int | float | str'
 
 _ROS_TYPES = {bool: 'bool', int: 'integer', float: 'double', str: 'string'}
 # As a range has to be given: any finite number above zero.
-_POSITIVE = {'minimum': sys.float_info.min, 'maximum': sys.float_info.max}
+_POSITIVE: dict[str, Any] = {'minimum': sys.float_info.min, 'maximum': sys.float_info.max}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -59,12 +59,12 @@ class Spec:
 
     @property
     def type(self) -> str:  # noqa: A003
-        """The type's name in ROS."""
+        """Return the type's name in ROS."""
         return _ROS_TYPES[type(self.default)]
 
     @property
     def allowed(self) -> str:
-        """The range or the choices in words, empty where any value goes."""
+        """Return the range or the choices in words, empty where any value goes."""
         if self.choices:
             return 'one of ' + ', '.join(self.choices)
         if self.minimum is None:

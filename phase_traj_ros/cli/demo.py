@@ -60,8 +60,7 @@ def run(options: Namespace) -> None:
     with output_directory(options.output) as directory:
         print(f'rendering {len(drive)} frames of the drive {drive.name!r} ...', flush=True)
         with counter(total=len(drive), title='rendering') as advance:
-            write_drive_bag(
-                drive, directory / name, progress=lambda _done, _total: advance())
+            write_drive_bag(drive, directory / name, progress=advance)
         print('playing them to the node, over DDS ...', flush=True)
         live = run_live(
             directory / name, pairs=len(drive) - 1, threshold=parameters.threshold)

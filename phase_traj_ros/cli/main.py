@@ -36,14 +36,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
     for name, value in _QUIET.items():
         os.environ.setdefault(name, value)
     # OpenCV reads the above when it is loaded, and these modules load it.
-    from phase_traj_ros.cli import demo, inspect, play, replay
+    from phase_traj_ros.cli import demo, inspect_frames, play, replay
 
     parser = _Parser(
         prog='phase_traj', description='Chain codes of a trajectory from a forward camera.')
     parser.add_argument(
         '--version', action='version', version=f'phase_traj_ros {phase_traj_ros.__version__}')
     commands = parser.add_subparsers(title='commands', required=True, metavar='COMMAND')
-    for command in (replay, play, inspect, demo):
+    for command in (replay, play, inspect_frames, demo):
         command.add_parser(commands)
     options = parser.parse_args(arguments)
     try:

@@ -9,7 +9,13 @@ import time
 from typing import Any
 
 from phase_traj_ros.cli.options import (
-    add_command, add_parameters, add_source, parameters_of, SOURCE_HELP, source_of)
+    add_command,
+    add_parameters,
+    add_source,
+    parameters_of,
+    SOURCE_HELP,
+    source_of,
+)
 from phase_traj_ros.cli.progress import progress
 from phase_traj_ros.cli.report import print_codes
 from phase_traj_ros.io.output import output_directory

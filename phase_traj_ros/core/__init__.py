@@ -11,10 +11,22 @@ from phase_traj_ros.core.chain_code import DynamicChainCode, PAPER_THRESHOLD, St
 from phase_traj_ros.core.code_series import CodeSeries, Run
 from phase_traj_ros.core.codes import Direction, Movement, pack, unpack
 from phase_traj_ros.core.estimator import (
-    Counters, EstimatorSettings, PairStatus, TrajectoryEstimator, Update)
+    Counters,
+    EstimatorSettings,
+    PairStatus,
+    TrajectoryEstimator,
+    Update,
+)
 from phase_traj_ros.core.phase_correlation import PhaseCorrelator, Shift
 from phase_traj_ros.core.trajectory import (
-    Axes, ChainPath, Corner, normalised, unit_step, vertices, yaw)
+    Axes,
+    ChainPath,
+    Corner,
+    normalised,
+    unit_step,
+    vertices,
+    yaw,
+)
 from phase_traj_ros.core.windows import Window
 
 __all__ = [

@@ -25,7 +25,7 @@ class Step:
 
     @property
     def appended(self) -> bool:
-        """Whether the direction was appended to the direction code."""
+        """Return whether the direction was appended to the direction code."""
         return self.movement is not Movement.NO_CHANGE
 
 
@@ -64,7 +64,7 @@ class DynamicChainCode:
 
     @property
     def threshold(self) -> float:
-        """T in pixels per frame; a new value holds from the next pair on."""
+        """Return T in pixels per frame; a new value holds from the next pair on."""
         return self._threshold
 
     @threshold.setter
@@ -75,22 +75,22 @@ class DynamicChainCode:
 
     @property
     def movement(self) -> CodeSeries[Movement]:
-        """The movement codes so far, one per pair of frames."""
+        """Return the movement codes so far, one per pair of frames."""
         return self._movement
 
     @property
     def direction(self) -> CodeSeries[Direction]:
-        """The direction codes so far, one per pair that is not ``NO_CHANGE``."""
+        """Return the direction codes so far, one per pair that is not ``NO_CHANGE``."""
         return self._direction
 
     @property
     def heading(self) -> Direction:
-        """The current direction."""
+        """Return the current direction."""
         return self._heading
 
     @property
     def turn(self) -> Movement | None:
-        """The turn under way, ``LEFT`` or ``RIGHT``, or None."""
+        """Return the turn under way, ``LEFT`` or ``RIGHT``, or None."""
         return self._turn
 
     def reset(self) -> None:

@@ -62,7 +62,9 @@ class ChainCodeText:
         return f'frames {self.frames}; movement {self.movement}; direction {self.direction}'
 
 
-def describe(codes: DynamicChainCode, *, frames: int, max_runs: int | None = None) -> ChainCodeText:
+def describe(
+    codes: DynamicChainCode, *, frames: int, max_runs: int | None = None,
+) -> ChainCodeText:
     """Return what the text tells of ``codes``, with at most ``max_runs`` runs a series."""
     return ChainCodeText(
         frames, _series_text(codes.movement, max_runs), _series_text(codes.direction, max_runs))

@@ -56,7 +56,7 @@ class CodeSeries(Generic[Code]):
 
     @property
     def runs(self) -> tuple[Run[Code], ...]:
-        """The runs kept, oldest first."""
+        """Return the runs kept, oldest first."""
         return tuple(self._runs)
 
     def last_runs(self, count: int) -> tuple[Run[Code], ...]:
@@ -66,12 +66,12 @@ class CodeSeries(Generic[Code]):
 
     @property
     def forgotten(self) -> int:
-        """How many of the oldest codes are no longer kept."""
+        """Return how many of the oldest codes are no longer kept."""
         return self._length - sum(run.count for run in self._runs)
 
     @property
     def totals(self) -> Mapping[Code, int]:
-        """How often each code was appended, forgotten ones included."""
+        """Return how often each code was appended, forgotten ones included."""
         return MappingProxyType(self._totals)
 
     def __len__(self) -> int:

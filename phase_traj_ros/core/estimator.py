@@ -98,7 +98,7 @@ class TrajectoryEstimator:
 
     @property
     def settings(self) -> EstimatorSettings:
-        """The settings in force."""
+        """Return the settings in force."""
         return self._settings
 
     @property
@@ -108,7 +108,7 @@ class TrajectoryEstimator:
 
     @property
     def path(self) -> ChainPath:
-        """The drawn trajectory so far."""
+        """Return the drawn trajectory so far."""
         return self._path
 
     @property

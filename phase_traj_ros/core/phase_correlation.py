@@ -14,7 +14,6 @@ from typing import cast
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-
 from phase_traj_ros.core.spectrum import padded_shape, Whitener
 from phase_traj_ros.core.windows import Window, window_2d
 from phase_traj_ros.errors import FrameError

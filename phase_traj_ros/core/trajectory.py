@@ -16,7 +16,6 @@ from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
-
 from phase_traj_ros.core.codes import Direction
 
 
@@ -86,9 +85,11 @@ def normalised(points: NDArray[np.float64]) -> NDArray[np.float64]:
 
     The aspect is kept. A trajectory without extent stays at the origin.
     """
-    moved = points - points[0]
+    moved: NDArray[np.float64] = points - points[0]
     extent = float(np.ptp(moved, axis=0).max())
-    return moved / extent if extent > 0 else moved
+    if extent > 0:
+        moved /= extent
+    return moved
 
 
 @dataclass(frozen=True, slots=True)
@@ -139,10 +140,10 @@ class ChainPath:
 
     @property
     def tip(self) -> Corner | None:
-        """Where the path has got to, or None before it has started."""
+        """Return where the path has got to, or None before it has started."""
         return self._tip
 
     @property
     def corners(self) -> tuple[Corner, ...]:
-        """The start and the turning points kept, oldest first; the tip is not among them."""
+        """Return the start and the turning points kept, oldest first, without the tip."""
         return tuple(self._corners)

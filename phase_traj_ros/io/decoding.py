@@ -7,7 +7,6 @@ from typing import cast, Final, TypeAlias
 import cv2
 import numpy as np
 import numpy.typing as npt
-
 from phase_traj_ros.errors import FrameError
 from phase_traj_ros.io.picture_header import check_complete, read_header, recognise
 

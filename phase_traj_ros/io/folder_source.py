@@ -69,7 +69,7 @@ class FolderSource(FrameSource):
 
     def _candidates(self) -> Generator[Candidate, None, None]:
         for picture, stamp_ns in zip(self._pictures, self._stamps, strict=True):
-            yield Candidate(stamp_ns, partial(_read_picture, picture))
+            yield Candidate(stamp_ns, partial(read_picture, picture))
 
 
 def natural_key(name: str) -> tuple[tuple[str | int, ...], str]:
@@ -163,7 +163,7 @@ def read_times(path: Path) -> list[int]:
     return stamps
 
 
-def _read_picture(path: Path) -> GreyImage:
+def read_picture(path: Path) -> GreyImage:
     try:
         return decode_picture_file(path.read_bytes())
     except OSError as error:

@@ -14,7 +14,6 @@ from typing import cast, Protocol
 import cv2
 import numpy as np
 import numpy.typing as npt
-
 from phase_traj_ros.errors import FrameError
 from phase_traj_ros.io.decoding import decode_picture, DEFAULT_MAX_PIXELS, GreyImage
 from phase_traj_ros.io.picture_header import read_header

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
-
 from phase_traj_ros.core import Axes, Direction, Movement, normalised, Shift, vertices
 from phase_traj_ros.errors import MissingDependencyError
 from phase_traj_ros.io.decoding import GreyImage

@@ -6,7 +6,13 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 from phase_traj_ros.core import (
-    Counters, Direction, DynamicChainCode, Movement, TrajectoryEstimator, Update)
+    Counters,
+    Direction,
+    DynamicChainCode,
+    Movement,
+    TrajectoryEstimator,
+    Update,
+)
 from phase_traj_ros.errors import FrameError, SourceError
 from phase_traj_ros.io.source import Frame
 from phase_traj_ros.parameters import Parameters
@@ -25,17 +31,17 @@ class Replay:
 
     @property
     def frames(self) -> int:
-        """How many frames the codes stand for: one more than the pairs."""
+        """Return how many frames the codes stand for: one more than the pairs."""
         return len(self.updates) + 1
 
     @property
     def movement(self) -> list[Movement]:
-        """The movement codes, one per pair."""
+        """Return the movement codes, one per pair."""
         return [update.step.movement for update in self.updates]
 
     @property
     def direction(self) -> list[Direction]:
-        """The direction codes, one per pair that appends one."""
+        """Return the direction codes, one per pair that appends one."""
         return [update.step.direction for update in self.updates if update.step.appended]
 
 

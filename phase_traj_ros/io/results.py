@@ -12,7 +12,6 @@ from typing import Any
 
 import cv2
 import numpy as np
-
 import phase_traj_ros
 from phase_traj_ros.core import Corner, Direction, pack, Run, yaw
 from phase_traj_ros.io.picture import write_trajectory_picture
@@ -101,7 +100,8 @@ def _pairs(runs: Sequence[Run[Any]]) -> list[tuple[int, int]]:
 
 def _tum_line(stamp_ns: int, tip: Corner) -> str:
     half = yaw(tip.heading) / 2
-    return f'{_seconds(stamp_ns)} {tip.x} {tip.y} 0 0 0 {math.sin(half):.6f} {math.cos(half):.6f}\n'
+    orientation = f'0 0 {math.sin(half):.6f} {math.cos(half):.6f}'
+    return f'{_seconds(stamp_ns)} {tip.x} {tip.y} 0 {orientation}\n'
 
 
 def _seconds(nanoseconds: int) -> str:

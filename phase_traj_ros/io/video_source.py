@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import cast
 
 import cv2
-
 from phase_traj_ros.errors import SourceError
 from phase_traj_ros.io.decoding import GreyImage
 from phase_traj_ros.io.folder_source import PICTURE_SUFFIXES

@@ -5,14 +5,16 @@
 from collections.abc import Iterable
 from typing import Any
 
-from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
-from rclpy.exceptions import (
-    InvalidParameterTypeException, InvalidParameterValueException, ParameterException)
-from rclpy.node import Node
-from rclpy.parameter import Parameter
-
 from phase_traj_ros.errors import ParameterError
 from phase_traj_ros.parameters import Parameters, Spec, specs
+from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
+from rclpy.exceptions import (
+    InvalidParameterTypeException,
+    InvalidParameterValueException,
+    ParameterException,
+)
+from rclpy.node import Node
+from rclpy.parameter import Parameter
 
 
 def declare_parameters(node: Node) -> Parameters:

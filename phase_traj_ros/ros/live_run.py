@@ -11,11 +11,10 @@ import signal
 import subprocess
 import sys
 
-from rclpy.executors import SingleThreadedExecutor
-
 from phase_traj_ros.errors import SourceError
 from phase_traj_ros.ros.recorder import Recorder
 from phase_traj_ros.ros.spin import ros_context
+from rclpy.executors import SingleThreadedExecutor
 
 _DISCOVERY_S = 30.0
 _SILENCE_S = 20.0

@@ -7,9 +7,8 @@ import math
 from builtin_interfaces.msg import Time
 from geometry_msgs.msg import Point, Pose, PoseStamped, Quaternion, Vector3, Vector3Stamped
 from nav_msgs.msg import Path
-from std_msgs.msg import Header
-
 from phase_traj_ros.core import ChainPath, Corner, Shift, yaw
+from std_msgs.msg import Header
 
 _NANOSECONDS = 10**9
 

@@ -4,14 +4,6 @@
 
 from collections.abc import Sequence
 
-from rcl_interfaces.msg import SetParametersResult
-from rclpy.node import Node
-from rclpy.parameter import Parameter
-from rclpy.qos import qos_profile_sensor_data
-from rclpy.qos_overriding_options import QoSOverridingOptions
-from sensor_msgs.msg import Image
-from std_srvs.srv import Trigger
-
 from phase_traj_ros.core import TrajectoryEstimator
 from phase_traj_ros.errors import FrameError, ParameterError
 from phase_traj_ros.io.image_msgs import to_grey
@@ -19,6 +11,13 @@ from phase_traj_ros.io.stamps import StampRule, to_nanoseconds
 from phase_traj_ros.parameters import NODE_NAME
 from phase_traj_ros.ros.declare import changed, declare_parameters, unknown_overrides
 from phase_traj_ros.ros.outputs import Outputs
+from rcl_interfaces.msg import SetParametersResult
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from rclpy.qos import qos_profile_sensor_data
+from rclpy.qos_overriding_options import QoSOverridingOptions
+from sensor_msgs.msg import Image
+from std_srvs.srv import Trigger
 
 _THROTTLE_S = 5.0
 

@@ -4,18 +4,16 @@
 
 from geometry_msgs.msg import PoseStamped, Vector3Stamped
 from nav_msgs.msg import Path
+from phase_traj_ros.core import Movement, TrajectoryEstimator, Update
+from phase_traj_ros.core.chain_text import describe
+from phase_traj_ros.parameters import Parameters
+from phase_traj_ros.ros.messages import path_message, pose_message, shift_message, to_time
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.qos_overriding_options import QoSOverridingOptions
 from std_msgs.msg import Float32, Header, String, UInt8
-
-from phase_traj_ros.core import Movement, TrajectoryEstimator, Update
-from phase_traj_ros.core.chain_text import describe
-from phase_traj_ros.parameters import Parameters
-from phase_traj_ros.ros.messages import (
-    path_message, pose_message, shift_message, to_time)
 
 # Reliable. Deep enough that a subscriber may fall a few seconds behind without losing a code.
 _PER_PAIR = QoSProfile(depth=100)

@@ -13,7 +13,6 @@ import tempfile
 from typing import Any, TYPE_CHECKING
 
 import numpy as np
-
 from phase_traj_ros.errors import MissingDependencyError, OutputError
 from phase_traj_ros.synthetic._arrays import Bytes
 from phase_traj_ros.synthetic.camera import Camera, Pose, quaternion

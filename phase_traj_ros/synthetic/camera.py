@@ -16,7 +16,6 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-
 from phase_traj_ros.errors import ParameterError
 from phase_traj_ros.synthetic._arrays import Floats
 

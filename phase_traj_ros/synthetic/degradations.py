@@ -15,7 +15,6 @@ from typing import TypeAlias
 
 import cv2
 import numpy as np
-
 from phase_traj_ros.errors import ParameterError
 from phase_traj_ros.synthetic._arrays import as_bytes, Bytes, Floats, Ints, Singles
 from phase_traj_ros.synthetic.camera import Camera, KITTI_CAMERA

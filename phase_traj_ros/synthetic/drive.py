@@ -10,7 +10,6 @@ from functools import partial
 
 import numpy as np
 import numpy.typing as npt
-
 from phase_traj_ros.errors import ParameterError
 from phase_traj_ros.synthetic._arrays import Floats, Ints
 from phase_traj_ros.synthetic.camera import Camera, KITTI_CAMERA, Pose
@@ -98,10 +97,14 @@ class Drive:
             self, stamps_ns=self.stamps_ns[index], poses=self.poses[index], turns=turns)
 
 
+def _check_rate(rate_hz: float) -> None:
+    if not (np.isfinite(rate_hz) and rate_hz > 0):
+        raise ParameterError(f'{rate_hz} frames per second is no rate: give a positive number')
+
+
 def stamps_at(count: int, rate_hz: float) -> Ints:
     """Return the stamps of ``count`` frames at a steady rate, in nanoseconds."""
-    if not rate_hz > 0:
-        raise ParameterError(f'{rate_hz} frames per second is no rate: give a positive number')
+    _check_rate(rate_hz)
     since: Ints = np.rint(np.arange(count) * (1e9 / rate_hz)).astype(np.int64)
     return EPOCH_NS + since
 
@@ -156,6 +159,7 @@ def plan_drive(
     else along a street of its own. Raises `ParameterError` for a plan that cannot be driven.
     """
     check(plan, speed)
+    _check_rate(rate_hz)
     stamps = stamps_at(int(np.floor(duration(plan) * rate_hz + 1e-6)) + 1, rate_hz)
     flat = drive_plan(plan, np.arange(len(stamps)) / rate_hz, speed=speed)
     poses = np.concatenate([flat, np.zeros((len(flat), 2))], axis=1)

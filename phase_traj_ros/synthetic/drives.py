@@ -10,7 +10,6 @@ from phase_traj_ros.errors import ParameterError
 from phase_traj_ros.synthetic.drive import Drive, plan_drive
 from phase_traj_ros.synthetic.plan import Straight, Turn
 
-
 #: On straights and in turns, in metres per second.
 _SPEED = 8.0
 _TURNING = 4.5

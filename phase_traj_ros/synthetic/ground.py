@@ -9,7 +9,6 @@ from itertools import pairwise
 
 import cv2
 import numpy as np
-
 from phase_traj_ros.synthetic._arrays import as_bytes, Bytes, Floats, Singles
 from phase_traj_ros.synthetic.camera import Camera, Pose
 

@@ -10,7 +10,6 @@ from enum import auto, Enum
 from functools import lru_cache
 
 import numpy as np
-
 from phase_traj_ros.synthetic import facades, surfaces
 from phase_traj_ros.synthetic._arrays import Bytes
 from phase_traj_ros.synthetic.atlas import Atlas, build_atlas

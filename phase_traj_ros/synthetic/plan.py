@@ -10,7 +10,6 @@ import math
 from typing import TypeAlias
 
 import numpy as np
-
 from phase_traj_ros.errors import ParameterError
 from phase_traj_ros.synthetic._arrays import Floats
 

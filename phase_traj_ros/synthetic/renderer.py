@@ -6,7 +6,6 @@ from __future__ import annotations
 
 import cv2
 import numpy as np
-
 from phase_traj_ros.synthetic._arrays import as_bytes, Bytes, Floats, Ints, Singles
 from phase_traj_ros.synthetic.atlas import level_of
 from phase_traj_ros.synthetic.camera import Camera, level_view, Pose

@@ -8,7 +8,6 @@ from collections.abc import Sequence
 
 import numpy as np
 import numpy.typing as npt
-
 from phase_traj_ros.synthetic._arrays import Floats
 from phase_traj_ros.synthetic.keep_out import KeepOut
 from phase_traj_ros.synthetic.materials import materials

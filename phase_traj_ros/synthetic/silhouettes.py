@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from enum import auto, Enum
 
 import numpy as np
-
 from phase_traj_ros.synthetic._arrays import Floats, Ints
 
 _SAMPLES = 193

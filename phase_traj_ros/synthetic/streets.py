@@ -9,7 +9,6 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-
 from phase_traj_ros.errors import ParameterError
 from phase_traj_ros.synthetic._arrays import Floats, Ints
 
@@ -18,8 +17,11 @@ _BEYOND = 100.0
 #: Side streets are so long, and so far apart, in metres.
 _SIDE_LENGTH = (60.0, 110.0)
 _SIDE_SPACING = (70.0, 150.0)
-#: A side street that comes this near to the route again ends there, in metres.
+#: A side street that comes this near to the route again ends there; the route up to _OWN from
+#: where it leaves does not count. What is then too short is not built. In metres.
 _APART = 24.0
+_OWN = 64
+_SHORTEST = 40
 #: A route that turns by this much within 2 * _BEND metres turns at a crossing.
 _SHARP = np.radians(50.0)
 _BEND = 16
@@ -124,14 +126,15 @@ def _corners(route: Floats) -> Ints:
     return np.array(corners, np.int64) + _BEND
 
 
-def _trimmed(side: Floats, route: Floats) -> Floats | None:
-    """End a side street before it meets the route again."""
-    rest = side[round(1.5 * _APART):]
-    for (index, point) in enumerate(rest):
-        if np.hypot(*(route - point).T).min() < _APART:
-            side = side[:round(1.5 * _APART) + index]
+def _side(route: Floats, root: int, start: Floats, direction: Floats, length: float) -> Street:
+    """Return a side street that ends before it meets the route again, away from its root."""
+    line = _ray(start, direction, length)
+    elsewhere = route[np.abs(np.arange(len(route)) - root) > _OWN]
+    for (index, point) in enumerate(line):
+        if len(elsewhere) and np.hypot(*(elsewhere - point).T).min() < _APART:
+            line = line[:index]
             break
-    return side if len(side) > 1.5 * _APART else None
+    return Street(line)
 
 
 def _pieces(route: Floats) -> list[Street]:
@@ -158,22 +161,23 @@ def streets_along(points: npt.ArrayLike, rng: np.random.Generator) -> tuple[Stre
     leave it at random places. Where it runs along itself again there is but one street.
     """
     route = evenly(points)
-    sides = []
-    for corner in _corners(route):
+    sides: list[Street] = []
+    for corner in _corners(route).tolist():
         (before, after) = (max(corner - _BEND, 0), min(corner + _BEND, len(route) - 1))
         into = route[before] - route[max(before - 6, 0)]
         out = route[min(after + 6, len(route) - 1)] - route[after]
-        sides.append(_ray(route[before], into, 2 * _BEND + rng.uniform(*_SIDE_LENGTH)))
-        sides.append(_ray(route[after], -out, 2 * _BEND + rng.uniform(*_SIDE_LENGTH)))
+        for (start, direction) in ((route[before], into), (route[after], -out)):
+            length = 2 * _BEND + rng.uniform(*_SIDE_LENGTH)
+            sides.append(_side(route, corner, start, direction, length))
     place = rng.uniform(0.2, 0.6) * _SIDE_SPACING[1]
     while place < len(route) - 1:
         index = int(place)
         (dx, dy) = route[index + 1] - route[index]
         for side in (-1.0, 1.0):
             if rng.random() < 0.6:
-                sides.append(_ray(
-                    route[index], side * np.array([-dy, dx]), rng.uniform(*_SIDE_LENGTH)))
+                sides.append(_side(
+                    route, index, route[index], side * np.array([-dy, dx]),
+                    rng.uniform(*_SIDE_LENGTH)))
         place += rng.uniform(*_SIDE_SPACING)
-    trimmed = (_trimmed(side, route) for side in sides)
     return (
-        *_pieces(_straight_on(route)), *(Street(side) for side in trimmed if side is not None))
+        *_pieces(_straight_on(route)), *(side for side in sides if len(side.line) > _SHORTEST))

@@ -10,10 +10,9 @@ import sys
 
 import cv2
 import numpy as np
-import pytest
-
 import phase_traj_ros
 from phase_traj_ros.core import unpack
+import pytest
 
 POSITIONS = [0, 0, 30, 60, 60, 20, 20, 20]
 MOVEMENT = [1, 0, 3, 1, 2, 1, 1]
@@ -139,7 +138,7 @@ def test_threshold_has_to_be_finite_and_positive(folder, tmp_path, threshold):
     assert not output.exists()
 
 
-@pytest.mark.parametrize('arguments, message', [
+@pytest.mark.parametrize(('arguments', 'message'), [
     (['/does/not/exist'], 'does not exist'),
     (['{folder}', '--topic', '/image'], 'leave out --topic'),
     (['{folder}', '--every', '0'], 'every must be a whole number'),

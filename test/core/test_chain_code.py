@@ -4,10 +4,10 @@
 
 from itertools import groupby, product
 
-from hypothesis import given, strategies as st
-import pytest
-
+from hypothesis import given
+from hypothesis import strategies as st
 from phase_traj_ros.core import Direction, DynamicChainCode, Movement
+import pytest
 
 L, F, R, N = Movement
 T = 16.0
@@ -33,7 +33,7 @@ def facing(direction):
     return codes
 
 
-@pytest.mark.parametrize('direction, movement', product(Direction, (L, F, R)))
+@pytest.mark.parametrize(('direction', 'movement'), product(Direction, (L, F, R)))
 def test_every_direction_and_movement(direction, movement):
     codes = facing(direction)
     step = codes.update({L: T, F: 0.0, R: -T}[movement])
@@ -168,7 +168,7 @@ def test_only_the_ratio_of_shift_and_threshold_counts(shifts, scale):
 
 @given(st.lists(st.floats(-100, 100), min_size=1, max_size=60))
 def test_a_long_turn_never_counts_twice(shifts):
-    codes, steps = drive(shifts)
+    _, steps = drive(shifts)
     for turn, side in ((L, 1), (R, -1)):
         stretches = [
             beyond for beyond, _ in groupby([dx * side >= T for dx in shifts[1:]]) if beyond]
@@ -176,7 +176,7 @@ def test_a_long_turn_never_counts_twice(shifts):
 
 
 @pytest.mark.parametrize('threshold', [12.0, 16.0, 20.0, 60.0])
-@pytest.mark.parametrize('table, directions', [(TABLE_1, [1, 2, 3]), (TABLE_2, [1, 0, 1, 2])])
+@pytest.mark.parametrize(('table', 'directions'), [(TABLE_1, [1, 2, 3]), (TABLE_2, [1, 0, 1, 2])])
 def test_shifts_that_follow_the_papers_streams_reproduce_them(table, directions, threshold):
     shifts, turn = [], 0.0
     for code, count in table:

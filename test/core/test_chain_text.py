@@ -2,11 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """The chain code as text."""
 
-from hypothesis import given, strategies as st
-import pytest
-
+from hypothesis import given
+from hypothesis import strategies as st
 from phase_traj_ros.core import DynamicChainCode
 from phase_traj_ros.core.chain_text import describe, parse
+import pytest
 
 SHIFTS = st.lists(st.floats(-40, 40), max_size=60)
 
@@ -47,5 +47,5 @@ def test_what_is_written_can_be_read(shifts, kept, shown):
     'frames 2; movement 1 (0:0 1:1 2:0 3:0) 1x1; direction 1 (0:0 1:1 2:0 3:0) 1x1\n',
 ])
 def test_what_does_not_follow_the_grammar_is_refused(text):
-    with pytest.raises(ValueError, match='chain code text|series'):
+    with pytest.raises(ValueError, match=r'chain code text|series'):
         parse(text)

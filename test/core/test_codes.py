@@ -2,10 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Movement and direction codes, packing, runs."""
 
-from hypothesis import given, strategies as st
-import pytest
-
+from hypothesis import given
+from hypothesis import strategies as st
 from phase_traj_ros.core import CodeSeries, Direction, Movement, pack, Run, unpack
+import pytest
 
 CODES = st.lists(st.integers(0, 3))
 
@@ -35,7 +35,7 @@ def test_unpack_refuses_a_count_that_does_not_fit(count):
         unpack(b'\x1b', count)
 
 
-@pytest.mark.parametrize('before, after', [(0, 3), (1, 0), (2, 1), (3, 2)])
+@pytest.mark.parametrize(('before', 'after'), [(0, 3), (1, 0), (2, 1), (3, 2)])
 def test_left_turns(before, after):
     assert Direction(before).turned_left() is Direction(after)
     assert Direction(after).turned_right() is Direction(before)

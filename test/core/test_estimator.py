@@ -3,12 +3,16 @@
 """The whole chain for one camera."""
 
 import numpy as np
+from phase_traj_ros.core import (
+    Direction,
+    EstimatorSettings,
+    Movement,
+    PairStatus,
+    TrajectoryEstimator,
+)
+from phase_traj_ros.errors import FrameError
 import pytest
 from textures import pair
-
-from phase_traj_ros.core import (
-    Direction, EstimatorSettings, Movement, PairStatus, TrajectoryEstimator)
-from phase_traj_ros.errors import FrameError
 
 STEP_NS = 100_000_000
 FRAME, TURNED = pair((64, 120), 30, 0)

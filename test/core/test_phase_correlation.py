@@ -3,13 +3,13 @@
 """The shift between two frames."""
 
 import cv2
-from hypothesis import given, settings, strategies as st
+from hypothesis import given, settings
+from hypothesis import strategies as st
 import numpy as np
-import pytest
-from textures import pair
-
 from phase_traj_ros.core import PhaseCorrelator, Shift, Window
 from phase_traj_ros.errors import FrameError
+import pytest
+from textures import pair
 
 SHAPES = [(120, 160), (121, 161), (96, 243), (240, 320), (187, 621), (375, 1242), (376, 1241)]
 DTYPES = [np.uint8, np.uint16, np.float32]
@@ -134,7 +134,7 @@ def test_correlation_map_has_its_peak_at_the_shift():
     assert correlation.max() == pytest.approx(shift.response, rel=1e-3)
 
 
-@pytest.mark.parametrize('frame, reason', [
+@pytest.mark.parametrize(('frame', 'reason'), [
     (np.zeros((40, 40, 3), np.uint8), 'shape'),
     (np.zeros((40,), np.uint8), 'shape'),
     (np.zeros((40, 40), np.int16), 'int16'),

@@ -3,11 +3,10 @@
 """The fast implementation against the equations, written plainly in float64."""
 
 import numpy as np
-import pytest
-from textures import pair
-
 from phase_traj_ros.core import PhaseCorrelator, Window
 from phase_traj_ros.core.spectrum import padded_shape
+import pytest
+from textures import pair
 
 
 def reference(first, second, shape):

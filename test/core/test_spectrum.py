@@ -3,11 +3,11 @@
 """Transform sizes and whitening in the packed layout."""
 
 import cv2
-from hypothesis import given, strategies as st
+from hypothesis import given
+from hypothesis import strategies as st
 import numpy as np
-import pytest
-
 from phase_traj_ros.core.spectrum import padded_side, Whitener
+import pytest
 
 
 @given(st.integers(8, 5000))

@@ -2,16 +2,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """Directions to vertices."""
 
-from hypothesis import given, strategies as st
+from hypothesis import given
+from hypothesis import strategies as st
 import numpy as np
-import pytest
-
 from phase_traj_ros.core import Axes, ChainPath, Direction, normalised, vertices, yaw
+import pytest
 
 DIRECTIONS = st.lists(st.sampled_from(Direction), max_size=40)
 
 
-@pytest.mark.parametrize('direction, figure, rep103', [
+@pytest.mark.parametrize(('direction', 'figure', 'rep103'), [
     (1, (0, 1), (1, 0)), (0, (-1, 0), (0, 1)), (2, (1, 0), (0, -1)), (3, (0, -1), (-1, 0))])
 def test_a_step_in_both_axes(direction, figure, rep103):
     assert vertices([direction], axes=Axes.FIGURE)[1].tolist() == list(figure)

@@ -9,15 +9,14 @@ import sys
 import time
 
 import numpy as np
+from phase_traj_ros.ros.live_run import lossless_overrides
+from phase_traj_ros.ros.messages import to_time
 from rcl_interfaces.srv import DescribeParameters, ListParameters, SetParameters
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import Image
-
-from phase_traj_ros.ros.live_run import lossless_overrides
-from phase_traj_ros.ros.messages import to_time
 
 LOSSLESS = QoSProfile(
     history=HistoryPolicy.KEEP_ALL, depth=1, reliability=ReliabilityPolicy.RELIABLE)
@@ -92,7 +91,8 @@ class Live:
         for _ in range(10):
             future = client.call_async(request)
             asked = time.monotonic()
-            self.until(lambda: future.done() or time.monotonic() > asked + 3)
+            while not future.done() and time.monotonic() < asked + 3:
+                self.executor.spin_once(timeout_sec=0.05)
             if future.done():
                 return future.result()
             client.remove_pending_request(future)

@@ -6,9 +6,8 @@ from pathlib import Path
 import re
 
 from live import Live
-import pytest
-
 from phase_traj_ros.parameters import specs
+import pytest
 
 DOCS = Path(__file__).resolve().parents[2] / 'docs'
 # What every node has, and what belongs to a topic's quality of service.

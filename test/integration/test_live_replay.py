@@ -8,13 +8,12 @@ import sys
 
 import cv2
 import numpy as np
-import pytest
-
 from phase_traj_ros.core.chain_text import parse
-from phase_traj_ros.parameters import Parameters
 from phase_traj_ros.io.replay import replay
 from phase_traj_ros.io.source import open_source
+from phase_traj_ros.parameters import Parameters
 from phase_traj_ros.ros.live_run import run_live
+import pytest
 
 
 def replayed(path, threshold):
@@ -67,7 +66,7 @@ def test_replay_through_the_program_gives_the_same(folder, tmp_path):
     assert written['movement'] == replayed(folder, 16.0).movement
 
 
-@pytest.mark.parametrize('arguments, message', [
+@pytest.mark.parametrize(('arguments', 'message'), [
     (['--lossless', '--wait', '0.5'], 'nobody has subscribed to /image within 0.5 s'),
     (['--rate', '0'], '--rate is 0.0'),
 ])

@@ -9,13 +9,12 @@ from geometry_msgs.msg import PoseStamped, Vector3Stamped
 from live import image, LATCHED, LOSSLESS, stop
 from nav_msgs.msg import Path
 import numpy as np
+from phase_traj_ros.core.chain_text import parse
 import pytest
 from rclpy.qos import qos_profile_sensor_data
 from sensor_msgs.msg import Image
 from std_msgs.msg import Float32, String, UInt8
 from std_srvs.srv import Trigger
-
-from phase_traj_ros.core.chain_text import parse
 
 SECOND = 1_000_000_000
 START = 1_700_000_000 * SECOND
@@ -231,7 +230,7 @@ def test_parameters_change_live_or_are_refused_with_a_reason(live, topics, conne
     assert topics['pose'][-1].pose.position.x == 0.5
 
 
-@pytest.mark.parametrize('argument, message', [
+@pytest.mark.parametrize(('argument', 'message'), [
     ('threshold:=20', "'threshold' is 20: it takes a double, so write 20.0"),
     ('threshold:=-1.0', "'threshold' is -1.0: it takes a finite number above 0"),
     ('window:=round', "'window' is 'round': it takes one of sqrt_hann, hann, tukey"),

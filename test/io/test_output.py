@@ -2,10 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Results are written whole or not at all."""
 
-import pytest
-
 from phase_traj_ros.errors import OutputError
 from phase_traj_ros.io.output import output_directory, output_file
+import pytest
 
 
 def test_files_appear_when_all_are_written(tmp_path):

@@ -4,11 +4,10 @@
 
 from pathlib import Path
 
-import pytest
-
 from phase_traj_ros.errors import ParameterError
 from phase_traj_ros.io.params_file import read_parameters
 from phase_traj_ros.parameters import Parameters
+import pytest
 
 CONFIG = Path(__file__).resolve().parents[2] / 'config'
 
@@ -27,7 +26,8 @@ def test_paper_yaml_holds_the_defaults():
     assert read_parameters(CONFIG / 'paper.yaml') == Parameters()
 
 
-@pytest.mark.parametrize('node', ['/**', 'phase_traj', '/phase_traj', '/front/phase_traj', '/**/phase_traj'])
+@pytest.mark.parametrize(
+    'node', ['/**', 'phase_traj', '/phase_traj', '/front/phase_traj', '/**/phase_traj'])
 def test_sections_that_are_meant(file, node):
     path = file(f'{node}:\n  ros__parameters:\n    threshold: 20.0\n')
     assert read_parameters(path).threshold == 20.0
@@ -55,7 +55,7 @@ camera:
     assert (parameters.threshold, parameters.frame_id) == (30.0, 'map')
 
 
-@pytest.mark.parametrize('text, message', [
+@pytest.mark.parametrize(('text', 'message'), [
     ('', 'not a ROS parameter file'),
     ('just text', 'not a ROS parameter file'),
     ('threshold: 20.0', 'not a ROS parameter file'),

@@ -3,12 +3,11 @@
 """The offline replay."""
 
 import numpy as np
-import pytest
-
 from phase_traj_ros.errors import SourceError
 from phase_traj_ros.io.replay import replay
 from phase_traj_ros.io.source import Frame, open_source
 from phase_traj_ros.parameters import Parameters
+import pytest
 
 RNG = np.random.default_rng(0)
 TEXTURE = RNG.integers(0, 256, (64, 100), dtype=np.uint8)
@@ -50,7 +49,7 @@ def test_two_frames_are_needed(some):
 
 def test_an_unusable_frame_is_named():
     broken = [*frames([0, 0]), Frame(np.zeros((4, 4), np.uint8), 10**9)]
-    with pytest.raises(SourceError, match='test: frame 2: .*4x4'):
+    with pytest.raises(SourceError, match=r'test: frame 2: .*4x4'):
         replay(broken, Parameters(), source='test')
 
 

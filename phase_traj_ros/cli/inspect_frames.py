@@ -9,7 +9,7 @@ from typing import Any
 from phase_traj_ros.cli.options import add_command
 from phase_traj_ros.core import PhaseCorrelator
 from phase_traj_ros.errors import FrameError
-from phase_traj_ros.io.folder_source import _read_picture as read_picture
+from phase_traj_ros.io.folder_source import read_picture
 from phase_traj_ros.io.output import output_file
 from phase_traj_ros.io.picture import require_matplotlib, write_correlation_picture
 

@@ -1,0 +1,94 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What spoils pictures does so by the amount asked for, and the same way every time."""
+
+import numpy as np
+from phase_traj_ros.errors import ParameterError
+from phase_traj_ros.synthetic import degradations as spoil
+from phase_traj_ros.synthetic import KITTI_CAMERA
+import pytest
+
+GREY = np.full((376, 1241), 120, np.uint8)
+STRIPES = np.tile(np.array([[60], [180]], np.uint8), (188, 1241))
+RANDOM = {
+    'noise': lambda frame, seed: spoil.sensor_noise(frame, sigma=10.0, seed=seed),
+    'night': lambda frame, seed: spoil.night(frame, seed=seed),
+    'rain': lambda frame, seed: spoil.rain(frame, seed=seed),
+}
+
+
+@pytest.mark.parametrize('name', RANDOM)
+def test_randomness_comes_from_the_seed_alone(name):
+    before = GREY.copy()
+    (first, again, other) = (RANDOM[name](GREY, seed) for seed in ((1, 2), (1, 2), (1, 3)))
+    np.testing.assert_array_equal(first, again)
+    assert (first != other).any()
+    np.testing.assert_array_equal(GREY, before)
+    assert (first.dtype, first.shape) == (np.uint8, GREY.shape)
+
+
+@pytest.mark.parametrize('sigma', [0.0, 3.0, 15.0])
+def test_sensor_noise_has_its_deviation_and_no_bias(sigma):
+    noisy = spoil.sensor_noise(GREY, sigma=sigma, seed=0).astype(float)
+    assert noisy.mean() == pytest.approx(120, abs=0.1)
+    assert noisy.std() == pytest.approx(sigma, abs=0.05 * sigma + 0.05)
+
+
+def test_blur_takes_contrast_and_none_takes_nothing():
+    np.testing.assert_array_equal(spoil.blur(STRIPES, sigma=0), STRIPES)
+    assert spoil.blur(STRIPES, sigma=2.0).std() < 5
+
+
+def test_gain_saturates():
+    assert (spoil.gain(GREY, factor=0.5) == 60).all()
+    assert (spoil.gain(GREY, factor=3.0) == 255).all()
+
+
+def test_night_is_darker_and_noisier():
+    dark = spoil.night(GREY, seed=0).astype(float)
+    assert dark.mean() == pytest.approx(40, abs=3)
+    assert dark.std() > 5
+    assert spoil.night(GREY, exposure=0.6, seed=0).std() < dark.std() / 2
+
+
+def test_fog_hides_the_distance_more_than_the_foreground():
+    foggy = spoil.fog(STRIPES, visibility=25.0).astype(float)
+    contrast = np.abs(np.diff(foggy, axis=0))[:, 0]
+    horizon = round(KITTI_CAMERA.cy)
+    assert contrast[-2] > 80
+    assert contrast[horizon] < 2
+    assert contrast[horizon] < contrast[20] < contrast[-2]
+    assert foggy[horizon, 0] == pytest.approx(190, abs=2)
+
+
+def test_rain_only_brightens():
+    rainy = spoil.rain(GREY, seed=0)
+    assert (rainy >= GREY).all()
+    assert 0.005 < (rainy > GREY).mean() < 0.3
+
+
+def test_vibration_shakes_pitch_and_roll_only():
+    poses = np.arange(5000.0).reshape(1000, 5)
+    shaken = spoil.vibration(poses, pitch_deg=0.2, roll_deg=0.5, seed=0)
+    np.testing.assert_array_equal(shaken[:, :3], poses[:, :3])
+    deviation = np.degrees((shaken - poses)[:, 3:].std(axis=0))
+    assert deviation == pytest.approx((0.2, 0.5), rel=0.1)
+
+
+def test_frames_are_lost_by_their_share_but_never_the_first():
+    kept = spoil.kept_frames(2000, lost=0.3, seed=1)
+    assert kept[0] == 0
+    assert (np.diff(kept) > 0).all()
+    assert len(kept) == pytest.approx(1400, abs=80)
+    np.testing.assert_array_equal(spoil.kept_frames(5, lost=0.0, seed=0), np.arange(5))
+
+
+@pytest.mark.parametrize('wrong', [
+    lambda: spoil.sensor_noise(GREY, sigma=-1.0, seed=0),
+    lambda: spoil.blur(GREY, sigma=float('nan')),
+    lambda: spoil.gain(GREY, factor=-0.1),
+    lambda: spoil.fog(GREY, visibility=-1.0),
+    lambda: spoil.kept_frames(10, lost=1.0, seed=0)])
+def test_amounts_that_mean_nothing_are_refused(wrong):
+    with pytest.raises(ParameterError):
+        wrong()
