@@ -101,7 +101,7 @@ def camera_info_topic(image_topic: str) -> str:
 
 def write_drive_bag(
     drive: Drive, path: str | os.PathLike[str], *, image_topic: str = '/camera/image',
-    progress: Callable[[int, int], None] | None = None,
+    progress: Callable[[], object] | None = None,
 ) -> None:
     """
     Write a drive as a rosbag2 (a directory with an MCAP file).
@@ -110,8 +110,8 @@ def write_drive_bag(
     ``sensor_msgs/CameraInfo`` on ``camera_info`` beside it, and the true pose of the camera as
     ``geometry_msgs/PoseStamped`` on ``/ground_truth/pose`` (ROS axes, frame ``map``).
 
-    ``progress`` is called with (frames written, frames in all). The bag is written under a
-    temporary name beside ``path``; after a failure nothing is left of it. Raises
+    ``progress`` is called after each frame. The bag is written under a temporary name beside
+    ``path``; after a failure nothing is left of it. Raises
     `MissingDependencyError` without the rosbags library, and `OutputError` where the bag cannot be
     written or ``path`` exists.
     """
@@ -137,4 +137,4 @@ def write_drive_bag(
             writer.write(images, stamp_ns, messages.image(stamp_ns, frame))
             writer.write(truth, stamp_ns, messages.pose(stamp_ns, drive.pose(index)))
             if progress is not None:
-                progress(index + 1, len(drive))
+                progress()

@@ -74,13 +74,13 @@ def fog(
     """
     Fade to the grey ``air`` with distance, to 1 / e of the contrast at ``visibility`` metres.
 
-    The distance is guessed from the row: below the horizon it is that of the ground, above it
-    that of houses 8 m high.
+    The distance is guessed from the row, as a frame alone does not tell it: below the horizon
+    it is that of the ground, above it that of houses 8 m high, and at most 40 m.
     """
     _not_negative(visibility=visibility)
     rows = np.arange(len(frame)) - camera.cy
     height = np.where(rows > 0, camera.above_ground, 8.0 - camera.above_ground)
-    distance = camera.focal * height / np.maximum(np.abs(rows), 0.5)
+    distance = np.minimum(camera.focal * height / np.maximum(np.abs(rows), 0.5), 40.0)
     clear = np.exp(-distance / max(visibility, 1e-9)).astype(np.float32)[:, None]
     return _rounded(frame * clear + np.float32(air) * (1 - clear))
 

@@ -50,12 +50,16 @@ def build_sky(rng: np.random.Generator) -> Sky:
     horizon = round(_HIGHEST * _SCALE)
     height = horizon + round(_HIGHEST * _SCALE / 4)
     elevation = (horizon - np.arange(height))[:, None] / _SCALE
-    clouds = spectral_noise(rng, height, _TURN, slope=1.5)
-    sky = 222.0 - 110.0 * np.clip(elevation, 0.0, 1.0) + 9.0 * clouds
-    ridge = spectral_noise(rng, 1, _TURN, slope=1.0)[0]
-    hills = 0.02 + 0.006 * ridge
-    woods = spectral_noise(rng, height, _TURN, slope=0.6)
-    picture = np.where(elevation < hills[None, :], 112.0 + 9.0 * woods, sky)
+    # Clouds are soft: a quarter of the resolution is enough.
+    clouds = cv2.resize(
+        spectral_noise(rng, height // 4, _TURN // 4, slope=1.5), (_TURN, height),
+        interpolation=cv2.INTER_CUBIC)
+    picture = 222.0 - 110.0 * np.clip(elevation, 0.0, 1.0) + 9.0 * clouds
+    hills = 0.02 + 0.006 * spectral_noise(rng, 1, _TURN, slope=1.0)[0]
+    wooded = slice(horizon - 64, horizon)
+    woods = 112.0 + 9.0 * spectral_noise(rng, 64, _TURN, slope=0.6)
+    picture[wooded] = np.where(elevation[wooded] < hills, woods, picture[wooded])
+    picture[horizon:] = 112.0
     panorama = np.clip(np.tile(picture, (1, 2)), 0, 255).astype(np.uint8)
     panorama.flags.writeable = False
     return Sky(panorama, horizon)

@@ -129,12 +129,21 @@ def _corners(route: Floats) -> Ints:
 def _side(route: Floats, root: int, start: Floats, direction: Floats, length: float) -> Street:
     """Return a side street that ends before it meets the route again, away from its root."""
     line = _ray(start, direction, length)
-    elsewhere = route[np.abs(np.arange(len(route)) - root) > _OWN]
-    for (index, point) in enumerate(line):
-        if len(elsewhere) and np.hypot(*(elsewhere - point).T).min() < _APART:
-            line = line[:index]
-            break
+    around = route[np.hypot(*(route - start).T) < length + _APART]
+    own = route[max(root - _OWN, 0):root + _OWN + 1]
+    # Other passes through the same street are not met either.
+    elsewhere = around[_distances(around, own) > _SAME_LANE]
+    if len(elsewhere):
+        meets = np.flatnonzero(_distances(line, elsewhere) < _APART)
+        line = line[:meets[0]] if len(meets) else line
     return Street(line)
+
+
+def _distances(points: Floats, line: Floats) -> Floats:
+    """Return how far each of the points (N, 2) is from the nearest of ``line`` (M, 2)."""
+    (dx, dy) = (points[:, None, :] - line[None, :, :]).transpose(2, 0, 1)
+    distances: Floats = np.sqrt((dx * dx + dy * dy).min(axis=1))
+    return distances
 
 
 def _pieces(route: Floats) -> list[Street]:

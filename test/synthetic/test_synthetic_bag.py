@@ -81,16 +81,19 @@ def test_the_bag_is_mcap_named_after_its_directory(bag):
     assert list(bag.parent.iterdir()) == [bag]
 
 
-def test_progress_counts_to_the_last_frame(drive, tmp_path):
+def test_progress_is_called_once_a_frame(drive, tmp_path):
     calls = []
-    write_drive_bag(drive, tmp_path / 'bag', progress=lambda *call: calls.append(call))
-    assert calls == [(frame + 1, len(drive)) for frame in range(len(drive))]
+    write_drive_bag(drive, tmp_path / 'bag', progress=lambda: calls.append(None))
+    assert len(calls) == len(drive)
 
 
 @pytest.mark.parametrize('failure', [RuntimeError, KeyboardInterrupt])
 def test_nothing_is_left_behind_on_failure(drive, tmp_path, failure):
-    def fail(done: int, total: int) -> None:
-        if done == 3:
+    calls = []
+
+    def fail() -> None:
+        calls.append(None)
+        if len(calls) == 3:
             raise failure
 
     with pytest.raises(failure):

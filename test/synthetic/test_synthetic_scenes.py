@@ -22,14 +22,14 @@ def figure_of_eight():
 
 def hairpin():
     out = np.stack([np.arange(60.0), np.zeros(60)], axis=1)
-    return np.concatenate([out, out[::-1] + (0.0, 5.0)])
+    return np.concatenate([out, out[::-1] + np.array([0.0, 5.0])])
 
 
 def standing():
     rng = np.random.default_rng(0)
     still = np.array([50.0, 0.0]) + 0.02 * rng.standard_normal((40, 2))
     go = np.stack([np.arange(50.0), np.zeros(50)], axis=1)
-    return np.concatenate([go, still, go + (50.0, 0.0)])
+    return np.concatenate([go, still, go + np.array([50.0, 0.0])])
 
 
 @pytest.mark.parametrize('route', [figure_of_eight(), hairpin(), standing()])
