@@ -10,11 +10,12 @@ Knows nothing of rclpy: ``phase_traj_ros.ros.declare`` declares this table on a 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, MISSING, replace
 from difflib import get_close_matches
+from enum import Enum
 from functools import cache
 import sys
 from typing import Any, cast, TypeAlias
 
-from phase_traj_ros.core import EstimatorSettings, PAPER_THRESHOLD, Window
+from phase_traj_ros.core import EstimatorSettings, PAPER_THRESHOLD, View, Window
 from phase_traj_ros.errors import ParameterError
 
 NODE_NAME = 'phase_traj'
@@ -88,6 +89,13 @@ def _parameter(
         'choices': choices, 'read_only': read_only})
 
 
+class Transport(Enum):
+    """How images come."""
+
+    RAW = 'raw'
+    COMPRESSED = 'compressed'
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Parameters:
     """
@@ -100,12 +108,44 @@ class Parameters:
 
     """
 
+    image_transport: str = _parameter(
+        Transport.RAW.value, 'Which images to subscribe to: raw ones on image, or compressed ones'
+        ' on image/compressed.', choices=tuple(each.value for each in Transport),
+        read_only=True)
+    max_pixels: int = _parameter(
+        1 << 26, 'Compressed images of more pixels are refused before they are decoded.',
+        minimum=64, maximum=1 << 30, read_only=True)
     threshold: float = _parameter(
         PAPER_THRESHOLD, 'Horizontal shift between two frames from which a pair counts as a turn.',
         unit='px/frame', **_POSITIVE)
     window: str = _parameter(
         Window.SQRT_HANN.value, 'Taper of the frames before they are correlated.',
-        choices=tuple(form.value for form in Window), read_only=True)
+        choices=tuple(form.value for form in Window))
+    rows_from: float = _parameter(
+        0.0, 'First row used, as a fraction of the height from the top.',
+        minimum=0.0, maximum=1.0)
+    rows_to: float = _parameter(
+        1.0, 'Last row used, as a fraction of the height from the top.',
+        minimum=0.0, maximum=1.0)
+    columns_from: float = _parameter(
+        0.0, 'First column used, as a fraction of the width from the left.',
+        minimum=0.0, maximum=1.0)
+    columns_to: float = _parameter(
+        1.0, 'Last column used, as a fraction of the width from the left.',
+        minimum=0.0, maximum=1.0)
+    decimation: int = _parameter(
+        1, 'Pixels in each direction averaged into one before correlating; shifts stay in pixels'
+        ' of the full image.', minimum=1, maximum=16)
+    rotate_180: bool = _parameter(
+        False, 'Whether the camera is mounted upside down.')
+    max_gap: float = _parameter(
+        0.0, 'Longest time between two images that are compared; 0 for any.', unit='s',
+        minimum=0.0, maximum=1e6)
+    nominal_period: float = _parameter(
+        0.0, 'Time between two images that the threshold is meant for: the shift is judged as if'
+        ' they were that far apart; 0 judges it as it is.', unit='s', minimum=0.0, maximum=1e6)
+    threads: int = _parameter(
+        1, 'Threads that OpenCV may use; 0 leaves it to OpenCV.', minimum=0, maximum=64)
     frame_id: str = _parameter(
         'phase_traj', 'Frame of the published pose and path. The path has no metric scale, so it'
         ' is not odom.')
@@ -120,6 +160,16 @@ class Parameters:
     chain_code_runs: int = _parameter(
         50, 'Runs of each code that the chain code text shows, the newest ones.',
         minimum=1, maximum=1000)
+    output_dir: str = _parameter(
+        '', 'Folder that ~/save and record_shifts write to; where it is empty, nothing is ever'
+        ' written.', read_only=True)
+    record_shifts: bool = _parameter(
+        False, 'Whether a row per pair of images is written to output_dir.', read_only=True)
+    publish_tf: bool = _parameter(
+        False, 'Whether the transform from frame_id to child_frame_id is published on /tf (needs'
+        ' tf2_msgs).', read_only=True)
+    child_frame_id: str = _parameter(
+        'base_link', "The vehicle's frame, for publish_tf.")
     max_runs: int = _parameter(
         100_000, 'Runs of each code that the node keeps; the totals count all of them.',
         minimum=1000, maximum=10_000_000, read_only=True)
@@ -128,6 +178,12 @@ class Parameters:
         """Check every value against its declaration."""
         for spec in specs():
             spec.check(getattr(self, spec.name))
+        for side in ('rows', 'columns'):
+            begin, end = getattr(self, f'{side}_from'), getattr(self, f'{side}_to')
+            if begin >= end:
+                raise ParameterError(
+                    f'parameters {side}_from and {side}_to are {begin} and {end}: the first has'
+                    ' to be smaller')
 
     def with_values(self, values: Mapping[str, object]) -> 'Parameters':
         """
@@ -152,6 +208,13 @@ class Parameters:
         return EstimatorSettings(
             threshold=self.threshold,
             window=Window(self.window),
+            view=View(
+                rows=(self.rows_from, self.rows_to),
+                columns=(self.columns_from, self.columns_to),
+                decimation=self.decimation,
+                rotate_180=self.rotate_180),
+            max_gap=self.max_gap,
+            nominal_period=self.nominal_period,
             max_runs=self.max_runs,
             # The tip is one of the poses.
             max_corners=self.max_path_poses - 1,

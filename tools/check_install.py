@@ -138,7 +138,7 @@ def check_colcon(workspace: Path, source: Path, environment: dict[str, str]) -> 
 def check_pip(workspace: Path, source: Path, environment: dict[str, str]) -> None:
     """Install with pip, look at the installation, run its program, uninstall."""
     say('pip install')
-    pip = [sys.executable, '-m', 'pip', '--quiet', '--no-input']
+    pip = [sys.executable, '-m', 'pip', '-qq', '--no-input']
     subprocess.run([*pip, 'install', '--no-deps', str(source)], env=environment, check=True)
     try:
         check_share(Path(sys.prefix), source)

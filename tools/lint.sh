@@ -14,7 +14,7 @@ check() {
     if output=$("$@" 2>&1); then
         echo "$name: ok"
     else
-        printf '%s\n' "$output" | grep -v '^checking '
+        printf '%s\n' "$output" | grep -v -e '^checking ' -e '^Checked files:' -e '^\* '
         echo "$name: failed"
         failed="$failed $name"
     fi

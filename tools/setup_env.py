@@ -290,7 +290,7 @@ class Environment:
         """Make the environment, empty but for pip, in place of any other one."""
         self.remove()
         options = ['--system-site-packages'] if system_site_packages else []
-        self._run([interpreter.path, '-m', 'venv', *options, str(self.path)])
+        self._run('venv', [interpreter.path, '-m', 'venv', *options, str(self.path)])
 
     def remove(self) -> None:
         """Remove the environment, if it is there."""
@@ -298,16 +298,19 @@ class Environment:
 
     def pip(self, *arguments: str) -> None:
         """Run the environment's pip; it prints errors only."""
-        self._run([str(self.python), '-m', 'pip', '--quiet', '--no-input', *arguments])
+        self._run(
+            f'pip {arguments[0]}',
+            [str(self.python), '-m', 'pip', '-qq', '--no-input', *arguments])
 
     @staticmethod
-    def _run(command: list[str]) -> None:
+    def _run(name: str, command: list[str]) -> None:
         done = subprocess.run(
             command, cwd=ROOT, env=child_environment(), stdin=subprocess.DEVNULL, check=False)
         if done.returncode:
             raise SetupError(
-                f'{" ".join(command[1:4])} ... failed; its message is above.\n'
-                'What to do: mostly it is the network or the disk; then run this again.')
+                f'{name} failed; its message is above.\n'
+                'What to do: see to that (mostly it is the network or the disk), and run this '
+                'again.')
 
 
 def of_ros_options(environment: Environment, extras: set[str]) -> tuple[set[str], list[str]]:

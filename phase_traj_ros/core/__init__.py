@@ -23,10 +23,12 @@ from phase_traj_ros.core.trajectory import (
     ChainPath,
     Corner,
     normalised,
+    to_axes,
     unit_step,
     vertices,
     yaw,
 )
+from phase_traj_ros.core.view import View
 from phase_traj_ros.core.windows import Window
 
 __all__ = [
@@ -47,9 +49,11 @@ __all__ = [
     'Step',
     'TrajectoryEstimator',
     'Update',
+    'View',
     'Window',
     'normalised',
     'pack',
+    'to_axes',
     'unit_step',
     'unpack',
     'vertices',

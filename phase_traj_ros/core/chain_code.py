@@ -36,10 +36,17 @@ class DynamicChainCode:
     A shift of ``threshold`` or more begins a turn: one code on the pair where it begins, and
     ``NO_CHANGE`` until a pair falls below the threshold again. So for n frames there are n - 1
     movements, and as many directions as movements other than ``NO_CHANGE``.
+
+    Wrong shifts can be waited out. A turn counts on the ``confirm_frames``-th pair in a row at or
+    beyond the threshold on one side; those before it are ``NO_CHANGE``, and stay so if it never
+    comes. A turn ends on the ``release_frames``-th pair in a row that is not beyond the threshold
+    on its side: those before it are part of the turn, and that one is judged afresh. Codes once
+    given never change. With 1 and 1, the defaults, this is the paper's state machine.
     """
 
     def __init__(
-        self, threshold: float = PAPER_THRESHOLD, *, max_runs: int | None = None,
+        self, threshold: float = PAPER_THRESHOLD, *, confirm_frames: int = 1,
+        release_frames: int = 1, max_runs: int | None = None,
     ) -> None:
         """
         Make a chain code that starts with the direction ``FORWARD``.
@@ -48,16 +55,22 @@ class DynamicChainCode:
         ----------
         threshold
             T in pixels per frame, finite and above 0 (the paper: 12 to 60).
+        confirm_frames
+            Pairs in a row beyond the threshold that make a turn; 3 lets swerves of up to 2 pass.
+        release_frames
+            Pairs in a row that end a turn; 4 lets up to 3 wrong ones pass.
         max_runs
             Runs that each of the two series keeps; None keeps all.
 
         Raises
         ------
         ValueError
-            The threshold is not a finite positive number, or ``max_runs`` is below 1.
+            The threshold is not a finite positive number, or one of the others is below 1.
 
         """
         self.threshold = threshold
+        self.confirm_frames = confirm_frames
+        self.release_frames = release_frames
         self._movement: CodeSeries[Movement] = CodeSeries(max_runs=max_runs)
         self._direction: CodeSeries[Direction] = CodeSeries(max_runs=max_runs)
         self.reset()
@@ -72,6 +85,24 @@ class DynamicChainCode:
         if not (math.isfinite(value) and value > 0):
             raise ValueError(f'threshold is {value}: give a finite number of pixels above 0')
         self._threshold = float(value)
+
+    @property
+    def confirm_frames(self) -> int:
+        """Return how many pairs in a row make a turn; a new value holds from the next pair on."""
+        return self._confirm_frames
+
+    @confirm_frames.setter
+    def confirm_frames(self, value: int) -> None:
+        self._confirm_frames = _at_least_one('confirm_frames', value)
+
+    @property
+    def release_frames(self) -> int:
+        """Return how many pairs in a row end a turn; a new value holds from the next pair on."""
+        return self._release_frames
+
+    @release_frames.setter
+    def release_frames(self, value: int) -> None:
+        self._release_frames = _at_least_one('release_frames', value)
 
     @property
     def movement(self) -> CodeSeries[Movement]:
@@ -98,8 +129,8 @@ class DynamicChainCode:
         self._movement.clear()
         self._direction.clear()
         self._heading = Direction.FORWARD
-        self._turn: Movement | None = None
         self._started = False
+        self._end_turn()
 
     def update(self, dx: float) -> Step:
         """
@@ -120,31 +151,52 @@ class DynamicChainCode:
         """
         Append ``NO_CHANGE`` for a pair that cannot be judged.
 
-        A turn under way stays under way, unless ``end_turn`` says that what comes next has
-        nothing to do with what came before.
+        It says neither that a turn goes on nor that it ends, and is not counted among the pairs
+        that confirm or release one. ``end_turn`` says that what comes next has nothing to do with
+        what came before: a turn under way, or about to be confirmed, is over.
         """
         if end_turn:
-            self._turn = None
+            self._end_turn()
         return self._append(Movement.NO_CHANGE)
+
+    def _end_turn(self) -> None:
+        self._turn: Movement | None = None
+        # Pairs in a row that were not beyond the threshold on the side of the turn under way.
+        self._off_turn = 0
+        # The side on which the newest pair was beyond the threshold, and for how many in a row.
+        self._side: Movement | None = None
+        self._on_side = 0
 
     def _judge(self, dx: float) -> Movement:
         if not self._started:
             self._started = True
             return Movement.FORWARD
-        if self._turn is Movement.LEFT and dx >= self._threshold:
-            return Movement.NO_CHANGE
-        if self._turn is Movement.RIGHT and dx <= -self._threshold:
+        side = self._side_of(dx)
+        self._on_side = self._on_side + 1 if side is self._side else 1
+        self._side = side
+        if self._turn is not None and not self._is_released(side):
             return Movement.NO_CHANGE
         self._turn = None
+        if side is None:
+            return Movement.FORWARD
+        if self._on_side < self._confirm_frames:
+            return Movement.NO_CHANGE
+        self._turn = side
+        self._off_turn = 0
+        self._heading = (
+            self._heading.turned_left() if side is Movement.LEFT
+            else self._heading.turned_right())
+        return side
+
+    def _side_of(self, dx: float) -> Movement | None:
         if dx >= self._threshold:
-            self._turn = Movement.LEFT
-            self._heading = self._heading.turned_left()
             return Movement.LEFT
-        if dx <= -self._threshold:
-            self._turn = Movement.RIGHT
-            self._heading = self._heading.turned_right()
-            return Movement.RIGHT
-        return Movement.FORWARD
+        return Movement.RIGHT if dx <= -self._threshold else None
+
+    def _is_released(self, side: Movement | None) -> bool:
+        """Count a pair in mid-turn; return whether the turn ends with it."""
+        self._off_turn = 0 if side is self._turn else self._off_turn + 1
+        return self._off_turn >= self._release_frames
 
     def _append(self, movement: Movement) -> Step:
         step = Step(movement, self._heading)
@@ -152,3 +204,9 @@ class DynamicChainCode:
         if step.appended:
             self._direction.append(self._heading)
         return step
+
+
+def _at_least_one(name: str, value: int) -> int:
+    if value < 1:
+        raise ValueError(f'{name} is {value}: give at least 1')
+    return value

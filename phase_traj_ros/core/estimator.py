@@ -2,12 +2,17 @@
 # SPDX-License-Identifier: Apache-2.0
 """The whole chain for one camera: a frame and its stamp in, what the pair adds out."""
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, field, replace
 from enum import Enum
+import math
+import time
 
+import numpy as np
+from numpy.typing import NDArray
 from phase_traj_ros.core.chain_code import DynamicChainCode, PAPER_THRESHOLD, Step
 from phase_traj_ros.core.phase_correlation import Frame, PhaseCorrelator, Shift
 from phase_traj_ros.core.trajectory import ChainPath, Corner
+from phase_traj_ros.core.view import View
 from phase_traj_ros.core.windows import Window
 
 
@@ -20,8 +25,10 @@ class PairStatus(Enum):
     """Measured; the turn that began earlier goes on."""
     NO_MEASUREMENT = 'no_measurement'
     """One of the two frames is constant: there is nothing to correlate."""
+    GAP = 'gap'
+    """The time between the two frames was longer than allowed."""
     REPRIMED = 'reprimed'
-    """The frame's size or type changed: it cannot be compared with the one before."""
+    """The frame's size or encoding changed, or a setting: there is none to compare it with."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -32,10 +39,22 @@ class EstimatorSettings:
     """T in pixels per frame."""
     window: Window = Window.SQRT_HANN
     """Taper of the frames."""
+    view: View = field(default_factory=View)
+    """Which part of the frames is correlated, and at which scale."""
+    max_gap: float = 0.0
+    """Longest time between two frames that are compared, in seconds; 0 for any."""
+    nominal_period: float = 0.0
+    """Time between two frames that the threshold is meant for, in seconds; 0 for any (paper)."""
     max_runs: int | None = None
     """Runs of codes kept, per series; None keeps all."""
     max_corners: int | None = None
     """Corner points of the path kept; None keeps all."""
+
+    def __post_init__(self) -> None:
+        """Check what no part of the estimator checks by itself."""
+        for name, value in (('max_gap', self.max_gap), ('nominal_period', self.nominal_period)):
+            if not (math.isfinite(value) and value >= 0):
+                raise ValueError(f'{name} is {value}: give a finite number of seconds, or 0')
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,6 +65,8 @@ class Update:
     """Number of the pair, 0 for the first since the start or the last reset."""
     stamp_ns: int
     """Stamp of the pair's second frame."""
+    interval_ns: int
+    """Time since its first frame."""
     shift: Shift | None
     """The measured shift, None where the two frames cannot be compared."""
     step: Step
@@ -62,12 +83,22 @@ class Counters:
     """Frames taken, repeated ones not included."""
     repeated: int = 0
     """Frames dropped because their stamp was that of the frame before."""
+    gaps: int = 0
+    """Pairs whose frames were too far apart in time."""
     reprimed: int = 0
-    """Frames of another size or type than the one before."""
+    """Frames of another size or encoding than the one before, or after a change of settings."""
     unmeasured: int = 0
     """Pairs in which there was nothing to correlate."""
     time_resets: int = 0
     """Resets because a stamp lay before the one before it."""
+
+    def copy(self) -> 'Counters':
+        """Return the counts as they are now."""
+        return replace(self)
+
+    def as_dict(self) -> dict[str, int]:
+        """Return the counts by name."""
+        return asdict(self)
 
 
 class TrajectoryEstimator:
@@ -93,8 +124,11 @@ class TrajectoryEstimator:
             self._settings.threshold, max_runs=self._settings.max_runs)
         self._path = ChainPath(max_corners=self._settings.max_corners)
         self.counters = Counters()
+        self.correlate_ns = 0
+        """Nanoseconds that the last frame took to correlate."""
         self._frames = 0
         self._last_stamp_ns: int | None = None
+        self._form: tuple[tuple[int, ...], str, str] | None = None
 
     @property
     def settings(self) -> EstimatorSettings:
@@ -121,24 +155,34 @@ class TrajectoryEstimator:
         """Stamp of the newest frame taken, None before the first."""
         return self._last_stamp_ns
 
-    def set_threshold(self, threshold: float) -> None:
+    def reconfigure(self, settings: EstimatorSettings) -> None:
         """
-        Judge by another threshold from the next pair on; everything else stays.
+        Go on with other settings; codes and path are kept.
+
+        If what is correlated changes, the next frame has none to be compared with. How much is
+        kept (``max_runs``, ``max_corners``) is chosen at the start and stays.
 
         Raises
         ------
         ValueError
-            The threshold is not a finite positive number; nothing has changed.
+            A setting is out of its range; nothing has changed.
 
         """
-        self._codes.threshold = threshold
+        self._codes.threshold = settings.threshold
+        if (settings.window, settings.view) != (self._settings.window, self._settings.view):
+            self._correlator = PhaseCorrelator(window=settings.window)
+        self._settings = settings
+
+    def correlation_map(self) -> NDArray[np.float32]:
+        """Return the map of the newest pair, as ``PhaseCorrelator.correlation_map`` does."""
+        return self._correlator.correlation_map()
 
     def reset(self) -> None:
         """Start anew with the next frame: no codes, no path, direction forward."""
         self._correlator.reset()
         self._forget()
 
-    def update(self, frame: Frame, stamp_ns: int) -> Update | None:
+    def update(self, frame: Frame, stamp_ns: int, *, encoding: str = '') -> Update | None:
         """
         Take the next frame; return what its pair adds.
 
@@ -152,6 +196,8 @@ class TrajectoryEstimator:
             (H, W) uint8, uint16 or float32.
         stamp_ns
             When it was taken, in nanoseconds.
+        encoding
+            What it was made from: frames of different encodings are not compared.
 
         Raises
         ------
@@ -162,16 +208,23 @@ class TrajectoryEstimator:
         if stamp_ns == self._last_stamp_ns:
             self.counters.repeated += 1
             return None
-        # First of all the frame has to be usable: one that is not must not reset anything.
-        shift = self._correlator.update(frame)
-        if self._last_stamp_ns is not None and stamp_ns < self._last_stamp_ns:
+        began = time.perf_counter_ns()
+        # First of all the frame has to be usable: one that is not must not change anything.
+        shift = self._correlator.update(self._settings.view.of(frame))
+        interval_ns = 0 if self._last_stamp_ns is None else stamp_ns - self._last_stamp_ns
+        if interval_ns < 0:
             self.counters.time_resets += 1
             self._forget()
+        form = (frame.shape, frame.dtype.str, encoding)
+        if form != self._form:
+            self._form = form
+            shift = None
+        self.correlate_ns = time.perf_counter_ns() - began
         self._last_stamp_ns = stamp_ns
         self._frames += 1
         self.counters.frames += 1
         self._path.start(stamp_ns)
-        return self._pair(shift, stamp_ns) if self._frames > 1 else None
+        return self._pair(shift, stamp_ns, interval_ns) if self._frames > 1 else None
 
     def _forget(self) -> None:
         self._codes.reset()
@@ -179,20 +232,40 @@ class TrajectoryEstimator:
         self._frames = 0
         self._last_stamp_ns = None
 
-    def _pair(self, shift: Shift | None, stamp_ns: int) -> Update:
-        step, status = self._judge(shift)
+    def _pair(self, shift: Shift | None, stamp_ns: int, interval_ns: int) -> Update:
+        interval = interval_ns * 1e-9
+        if shift is not None:
+            shift = self._settings.view.full_shift(shift)
+        status = self._status(shift, interval)
+        if status is PairStatus.GAP:
+            shift = None
+        step = self._step(shift, status, interval)
+        if status is PairStatus.OK and not step.appended:
+            status = PairStatus.TURNING
         if step.appended:
             self._path.append(step.direction, stamp_ns)
         tip = self._path.tip
         assert tip is not None
-        return Update(self._frames - 2, stamp_ns, shift, step, status, tip)
+        return Update(self._frames - 2, stamp_ns, interval_ns, shift, step, status, tip)
 
-    def _judge(self, shift: Shift | None) -> tuple[Step, PairStatus]:
+    def _status(self, shift: Shift | None, interval: float) -> PairStatus:
+        """Return what there is to say of a pair before it is coded."""
+        if 0 < self._settings.max_gap < interval:
+            self.counters.gaps += 1
+            return PairStatus.GAP
         if shift is None:
             self.counters.reprimed += 1
-            return self._codes.skip(end_turn=True), PairStatus.REPRIMED
+            return PairStatus.REPRIMED
         if shift.response == 0.0:
             self.counters.unmeasured += 1
-            return self._codes.skip(), PairStatus.NO_MEASUREMENT
-        step = self._codes.update(shift.dx)
-        return step, PairStatus.OK if step.appended else PairStatus.TURNING
+            return PairStatus.NO_MEASUREMENT
+        return PairStatus.OK
+
+    def _step(self, shift: Shift | None, status: PairStatus, interval: float) -> Step:
+        if shift is None or status is not PairStatus.OK:
+            return self._codes.skip(end_turn=status is not PairStatus.NO_MEASUREMENT)
+        dx = shift.dx
+        if self._settings.nominal_period > 0:
+            # After a dropped frame the shift is that of two periods.
+            dx *= self._settings.nominal_period / interval
+        return self._codes.update(dx)

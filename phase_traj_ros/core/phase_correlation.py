@@ -62,6 +62,9 @@ class PhaseCorrelator:
         self._current: NDArray[np.float32] = np.empty((0, 0), np.float32)
         self._previous: NDArray[np.float32] = np.empty((0, 0), np.float32)
         self._previous_energy = 0.0
+        # What the last pair's map is to be divided by, and where its peak is.
+        self._norm = 0.0
+        self._peak = (0, 0)
 
     def reset(self) -> None:
         """Forget the previous frame: the next one starts anew."""
@@ -106,6 +109,30 @@ class PhaseCorrelator:
         centred = np.fft.fftshift(self._map)
         return cast('NDArray[np.float32]', centred / np.float32(self._map.size))
 
+    def second_peak(self, *, apart: int) -> Shift:
+        """
+        Return the highest point of the last pair's map that is not near the peak.
+
+        Near is what lies within ``apart`` pixels of it, along the rows and along the columns,
+        cyclically as the map is. It is refined like the peak. Response 0 says that the map holds
+        nothing positive there, or nothing at all. Meaningful after ``update`` has returned a
+        shift; calls change nothing and allocate nothing of a frame's size.
+        """
+        if self._norm == 0.0:
+            return Shift(0.0, 0.0, 0.0)
+        rows, columns = (
+            np.arange(peak - reach, peak + reach + 1) % side
+            for peak, side in zip(self._peak, self._map.shape)
+            for reach in (min(apart, side // 2 - 1),))
+        near = np.ix_(rows, columns)
+        saved = self._map[near]
+        self._map[near] = -np.inf
+        row, column = divmod(int(self._map.argmax()), self._map.shape[1])
+        self._map[near] = saved
+        if self._map[row, column] <= 0.0:
+            return Shift(0.0, 0.0, 0.0)
+        return self._shift_at(row, column)
+
     def _allocate(self, shape: tuple[int, int]) -> None:
         padded = padded_shape(shape)
         self._shape = shape
@@ -136,7 +163,7 @@ class PhaseCorrelator:
 
     def _correlate(self, energy: float) -> Shift:
         """Find the peak between ``_previous`` and ``_current`` (eqs. 1 to 3)."""
-        norm = math.sqrt(self._previous_energy * energy) * self._map.size
+        norm = self._norm = math.sqrt(self._previous_energy * energy) * self._map.size
         if norm == 0.0:
             self._map.fill(0.0)
             return Shift(0.0, 0.0, 0.0)
@@ -144,11 +171,14 @@ class PhaseCorrelator:
         # previous one is conjugated here, which puts the peak at the displacement itself.
         cv2.mulSpectrums(self._current, self._previous, 0, self._cross, conjB=True)
         cv2.dft(self._cross, dst=self._map, flags=cv2.DFT_INVERSE)
-        row, column = divmod(int(self._map.argmax()), self._map.shape[1])
+        self._peak = row, column = divmod(int(self._map.argmax()), self._map.shape[1])
+        return self._shift_at(row, column)
+
+    def _shift_at(self, row: int, column: int) -> Shift:
         return Shift(
             dx=_refine(self._map[row], column),
             dy=_refine(self._map[:, column], row),
-            response=min(float(self._map[row, column]) / norm, 1.0),
+            response=min(float(self._map[row, column]) / self._norm, 1.0),
         )
 
 

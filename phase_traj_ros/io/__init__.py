@@ -3,7 +3,8 @@
 """Where frames come from and where results go."""
 
 from phase_traj_ros.io.decoding import DEFAULT_MAX_PIXELS, GreyImage
-from phase_traj_ros.io.image_msgs import decode_compressed, ENCODINGS, msg_to_frame, to_grey
+from phase_traj_ros.io.image_msgs import (
+    decode_compressed, encoding_of, ENCODINGS, msg_to_frame, to_grey)
 from phase_traj_ros.io.prefetch import prefetch
 from phase_traj_ros.io.selection import EVERYTHING, Selection
 from phase_traj_ros.io.source import DEFAULT_FPS, Frame, FrameSource, open_source
@@ -20,6 +21,7 @@ __all__ = [
     'Selection',
     'StampRule',
     'decode_compressed',
+    'encoding_of',
     'msg_to_frame',
     'open_source',
     'prefetch',

@@ -23,7 +23,7 @@ from phase_traj_ros.errors import (
     SourceError,
 )
 from phase_traj_ros.io.decoding import GreyImage
-from phase_traj_ros.io.image_msgs import msg_to_frame
+from phase_traj_ros.io.image_msgs import encoding_of, msg_to_frame
 from phase_traj_ros.io.selection import EVERYTHING, Selection
 from phase_traj_ros.io.source import Candidate, FrameSource
 from phase_traj_ros.io.stamps import StampRule, Time, to_nanoseconds
@@ -131,7 +131,7 @@ class BagSource(FrameSource):
             for index, message in enumerate(chain(head, messages)):
                 yield Candidate(
                     rule.stamp_ns(message.header_stamp_ns, message.receive_ns),
-                    partial(self._decode, message.msg, index))
+                    partial(self._decode, message.msg, index), encoding_of(message.msg))
 
     def _decode(self, msg: object, index: int) -> GreyImage:
         try:

@@ -205,6 +205,11 @@ def msg_to_frame(msg: object, *, max_pixels: int = DEFAULT_MAX_PIXELS) -> GreyIm
         f'a message of type {type(msg).__name__} is neither an Image nor a CompressedImage')
 
 
+def encoding_of(msg: object) -> str:
+    """Return the encoding of a raw image message, or the format of a compressed one."""
+    return str(getattr(msg, 'encoding', '') or getattr(msg, 'format', ''))
+
+
 def _buffer(data: object) -> npt.NDArray[np.uint8]:
     """View any buffer as bytes, without a copy."""
     try:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
-from phase_traj_ros.core import Axes, Direction, Movement, normalised, Shift, vertices
+from phase_traj_ros.core import Axes, Direction, Movement, normalised, Shift, to_axes, vertices
 from phase_traj_ros.errors import MissingDependencyError
 from phase_traj_ros.io.decoding import GreyImage
 from phase_traj_ros.io.replay import Replay
@@ -30,7 +30,8 @@ def write_trajectory_picture(result: Replay, path: Path) -> None:
     """Draw the paper's figure: the normalised trajectory, and both codes over time."""
     figure = new_figure(11, 5)
     grid = figure.add_gridspec(2, 2, width_ratios=(1, 1.6), hspace=0.12, wspace=0.22)
-    _draw_trajectory(figure.add_subplot(grid[:, 0]), result.direction)
+    _draw_trajectory(
+        figure.add_subplot(grid[:, 0]), vertices(result.direction, axes=Axes.FIGURE))
     seconds = [(update.stamp_ns - result.first_stamp_ns) / 1e9 for update in result.updates]
     movement = figure.add_subplot(grid[0, 1])
     _draw_codes(movement, seconds, result.movement, _names(Movement))
@@ -105,8 +106,15 @@ def new_figure(width: float, height: float) -> Figure:
     return Figure(figsize=(width, height), layout='constrained')
 
 
-def _draw_trajectory(plot: Plot, directions: Sequence[Direction]) -> None:
-    points = normalised(vertices(directions, axes=Axes.FIGURE))
+def write_path_picture(points: NDArray[np.float64], path: Path) -> None:
+    """Draw a trajectory alone; its vertices (n, 2) are in REP 103 axes."""
+    figure = new_figure(5, 5)
+    _draw_trajectory(figure.add_subplot(), to_axes(points, Axes.FIGURE))
+    figure.savefig(path, dpi=_DPI, format=path.suffix[1:])
+
+
+def _draw_trajectory(plot: Plot, vertices_in_figure: NDArray[np.float64]) -> None:
+    points = normalised(vertices_in_figure)
     plot.plot(points[:, 0], points[:, 1], color=_PATH, linewidth=2, solid_capstyle='round')
     plot.plot(*points[0], 'o', color=_INK, label='start')
     plot.plot(*points[-1], 's', color=_ACCENT, label='end')

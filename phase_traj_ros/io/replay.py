@@ -79,6 +79,6 @@ def _update(
     estimator: TrajectoryEstimator, frame: Frame, number: int, source: str,
 ) -> Update | None:
     try:
-        return estimator.update(frame.image, frame.stamp_ns)
+        return estimator.update(frame.image, frame.stamp_ns, encoding=frame.encoding)
     except FrameError as error:
         raise SourceError(f'{source}: frame {number}: {error}') from None

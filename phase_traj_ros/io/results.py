@@ -2,18 +2,18 @@
 # SPDX-License-Identifier: Apache-2.0
 """The files that hold a replay's results: JSON, CSV, TUM and a picture."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 import csv
 import json
 import math
 from pathlib import Path
 import platform
-from typing import Any
+from typing import Any, TextIO
 
 import cv2
 import numpy as np
 import phase_traj_ros
-from phase_traj_ros.core import Corner, Direction, pack, Run, yaw
+from phase_traj_ros.core import Corner, Direction, pack, Run, Update, yaw
 from phase_traj_ros.io.picture import write_trajectory_picture
 from phase_traj_ros.io.replay import Replay
 
@@ -37,8 +37,8 @@ def write_chain_code(result: Replay, path: Path) -> None:
         'threshold': result.parameters.threshold,
         'movement': [int(code) for code in result.movement],
         'direction': [int(code) for code in result.direction],
-        'movement_runs': _pairs(result.codes.movement.runs),
-        'direction_runs': _pairs(result.codes.direction.runs),
+        'movement_runs': run_pairs(result.codes.movement.runs),
+        'direction_runs': run_pairs(result.codes.direction.runs),
         'movement_packed': pack(result.movement).hex(),
         'direction_packed': pack(result.direction).hex(),
         'status': [update.status.value for update in result.updates],
@@ -47,54 +47,78 @@ def write_chain_code(result: Replay, path: Path) -> None:
         'repeated_frames': result.counters.repeated,
         'time_resets': result.counters.time_resets,
         'window': result.parameters.window,
-        'versions': {
-            'phase_traj_ros': phase_traj_ros.__version__,
-            'python': platform.python_version(),
-            'numpy': np.__version__,
-            'opencv': cv2.__version__,
-        },
+        'versions': versions(),
     }
-    # One line per key: the lists are long, and a line each keeps the file readable.
-    lines = (f'  {json.dumps(key)}: {json.dumps(value)}' for key, value in content.items())
-    path.write_text('{\n' + ',\n'.join(lines) + '\n}\n', encoding='utf-8')
+    write_json(content, path)
 
 
 def write_shifts(result: Replay, path: Path) -> None:
+    """Write one row per pair of frames as CSV, see ``ShiftTable``."""
+    with path.open('w', encoding='utf-8', newline='') as file:
+        table = ShiftTable(file)
+        for update in result.updates:
+            table.add(update)
+
+
+class ShiftTable:
     """
-    Write one row per pair of frames as CSV.
+    Rows of CSV, one per pair of frames.
 
     Stamps and intervals in seconds, shifts in pixels; dx, dy and response are empty where the two
     frames could not be compared, the direction is empty where none was appended.
     """
-    with path.open('w', encoding='utf-8', newline='') as file:
-        writer = csv.writer(file, lineterminator='\n')
-        writer.writerow(CSV_COLUMNS)
-        previous_ns = result.first_stamp_ns
-        for update in result.updates:
-            shift = update.shift
-            measured = ('', '', '') if shift is None else (
-                f'{shift.dx:.4f}', f'{shift.dy:.4f}', f'{shift.response:.6f}')
-            writer.writerow((
-                update.pair, _seconds(update.stamp_ns), _seconds(update.stamp_ns - previous_ns),
-                *measured, int(update.step.movement),
-                int(update.step.direction) if update.step.appended else '',
-                update.status.value))
-            previous_ns = update.stamp_ns
+
+    def __init__(self, file: TextIO) -> None:
+        """Write the head of the table to ``file``."""
+        self._writer = csv.writer(file, lineterminator='\n')
+        self._writer.writerow(CSV_COLUMNS)
+
+    def add(self, update: Update) -> None:
+        """Write the row of one pair."""
+        shift = update.shift
+        measured = ('', '', '') if shift is None else (
+            f'{shift.dx:.4f}', f'{shift.dy:.4f}', f'{shift.response:.6f}')
+        self._writer.writerow((
+            update.pair, _seconds(update.stamp_ns), _seconds(update.interval_ns), *measured,
+            int(update.step.movement),
+            int(update.step.direction) if update.step.appended else '', update.status.value))
 
 
 def write_tum(result: Replay, path: Path) -> None:
-    """
-    Write the drawn trajectory in the TUM format, one pose per frame, REP 103 axes.
-
-    Each line is ``stamp x y z qx qy qz qw``; a step of the trajectory is 1, without a unit.
-    """
+    """Write the drawn trajectory in the TUM format, one pose per frame, see ``tum_lines``."""
     start = Corner(0, 0, Direction.FORWARD, result.first_stamp_ns)
     poses = [(result.first_stamp_ns, start)]
     poses += [(update.stamp_ns, update.tip) for update in result.updates]
-    path.write_text(''.join(_tum_line(*pose) for pose in poses), encoding='utf-8')
+    path.write_text(tum_lines(poses), encoding='utf-8')
 
 
-def _pairs(runs: Sequence[Run[Any]]) -> list[tuple[int, int]]:
+def tum_lines(poses: Iterable[tuple[int, Corner]]) -> str:
+    """
+    Return stamped corners as lines ``stamp x y z qx qy qz qw``.
+
+    REP 103 axes; a step of the trajectory is 1, without a unit.
+    """
+    return ''.join(_tum_line(stamp_ns, corner) for stamp_ns, corner in poses)
+
+
+def versions() -> dict[str, str]:
+    """Return the versions that results depend on."""
+    return {
+        'phase_traj_ros': phase_traj_ros.__version__,
+        'python': platform.python_version(),
+        'numpy': np.__version__,
+        'opencv': cv2.__version__,
+    }
+
+
+def write_json(content: Mapping[str, object], path: Path) -> None:
+    """Write an object as JSON, one line per key: lists are long, and so the file is readable."""
+    lines = (f'  {json.dumps(key)}: {json.dumps(value)}' for key, value in content.items())
+    path.write_text('{\n' + ',\n'.join(lines) + '\n}\n', encoding='utf-8')
+
+
+def run_pairs(runs: Sequence[Run[Any]]) -> list[tuple[int, int]]:
+    """Return runs as (code, count)."""
     return [(int(run.code), run.count) for run in runs]
 
 

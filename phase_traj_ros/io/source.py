@@ -40,6 +40,8 @@ class Frame:
 
     image: GreyImage
     stamp_ns: int
+    encoding: str = ''
+    """What the image was made from, where the source says so."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,6 +50,7 @@ class Candidate:
 
     stamp_ns: int
     decode: Callable[[], GreyImage]
+    encoding: str = ''
 
 
 class FrameSource(ABC):
@@ -111,7 +114,7 @@ class FrameSource(ABC):
                 if verdict is Verdict.STOP:
                     break
                 if verdict is Verdict.USE:
-                    yield Frame(candidate.decode(), candidate.stamp_ns)
+                    yield Frame(candidate.decode(), candidate.stamp_ns, candidate.encoding)
         if not selector.used:
             if not selector.seen:
                 raise SourceError(f'{self._description}: no frame could be read')

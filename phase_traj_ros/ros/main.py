@@ -4,7 +4,7 @@
 
 import sys
 
-from phase_traj_ros.errors import ParameterError
+from phase_traj_ros.errors import PhaseTrajError
 from phase_traj_ros.parameters import NODE_NAME
 from phase_traj_ros.ros.node import PhaseTrajNode
 from phase_traj_ros.ros.spin import ros_context, spin
@@ -18,7 +18,7 @@ def main(arguments: list[str] | None = None) -> int:
     with ros_context(arguments) as stop:
         try:
             spin(PhaseTrajNode, stop)
-        except ParameterError as error:
+        except PhaseTrajError as error:
             get_logger(NODE_NAME).fatal(str(error))
             return EXIT_BAD_INPUT
     return 0

@@ -3,23 +3,23 @@
 """The live node: images in, codes and path out."""
 
 from collections.abc import Sequence
+import time
 
+import cv2
 from phase_traj_ros.core import TrajectoryEstimator
-from phase_traj_ros.errors import FrameError, ParameterError
-from phase_traj_ros.io.image_msgs import to_grey
-from phase_traj_ros.io.stamps import StampRule, to_nanoseconds
+from phase_traj_ros.errors import ParameterError
+from phase_traj_ros.io.source import Frame
 from phase_traj_ros.parameters import NODE_NAME
 from phase_traj_ros.ros.declare import changed, declare_parameters, unknown_overrides
+from phase_traj_ros.ros.diagnostics import Diagnostics
+from phase_traj_ros.ros.health import Health, Stage
+from phase_traj_ros.ros.image_input import ImageInput
 from phase_traj_ros.ros.outputs import Outputs
+from phase_traj_ros.ros.saving import Saving
 from rcl_interfaces.msg import SetParametersResult
 from rclpy.node import Node
 from rclpy.parameter import Parameter
-from rclpy.qos import qos_profile_sensor_data
-from rclpy.qos_overriding_options import QoSOverridingOptions
-from sensor_msgs.msg import Image
 from std_srvs.srv import Trigger
-
-_THROTTLE_S = 5.0
 
 
 class PhaseTrajNode(Node):
@@ -33,16 +33,21 @@ class PhaseTrajNode(Node):
         ------
         ParameterError
             A parameter given at the start is not allowed.
+        OutputError
+            Shifts are to be recorded and cannot be.
+        MissingDependencyError
+            What a parameter asks for is not installed.
 
         """
         super().__init__(NODE_NAME)
-        self._parameters_now = declare_parameters(self)
-        self._estimator = TrajectoryEstimator(self._parameters_now.estimator_settings())
-        self._stamps = StampRule()
-        self._outputs = Outputs(self, self._estimator, self._parameters_now)
-        self._image = self.create_subscription(
-            Image, 'image', self._on_image, qos_profile_sensor_data,
-            qos_overriding_options=QoSOverridingOptions.with_default_policies())
+        self._values = declare_parameters(self)
+        self._use_threads()
+        self._estimator = TrajectoryEstimator(self._values.estimator_settings())
+        self._health = Health()
+        self._outputs = Outputs(self, self._estimator, self._values)
+        self._input = ImageInput(self, self._values, self._health, self._on_frame)
+        self._diagnostics = Diagnostics(self, self._health, self._input, self._estimator)
+        self._saving = Saving(self, self._values, self._estimator, lambda: self._input.topic)
         self.create_service(Trigger, '~/reset', self._on_reset)
         self.add_on_set_parameters_callback(self._check_parameters)
         self.add_post_set_parameters_callback(self._apply_parameters)
@@ -50,29 +55,35 @@ class PhaseTrajNode(Node):
             self.get_logger().warning(
                 f'there is no parameter {name!r}: it was given at the start and has no effect')
         self.get_logger().info(
-            f'listening to {self._image.topic_name}, threshold'
-            f' {self._parameters_now.threshold:g} px/frame')
+            f'listening to {self._input.topic}, threshold {self._values.threshold:g} px/frame')
 
-    def _on_image(self, message: Image) -> None:
-        stamp_ns = self._stamps.stamp_ns(
-            to_nanoseconds(message.header.stamp), self.get_clock().now().nanoseconds)
+    def destroy_node(self) -> None:
+        """Take the node down."""
+        self._saving.close()
+        super().destroy_node()
+
+    def _on_frame(self, frame: Frame) -> None:
+        """Put one frame through the estimator; publish what it adds."""
+        began = time.perf_counter_ns()
         previous_ns = self._estimator.last_stamp_ns
         resets = self._estimator.counters.time_resets
-        try:
-            update = self._estimator.update(to_grey(message), stamp_ns)
-        except FrameError as error:
-            self.get_logger().error(
-                f'skipped an image on {self._image.topic_name}: {error}',
-                throttle_duration_sec=_THROTTLE_S)
-            return
-        if self._estimator.counters.time_resets > resets:
-            assert previous_ns is not None
+        update = self._estimator.update(frame.image, frame.stamp_ns, encoding=frame.encoding)
+        estimated = time.perf_counter_ns()
+        if self._estimator.counters.time_resets > resets and previous_ns is not None:
             self.get_logger().warning(
-                f'time went back by {(previous_ns - stamp_ns) / 1e9:.3f} s, from'
-                f' {previous_ns / 1e9:.3f} to {stamp_ns / 1e9:.3f}: started anew')
+                f'time went back by {(previous_ns - frame.stamp_ns) / 1e9:.3f} s, from'
+                f' {previous_ns / 1e9:.3f} to {frame.stamp_ns / 1e9:.3f}: started anew')
             self._outputs.publish_state()
-        if update is not None:
-            self._outputs.publish(update)
+        if update is None:
+            return
+        self._outputs.publish(frame, update)
+        self._saving.record(update)
+        if update.shift is not None:
+            self._health.responses.append(update.shift.response)
+        correlate_ns = self._estimator.correlate_ns
+        self._health.took(Stage.CORRELATE, correlate_ns)
+        self._health.took(Stage.CODE, estimated - began - correlate_ns)
+        self._health.took(Stage.PUBLISH, time.perf_counter_ns() - estimated)
 
     def _on_reset(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         frames = self._estimator.frames
@@ -85,12 +96,17 @@ class PhaseTrajNode(Node):
 
     def _check_parameters(self, updates: Sequence[Parameter]) -> SetParametersResult:
         try:
-            changed(self._parameters_now, updates)
+            changed(self._values, updates)
         except ParameterError as error:
             return SetParametersResult(successful=False, reason=str(error))
         return SetParametersResult(successful=True)
 
     def _apply_parameters(self, updates: Sequence[Parameter]) -> None:
-        self._parameters_now = changed(self._parameters_now, updates)
-        self._outputs.parameters = self._parameters_now
-        self._estimator.set_threshold(self._parameters_now.threshold)
+        self._values = changed(self._values, updates)
+        self._outputs.parameters = self._values
+        self._estimator.reconfigure(self._values.estimator_settings())
+        self._use_threads()
+
+    def _use_threads(self) -> None:
+        # OpenCV takes a negative number as leave to choose.
+        cv2.setNumThreads(self._values.threads or -1)

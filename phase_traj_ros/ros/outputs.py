@@ -6,8 +6,11 @@ from geometry_msgs.msg import PoseStamped, Vector3Stamped
 from nav_msgs.msg import Path
 from phase_traj_ros.core import Movement, TrajectoryEstimator, Update
 from phase_traj_ros.core.chain_text import describe
+from phase_traj_ros.io.source import Frame
 from phase_traj_ros.parameters import Parameters
+from phase_traj_ros.ros.debug_image import DebugImage
 from phase_traj_ros.ros.messages import path_message, pose_message, shift_message, to_time
+from phase_traj_ros.ros.transform import TransformOutput
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from rclpy.publisher import Publisher
@@ -26,9 +29,9 @@ class Outputs:
     """
     Publishes what each pair of frames adds.
 
-    The codes, the shift, the response and the pose go out with every pair. The chain code's text
-    goes out when the movement changes, else at most once a second; the path at most at
-    ``path_rate``, and both only when there is news.
+    Codes, shift, response, status and pose go out with every pair. The chain code's text goes out
+    when the movement changes, else at most once a second; the path at most at ``path_rate``, and
+    both only when there is news.
     """
 
     def __init__(
@@ -41,9 +44,12 @@ class Outputs:
         self._direction = _publisher(node, UInt8, '~/direction', _PER_PAIR)
         self._shift = _publisher(node, Vector3Stamped, '~/shift', _PER_PAIR)
         self._response = _publisher(node, Float32, '~/response', _PER_PAIR)
+        self._status = _publisher(node, String, '~/status', _PER_PAIR)
         self._pose = _publisher(node, PoseStamped, '~/pose', _PER_PAIR)
         self._chain_code = _publisher(node, String, '~/chain_code', _LATCHED)
         self._path = _publisher(node, Path, '~/path', _LATCHED)
+        self._debug_image = DebugImage(node, estimator)
+        self._transform = TransformOutput(node) if parameters.publish_tf else None
         self._last_movement: Movement | None = None
         self._text_pending = self._path_pending = False
         # Steady clocks: under simulated time a paused clock must not hold back the last path.
@@ -52,8 +58,8 @@ class Outputs:
         node.create_timer(0.1, self._flush_text, clock=self._clock)
         node.create_timer(1.0 / parameters.path_rate, self._flush_path, clock=self._clock)
 
-    def publish(self, update: Update) -> None:
-        """Publish what one pair of frames adds."""
+    def publish(self, frame: Frame, update: Update) -> None:
+        """Publish what one pair of frames adds; ``frame`` is the second of them."""
         header = self._header(update.stamp_ns)
         self._movement.publish(UInt8(data=int(update.step.movement)))
         if update.step.appended:
@@ -61,7 +67,12 @@ class Outputs:
         self._shift.publish(shift_message(update.shift, header))
         response = 0.0 if update.shift is None else update.shift.response
         self._response.publish(Float32(data=response))
-        self._pose.publish(pose_message(update.tip, self.parameters.step_length, header))
+        self._status.publish(String(data=update.status.value))
+        pose = pose_message(update.tip, self.parameters.step_length, header)
+        self._pose.publish(pose)
+        if self._transform is not None:
+            self._transform.publish(pose, self.parameters.child_frame_id)
+        self._debug_image.publish(frame, update, header)
         self._text_pending = self._path_pending = True
         if update.step.movement is not self._last_movement:
             self._last_movement = update.step.movement

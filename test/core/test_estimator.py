@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The whole chain for one camera."""
 
+from dataclasses import replace
+
 import numpy as np
 from phase_traj_ros.core import (
     Direction,
@@ -120,7 +122,7 @@ def test_settings_reach_the_parts():
         EstimatorSettings(threshold=50.0, max_runs=2, max_corners=2))
     rolls = [np.roll(FRAME, 30 * (index % 2), axis=1) for index in range(8)]
     assert {update.step.movement for update in feed(estimator, rolls)[1:]} == {Movement.FORWARD}
-    estimator.set_threshold(20.0)
+    estimator.reconfigure(replace(estimator.settings, threshold=20.0))
     updates = feed(estimator, rolls, start_ns=9 * STEP_NS)
     assert {update.step.movement for update in updates[1:]} == {Movement.LEFT, Movement.RIGHT}
     assert len(estimator.codes.movement.runs) == 2

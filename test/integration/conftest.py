@@ -2,17 +2,35 @@
 # SPDX-License-Identifier: Apache-2.0
 """Real processes over real DDS, each test in a domain of its own."""
 
+from contextlib import contextmanager
+import fcntl
 from importlib.util import find_spec
-from itertools import count
 import os
+from pathlib import Path
+import tempfile
 
 import pytest
 
 # Without ROS there is nothing to run.
 collect_ignore_glob = [] if find_spec('rclpy') else ['test_*.py']
 
-# 0 to 101 are safe on every platform; a process id spreads runs that share a machine.
-_DOMAINS = (1 + (os.getpid() + number) % 100 for number in count())
+# 0 to 101 are safe on every platform.
+_DOMAINS = range(1, 102)
+
+
+@contextmanager
+def free_domain():
+    """Yield a domain that no other test on this machine uses, as told by a lock on a file."""
+    for domain in _DOMAINS:
+        path = Path(tempfile.gettempdir()) / f'phase_traj_ros_domain_{domain}'
+        with path.open('w') as file:
+            try:
+                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except OSError:
+                continue
+            yield domain
+            return
+    raise RuntimeError('every ROS domain is in use')
 
 
 def pytest_collection_modifyitems(items):
@@ -26,10 +44,12 @@ def pytest_collection_modifyitems(items):
 @pytest.fixture(autouse=True)
 def domain(monkeypatch, tmp_path):
     """Keep the test's ROS traffic and logs to itself."""
-    monkeypatch.setenv('ROS_DOMAIN_ID', str(next(_DOMAINS)))
     monkeypatch.setenv('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
     monkeypatch.setenv('ROS_LOG_DIR', str(tmp_path / 'ros_log'))
     monkeypatch.setenv('RCUTILS_COLORIZED_OUTPUT', '0')
+    with free_domain() as number:
+        monkeypatch.setenv('ROS_DOMAIN_ID', str(number))
+        yield number
 
 
 @pytest.fixture

@@ -77,9 +77,9 @@ class Live:
         self.node.create_subscription(kind, topic, received.append, qos)
         return received
 
-    def camera(self, topic='image', qos=LOSSLESS):
+    def camera(self, topic='image', qos=LOSSLESS, *, kind=Image):
         """Return a publisher of images that the node under test has subscribed to."""
-        publisher = self.node.create_publisher(Image, topic, qos)
+        publisher = self.node.create_publisher(kind, topic, qos)
         self.until(lambda: publisher.get_subscription_count() > 0)
         return publisher
 

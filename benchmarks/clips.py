@@ -1,0 +1,94 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What is measured on: real clips where they are at hand, rendered drives elsewhere."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+import os
+from pathlib import Path
+
+import cv2
+import numpy as np
+from phase_traj_ros.io.folder_source import FolderSource
+from phase_traj_ros.synthetic import Camera, KITTI_CAMERA, named_drive, poses_from_kitti, render
+
+#: Where a turn is under way in the drives below.
+_KITTI_TURN, _DEMO_TURN = 80, 20
+_FULL_HD = Camera.with_field_of_view(1920, 1080, 70)
+
+
+@dataclass(frozen=True, slots=True)
+class Clip:
+    """Frames of one camera, with the truth where it is known."""
+
+    name: str
+    camera: Camera
+    frames: list[np.ndarray]
+    """Each (H, W) uint8."""
+    yaw: np.ndarray
+    """The camera's yaw at each frame, (N,) radians, left positive."""
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Return (H, W)."""
+        return self.camera.height, self.camera.width
+
+    def there_and_back(self, count: int) -> Iterator[np.ndarray]:
+        """Yield ``count`` frames, forwards and backwards in turns: no two are far apart."""
+        cycle = [*range(len(self.frames)), *range(len(self.frames) - 2, 0, -1)]
+        for number in range(count):
+            yield self.frames[cycle[number % len(cycle)]]
+
+
+def kitti_root() -> Path | None:
+    """Return the folder of the KITTI clips, or None where there is none."""
+    beside = Path(__file__).resolve().parents[2] / 'shared' / 'kitti'
+    root = Path(os.environ.get('PHASE_TRAJ_KITTI', beside))
+    return root if (root / '00' / 'image_0').is_dir() else None
+
+
+def kitti_clip(sequence: str, *, first: int = 0, count: int | None = None) -> Clip | None:
+    """Return a clip of the KITTI odometry benchmark; None where it is not at hand."""
+    root = kitti_root()
+    if root is None:
+        return None
+    folder = root / sequence
+    frames = [frame.image for frame in FolderSource(folder / 'image_0')]
+    projection = next(
+        line for line in (folder / 'calib.txt').read_text().splitlines() if line.startswith('P0'))
+    matrix = np.array(projection.split()[1:], float).reshape(3, 4)
+    height, width = frames[0].shape
+    camera = replace(
+        KITTI_CAMERA, width=width, height=height, focal=matrix[0, 0], cx=matrix[0, 2],
+        cy=matrix[1, 2])
+    yaw = poses_from_kitti(np.loadtxt(folder / 'poses.txt'))[:, 2]
+    chosen = slice(first, None if count is None else first + count)
+    return Clip(f'KITTI {sequence}', camera, frames[chosen], yaw[chosen])
+
+
+def rendered_clip(camera: Camera, *, first: int = _DEMO_TURN, count: int) -> Clip:
+    """Return a stretch of the demo's drive as ``camera`` sees it."""
+    drive = replace(named_drive('demo'), camera=camera)
+    scene = drive.build_scene()
+    stretch = range(first, first + count)
+    return Clip(
+        'rendered', camera, [render(scene, camera, drive.pose(index)) for index in stretch],
+        drive.poses[stretch.start:stretch.stop, 2])
+
+
+def usual_clips(count: int) -> tuple[Clip, Clip, Clip]:
+    """Return clips of 376 x 1241, 375 x 1242 and 1080 x 1920, straight ahead and into a turn."""
+    real = kitti_clip('00', first=_KITTI_TURN, count=count)
+    return (
+        real or rendered_clip(KITTI_CAMERA, count=count),
+        rendered_clip(replace(KITTI_CAMERA, width=1242, height=375), count=count),
+        rendered_clip(_FULL_HD, count=count))
+
+
+def mirrored(clip: Clip) -> Clip:
+    """Return the clip as seen in a mirror: left and right change places."""
+    camera = replace(clip.camera, cx=clip.camera.width - 1 - clip.camera.cx)
+    frames = [np.ascontiguousarray(cv2.flip(frame, 1)) for frame in clip.frames]
+    return Clip(f'{clip.name}, mirrored', camera, frames, -clip.yaw)

@@ -1,0 +1,87 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Tables that read well on a terminal and in Markdown, and what was measured on."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from datetime import datetime, timezone
+import os
+from pathlib import Path
+import platform
+import textwrap
+
+import cv2
+import numpy as np
+from timing import PINNED
+
+#: So much longer by the clock on the wall than in processor time is too much.
+_BUSY = 1.1
+
+ROOT = Path(__file__).resolve().parent.parent
+
+
+def table(header: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
+    """Return a Markdown table; columns are as wide as what they hold."""
+    cells = [[str(cell) for cell in row] for row in (header, *rows)]
+    widths = [max(len(row[column]) for row in cells) for column in range(len(header))]
+    lines = ['| ' + ' | '.join(cell.ljust(width) for cell, width in zip(row, widths)) + ' |'
+             for row in cells]
+    lines.insert(1, '|' + '|'.join('-' * (width + 2) for width in widths) + '|')
+    return '\n'.join(lines)
+
+
+def paragraphs(text: str) -> str:
+    """Return text wrapped to the width of the docs, one block per paragraph."""
+    blocks = textwrap.dedent(text).strip().split('\n\n')
+    return '\n\n'.join(textwrap.fill(' '.join(block.split()), 99, break_on_hyphens=False)
+                       for block in blocks)
+
+
+def verdict(value: float, limit: float | None) -> str:
+    """Return whether a figure is within its limit, in a word."""
+    if limit is None:
+        return ''
+    return 'yes' if value <= limit else '**no**'
+
+
+def disturbance(busy: float) -> str:
+    """Return a line on how much else ran on the machine, from how busy it was (1 is nothing)."""
+    text = f'By the clock on the wall it took {busy:.2f}× the processor time'
+    if busy > _BUSY:
+        return f'{text}: **other programs were running, so measure again.**'
+    return f'{text}: the machine was quiet.'
+
+
+def versions() -> str:
+    """Return the versions of what the figures depend on."""
+    return (f'Python {platform.python_version()}, numpy {np.__version__}, '
+            f'OpenCV {cv2.__version__} {transforms()}')
+
+
+def transforms() -> str:
+    """Return whose Fourier transforms OpenCV uses."""
+    if not (hasattr(cv2, 'ipp') and cv2.ipp.useIPP()):
+        return '(its own transforms)'
+    return f'(transforms of Intel IPP {cv2.ipp.getIppVersion().partition("(-)")[0].strip()})'
+
+
+def machine() -> str:
+    """Return the table of what was measured on."""
+    pinned = ' '.join(f'{name}={value}' for name, value in PINNED.items())
+    return table(('', ''), (
+        ('processor', f'{_processor()}, {os.cpu_count()} cores'),
+        ('system', f'{platform.system()} {platform.machine()}, {" ".join(platform.libc_ver())}'),
+        ('versions', versions()),
+        ('allocator', f'`{pinned}`'),
+        ('date', datetime.now(timezone.utc).date().isoformat()),
+    ))
+
+
+def _processor() -> str:
+    try:
+        lines = Path('/proc/cpuinfo').read_text(encoding='utf-8').splitlines()
+    except OSError:
+        lines = []
+    names = [line.partition(':')[2].strip() for line in lines if line.startswith('model name')]
+    return names[0] if names else platform.machine()

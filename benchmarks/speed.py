@@ -1,0 +1,176 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""
+One step of the correlator against its peers, and against what no such step can do without.
+
+A step is everything from a grey frame of bytes to the shift. Each comparison is a duel: the two
+take turns frame by frame, so that a ratio compares what ran in the same moments, and the answers
+are compared, too.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from clips import Clip, usual_clips
+from peers import BareTransforms, Klt, OpenCv, Orb, Ours, Peer, ScikitImage
+from report import disturbance, paragraphs, table, verdict
+from timing import busyness, prepare, Quartiles, ratios, take_turns, Timed
+
+_FRAMES = 40
+_WARM_UP = 5
+#: Every duel is fought this many times, one after the other, so that no disturbance of a few
+#: seconds decides any of them.
+_PASSES = 3
+
+INTRODUCTION = paragraphs("""
+    A step of the correlator is everything from a grey frame of bytes to the shift to a fraction
+    of a pixel: conversion, window, transforms, whitening, peak. One thread. Each row is a duel:
+    both take turns frame by frame in one process, swapping places every time. The times are
+    medians of processor time, the ratio is that of the medians, with the quartiles of the ratio from frame to frame
+    behind it, and *differ* is the median difference of the two answers: tenths of a pixel, as
+    the others are rounded to pixels, or blunter, or measure the rotation alone.
+
+    `cv2.phaseCorrelate` gets its own window and float32 frames, each converted once. scikit-image
+    (upsample factor 1, no window) gets the frames as they are, and in a second row as float32.
+    KLT is 1000 corners tracked into the next frame, ORB 1000 features matched with cross-check;
+    both end in an essential matrix by RANSAC, decomposed into the rotation. The bare transforms
+    are one forward and one inverse `cv2.dft` of the padded size, with `dst=`.
+    """)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Opponent:
+    """Who is measured against, on how many frames of each pass, and what is aimed at."""
+
+    name: str
+    make: Callable[[Clip], Peer]
+    rounds: int
+    tolerance_px: float | None
+    """How far the median answer may be from ours; None where there is no answer."""
+    limits: tuple[float | None, ...]
+    """Largest ratio aimed at, for each of the three sizes; None is no aim."""
+    large: bool = True
+    """Whether it takes part at the largest size."""
+
+
+OPPONENTS = (
+    Opponent(
+        name='cv2.phaseCorrelate', make=lambda _: OpenCv(), rounds=120, tolerance_px=0.6,
+        limits=(0.62, 0.62, 0.65)),
+    Opponent(
+        name='bare transforms', make=lambda clip: BareTransforms(clip.shape), rounds=120,
+        tolerance_px=None, limits=(1.4, 1.4, 1.4)),
+    Opponent(
+        name='scikit-image', make=lambda _: ScikitImage(), rounds=40, tolerance_px=1.0,
+        limits=(0.10, None, None), large=False),
+    Opponent(
+        name='scikit-image, float32', make=lambda _: ScikitImage(dtype=np.float32), rounds=40,
+        tolerance_px=1.0, limits=(None, None, None), large=False),
+    Opponent(
+        name='KLT + essential matrix', make=lambda clip: Klt(clip.camera), rounds=40,
+        tolerance_px=3.0, limits=(0.16, None, None), large=False),
+    Opponent(
+        name='ORB + essential matrix', make=lambda clip: Orb(clip.camera), rounds=40,
+        tolerance_px=3.0, limits=(0.12, None, None), large=False),
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Duel:
+    """How one comparison ended."""
+
+    clip: Clip
+    opponent: Opponent
+    ours: Timed
+    theirs: Timed
+    limit: float | None
+
+    @property
+    def ratio(self) -> float:
+        """Return the ratio of the medians."""
+        return self.ours.ms / self.theirs.ms
+
+    @property
+    def spread(self) -> Quartiles:
+        """Return the quartiles of the ratio from frame to frame."""
+        return ratios(self.ours, self.theirs)
+
+    @property
+    def difference_px(self) -> float | None:
+        """Return the median difference of the answers, None where there is none to compare."""
+        if self.opponent.tolerance_px is None:
+            return None
+        # A peer's missing answer is as far off as can be.
+        return float(np.median([
+            np.inf if b is None else abs(a - b)
+            for a, b in zip(self.ours.results, self.theirs.results)]))
+
+
+def fights(clips: tuple[Clip, ...]) -> Iterator[tuple[Clip, Opponent, float | None]]:
+    """Yield who meets whom on what, and the ratio aimed at."""
+    for index, clip in enumerate(clips):
+        for opponent in OPPONENTS:
+            if opponent.large or clip is not max(clips, key=lambda each: np.prod(each.shape)):
+                yield clip, opponent, opponent.limits[index]
+
+
+def fight(clip: Clip, opponent: Opponent) -> tuple[Timed, Timed]:
+    """Let the two take turns once through the clip."""
+    cv2.setRNGSeed(0)
+    peer = opponent.make(clip)
+    timed = take_turns(
+        {'ours': Ours().update, 'theirs': peer.update},
+        clip.there_and_back(opponent.rounds + _WARM_UP), warm_up=_WARM_UP)
+    if isinstance(peer, BareTransforms) and not peer.is_exact():
+        raise AssertionError('the bare transforms do not lead back to where they began')
+    return timed['ours'], timed['theirs']
+
+
+def measure() -> list[Duel]:
+    """Return how all comparisons ended, their answers checked."""
+    schedule = list(fights(usual_clips(_FRAMES)))
+    duels = [Duel(clip, opponent, Timed(), Timed(), limit)
+             for clip, opponent, limit in schedule]
+    for _ in range(_PASSES):
+        for duel in duels:
+            for total, part in zip((duel.ours, duel.theirs), fight(duel.clip, duel.opponent)):
+                total.extend(part)
+    for duel in duels:
+        _check(duel)
+    return duels
+
+
+def _check(duel: Duel) -> None:
+    tolerance, difference = duel.opponent.tolerance_px, duel.difference_px
+    if tolerance is not None and difference is not None and difference > tolerance:
+        raise AssertionError(
+            f'{duel.opponent.name} and the correlator differ by {difference:.2f} px (median) on '
+            f'{duel.clip.name}: at least one of the two does not do what is measured here')
+
+
+def section(duels: list[Duel]) -> str:
+    """Return the results as Markdown."""
+    header = ('frame', 'against', 'step, ms', 'peer, ms', 'ratio', 'quartiles', 'at most',
+              'met', 'differ, px')
+    rows = []
+    for duel in duels:
+        height, width = duel.clip.shape
+        difference = duel.difference_px
+        rows.append((
+            f'{height}×{width}, {duel.clip.name}', duel.opponent.name, f'{duel.ours.ms:.2f}',
+            f'{duel.theirs.ms:.2f}', f'{duel.ratio:.3f}',
+            f'{duel.spread.low:.3f}–{duel.spread.high:.3f}',
+            '' if duel.limit is None else f'{duel.limit:g}', verdict(duel.ratio, duel.limit),
+            '' if difference is None else f'{difference:.2f}'))
+    busy = busyness(timed for duel in duels for timed in (duel.ours, duel.theirs))
+    return (f'## Speed\n\n{INTRODUCTION}\n\n{table(header, rows)}\n\n'
+            f'{disturbance(busy)}')
+
+
+if __name__ == '__main__':
+    prepare()
+    print(section(measure()))

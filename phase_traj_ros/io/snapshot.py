@@ -1,0 +1,77 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What a running estimator keeps, written to files."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from phase_traj_ros.core import Corner, Direction, Movement, Run, TrajectoryEstimator
+from phase_traj_ros.io.output import output_directory
+from phase_traj_ros.io.picture import write_path_picture
+from phase_traj_ros.io.results import run_pairs, tum_lines, versions, write_json
+
+
+@dataclass(frozen=True, slots=True)
+class Snapshot:
+    """
+    The state of an estimator at one moment; it does not change when the estimator goes on.
+
+    The runs and corners are the newest ones, as many as the estimator keeps.
+    """
+
+    source: str
+    frames: int
+    threshold: float
+    movement_runs: tuple[Run[Movement], ...]
+    direction_runs: tuple[Run[Direction], ...]
+    movement_totals: Mapping[Movement, int]
+    direction_totals: Mapping[Direction, int]
+    corners: tuple[Corner, ...]
+    """Start or oldest corner kept first, the tip last; empty before the first frame."""
+    counters: Mapping[str, int]
+
+    @classmethod
+    def of(cls, estimator: TrajectoryEstimator, *, source: str) -> 'Snapshot':
+        """Take a snapshot of ``estimator``."""
+        codes, path = estimator.codes, estimator.path
+        return cls(
+            source, estimator.frames, codes.threshold, codes.movement.runs, codes.direction.runs,
+            dict(codes.movement.totals), dict(codes.direction.totals),
+            path.corners if path.tip is None else (*path.corners, path.tip),
+            estimator.counters.as_dict())
+
+    def write(self, directory: Path) -> None:
+        """
+        Write chain_code.json, trajectory.tum and trajectory.png, whole or not at all.
+
+        Raises
+        ------
+        OutputError
+            The files cannot be written.
+        MissingDependencyError
+            matplotlib is not installed.
+
+        """
+        with output_directory(directory) as staging:
+            write_json(self._content(), staging / 'chain_code.json')
+            (staging / 'trajectory.tum').write_text(
+                tum_lines((corner.stamp_ns, corner) for corner in self.corners),
+                encoding='utf-8')
+            points = np.array(
+                [(corner.x, corner.y) for corner in self.corners] or [(0, 0)], np.float64)
+            write_path_picture(points, staging / 'trajectory.png')
+
+    def _content(self) -> dict[str, object]:
+        return {
+            'source': self.source,
+            'frames': self.frames,
+            'threshold': self.threshold,
+            'movement_runs': run_pairs(self.movement_runs),
+            'direction_runs': run_pairs(self.direction_runs),
+            'movement_totals': [self.movement_totals.get(code, 0) for code in Movement],
+            'direction_totals': [self.direction_totals.get(code, 0) for code in Direction],
+            'counters': dict(self.counters),
+            'versions': versions(),
+        }

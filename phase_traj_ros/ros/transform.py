@@ -1,0 +1,45 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Publishes the path's tip as a transform, where tf2_msgs is installed."""
+
+from geometry_msgs.msg import PoseStamped, Transform, TransformStamped, Vector3
+from phase_traj_ros.errors import MissingDependencyError
+from rclpy.node import Node
+from rclpy.qos import QoSProfile
+
+
+class TransformOutput:
+    """
+    Publishes the transform from the path's frame to the vehicle's on /tf.
+
+    It is off unless asked for: on a vehicle that localises itself, somebody else places
+    base_link, and two parents break the tree.
+    """
+
+    def __init__(self, node: Node) -> None:
+        """
+        Make the publisher on ``node``.
+
+        Raises
+        ------
+        MissingDependencyError
+            tf2_msgs is not installed.
+
+        """
+        try:
+            from tf2_msgs.msg import TFMessage
+        except ImportError:
+            raise MissingDependencyError(
+                'publish_tf needs tf2_msgs: install ros-jazzy-tf2-msgs, or leave publish_tf off',
+            ) from None
+        self._message = TFMessage
+        self._publisher = node.create_publisher(TFMessage, '/tf', QoSProfile(depth=100))
+
+    def publish(self, pose: PoseStamped, child_frame: str) -> None:
+        """Publish a pose of the vehicle as a transform."""
+        position = pose.pose.position
+        self._publisher.publish(self._message(transforms=[TransformStamped(
+            header=pose.header, child_frame_id=child_frame,
+            transform=Transform(
+                translation=Vector3(x=position.x, y=position.y, z=position.z),
+                rotation=pose.pose.orientation))]))

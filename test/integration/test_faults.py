@@ -1,0 +1,302 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What can go wrong with cameras and networks, injected over real DDS."""
+
+from array import array
+import math
+
+import cv2
+from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import Vector3Stamped
+from live import image, LOSSLESS, stop
+import numpy as np
+from phase_traj_ros.ros.live_run import lossless_overrides
+from phase_traj_ros.ros.messages import to_time
+import pytest
+from rclpy.qos import qos_profile_sensor_data
+from sensor_msgs.msg import CompressedImage, Image
+from std_msgs.msg import String, UInt8
+from std_srvs.srv import Trigger
+from test_node import rolled, SECOND, START, texture
+
+
+@pytest.fixture
+def run(live):
+    """Return a function that starts the node and listens to its codes."""
+    def start(*arguments, kind=Image, topic='image', lossless=True):
+        listened = {
+            name: live.listen(message, f'phase_traj/{name}')
+            for name, message in (
+                ('movement', UInt8), ('status', String), ('shift', Vector3Stamped))}
+        overrides = lossless_overrides(live.node.resolve_topic_name(topic)) if lossless else []
+        listened['process'] = live.start(*arguments, *overrides, lossless=False)
+        live.call(Trigger, 'phase_traj/reset', Trigger.Request())
+        listened['camera'] = live.camera(topic, kind=kind)
+        return listened
+    return start
+
+
+def send(run, frames, stamps):
+    for frame, stamp in zip(frames, stamps):
+        run['camera'].publish(image(frame, round(START + stamp * SECOND)))
+
+
+def codes(run):
+    return [each.data for each in run['movement']], [each.data for each in run['status']]
+
+
+def test_a_gap_is_no_movement_and_keeps_the_direction(live, run):
+    node = run('-p', 'max_gap:=0.5')
+    send(node, rolled([0, 0, 30, 60, 90, 90]), [0, 0.1, 0.2, 5.0, 5.1, 5.2])
+    live.until(lambda: len(node['status']) == 5)
+    assert codes(node) == ([1, 0, 3, 0, 1], ['ok', 'ok', 'gap', 'ok', 'ok'])
+    assert math.isnan(node['shift'][2].vector.x)
+
+
+def test_repeated_stamps_are_dropped(live, run):
+    node = run()
+    send(node, rolled([0, 0, 30, 30, 60]), [0, 0.1, 0.1, 0.1, 0.2])
+    live.until(lambda: len(node['status']) == 2)
+    assert codes(node)[0] == [1, 0]
+    assert node['shift'][1].vector.x == pytest.approx(60, abs=0.2)
+
+
+def test_a_dropped_frame_does_not_make_a_turn_where_the_period_is_known(live, run):
+    positions, stamps = [0, 10, 20, 40, 50], [0, 0.1, 0.2, 0.4, 0.5]
+    node = run('-p', 'nominal_period:=0.1')
+    send(node, rolled(positions), stamps)
+    live.until(lambda: len(node['status']) == 4)
+    assert codes(node)[0] == [1, 1, 1, 1]
+    assert node['shift'][2].vector.x == pytest.approx(20, abs=0.2)
+
+
+def test_without_a_period_a_dropped_frame_doubles_the_shift(live, run):
+    node = run()
+    send(node, rolled([0, 10, 20, 40, 50]), [0, 0.1, 0.2, 0.4, 0.5])
+    live.until(lambda: len(node['status']) == 4)
+    assert codes(node)[0] == [1, 1, 0, 1]
+
+
+def test_a_camera_upside_down(live, run):
+    node = run('-p', 'rotate_180:=true')
+    frames = [np.ascontiguousarray(frame[::-1, ::-1]) for frame in rolled([0, 0, 30])]
+    send(node, frames, [0, 0.1, 0.2])
+    live.until(lambda: len(node['status']) == 2)
+    assert [each.vector.x for each in node['shift']] == pytest.approx([0, 30], abs=0.1)
+    assert codes(node)[0] == [1, 0]
+
+
+def test_another_encoding_in_mid_stream(live, run):
+    node = run()
+    frames = rolled([0, 0, 30, 30, 60])
+    for index, frame in enumerate(frames):
+        colour = index >= 2
+        node['camera'].publish(image(
+            np.dstack([frame] * 3) if colour else frame, START + index * SECOND,
+            'bgr8' if colour else 'mono8'))
+    live.until(lambda: len(node['status']) == 4)
+    assert codes(node) == ([1, 3, 1, 0], ['ok', 'reprimed', 'ok', 'ok'])
+
+
+def test_what_is_correlated_can_change_while_running(live, run):
+    node = run()
+    send(node, rolled([0, 0]), [0, 0.1])
+    live.until(lambda: len(node['status']) == 1)
+    for name, value in (
+            ('rows_to', 0.5), ('columns_from', 0.25), ('decimation', 2), ('window', 'hann'),
+            ('threads', 0)):
+        assert live.set_parameter(name, value).successful
+    assert not live.set_parameter('rows_from', 0.5).successful
+    assert not live.set_parameter('decimation', 0).successful
+    send(node, rolled([0, 24]), [0.2, 0.3])
+    live.until(lambda: len(node['status']) == 3)
+    assert codes(node) == ([1, 3, 0], ['ok', 'reprimed', 'ok'])
+    assert node['shift'][2].vector.x == pytest.approx(24, abs=0.3)
+
+
+def compressed(frame, stamp_ns, extension='.png', form='mono8; png compressed'):
+    message = CompressedImage(format=form)
+    message.header.stamp = to_time(stamp_ns)
+    message.data = array('B', cv2.imencode(extension, frame)[1].tobytes())
+    return message
+
+
+@pytest.mark.parametrize(('extension', 'channels'), [
+    ('.png', 1), ('.jpg', 1), ('.png', 3), ('.jpg', 3)])
+def test_compressed_images(live, run, extension, channels):
+    node = run(
+        '-p', 'image_transport:=compressed', '-r', 'image:=/camera/image',
+        kind=CompressedImage, topic='/camera/image/compressed')
+    for index, frame in enumerate(rolled([0, 0, 32])):
+        picture = np.dstack([frame] * channels) if channels > 1 else frame
+        node['camera'].publish(compressed(picture, START + index * SECOND, extension))
+    live.until(lambda: len(node['status']) == 2)
+    assert [each.vector.x for each in node['shift']] == pytest.approx([0, 32], abs=0.1)
+
+
+def test_bad_compressed_images_are_skipped(live, run):
+    node = run(
+        '-p', 'image_transport:=compressed', '-p', 'max_pixels:=20000', kind=CompressedImage,
+        topic='/image/compressed')
+    good = [compressed(frame, START + index * SECOND) for index, frame in
+            enumerate(rolled([0, 0, 32]))]
+    truncated = compressed(texture(), START + SECOND // 2)
+    truncated.data = truncated.data[:300]
+    foreign = compressed(texture(), START + SECOND // 2 + 1)
+    foreign.data = array('B', b'GIF89a' + bytes(100))
+    large = compressed(texture((400, 400)), START + SECOND // 2 + 2)
+    node['camera'].publish(good[0])
+    for message in (truncated, foreign, large) * 5:
+        node['camera'].publish(message)
+    for message in good[1:]:
+        node['camera'].publish(message)
+    live.until(lambda: len(node['status']) == 2, process=node['process'])
+    assert [each.vector.x for each in node['shift']] == pytest.approx([0, 32], abs=0.1)
+    assert 'skipped an image on /image/compressed' in live.logs()
+    assert 'Traceback' not in live.logs()
+
+
+def statuses(array_message):
+    return {each.name.split(': ')[1]: each for each in array_message.status}
+
+
+def values(status):
+    return {each.key: each.value for each in status.values}
+
+
+def test_diagnostics_tell_what_happened(live, run):
+    reports = live.listen(DiagnosticArray, '/diagnostics', 10)
+    node = run('-p', 'max_gap:=1.0')
+    send(node, [*rolled([0, 0, 0, 0]), np.zeros((96, 160), np.uint8)], [0, 0.1, 0.1, 5, 5.1])
+    node['camera'].publish(image(b'1', START + 6 * SECOND, shape=(96, 160), step=160))
+    live.until(lambda: len(node['status']) == 3)
+
+    def told():
+        newest = statuses(reports[-1]) if reports else {}
+        return newest and values(newest['images'])['images'] == '6'
+
+    live.until(told)
+    newest = statuses(reports[-1])
+    assert newest['images'].hardware_id == '/image'
+    images, measurement = values(newest['images']), values(newest['measurement'])
+    assert (images['topic'], images['bad'], images['lost']) == ('/image', '1', '0')
+    assert 'needs 15360 bytes' in images['last error']
+    assert float(images['p50 (ms)']) > 0
+    assert float(images['p99 (ms)']) >= float(images['p50 (ms)'])
+    for stage in ('receive', 'convert', 'correlate', 'code', 'publish'):
+        assert float(images[f'{stage} (us)']) >= 0
+    assert float(images['correlate (us)']) > 0
+    assert (measurement['frames'], measurement['repeated']) == ('4', '1')
+    assert (measurement['gaps'], measurement['unmeasured']) == ('1', '1')
+    levels = {level for each in reports for level in [statuses(each)['images'].level]}
+    assert b'\x02' in levels, 'a bad image has to show as an error'
+
+
+def test_silence_is_reported_once_with_the_publishers(live):
+    live.start('-r', 'image:=/front/image_raw', lossless=False)
+    # Best effort does not reach a reliable subscriber.
+    live.start(
+        '-r', '__node:=strict', '-r', 'image:=/front/image_raw',
+        '-p', 'qos_overrides./front/image_raw.subscription.reliability:=reliable',
+        lossless=False)
+    best_effort = live.camera('/front/image_raw', qos_profile_sensor_data)
+    reports = live.listen(DiagnosticArray, '/diagnostics', 10)
+    live.until(lambda: live.logs().count('no image for') == 2)
+    assert live.logs().count('/front/image_raw has 1 publisher') == 2
+    assert live.logs().count('the quality of service of /test does not match') == 1
+    live.until(lambda: any(
+        statuses(each)['images'].level == b'\x03' for each in reports))
+    count = len(reports)
+    live.until(lambda: len(reports) > count + 4)
+    assert live.logs().count('no image for') == 2
+    assert best_effort is not None
+
+
+def test_silence_on_a_topic_of_another_type_says_so(live):
+    live.start(lossless=False)
+    publisher = live.node.create_publisher(CompressedImage, 'image', LOSSLESS)
+    live.until(lambda: 'no image for' in live.logs())
+    assert 'publishes sensor_msgs/msg/CompressedImage' in live.logs()
+    assert publisher is not None
+
+
+def test_saving_without_a_folder_is_refused_with_a_reason(live, run):
+    run()
+    answer = live.call(Trigger, 'phase_traj/save', Trigger.Request())
+    assert not answer.success
+    assert 'output_dir is not set' in answer.message
+
+
+def test_saving_while_running(live, run, tmp_path):
+    folder = tmp_path / 'kept' / 'here'
+    node = run('-p', f'output_dir:={folder}', '-p', 'record_shifts:=true')
+    send(node, rolled([0, 0, 30, 30, 30]), [0, 0.1, 0.2, 0.3, 0.4])
+    live.until(lambda: len(node['status']) == 4)
+    answer = live.call(Trigger, 'phase_traj/save', Trigger.Request())
+    assert answer.success, answer.message
+    written = {path.name for path in folder.iterdir()}
+    rows, = written - {'chain_code.json', 'trajectory.tum', 'trajectory.png'}
+    # The rows are there while the node still runs, so a kill loses none of them.
+    assert len((folder / rows).read_text().splitlines()) == 5
+    text = (folder / 'chain_code.json').read_text()
+    assert '"movement_runs": [[1, 1], [0, 1], [1, 2]]' in text
+    assert '"frames": 5' in text
+    poses = np.loadtxt(folder / 'trajectory.tum')
+    assert poses[:, 1:3].tolist() == [[0, 0], [1, 0], [1, 3]]
+    assert live.set_parameter('output_dir', '/elsewhere').successful is False
+    assert stop(node['process']) == 0
+
+
+def test_an_output_folder_that_cannot_be_written_is_said_at_once(live, tmp_path):
+    (tmp_path / 'file').write_text('')
+    process = live.start(
+        '-p', f'output_dir:={tmp_path / "file" / "below"}', '-p', 'record_shifts:=true')
+    assert process.wait(20) == 2
+    assert 'cannot write' in live.logs()
+    assert 'Traceback' not in live.logs()
+
+
+def test_the_debug_image_shows_the_frame(live, run):
+    pictures = live.listen(Image, 'phase_traj/debug_image', qos_profile_sensor_data)
+    node = run()
+    index = 0
+
+    def feed():
+        nonlocal index
+        send(node, rolled([index * 5]), [index * 0.1])
+        index += 1
+        return pictures
+
+    live.until(feed)
+    picture = pictures[0]
+    assert (picture.encoding, picture.height, picture.width) == ('bgr8', 96, 160)
+    assert len(picture.data) == 96 * 160 * 3
+
+
+def test_lost_images_are_counted_and_the_newest_are_handled(live, run):
+    # Best effort and far more than can be handled: the queue holds five.
+    reports = live.listen(DiagnosticArray, '/diagnostics', 10)
+    node = run('-r', 'image:=/flood', lossless=False, topic='/flood')
+    frame = texture((540, 960))
+    sent = 0
+
+    def feed():
+        nonlocal sent
+        node['camera'].publish(image(np.roll(frame, sent, axis=1), START + sent * SECOND))
+        sent += 1
+
+    for _ in range(300):
+        feed()
+
+    def counted():
+        # The last image may be lost, which only the next one shows.
+        feed()
+        images = values(statuses(reports[-1])['images']) if reports else {}
+        return images and int(images['images']) + int(images['lost']) >= 300
+
+    live.until(counted)
+    images = values(statuses(reports[-1])['images'])
+    assert int(images['lost']) > 0
+    live.until(lambda: node['shift'][-1].header.stamp.sec > START // SECOND + 290)
+    # Nothing waits in line for longer than the five images before it take.
+    assert float(images['p99 (ms)']) < 2000
