@@ -21,7 +21,7 @@ import tracemalloc
 from clips import Clip, rendered_clip
 import cv2
 from phase_traj_ros.synthetic import KITTI_CAMERA
-from peers import Ours, Peer
+from peers import OpenCv, Ours, Peer
 from report import paragraphs, table
 from timing import prepare, unpinned
 
@@ -31,8 +31,11 @@ _PAGE = resource.getpagesize()
 #: Above this size malloc asks the kernel each time, and gives the buffer back at once.
 _EAGER = {'MALLOC_MMAP_THRESHOLD_': str(2 ** 16), 'MALLOC_TOP_PAD_': '0'}
 
+PEERS = {'step': Ours, 'cv2.phaseCorrelate': OpenCv}
+
 INTRODUCTION = paragraphs("""
-    After the first frames a step allocates nothing of a frame's size. *Peak* is the most that
+    After the first frames a step allocates nothing of a frame's size (376×1241 are 466,616
+    bytes; what is left are conversion buffers of numpy, the same for all sizes). *Peak* is the most that
     Python and numpy held at any time during a step beyond what they held before it; *paged in*
     is what the kernel gave the process per step with a malloc that returns every large buffer,
     and so shows those inside of OpenCV, too; *growth* is how much larger the process was after
@@ -44,10 +47,10 @@ INTRODUCTION = paragraphs("""
 class Memory:
     """What a step costs in memory, in bytes."""
 
+    name: str
     peak: int
     paged_in: int
     growth: int
-    frame: int
 
 
 def resident() -> int:
@@ -91,36 +94,39 @@ def faults(peer: Peer, clip: Clip) -> int:
     return pages * _PAGE // _FAULT_STEPS
 
 
+def _faults_elsewhere(name: str) -> int:
+    done = subprocess.run(
+        [sys.executable, __file__, name], env={**unpinned(), **_EAGER}, text=True,
+        stdout=subprocess.PIPE, check=True)
+    return int(done.stdout)
+
+
 def _clip() -> Clip:
     return rendered_clip(KITTI_CAMERA, count=_FRAMES)
 
 
-def measure() -> Memory:
-    """Return what a step of the correlator costs in memory."""
+def measure() -> list[Memory]:
+    """Return what a step costs in memory, of the correlator and of OpenCV's."""
     clip = _clip()
-    done = subprocess.run(
-        [sys.executable, __file__, 'faults'], env={**unpinned(), **_EAGER}, text=True,
-        stdout=subprocess.PIPE, check=True)
-    return Memory(
-        peak_of_a_step(Ours(), clip), int(done.stdout), growth(Ours(), clip),
-        clip.shape[0] * clip.shape[1])
+    return [
+        Memory(
+            name, peak_of_a_step(make(), clip), _faults_elsewhere(name), growth(make(), clip))
+        for name, make in PEERS.items()]
 
 
-def section(memory: Memory) -> str:
+def section(rows: list[Memory]) -> str:
     """Return the results as Markdown."""
-    rows = (
-        ('frame (376×1241)', f'{memory.frame:,}'),
-        ('peak of a step', f'{memory.peak:,}'),
-        ('paged in per step', f'{memory.paged_in:,}'),
-        (f'growth over {_STEPS} steps', f'{memory.growth:,}'))
-    return f'## Memory of a step\n\n{INTRODUCTION}\n\n{table(("", "bytes"), rows)}'
+    cells = [(row.name, *(f'{value:,}' for value in (row.peak, row.paged_in, row.growth)))
+             for row in rows]
+    header = ('bytes', 'peak', 'paged in', 'growth')
+    return f'## Memory of a step\n\n{INTRODUCTION}\n\n{table(header, cells)}'
 
 
 def main() -> None:
     """Run the program."""
-    if sys.argv[1:] == ['faults']:
+    if len(sys.argv) == 2:
         cv2.setNumThreads(1)
-        print(faults(Ours(), _clip()))
+        print(faults(PEERS[sys.argv[1]](), _clip()))
         return
     prepare()
     print(section(measure()))

@@ -11,6 +11,7 @@ from phase_traj_ros.core import (
     Movement,
     PairStatus,
     TrajectoryEstimator,
+    View,
 )
 from phase_traj_ros.errors import FrameError
 import pytest
@@ -132,3 +133,69 @@ def test_settings_reach_the_parts():
 def test_the_threshold_is_checked():
     with pytest.raises(ValueError, match='threshold'):
         TrajectoryEstimator(EstimatorSettings(threshold=-1.0))
+
+
+def test_a_gap_keeps_the_direction_and_ends_the_turn():
+    estimator = TrajectoryEstimator(EstimatorSettings(max_gap=0.5))
+    feed(estimator, [FRAME, FRAME, TURNED])
+    update = estimator.update(FRAME, 20 * STEP_NS)
+    assert (update.shift, update.status) == (None, PairStatus.GAP)
+    assert (update.step.movement, update.step.direction) == (Movement.NO_CHANGE, Direction.LEFT)
+    update = estimator.update(TURNED, 21 * STEP_NS)
+    assert (update.status, update.step.movement) == (PairStatus.OK, Movement.LEFT)
+    assert estimator.counters.gaps == 1
+
+
+def test_the_longest_interval_allowed_is_no_gap():
+    estimator = TrajectoryEstimator(EstimatorSettings(max_gap=0.1))
+    updates = feed(estimator, [FRAME, FRAME, FRAME])
+    assert [update.status for update in updates[1:]] == [PairStatus.OK] * 2
+
+
+def test_a_long_interval_is_judged_as_a_short_one_where_the_period_is_known():
+    first, second = pair((64, 120), 20, 0)
+    for nominal_period, movement in ((0.0, Movement.LEFT), (0.1, Movement.FORWARD)):
+        estimator = TrajectoryEstimator(EstimatorSettings(nominal_period=nominal_period))
+        feed(estimator, [first, first])
+        update = estimator.update(second, 3 * STEP_NS)
+        assert update.step.movement is movement
+        # What is published is what was measured.
+        assert update.shift.dx == pytest.approx(20, abs=0.1)
+
+
+def test_another_encoding_is_not_compared():
+    estimator = TrajectoryEstimator()
+    estimator.update(FRAME, 0, encoding='mono8')
+    assert estimator.update(TURNED, STEP_NS, encoding='rgb8').status is PairStatus.REPRIMED
+    assert estimator.update(TURNED.astype(np.uint16), 2 * STEP_NS, encoding='rgb8').status is (
+        PairStatus.REPRIMED)
+
+
+def test_another_view_is_not_compared_and_codes_are_kept():
+    estimator = TrajectoryEstimator()
+    feed(estimator, [FRAME, FRAME])
+    estimator.reconfigure(replace(estimator.settings, view=View(decimation=2)))
+    assert estimator.update(TURNED, 2 * STEP_NS).status is PairStatus.REPRIMED
+    assert len(estimator.codes.movement) == 2
+    update = estimator.update(FRAME, 3 * STEP_NS)
+    assert update.step.movement is Movement.RIGHT
+
+
+def test_settings_that_are_wrong_change_nothing():
+    estimator = TrajectoryEstimator()
+    with pytest.raises(ValueError, match='threshold'):
+        estimator.reconfigure(EstimatorSettings(threshold=0.0, view=View(decimation=2)))
+    assert estimator.settings == EstimatorSettings()
+    for name in ('max_gap', 'nominal_period'):
+        with pytest.raises(ValueError, match=name):
+            EstimatorSettings(**{name: -1.0})
+
+
+def test_ten_thousand_pairs_of_flicker_stay_bounded():
+    estimator = TrajectoryEstimator(EstimatorSettings(max_runs=50, max_corners=20))
+    for index in range(10_000):
+        estimator._codes.update(100.0 if index % 3 else -100.0)
+        estimator._path.append(estimator.codes.heading, index)
+    assert len(estimator.codes.movement.runs) == len(estimator.codes.direction.runs) == 50
+    assert len(estimator.path.corners) == 20
+    assert len(estimator.codes.movement) == 10_000

@@ -1,0 +1,44 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""
+Publishes frames at a given rate, losing none; started by node_throughput.py.
+
+    python node_feeder.py RATE COUNT --ros-args -r __ns:=NAMESPACE
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+import sys
+
+from clips import rendered_clip
+import numpy as np
+from phase_traj_ros.io.source import Frame, index_stamp_ns
+from phase_traj_ros.ros.player import FramePlayer
+from phase_traj_ros.ros.spin import ros_context
+from phase_traj_ros.synthetic import KITTI_CAMERA
+
+_FRAMES = 20
+_DISCOVERY_S = 30.0
+
+
+def stamped(images: Iterator[np.ndarray], rate: float) -> Iterator[Frame]:
+    """Yield frames whose stamps are ``rate`` to the second, from the first second on."""
+    for number, image in enumerate(images):
+        yield Frame(image, 10 ** 9 + index_stamp_ns(number, rate))
+
+
+def main() -> None:
+    """Run the program."""
+    rate, count = float(sys.argv[1]), int(sys.argv[2])
+    clip = rendered_clip(KITTI_CAMERA, count=_FRAMES)
+    with ros_context(sys.argv[3:]) as stop:
+        player = FramePlayer(lossless=True)
+        player.wait_for_subscriber(stop, _DISCOVERY_S)
+        player.play(stamped(clip.there_and_back(count), rate), stop)
+        player.wait_for_acknowledgement()
+        player.destroy_node()
+
+
+if __name__ == '__main__':
+    main()

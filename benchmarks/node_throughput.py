@@ -1,0 +1,180 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""
+The real node, fed over real DDS: how many frames per second it takes, and what a frame costs.
+
+Three processes: the feeder, the node, and this one, which counts the movement codes that come
+back. Images are reliable with KEEP_ALL at both ends, so that none may be lost; one is if its code
+never comes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+import os
+from pathlib import Path
+import subprocess
+import sys
+import time
+
+from phase_traj_ros.parameters import NODE_NAME
+from phase_traj_ros.ros.live_run import lossless_overrides
+from phase_traj_ros.ros.player import LOSSLESS
+from phase_traj_ros.ros.spin import ros_context
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from report import paragraphs, table
+from std_msgs.msg import UInt8
+from std_srvs.srv import Trigger
+from timing import unpinned
+
+_RATES = (150.0, 200.0, 300.0)
+_SECONDS = 8.0
+_CAMERA_RATE = 10.0
+_CAMERA_SECONDS = 12.0
+_LEAST_RATE = 150.0
+_DISCOVERY_S, _SILENCE_S, _STOP_S = 30.0, 8.0, 10.0
+_TICK_S = 1.0 / os.sysconf('SC_CLK_TCK')
+
+INTRODUCTION = paragraphs("""
+    The node in a process of its own, fed over DDS by a second one and counted by a third: mono8,
+    376×1241, images reliable with KEEP_ALL at both ends, all on this machine. *Came back* is the
+    rate at which movement codes were received, *lost* is how many never came. The processor
+    time is that of the node's whole process, DDS and executor included, per frame. The node runs
+    as its users run it: the allocator is not pinned.
+    """)
+
+
+@dataclass(frozen=True, slots=True)
+class Run:
+    """What came of feeding the node at one rate."""
+
+    asked: float
+    """Frames per second asked of the feeder."""
+    sent: int
+    received: int
+    """Movement codes: one less than frames where none is lost."""
+    rate: float
+    """Movement codes per second."""
+    node_ms: float
+    """Processor time of the node per frame, in milliseconds."""
+
+    @property
+    def lost(self) -> int:
+        """Return how many pairs of frames gave no code."""
+        return self.sent - 1 - self.received
+
+
+class Counter(Node):
+    """Counts the movement codes of the node in the same namespace."""
+
+    def __init__(self) -> None:
+        super().__init__('counter')
+        self.times: list[float] = []
+        self._executor = SingleThreadedExecutor()
+        self._executor.add_node(self)
+        self.create_subscription(UInt8, f'{NODE_NAME}/movement', self._count, LOSSLESS)
+        # Made after the subscription: the node can answer only whom it knows, and it learns of
+        # both in this order.
+        self._reset = self.create_client(Trigger, f'{NODE_NAME}/reset')
+
+    def connect(self) -> None:
+        """Return when the node certainly knows this subscription."""
+        if not self._reset.wait_for_service(_DISCOVERY_S):
+            raise TimeoutError('the node does not start')
+        answer = self._reset.call_async(Trigger.Request())
+        self._executor.spin_until_future_complete(answer, _DISCOVERY_S)
+        if not answer.done():
+            raise TimeoutError('the node does not answer')
+
+    def wait_for(self, count: int) -> None:
+        """Return when that many codes have come in all, or none for some time."""
+        seen, quiet_since = -1, 0.0
+        while len(self.times) < count:
+            if len(self.times) != seen:
+                seen, quiet_since = len(self.times), time.monotonic()
+            elif time.monotonic() > quiet_since + _SILENCE_S:
+                return
+            self._executor.spin_once(timeout_sec=0.1)
+
+    def destroy_node(self) -> None:
+        """Take down what was made."""
+        self._executor.shutdown()
+        super().destroy_node()
+
+    def _count(self, _: UInt8) -> None:
+        self.times.append(time.monotonic())
+
+
+def processor_time(pid: int) -> float:
+    """Return the seconds of processor time that a process has used, all threads included."""
+    fields = Path(f'/proc/{pid}/stat').read_text().rpartition(')')[2].split()
+    return (int(fields[11]) + int(fields[12])) * _TICK_S
+
+
+@contextmanager
+def process(*arguments: str) -> Iterator[subprocess.Popen[bytes]]:
+    """Run Python in a process of its own, which does not outlive the block."""
+    running = subprocess.Popen(
+        [sys.executable, *arguments], env=unpinned(), stdin=subprocess.DEVNULL,
+        stdout=subprocess.DEVNULL)
+    try:
+        yield running
+    finally:
+        running.terminate()
+        try:
+            running.wait(_STOP_S)
+        except subprocess.TimeoutExpired:
+            running.kill()
+            running.wait()
+
+
+def feed(rate: float, seconds: float) -> Run:
+    """Feed a node at ``rate`` frames per second for about ``seconds``; return what came of it."""
+    namespace = f'/phase_traj_bench_{os.getpid()}'
+    within = ['--ros-args', '-r', f'__ns:={namespace}']
+    count = round(rate * seconds)
+    warm_up = count // 5
+    feeder = str(Path(__file__).with_name('node_feeder.py'))
+    with (ros_context(within),
+          process('-m', 'phase_traj_ros.ros.main', *within, '--log-level', 'warn',
+                  *lossless_overrides(f'{namespace}/image')) as node):
+        counter = Counter()
+        try:
+            counter.connect()
+            with process(feeder, str(rate), str(count), *within):
+                counter.wait_for(warm_up)
+                began = processor_time(node.pid)
+                counter.wait_for(count - 1)
+                used = processor_time(node.pid) - began
+                times = counter.times
+        finally:
+            counter.destroy_node()
+    timed = len(times) - warm_up
+    return Run(
+        rate, count, len(times), timed / (times[-1] - times[warm_up - 1]), 1e3 * used / timed)
+
+
+def measure() -> list[Run]:
+    """Return what came of a camera's rate, and of higher ones."""
+    # Other robots on the network have nothing to do with this.
+    os.environ.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
+    return [feed(_CAMERA_RATE, _CAMERA_SECONDS), *(feed(rate, _SECONDS) for rate in _RATES)]
+
+
+def section(runs: list[Run]) -> str:
+    """Return the results as Markdown."""
+    rows = [(f'{run.asked:g}', run.sent, f'{run.rate:.0f}', run.lost, f'{run.node_ms:.1f}')
+            for run in runs]
+    lossless = [run.rate for run in runs if run.lost == 0]
+    best = max(lossless, default=0.0)
+    met = 'met' if best >= 0.99 * _LEAST_RATE else '**not met**'
+    header = ('frames/s asked', 'sent', 'came back, /s', 'lost', 'node, ms of processor per frame')
+    return (f'## The node\n\n{INTRODUCTION}\n\n{table(header, rows)}\n\n'
+            f'{best:.0f} frames/s without a loss; the aim of {_LEAST_RATE:g} is {met}.')
+
+
+if __name__ == '__main__':
+    print(section(measure()))
