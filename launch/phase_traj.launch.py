@@ -10,6 +10,7 @@ For example::
 
 from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument
+from launch.conditions import IfCondition
 from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
 from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
@@ -30,18 +31,31 @@ def generate_launch_description():
             'namespace', default_value='', description='Namespace of the node.'),
         DeclareLaunchArgument(
             'use_sim_time', default_value='false', description='Take the time from /clock.'),
+        DeclareLaunchArgument(
+            'rviz', default_value='false', description='Show image, path and pose in RViz.'),
     ]
+    sim_time = {'use_sim_time': ParameterValue(
+        LaunchConfiguration('use_sim_time'), value_type=bool)}
     node = Node(
         package='phase_traj_ros',
         executable='phase_traj_node',
         name='phase_traj',
         namespace=LaunchConfiguration('namespace'),
-        parameters=[
-            LaunchConfiguration('params_file'),
-            {'use_sim_time': ParameterValue(
-                LaunchConfiguration('use_sim_time'), value_type=bool)},
-        ],
+        parameters=[LaunchConfiguration('params_file'), sim_time],
         remappings=[('image', LaunchConfiguration('image'))],
         output='screen',
     )
-    return LaunchDescription([*arguments, node])
+    rviz = Node(
+        package='rviz2',
+        executable='rviz2',
+        name='rviz2',
+        arguments=['-d', PathJoinSubstitution(
+            [FindPackageShare('phase_traj_ros'), 'config', 'phase_traj.rviz'])],
+        parameters=[sim_time],
+        # The file names the topics of a node without namespace.
+        remappings=[
+            (f'/phase_traj/{topic}', [LaunchConfiguration('namespace'), f'/phase_traj/{topic}'])
+            for topic in ('debug_image', 'path', 'pose')],
+        condition=IfCondition(LaunchConfiguration('rviz')),
+    )
+    return LaunchDescription([*arguments, node, rviz])

@@ -6,6 +6,7 @@ from pathlib import Path
 import re
 
 from live import Live
+from phase_traj_ros.core import PairStatus
 from phase_traj_ros.parameters import specs
 import pytest
 
@@ -38,7 +39,8 @@ def of_node(names_and_types):
 
 
 def test_published_topics(node):
-    documented = {row[0]: row[1] for row in table('topics.md', '## Published', 4)}
+    documented = {
+        row[0].removeprefix('/'): row[1] for row in table('topics.md', '## Published', 4)}
     published = of_node(node.node.get_publisher_names_and_types_by_node('phase_traj', '/'))
     for name in ('rosout', 'parameter_events'):
         del published[name]
@@ -78,3 +80,8 @@ def test_parameters(node):
             ranges = [*descriptor.floating_point_range, *descriptor.integer_range]
             limits = [float(limit) for limit in allowed.split(' to ')]
             assert [ranges[0].from_value, ranges[0].to_value] == limits
+
+
+def test_statuses():
+    documented = [row[0] for row in table('topics.md', '## Statuses', 3)]
+    assert documented == [status.value for status in PairStatus]
