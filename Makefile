@@ -45,7 +45,7 @@ colcon:  ## Build, install and test with colcon in a clean workspace
 	@.venv-colcon/bin/python tools/check_install.py
 
 bench:  ## Measure speed and accuracy against peers
-	@$(environment) .venv --extras ros,offline
+	@$(environment) .venv --extras ros,offline,bench
 	@.venv/bin/python benchmarks/run.py
 
 pins:  ## Renew tools/constraints.txt (needs Python 3.10, 3.11, 3.12 and 3.13)

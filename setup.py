@@ -32,6 +32,7 @@ EXTRAS = {
         'mcap',
         'mcap-ros2-support',
     ],
+    'bench': ['scikit-image'],
     # The flake8 of Ubuntu 24.04, with the plugins that ament_flake8 of Jazzy asks for.
     'lint': [
         'ruff==0.17.*',

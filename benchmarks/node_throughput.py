@@ -4,7 +4,8 @@
 The real node, fed over real DDS: how many frames per second it takes, and what a frame costs.
 
 Three processes: the feeder, the node, and this one, which counts the movement codes that come
-back. Images are reliable with KEEP_ALL at both ends, so that none may be lost; one is if its code never comes.
+back. Images are reliable with KEEP_ALL at both ends, so that none may be lost; a frame whose code
+never comes counts as lost.
 """
 
 from __future__ import annotations

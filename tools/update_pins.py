@@ -17,7 +17,7 @@ import tempfile
 
 from setup_env import child_environment, find_for_wheels, PACKAGE, ROOT, SetupError, WHEEL_PYTHONS
 
-EXTRAS = 'ros,offline,test,lint,colcon'
+EXTRAS = 'ros,offline,test,bench,lint,colcon'
 # Part of the environment rather than of what is tested; the extras limit it where it matters.
 NOT_PINNED = ('pip', 'setuptools', 'wheel', PACKAGE.replace('_', '-'))
 HEADER = """\

@@ -300,3 +300,33 @@ def test_lost_images_are_counted_and_the_newest_are_handled(live, run):
     live.until(lambda: node['shift'][-1].header.stamp.sec > START // SECOND + 290)
     # Nothing waits in line for longer than the five images before it take.
     assert float(images['p99 (ms)']) < 2000
+
+
+def random_image(rng, stamp_ns):
+    """Return an image message whose fields need not have anything to do with each other."""
+    height, width, step = (int(rng.choice([0, 1, 7, 96, 160, 320, 2**32 - 1])) for _ in range(3))
+    encoding = str(rng.choice([
+        'mono8', 'mono16', 'rgb8', 'bgra8', 'bayer_rggb8', 'yuv422', 'yuv422_yuy2', '8UC1', '',
+        'MONO8', 'h264', 'x' * 300]))
+    data = rng.integers(0, 256, int(rng.choice([0, 1, 159, 15360, 46080]))).astype(np.uint8)
+    message = image(
+        data.tobytes(), 0, encoding, shape=(height, width), step=step,
+        is_bigendian=bool(rng.integers(2)))
+    message.header.stamp = to_time(int(rng.choice([0, 1, stamp_ns, 2**31 * SECOND - 1])))
+    return message
+
+
+def test_random_images_never_stop_the_node(live, run):
+    rng = np.random.default_rng(4)
+    node = run()
+    for index in range(400):
+        node['camera'].publish(random_image(rng, START + index))
+    for index, frame in enumerate(rolled([0, 0, 30])):
+        node['camera'].publish(image(frame, START + index * SECOND))
+    live.until(
+        lambda: len(node['shift']) >= 2
+        and node['shift'][-1].header.stamp == to_time(START + 2 * SECOND),
+        process=node['process'])
+    assert node['shift'][-1].vector.x == pytest.approx(30, abs=0.2)
+    assert 'Traceback' not in live.logs()
+    assert stop(node['process']) == 0
