@@ -17,7 +17,7 @@ environment = $(or $(boot),$(error No Python found: install Python 3.10 to 3.13 
 unexport _ROS_WHEELS_BOOTSTRAP_COMPLETE
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-noble lint colcon bench pins clean
+.PHONY: help demo test test-noble lint colcon bench robustness pins clean
 
 help:  ## Show this list
 	@sed -n 's/^\([a-z-]*\):.*## /\1 /p' $(MAKEFILE_LIST) \
@@ -44,9 +44,13 @@ colcon:  ## Build, install and test with colcon in a clean workspace
 	@$(environment) .venv-colcon --extras ros,offline,test,colcon --without-package
 	@.venv-colcon/bin/python tools/check_install.py
 
-bench:  ## Measure speed and accuracy against peers
+bench:  ## Measure speed against peers, side by side; writes docs/benchmarks.md
 	@$(environment) .venv --extras ros,offline,bench
 	@.venv/bin/python benchmarks/run.py
+
+robustness:  ## Measure robustness to noise against peers; writes docs/robustness.md
+	@$(environment) .venv --extras ros,offline,bench
+	@.venv/bin/python benchmarks/robustness.py
 
 pins:  ## Renew tools/constraints.txt (needs Python 3.10, 3.11, 3.12 and 3.13)
 	@$(boot) tools/update_pins.py

@@ -20,8 +20,8 @@ import tracemalloc
 
 from clips import Clip, rendered_clip
 import cv2
-from phase_traj_ros.synthetic import KITTI_CAMERA
 from peers import OpenCv, Ours, Peer
+from phase_traj_ros.synthetic import KITTI_CAMERA
 from report import paragraphs, table
 from timing import prepare, unpinned
 
@@ -35,11 +35,11 @@ PEERS = {'step': Ours, 'cv2.phaseCorrelate': OpenCv}
 
 INTRODUCTION = paragraphs("""
     After the first frames a step allocates nothing of a frame's size (376×1241 are 466,616
-    bytes; what is left are conversion buffers of numpy, the same for all sizes). *Peak* is the most that
-    Python and numpy held at any time during a step beyond what they held before it; *paged in*
-    is what the kernel gave the process per step with a malloc that returns every large buffer,
-    and so shows those inside of OpenCV, too; *growth* is how much larger the process was after
-    2000 steps.
+    bytes; what is left are conversion buffers of numpy, the same for all sizes). *Peak* is the
+    most that Python and numpy held at any time during a step beyond what they held before it;
+    *paged in* is what the kernel gave the process per step with a malloc that returns every
+    large buffer, and so shows those inside of OpenCV, too; *growth* is how much larger the
+    process was after 2000 steps.
     """)
 
 

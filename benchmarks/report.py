@@ -32,10 +32,12 @@ def table(header: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
 
 
 def paragraphs(text: str) -> str:
-    """Return text wrapped to the width of the docs, one block per paragraph."""
-    blocks = textwrap.dedent(text).strip().split('\n\n')
-    return '\n\n'.join(textwrap.fill(' '.join(block.split()), 99, break_on_hyphens=False)
-                       for block in blocks)
+    """Return text wrapped to the width of the docs, one block per paragraph or list item."""
+    blocks = (' '.join(block.split()) for block in text.split('\n\n'))
+    return '\n\n'.join(
+        textwrap.fill(block, 99, break_on_hyphens=False,
+                      subsequent_indent='  ' if block.startswith('- ') else '')
+        for block in blocks)
 
 
 def verdict(value: float, limit: float | None) -> str:

@@ -13,9 +13,9 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
+from clips import Clip, usual_clips
 import cv2
 import numpy as np
-from clips import Clip, usual_clips
 from peers import BareTransforms, Klt, OpenCv, Orb, Ours, Peer, ScikitImage
 from report import disturbance, paragraphs, table, verdict
 from timing import busyness, prepare, Quartiles, ratios, take_turns, Timed
@@ -30,8 +30,9 @@ INTRODUCTION = paragraphs("""
     A step of the correlator is everything from a grey frame of bytes to the shift to a fraction
     of a pixel: conversion, window, transforms, whitening, peak. One thread. Each row is a duel:
     both take turns frame by frame in one process, swapping places every time. The times are
-    medians of processor time, the ratio is that of the medians, with the quartiles of the ratio from frame to frame
-    behind it, and *differ* is the median difference of the two answers: tenths of a pixel, as
+    medians of processor time, the ratio is that of the medians, with the quartiles of the ratio
+    from frame to frame behind it, and *differ* is the median difference of the two answers:
+    tenths of a pixel, as
     the others are rounded to pixels, or blunter, or measure the rotation alone.
 
     `cv2.phaseCorrelate` gets its own window and float32 frames, each converted once. scikit-image

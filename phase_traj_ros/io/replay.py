@@ -2,8 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Offline replay: all frames of a source through the same estimator as the live node's."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from typing import Protocol
 
 from phase_traj_ros.core import (
     Counters,
@@ -45,9 +46,22 @@ class Replay:
         return [update.step.direction for update in self.updates if update.step.appended]
 
 
-def replay(frames: Iterable[Frame], parameters: Parameters, *, source: str) -> Replay:
+class Watcher(Protocol):
+    """Sees each frame of a replay and what it adds, as it goes; frames are not to be changed."""
+
+    def start(self, frame: Frame, estimator: TrajectoryEstimator) -> None:
+        """Begin with the first frame, or anew with the one whose stamp went back."""
+
+    def add(self, frame: Frame, update: Update, estimator: TrajectoryEstimator) -> None:
+        """Take what a pair adds; ``frame`` is the second of the pair."""
+
+
+def replay(
+    frames: Iterable[Frame], parameters: Parameters, *, source: str,
+    watchers: Sequence[Watcher] = (),
+) -> Replay:
     """
-    Put all frames through an estimator.
+    Put all frames through an estimator, under the eyes of ``watchers``.
 
     Raises
     ------
@@ -65,8 +79,12 @@ def replay(frames: Iterable[Frame], parameters: Parameters, *, source: str) -> R
         if estimator.frames == 1:
             updates.clear()
             first_stamp_ns = frame.stamp_ns
+            for watcher in watchers:
+                watcher.start(frame, estimator)
         elif update is not None:
             updates.append(update)
+            for watcher in watchers:
+                watcher.add(frame, update, estimator)
     if not updates:
         raise SourceError(
             f'{source}: {estimator.frames} frame{"" if estimator.frames == 1 else "s"}'

@@ -5,7 +5,8 @@
 import time
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
-from phase_traj_ros.core import Counters, TrajectoryEstimator
+from phase_traj_ros.core import TrajectoryEstimator
+from phase_traj_ros.io.measurement_report import MeasurementReporter
 from phase_traj_ros.ros.health import Health, Stage
 from phase_traj_ros.ros.image_input import ImageInput
 from rclpy.clock import Clock, ClockType
@@ -14,8 +15,6 @@ from rclpy.qos import qos_check_compatible, QoSCompatibility
 
 _PERIOD_S = 1.0
 _SILENCE_NS = 5 * 10**9
-# Below this share of measured pairs, since the last report, something is wrong with the view.
-_MEASURED_SHARE = 0.5
 
 
 class Diagnostics:
@@ -39,7 +38,7 @@ class Diagnostics:
         self._since_ns = time.monotonic_ns()
         self._warned = False
         self._reported = (0, 0)
-        self._counted = Counters()
+        self._measured = MeasurementReporter()
         # By a steady clock: it has to go on when simulated time stands still.
         node.create_timer(_PERIOD_S, self._report, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
@@ -112,24 +111,9 @@ class Diagnostics:
         return self._status('images', level, message, values)
 
     def _measurement(self) -> DiagnosticStatus:
-        counters = self._estimator.counters
-        pairs = counters.frames - self._counted.frames
-        unusable = sum(
-            getattr(counters, name) - getattr(self._counted, name)
-            for name in ('unmeasured', 'gaps', 'reprimed'))
-        self._counted = counters.copy()
-        if pairs and unusable > (1 - _MEASURED_SHARE) * pairs:
-            level, message = DiagnosticStatus.WARN, f'{unusable} of {pairs} pairs not measured'
-        elif pairs:
-            level, message = DiagnosticStatus.OK, 'measuring'
-        else:
-            level, message = DiagnosticStatus.OK, 'nothing to measure'
-        values = {
-            'frames': counters.frames,
-            'response (median)': f'{self._health.response():.3f}',
-            **{name: value for name, value in counters.as_dict().items() if name != 'frames'},
-        }
-        return self._status('measurement', level, message, values)
+        report = self._measured.report(self._estimator.counters, self._health.response())
+        return self._status(
+            'measurement', bytes([report.level]), report.message, dict(report.values))
 
     def _status(
         self, name: str, level: bytes, message: str, values: dict[str, object],

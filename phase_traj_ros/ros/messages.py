@@ -1,44 +1,35 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""From the estimator's values to ROS messages; pure functions."""
+"""The node's messages, made of the classes of ROS."""
 
-import math
+from types import MappingProxyType
+from typing import Any
 
 from builtin_interfaces.msg import Time
 from geometry_msgs.msg import Point, Pose, PoseStamped, Quaternion, Vector3, Vector3Stamped
 from nav_msgs.msg import Path
-from phase_traj_ros.core import ChainPath, Corner, Shift, yaw
-from std_msgs.msg import Header
+from phase_traj_ros.io.messages import Messages
+from std_msgs.msg import Float32, Header, String, UInt8
 
-_NANOSECONDS = 10**9
+TYPES = MappingProxyType({
+    'builtin_interfaces/msg/Time': Time,
+    'geometry_msgs/msg/Point': Point,
+    'geometry_msgs/msg/Pose': Pose,
+    'geometry_msgs/msg/PoseStamped': PoseStamped,
+    'geometry_msgs/msg/Quaternion': Quaternion,
+    'geometry_msgs/msg/Vector3': Vector3,
+    'geometry_msgs/msg/Vector3Stamped': Vector3Stamped,
+    'nav_msgs/msg/Path': Path,
+    'std_msgs/msg/Float32': Float32,
+    'std_msgs/msg/Header': Header,
+    'std_msgs/msg/String': String,
+    'std_msgs/msg/UInt8': UInt8,
+})
+"""Classes of messages by the names of their types."""
+
+MESSAGES = Messages(TYPES)
 
 
-def to_time(stamp_ns: int) -> Time:
+def to_time(stamp_ns: int) -> Any:
     """Return a stamp given in nanoseconds as a message."""
-    seconds, nanoseconds = divmod(stamp_ns, _NANOSECONDS)
-    return Time(sec=seconds, nanosec=nanoseconds)
-
-
-def shift_message(shift: Shift | None, header: Header) -> Vector3Stamped:
-    """Return the raw shift in pixels; NaN where the two frames cannot be compared."""
-    dx, dy = (math.nan, math.nan) if shift is None else (shift.dx, shift.dy)
-    return Vector3Stamped(header=header, vector=Vector3(x=dx, y=dy, z=0.0))
-
-
-def pose_message(corner: Corner, step_length: float, header: Header) -> PoseStamped:
-    """Return a corner of the path as a pose, in steps of ``step_length`` metres."""
-    half = yaw(corner.heading) / 2
-    return PoseStamped(header=header, pose=Pose(
-        position=Point(x=corner.x * step_length, y=corner.y * step_length, z=0.0),
-        orientation=Quaternion(x=0.0, y=0.0, z=math.sin(half), w=math.cos(half)),
-    ))
-
-
-def path_message(path: ChainPath, step_length: float, header: Header) -> Path:
-    """Return the path's corner points and its tip."""
-    points = path.corners if path.tip is None else (*path.corners, path.tip)
-    return Path(header=header, poses=[
-        pose_message(
-            point, step_length, Header(stamp=to_time(point.stamp_ns), frame_id=header.frame_id))
-        for point in points
-    ])
+    return MESSAGES.time(stamp_ns)
