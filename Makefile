@@ -49,7 +49,7 @@ bench:  ## Measure speed against peers, side by side; writes docs/benchmarks.md
 	@.venv/bin/python benchmarks/run.py
 
 robustness:  ## Measure robustness to noise against peers; writes docs/robustness.md
-	@$(environment) .venv --extras ros,offline,bench
+	@$(environment) .venv --extras ros,offline
 	@.venv/bin/python benchmarks/robustness.py
 
 pins:  ## Renew tools/constraints.txt (needs Python 3.10, 3.11, 3.12 and 3.13)

@@ -103,8 +103,19 @@ def test_every_data_file_is_installed(setup_arguments):
     assert installed == expected
     assert 'phase_traj.launch.py' in {name for _, name in installed}
     assert 'paper.yaml' in {name for _, name in installed}
-    assert (ROOT / 'phase_traj_ros' / 'py.typed').is_file()
-    assert 'py.typed' in setup_arguments['package_data']['phase_traj_ros']
+
+
+def test_every_file_in_the_package_that_is_not_code_is_installed(setup_arguments):
+    folder = ROOT / 'phase_traj_ros'
+    files = {
+        path for path in folder.rglob('*')
+        if path.is_file() and path.suffix != '.py' and '__pycache__' not in path.parts}
+    installed = {
+        path for pattern in setup_arguments['package_data']['phase_traj_ros']
+        for path in folder.glob(pattern)}
+
+    assert folder / 'py.typed' in files
+    assert files <= installed
 
 
 def test_both_programs_are_installed(setup_arguments):

@@ -29,9 +29,14 @@ def add_command(commands: Any, name: str, *, summary: str, epilog: str = '') -> 
     return parser
 
 
-def add_source(parser: ArgumentParser) -> None:
-    """Add SOURCE and the options that choose frames from it."""
-    parser.add_argument('source', metavar='SOURCE', type=Path, help='where the frames come from')
+def add_source(parser: ArgumentParser, *, several: bool = False) -> None:
+    """Add SOURCE, or several of them, and the options that choose frames."""
+    if several:
+        parser.add_argument(
+            'sources', metavar='SOURCE', type=Path, nargs='+', help='where the frames come from')
+    else:
+        parser.add_argument(
+            'source', metavar='SOURCE', type=Path, help='where the frames come from')
     parser.add_argument(
         '--topic', metavar='TOPIC', help='image topic of the bag, if it has several')
     parser.add_argument(
@@ -47,12 +52,16 @@ def add_source(parser: ArgumentParser) -> None:
              ' without times.txt: default 10)')
 
 
-def source_of(options: Namespace) -> FrameSource:
-    """Open what the options of ``add_source`` choose."""
-    selection = Selection(
-        start=options.start, duration=options.duration, every=options.every)
+def selection_of(options: Namespace) -> Selection:
+    """Return which frames the options of ``add_source`` choose."""
+    return Selection(start=options.start, duration=options.duration, every=options.every)
+
+
+def source_of(options: Namespace, source: Path | None = None) -> FrameSource:
+    """Open what the options of ``add_source`` choose; ``source`` is one of several."""
     return open_source(
-        options.source, topic=options.topic, selection=selection, fps=options.fps)
+        options.source if source is None else source, topic=options.topic,
+        selection=selection_of(options), fps=options.fps)
 
 
 def add_parameters(parser: ArgumentParser) -> None:

@@ -31,3 +31,19 @@ def counter(*, total: int | None, title: str) -> Iterator[Callable[[], object]]:
                 yield bar.update
             return
     yield lambda: None
+
+
+@contextmanager
+def gauge(*, total: int, title: str) -> Iterator[Callable[[float], object]]:
+    """Show a bar on the terminal; yield what sets it to so many of ``total``, in fractions."""
+    if sys.stderr.isatty():
+        try:
+            from tqdm import tqdm
+        except ImportError:
+            pass
+        else:
+            layout = '{desc}: {percentage:3.0f}%|{bar}| {n:.1f} of {total} [{elapsed}<{remaining}]'
+            with tqdm(total=total, desc=title, bar_format=layout, leave=False) as bar:
+                yield lambda done: bar.update(done - bar.n)
+            return
+    yield lambda _: None

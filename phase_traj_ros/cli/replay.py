@@ -3,11 +3,13 @@
 """``phase_traj replay``: a recording in, codes and trajectory out."""
 
 from argparse import Namespace
-from contextlib import closing, ExitStack
+from collections.abc import Iterable, Iterator
 from pathlib import Path
+import sys
 import time
 from typing import Any
 
+from phase_traj_ros.cli.live_view import LiveView
 from phase_traj_ros.cli.options import (
     add_command,
     add_parameters,
@@ -17,53 +19,82 @@ from phase_traj_ros.cli.options import (
     source_of,
 )
 from phase_traj_ros.cli.progress import progress
+from phase_traj_ros.cli.replay_many import add_batch, replay_many
 from phase_traj_ros.cli.report import print_codes
-from phase_traj_ros.io.output import output_directory
-from phase_traj_ros.io.picture import require_matplotlib
-from phase_traj_ros.io.prefetch import prefetch
-from phase_traj_ros.io.replay import Replay, replay
-from phase_traj_ros.io.results import write_results
+from phase_traj_ros.io.replay import Replay
+from phase_traj_ros.io.replay_job import replay_source, Wanted
+from phase_traj_ros.io.source import Frame
 
 _EPILOG = f"""
 {SOURCE_HELP}
-DIR receives chain_code.json, shifts.csv (one row per pair of frames), trajectory.tum and
-trajectory.png; it is made if absent.
+DIR receives chain_code.json, shifts.csv (one row per pair of frames), trajectory.tum,
+trajectory.png and, if there are turns, turns.png; it is made if absent.
+
+Several sources are replayed in parallel processes. Each has a folder of its own in DIR, named
+after it, and DIR receives summary.csv and summary.html with a row per source. One that fails
+stops no other; the exit status is 1 then.
 """
 
 
 def add_parser(commands: Any) -> None:
     """Add the command to the parser."""
     parser = add_command(
-        commands, 'replay', summary='code a recording offline, as fast as it goes',
+        commands, 'replay', summary='code recordings offline, as fast as it goes',
         epilog=_EPILOG)
-    add_source(parser)
+    add_source(parser, several=True)
     add_parameters(parser)
     parser.add_argument(
         '--output', metavar='DIR', type=Path, help='write the results here (default: only print)')
+    parser.add_argument(
+        '--report', action='store_true',
+        help='write report.html to DIR, too: one file to look at, which needs nothing else')
+    parser.add_argument(
+        '--svg', action='store_true', help='write the pictures as SVG, too')
+    parser.add_argument(
+        '--bag-out', metavar='FILE.mcap', type=Path,
+        help='write all topics of the node to this bag, with the stamps of the images (several'
+             ' sources: a name; each writes it to its own folder)')
+    parser.add_argument(
+        '--bag-debug-images', action='store_true', help='write the debug images to it, too')
+    parser.add_argument(
+        '--animation', metavar='FILE.gif', type=Path,
+        help='draw the drive as an animated picture')
+    parser.add_argument(
+        '--live', action='store_true', help='draw codes and path in the terminal as they grow')
+    add_batch(parser)
     parser.set_defaults(run=run)
 
 
-def run(options: Namespace) -> None:
-    """Run the command."""
+def run(options: Namespace) -> int | None:
+    """Run the command; return the exit status, None for success."""
+    if len(options.sources) > 1 or options.dask is not None:
+        return replay_many(options)
     parameters = parameters_of(options)
-    with ExitStack() as stack:
-        directory = None
-        source = stack.enter_context(source_of(options))
-        if options.output is not None:
-            require_matplotlib()
-            directory = stack.enter_context(output_directory(options.output))
+    wanted = Wanted(
+        output=options.output, svg=options.svg, report=options.report, bag_out=options.bag_out,
+        bag_debug_images=options.bag_debug_images, animation=options.animation)
+    [path] = options.sources
+    title = path.name or str(path)
+    with source_of(options, path) as source:
         began = time.monotonic()
-        with closing(prefetch(source)) as frames:
-            result = replay(
-                progress(frames, total=source.frame_count, title=options.source.name),
-                parameters, source=source.description)
+        if options.live:
+            with LiveView(sys.stderr, title=title, total=source.frame_count) as view:
+                result = replay_source(
+                    source, parameters, wanted, title=title, watchers=[view])
+        else:
+            def shown(frames: Iterable[Frame]) -> Iterator[Frame]:
+                return progress(frames, total=source.frame_count, title=title)
+
+            result = replay_source(source, parameters, wanted, title=title, through=shown)
         seconds = time.monotonic() - began
-        if directory is not None:
-            write_results(result, directory)
-    _print(result, seconds, options.output)
+    _print(result, seconds)
+    for written in (options.output, options.bag_out, options.animation):
+        if written is not None:
+            print(f'written to {written}')
+    return None
 
 
-def _print(result: Replay, seconds: float, output: Path | None) -> None:
+def _print(result: Replay, seconds: float) -> None:
     print(f'{result.source}: {result.frames} frames in {seconds:.1f} s'
           f' ({result.frames / seconds:.0f} frames/s)')
     print_codes(result.codes)
@@ -75,5 +106,3 @@ def _print(result: Replay, seconds: float, output: Path | None) -> None:
             (result.counters.reprimed, 'times the size of the frames changed')):
         if count:
             print(f'warning: {count} {what}')
-    if output is not None:
-        print(f'written to {output}')

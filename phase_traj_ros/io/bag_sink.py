@@ -167,19 +167,19 @@ class BagSink:
         writer.close()
         # Of the bag's directory only the file is wanted: it is complete in itself.
         (self._directory / self._target.name).replace(self._target)
-        shutil.rmtree(self._directory)
+        shutil.rmtree(self._directory.parent)
 
     def _discard(self) -> None:
         writer, self._writer = self._writer, None
         if writer is not None:
             with suppress(OSError):
                 writer.close()
-        shutil.rmtree(self._directory, ignore_errors=True)
+        shutil.rmtree(self._directory.parent, ignore_errors=True)
 
     @property
     def _directory(self) -> Path:
         # rosbags names the file after its directory.
-        return self._target.parent / '.bag' / self._target.stem
+        return self._target.parent / f'.{self._target.name}.parts' / self._target.stem
 
     def _open(self) -> None:
         from rosbags.rosbag2 import StoragePlugin, Writer

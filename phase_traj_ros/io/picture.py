@@ -10,10 +10,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
-from phase_traj_ros.core import Axes, Direction, Movement, normalised, Shift, to_axes, vertices
+from phase_traj_ros.core import Axes, Direction, Movement, normalised, Shift, to_axes
 from phase_traj_ros.errors import MissingDependencyError
 from phase_traj_ros.io.decoding import GreyImage
+from phase_traj_ros.io.overview import Overview, overview, turn_marks, TurnMark
 from phase_traj_ros.io.replay import Replay
+from phase_traj_ros.io.thumbnails import TurnFrames
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes as Plot
@@ -23,27 +25,99 @@ _INK = '#1f2933'
 _PATH = '#0b6e99'
 _ACCENT = '#d1495b'
 _MUTED = '#9aa5b1'
+_FAINT = '#6b7682'
 _DPI = 150
+# Frames of each turn in the film strip.
+_STRIP = 4
+# Turns that get a number.
+_NUMBERED = 40
+# Dots beyond which an SVG holds them as pixels.
+_MANY = 2000
 
 
-def write_trajectory_picture(result: Replay, path: Path) -> None:
-    """Draw the paper's figure: the normalised trajectory, and both codes over time."""
-    figure = new_figure(11, 5)
-    grid = figure.add_gridspec(2, 2, width_ratios=(1, 1.6), hspace=0.12, wspace=0.22)
-    _draw_trajectory(
-        figure.add_subplot(grid[:, 0]), vertices(result.direction, axes=Axes.FIGURE))
-    seconds = [(update.stamp_ns - result.first_stamp_ns) / 1e9 for update in result.updates]
-    movement = figure.add_subplot(grid[0, 1])
-    _draw_codes(movement, seconds, result.movement, _names(Movement))
-    movement.set_title(f'movement: {len(result.movement)} codes', loc='left', fontsize=9)
-    movement.tick_params(labelbottom=False)
-    direction = figure.add_subplot(grid[1, 1], sharex=movement)
+def write_trajectory_picture(
+    result: Replay, path: Path, *, truth: NDArray[np.float64] | None = None,
+) -> None:
+    """
+    Draw the paper's figure: the normalised trajectory, and the shift and both codes over time.
+
+    The turns are numbered and shaded, and the shift stands between the lines of +T and -T.
+
+    Parameters
+    ----------
+    result
+        What is drawn.
+    path
+        The file, .png or .svg.
+    truth
+        The true trajectory, (n, 2) in any unit, REP 103 axes with the start heading along x; it
+        is drawn beneath, normalised as the other is.
+
+    """
+    shown = overview(result)
+    heights = (1.5, 1, 1) if shown.heading_deg is None else (1.5, 1, 1, 1)
+    figure = new_figure(12, 2 + 1.3 * len(heights))
+    grid = figure.add_gridspec(
+        len(heights), 2, width_ratios=(1, 1.5), height_ratios=heights)
+    _draw_trajectory(figure.add_subplot(grid[:, 0]), shown.path, shown.turns, truth)
+    shift = figure.add_subplot(grid[0, 1])
+    plots = [shift] + [
+        figure.add_subplot(grid[row, 1], sharex=shift) for row in range(1, len(heights))]
+    _draw_shift(shift, shown, result.parameters.threshold)
+    _draw_codes(plots[1], shown.seconds, result.movement, _names(Movement))
+    _title(plots[1], f'movement: {len(result.movement)} codes')
     appended = [index for index, update in enumerate(result.updates) if update.step.appended]
-    _draw_codes(
-        direction, [seconds[index] for index in appended], result.direction, _names(Direction))
-    direction.set_title(f'direction: {len(result.direction)} codes', loc='left', fontsize=9)
-    direction.set_xlabel('seconds since the first frame')
-    figure.savefig(path, dpi=_DPI, format=path.suffix[1:])
+    _draw_codes(plots[2], shown.seconds[appended], result.direction, _names(Direction))
+    _title(plots[2], f'direction: {len(result.direction)} codes')
+    if shown.heading_deg is not None:
+        plots[3].plot(shown.seconds, shown.heading_deg, color=_PATH, linewidth=1)
+        plots[3].grid(axis='y', color=_MUTED, alpha=0.3)
+        _title(plots[3], 'heading (degrees, left positive)')
+    for plot in plots:
+        _shade(plot, shown.turns)
+        plot.tick_params(labelbottom=plot is plots[-1], labelsize=8)
+    plots[-1].set_xlabel('seconds since the first frame', fontsize=9)
+    save(figure, path)
+
+
+def write_turn_picture(turns: Sequence[TurnFrames], result: Replay, path: Path) -> None:
+    """
+    Draw a film strip: a row of frames for each turn, from its first frame to its last.
+
+    Raises
+    ------
+    ValueError
+        There are no turns.
+
+    """
+    if not turns:
+        raise ValueError('there are no turns to draw')
+    marks = {mark.number: mark for mark in turn_marks(result)}
+    shape = turns[0].frames.kept[0][1].shape
+    width = 12.0
+    height = width / _STRIP * shape[0] / shape[1] + 0.32
+    figure = new_figure(width, height * len(turns) + 0.15)
+    rows = figure.subplots(len(turns), _STRIP, squeeze=False)
+    for row, turn in zip(rows, turns):
+        mark = marks[turn.number]
+        for plot in row:
+            plot.set_axis_off()
+        for plot, (number, picture) in zip(row, turn.spread(_STRIP)):
+            plot.imshow(picture, cmap='gray', vmin=0, vmax=255)
+            plot.set_title(f'frame {number}', loc='right', fontsize=7, color=_FAINT)
+        row[0].set_title(
+            f'turn {turn.number}, {mark.side.name.lower()}, {mark.start_s:.1f} s', loc='left',
+            fontsize=9)
+    save(figure, path)
+
+
+def save(figure: Figure, path: Path) -> None:
+    """Write a figure as its suffix says, the same bytes for the same figure."""
+    from matplotlib import rc_context
+    kind = path.suffix[1:] or 'png'
+    with rc_context({'svg.hashsalt': 'phase_traj'}):
+        figure.savefig(
+            path, dpi=_DPI, format=kind, metadata={'Date': None} if kind == 'svg' else None)
 
 
 def write_correlation_picture(
@@ -71,7 +145,7 @@ def write_correlation_picture(
     plots[2].set_xlabel('dx (px)')
     plots[2].set_ylabel('dy (px)')
     figure.colorbar(drawn, ax=plots[2], shrink=0.8, label='square root of r')
-    figure.savefig(path, dpi=_DPI, format=path.suffix[1:] or 'png')
+    save(figure, path)
 
 
 def require_matplotlib() -> None:
@@ -109,31 +183,88 @@ def new_figure(width: float, height: float) -> Figure:
 def write_path_picture(points: NDArray[np.float64], path: Path) -> None:
     """Draw a trajectory alone; its vertices (n, 2) are in REP 103 axes."""
     figure = new_figure(5, 5)
-    _draw_trajectory(figure.add_subplot(), to_axes(points, Axes.FIGURE))
-    figure.savefig(path, dpi=_DPI, format=path.suffix[1:])
+    _draw_trajectory(figure.add_subplot(), points)
+    save(figure, path)
 
 
-def _draw_trajectory(plot: Plot, vertices_in_figure: NDArray[np.float64]) -> None:
-    points = normalised(vertices_in_figure)
+def _draw_trajectory(
+    plot: Plot, path: NDArray[np.int64] | NDArray[np.float64], turns: Sequence[TurnMark] = (),
+    truth: NDArray[np.float64] | None = None,
+) -> None:
+    """Draw a path (n, 2) in REP 103 axes, normalised, its start heading up."""
+    points = normalised(to_axes(path.astype(np.float64), Axes.FIGURE))
+    if truth is not None:
+        true = normalised(to_axes(truth, Axes.FIGURE))
+        plot.plot(true[:, 0], true[:, 1], color=_MUTED, linewidth=4, alpha=0.6, label='truth')
     plot.plot(points[:, 0], points[:, 1], color=_PATH, linewidth=2, solid_capstyle='round')
     plot.plot(*points[0], 'o', color=_INK, label='start')
     plot.plot(*points[-1], 's', color=_ACCENT, label='end')
+    _number_turns(plot, points, turns)
     plot.set_aspect('equal', adjustable='datalim')
-    plot.set_title('trajectory, normalised, start heading up', loc='left', fontsize=9)
+    _title(plot, 'trajectory, normalised, start heading up')
     plot.grid(color=_MUTED, alpha=0.3)
+    plot.tick_params(labelsize=8)
     plot.margins(0.15)
     plot.legend(frameon=False, fontsize=8)
 
 
+def _number_turns(
+    plot: Plot, points: NDArray[np.float64], turns: Sequence[TurnMark],
+) -> None:
+    for mark in turns[::_every(turns)]:
+        # The vertex from which the first step in the new direction is drawn.
+        plot.annotate(
+            str(mark.number), points[mark.pair], fontsize=8, color='white', ha='center',
+            va='center', zorder=5,
+            bbox={'boxstyle': 'circle,pad=0.25', 'facecolor': _PATH, 'edgecolor': 'white'})
+
+
+def _draw_shift(plot: Plot, shown: Overview, threshold: float) -> None:
+    plot.axhline(0, color=_MUTED, linewidth=0.6)
+    for side, sign in ((1, '+'), (-1, '−')):
+        plot.axhline(side * threshold, color=_ACCENT, linewidth=0.9, linestyle='--')
+        plot.annotate(
+            f'{sign}T', (1.005, side * threshold), xycoords=('axes fraction', 'data'),
+            color=_ACCENT, fontsize=8, va='center')
+    plot.plot(shown.seconds, shown.dx, color=_PATH, linewidth=1)
+    plot.grid(axis='y', color=_MUTED, alpha=0.3)
+    # Room for the numbers of the turns.
+    plot.margins(y=0.16)
+    _title(plot, f'shift (px per frame, positive in a left turn), T = {threshold:g}')
+
+
+def _shade(plot: Plot, turns: Sequence[TurnMark]) -> None:
+    labelled = {mark.number for mark in turns[::_every(turns)]}
+    for mark in turns:
+        plot.axvspan(mark.start_s, mark.end_s, color=_PATH, alpha=0.10, linewidth=0)
+        if mark.number in labelled and plot.get_subplotspec().is_first_row():
+            plot.annotate(
+                str(mark.number), ((mark.start_s + mark.end_s) / 2, 0.97),
+                xycoords=('data', 'axes fraction'), ha='center', va='top', fontsize=8,
+                color=_PATH)
+
+
 def _draw_codes(
-    plot: Plot, seconds: Sequence[float], codes: Sequence[int], names: Sequence[str],
+    plot: Plot, seconds: NDArray[np.float64], codes: Sequence[int], names: Sequence[str],
 ) -> None:
     values = np.asarray(codes)
-    plot.step(seconds, values, where='post', color=_MUTED, linewidth=0.8)
-    plot.scatter(seconds, values, s=7, color=_PATH, zorder=3)
+    many = len(values) > _MANY
+    plot.step(
+        seconds, values, where='post', color=_MUTED, linewidth=0.8, rasterized=many)
+    # In an SVG every dot is an element of its own.
+    plot.scatter(seconds, values, s=7, color=_PATH, zorder=3, rasterized=many)
     plot.set_yticks(range(len(names)), names)
     plot.set_ylim(-0.4, len(names) - 0.6)
     plot.grid(axis='y', color=_MUTED, alpha=0.3)
+
+
+def _every(turns: Sequence[TurnMark]) -> int:
+    """Return the step at which turns are numbered: more numbers than that hide one another."""
+    return -(-len(turns) // _NUMBERED) or 1
+
+
+def _title(plot: Plot, text: str) -> None:
+    plot.set_title(text, loc='left', fontsize=9)
 
 
 def _names(codes: type[Movement] | type[Direction]) -> list[str]:

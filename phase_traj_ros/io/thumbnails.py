@@ -14,6 +14,7 @@ from phase_traj_ros.io.source import Frame
 Item = TypeVar('Item')
 
 _JPEG_QUALITY = 72
+_PER_TURN = 12
 
 
 class Thinned(Generic[Item]):
@@ -26,7 +27,6 @@ class Thinned(Generic[Item]):
     def __init__(self, limit: int) -> None:
         """Keep at most ``limit`` items, 2 or more."""
         self._limit = limit
-        self._offered = 0
         self.clear()
 
     def clear(self) -> None:
@@ -77,7 +77,7 @@ class Thumbnails:
     """
 
     def __init__(
-        self, *, width: int = 320, limit: int = 400, max_bytes: int = 5_500_000,
+        self, *, width: int = 448, limit: int = 400, max_bytes: int = 5_500_000,
     ) -> None:
         """Keep up to ``limit`` pictures, ``max_bytes`` in all, each at most ``width`` wide."""
         self._width = width
@@ -124,9 +124,6 @@ class TurnFrames:
         kept = self.frames.kept
         places = np.linspace(0, len(kept) - 1, min(count, len(kept))).round().astype(int)
         return tuple(kept[place] for place in places)
-
-
-_PER_TURN = 12
 
 
 class TurnWatcher:

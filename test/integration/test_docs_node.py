@@ -20,6 +20,10 @@ def node(live: Live):
     """Start the node and wait until the graph knows it."""
     live.start()
     live.describe_parameters()
+    # Answering comes before being listed: the services are announced one by one.
+    live.until(lambda: {'~/save', '~/list_parameters'} <= of_node(
+        live.node.get_service_names_and_types_by_node('phase_traj', '/')
+        if 'phase_traj' in live.node.get_node_names() else []).keys())
     return live
 
 

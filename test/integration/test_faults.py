@@ -41,6 +41,11 @@ def send(run, frames, stamps):
         run['camera'].publish(image(frame, round(START + stamp * SECOND)))
 
 
+def complete(run, pairs):
+    """Tell whether all that belongs to so many pairs has come; topics overtake each other."""
+    return all(len(run[name]) == pairs for name in ('movement', 'status', 'shift'))
+
+
 def codes(run):
     return [each.data for each in run['movement']], [each.data for each in run['status']]
 
@@ -48,7 +53,7 @@ def codes(run):
 def test_a_gap_is_no_movement_and_keeps_the_direction(live, run):
     node = run('-p', 'max_gap:=0.5')
     send(node, rolled([0, 0, 30, 60, 90, 90]), [0, 0.1, 0.2, 5.0, 5.1, 5.2])
-    live.until(lambda: len(node['status']) == 5)
+    live.until(lambda: complete(node, 5))
     assert codes(node) == ([1, 0, 3, 0, 1], ['ok', 'ok', 'gap', 'ok', 'ok'])
     assert math.isnan(node['shift'][2].vector.x)
 
@@ -56,7 +61,7 @@ def test_a_gap_is_no_movement_and_keeps_the_direction(live, run):
 def test_repeated_stamps_are_dropped(live, run):
     node = run()
     send(node, rolled([0, 0, 30, 30, 60]), [0, 0.1, 0.1, 0.1, 0.2])
-    live.until(lambda: len(node['status']) == 2)
+    live.until(lambda: complete(node, 2))
     assert codes(node)[0] == [1, 0]
     assert node['shift'][1].vector.x == pytest.approx(60, abs=0.2)
 
@@ -65,7 +70,7 @@ def test_a_dropped_frame_does_not_make_a_turn_where_the_period_is_known(live, ru
     positions, stamps = [0, 10, 20, 40, 50], [0, 0.1, 0.2, 0.4, 0.5]
     node = run('-p', 'nominal_period:=0.1')
     send(node, rolled(positions), stamps)
-    live.until(lambda: len(node['status']) == 4)
+    live.until(lambda: complete(node, 4))
     assert codes(node)[0] == [1, 1, 1, 1]
     assert node['shift'][2].vector.x == pytest.approx(20, abs=0.2)
 
@@ -73,7 +78,7 @@ def test_a_dropped_frame_does_not_make_a_turn_where_the_period_is_known(live, ru
 def test_without_a_period_a_dropped_frame_doubles_the_shift(live, run):
     node = run()
     send(node, rolled([0, 10, 20, 40, 50]), [0, 0.1, 0.2, 0.4, 0.5])
-    live.until(lambda: len(node['status']) == 4)
+    live.until(lambda: complete(node, 4))
     assert codes(node)[0] == [1, 1, 0, 1]
 
 
@@ -81,7 +86,7 @@ def test_a_camera_upside_down(live, run):
     node = run('-p', 'rotate_180:=true')
     frames = [np.ascontiguousarray(frame[::-1, ::-1]) for frame in rolled([0, 0, 30])]
     send(node, frames, [0, 0.1, 0.2])
-    live.until(lambda: len(node['status']) == 2)
+    live.until(lambda: complete(node, 2))
     assert [each.vector.x for each in node['shift']] == pytest.approx([0, 30], abs=0.1)
     assert codes(node)[0] == [1, 0]
 
@@ -94,14 +99,14 @@ def test_another_encoding_in_mid_stream(live, run):
         node['camera'].publish(image(
             np.dstack([frame] * 3) if colour else frame, START + index * SECOND,
             'bgr8' if colour else 'mono8'))
-    live.until(lambda: len(node['status']) == 4)
+    live.until(lambda: complete(node, 4))
     assert codes(node) == ([1, 3, 1, 0], ['ok', 'reprimed', 'ok', 'ok'])
 
 
 def test_what_is_correlated_can_change_while_running(live, run):
     node = run()
     send(node, rolled([0, 0]), [0, 0.1])
-    live.until(lambda: len(node['status']) == 1)
+    live.until(lambda: complete(node, 1))
     for name, value in (
             ('rows_to', 0.5), ('columns_from', 0.25), ('decimation', 2), ('window', 'hann'),
             ('threads', 0)):
@@ -109,7 +114,7 @@ def test_what_is_correlated_can_change_while_running(live, run):
     assert not live.set_parameter('rows_from', 0.5).successful
     assert not live.set_parameter('decimation', 0).successful
     send(node, rolled([0, 24]), [0.2, 0.3])
-    live.until(lambda: len(node['status']) == 3)
+    live.until(lambda: complete(node, 3))
     assert codes(node) == ([1, 3, 0], ['ok', 'reprimed', 'ok'])
     assert node['shift'][2].vector.x == pytest.approx(24, abs=0.3)
 
@@ -130,7 +135,7 @@ def test_compressed_images(live, run, extension, channels):
     for index, frame in enumerate(rolled([0, 0, 32])):
         picture = np.dstack([frame] * channels) if channels > 1 else frame
         node['camera'].publish(compressed(picture, START + index * SECOND, extension))
-    live.until(lambda: len(node['status']) == 2)
+    live.until(lambda: complete(node, 2))
     assert [each.vector.x for each in node['shift']] == pytest.approx([0, 32], abs=0.1)
 
 
@@ -150,7 +155,7 @@ def test_bad_compressed_images_are_skipped(live, run):
         node['camera'].publish(message)
     for message in good[1:]:
         node['camera'].publish(message)
-    live.until(lambda: len(node['status']) == 2, process=node['process'])
+    live.until(lambda: complete(node, 2), process=node['process'])
     assert [each.vector.x for each in node['shift']] == pytest.approx([0, 32], abs=0.1)
     assert 'skipped an image on /image/compressed' in live.logs()
     assert 'Traceback' not in live.logs()
@@ -169,7 +174,7 @@ def test_diagnostics_tell_what_happened(live, run):
     node = run('-p', 'max_gap:=1.0')
     send(node, [*rolled([0, 0, 0, 0]), np.zeros((96, 160), np.uint8)], [0, 0.1, 0.1, 5, 5.1])
     node['camera'].publish(image(b'1', START + 6 * SECOND, shape=(96, 160), step=160))
-    live.until(lambda: len(node['status']) == 3)
+    live.until(lambda: complete(node, 3))
 
     def told():
         newest = statuses(reports[-1]) if reports else {}
@@ -231,7 +236,7 @@ def test_saving_while_running(live, run, tmp_path):
     folder = tmp_path / 'kept' / 'here'
     node = run('-p', f'output_dir:={folder}', '-p', 'record_shifts:=true')
     send(node, rolled([0, 0, 30, 30, 30]), [0, 0.1, 0.2, 0.3, 0.4])
-    live.until(lambda: len(node['status']) == 4)
+    live.until(lambda: complete(node, 4))
     answer = live.call(Trigger, 'phase_traj/save', Trigger.Request())
     assert answer.success, answer.message
     written = {path.name for path in folder.iterdir()}

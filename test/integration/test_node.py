@@ -67,6 +67,12 @@ def publish(camera, frames, *, start=START, encoding='mono8', period=SECOND // 1
         camera.publish(image(frame, start + index * period, encoding))
 
 
+def complete(topics, pairs):
+    """Tell whether all that belongs to so many pairs has come; topics overtake each other."""
+    return all(
+        len(topics[name]) == pairs for name in ('movement', 'shift', 'response', 'pose'))
+
+
 def stamps(messages):
     return [
         each.header.stamp.sec * SECOND + each.header.stamp.nanosec for each in messages]
@@ -74,7 +80,7 @@ def stamps(messages):
 
 def test_every_topic(live, topics, connected):
     publish(connected[1], rolled(DRIVE))
-    live.until(lambda: len(topics['pose']) == 9 and len(topics['direction']) == 8)
+    live.until(lambda: complete(topics, 9) and len(topics['direction']) == 8)
     assert [each.data for each in topics['movement']] == MOVEMENT
     assert [each.data for each in topics['direction']] == DIRECTION
     assert [round(each.vector.x) for each in topics['shift']] == [0, 0, 30, 30, 0, 0, -40, 0, 0]
@@ -110,20 +116,20 @@ def test_who_comes_late_gets_the_chain_code_and_the_path(live, topics, connected
 
 def test_reset_starts_anew(live, topics, connected):
     publish(connected[1], rolled(DRIVE))
-    live.until(lambda: len(topics['pose']) == 9)
+    live.until(lambda: complete(topics, 9))
     answer = live.call(Trigger, 'phase_traj/reset', Trigger.Request())
     assert (answer.success, answer.message) == (True, 'started anew after 10 frames')
     live.until(lambda: topics['chain_code'][-1].data.startswith('frames 0;'))
     live.until(lambda: not topics['path'][-1].poses)
     publish(connected[1], rolled(DRIVE), start=START + 100 * SECOND)
-    live.until(lambda: len(topics['pose']) == 18)
+    live.until(lambda: complete(topics, 18))
     assert [each.data for each in topics['movement']] == MOVEMENT * 2
 
 
 def test_time_going_back_starts_anew_and_is_reported(live, topics, connected):
     publish(connected[1], rolled(DRIVE))
     publish(connected[1], rolled(DRIVE))
-    live.until(lambda: len(topics['pose']) == 18)
+    live.until(lambda: complete(topics, 18))
     assert [each.data for each in topics['movement']] == MOVEMENT * 2
     assert 'time went back by 0.900 s, from 1700000000.900 to 1700000000.000' in live.logs()
 
@@ -151,7 +157,7 @@ def test_every_encoding(live, topics, connected):
         publish(
             connected[1], frames, encoding=encoding, start=START + number * 100 * SECOND)
         sent += 4
-    live.until(lambda: len(topics['shift']) == sent - 1)
+    live.until(lambda: complete(topics, sent - 1))
     assert 'skipped' not in live.logs()
     for number, encoding in enumerate(ENCODERS):
         shifts = topics['shift'][4 * number:4 * number + 3]
@@ -167,7 +173,7 @@ def test_padded_rows_and_big_endian(live, topics, connected):
             padded.tobytes(), START + index * SECOND, 'mono16', shape=(96, 160), step=400,
             is_bigendian=True)
         connected[1].publish(message)
-    live.until(lambda: len(topics['shift']) == 3)
+    live.until(lambda: complete(topics, 3))
     assert [each.vector.x for each in topics['shift']] == pytest.approx([30, 0, -30], abs=0.1)
 
 
@@ -186,7 +192,7 @@ def test_bad_images_are_reported_and_skipped(live, topics, connected):
         camera.publish(message)
     camera.publish(image(good[1], START + SECOND))
     camera.publish(image(good[2], START + 2 * SECOND))
-    live.until(lambda: len(topics['shift']) == 2, process=process)
+    live.until(lambda: complete(topics, 2), process=process)
     assert [each.vector.x for each in topics['shift']] == pytest.approx([0, 25], abs=0.1)
     assert 1 <= live.logs().count('skipped an image on /image') <= 3
     assert 'Traceback' not in live.logs()
@@ -195,7 +201,7 @@ def test_bad_images_are_reported_and_skipped(live, topics, connected):
 def test_a_frame_of_another_size_is_no_measurement(live, topics, connected):
     publish(connected[1], rolled([0, 0]))
     publish(connected[1], rolled([0, 20], texture((64, 128))), start=START + SECOND)
-    live.until(lambda: len(topics['shift']) == 3)
+    live.until(lambda: complete(topics, 3))
     assert [each.data for each in topics['movement']] == [1, 3, 0]
     assert math.isnan(topics['shift'][1].vector.x)
     assert topics['response'][1].data == 0.0
@@ -204,14 +210,14 @@ def test_a_frame_of_another_size_is_no_measurement(live, topics, connected):
 def test_a_camera_without_stamps_still_makes_pairs(live, topics, connected):
     for frame in rolled([0, 0, 0, 30, 30]):
         connected[1].publish(image(frame, 0))
-    live.until(lambda: len(topics['movement']) == 4)
+    live.until(lambda: complete(topics, 4))
     assert [each.data for each in topics['movement']] == [1, 1, 0, 1]
 
 
 def test_parameters_change_live_or_are_refused_with_a_reason(live, topics, connected):
     camera = connected[1]
     publish(camera, rolled([0, 0, 30]))
-    live.until(lambda: len(topics['movement']) == 2)
+    live.until(lambda: complete(topics, 2))
     assert live.set_parameter('threshold', 40.0).successful
     assert live.set_parameter('frame_id', 'map').successful
     assert live.set_parameter('step_length', 0.5).successful
@@ -224,7 +230,7 @@ def test_parameters_change_live_or_are_refused_with_a_reason(live, topics, conne
         assert not result.successful, (name, value)
         assert reason in result.reason
     publish(camera, rolled([0, 0]), start=START + SECOND)
-    live.until(lambda: len(topics['pose']) == 4)
+    live.until(lambda: complete(topics, 4))
     assert [each.data for each in topics['movement']] == [1, 0, 1, 1]
     assert topics['pose'][-1].header.frame_id == 'map'
     assert topics['pose'][-1].pose.position.x == 0.5

@@ -1,0 +1,142 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What a replay finds, drawn in the terminal while it goes on."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+import shutil
+import time
+from typing import TextIO
+
+from phase_traj_ros.core import Corner, Movement, TrajectoryEstimator, Update
+from phase_traj_ros.io.messages import path_points
+from phase_traj_ros.io.path_text import path_lines
+from phase_traj_ros.io.source import Frame
+
+_PERIOD_S = 0.1
+_PATH_ROWS = 14
+_PATH_COLUMNS = 72
+_BAR = 24
+_KEPT_CORNERS = 100_000
+_HIDE_CURSOR, _SHOW_CURSOR = '\x1b[?25l', '\x1b[?25h'
+
+
+class LiveView:
+    """
+    Watches a replay: progress, codes, response, and the path as it grows.
+
+    On a terminal the view stays where it is and is redrawn ten times a second. Elsewhere (a
+    file, a pipe) there is a line for each turn, and the path at the end. A context manager.
+    """
+
+    def __init__(
+        self, stream: TextIO, *, title: str, total: int | None,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        """
+        Show the view on ``stream``.
+
+        Parameters
+        ----------
+        stream
+            Where to write.
+        title
+            What is replayed.
+        total
+            Frames to expect, if known.
+        clock
+            Seconds that go on steadily.
+
+        """
+        self._stream = stream
+        # A name of a file may hold anything, and a terminal obeys control characters.
+        self._title = ''.join(sign if sign.isprintable() else '?' for sign in title)
+        self._total = total
+        self._clock = clock
+        self._terminal = stream.isatty()
+        self._braille = (stream.encoding or '').lower().replace('-', '').startswith('utf8')
+        self._began = clock()
+        self._due = self._began
+        self._lines = 0
+        self._newest: tuple[Update, TrajectoryEstimator] | None = None
+
+    def __enter__(self) -> LiveView:
+        if self._terminal:
+            self._stream.write(_HIDE_CURSOR)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._newest is not None:
+            if self._terminal:
+                self._draw(*self._newest)
+            else:
+                self._write_path(self._newest[1])
+        if self._terminal:
+            self._stream.write(_SHOW_CURSOR)
+        self._stream.flush()
+
+    def start(self, frame: Frame, estimator: TrajectoryEstimator) -> None:
+        """Begin with the first frame."""
+
+    def add(self, frame: Frame, update: Update, estimator: TrajectoryEstimator) -> None:
+        """Take what a pair adds."""
+        self._newest = update, estimator
+        if not self._terminal:
+            if update.step.movement in (Movement.LEFT, Movement.RIGHT):
+                self._stream.write(f'{self._title}: {_state(update)}, {_measured(update)}\n')
+                self._stream.flush()
+        elif self._clock() >= self._due:
+            self._draw(update, estimator)
+            self._due = self._clock() + _PERIOD_S
+
+    def _draw(self, update: Update, estimator: TrajectoryEstimator) -> None:
+        columns, rows = shutil.get_terminal_size()
+        lines = [self._progress(estimator.counters.frames), _state(update), _measured(update)]
+        # The view must never be higher than the terminal: it could not be drawn over.
+        room = min(_PATH_ROWS, rows - len(lines) - 2)
+        if room > 0:
+            lines += path_lines(
+                _corners(estimator), columns=min(_PATH_COLUMNS, columns - 1), rows=room,
+                braille=self._braille)
+        back = f'\x1b[{self._lines}F' if self._lines else ''
+        text = '\n'.join(line[:columns - 1] for line in lines)
+        self._stream.write(f'{back}\x1b[J{text}\n')
+        self._stream.flush()
+        self._lines = len(lines)
+
+    def _progress(self, frames: int) -> str:
+        rate = frames / max(self._clock() - self._began, 1e-9)
+        if not self._total:
+            return f'{self._title}  {frames} frames, {rate:.0f} frames/s'
+        done = min(frames / self._total, 1.0)
+        bar = '#' * round(done * _BAR)
+        return (
+            f'{self._title}  [{bar:<{_BAR}}] {100 * done:.0f} %, {frames} of {self._total}'
+            f' frames, {rate:.0f} frames/s')
+
+    def _write_path(self, estimator: TrajectoryEstimator) -> None:
+        lines = path_lines(
+            _corners(estimator), columns=_PATH_COLUMNS, rows=_PATH_ROWS, braille=self._braille)
+        self._stream.write(''.join(f'{line}\n' for line in lines if line))
+
+
+def _corners(estimator: TrajectoryEstimator) -> tuple[Corner, ...]:
+    return path_points(estimator.path, _KEPT_CORNERS)
+
+
+def _state(update: Update) -> str:
+    movement, direction = update.step.movement, update.step.direction
+    return (
+        f'pair {update.pair}  movement {int(movement)} {_word(movement.name)}'
+        f'  direction {int(direction)} {_word(direction.name)}  {update.status.value}')
+
+
+def _measured(update: Update) -> str:
+    if update.shift is None:
+        return 'no shift'
+    return f'shift {update.shift.dx:+.1f} px  response {update.shift.response:.3f}'
+
+
+def _word(name: str) -> str:
+    return name.lower().replace('_', ' ')

@@ -1,0 +1,111 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""``phase_traj replay A B C``: many recordings, in parallel."""
+
+from argparse import ArgumentParser, Namespace
+from collections.abc import Callable, Iterator
+from contextlib import closing
+import os
+from pathlib import Path
+
+from phase_traj_ros.cli.options import parameters_of, selection_of
+from phase_traj_ros.cli.progress import gauge
+from phase_traj_ros.errors import OutputError, ParameterError
+from phase_traj_ros.io.batch import (
+    failure, folder_names, Job, Outcome, remove_leftovers, Status)
+from phase_traj_ros.io.batch_summary import CSV_NAME, HTML_NAME, write_summary
+from phase_traj_ros.io.dask_cluster import run_on_dask
+from phase_traj_ros.io.parallel import run_parallel
+from phase_traj_ros.io.picture import require_matplotlib
+
+EXIT_SOME_FAILED = 1
+
+
+def add_batch(parser: ArgumentParser) -> None:
+    """Add the options that are about several sources."""
+    parser.add_argument(
+        '--jobs', metavar='N', type=int,
+        help='replay N of several sources at a time (default: one per processor)')
+    parser.add_argument(
+        '--dask', metavar='ADDRESS',
+        help='replay on the Dask cluster with this scheduler, such as tcp://host:8786; its'
+             ' machines have to share the sources and DIR')
+
+
+def replay_many(options: Namespace) -> int | None:
+    """Replay all sources; return the exit status, None for success."""
+    jobs = _jobs(options)
+    workers = len(os.sched_getaffinity(0)) if options.jobs is None else options.jobs
+    if workers < 1:
+        raise ParameterError(f'--jobs is {workers}: give 1 or more')
+    _make(options.output)
+    outcomes: dict[str, Outcome] = {}
+    try:
+        with gauge(total=len(jobs), title='sources') as on_progress:
+            with closing(_run(jobs, options.dask, workers, on_progress)) as done:
+                for outcome in done:
+                    outcomes[outcome.folder] = outcome
+    finally:
+        # Also after an interruption: what is done is done, and the table says what is not.
+        remove_leftovers(jobs)
+        rows = [
+            outcomes.get(job.folder) or failure(job, 'not done', status=Status.INTERRUPTED)
+            for job in jobs]
+        write_summary(rows, options.output)
+    for row in rows:
+        print(_line(row))
+    print(f'written to {options.output}, see {HTML_NAME} or {CSV_NAME}')
+    return None if all(row.status is Status.OK for row in rows) else EXIT_SOME_FAILED
+
+
+def _jobs(options: Namespace) -> list[Job]:
+    """Return a job per source."""
+    if options.output is None:
+        raise ParameterError('several sources need --output DIR, for a folder each')
+    for name in ('live', 'animation'):
+        if getattr(options, name):
+            raise ParameterError(f'--{name} takes one source, and not --dask')
+    bag: Path | None = options.bag_out
+    if bag is not None and bag.name != str(bag):
+        raise ParameterError(
+            f'--bag-out is {bag}: with several sources it takes a name without a folder, and'
+            ' each source writes it to its own folder')
+    require_matplotlib()
+    parameters, selection = parameters_of(options), selection_of(options)
+    root: Path = options.output
+    sources: list[Path] = options.sources
+    if options.dask is not None:
+        # The workers stand in folders of their own.
+        root, sources = root.absolute(), [source.absolute() for source in sources]
+    jobs = [
+        Job(source=source, root=root, folder=folder, parameters=parameters, topic=options.topic,
+            selection=selection, fps=options.fps, svg=options.svg, report=options.report,
+            bag_name=None if bag is None else bag.name,
+            bag_debug_images=options.bag_debug_images)
+        for source, folder in zip(sources, folder_names(sources, taken=(CSV_NAME, HTML_NAME)))]
+    # What does not go together is told before the work.
+    _ = jobs[0].wanted
+    return jobs
+
+
+def _make(directory: Path) -> None:
+    try:
+        directory.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise OutputError(
+            f'cannot write to {directory}: {error.strerror}: choose another --output') from None
+
+
+def _run(
+    jobs: list[Job], cluster: str | None, workers: int, on_progress: Callable[[float], object],
+) -> Iterator[Outcome]:
+    if cluster is not None:
+        return run_on_dask(jobs, cluster, on_progress=on_progress)
+    return run_parallel(jobs, workers=workers, on_progress=on_progress)
+
+
+def _line(outcome: Outcome) -> str:
+    if outcome.status is not Status.OK:
+        return f'{outcome.source}: {outcome.status.value}: {outcome.error}'
+    return (f'{outcome.source}: {outcome.frames} frames, {outcome.turns} turns,'
+            f' {outcome.seconds:.1f} s')

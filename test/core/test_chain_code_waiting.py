@@ -1,0 +1,201 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The state machine where it waits: turns to be confirmed and to be released."""
+
+from itertools import groupby
+
+from hypothesis import given
+from hypothesis import strategies as st
+from phase_traj_ros.core import Direction, DynamicChainCode, Movement
+import pytest
+
+L, F, R, N = Movement
+T = 16.0
+SKIP, END = 'skip', 'end'
+
+SHIFT = st.sampled_from([-2 * T, -T, 0.0, T - 1e-9, T, 2 * T]) | st.floats(-100, 100)
+PAIR = SHIFT | st.sampled_from([SKIP, END])
+PAIRS = st.lists(PAIR, max_size=60)
+FRAMES = st.integers(1, 6)
+
+
+def feed(codes, pairs):
+    return [
+        codes.skip(end_turn=each is END) if each in (SKIP, END) else codes.update(each)
+        for each in pairs]
+
+
+def run(pairs, *, confirm=1, release=1):
+    codes = DynamicChainCode(T, confirm_frames=confirm, release_frames=release)
+    return codes, feed(codes, pairs)
+
+
+def movements(pairs, **options):
+    return [step.movement for step in run(pairs, **options)[1]]
+
+
+def turns(steps):
+    return [step.movement for step in steps if step.movement in (L, R)]
+
+
+def papers_movements(pairs):
+    """Say what the paper's state machine says, in other words than the package's."""
+    said, before, first = [], 'forward', True
+    for each in pairs:
+        if each in (SKIP, END):
+            said.append(N)
+            before = 'forward' if each is END else before
+            continue
+        now = 'left' if each >= T else 'right' if each <= -T else 'forward'
+        if first:
+            now = 'forward'
+        said.append(
+            F if now == 'forward' else N if now == before else {'left': L, 'right': R}[now])
+        before, first = now, False
+    return said
+
+
+@given(PAIRS)
+def test_with_one_and_one_it_is_the_papers(pairs):
+    assert movements(pairs) == papers_movements(pairs)
+
+
+@given(PAIRS, FRAMES, FRAMES)
+def test_lengths_and_heading_always_add_up(pairs, confirm, release):
+    codes, steps = run(pairs, confirm=confirm, release=release)
+    assert list(codes.movement) == [step.movement for step in steps]
+    assert len(codes.movement) == len(pairs)
+    assert len(codes.direction) == len(pairs) - codes.movement.totals.get(N, 0)
+    assert list(codes.direction) == [step.direction for step in steps if step.appended]
+    assert codes.heading == (1 + sum(turn - 1 for turn in turns(steps))) % 4
+
+
+@given(PAIRS, FRAMES, FRAMES)
+def test_waiting_never_adds_a_turn(pairs, confirm, release):
+    waited = run(pairs, confirm=confirm, release=release)[1]
+    assert len(turns(waited)) <= len(turns(run(pairs)[1]))
+
+
+@given(PAIRS, FRAMES, FRAMES)
+def test_mirrored_shifts_give_mirrored_codes(pairs, confirm, release):
+    mirrored = [each if each in (SKIP, END) else -each for each in pairs]
+    assert movements(mirrored, confirm=confirm, release=release) == [
+        {L: R, R: L}.get(each, each)
+        for each in movements(pairs, confirm=confirm, release=release)]
+
+
+@given(st.lists(SHIFT, min_size=1, max_size=40), st.lists(st.booleans(), max_size=40),
+       FRAMES, FRAMES)
+def test_skipped_pairs_do_not_change_what_the_others_say(pairs, skips, confirm, release):
+    skips += [False] * (len(pairs) - len(skips))
+    mixed = [each for pair, skip in zip(pairs, skips) for each in ([SKIP] * skip + [pair])]
+    said = movements(mixed, confirm=confirm, release=release)
+    assert [code for code, pair in zip(said, mixed) if pair != SKIP] == movements(
+        pairs, confirm=confirm, release=release)
+
+
+@given(PAIRS, PAIRS, FRAMES, FRAMES)
+def test_after_a_skip_that_ends_the_turn_nothing_is_left_of_it(before, after, confirm, release):
+    said = movements([0.0, *before, END, *after], confirm=confirm, release=release)
+    fresh = movements([0.0, *after], confirm=confirm, release=release)
+    assert said[2 + len(before):] == fresh[1:]
+
+
+@given(PAIRS, PAIRS, FRAMES, FRAMES)
+def test_after_a_reset_nothing_is_left(before, after, confirm, release):
+    codes, _ = run(before, confirm=confirm, release=release)
+    codes.reset()
+    assert feed(codes, after) == run(after, confirm=confirm, release=release)[1]
+
+
+@given(st.integers(2, 6), st.data())
+def test_wrong_pairs_fewer_than_it_takes_do_not_end_a_turn(release, data):
+    wrong = st.lists(SHIFT, min_size=1, max_size=release - 1)
+    good = st.lists(st.floats(T, 100), min_size=1, max_size=4)
+    parts = data.draw(st.lists(st.tuples(good, wrong), min_size=1, max_size=8))
+    turn = [dx for good_part, wrong_part in parts for dx in (*good_part, *wrong_part)]
+    _, steps = run([0.0, T, *turn, T], release=release)
+    assert [step.movement for step in steps] == [F, L, *[N] * (len(turn) + 1)]
+
+
+@given(st.integers(2, 6), st.data())
+def test_swerves_shorter_than_it_takes_are_no_turns(confirm, data):
+    swerve = st.lists(st.floats(T, 100), min_size=1, max_size=confirm - 1)
+    straight = st.lists(st.floats(-T, T, exclude_min=True, exclude_max=True), min_size=1)
+    parts = data.draw(st.lists(st.tuples(swerve, straight), max_size=8))
+    pairs = [dx for swerve_part, straight_part in parts for dx in (*swerve_part, *straight_part)]
+    said = movements([0.0, *pairs], confirm=confirm)
+    assert said == [F, *(F if abs(dx) < T else N for dx in pairs)]
+
+
+@given(st.lists(st.integers(-3, 3).map(lambda times: times * T), max_size=60), FRAMES)
+def test_a_turn_counts_once_it_has_lasted(shifts, confirm):
+    said = movements([0.0, *shifts], confirm=confirm)[1:]
+    end = 0
+    for side, stretch in groupby(shifts, key=lambda dx: (dx > 0) - (dx < 0)):
+        begin, end = end, end + len(list(stretch))
+        turn = {1: L, -1: R}.get(side)
+        expected = [F] * (end - begin)
+        if turn is not None:
+            expected = [N] * (end - begin)
+            expected[confirm - 1:confirm] = [turn] * (end - begin >= confirm)
+        assert said[begin:end] == expected
+
+
+@pytest.mark.parametrize(('options', 'shifts', 'codes'), [
+    # It ends on the third pair below, which is judged afresh: forward ...
+    ({'release': 3}, [20, 20, 0, 0, 0, 0], [L, N, N, N, F, F]),
+    # ... the opposite turn ...
+    ({'release': 3}, [20, 20, 0, 0, -20, -20], [L, N, N, N, R, N]),
+    # ... the opposite turn that has had its pairs by then ...
+    ({'release': 3, 'confirm': 2}, [20, 20, -20, -20, -20, 0], [N, L, N, N, R, N]),
+    # ... or one that is still to be confirmed.
+    ({'release': 3, 'confirm': 2}, [20, 20, 0, 0, -20, -20], [N, L, N, N, N, R]),
+    ({'release': 3, 'confirm': 2}, [20, 20, 0, 0, -20, 0], [N, L, N, N, N, F]),
+    # One pair that goes on with the turn, and the waiting begins anew.
+    ({'release': 3}, [20, 0, 0, 20, 0, 0, 0], [L, N, N, N, N, N, F]),
+    # Also in the turn after a turn.
+    ({'release': 2}, [20, 0, 0, 20, 0, 20, 0, 0], [L, N, F, L, N, N, N, F]),
+    # A swerve to the other side is no confirmation.
+    ({'confirm': 2}, [20, -20, 20, -20, -20, 0], [N, N, N, N, R, F]),
+    # Neither are pairs apart.
+    ({'confirm': 2}, [20, 0, 20, 0, 20, 20], [N, F, N, F, N, L]),
+])
+def test_what_comes_out_pair_by_pair(options, shifts, codes):
+    assert movements([0.0, *shifts], **options)[1:] == codes
+
+
+def test_the_first_pair_confirms_nothing():
+    assert movements([50, 50, 50], confirm=2) == [F, N, L]
+
+
+def test_the_turn_under_way_is_known_while_it_waits():
+    codes, _ = run([0, 20], confirm=2)
+    assert codes.turn is None
+    codes.update(20)
+    assert codes.turn is L
+    codes, _ = run([0, 20, 0], release=2)
+    assert codes.turn is L
+    codes.update(0)
+    assert codes.turn is None
+
+
+def test_new_settings_hold_from_the_next_pair_on():
+    codes, _ = run([0, 20, 0, 0], release=9)
+    codes.release_frames = 3
+    assert codes.update(0).movement is F
+    codes.confirm_frames = 2
+    assert [step.movement for step in feed(codes, [20, 20])] == [N, L]
+    assert (codes.confirm_frames, codes.release_frames) == (2, 3)
+    assert codes.heading is Direction.BACKWARD
+
+
+@pytest.mark.parametrize('name', ['confirm_frames', 'release_frames'])
+@pytest.mark.parametrize('value', [0, -3])
+def test_less_than_one_pair_is_refused(name, value):
+    with pytest.raises(ValueError, match=name):
+        DynamicChainCode(T, **{name: value})
+    codes = DynamicChainCode(T)
+    with pytest.raises(ValueError, match=name):
+        setattr(codes, name, value)
+    assert getattr(codes, name) == 1
