@@ -75,23 +75,35 @@ def run(options: Namespace) -> int | None:
         bag_debug_images=options.bag_debug_images, animation=options.animation)
     [path] = options.sources
     title = path.name or str(path)
+    watch = _Stopwatch()
     with source_of(options, path) as source:
-        began = time.monotonic()
         if options.live:
             with LiveView(sys.stderr, title=title, total=source.frame_count) as view:
                 result = replay_source(
-                    source, parameters, wanted, title=title, watchers=[view])
+                    source, parameters, wanted, title=title, watchers=[view],
+                    through=watch.over)
         else:
             def shown(frames: Iterable[Frame]) -> Iterator[Frame]:
-                return progress(frames, total=source.frame_count, title=title)
+                return watch.over(progress(frames, total=source.frame_count, title=title))
 
             result = replay_source(source, parameters, wanted, title=title, through=shown)
-        seconds = time.monotonic() - began
-    _print(result, seconds)
+    _print(result, watch.seconds)
     for written in (options.output, options.bag_out, options.animation):
         if written is not None:
             print(f'written to {written}')
     return None
+
+
+class _Stopwatch:
+    """Takes how long frames take, with all that is done with them; not what comes after."""
+
+    def __init__(self) -> None:
+        self.seconds = 0.0
+
+    def over(self, frames: Iterable[Frame]) -> Iterator[Frame]:
+        began = time.monotonic()
+        yield from frames
+        self.seconds = time.monotonic() - began
 
 
 def _print(result: Replay, seconds: float) -> None:

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from enum import Enum
@@ -111,14 +112,20 @@ def failure(
 
 
 def folder_names(sources: Iterable[Path], *, taken: Sequence[str] = ()) -> list[str]:
-    """Return a folder name for each source, unlike one another also where case does not count."""
+    """
+    Return a folder name for each source, unlike one another also where case does not count.
+
+    It is the source's name, after that of its parent where several have the same, and numbered
+    where that does not tell them apart.
+    """
+    places = [_named(source) for source in sources]
+    often = Counter(_name_of(place).lower() for place in places)
     used = {name.lower() for name in taken}
     names = []
-    for source in sources:
-        place = source.resolve()
-        stem = place.name if source.is_dir() else place.stem
-        stem = ''.join(sign if sign.isprintable() else '_' for sign in stem).strip('. ')
-        stem = stem[:_LONGEST_NAME] or 'source'
+    for place in places:
+        stem = _name_of(place)
+        if often[stem.lower()] > 1:
+            stem = f'{_clean(place.absolute().parent.name)}-{stem}'
         name, number = stem, 1
         while name.lower() in used:
             number += 1
@@ -135,6 +142,20 @@ def remove_leftovers(jobs: Iterable[Job]) -> None:
             shutil.rmtree(staging, ignore_errors=True)
         if job.output.is_dir() and not any(job.output.iterdir()):
             job.output.rmdir()
+
+
+def _named(source: Path) -> Path:
+    """Return a path whose last part is a name: '.' and '..' are none."""
+    return source if source.name not in ('', '..') else source.resolve()
+
+
+def _name_of(place: Path) -> str:
+    return _clean(place.name if place.is_dir() else place.stem)
+
+
+def _clean(name: str) -> str:
+    kept = ''.join(sign if sign.isprintable() else '_' for sign in name).strip('. ')
+    return kept[:_LONGEST_NAME] or 'source'
 
 
 def _replay(job: Job, progress: Progress | None) -> Replay:

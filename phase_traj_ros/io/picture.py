@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from threading import Lock
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -27,6 +28,7 @@ _ACCENT = '#d1495b'
 _MUTED = '#9aa5b1'
 _FAINT = '#6b7682'
 _DPI = 150
+_SETTINGS = Lock()
 # Frames of each turn in the film strip.
 _STRIP = 4
 # Turns that get a number.
@@ -93,21 +95,30 @@ def write_turn_picture(turns: Sequence[TurnFrames], result: Replay, path: Path) 
     if not turns:
         raise ValueError('there are no turns to draw')
     marks = {mark.number: mark for mark in turn_marks(result)}
-    shape = turns[0].frames.kept[0][1].shape
-    width = 12.0
-    height = width / _STRIP * shape[0] / shape[1] + 0.32
-    figure = new_figure(width, height * len(turns) + 0.15)
-    rows = figure.subplots(len(turns), _STRIP, squeeze=False)
-    for row, turn in zip(rows, turns):
-        mark = marks[turn.number]
-        for plot in row:
-            plot.set_axis_off()
-        for plot, (number, picture) in zip(row, turn.spread(_STRIP)):
-            plot.imshow(picture, cmap='gray', vmin=0, vmax=255)
-            plot.set_title(f'frame {number}', loc='right', fontsize=7, color=_FAINT)
-        row[0].set_title(
-            f'turn {turn.number}, {mark.side.name.lower()}, {mark.start_s:.1f} s', loc='left',
-            fontsize=9)
+    rows, columns = turns[0].frames.kept[0][1].shape
+    width, line, gap = 12.0, 0.3, 0.08
+    step = (width - gap) / _STRIP
+    high = (step - gap) * rows / columns
+    height = len(turns) * (high + line) + gap
+    figure = new_figure(width, height, layout=None)
+    # One set of axes for all frames, in inches from the upper left: many sets are slow.
+    plot = figure.add_axes((0, 0, 1, 1))
+    plot.set_axis_off()
+    for row, turn in enumerate(turns):
+        mark, top = marks[turn.number], row * (high + line)
+        plot.text(
+            gap, top + line - 0.07,
+            f'turn {turn.number}, {mark.side.name.lower()}, {mark.start_s:.1f} s', fontsize=9)
+        for column, (number, picture) in enumerate(turn.spread(_STRIP)):
+            left, right = gap + column * step, (column + 1) * step
+            plot.imshow(
+                picture, cmap='gray', vmin=0, vmax=255,
+                extent=(left, right, top + line + high, top + line))
+            plot.text(
+                right, top + line - 0.07, f'frame {number}', fontsize=7, color=_FAINT,
+                ha='right')
+    plot.set_xlim(0, width)
+    plot.set_ylim(height, 0)
     save(figure, path)
 
 
@@ -115,7 +126,8 @@ def save(figure: Figure, path: Path) -> None:
     """Write a figure as its suffix says, the same bytes for the same figure."""
     from matplotlib import rc_context
     kind = path.suffix[1:] or 'png'
-    with rc_context({'svg.hashsalt': 'phase_traj'}):
+    # matplotlib's settings are those of the process, and workers of a cluster may be threads.
+    with _SETTINGS, rc_context({'svg.hashsalt': 'phase_traj'}):
         figure.savefig(
             path, dpi=_DPI, format=kind, metadata={'Date': None} if kind == 'svg' else None)
 
@@ -161,7 +173,9 @@ def require_matplotlib() -> None:
     new_figure(1, 1)
 
 
-def new_figure(width: float, height: float) -> Figure:
+def new_figure(
+    width: float, height: float, *, layout: str | None = 'constrained',
+) -> Figure:
     """
     Return an empty figure of ``width`` x ``height`` inches that needs no display.
 
@@ -177,7 +191,7 @@ def new_figure(width: float, height: float) -> Figure:
         raise MissingDependencyError(
             'pictures need matplotlib: install python3-matplotlib (apt) or matplotlib (pip)',
         ) from None
-    return Figure(figsize=(width, height), layout='constrained')
+    return Figure(figsize=(width, height), layout=layout)
 
 
 def write_path_picture(points: NDArray[np.float64], path: Path) -> None:
