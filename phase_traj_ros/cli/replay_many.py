@@ -3,7 +3,7 @@
 """``phase_traj replay A B C``: many recordings, in parallel."""
 
 from argparse import ArgumentParser, Namespace
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator
 from contextlib import closing
 import os
 from pathlib import Path
@@ -41,10 +41,10 @@ def replay_many(options: Namespace) -> int | None:
     _make(options.output)
     outcomes: dict[str, Outcome] = {}
     try:
-        with gauge(total=len(jobs), title='sources') as on_progress:
-            with closing(_run(jobs, options.dask, workers, on_progress)) as done:
-                for outcome in done:
-                    outcomes[outcome.folder] = outcome
+        with (gauge(total=len(jobs), title='sources') as on_progress,
+              closing(_run(jobs, options.dask, workers, on_progress)) as done):
+            for outcome in done:
+                outcomes[outcome.folder] = outcome
     finally:
         # Also after an interruption: what is done is done, and the table says what is not.
         remove_leftovers(jobs)
@@ -98,7 +98,7 @@ def _make(directory: Path) -> None:
 
 def _run(
     jobs: list[Job], cluster: str | None, workers: int, on_progress: Callable[[float], object],
-) -> Iterator[Outcome]:
+) -> Generator[Outcome, None, None]:
     if cluster is not None:
         return run_on_dask(jobs, cluster, on_progress=on_progress)
     return run_parallel(jobs, workers=workers, on_progress=on_progress)

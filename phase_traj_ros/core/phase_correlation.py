@@ -13,7 +13,8 @@ from typing import cast
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
+from phase_traj_ros.core.mask import mask_weights
 from phase_traj_ros.core.spectrum import padded_shape, Whitener
 from phase_traj_ros.core.windows import Window, window_2d
 from phase_traj_ros.errors import FrameError
@@ -24,6 +25,9 @@ _MIN_SIDE = 8
 _DTYPES = (np.uint8, np.uint16, np.float32)
 # Rounding noise of a float32 transform, as a share of the spectrum's root mean square.
 _ROUNDING = 1e-6
+# Half a side of the square about a peak that forward motion spreads it over, as a share of the
+# frame's size (the root of its area): 4 pixels for a frame of 376 x 1241.
+_REACH = 1 / 170
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,9 +57,27 @@ class PhaseCorrelator:
     inverse transform. Nothing of a frame's size is allocated after the first frame.
     """
 
-    def __init__(self, *, window: Window = Window.SQRT_HANN) -> None:
-        """Make a correlator; the frames' size is learned from the first frame."""
+    def __init__(
+        self, *, window: Window = Window.SQRT_HANN, mask: ArrayLike | None = None,
+    ) -> None:
+        """
+        Make a correlator; the frames' size is learned from the first frame.
+
+        Parameters
+        ----------
+        window
+            Taper of the frames.
+        mask
+            How much each pixel counts, (H, W) from 0 to 1 or from 0 to 255; None for all alike.
+
+        Raises
+        ------
+        ValueError
+            The mask is none (see ``mask_weights``).
+
+        """
         self._window_form = window
+        self._mask = None if mask is None else mask_weights(mask)
         self._shape: tuple[int, int] | None = None
         self._primed = False
         # Whitened spectra of the frame in work and of the one before, and the latter's energy.
@@ -85,11 +107,16 @@ class PhaseCorrelator:
         Raises
         ------
         FrameError
-            The frame has another shape or type, or holds NaN or infinity. The correlator is as
-            it was before the call.
+            The frame has another shape or type than it may have, or not the mask's size, or it
+            holds NaN or infinity. The correlator is as it was before the call.
 
         """
         mean, deviation = _check(frame)
+        if self._mask is not None and frame.shape != self._mask.shape:
+            (height, width), (mask_height, mask_width) = frame.shape, self._mask.shape
+            raise FrameError(
+                f'frame is {width}x{height} pixels, the mask {mask_width}x{mask_height}:'
+                ' give a mask of the frames\' size')
         if frame.shape != self._shape:
             self._allocate(frame.shape)
         energy = self._transform(frame, mean, deviation)
@@ -109,6 +136,23 @@ class PhaseCorrelator:
         centred = np.fft.fftshift(self._map)
         return cast('NDArray[np.float32]', centred / np.float32(self._map.size))
 
+    def significance(self, shift: Shift) -> float:
+        """
+        Return how far the last pair's map stands out about ``shift``, in standard deviations.
+
+        That is the map's sum over a small square about the shift, over what such a sum would
+        typically be if the two frames had nothing in common: then the phases are random, and the
+        map is noise of which the standard deviation is known (the energy of a whitened spectrum
+        is). Unlike the peak's height, the sum keeps what forward motion spreads around it.
+        Meaningful for shifts measured on the last pair; 0 where nothing was correlated.
+        """
+        if self._norm == 0.0:
+            return 0.0
+        reach = max(round(_REACH * math.sqrt(self._window.size)), 1)
+        near = self._near((round(shift.dy), round(shift.dx)), reach)
+        values = self._map[near]
+        return float(values.sum(dtype=np.float64)) / math.sqrt(self._norm * values.size)
+
     def second_peak(self, *, apart: int) -> Shift:
         """
         Return the highest point of the last pair's map that is not near the peak.
@@ -120,11 +164,7 @@ class PhaseCorrelator:
         """
         if self._norm == 0.0:
             return Shift(0.0, 0.0, 0.0)
-        rows, columns = (
-            np.arange(peak - reach, peak + reach + 1) % side
-            for peak, side in zip(self._peak, self._map.shape)
-            for reach in (min(apart, side // 2 - 1),))
-        near = np.ix_(rows, columns)
+        near = self._near(self._peak, apart)
         saved = self._map[near]
         self._map[near] = -np.inf
         row, column = divmod(int(self._map.argmax()), self._map.shape[1])
@@ -133,10 +173,23 @@ class PhaseCorrelator:
             return Shift(0.0, 0.0, 0.0)
         return self._shift_at(row, column)
 
+    def _near(
+        self, place: tuple[int, int], reach: int,
+    ) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+        """Return the index of the square about ``place`` (row, column) of the cyclic map."""
+        rows, columns = (
+            np.arange(middle - most, middle + most + 1) % side
+            for middle, side in zip(place, self._map.shape)
+            for most in (min(reach, side // 2 - 1),))
+        return rows[:, None], columns[None, :]
+
     def _allocate(self, shape: tuple[int, int]) -> None:
         padded = padded_shape(shape)
         self._shape = shape
         self._window = window_2d(self._window_form, shape)
+        if self._mask is not None:
+            self._window *= self._mask
+            self._window_sum = float(self._window.sum(dtype=np.float64))
         self._window_rms = math.sqrt(float(np.mean(np.square(self._window))))
         self._padded = np.zeros(padded, np.float32)
         self._tapered = self._padded[:shape[0], :shape[1]]
@@ -157,6 +210,10 @@ class PhaseCorrelator:
         cv2.subtract(  # type: ignore[call-overload]
             frame, (mean, 0.0, 0.0, 0.0), dst=self._tapered, dtype=cv2.CV_32F)
         cv2.multiply(self._tapered, self._window, dst=self._tapered)
+        if self._mask is not None:
+            # The mean of what the mask leaves is another one.
+            rest = cv2.sumElems(self._tapered)[0] / self._window_sum
+            cv2.scaleAdd(self._window, -rest, self._tapered, dst=self._tapered)
         cv2.dft(self._padded, dst=self._current)
         spectrum_rms = deviation * self._window_rms * math.sqrt(frame.size)
         return self._whiten(self._current, _ROUNDING * spectrum_rms)

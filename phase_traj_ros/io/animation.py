@@ -13,7 +13,7 @@ from typing import cast
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from phase_traj_ros.core import Axes, TrajectoryEstimator, to_axes, Update
+from phase_traj_ros.core import Axes, to_axes, TrajectoryEstimator, Update
 from phase_traj_ros.errors import MissingDependencyError
 from phase_traj_ros.io.debug_picture import Picture
 from phase_traj_ros.io.overview import Overview, overview
@@ -148,7 +148,7 @@ def _fitted(
     scale = float((room / np.maximum(extent, 1e-9)).min())
     moved = (points - points.min(axis=0)) * scale + (room - extent * scale) / 2 + margin
     moved[:, 1] = shape[0] - moved[:, 1]
-    return moved.round().astype(np.int32)
+    return cast('NDArray[np.int32]', moved.round().astype(np.int32))
 
 
 def _polyline(

@@ -13,7 +13,7 @@ from typing import Any, Final, TYPE_CHECKING
 
 from phase_traj_ros.core import Movement, TrajectoryEstimator, Update
 from phase_traj_ros.errors import MissingDependencyError, OutputError
-from phase_traj_ros.io.debug_picture import draw
+from phase_traj_ros.io.debug_picture import draw, Picture
 from phase_traj_ros.io.measurement_report import Level, MeasurementReporter, Report
 from phase_traj_ros.io.messages import (
     CHAIN_CODE,
@@ -31,7 +31,6 @@ from phase_traj_ros.parameters import NODE_NAME, Parameters
 
 if TYPE_CHECKING:
     from rosbags.interfaces import Connection, Qos
-    from rosbags.rosbag2 import Writer
 
 SUFFIX: Final = '.mcap'
 DIAGNOSTICS: Final = '/diagnostics'
@@ -64,18 +63,10 @@ class BagSink:
         self, path: Path, parameters: Parameters, *, source: str, debug_images: bool = False,
     ) -> None:
         """
-        Make a sink that will write the single file ``path``.
+        Make a sink that will write the single file ``path``, which ends in .mcap.
 
-        Parameters
-        ----------
-        path
-            A file that does not exist yet, with the suffix .mcap.
-        parameters
-            Those of the replay.
-        source
-            What is replayed; the diagnostics name it as their hardware.
-        debug_images
-            Whether to write the debug image of every pair, too; it makes large bags.
+        ``source`` is what is replayed; the diagnostics name it as their hardware.
+        ``debug_images`` adds the debug image of every pair, which makes large bags.
 
         Raises
         ------
@@ -84,34 +75,31 @@ class BagSink:
 
         """
         self._types = _types()
-        self._messages = Messages(self._types.types)
         self._target = path
         self._parameters = parameters
         self._source = source
         self._debug_images = debug_images
-        self._writer: Writer | None = None
-        self._connections: dict[str, Connection] = {}
-        self._estimator: TrajectoryEstimator | None = None
-        self._forget()
+        self._bag: _Bag | None = None
 
     def __enter__(self) -> BagSink:
         return self
 
     def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        if self._bag is None:
+            return
         if kind is None:
-            self._complete()
+            self._bag.complete()
         else:
-            self._discard()
+            self._bag.discard()
 
     def start(self, frame: Frame, estimator: TrajectoryEstimator) -> None:
         """Begin a bag, in the place of the one begun before."""
-        self._discard()
-        self._forget()
-        self._estimator = estimator
-        # Counts of what came before the start belong to no second of this bag.
-        self._measured.report(estimator.counters, 0.0)
-        self._diagnosed.sent(frame.stamp_ns)
-        self._open()
+        if self._bag is not None:
+            self._bag.discard()
+        self._bag = _Bag(
+            _BagFile(self._target, self._types, debug_images=self._debug_images),
+            Messages(self._types.types), self._parameters, estimator, source=self._source,
+            start_ns=frame.stamp_ns)
 
     def add(self, frame: Frame, update: Update, estimator: TrajectoryEstimator) -> None:
         """
@@ -120,123 +108,147 @@ class BagSink:
         Raises
         ------
         OutputError
-            The bag cannot be written, or cannot hold the stamp.
+            The bag cannot hold the stamp.
 
         """
-        stamp_ns = update.stamp_ns
-        if stamp_ns not in _STAMPS_NS:
+        assert self._bag is not None
+        if update.stamp_ns not in _STAMPS_NS:
             raise OutputError(
-                f'a bag cannot hold the stamp {stamp_ns / 1e9:.9f} s: it takes those from 0 to'
-                ' 2**31 seconds; leave out --bag-out')
-        for topic, message in self._messages.of_pair(update, self._parameters):
-            self._write(f'/{NODE_NAME}/{topic}', stamp_ns, message)
+                f'a bag cannot hold the stamp {update.stamp_ns / 1e9:.9f} s: it takes those from'
+                ' 0 to 2**31 seconds; leave out --bag-out')
+        self._bag.add(update)
         if self._debug_images:
-            self._write(topic_name(DEBUG_IMAGE), stamp_ns, self._picture(frame, update, estimator))
+            self._bag.add_picture(draw(frame, update, estimator), update.stamp_ns)
+
+
+class _BagFile:
+    """A bag of a single file."""
+
+    def __init__(self, target: Path, types: Any, *, debug_images: bool) -> None:
+        from rosbags.rosbag2 import StoragePlugin, Writer
+        self.types = types
+        self._target = target
+        # rosbags makes a directory and names the file in it after it.
+        self._parts = target.parent / f'.{target.name}.parts'
+        self._writer = Writer(
+            self._parts / target.stem, version=9, storage_plugin=StoragePlugin.MCAP)
+        self._writer.open()
+        self._connections: dict[str, Connection] = {}
+        topics = (*PER_PAIR, CHAIN_CODE, PATH, *([DEBUG_IMAGE] if debug_images else []))
+        for topic in topics:
+            self._connect(topic_name(topic), topic.type, latched=topic.latched)
+        self._connect(DIAGNOSTICS, _DIAGNOSTICS_TYPE, latched=False)
+
+    def write(self, topic: str, stamp_ns: int, message: Any) -> None:
+        data = self.types.serialize_cdr(message, message.__msgtype__)
+        self._writer.write(self._connections[topic], stamp_ns, data)
+
+    def complete(self) -> None:
+        self._writer.close()
+        # Of the directory only the file is wanted: it is complete in itself.
+        (self._parts / self._target.stem / self._target.name).replace(self._target)
+        shutil.rmtree(self._parts)
+
+    def discard(self) -> None:
+        with suppress(OSError):
+            self._writer.close()
+        shutil.rmtree(self._parts, ignore_errors=True)
+
+    def _connect(self, topic: str, kind: str, *, latched: bool) -> None:
+        self._connections[topic] = self._writer.add_connection(
+            topic, kind, typestore=self.types, offered_qos_profiles=[_qos(latched=latched)])
+
+
+class _Bag:
+    """What goes into a bag from one start of the estimator on, and when."""
+
+    def __init__(
+        self, file: _BagFile, messages: Messages, parameters: Parameters,
+        estimator: TrajectoryEstimator, *, source: str, start_ns: int,
+    ) -> None:
+        self._file = file
+        self._messages = messages
+        self._parameters = parameters
+        self._estimator = estimator
+        self._source = source
+        self._last_movement: Movement | None = None
+        self._text = Pace(CHAIN_CODE_PERIOD_NS)
+        self._path = Pace(round(1e9 / parameters.path_rate))
+        self._diagnosed = Pace(_DIAGNOSTICS_PERIOD_NS)
+        self._diagnosed.sent(start_ns)
+        self._responses: deque[float] = deque(maxlen=_RESPONSES)
+        self._measured = MeasurementReporter()
+        # What was counted before the start belongs to no second of this bag.
+        self._measured.report(estimator.counters, 0.0)
+
+    def add(self, update: Update) -> None:
+        stamp_ns = update.stamp_ns
+        for topic, message in self._messages.of_pair(update, self._parameters):
+            self._file.write(f'/{NODE_NAME}/{topic}', stamp_ns, message)
         if update.shift is not None:
             self._responses.append(update.shift.response)
         for pace in (self._text, self._path, self._diagnosed):
             pace.changed()
         if update.step.movement is not self._last_movement or self._text.is_due(stamp_ns):
             self._last_movement = update.step.movement
-            self._write_text(estimator, stamp_ns)
+            self._write_text(stamp_ns)
         if self._path.is_due(stamp_ns):
-            self._write_path(estimator, stamp_ns)
+            self._write_path(stamp_ns)
         if self._diagnosed.is_due(stamp_ns):
-            self._write_diagnostics(estimator, stamp_ns)
+            self._write_diagnostics(stamp_ns)
 
-    def _forget(self) -> None:
-        self._last_movement: Movement | None = None
-        self._text = Pace(CHAIN_CODE_PERIOD_NS)
-        self._path = Pace(round(1e9 / self._parameters.path_rate))
-        self._diagnosed = Pace(_DIAGNOSTICS_PERIOD_NS)
-        self._measured = MeasurementReporter()
-        self._responses: deque[float] = deque(maxlen=_RESPONSES)
+    def add_picture(self, picture: Picture, stamp_ns: int) -> None:
+        height, width, _ = picture.shape
+        self._file.write(
+            topic_name(DEBUG_IMAGE), stamp_ns, self._file.types.types['sensor_msgs/msg/Image'](
+                header=self._messages.header(stamp_ns, self._parameters.frame_id),
+                height=height, width=width, encoding='bgr8', is_bigendian=0, step=3 * width,
+                data=picture.reshape(-1)))
 
-    def _complete(self) -> None:
-        estimator = self._estimator
-        if self._writer is None or estimator is None or estimator.last_stamp_ns is None:
-            return
-        last_ns = estimator.last_stamp_ns
+    def complete(self) -> None:
+        last_ns = self._estimator.last_stamp_ns or 0
         if self._text.pending:
-            self._write_text(estimator, last_ns)
+            self._write_text(last_ns)
         if self._path.pending:
-            self._write_path(estimator, last_ns)
+            self._write_path(last_ns)
         if self._diagnosed.pending:
-            self._write_diagnostics(estimator, last_ns)
-        writer, self._writer = self._writer, None
-        writer.close()
-        # Of the bag's directory only the file is wanted: it is complete in itself.
-        (self._directory / self._target.name).replace(self._target)
-        shutil.rmtree(self._directory.parent)
+            self._write_diagnostics(last_ns)
+        self._file.complete()
 
-    def _discard(self) -> None:
-        writer, self._writer = self._writer, None
-        if writer is not None:
-            with suppress(OSError):
-                writer.close()
-        shutil.rmtree(self._directory.parent, ignore_errors=True)
+    def discard(self) -> None:
+        self._file.discard()
 
-    @property
-    def _directory(self) -> Path:
-        # rosbags names the file after its directory.
-        return self._target.parent / f'.{self._target.name}.parts' / self._target.stem
-
-    def _open(self) -> None:
-        from rosbags.rosbag2 import StoragePlugin, Writer
-        self._writer = Writer(
-            self._directory, version=9, storage_plugin=StoragePlugin.MCAP)
-        self._writer.open()
-        topics = [*PER_PAIR, CHAIN_CODE, PATH, *([DEBUG_IMAGE] if self._debug_images else [])]
-        for topic in topics:
-            self._connect(topic_name(topic), topic.type, latched=topic.latched)
-        self._connect(DIAGNOSTICS, _DIAGNOSTICS_TYPE, latched=False)
-
-    def _connect(self, topic: str, kind: str, *, latched: bool) -> None:
-        assert self._writer is not None
-        self._connections[topic] = self._writer.add_connection(
-            topic, kind, typestore=self._types, offered_qos_profiles=[_qos(latched=latched)])
-
-    def _write(self, topic: str, stamp_ns: int, message: Any) -> None:
-        assert self._writer is not None
-        data = self._types.serialize_cdr(message, message.__msgtype__)
-        self._writer.write(self._connections[topic], stamp_ns, data)
-
-    def _write_text(self, estimator: TrajectoryEstimator, stamp_ns: int) -> None:
-        self._write(topic_name(CHAIN_CODE), stamp_ns, self._messages.chain_code(
-            estimator.codes, estimator.frames, self._parameters))
+    def _write_text(self, stamp_ns: int) -> None:
+        self._file.write(topic_name(CHAIN_CODE), stamp_ns, self._messages.chain_code(
+            self._estimator.codes, self._estimator.frames, self._parameters))
         self._text.sent(stamp_ns)
 
-    def _write_path(self, estimator: TrajectoryEstimator, stamp_ns: int) -> None:
-        points = path_points(estimator.path, self._parameters.max_path_poses)
+    def _write_path(self, stamp_ns: int) -> None:
+        points = path_points(self._estimator.path, self._parameters.max_path_poses)
         header = self._messages.header(stamp_ns, self._parameters.frame_id)
-        self._write(topic_name(PATH), stamp_ns, self._messages.path(
+        self._file.write(topic_name(PATH), stamp_ns, self._messages.path(
             points, self._parameters.step_length, header))
         self._path.sent(stamp_ns)
 
-    def _write_diagnostics(self, estimator: TrajectoryEstimator, stamp_ns: int) -> None:
+    def _write_diagnostics(self, stamp_ns: int) -> None:
+        counters = self._estimator.counters
         response = statistics.median(self._responses) if self._responses else 0.0
         images = Report(Level.OK, 'images come', {
-            'topic': self._source, 'images': str(estimator.counters.frames)})
-        measured = self._measured.report(estimator.counters, response)
-        self._write(DIAGNOSTICS, stamp_ns, self._types.types[_DIAGNOSTICS_TYPE](
+            'topic': self._source, 'images': str(counters.frames)})
+        measured = self._measured.report(counters, response)
+        self._file.write(DIAGNOSTICS, stamp_ns, self._file.types.types[_DIAGNOSTICS_TYPE](
             header=self._messages.header(stamp_ns, ''),
             status=[self._status('images', images), self._status('measurement', measured)]))
         self._diagnosed.sent(stamp_ns)
 
     def _status(self, name: str, report: Report) -> Any:
-        key_value = self._types.types['diagnostic_msgs/msg/KeyValue']
-        return self._types.types['diagnostic_msgs/msg/DiagnosticStatus'](
+        types = self._file.types.types
+        return types['diagnostic_msgs/msg/DiagnosticStatus'](
             level=int(report.level), name=f'/{NODE_NAME}: {name}', message=report.message,
             hardware_id=self._source,
-            values=[key_value(key=key, value=value) for key, value in report.values.items()])
-
-    def _picture(self, frame: Frame, update: Update, estimator: TrajectoryEstimator) -> Any:
-        picture = draw(frame, update, estimator)
-        height, width, _ = picture.shape
-        return self._types.types['sensor_msgs/msg/Image'](
-            header=self._messages.header(update.stamp_ns, self._parameters.frame_id),
-            height=height, width=width, encoding='bgr8', is_bigendian=0, step=3 * width,
-            data=picture.reshape(-1))
+            values=[
+                types['diagnostic_msgs/msg/KeyValue'](key=key, value=value)
+                for key, value in report.values.items()])
 
 
 def _types() -> Any:

@@ -35,11 +35,11 @@ def write_summary(outcomes: Sequence[Outcome], directory: Path) -> None:
         They cannot be written.
 
     """
-    with output_file(directory / CSV_NAME) as path:
-        with path.open('w', encoding='utf-8', errors='backslashreplace', newline='') as file:
-            writer = csv.writer(file, lineterminator='\n')
-            writer.writerow(COLUMNS)
-            writer.writerows(_row(outcome) for outcome in outcomes)
+    with (output_file(directory / CSV_NAME) as path,
+          path.open('w', encoding='utf-8', errors='backslashreplace', newline='') as file):
+        writer = csv.writer(file, lineterminator='\n')
+        writer.writerow(COLUMNS)
+        writer.writerows(_row(outcome) for outcome in outcomes)
     with output_file(directory / HTML_NAME) as path:
         write_page(_page(outcomes, directory), path)
 

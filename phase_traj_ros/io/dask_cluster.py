@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Generator, Sequence
 from typing import Any
 
 from phase_traj_ros.errors import MissingDependencyError, ParameterError
@@ -16,7 +16,7 @@ _ANSWER_S = 30
 def run_on_dask(
     jobs: Sequence[Job], address: str, *, run: Callable[[Job], Outcome] = run_job,
     on_progress: Callable[[float], object] = lambda done: None,
-) -> Iterator[Outcome]:
+) -> Generator[Outcome, None, None]:
     """
     Yield the outcomes of all jobs, as the workers of a cluster have done them.
 

@@ -17,8 +17,8 @@ from phase_traj_ros.io.html_page import (
     Cell, data_uri, definitions, filled, Markup, script_json, table, template, write_page)
 from phase_traj_ros.io.overview import Overview, overview, TurnMark
 from phase_traj_ros.io.replay import Replay
-from phase_traj_ros.io.thumbnails import Thumbnail
 from phase_traj_ros.io.results import versions
+from phase_traj_ros.io.thumbnails import Thumbnail
 from phase_traj_ros.parameters import Parameters, Spec, specs
 
 _LEGEND = (
@@ -143,10 +143,10 @@ def _setting_rows(parameters: Parameters, listed: Sequence[Spec]) -> Markup:
 
 
 def _codes(result: Replay) -> Markup:
-    return Markup(''.join(
-        f'<p class="runs">{name} ({len(series)}): {_runs(series)}</p>'
-        for name, series in (
-            ('movement', result.codes.movement), ('direction', result.codes.direction))))
+    movement, direction = result.codes.movement, result.codes.direction
+    return Markup(
+        f'<p class="runs">movement ({len(movement)}): {_runs(movement)}</p>'
+        f'<p class="runs">direction ({len(direction)}): {_runs(direction)}</p>')
 
 
 def _runs(series: CodeSeries[Code]) -> str:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from phase_traj_ros.core import Corner, Movement, PairStatus
+from phase_traj_ros.core import Movement, PairStatus
 from phase_traj_ros.io.replay import Replay
 
 
@@ -68,14 +68,14 @@ def turn_marks(result: Replay) -> tuple[TurnMark, ...]:
     """Return the turns that the movement codes tell of, oldest first."""
     updates = result.updates
     seconds = (_stamps(result) - result.first_stamp_ns) / 1e9
-    marks = []
+    marks: list[TurnMark] = []
     for pair, update in enumerate(updates):
         if update.step.movement not in (Movement.LEFT, Movement.RIGHT):
             continue
         end = pair
         while end + 1 < len(updates) and updates[end + 1].status is PairStatus.TURNING:
             end += 1
-        before: Corner = updates[pair - 1].tip
+        before = updates[pair - 1].tip
         marks.append(TurnMark(
             len(marks) + 1, update.step.movement, pair, end, float(seconds[pair]),
             float(seconds[end + 1]), (before.x, before.y)))

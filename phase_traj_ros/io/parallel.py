@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Generator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from multiprocessing import get_context, parent_process
@@ -32,7 +32,7 @@ Run = Callable[[Job, Progress], Outcome]
 def run_parallel(
     jobs: Sequence[Job], *, workers: int, run: Run = run_job,
     on_progress: Callable[[float], object] = lambda done: None,
-) -> Iterator[Outcome]:
+) -> Generator[Outcome, None, None]:
     """
     Yield the outcomes of all jobs, as they are done, in whatever order that is.
 

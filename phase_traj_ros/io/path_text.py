@@ -3,6 +3,7 @@
 """A drawn path as lines of text, for a terminal."""
 
 from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,7 +39,7 @@ def path_lines(
         points = to_axes(
             np.array([(corner.x, corner.y) for corner in corners], np.float64), Axes.FIGURE)
         places = _fitted(points * (stretch, 1.0), width, height)
-        for (x, y), (to_x, to_y) in zip(places, places[1:]):
+        for (x, y), (to_x, to_y) in pairwise(places):
             grid[min(y, to_y):max(y, to_y) + 1, min(x, to_x):max(x, to_x) + 1] = True
         grid[places[0][1], places[0][0]] = True
     if not braille:

@@ -7,7 +7,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 from threading import Lock
-from typing import TYPE_CHECKING
+from typing import Literal, TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -75,8 +75,10 @@ def write_trajectory_picture(
         plots[3].plot(shown.seconds, shown.heading_deg, color=_PATH, linewidth=1)
         plots[3].grid(axis='y', color=_MUTED, alpha=0.3)
         _title(plots[3], 'heading (degrees, left positive)')
+    _number_times(shift, shown.turns)
     for plot in plots:
-        _shade(plot, shown.turns)
+        for mark in shown.turns:
+            plot.axvspan(mark.start_s, mark.end_s, color=_PATH, alpha=0.10, linewidth=0)
         plot.tick_params(labelbottom=plot is plots[-1], labelsize=8)
     plots[-1].set_xlabel('seconds since the first frame', fontsize=9)
     save(figure, path)
@@ -174,7 +176,7 @@ def require_matplotlib() -> None:
 
 
 def new_figure(
-    width: float, height: float, *, layout: str | None = 'constrained',
+    width: float, height: float, *, layout: Literal['constrained'] | None = 'constrained',
 ) -> Figure:
     """
     Return an empty figure of ``width`` x ``height`` inches that needs no display.
@@ -247,15 +249,11 @@ def _draw_shift(plot: Plot, shown: Overview, threshold: float) -> None:
     _title(plot, f'shift (px per frame, positive in a left turn), T = {threshold:g}')
 
 
-def _shade(plot: Plot, turns: Sequence[TurnMark]) -> None:
-    labelled = {mark.number for mark in turns[::_every(turns)]}
-    for mark in turns:
-        plot.axvspan(mark.start_s, mark.end_s, color=_PATH, alpha=0.10, linewidth=0)
-        if mark.number in labelled and plot.get_subplotspec().is_first_row():
-            plot.annotate(
-                str(mark.number), ((mark.start_s + mark.end_s) / 2, 0.97),
-                xycoords=('data', 'axes fraction'), ha='center', va='top', fontsize=8,
-                color=_PATH)
+def _number_times(plot: Plot, turns: Sequence[TurnMark]) -> None:
+    for mark in turns[::_every(turns)]:
+        plot.annotate(
+            str(mark.number), ((mark.start_s + mark.end_s) / 2, 0.97),
+            xycoords=('data', 'axes fraction'), ha='center', va='top', fontsize=8, color=_PATH)
 
 
 def _draw_codes(

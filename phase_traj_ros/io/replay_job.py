@@ -59,9 +59,9 @@ class Wanted:
         """Check that the choices go together."""
         for name, chosen in (('--report', self.report), ('--svg', self.svg)):
             if chosen and self.output is None:
-                raise ParameterError(f'{name} writes into the folder of --output: give that, too')
+                raise ParameterError(f'{name} writes into the folder of --output: give one')
         if self.bag_debug_images and self.bag_out is None:
-            raise ParameterError('--bag-debug-images is about the bag of --bag-out: give that, too')
+            raise ParameterError('--bag-debug-images is about the bag of --bag-out: give one')
         for name, path, suffix in (
                 ('--bag-out', self.bag_out, SUFFIX), ('--animation', self.animation, '.gif')):
             if path is not None and path.suffix != suffix:
@@ -76,20 +76,8 @@ def replay_source(
     """
     Replay a source and write what is wanted, each file and folder whole or not at all.
 
-    Parameters
-    ----------
-    source
-        Where the frames come from.
-    parameters
-        Those of the estimator.
-    wanted
-        What is written.
-    title
-        The source's name, for the report.
-    watchers
-        Who else sees the frames and what they add.
-    through
-        Takes the frames and yields them; a progress bar, say.
+    ``title`` is the source's name, for the report. ``watchers`` see the frames and what they add,
+    too; ``through`` takes the frames and yields them, as a progress bar does.
 
     Raises
     ------

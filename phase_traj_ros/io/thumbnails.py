@@ -133,7 +133,10 @@ class TurnWatcher:
         """Keep pictures at most ``width`` wide."""
         self._width = width
         self._limit = limit
-        self._forget()
+        self._turns: list[TurnFrames] = []
+        self._begun = 0
+        self._open: TurnFrames | None = None
+        self._last: Frame | None = None
 
     @property
     def turns(self) -> tuple[TurnFrames, ...]:
@@ -142,8 +145,8 @@ class TurnWatcher:
 
     def start(self, frame: Frame, estimator: TrajectoryEstimator) -> None:
         """Begin with the first frame."""
-        self._forget()
-        self._last = frame
+        self._turns, self._begun = [], 0
+        self._open, self._last = None, frame
 
     def add(self, frame: Frame, update: Update, estimator: TrajectoryEstimator) -> None:
         """Take the second frame of a pair."""
@@ -160,12 +163,6 @@ class TurnWatcher:
             self._open = None
         if self._open is not None:
             self._keep(self._open, frame, update.pair + 1, estimator)
-
-    def _forget(self) -> None:
-        self._turns: list[TurnFrames] = []
-        self._begun = 0
-        self._open: TurnFrames | None = None
-        self._last: Frame | None = None
 
     def _keep(
         self, turn: TurnFrames, frame: Frame, number: int, estimator: TrajectoryEstimator,

@@ -15,12 +15,12 @@ EXIT_BAD_INPUT = 2
 
 def main(arguments: list[str] | None = None) -> int:
     """Run the node until SIGINT or SIGTERM; return the exit status."""
-    with ros_context(arguments) as stop:
-        try:
+    try:
+        with ros_context(arguments) as stop:
             spin(PhaseTrajNode, stop)
-        except PhaseTrajError as error:
-            get_logger(NODE_NAME).fatal(str(error))
-            return EXIT_BAD_INPUT
+    except PhaseTrajError as error:
+        get_logger(NODE_NAME).fatal(str(error))
+        return EXIT_BAD_INPUT
     return 0
 
 

@@ -13,8 +13,10 @@ from contextlib import contextmanager
 import signal
 from threading import Event
 
+from phase_traj_ros.errors import ParameterError
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
+from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
@@ -23,15 +25,29 @@ _POLL_S = 0.2
 
 @contextmanager
 def ros_context(arguments: list[str] | None = None) -> Iterator[Event]:
-    """Initialise rclpy; yield the event that SIGINT and SIGTERM set; shut down on leaving."""
+    """
+    Initialise rclpy; yield the event that SIGINT and SIGTERM set; shut down on leaving.
+
+    Raises
+    ------
+    ParameterError
+        ROS cannot make sense of the arguments.
+
+    """
     stop = Event()
     handlers = {
         number: signal.signal(number, lambda *_: stop.set())
         for number in (signal.SIGINT, signal.SIGTERM)
     }
-    rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
     try:
+        rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
         yield stop
+    except (rclpy_implementation.RCLError, rclpy_implementation.UnknownROSArgsError) as error:
+        if rclpy.ok():
+            raise
+        # What follows is where in the C sources it was noticed.
+        reason = ' '.join(str(error).split(', at /')[0].split())
+        raise ParameterError(f'{reason}: see the arguments behind --ros-args') from None
     finally:
         rclpy.try_shutdown()
         for number, handler in handlers.items():

@@ -249,6 +249,15 @@ def test_a_wrong_start_says_what_is_wrong(live, argument, message):
     assert 'Traceback' not in live.logs()
 
 
+@pytest.mark.parametrize('arguments', [
+    ('--params-file', '/does/not/exist'), ('-r', 'x'), ('-p', 'threshold')])
+def test_ros_arguments_that_make_no_sense(live, arguments):
+    process = live.start(*arguments)
+    assert process.wait(20) == 2
+    assert f"'{' '.join(arguments)}'" in live.logs()
+    assert 'Traceback' not in live.logs()
+
+
 def test_a_misspelt_parameter_is_reported(live):
     live.start('-p', 'treshold:=20.0')
     live.until(lambda: "no parameter 'treshold'" in live.logs())
