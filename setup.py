@@ -24,6 +24,7 @@ EXTRAS = {
     'plot': PLOT,
     'progress': PROGRESS,
     'yaml': YAML,
+    'dask': ['dask', 'distributed'],
     'offline': VISION + BAGS + PLOT + PROGRESS + YAML,
     'test': [
         'pytest<9',
@@ -72,7 +73,8 @@ setup(
         (f'share/{PACKAGE}/launch', sorted(glob('launch/*.py'))),
         (
             f'share/{PACKAGE}/config',
-            sorted(glob('config/*.yaml') + glob('config/*.rviz') + glob('config/*.xml')),
+            sorted(file for kind in ('yaml', 'rviz', 'xml', 'json')
+                   for file in glob(f'config/*.{kind}')),
         ),
     ],
     install_requires=['setuptools'],

@@ -23,11 +23,12 @@ import numpy as np
 from phase_traj_ros.io.folder_source import FolderSource
 from phase_traj_ros.io.prefetch import prefetch
 from phase_traj_ros.io.replay import replay
+from phase_traj_ros.io.replay_job import replay_source, Wanted
 from phase_traj_ros.io.source import Frame, index_stamp_ns
 from phase_traj_ros.parameters import Parameters
 from phase_traj_ros.synthetic import Camera, KITTI_CAMERA
-from report import paragraphs, table, verdict
-from timing import prepare, take_turns, Timed
+from report import disturbance, paragraphs, table, verdict
+from timing import busyness, prepare, take_turns, Timed
 
 _FRAMES, _ROUNDS, _WARM_UP = 120, 7, 1
 _FORMATS = ('png', 'jpg')
@@ -53,6 +54,8 @@ class Overlap:
     decode: float
     correlate: float
     replay: float
+    busy: float
+    """How busy the machine was with other things, 1 is not at all (`timing.busyness`)."""
 
     @property
     def ratio(self) -> float:
@@ -90,8 +93,7 @@ def measure_folder(clip: Clip, suffix: str) -> Overlap:
             replay(decoded, Parameters(), source=suffix)
 
         def both() -> None:
-            with closing(prefetch(FolderSource(folder))) as frames:
-                replay(frames, Parameters(), source=suffix)
+            replay_source(FolderSource(folder), Parameters(), Wanted(), title=suffix)
 
         steps: dict[str, Callable[[], None]] = {
             'decode': decode, 'correlate': correlate, 'replay': both}
@@ -99,7 +101,9 @@ def measure_folder(clip: Clip, suffix: str) -> Overlap:
             {part: lambda _, step=step: step() for part, step in steps.items()},
             range(_ROUNDS + _WARM_UP), warm_up=_WARM_UP)
     seconds = {part: _wall(each) for part, each in timed.items()}
-    return Overlap(suffix.upper(), **seconds)
+    # Of the parts alone, which are one thread each.
+    return Overlap(
+        suffix.upper(), **seconds, busy=busyness((timed['decode'], timed['correlate'])))
 
 
 def measure_growth() -> Growth:
@@ -139,7 +143,8 @@ def section(overlaps: list[Overlap], growth: Growth) -> str:
         at the end, which is {growth.per_pair:.0f} bytes per pair: the result's record of it, and
         {"nothing else" if flat else "**more than that**"}.
         """)
-    return f'## Replay\n\n{INTRODUCTION}\n\n{table(header, rows)}\n\n{memory}'
+    return (f'## Replay\n\n{INTRODUCTION}\n\n{table(header, rows)}\n\n'
+            f'{disturbance(max(each.busy for each in overlaps))}\n\n{memory}')
 
 
 def _wall(timed: Timed) -> float:

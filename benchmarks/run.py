@@ -10,6 +10,7 @@ import time
 
 import memory
 import node_throughput
+import options
 import replay_speed
 from report import machine, paragraphs, ROOT
 import sizes
@@ -37,6 +38,7 @@ def sections() -> dict[str, Callable[[], str]]:
     return {
         'step against peers': lambda: speed.section(speed.measure()),
         'padded sizes': sizes.section,
+        'options': options.section,
         'memory': lambda: memory.section(memory.measure()),
         'node over DDS': lambda: node_throughput.section(node_throughput.measure()),
         'replay': lambda: replay_speed.section(*replay_speed.measure()),

@@ -16,6 +16,7 @@ import sys
 from typing import Any, cast, TypeAlias
 
 from phase_traj_ros.core import EstimatorSettings, PAPER_THRESHOLD, View, Window
+from phase_traj_ros.core.quality import GateSettings, StillnessSettings
 from phase_traj_ros.errors import ParameterError
 
 NODE_NAME = 'phase_traj'
@@ -144,6 +145,25 @@ class Parameters:
     nominal_period: float = _parameter(
         0.0, 'Time between two images that the threshold is meant for: the shift is judged as if'
         ' they were that far apart; 0 judges it as it is.', unit='s', minimum=0.0, maximum=1e6)
+    min_significance: float = _parameter(
+        0.0, 'Standard deviations by which the correlation peak has to stand out of noise for a'
+        ' pair to count as measured; 0 believes every pair.', minimum=0.0, maximum=1000.0)
+    look_past_zero: bool = _parameter(
+        False, 'Whether a peak at zero shift, as of a bonnet or a burnt-in text, gives way to a'
+        ' second one that most of the picture follows.')
+    still_frames: int = _parameter(
+        0, 'Pairs over which the motion of the picture is averaged to tell whether the vehicle'
+        ' stands; 0 never tells.', minimum=0, maximum=1000)
+    still_motion: float = _parameter(
+        StillnessSettings().max_motion, 'Mean motion per pair below which the vehicle stands, as'
+        ' a share of the width.', minimum=1e-9, maximum=1.0)
+    confirm_frames: int = _parameter(
+        1, 'Pairs in a row beyond the threshold that make a turn.', minimum=1, maximum=1000)
+    release_frames: int = _parameter(
+        1, 'Pairs in a row that end a turn: one less may be wrong.', minimum=1, maximum=1000)
+    mask_file: str = _parameter(
+        '', 'Grey picture of the size of the images as they come: how much each pixel counts,'
+        ' black for what never moves. Empty uses all.', read_only=True)
     threads: int = _parameter(
         1, 'Threads that OpenCV may use; 0 leaves it to OpenCV.', minimum=0, maximum=64)
     frame_id: str = _parameter(
@@ -215,10 +235,23 @@ class Parameters:
                 rotate_180=self.rotate_180),
             max_gap=self.max_gap,
             nominal_period=self.nominal_period,
+            confirm_frames=self.confirm_frames,
+            release_frames=self.release_frames,
+            gate=self._gate(),
+            stillness=StillnessSettings(
+                frames=self.still_frames, max_motion=self.still_motion,
+            ) if self.still_frames else None,
             max_runs=self.max_runs,
             # The tip is one of the poses.
             max_corners=self.max_path_poses - 1,
         )
+
+
+    def _gate(self) -> GateSettings | None:
+        if self.min_significance == 0.0 and not self.look_past_zero:
+            return None
+        return GateSettings(
+            min_significance=self.min_significance, look_past_zero=self.look_past_zero)
 
 
 @cache

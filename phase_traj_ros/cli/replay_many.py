@@ -3,14 +3,14 @@
 """``phase_traj replay A B C``: many recordings, in parallel."""
 
 from argparse import ArgumentParser, Namespace
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Mapping
 from contextlib import closing
 import os
 from pathlib import Path
 
 from phase_traj_ros.cli.options import parameters_of, selection_of
 from phase_traj_ros.cli.progress import gauge
-from phase_traj_ros.errors import OutputError, ParameterError
+from phase_traj_ros.errors import OutputError, ParameterError, PhaseTrajError
 from phase_traj_ros.io.batch import (
     failure, folder_names, Job, Outcome, remove_leftovers, Status)
 from phase_traj_ros.io.batch_summary import CSV_NAME, HTML_NAME, write_summary
@@ -38,24 +38,37 @@ def replay_many(options: Namespace) -> int | None:
     workers = len(os.sched_getaffinity(0)) if options.jobs is None else options.jobs
     if workers < 1:
         raise ParameterError(f'--jobs is {workers}: give 1 or more')
-    _make(options.output)
+    made = _make(options.output)
     outcomes: dict[str, Outcome] = {}
     try:
         with (gauge(total=len(jobs), title='sources') as on_progress,
               closing(_run(jobs, options.dask, workers, on_progress)) as done):
             for outcome in done:
                 outcomes[outcome.folder] = outcome
-    finally:
-        # Also after an interruption: what is done is done, and the table says what is not.
-        remove_leftovers(jobs)
-        rows = [
-            outcomes.get(job.folder) or failure(job, 'not done', status=Status.INTERRUPTED)
-            for job in jobs]
-        write_summary(rows, options.output)
+    except KeyboardInterrupt:
+        # What is done is done, and the table says what is not.
+        _summarise(jobs, outcomes, options.output)
+        raise
+    except PhaseTrajError:
+        if made:
+            options.output.rmdir()
+        raise
+    rows = _summarise(jobs, outcomes, options.output)
     for row in rows:
         print(_line(row))
     print(f'written to {options.output}, see {HTML_NAME} or {CSV_NAME}')
     return None if all(row.status is Status.OK for row in rows) else EXIT_SOME_FAILED
+
+
+def _summarise(
+    jobs: list[Job], outcomes: Mapping[str, Outcome], directory: Path,
+) -> list[Outcome]:
+    remove_leftovers(jobs)
+    rows = [
+        outcomes.get(job.folder) or failure(job, 'not done', status=Status.INTERRUPTED)
+        for job in jobs]
+    write_summary(rows, directory)
+    return rows
 
 
 def _jobs(options: Namespace) -> list[Job]:
@@ -88,12 +101,15 @@ def _jobs(options: Namespace) -> list[Job]:
     return jobs
 
 
-def _make(directory: Path) -> None:
+def _make(directory: Path) -> bool:
+    """Make a folder; return whether it was not there."""
+    there = directory.exists()
     try:
         directory.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise OutputError(
             f'cannot write to {directory}: {error.strerror}: choose another --output') from None
+    return not there
 
 
 def _run(

@@ -9,8 +9,11 @@ import time
 
 import numpy as np
 from numpy.typing import NDArray
+from phase_traj_ros.core.block_motion import BlockMotion
 from phase_traj_ros.core.chain_code import DynamicChainCode, PAPER_THRESHOLD, Step
 from phase_traj_ros.core.phase_correlation import Frame, PhaseCorrelator, Shift
+from phase_traj_ros.core.quality import (
+    GateSettings, MeasurementGate, StillnessDetector, StillnessSettings)
 from phase_traj_ros.core.trajectory import ChainPath, Corner
 from phase_traj_ros.core.view import View
 from phase_traj_ros.core.windows import Window
@@ -23,8 +26,10 @@ class PairStatus(Enum):
     """Measured and judged: forward, or the pair on which a turn begins."""
     TURNING = 'turning'
     """Measured; the turn that began earlier goes on."""
+    STILL = 'still'
+    """The vehicle stands: nothing but noise and passers-by moves in the picture."""
     NO_MEASUREMENT = 'no_measurement'
-    """One of the two frames is constant: there is nothing to correlate."""
+    """The two frames have nothing in common, or one of them shows nothing."""
     GAP = 'gap'
     """The time between the two frames was longer than allowed."""
     REPRIMED = 'reprimed'
@@ -45,6 +50,14 @@ class EstimatorSettings:
     """Longest time between two frames that are compared, in seconds; 0 for any."""
     nominal_period: float = 0.0
     """Time between two frames that the threshold is meant for, in seconds; 0 for any (paper)."""
+    confirm_frames: int = 1
+    """Pairs in a row beyond the threshold that make a turn; 1 is the paper's."""
+    release_frames: int = 1
+    """Pairs in a row that end a turn; 1 is the paper's."""
+    gate: GateSettings | None = None
+    """When a pair counts as measured; None: always (the paper)."""
+    stillness: StillnessSettings | None = None
+    """When the vehicle counts as standing still; None: never (the paper)."""
     max_runs: int | None = None
     """Runs of codes kept, per series; None keeps all."""
     max_corners: int | None = None
@@ -88,7 +101,9 @@ class Counters:
     reprimed: int = 0
     """Frames of another size or encoding than the one before, or after a change of settings."""
     unmeasured: int = 0
-    """Pairs in which there was nothing to correlate."""
+    """Pairs in which there was nothing to measure."""
+    still: int = 0
+    """Pairs in which the vehicle stood."""
     time_resets: int = 0
     """Resets because a stamp lay before the one before it."""
 
@@ -108,20 +123,34 @@ class TrajectoryEstimator:
     The live node and the offline replay both drive this class, so their codes are the same.
     """
 
-    def __init__(self, settings: EstimatorSettings | None = None) -> None:
+    def __init__(
+        self, settings: EstimatorSettings | None = None, *,
+        mask: NDArray[np.uint8] | None = None,
+    ) -> None:
         """
         Make an estimator that waits for its first frame.
+
+        Parameters
+        ----------
+        settings
+            All that can be chosen; the defaults are the paper's.
+        mask
+            (H, W), how much each pixel of the frames counts, 0 for what never moves.
 
         Raises
         ------
         ValueError
-            A setting is out of its range.
+            A setting is out of its range, or the mask leaves nothing.
 
         """
         self._settings = settings or EstimatorSettings()
-        self._correlator = PhaseCorrelator(window=self._settings.window)
+        self._mask = mask
+        self._correlator = self._make_correlator()
         self._codes = DynamicChainCode(
-            self._settings.threshold, max_runs=self._settings.max_runs)
+            self._settings.threshold, confirm_frames=self._settings.confirm_frames,
+            release_frames=self._settings.release_frames, max_runs=self._settings.max_runs)
+        self._blocks = BlockMotion()
+        self._stillness = StillnessDetector(self._settings.stillness)
         self._path = ChainPath(max_corners=self._settings.max_corners)
         self.counters = Counters()
         self.correlate_ns = 0
@@ -168,10 +197,26 @@ class TrajectoryEstimator:
             A setting is out of its range; nothing has changed.
 
         """
+        # The only one of these that can refuse a value comes first.
         self._codes.threshold = settings.threshold
-        if (settings.window, settings.view) != (self._settings.window, self._settings.view):
-            self._correlator = PhaseCorrelator(window=settings.window)
+        self._codes.confirm_frames = settings.confirm_frames
+        self._codes.release_frames = settings.release_frames
+        if settings.stillness != self._settings.stillness:
+            self._stillness = StillnessDetector(settings.stillness)
+        before = self._compared
         self._settings = settings
+        if self._compared != before:
+            self._correlator = self._make_correlator()
+            self._blocks.reset()
+
+    def _make_correlator(self) -> PhaseCorrelator:
+        mask = None if self._mask is None else self._settings.view.of(self._mask)
+        return PhaseCorrelator(window=self._settings.window, mask=mask)
+
+    @property
+    def _compared(self) -> tuple[object, ...]:
+        """Return what two frames have to have in common to be compared."""
+        return self._settings.window, self._settings.view, self._looks_closer
 
     def correlation_map(self) -> NDArray[np.float32]:
         """Return the map of the newest pair, as ``PhaseCorrelator.correlation_map`` does."""
@@ -180,6 +225,7 @@ class TrajectoryEstimator:
     def reset(self) -> None:
         """Start anew with the next frame: no codes, no path, direction forward."""
         self._correlator.reset()
+        self._blocks.reset()
         self._forget()
 
     def update(self, frame: Frame, stamp_ns: int, *, encoding: str = '') -> Update | None:
@@ -209,8 +255,10 @@ class TrajectoryEstimator:
             self.counters.repeated += 1
             return None
         began = time.perf_counter_ns()
+        view = self._settings.view.of(frame)
         # First of all the frame has to be usable: one that is not must not change anything.
-        shift = self._correlator.update(self._settings.view.of(frame))
+        shift = self._correlator.update(view)
+        motion = self._looks_closer and self._blocks.update(view)
         interval_ns = 0 if self._last_stamp_ns is None else stamp_ns - self._last_stamp_ns
         if interval_ns < 0:
             self.counters.time_resets += 1
@@ -219,53 +267,85 @@ class TrajectoryEstimator:
         if form != self._form:
             self._form = form
             shift = None
+        pair = _Pair(shift, view.shape[1], motion and shift is not None)
         self.correlate_ns = time.perf_counter_ns() - began
         self._last_stamp_ns = stamp_ns
         self._frames += 1
         self.counters.frames += 1
         self._path.start(stamp_ns)
-        return self._pair(shift, stamp_ns, interval_ns) if self._frames > 1 else None
+        return self._pair(pair, stamp_ns, interval_ns) if self._frames > 1 else None
 
     def _forget(self) -> None:
         self._codes.reset()
+        self._stillness.reset()
         self._path.reset()
         self._frames = 0
         self._last_stamp_ns = None
 
-    def _pair(self, shift: Shift | None, stamp_ns: int, interval_ns: int) -> Update:
+    @property
+    def _looks_closer(self) -> bool:
+        """Return whether the frames have to be compared block by block, too."""
+        return self._settings.gate is not None or self._settings.stillness is not None
+
+    def _pair(self, pair: '_Pair', stamp_ns: int, interval_ns: int) -> Update:
         interval = interval_ns * 1e-9
-        if shift is not None:
-            shift = self._settings.view.full_shift(shift)
-        status = self._status(shift, interval)
-        if status is PairStatus.GAP:
-            shift = None
-        step = self._step(shift, status, interval)
+        status, judged = self._judge(pair, interval)
+        step = self._step(status, judged, interval)
         if status is PairStatus.OK and not step.appended:
             status = PairStatus.TURNING
         if step.appended:
             self._path.append(step.direction, stamp_ns)
         tip = self._path.tip
         assert tip is not None
+        shift = None
+        if pair.shift is not None and status is not PairStatus.GAP:
+            shift = self._settings.view.full_shift(pair.shift)
         return Update(self._frames - 2, stamp_ns, interval_ns, shift, step, status, tip)
 
-    def _status(self, shift: Shift | None, interval: float) -> PairStatus:
-        """Return what there is to say of a pair before it is coded."""
+    def _judge(self, pair: '_Pair', interval: float) -> tuple[PairStatus, Shift | None]:
+        """Return what there is to say of a pair before it is coded, and the shift to code."""
         if 0 < self._settings.max_gap < interval:
             self.counters.gaps += 1
-            return PairStatus.GAP
-        if shift is None:
+            self._stillness.reset()
+            return PairStatus.GAP, None
+        if pair.shift is None:
             self.counters.reprimed += 1
-            return PairStatus.REPRIMED
-        if shift.response == 0.0:
+            self._stillness.reset()
+            return PairStatus.REPRIMED, None
+        judged = self._measured(pair.shift)
+        if judged is None:
             self.counters.unmeasured += 1
-            return PairStatus.NO_MEASUREMENT
-        return PairStatus.OK
+            return PairStatus.NO_MEASUREMENT, None
+        if self._settings.stillness is not None and pair.motion and self._stillness.update(
+                self._blocks.flow(), pair.width):
+            self.counters.still += 1
+            return PairStatus.STILL, None
+        return PairStatus.OK, judged
 
-    def _step(self, shift: Shift | None, status: PairStatus, interval: float) -> Step:
-        if shift is None or status is not PairStatus.OK:
-            return self._codes.skip(end_turn=status is not PairStatus.NO_MEASUREMENT)
-        dx = shift.dx
+    def _measured(self, shift: Shift) -> Shift | None:
+        """Return the shift of the picture, or None if there is none to be had."""
+        if shift.response == 0.0:
+            return None
+        if self._settings.gate is None:
+            return shift
+        gate = MeasurementGate(self._settings.gate)
+        return gate.judge(shift, self._correlator, self._blocks)
+
+    def _step(self, status: PairStatus, judged: Shift | None, interval: float) -> Step:
+        if judged is None:
+            return self._codes.skip(end_turn=status in (PairStatus.GAP, PairStatus.REPRIMED))
+        dx = self._settings.view.full_shift(judged).dx
         if self._settings.nominal_period > 0:
             # After a dropped frame the shift is that of two periods.
             dx *= self._settings.nominal_period / interval
         return self._codes.update(dx)
+
+
+@dataclass(frozen=True, slots=True)
+class _Pair:
+    """What two frames have given, in pixels of the view."""
+
+    shift: Shift | None
+    width: int
+    motion: bool
+    """Whether both frames are at hand block by block."""

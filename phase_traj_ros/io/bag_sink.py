@@ -125,13 +125,15 @@ class _BagFile:
     """A bag of a single file."""
 
     def __init__(self, target: Path, types: Any, *, debug_images: bool) -> None:
-        from rosbags.rosbag2 import StoragePlugin, Writer
+        from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
         self.types = types
         self._target = target
         # rosbags makes a directory and names the file in it after it.
         self._parts = target.parent / f'.{target.name}.parts'
         self._writer = Writer(
             self._parts / target.stem, version=9, storage_plugin=StoragePlugin.MCAP)
+        # Each path repeats the one before it.
+        self._writer.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)
         self._writer.open()
         self._connections: dict[str, Connection] = {}
         topics = (*PER_PAIR, CHAIN_CODE, PATH, *([DEBUG_IMAGE] if debug_images else []))
@@ -253,11 +255,11 @@ class _Bag:
 
 def _types() -> Any:
     try:
-        from rosbags.rosbag2 import StoragePlugin  # noqa: F401
+        from rosbags.rosbag2 import CompressionMode, StoragePlugin  # noqa: F401
         from rosbags.typesys import get_typestore, Stores
     except ImportError as error:
         raise MissingDependencyError(
-            f'writing bags needs the Python package rosbags, 0.10.9 or later ({error}): pip'
+            f'writing bags needs the Python package rosbags, 0.11 or later ({error}): pip'
             ' install -U rosbags (in a venv on Ubuntu 24.04), or leave out --bag-out') from None
     return get_typestore(Stores.ROS2_JAZZY)
 

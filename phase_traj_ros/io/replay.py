@@ -15,6 +15,7 @@ from phase_traj_ros.core import (
     Update,
 )
 from phase_traj_ros.errors import FrameError, SourceError
+from phase_traj_ros.io.mask_file import read_mask
 from phase_traj_ros.io.source import Frame
 from phase_traj_ros.parameters import Parameters
 
@@ -71,7 +72,7 @@ def replay(
     """
     # Offline, everything is kept.
     settings = replace(parameters.estimator_settings(), max_runs=None, max_corners=None)
-    estimator = TrajectoryEstimator(settings)
+    estimator = TrajectoryEstimator(settings, mask=read_mask(parameters))
     updates: list[Update] = []
     first_stamp_ns = 0
     for number, frame in enumerate(frames):

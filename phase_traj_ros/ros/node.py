@@ -8,6 +8,7 @@ import time
 import cv2
 from phase_traj_ros.core import TrajectoryEstimator
 from phase_traj_ros.errors import ParameterError
+from phase_traj_ros.io.mask_file import read_mask
 from phase_traj_ros.io.source import Frame
 from phase_traj_ros.parameters import NODE_NAME
 from phase_traj_ros.ros.declare import changed, declare_parameters, unknown_overrides
@@ -42,7 +43,8 @@ class PhaseTrajNode(Node):
         super().__init__(NODE_NAME)
         self._values = declare_parameters(self)
         self._use_threads()
-        self._estimator = TrajectoryEstimator(self._values.estimator_settings())
+        self._estimator = TrajectoryEstimator(
+            self._values.estimator_settings(), mask=read_mask(self._values))
         self._health = Health()
         self._outputs = Outputs(self, self._estimator, self._values)
         self._input = ImageInput(self, self._values, self._health, self._on_frame)

@@ -54,7 +54,7 @@ def test_replay_writes_everything(folder, tmp_path):
     assert 'movement  (7): 1x1 0x1 3x1 1x1 2x1 1x2' in result.stdout
     assert 'direction (6): 1x1 0x2 1x3' in result.stdout
     assert sorted(os.listdir(output)) == [
-        'chain_code.json', 'shifts.csv', 'trajectory.png', 'trajectory.tum']
+        'chain_code.json', 'shifts.csv', 'trajectory.png', 'trajectory.tum', 'turns.png']
 
     code = json.loads((output / 'chain_code.json').read_text())
     assert (code['frames'], code['threshold']) == (8, 16.0)
@@ -95,7 +95,7 @@ def test_a_second_replay_replaces_the_results(folder, tmp_path):
     assert run('replay', folder, '--output', output).returncode == 0
     assert run('replay', folder, '--output', output, '--every', '2').returncode == 0
     assert json.loads((output / 'chain_code.json').read_text())['frames'] == 4
-    assert len(os.listdir(output)) == 4
+    assert len(os.listdir(output)) == 5
 
 
 def test_threshold_wins_over_the_parameter_file(folder, tmp_path):
@@ -184,7 +184,7 @@ def test_a_broken_picture_leaves_older_results_alone(folder, tmp_path):
     (folder / '5.png').write_bytes(b'')
     refused('replay', folder, '--output', output)
     assert (output / 'chain_code.json').read_bytes() == before
-    assert len(os.listdir(output)) == 4
+    assert len(os.listdir(output)) == 5
 
 
 def test_inspect_refuses_frames_that_do_not_fit(folder, tmp_path):

@@ -215,7 +215,7 @@ def test_stamps_that_a_bag_cannot_hold(tmp_path, start_ns):
 
 def test_without_rosbags_it_says_so(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, 'rosbags.rosbag2', None)
-    with pytest.raises(MissingDependencyError, match=r'0\.10\.9 or later'):
+    with pytest.raises(MissingDependencyError, match=r'0\.11 or later'):
         BagSink(tmp_path / 'out.mcap', Parameters(), source='')
 
 

@@ -196,9 +196,13 @@
     }
     pen.fillStyle = colours['--line'];
     pen.textAlign = 'center';
+    // Beside the title of the first plot, and so far apart that they can be read.
+    let free = MARGIN.left + 110;
     for (const turn of data.turns) {
       const x = xOf((turn.start + turn.stop) / 2, width);
-      if (x > MARGIN.left && x < width - MARGIN.right) pen.fillText(turn.number, x, 14);
+      if (x < free || x > width - MARGIN.right) continue;
+      pen.fillText(turn.number, x, 14);
+      free = x + 26;
     }
     for (const ribbon of ribbons) {
       drawRibbon(pen, ribbon, top - 10, width);
@@ -283,7 +287,7 @@
     const every = Math.ceil(data.turns.length / 60) || 1;
     data.turns.forEach((turn, index) => {
       if (index % every) return;
-      dot(turn.pair, 9, colours['--line'], colours['--card']);
+      dot(turn.pair, turn.number < 100 ? 9 : 12, colours['--line'], colours['--card']);
       pen.fillStyle = colours['--card'];
       pen.fillText(turn.number, place(turn.pair)[0], place(turn.pair)[1] + 4);
     });

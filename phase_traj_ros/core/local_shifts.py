@@ -1,0 +1,127 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""
+How each block of a fixed grid has moved, once the shift of the whole picture is known.
+
+The shift of the whole picture is that of whatever has most of its texture, be it a house front
+that passes by on one side. The blocks tell the parts of the view from each other. Nothing is
+detected, matched or followed from frame to frame: the blocks are always the same.
+"""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+# Least squares within each block (Lucas and Kanade, 1981), on a pyramid: it finds a block up to
+# some 30 pixels away from where it is expected.
+_BLOCK = (9, 9)
+_LEVELS = 3
+_STOP = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 10, 0.03)
+# Smaller eigenvalue of a block's matrix of gradients (per pixel, as OpenCV scales it) below which
+# a block says nothing, and above which it is as good as any.
+_NO_TEXTURE = 1e-4
+_GOOD_TEXTURE = 3e-3
+# A block is fixed to the camera if it stays within the first of these, in pixels, while the
+# picture turns by more than the second.
+_STILL = 0.3
+_TURNED = 1.2
+_MOVED = 1.0
+_FASTER, _FORGOTTEN = 0.15, 0.7
+
+
+@dataclass(frozen=True, slots=True)
+class BlockShifts:
+    """
+    Displacements of the blocks of a grid, in pixels; all arrays are (N,).
+
+    ``dx`` is positive to the right, ``dy`` downwards; ``weight`` runs from 0 (nothing to be told)
+    to 1.
+    """
+
+    dx: NDArray[np.float64]
+    dy: NDArray[np.float64]
+    weight: NDArray[np.float64]
+
+
+class BlockGrid:
+    """
+    Measures the displacement of the blocks of a fixed grid between two frames.
+
+    Blocks that prove to be fixed to the camera, such as text burnt into the picture, dirt on the
+    lens or the bonnet, are given the weight 0 until they move.
+    """
+
+    def __init__(
+        self, shape: tuple[int, int], *, inside: NDArray[np.bool_] | None = None,
+        blocks: tuple[int, int] = (8, 20),
+    ) -> None:
+        """
+        Lay out the grid.
+
+        Parameters
+        ----------
+        shape
+            Of the frames, (H, W).
+        inside
+            (H, W): blocks whose middle is False are left out.
+        blocks
+            How many blocks there are, (down, across).
+
+        """
+        (down, across), (height, width) = blocks, shape
+        rows = (np.arange(down) + 0.5) * height / down - 0.5
+        columns = (np.arange(across) + 0.5) * width / across - 0.5
+        y, x = (axis.ravel() for axis in np.meshgrid(rows, columns, indexing='ij'))
+        if inside is not None:
+            seen = inside[np.rint(y).astype(int), np.rint(x).astype(int)]
+            y, x = y[seen], x[seen]
+        self._middles = np.stack([x, y], axis=1).astype(np.float32)
+        self._fixed = np.zeros(len(x))
+
+    def forget(self) -> None:
+        """Forget which blocks are fixed to the camera."""
+        self._fixed.fill(0.0)
+
+    @property
+    def middles(self) -> NDArray[np.float32]:
+        """Return the middles of the blocks in pixels, (N, 2): column, row."""
+        return self._middles
+
+    @property
+    def fixed(self) -> NDArray[np.bool_]:
+        """Return which blocks are taken to be fixed to the camera, (N,)."""
+        return self._fixed > 0.5
+
+    def measure(
+        self, previous: NDArray[np.uint8], current: NDArray[np.uint8], *,
+        expected: tuple[float, float],
+    ) -> BlockShifts:
+        """
+        Return how the blocks have moved from ``previous`` to ``current``, both (H, W) uint8.
+
+        ``expected`` (dx, dy) is where to look for all of them.
+        """
+        guess = self._middles + np.asarray(expected, np.float32)
+        found, state, texture = cv2.calcOpticalFlowPyrLK(
+            previous, current, self._middles, guess, winSize=_BLOCK, maxLevel=_LEVELS,
+            criteria=_STOP, minEigThreshold=_NO_TEXTURE,
+            flags=cv2.OPTFLOW_USE_INITIAL_FLOW | cv2.OPTFLOW_LK_GET_MIN_EIGENVALS)
+        moved = (found - self._middles).astype(np.float64)
+        weight = np.minimum(texture.ravel() / _GOOD_TEXTURE, 1.0)
+        weight = np.where((state.ravel() == 1) & ~self.fixed, weight, 0.0)
+        return BlockShifts(moved[:, 0], moved[:, 1], weight)
+
+    def learn(self, shifts: BlockShifts, turned_px: float) -> None:
+        """
+        Learn which blocks are fixed to the camera.
+
+        ``turned_px`` is by how much the camera's rotation alone has moved the picture. Only then
+        is it telling that a block has not moved: straight ahead, what is far away does not.
+        """
+        distance = np.hypot(shifts.dx, shifts.dy)
+        if abs(turned_px) > _TURNED:
+            still = distance < _STILL
+            self._fixed[still] += _FASTER * (1.0 - self._fixed[still])
+        self._fixed[distance > _MOVED] *= _FORGOTTEN

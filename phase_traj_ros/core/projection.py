@@ -1,0 +1,218 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""
+From pixels to angles: the focal length, and frames reprojected to a cylinder.
+
+Picture axes: columns to the right, rows down, the centre of the first pixel at (0, 0). Azimuths
+are positive to the right, as columns are; yaw is positive to the left, as REP 103 has it. A camera
+that turns left by an angle moves all content to the right by the same angle, so no sign changes
+between a shift on the cylinder and yaw.
+"""
+
+from dataclasses import dataclass
+import math
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from phase_traj_ros.core.phase_correlation import Frame
+
+# What is looked at, in degrees from the optical axis. Above, there is sky or the tops of houses
+# near by; below, the road passes too fast and the bonnet does not move at all.
+_ABOVE_DEG = 20.0
+_BELOW_DEG = 15.0
+_ASIDE_DEG = 60.0
+# Finer than this brings no accuracy, whatever the camera: see docs/heading.md.
+_MAX_PX_PER_RAD = 256.0
+
+
+def focal_from_hfov(hfov_deg: float, width: int) -> float:
+    """
+    Return the focal length in pixels of a camera that sees ``hfov_deg`` from edge to edge.
+
+    f = (width / 2) / tan(hfov / 2), for a picture without distortion.
+
+    Raises
+    ------
+    ValueError
+        The angle is not between 0 and 180 degrees, or the width is below 1.
+
+    """
+    if not 0.0 < hfov_deg < 180.0:
+        raise ValueError(f'hfov_deg is {hfov_deg}: give an angle between 0 and 180 degrees')
+    if width < 1:
+        raise ValueError(f'width is {width}: give at least 1 pixel')
+    return width / 2 / math.tan(math.radians(hfov_deg) / 2)
+
+
+def hfov_from_focal(focal_px: float, width: int) -> float:
+    """Return the horizontal field of view in degrees; the inverse of ``focal_from_hfov``."""
+    return math.degrees(2 * math.atan(width / 2 / focal_px))
+
+
+def threshold_px(threshold_deg_s: float, focal_px: float, interval: float) -> float:
+    """
+    Return the threshold in pixels per frame that stands for a yaw rate in degrees per second.
+
+    A camera that yaws by an angle a within ``interval`` seconds shifts what is straight ahead by
+    f tan(a) pixels. Angles of 80 degrees and more, which no picture can show, count as 80.
+
+    Raises
+    ------
+    ValueError
+        One of the three is not a finite number above 0.
+
+    """
+    for name, value in (
+            ('threshold_deg_s', threshold_deg_s), ('focal_px', focal_px), ('interval', interval)):
+        if not (math.isfinite(value) and value > 0):
+            raise ValueError(f'{name} is {value}: give a finite number above 0')
+    return focal_px * math.tan(math.radians(min(threshold_deg_s * interval, 80.0)))
+
+
+@dataclass(frozen=True, slots=True)
+class Band:
+    """
+    The part of the view that is reprojected, in degrees from the optical axis.
+
+    Given as angles rather than shares of the picture, it is the same part of the world whatever
+    the camera. It ends where the picture ends.
+    """
+
+    above: float = _ABOVE_DEG
+    below: float = _BELOW_DEG
+    aside: float = _ASIDE_DEG
+    """To either side."""
+
+    def __post_init__(self) -> None:
+        """Refuse what cannot be projected."""
+        for name, angle in (('above', self.above), ('below', self.below), ('aside', self.aside)):
+            if not 0.0 < angle < 90.0:
+                raise ValueError(
+                    f'the band reaches {angle} degrees {name}: give an angle between 0 and 90')
+
+
+class CylinderProjection:
+    """
+    Reprojects frames of a pinhole camera to a cylinder about the camera's vertical axis.
+
+    There, yaw is one and the same horizontal shift over the whole width, while in the picture of
+    a pinhole camera a yaw of a moves content at the azimuth t by f a / cos(t)**2. A point of the
+    cylinder has an azimuth t and a slope y, the tangent of its angle below the horizontal plane;
+    it is seen in the picture at
+
+        x = cx + f tan(t),    y' = cy + f y / cos(t).
+
+    The way from one to the other is computed once, and a frame costs one ``cv2.remap`` (after a
+    reduction by a whole number, if the camera has far more pixels than are of use).
+    """
+
+    def __init__(
+        self, shape: tuple[int, int], focal_px: float, *, cx: float | None = None,
+        cy: float | None = None, band: Band | None = None,
+        max_px_per_rad: float = _MAX_PX_PER_RAD,
+    ) -> None:
+        """
+        Compute the way from a frame to the cylinder.
+
+        Parameters
+        ----------
+        shape
+            Of the frames, (H, W).
+        focal_px
+            Focal length in pixels.
+        cx, cy
+            Principal point in pixels; the middle of the frame if not given.
+        band
+            Which part of the view is used.
+        max_px_per_rad
+            Resolution of the cylinder; it is never finer than the frame's own, ``focal_px``.
+
+        Raises
+        ------
+        ValueError
+            The focal length or the resolution is not a finite number above 0, or the principal
+            point lies so far off that nothing of the band is in the picture.
+
+        """
+        for name, value in (('focal_px', focal_px), ('max_px_per_rad', max_px_per_rad)):
+            if not (math.isfinite(value) and value > 0):
+                raise ValueError(f'{name} is {value}: give a finite number of pixels above 0')
+        height, width = shape
+        cx = (width - 1) / 2 if cx is None else cx
+        cy = (height - 1) / 2 if cy is None else cy
+        band = Band() if band is None else band
+        self._px_per_rad = min(max_px_per_rad, focal_px)
+        self._reduction = max(int(focal_px / self._px_per_rad + 1e-9), 1)
+        self._used = (
+            slice(height // self._reduction * self._reduction),
+            slice(width // self._reduction * self._reduction))
+        aside = math.radians(band.aside)
+        self._azimuths = self._samples(
+            max(math.atan(-(cx + 0.5) / focal_px), -aside),
+            min(math.atan((width - 0.5 - cx) / focal_px), aside))
+        self._slopes = self._samples(
+            -min((cy + 0.5) / focal_px, math.tan(math.radians(band.above))),
+            min((height - 0.5 - cy) / focal_px, math.tan(math.radians(band.below))))
+        if min(self.shape) < 1:
+            raise ValueError(
+                f'nothing is to be seen of a frame of {width}x{height} pixels with the focal'
+                f' length {focal_px:.6g} and the principal point {cx:.6g}, {cy:.6g}')
+        columns = cx + focal_px * np.tan(self._azimuths)
+        rows = cy + focal_px * np.outer(self._slopes, 1 / np.cos(self._azimuths))
+        self._inside: NDArray[np.bool_] = (rows >= -0.5) & (rows <= height - 0.5)
+        self._maps = cv2.convertMaps(
+            self._reduced(np.broadcast_to(columns, rows.shape)), self._reduced(rows),
+            cv2.CV_16SC2)
+
+    def __call__(self, frame: Frame) -> Frame:
+        """Return a frame (H, W) on the cylinder, ``shape`` and the same type."""
+        source = frame
+        if self._reduction > 1:
+            source = frame[self._used]
+            height, width = (side // self._reduction for side in source.shape)
+            source = cv2.resize(  # type: ignore[assignment]
+                source, (width, height), interpolation=cv2.INTER_AREA)
+        return cv2.remap(  # type: ignore[return-value]
+            source, *self._maps, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Return the size (rows, columns) of what comes out."""
+        return len(self._slopes), len(self._azimuths)
+
+    @property
+    def px_per_rad(self) -> float:
+        """Return how many pixels of the cylinder make a radian, in both directions."""
+        return self._px_per_rad
+
+    @property
+    def azimuths(self) -> NDArray[np.float64]:
+        """Return the azimuth of each column in radians, positive to the right."""
+        return self._azimuths
+
+    @property
+    def slopes(self) -> NDArray[np.float64]:
+        """Return the slope y of each row, positive downwards."""
+        return self._slopes
+
+    @property
+    def inside(self) -> NDArray[np.bool_]:
+        """
+        Return which pixels of the cylinder the frame shows, of size ``shape``.
+
+        Towards the sides the picture of a plane ends earlier; there its edge is repeated.
+        """
+        return self._inside
+
+    def yaw(self, dx: float) -> float:
+        """Return the yaw in radians, left positive, of a shift by ``dx`` pixels to the right."""
+        return dx / self._px_per_rad
+
+    def _samples(self, low: float, high: float) -> NDArray[np.float64]:
+        count = max(int((high - low) * self._px_per_rad), 0)
+        return (low + high) / 2 + (np.arange(count) - (count - 1) / 2) / self._px_per_rad
+
+    def _reduced(self, position: NDArray[np.float64]) -> NDArray[np.float32]:
+        """Take pixels of the frame to pixels of the reduced one."""
+        return ((position + 0.5) / self._reduction - 0.5).astype(np.float32)

@@ -1,0 +1,221 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What replay shows and writes: bags, pictures, reports, and many sources at once."""
+
+import csv
+import io
+import json
+import os
+import subprocess
+import sys
+
+import cv2
+import numpy as np
+from phase_traj_ros.cli.live_view import LiveView
+from phase_traj_ros.cli.main import main
+from phase_traj_ros.io.replay import replay
+from phase_traj_ros.io.source import Frame, open_source
+from phase_traj_ros.parameters import Parameters
+import pytest
+
+PLAIN = {'chain_code.json', 'shifts.csv', 'trajectory.png', 'trajectory.tum', 'turns.png'}
+PLACES = [0, 0, 30, 60, 60, 20, 20, 20]
+
+
+def pictures(folder, places=PLACES):
+    folder.mkdir(parents=True)
+    rng = np.random.default_rng(1)
+    texture = cv2.GaussianBlur(rng.integers(0, 256, (96, 160), dtype=np.uint8), (0, 0), 1.5)
+    for index, place in enumerate(places):
+        cv2.imwrite(str(folder / f'{index}.png'), np.roll(texture, place, axis=1))
+    return folder
+
+
+@pytest.fixture
+def folder(tmp_path):
+    return pictures(tmp_path / 'drive')
+
+
+def run(*arguments):
+    return main([str(each) for each in arguments])
+
+
+def refused(capsys, *arguments):
+    """Run a call that has to be refused; return its only line."""
+    assert run(*arguments) == 2
+    captured = capsys.readouterr()
+    assert captured.out == '' and captured.err.count('\n') == 1
+    return captured.err
+
+
+def files_in(folder):
+    return {path.name for path in folder.iterdir()}
+
+
+def test_everything_of_one_source(folder, tmp_path, capsys):
+    output = tmp_path / 'out'
+    pytest.importorskip('rosbags')
+    assert run(
+        'replay', folder, '--output', output, '--report', '--svg',
+        '--bag-out', output / 'drive.mcap', '--bag-debug-images',
+        '--animation', tmp_path / 'gif' / 'drive.gif') == 0
+    assert files_in(output) == PLAIN | {
+        'report.html', 'trajectory.svg', 'turns.svg', 'drive.mcap'}
+    assert files_in(tmp_path / 'gif') == {'drive.gif'}
+    assert f'written to {output / "drive.mcap"}' in capsys.readouterr().out
+    # Its debug images can be replayed in turn.
+    with open_source(output / 'drive.mcap') as source:
+        assert len(list(source)) == len(PLACES) - 1
+
+
+def test_results_that_are_not_wanted_again_do_not_stay(tmp_path):
+    output = tmp_path / 'out'
+    turning, straight = pictures(tmp_path / 'a'), pictures(tmp_path / 'b', [0, 0, 0, 0])
+    assert run('replay', turning, '--output', output, '--report', '--svg') == 0
+    (output / 'notes.txt').touch()
+    assert run('replay', straight, '--output', output) == 0
+    assert files_in(output) == PLAIN - {'turns.png'} | {'notes.txt'}
+
+
+def test_an_error_leaves_nothing_behind(folder, tmp_path, capsys):
+    (folder / '5.png').write_bytes(b'')
+    output = tmp_path / 'out'
+    refused(
+        capsys, 'replay', folder, '--output', output, '--report', '--bag-out',
+        tmp_path / 'bags' / 'x.mcap', '--animation', tmp_path / 'x.gif')
+    assert files_in(tmp_path) == {'drive'}
+
+
+@pytest.mark.parametrize(('arguments', 'message'), [
+    (['--report'], '--report writes into the folder of --output'),
+    (['--svg'], '--svg writes into the folder of --output'),
+    (['--bag-out', 'x.bag'], 'its name has to end in .mcap'),
+    (['--animation', 'x.png'], 'its name has to end in .gif'),
+    (['--bag-debug-images'], '--bag-debug-images is about the bag of --bag-out'),
+    (['{folder}'], 'several sources need --output DIR'),
+    (['{folder}', '--output', '{out}', '--live'], '--live takes one source'),
+    (['{folder}', '--output', '{out}', '--animation', 'x.gif'], '--animation takes one source'),
+    (['{folder}', '--output', '{out}', '--bag-out', 'a/x.mcap'], 'a name without a folder'),
+    (['{folder}', '--output', '{out}', '--bag-out', 'x.bag'], 'has to end in .mcap'),
+    (['{folder}', '--output', '{out}', '--jobs', '0'], '--jobs is 0'),
+    (['{folder}', '--output', '{folder}/0.png'], 'cannot write to'),
+])
+def test_what_does_not_go_together(folder, tmp_path, capsys, arguments, message):
+    filled = [each.format(folder=folder, out=tmp_path / 'out') for each in arguments]
+    assert message in refused(capsys, 'replay', folder, *filled)
+    assert files_in(tmp_path) == {'drive'}
+
+
+def test_several_sources_one_of_them_broken(tmp_path):
+    pytest.importorskip('rosbags')
+    sources = [pictures(tmp_path / name) for name in ('a', 'b')]
+    broken = tmp_path / 'broken.mp4'
+    broken.write_bytes(b'this is no video' * 100)
+    output = tmp_path / 'out'
+    # From a shell: the processes import the program's main module, too.
+    result = subprocess.run(
+        [sys.executable, '-m', 'phase_traj_ros.cli.main', 'replay', sources[0], broken,
+         sources[1], '--jobs', '2', '--output', output, '--report', '--bag-out', 'codes.mcap',
+         '--threshold', '20'],
+        capture_output=True, text=True, check=False, stdin=subprocess.DEVNULL)
+    assert (result.returncode, result.stderr) == (1, '')
+    assert files_in(output) == {'a', 'b', 'summary.csv', 'summary.html'}
+    for name in ('a', 'b'):
+        assert files_in(output / name) == PLAIN | {'report.html', 'codes.mcap'}
+        assert json.loads((output / name / 'chain_code.json').read_text())['threshold'] == 20
+    with (output / 'summary.csv').open(newline='') as file:
+        rows = list(csv.DictReader(file))
+    assert [(row['folder'], row['status'], row['frames'], row['turns']) for row in rows] == [
+        ('a', 'ok', '8', '2'), ('broken', 'failed', '0', '0'), ('b', 'ok', '8', '2')]
+    assert 'is a text file, not a video' in rows[1]['error']
+    assert rows[0]['source'] == str(sources[0])
+    assert f'{broken}: failed: ' in result.stdout
+    assert f'{sources[1]}: 8 frames, 2 turns' in result.stdout
+
+
+def test_an_interruption_keeps_what_is_done(tmp_path, monkeypatch, capsys):
+    from phase_traj_ros.cli import replay_many
+    from phase_traj_ros.io.batch import run_job
+    sources = [pictures(tmp_path / name) for name in ('a', 'b')]
+
+    def interrupted(jobs, **_):
+        yield run_job(jobs[0])
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(replay_many, 'run_parallel', interrupted)
+    assert run('replay', *sources, '--output', tmp_path / 'out') == 130
+    with (tmp_path / 'out' / 'summary.csv').open(newline='') as file:
+        assert [row['status'] for row in csv.DictReader(file)] == ['ok', 'interrupted']
+    assert 'interrupted' in capsys.readouterr().err
+
+
+def test_without_a_cluster_nothing_is_made(folder, tmp_path, capsys, monkeypatch):
+    monkeypatch.setitem(sys.modules, 'distributed', None)
+    message = refused(
+        capsys, 'replay', folder, '--output', tmp_path / 'out', '--dask', 'tcp://127.0.0.1:9')
+    assert 'phase_traj_ros[dask]' in message
+    assert files_in(tmp_path) == {'drive'}
+
+
+class Screen(io.StringIO):
+    """A terminal, or a file."""
+
+    def __init__(self, *, terminal, encoding='utf-8'):
+        super().__init__()
+        self._terminal = terminal
+        self._encoding = encoding
+
+    def isatty(self):
+        return self._terminal
+
+    @property
+    def encoding(self):
+        return self._encoding
+
+
+def viewed(screen, monkeypatch, *, size=(80, 24), total=8, title='drive'):
+    monkeypatch.setattr('shutil.get_terminal_size', lambda: os.terminal_size(size))
+    # Time goes on by 60 ms at each look: every second frame is due.
+    times = iter(range(10**6))
+    rng = np.random.default_rng(1)
+    texture = cv2.GaussianBlur(rng.integers(0, 256, (96, 160), dtype=np.uint8), (0, 0), 1.5)
+    frames = [
+        Frame(np.roll(texture, place, axis=1), index * 10**8)
+        for index, place in enumerate(PLACES)]
+    with LiveView(
+            screen, title=title, total=total, clock=lambda: 0.06 * next(times)) as view:
+        replay(frames, Parameters(), source='', watchers=[view])
+    return screen.getvalue()
+
+
+def test_the_live_view_is_drawn_over_itself(monkeypatch):
+    text = viewed(Screen(terminal=True), monkeypatch)
+    assert text.startswith('\x1b[?25l') and text.endswith('\x1b[?25h')
+    first, *later = text.split('\x1b[J')[1:]
+    lines = first.split('\n')
+    assert lines[0].startswith('drive  [')
+    back = len(lines) - 1
+    assert later and f'\x1b[{back}F' in text
+    assert '100 %, 8 of 8 frames' in later[-1]
+    assert 'movement 1 forward  direction 1 forward  ok' in later[-1]
+    assert 'shift ' in later[-1] and any('\u2800' < sign <= '\u28ff' for sign in later[-1])
+
+
+@pytest.mark.parametrize('size', [(20, 5), (1, 1), (200, 80)])
+def test_the_live_view_fits_the_terminal(monkeypatch, size):
+    text = viewed(Screen(terminal=True, encoding='ascii'), monkeypatch, size=size)
+    assert text.isascii()
+    for view in text.replace('\x1b[?25h', '').split('\x1b[J')[1:]:
+        lines = view.split('\x1b')[0].rstrip('\n').split('\n')
+        assert max(map(len, lines)) < max(size[0], 1) or size[0] == 1
+        assert len(lines) <= max(size[1] - 1, 3)
+
+
+def test_elsewhere_the_live_view_is_a_line_per_turn(monkeypatch):
+    text = viewed(Screen(terminal=False), monkeypatch, title='\x1b[2Jname')
+    assert '\x1b' not in text
+    lines = text.splitlines()
+    assert [line[:33] for line in lines[:2]] == [
+        '?[2Jname: pair 1  movement 0 left', '?[2Jname: pair 4  movement 2 righ']
+    assert lines[2:] and all(set(line.strip()) <= {
+        chr(sign) for sign in range(0x2800, 0x2900)} | {' '} for line in lines[2:])
