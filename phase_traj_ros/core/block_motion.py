@@ -14,7 +14,8 @@ from typing import Any
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
+from phase_traj_ros.core.mask import mask_weights
 from phase_traj_ros.core.phase_correlation import Frame, Shift
 
 # The frames are reduced to about so many pixels: enough to average the sensor's noise away.
@@ -23,6 +24,8 @@ _ROWS, _COLUMNS = 4, 8
 _LEAST_SIDE = 6
 # What counts as texture, as a share of what the tenth-best block has.
 _TEXTURE = 0.02
+# Share of a block that a mask has to leave.
+_OPEN = 0.5
 # Share of a block that has to be seen in both frames for it to be compared at a shift.
 _OVERLAP = 0.5
 
@@ -49,10 +52,25 @@ class BlockMotion:
     Nothing of a frame's size is allocated after the first frame.
     """
 
-    def __init__(self) -> None:
-        """Make one that waits for its first frame."""
+    def __init__(self, *, mask: ArrayLike | None = None) -> None:
+        """
+        Make one that waits for its first frame.
+
+        Blocks of which ``mask``, as the correlator takes it, leaves less than half are not
+        looked at.
+
+        Raises
+        ------
+        ValueError
+            The mask is none (see ``mask_weights``).
+
+        """
+        self._mask = None if mask is None else mask_weights(mask)
         self._form: tuple[tuple[int, ...], np.dtype[Any]] | None = None
         self._primed = False
+        # Reduced: the newest frame and the one before.
+        self._current: NDArray[np.float32] = np.empty((0, 0), np.float32)
+        self._previous: NDArray[np.float32] = np.empty((0, 0), np.float32)
 
     def reset(self) -> None:
         """Forget the previous frame."""
@@ -69,7 +87,7 @@ class BlockMotion:
             self._allocate(frame.shape, frame.dtype)
         self._current, self._previous = self._previous, self._current
         height, width = self._current.shape
-        reduced = frame[:height * self._scale, :width * self._scale]
+        reduced: NDArray[Any] = frame[:height * self._scale, :width * self._scale]
         for half in self._halves:
             # Halving again and again is several times as fast as reducing at one go.
             reduced = cv2.resize(
@@ -126,8 +144,9 @@ class BlockMotion:
         sums = split.sum(axis=(2, 4))
         count = np.maximum(sums[3], 1.0)
         still, moving, texture = squares / count - np.square(sums[:3] / count)
-        known = (sums[3] >= _OVERLAP * area) & (texture > _TEXTURE * _tenth_best(texture))
-        return float(np.mean(moving[known] < still[known])) if known.any() else 0.0
+        known = self._textured(texture.ravel()) & (sums[3].ravel() >= _OVERLAP * area)
+        follows = (moving < still).ravel()[known]
+        return float(follows.mean()) if len(follows) else 0.0
 
     def _solve(self, moments: NDArray[np.float64]) -> BlockFlow:
         across, along = moments[:, 0, 0], moments[:, 1, 1]
@@ -139,7 +158,15 @@ class BlockMotion:
         # Where it is brighter to the right, growing brightness says that the content moves left.
         return BlockFlow(
             vectors=solved * (-4.0 * self._scale),
-            textured=weaker > _TEXTURE * _tenth_best(weaker))
+            textured=self._textured(weaker))
+
+    def _textured(self, texture: NDArray[np.floating[Any]]) -> NDArray[np.bool_]:
+        """Return which blocks, (n,), have enough texture and are not masked out."""
+        open_ones = texture[self._open]
+        if not len(open_ones):
+            return self._open
+        rank = len(open_ones) * 9 // 10
+        return self._open & (texture > _TEXTURE * np.partition(open_ones, rank)[rank])
 
     def _allocate(self, shape: tuple[int, int], dtype: np.dtype[Any]) -> None:
         self._form = shape, dtype
@@ -162,10 +189,10 @@ class BlockMotion:
         self._parts = np.empty((4, rows * tall, columns * wide), np.float32)
         self._split = (4, rows, tall, columns, wide)
         self._blocks = np.empty((rows, columns, 4, tall, wide), np.float32)
+        self._open = np.ones(rows * columns, np.bool_)
+        if self._mask is not None:
+            weights = cv2.resize(self._mask, (width, height), interpolation=cv2.INTER_AREA)
+            inner = weights[1:rows * tall + 1, 1:columns * wide + 1]
+            means = inner.reshape(self._split[1:]).mean(axis=(1, 3))
+            self._open = means.ravel() >= _OPEN
 
-
-def _tenth_best(values: NDArray[np.floating[Any]]) -> float:
-    """Return the value that a tenth of them exceed."""
-    flat = values.ravel()
-    rank = len(flat) * 9 // 10
-    return float(np.partition(flat, rank)[rank])

@@ -74,7 +74,7 @@ class CameraMotion:
 
 
 class MotionFit:
-    """Fits the model of this module to displacements on a fixed grid, by weighted least squares."""
+    """Fits the model of this module to the displacements of fixed blocks, by least squares."""
 
     def __init__(
         self, azimuths: NDArray[np.float64], slopes: NDArray[np.float64], *, deviation: float,
@@ -110,7 +110,8 @@ class MotionFit:
         known[_YAW, 0] = -1.0
         known[_PITCH] = -y * sine, -bulge * cosine
         known[_ROLL] = -y * cosine, bulge * sine
-        prior = np.array([np.median(u), 0.0, 0.0, travel.course, travel.slope])
+        prior = np.array([np.partition(u, len(u) // 2)[len(u) // 2], 0.0, 0.0,
+                          travel.course, travel.slope])
         trust = np.array([0.0, 0.0, 0.0, 1 / travel.course_variance, 1 / travel.slope_variance])
         trust *= self._deviation ** 2
         state = prior.copy()

@@ -54,7 +54,7 @@ class BlockGrid:
     """
 
     def __init__(
-        self, shape: tuple[int, int], *, inside: NDArray[np.bool_] | None = None,
+        self, shape: tuple[int, int], *, counts: NDArray[np.bool_] | None = None,
         blocks: tuple[int, int] = (8, 20),
     ) -> None:
         """
@@ -64,7 +64,7 @@ class BlockGrid:
         ----------
         shape
             Of the frames, (H, W).
-        inside
+        counts
             (H, W): blocks whose middle is False are left out.
         blocks
             How many blocks there are, (down, across).
@@ -74,8 +74,8 @@ class BlockGrid:
         rows = (np.arange(down) + 0.5) * height / down - 0.5
         columns = (np.arange(across) + 0.5) * width / across - 0.5
         y, x = (axis.ravel() for axis in np.meshgrid(rows, columns, indexing='ij'))
-        if inside is not None:
-            seen = inside[np.rint(y).astype(int), np.rint(x).astype(int)]
+        if counts is not None:
+            seen = counts[np.rint(y).astype(int), np.rint(x).astype(int)]
             y, x = y[seen], x[seen]
         self._middles = np.stack([x, y], axis=1).astype(np.float32)
         self._fixed = np.zeros(len(x))

@@ -210,12 +210,15 @@ class PhaseCorrelator:
         cv2.subtract(  # type: ignore[call-overload]
             frame, (mean, 0.0, 0.0, 0.0), dst=self._tapered, dtype=cv2.CV_32F)
         cv2.multiply(self._tapered, self._window, dst=self._tapered)
+        spectrum_rms = deviation * self._window_rms * math.sqrt(frame.size)
         if self._mask is not None:
-            # The mean of what the mask leaves is another one.
+            # The mean of what the mask leaves is another one, and there may be nothing else.
             rest = cv2.sumElems(self._tapered)[0] / self._window_sum
             cv2.scaleAdd(self._window, -rest, self._tapered, dst=self._tapered)
+            if cv2.norm(self._tapered) <= _ROUNDING * spectrum_rms:
+                self._current.fill(0.0)
+                return 0.0
         cv2.dft(self._padded, dst=self._current)
-        spectrum_rms = deviation * self._window_rms * math.sqrt(frame.size)
         return self._whiten(self._current, _ROUNDING * spectrum_rms)
 
     def _correlate(self, energy: float) -> Shift:

@@ -109,7 +109,7 @@ class CylinderProjection:
 
     def __init__(
         self, shape: tuple[int, int], focal_px: float, *, cx: float | None = None,
-        cy: float | None = None, band: Band | None = None,
+        cy: float | None = None, band: Band | None = None, rotate_180: bool = False,
         max_px_per_rad: float = _MAX_PX_PER_RAD,
     ) -> None:
         """
@@ -122,9 +122,11 @@ class CylinderProjection:
         focal_px
             Focal length in pixels.
         cx, cy
-            Principal point in pixels; the middle of the frame if not given.
+            Principal point in pixels of the frame; the middle of the frame if not given.
         band
             Which part of the view is used.
+        rotate_180
+            Whether the camera is mounted upside down: the cylinder is upright all the same.
         max_px_per_rad
             Resolution of the cylinder; it is never finer than the frame's own, ``focal_px``.
 
@@ -141,6 +143,8 @@ class CylinderProjection:
         height, width = shape
         cx = (width - 1) / 2 if cx is None else cx
         cy = (height - 1) / 2 if cy is None else cy
+        if rotate_180:
+            cx, cy = width - 1 - cx, height - 1 - cy
         band = Band() if band is None else band
         self._px_per_rad = min(max_px_per_rad, focal_px)
         self._reduction = max(int(focal_px / self._px_per_rad + 1e-9), 1)
@@ -161,9 +165,11 @@ class CylinderProjection:
         columns = cx + focal_px * np.tan(self._azimuths)
         rows = cy + focal_px * np.outer(self._slopes, 1 / np.cos(self._azimuths))
         self._inside: NDArray[np.bool_] = (rows >= -0.5) & (rows <= height - 0.5)
+        columns = np.broadcast_to(columns, rows.shape)
+        if rotate_180:
+            columns, rows = width - 1 - columns, height - 1 - rows
         self._maps = cv2.convertMaps(
-            self._reduced(np.broadcast_to(columns, rows.shape)), self._reduced(rows),
-            cv2.CV_16SC2)
+            self._reduced(columns), self._reduced(rows), cv2.CV_16SC2)
 
     def __call__(self, frame: Frame) -> Frame:
         """Return a frame (H, W) on the cylinder, ``shape`` and the same type."""
@@ -211,7 +217,9 @@ class CylinderProjection:
 
     def _samples(self, low: float, high: float) -> NDArray[np.float64]:
         count = max(int((high - low) * self._px_per_rad), 0)
-        return (low + high) / 2 + (np.arange(count) - (count - 1) / 2) / self._px_per_rad
+        most = (count - 1) / 2 / self._px_per_rad
+        middle = (low + high) / 2
+        return np.linspace(middle - most, middle + most, count)
 
     def _reduced(self, position: NDArray[np.float64]) -> NDArray[np.float32]:
         """Take pixels of the frame to pixels of the reduced one."""

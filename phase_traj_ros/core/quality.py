@@ -9,10 +9,13 @@ driving straight on. The paper has none of them. docs/quality.md shows how they 
 
 from collections import deque
 from dataclasses import dataclass
+from enum import Enum
+import math
 
 import numpy as np
+from numpy.typing import ArrayLike
 from phase_traj_ros.core.block_motion import BlockFlow, BlockMotion
-from phase_traj_ros.core.phase_correlation import PhaseCorrelator, Shift
+from phase_traj_ros.core.phase_correlation import Frame, PhaseCorrelator, Shift
 
 # A peak no further than this from zero, in pixels along each axis, may be that of a fixed pattern.
 _AT_ZERO = 0.75
@@ -22,7 +25,7 @@ _APART = 8
 # A vehicle that passes in front of the camera hides many of them.
 _DRIVEN_OFF = 0.65
 # Mean displacement of the whole picture that is taken for shaking, as a multiple of still_motion.
-_SHAKING = 3.0
+_SHAKING = 2.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -38,26 +41,26 @@ class GateSettings:
     """
 
     min_significance: float = 6.0
-    """Standard deviations by which the peak has to stand out of noise; see PhaseCorrelator."""
+    """Standard deviations by which the map has to stand out of noise about the shift."""
     look_past_zero: bool = True
     """Whether a peak at zero gives way to a second one that most of the picture follows."""
 
     def __post_init__(self) -> None:
         """Check the values."""
-        if not 0.0 <= self.min_significance < float('inf'):
+        if not (math.isfinite(self.min_significance) and self.min_significance >= 0):
             raise ValueError(
                 f'min_significance is {self.min_significance}: give a finite number, 0 or more')
 
 
 class MeasurementGate:
-    """Tells measured shifts from those of pairs that have nothing in common."""
+    """Tells measured shifts from those of frames that have nothing in common."""
 
     def __init__(self, settings: GateSettings | None = None) -> None:
-        """Make a gate; it has no state of its own."""
+        """Make a gate; it remembers nothing from pair to pair."""
         self._settings = settings or GateSettings()
 
     def judge(
-        self, shift: Shift, correlator: PhaseCorrelator, blocks: BlockMotion,
+        self, shift: Shift, correlator: PhaseCorrelator, blocks: BlockMotion | None,
     ) -> Shift | None:
         """
         Return the shift that the pair is to be judged by, or None if nothing was measured.
@@ -69,20 +72,24 @@ class MeasurementGate:
         correlator
             Holds the map of this pair.
         blocks
-            Holds the same two frames.
+            Holds the same two frames; looked at only if the shift is zero and the settings say
+            so, and not looked past zero without it.
 
         """
-        if self._is_measured(shift, correlator):
-            return self._past_zero(shift, correlator, blocks) or shift
-        return None
+        if not self._is_measured(shift, correlator):
+            return None
+        if blocks is None or not self._settings.look_past_zero:
+            return shift
+        return self._past_zero(shift, correlator, blocks) or shift
 
     def _is_measured(self, shift: Shift, correlator: PhaseCorrelator) -> bool:
-        return correlator.significance(shift) >= self._settings.min_significance
+        significance = correlator.significance(shift)
+        return significance > 0 and significance >= self._settings.min_significance
 
     def _past_zero(
         self, shift: Shift, correlator: PhaseCorrelator, blocks: BlockMotion,
     ) -> Shift | None:
-        if not self._settings.look_past_zero or max(abs(shift.dx), abs(shift.dy)) > _AT_ZERO:
+        if max(abs(shift.dx), abs(shift.dy)) > _AT_ZERO:
             return None
         second = correlator.second_peak(apart=_APART)
         if self._is_measured(second, correlator) and blocks.share_following(second) > 0.5:
@@ -105,13 +112,13 @@ class StillnessSettings:
     frames: int = 5
     """Pairs over which the motion of the picture's parts is averaged."""
     max_motion: float = 2e-4
-    """Their mean displacement per pair below which they stand, as a share of the width."""
+    """Their mean displacement per pair up to which they stand, as a share of the width."""
 
     def __post_init__(self) -> None:
         """Check the values."""
         if self.frames < 1:
             raise ValueError(f'frames is {self.frames}: give at least 1')
-        if not 0.0 < self.max_motion < float('inf'):
+        if not (math.isfinite(self.max_motion) and self.max_motion > 0):
             raise ValueError(f'max_motion is {self.max_motion}: give a finite number above 0')
 
 
@@ -137,10 +144,12 @@ class StillnessDetector:
 
     def update(self, flow: BlockFlow, width: int) -> bool:
         """
-        Take the flow of the next pair of frames ``width`` pixels wide; return whether it stands.
+        Take the flow of the next pair of frames, ``width`` pixels wide; return whether it stands.
 
-        Never before as many pairs have come as are averaged.
+        It never does before as many pairs have come as are averaged.
         """
+        if self._flows and len(self._flows[-1].vectors) != len(flow.vectors):
+            self.reset()
         self._flows.append(flow)
         if len(self._flows) == self._settings.frames:
             moving = self._moving_share(self._settings.max_motion * width)
@@ -149,12 +158,72 @@ class StillnessDetector:
 
     def _moving_share(self, limit: float) -> float:
         """Return the share of the textured blocks whose mean displacement is above ``limit``."""
-        mean = np.mean([flow.vectors for flow in self._flows], axis=0)
         textured = np.mean([flow.textured for flow in self._flows], axis=0) >= 0.5
-        mean = mean[textured]
+        mean = np.mean([flow.vectors for flow in self._flows], axis=0)[textured]
         if not len(mean):
             return 1.0
         shake = np.median(mean, axis=0)
         if np.hypot(*shake) <= _SHAKING * limit:
             mean = mean - shake
         return float(np.mean(np.hypot(mean[:, 0], mean[:, 1]) > limit))
+
+
+class Verdict(Enum):
+    """What a pair of frames is worth."""
+
+    MEASURED = 'measured'
+    STILL = 'still'
+    NO_MEASUREMENT = 'no_measurement'
+
+
+class PairQuality:
+    """
+    The tests that are switched on, for the frames of one camera.
+
+    ``update`` takes every frame that the correlator took, and ``judge`` follows wherever that
+    gave a shift.
+    """
+
+    def __init__(
+        self, *, gate: GateSettings | None = None, stillness: StillnessSettings | None = None,
+        mask: ArrayLike | None = None,
+    ) -> None:
+        """Make the tests; None switches one off. The mask is that of the correlator."""
+        self._gate = None if gate is None else MeasurementGate(gate)
+        self._detector = None if stillness is None else StillnessDetector(stillness)
+        self._blocks = BlockMotion(mask=mask)
+        self._needs_blocks = stillness is not None or (gate is not None and gate.look_past_zero)
+        self._has_pair = False
+        self._width = 0
+
+    def reset(self) -> None:
+        """Forget all frames, as at the start, after a gap or where the frames change."""
+        self._blocks.reset()
+        self._has_pair = False
+        if self._detector is not None:
+            self._detector.reset()
+
+    def update(self, frame: Frame) -> None:
+        """Take the next frame, the very one that the correlator has taken."""
+        if self._needs_blocks:
+            self._has_pair = self._blocks.update(frame)
+            self._width = frame.shape[1]
+
+    def judge(self, shift: Shift, correlator: PhaseCorrelator) -> tuple[Verdict, Shift]:
+        """
+        Return what the pair is worth, and the shift that it is to be judged by.
+
+        A pair that is not measured says nothing of standing still, and is not held against it.
+        """
+        if self._gate is not None:
+            blocks = self._blocks if self._has_pair else None
+            believed = self._gate.judge(shift, correlator, blocks)
+            if believed is None:
+                return Verdict.NO_MEASUREMENT, shift
+            shift = believed
+        elif shift.response == 0.0:
+            return Verdict.NO_MEASUREMENT, shift
+        if self._detector is not None and self._has_pair:
+            if self._detector.update(self._blocks.flow(), self._width):
+                return Verdict.STILL, shift
+        return Verdict.MEASURED, shift

@@ -29,6 +29,12 @@ _SURPRISE_PX = 6.0
 _DOUBT = 0.5
 _LEAST_AGREEMENT = 0.3
 _LEAST_BLOCKS = 10.0
+# A shift alone has to stand out of noise by so many standard deviations, and is doubted if it is
+# that of a pattern fixed to the camera, which does not move, in pixels.
+_LEAST_SIGNIFICANCE = 6.0
+_AT_ZERO = 0.75
+# A block sees this far, (rows, columns).
+_REACH = (9, 9)
 # No second peak is looked for nearer to the first, in pixels.
 _APART = 2
 # Brightness that pictures are brought to, as a grey level, and how fast it follows theirs.
@@ -43,13 +49,17 @@ class YawMeasurement:
     shift
         The shift of the picture as a whole, in pixels of the cylinder.
     yaw
-        In radians, left positive; None where the blocks do not agree on one.
+        In radians, left positive; None where nothing was measured.
+    refined
+        Whether it is what the blocks have in common. Otherwise, they do not agree (the vehicle
+        has gone too far between the two frames, say), and it is what the shift alone says.
     agreement
         Share of the blocks that agree, 0 to 1.
     """
 
     shift: Shift
     yaw: float | None
+    refined: bool
     agreement: float
 
 
@@ -58,11 +68,33 @@ class YawMeter:
 
     def __init__(
         self, projection: CylinderProjection, *, window: Window = Window.SQRT_HANN,
+        mask: NDArray[np.float32] | None = None,
     ) -> None:
-        """Make a meter for frames of the size that ``projection`` takes."""
+        """
+        Make a meter for frames of the size that ``projection`` takes.
+
+        Parameters
+        ----------
+        projection
+            From frames to the cylinder.
+        window
+            Taper of the cylinder's pictures before they are correlated.
+        mask
+            How much each pixel of the frames counts, (H, W) from 0 to 1; None for all alike.
+
+        Raises
+        ------
+        ValueError
+            The mask leaves nothing of what is projected.
+
+        """
         self._projection = projection
-        self._correlator = PhaseCorrelator(window=window)
-        self._grid = BlockGrid(projection.shape, inside=projection.inside)
+        counts = projection.inside
+        if mask is not None:
+            mask = np.asarray(projection(mask), np.float32)
+            counts = counts & (cv2.erode(mask, np.ones(_REACH)) > 0.5)
+        self._correlator = PhaseCorrelator(window=window, mask=mask)
+        self._grid = BlockGrid(projection.shape, counts=counts)
         columns, rows = self._grid.middles.T
         scale = projection.px_per_rad
         self._fit = MotionFit(
@@ -103,19 +135,33 @@ class YawMeter:
         previous, self._previous = self._previous, current
         if previous is None or shift is None:
             return None
-        if shift.response == 0.0:
-            return YawMeasurement(shift, None, 0.0)
         travel = self._travel.after(interval)
-        motion = self._motion(previous, current, shift, travel, interval)
-        if motion is None or not _believed(motion):
-            self._travel = travel
-            return YawMeasurement(shift, None, 0.0 if motion is None else motion.agreement)
-        self._travel, self._rate = motion.travel, motion.yaw / interval
-        return YawMeasurement(shift, motion.yaw, motion.agreement)
+        foreseen = self._rate * interval * self._projection.px_per_rad
+        motion = None
+        if shift.response > 0.0:
+            motion = self._motion(previous, current, shift, travel, foreseen)
+        agreement = 0.0 if motion is None else motion.agreement
+        if motion is not None and _believed(motion):
+            self._travel, self._rate = motion.travel, motion.yaw / interval
+            return YawMeasurement(shift, motion.yaw, True, agreement)
+        self._travel = travel
+        dx = self._shift_alone(shift, foreseen)
+        if dx is None:
+            return YawMeasurement(shift, None, False, agreement)
+        yaw = self._projection.yaw(dx)
+        self._rate = yaw / interval
+        return YawMeasurement(shift, yaw, False, agreement)
+
+    def _shift_alone(self, shift: Shift, foreseen: float) -> float | None:
+        """Return the shift that stands out of noise and is not that of a fixed pattern, if any."""
+        if max(abs(shift.dx), abs(shift.dy)) <= _AT_ZERO and abs(foreseen) > _SURPRISE_PX / 2:
+            shift = self._correlator.second_peak(apart=_APART)
+        stands_out = self._correlator.significance(shift) >= _LEAST_SIGNIFICANCE
+        return shift.dx if stands_out and abs(shift.dy) < _MOST_SHAKING else None
 
     def _motion(
         self, previous: NDArray[np.uint8], current: NDArray[np.uint8], shift: Shift,
-        travel: Travel, interval: float,
+        travel: Travel, foreseen: float,
     ) -> CameraMotion | None:
         """
         Look for the blocks where the shift says, and elsewhere if there is reason to doubt it.
@@ -125,7 +171,6 @@ class YawMeter:
         """
         scale = self._projection.px_per_rad
         shaking = min(max(shift.dy, -_MOST_SHAKING), _MOST_SHAKING)
-        foreseen = self._rate * interval * scale
         best, blocks = self._look(previous, current, (shift.dx, shaking), travel)
         if best is None or best.agreement < _DOUBT or abs(shift.dx - foreseen) > _SURPRISE_PX:
             best, blocks = _better((best, blocks), self._look(

@@ -28,7 +28,7 @@ _PANEL = 150
 _GREYS = 16
 _BLENDS = 5
 # Red, green, blue.
-_PAPER, _INK, _MUTED = (255, 255, 255), (31, 41, 51), (176, 186, 196)
+_PAPER, _INK = (255, 255, 255), (31, 41, 51)
 _LINE, _FAINT_LINE, _ACCENT = (11, 110, 153), (200, 222, 232), (209, 73, 91)
 _FONT = cv2.FONT_HERSHEY_SIMPLEX
 # Milliseconds that a picture is shown at least, at most, and the last one.
@@ -118,7 +118,7 @@ class _Canvas:
     def _draw_shift(self, panel: Picture, pair: int) -> None:
         height, width, _ = panel.shape
         dx = np.nan_to_num(self._shown.dx)
-        top, bottom = 62, height - 12
+        top, bottom = 66, height - 10
         high = max(float(np.abs(dx).max()), 1.5 * self._threshold)
         y = (top + bottom) / 2 - dx / high * (bottom - top) / 2
         x = np.linspace(8, width - 12, len(dx))
@@ -133,10 +133,14 @@ class _Canvas:
 
     def _write_codes(self, panel: Picture, update: Update) -> None:
         movement, direction = update.step.movement, update.step.direction
-        for row, text in enumerate((
-                f'movement   {int(movement)} {movement.name.lower().replace("_", " ")}',
-                f'direction  {int(direction)} {direction.name.lower()}')):
-            cv2.putText(panel, text, (8, 22 + 20 * row), _FONT, 0.45, _INK, 1, cv2.LINE_AA)
+        shift = 'not measured' if update.shift is None else f'{update.shift.dx:+.0f} px'
+        for row, (name, text) in enumerate((
+                ('movement', f'{int(movement)} {movement.name.lower().replace("_", " ")}'),
+                ('direction', f'{int(direction)} {direction.name.lower()}'),
+                ('shift', shift))):
+            for column, word in ((8, name), (90, text)):
+                place = (column, 18 + 17 * row)
+                cv2.putText(panel, word, place, _FONT, 0.42, _INK, 1, cv2.LINE_AA)
 
 
 def _fitted(

@@ -73,8 +73,12 @@ def turn_marks(result: Replay) -> tuple[TurnMark, ...]:
         if update.step.movement not in (Movement.LEFT, Movement.RIGHT):
             continue
         end = pair
-        while end + 1 < len(updates) and updates[end + 1].status is PairStatus.TURNING:
-            end += 1
+        # In mid-turn there may be pairs that could not be judged.
+        for later in range(pair + 1, len(updates)):
+            if updates[later].step.appended:
+                break
+            if updates[later].status is PairStatus.TURNING:
+                end = later
         before = updates[pair - 1].tip
         marks.append(TurnMark(
             len(marks) + 1, update.step.movement, pair, end, float(seconds[pair]),

@@ -159,8 +159,11 @@ class TurnWatcher:
                 self._turns.append(self._open)
                 assert last is not None
                 self._keep(self._open, last, update.pair, estimator)
-        elif update.status is not PairStatus.TURNING:
+        elif update.step.appended:
             self._open = None
+        elif update.status is not PairStatus.TURNING:
+            # A pair that could not be judged: the turn may go on after it.
+            return
         if self._open is not None:
             self._keep(self._open, frame, update.pair + 1, estimator)
 

@@ -1,0 +1,166 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""
+Turns as a driver would count them, apart from the codes.
+
+A turn is a stretch in which the vehicle yaws by more than 5 degrees per second to one side, and
+by 60 degrees or more on the whole. It begins with the first pair of frames that does, and ends
+with the last one: dips of up to half a second, be they real or wrong measurements, belong to it.
+However far it goes, it is one turn. The definition takes headings and stamps only, so it holds
+for measured headings and for true ones alike.
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+import math
+
+MIN_RATE_DEG_S = 5.0
+MIN_ANGLE_DEG = 60.0
+_LONGEST_DIP_NS = 500_000_000
+
+
+@dataclass(frozen=True, slots=True)
+class Turn:
+    """
+    One turn; angles are positive to the left, as REP 103 has it.
+
+    start_frame, end_frame
+        Number of the frame after which it begins, and of the frame at which it is done; the first
+        frame is 0.
+    start_ns, end_ns
+        Their stamps.
+    angle_deg
+        By how much the heading changed between the two.
+    peak_rate_deg_s
+        The yaw rate of the fastest pair of frames.
+    """
+
+    start_frame: int
+    end_frame: int
+    start_ns: int
+    end_ns: int
+    angle_deg: float
+    peak_rate_deg_s: float
+
+    @property
+    def quarter_turns(self) -> int:
+        """Return how many right angles it is, rounded, positive to the left."""
+        return int(math.copysign(math.floor(abs(self.angle_deg) / 90 + 0.5), self.angle_deg))
+
+
+class TurnDetector:
+    """
+    Finds turns while the heading comes in, frame by frame.
+
+    Whatever the length of a turn, it keeps no more of it than its two ends.
+    """
+
+    def __init__(
+        self, *, min_rate_deg_s: float = MIN_RATE_DEG_S, min_angle_deg: float = MIN_ANGLE_DEG,
+    ) -> None:
+        """
+        Make a detector that waits for its first frame.
+
+        Raises
+        ------
+        ValueError
+            The least rate or the least angle is not a finite number above 0.
+
+        """
+        for name, value in (('min_rate_deg_s', min_rate_deg_s), ('min_angle_deg', min_angle_deg)):
+            if not (math.isfinite(value) and value > 0):
+                raise ValueError(f'{name} is {value}: give a finite number above 0')
+        self._min_angle = min_angle_deg
+        # To either side for itself: a pair to the wrong side does not end a turn.
+        self._sides = (_Side(1, min_rate_deg_s), _Side(-1, min_rate_deg_s))
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget everything: the next frame is the first."""
+        for side in self._sides:
+            side.turn = None
+        self._frame = -1
+        self._last: tuple[int, float] | None = None
+
+    def update(self, stamp_ns: int, heading: float) -> list[Turn]:
+        """
+        Take the next frame; return the turns that have ended, half a second ago or more.
+
+        Parameters
+        ----------
+        stamp_ns
+            Of the frame, later than that of the one before.
+        heading
+            At this frame, in radians, left positive, not wrapped.
+
+        """
+        self._frame += 1
+        last, self._last = self._last, (stamp_ns, math.degrees(heading))
+        if last is None:
+            return []
+        return self._large_enough(
+            [side.update(self._frame, last, self._last) for side in self._sides])
+
+    def finish(self) -> list[Turn]:
+        """Return the turn under way, if it is large enough already, and forget everything."""
+        under_way = [side.turn for side in self._sides]
+        self.reset()
+        return self._large_enough(under_way)
+
+    def _large_enough(self, ended: Iterable[Turn | None]) -> list[Turn]:
+        return [
+            turn for turn in ended if turn is not None and abs(turn.angle_deg) >= self._min_angle]
+
+
+def find_turns(
+    stamps_ns: Iterable[int], headings: Iterable[float], *,
+    min_rate_deg_s: float = MIN_RATE_DEG_S, min_angle_deg: float = MIN_ANGLE_DEG,
+) -> list[Turn]:
+    """
+    Return all turns of a drive, in the order in which they begin.
+
+    Parameters
+    ----------
+    stamps_ns
+        Of the frames, rising.
+    headings
+        At the frames, in radians, left positive, not wrapped.
+    min_rate_deg_s, min_angle_deg
+        What makes a turn.
+
+    """
+    detector = TurnDetector(min_rate_deg_s=min_rate_deg_s, min_angle_deg=min_angle_deg)
+    turns = [
+        turn for stamp_ns, heading in zip(stamps_ns, headings)
+        for turn in detector.update(stamp_ns, heading)]
+    return sorted([*turns, *detector.finish()], key=lambda turn: turn.start_frame)
+
+
+class _Side:
+    """The stretches in which the vehicle yaws to one side."""
+
+    def __init__(self, sign: int, min_rate: float) -> None:
+        self._sign = sign
+        self._min_rate = min_rate
+        self._start_heading = 0.0
+        self.turn: Turn | None = None
+
+    def update(
+        self, frame: int, before: tuple[int, float], after: tuple[int, float],
+    ) -> Turn | None:
+        """Take a pair of frames, (stamp, degrees) each; return the stretch that it ends."""
+        rate = (after[1] - before[1]) / (after[0] - before[0]) * 1e9
+        ended = None
+        if self.turn is not None and before[0] - self.turn.end_ns > _LONGEST_DIP_NS:
+            ended, self.turn = self.turn, None
+        if rate * self._sign <= self._min_rate:
+            return ended
+        if self.turn is None:
+            self._start_heading = before[1]
+            self.turn = Turn(frame - 1, frame, before[0], after[0], after[1] - before[1], rate)
+        else:
+            peak = max(self.turn.peak_rate_deg_s, rate, key=abs)
+            self.turn = Turn(
+                self.turn.start_frame, frame, self.turn.start_ns, after[0],
+                after[1] - self._start_heading, peak)
+        return ended
