@@ -7,15 +7,15 @@ Knows nothing of rclpy: ``phase_traj_ros.ros.declare`` declares this table on a 
 ``phase_traj_ros.io.params_file`` reads it from a ROS parameter file.
 """
 
+import sys
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields, MISSING, replace
+from dataclasses import MISSING, dataclass, field, fields, replace
 from difflib import get_close_matches
 from enum import Enum
 from functools import cache
-import sys
-from typing import Any, cast, TypeAlias
+from typing import Any, TypeAlias, cast
 
-from phase_traj_ros.core import EstimatorSettings, PAPER_THRESHOLD, View, Window
+from phase_traj_ros.core import PAPER_THRESHOLD, EstimatorSettings, View, Window
 from phase_traj_ros.core.quality import GateSettings, StillnessSettings
 from phase_traj_ros.errors import ParameterError
 

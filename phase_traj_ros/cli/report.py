@@ -2,11 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """How codes are printed."""
 
-from phase_traj_ros.core import CodeSeries, DynamicChainCode
+from phase_traj_ros.core import ChainCode, CodeSeries
 from phase_traj_ros.core.code_series import Code
 
 
-def print_codes(codes: DynamicChainCode) -> None:
+def print_codes(codes: ChainCode) -> None:
     """Print both codes in run-length form."""
     _print_series('movement ', codes.movement)
     _print_series('direction', codes.direction)

@@ -7,7 +7,7 @@ Knows neither ROS nor files. A frame goes through ``PhaseCorrelator`` (shift), `
 (codes) and ``ChainPath`` (trajectory); ``TrajectoryEstimator`` joins them for one camera.
 """
 
-from phase_traj_ros.core.chain_code import DynamicChainCode, PAPER_THRESHOLD, Step
+from phase_traj_ros.core.chain_code import PAPER_THRESHOLD, ChainCode, DynamicChainCode, Step
 from phase_traj_ros.core.code_series import CodeSeries, Run
 from phase_traj_ros.core.codes import Direction, Movement, pack, unpack
 from phase_traj_ros.core.estimator import (
@@ -33,6 +33,7 @@ from phase_traj_ros.core.windows import Window
 
 __all__ = [
     'Axes',
+    'ChainCode',
     'ChainPath',
     'CodeSeries',
     'Corner',

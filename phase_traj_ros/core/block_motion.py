@@ -8,13 +8,14 @@ shift for the whole frame does not tell enough: whether anything moves at all, a
 shifts most of the picture follows.
 """
 
-from dataclasses import dataclass
 import math
+from dataclasses import dataclass
 from typing import Any
 
 import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+
 from phase_traj_ros.core.mask import mask_weights
 from phase_traj_ros.core.phase_correlation import Frame, Shift
 

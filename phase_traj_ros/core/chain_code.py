@@ -6,8 +6,9 @@ The dynamic chain code: from shifts to movements and directions.
 The paper's state machine; docs/method.md says how its words and its inequalities are read.
 """
 
-from dataclasses import dataclass
 import math
+from dataclasses import dataclass
+from typing import Protocol
 
 from phase_traj_ros.core.code_series import CodeSeries
 from phase_traj_ros.core.codes import Direction, Movement
@@ -27,6 +28,25 @@ class Step:
     def appended(self) -> bool:
         """Return whether the direction was appended to the direction code."""
         return self.movement is not Movement.NO_CHANGE
+
+
+class ChainCode(Protocol):
+    """Both codes of a drive, whatever they were made from."""
+
+    @property
+    def movement(self) -> CodeSeries[Movement]:
+        """Return the movement codes so far, one per pair of frames."""
+
+    @property
+    def direction(self) -> CodeSeries[Direction]:
+        """Return the direction codes so far, one per pair that is not ``NO_CHANGE``."""
+
+    @property
+    def heading(self) -> Direction:
+        """Return the current direction."""
+
+    def skip(self, *, end_turn: bool = False) -> Step:
+        """Append ``NO_CHANGE`` for a pair that cannot be judged."""
 
 
 class DynamicChainCode:

@@ -16,10 +16,10 @@ the runs follow, oldest first; ``...`` says that older runs are left out. For ex
     frames 34; movement 33 (0:0 1:25 2:1 3:7) 1x23 2x1 3x7 1x2; direction 26 (...) 1x23 2x3
 """
 
-from dataclasses import dataclass
 import re
+from dataclasses import dataclass
 
-from phase_traj_ros.core.chain_code import DynamicChainCode
+from phase_traj_ros.core.chain_code import ChainCode
 from phase_traj_ros.core.code_series import Code, CodeSeries
 
 _CODES = range(4)
@@ -63,7 +63,7 @@ class ChainCodeText:
 
 
 def describe(
-    codes: DynamicChainCode, *, frames: int, max_runs: int | None = None,
+    codes: ChainCode, *, frames: int, max_runs: int | None = None,
 ) -> ChainCodeText:
     """Return what the text tells of ``codes``, with at most ``max_runs`` runs a series."""
     return ChainCodeText(

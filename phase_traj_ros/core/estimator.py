@@ -2,21 +2,31 @@
 # SPDX-License-Identifier: Apache-2.0
 """The whole chain for one camera: a frame and its stamp in, what the pair adds out."""
 
-from dataclasses import asdict, dataclass, field, replace
-from enum import Enum
 import math
 import time
+from dataclasses import asdict, dataclass, field, replace
+from enum import Enum
 
 import numpy as np
 from numpy.typing import NDArray
+
 from phase_traj_ros.core.block_motion import BlockMotion
-from phase_traj_ros.core.chain_code import DynamicChainCode, PAPER_THRESHOLD, Step
+from phase_traj_ros.core.chain_code import PAPER_THRESHOLD, ChainCode, DynamicChainCode, Step
+from phase_traj_ros.core.heading import HeadingStep
+from phase_traj_ros.core.heading_code import HeadingCode
+from phase_traj_ros.core.heading_estimator import HeadingEstimator, HeadingUpdate, Lens
 from phase_traj_ros.core.phase_correlation import Frame, PhaseCorrelator, Shift
 from phase_traj_ros.core.quality import (
-    GateSettings, MeasurementGate, StillnessDetector, StillnessSettings)
+    GateSettings,
+    MeasurementGate,
+    StillnessDetector,
+    StillnessSettings,
+)
 from phase_traj_ros.core.trajectory import ChainPath, Corner
+from phase_traj_ros.core.turns import Turn
 from phase_traj_ros.core.view import View
 from phase_traj_ros.core.windows import Window
+from phase_traj_ros.core.yaw_meter import YawMeasurement
 
 
 class PairStatus(Enum):
@@ -34,6 +44,15 @@ class PairStatus(Enum):
     """The time between the two frames was longer than allowed."""
     REPRIMED = 'reprimed'
     """The frame's size or encoding changed, or a setting: there is none to compare it with."""
+
+
+class CodeSource(Enum):
+    """What the codes are made from."""
+
+    SHIFT = 'shift'
+    """The shift against the threshold, as the paper has it."""
+    HEADING = 'heading'
+    """The heading, quantised to right angles."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -54,6 +73,10 @@ class EstimatorSettings:
     """Pairs in a row beyond the threshold that make a turn; 1 is the paper's."""
     release_frames: int = 1
     """Pairs in a row that end a turn; 1 is the paper's."""
+    lens: Lens | None = None
+    """What is known of the camera; with it, heading and turns are measured."""
+    code_source: CodeSource = CodeSource.SHIFT
+    """What the codes are made from; the heading takes a lens."""
     gate: GateSettings | None = None
     """When a pair counts as measured; None: always (the paper)."""
     stillness: StillnessSettings | None = None
@@ -68,6 +91,8 @@ class EstimatorSettings:
         for name, value in (('max_gap', self.max_gap), ('nominal_period', self.nominal_period)):
             if not (math.isfinite(value) and value >= 0):
                 raise ValueError(f'{name} is {value}: give a finite number of seconds, or 0')
+        if self.code_source is CodeSource.HEADING and self.lens is None:
+            raise ValueError('codes from the heading need focal_px or hfov_deg: give one of them')
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,6 +111,10 @@ class Update:
     status: PairStatus
     tip: Corner
     """Where the drawn trajectory has got to."""
+    heading: HeadingStep | None = None
+    """Yaw, yaw rate and heading, where a lens is given."""
+    turns: tuple[Turn, ...] = ()
+    """Turns that are now known to have ended, where a lens is given."""
 
 
 @dataclass(slots=True)
@@ -146,6 +175,10 @@ class TrajectoryEstimator:
         self._settings = settings or EstimatorSettings()
         self._mask = mask
         self._correlator = self._make_correlator()
+        lens = self._settings.lens
+        self._heading = None if lens is None else HeadingEstimator(
+            lens, rotate_180=self._settings.view.rotate_180, mask=mask)
+        self._heading_codes = HeadingCode(max_runs=self._settings.max_runs)
         self._codes = DynamicChainCode(
             self._settings.threshold, confirm_frames=self._settings.confirm_frames,
             release_frames=self._settings.release_frames, max_runs=self._settings.max_runs)
@@ -165,9 +198,18 @@ class TrajectoryEstimator:
         return self._settings
 
     @property
-    def codes(self) -> DynamicChainCode:
-        """Both chain codes so far."""
-        return self._codes
+    def codes(self) -> ChainCode:
+        """Return both chain codes so far."""
+        return self._heading_codes if self._by_heading else self._codes
+
+    @property
+    def heading(self) -> HeadingEstimator | None:
+        """Return what follows the heading, None where no lens is given."""
+        return self._heading
+
+    @property
+    def _by_heading(self) -> bool:
+        return self._settings.code_source is CodeSource.HEADING
 
     @property
     def path(self) -> ChainPath:
@@ -176,12 +218,12 @@ class TrajectoryEstimator:
 
     @property
     def frames(self) -> int:
-        """Frames taken since the start or the last reset: one more than movement codes."""
+        """Return the frames since the start or the last reset: one more than movement codes."""
         return self._frames
 
     @property
     def last_stamp_ns(self) -> int | None:
-        """Stamp of the newest frame taken, None before the first."""
+        """Return the stamp of the newest frame taken, None before the first."""
         return self._last_stamp_ns
 
     def reconfigure(self, settings: EstimatorSettings) -> None:
@@ -226,6 +268,8 @@ class TrajectoryEstimator:
         """Start anew with the next frame: no codes, no path, direction forward."""
         self._correlator.reset()
         self._blocks.reset()
+        if self._heading is not None:
+            self._heading.forget_frame()
         self._forget()
 
     def update(self, frame: Frame, stamp_ns: int, *, encoding: str = '') -> Update | None:
@@ -255,28 +299,43 @@ class TrajectoryEstimator:
             self.counters.repeated += 1
             return None
         began = time.perf_counter_ns()
-        view = self._settings.view.of(frame)
-        # First of all the frame has to be usable: one that is not must not change anything.
-        shift = self._correlator.update(view)
-        motion = self._looks_closer and self._blocks.update(view)
         interval_ns = 0 if self._last_stamp_ns is None else stamp_ns - self._last_stamp_ns
+        # First of all the frame has to be usable: one that is not must not change anything.
+        pair = self._compare(frame, interval_ns * 1e-9)
         if interval_ns < 0:
             self.counters.time_resets += 1
             self._forget()
         form = (frame.shape, frame.dtype.str, encoding)
         if form != self._form:
             self._form = form
-            shift = None
-        pair = _Pair(shift, view.shape[1], motion and shift is not None)
+            pair = _Pair(None, None, pair.width, False)
         self.correlate_ns = time.perf_counter_ns() - began
         self._last_stamp_ns = stamp_ns
         self._frames += 1
         self.counters.frames += 1
         self._path.start(stamp_ns)
-        return self._pair(pair, stamp_ns, interval_ns) if self._frames > 1 else None
+        if self._frames > 1:
+            return self._pair(pair, stamp_ns, interval_ns)
+        if self._heading is not None:
+            self._heading.start(stamp_ns)
+        return None
+
+    def _compare(self, frame: Frame, interval: float) -> '_Pair':
+        """Compare a frame with the one before it, in every way that is asked for."""
+        view = self._settings.view.of(frame)
+        shift, yaw = None, None
+        if not self._by_heading:
+            shift = self._correlator.update(view)
+        if self._heading is not None:
+            yaw = self._heading.measure(frame, max(interval, 1e-9))
+        motion = self._looks_closer and self._blocks.update(view)
+        return _Pair(shift, yaw, view.shape[1], motion)
 
     def _forget(self) -> None:
         self._codes.reset()
+        self._heading_codes.reset()
+        if self._heading is not None:
+            self._heading.restart()
         self._stillness.reset()
         self._path.reset()
         self._frames = 0
@@ -289,30 +348,47 @@ class TrajectoryEstimator:
 
     def _pair(self, pair: '_Pair', stamp_ns: int, interval_ns: int) -> Update:
         interval = interval_ns * 1e-9
-        status, judged = self._judge(pair, interval)
-        step = self._step(status, judged, interval)
+        heading = None
+        if self._heading is not None:
+            heading = self._heading.add(
+                None if self._is_gap(interval) else pair.yaw, stamp_ns, interval)
+        if self._by_heading and heading is not None:
+            shift = heading.shift
+        else:
+            shift = None if pair.shift is None else self._settings.view.full_shift(pair.shift)
+        status, judged = self._judge(pair, heading, interval)
+        step = self._step(status, judged, heading, interval)
         if status is PairStatus.OK and not step.appended:
             status = PairStatus.TURNING
         if step.appended:
             self._path.append(step.direction, stamp_ns)
         tip = self._path.tip
         assert tip is not None
-        shift = None
-        if pair.shift is not None and status is not PairStatus.GAP:
-            shift = self._settings.view.full_shift(pair.shift)
-        return Update(self._frames - 2, stamp_ns, interval_ns, shift, step, status, tip)
+        return Update(
+            self._frames - 2, stamp_ns, interval_ns, None if status is PairStatus.GAP else shift,
+            step, status, tip, None if heading is None else heading.step,
+            () if heading is None else heading.turns)
 
-    def _judge(self, pair: '_Pair', interval: float) -> tuple[PairStatus, Shift | None]:
+    def _is_gap(self, interval: float) -> bool:
+        return 0 < self._settings.max_gap < interval
+
+    def _judge(
+        self, pair: '_Pair', heading: HeadingUpdate | None, interval: float,
+    ) -> tuple[PairStatus, Shift | None]:
         """Return what there is to say of a pair before it is coded, and the shift to code."""
-        if 0 < self._settings.max_gap < interval:
+        if self._is_gap(interval):
             self.counters.gaps += 1
             self._stillness.reset()
             return PairStatus.GAP, None
-        if pair.shift is None:
+        if (pair.yaw if self._by_heading else pair.shift) is None:
             self.counters.reprimed += 1
             self._stillness.reset()
             return PairStatus.REPRIMED, None
-        judged = self._measured(pair.shift)
+        if self._by_heading:
+            judged = heading.shift if heading is not None and heading.measured else None
+        else:
+            assert pair.shift is not None
+            judged = self._measured(pair.shift)
         if judged is None:
             self.counters.unmeasured += 1
             return PairStatus.NO_MEASUREMENT, None
@@ -331,9 +407,14 @@ class TrajectoryEstimator:
         gate = MeasurementGate(self._settings.gate)
         return gate.judge(shift, self._correlator, self._blocks)
 
-    def _step(self, status: PairStatus, judged: Shift | None, interval: float) -> Step:
+    def _step(
+        self, status: PairStatus, judged: Shift | None, heading: HeadingUpdate | None,
+        interval: float,
+    ) -> Step:
         if judged is None:
-            return self._codes.skip(end_turn=status in (PairStatus.GAP, PairStatus.REPRIMED))
+            return self.codes.skip(end_turn=status in (PairStatus.GAP, PairStatus.REPRIMED))
+        if self._by_heading and heading is not None:
+            return self._heading_codes.update(heading.step.heading, heading.step.rate)
         dx = self._settings.view.full_shift(judged).dx
         if self._settings.nominal_period > 0:
             # After a dropped frame the shift is that of two periods.
@@ -343,9 +424,12 @@ class TrajectoryEstimator:
 
 @dataclass(frozen=True, slots=True)
 class _Pair:
-    """What two frames have given, in pixels of the view."""
+    """What two frames have given."""
 
     shift: Shift | None
+    """In pixels of the view."""
+    yaw: YawMeasurement | None
     width: int
+    """Of the view."""
     motion: bool
     """Whether both frames are at hand block by block."""

@@ -23,10 +23,9 @@ _STOP = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 10, 0.03)
 # a block says nothing, and above which it is as good as any.
 _NO_TEXTURE = 1e-4
 _GOOD_TEXTURE = 3e-3
-# A block is fixed to the camera if it stays within the first of these, in pixels, while the
-# picture turns by more than the second.
+# A block that moves less, in pixels, where the world must have moved, may be fixed to the camera;
+# one that moves more is not. So fast does either become certain.
 _STILL = 0.3
-_TURNED = 1.2
 _MOVED = 1.0
 _FASTER, _FORGOTTEN = 0.15, 0.7
 
@@ -113,15 +112,13 @@ class BlockGrid:
         weight = np.where((state.ravel() == 1) & ~self.fixed, weight, 0.0)
         return BlockShifts(moved[:, 0], moved[:, 1], weight)
 
-    def learn(self, shifts: BlockShifts, turned_px: float) -> None:
+    def learn(self, shifts: BlockShifts, must_move: NDArray[np.bool_]) -> None:
         """
         Learn which blocks are fixed to the camera.
 
-        ``turned_px`` is by how much the camera's rotation alone has moved the picture. Only then
-        is it telling that a block has not moved: straight ahead, what is far away does not.
+        ``must_move`` (N,) tells which of them any part of the world would have moved in.
         """
         distance = np.hypot(shifts.dx, shifts.dy)
-        if abs(turned_px) > _TURNED:
-            still = distance < _STILL
-            self._fixed[still] += _FASTER * (1.0 - self._fixed[still])
+        still = must_move & (distance < _STILL)
+        self._fixed[still] += _FASTER * (1.0 - self._fixed[still])
         self._fixed[distance > _MOVED] *= _FORGOTTEN

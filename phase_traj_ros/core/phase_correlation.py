@@ -7,15 +7,16 @@ The method is Kuglin and Hines's; the equations are numbered as in A. A. Abdulka
 Approximation of Video Based on Phase Correlation for Forward Facing Camera".
 """
 
-from dataclasses import dataclass
 import math
+from dataclasses import dataclass
 from typing import cast
 
 import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+
 from phase_traj_ros.core.mask import mask_weights
-from phase_traj_ros.core.spectrum import padded_shape, Whitener
+from phase_traj_ros.core.spectrum import Whitener, padded_shape
 from phase_traj_ros.core.windows import Window, window_2d
 from phase_traj_ros.errors import FrameError
 

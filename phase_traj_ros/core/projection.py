@@ -9,12 +9,13 @@ that turns left by an angle moves all content to the right by the same angle, so
 between a shift on the cylinder and yaw.
 """
 
-from dataclasses import dataclass
 import math
+from dataclasses import dataclass
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+
 from phase_traj_ros.core.phase_correlation import Frame
 
 # What is looked at, in degrees from the optical axis. Above, there is sky or the tops of houses

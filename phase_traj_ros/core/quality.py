@@ -7,13 +7,14 @@ Without these tests a covered lens, a scene cut and a vehicle at a red light all
 driving straight on. The paper has none of them. docs/quality.md shows how they were chosen.
 """
 
+import math
 from collections import deque
 from dataclasses import dataclass
 from enum import Enum
-import math
 
 import numpy as np
 from numpy.typing import ArrayLike
+
 from phase_traj_ros.core.block_motion import BlockFlow, BlockMotion
 from phase_traj_ros.core.phase_correlation import Frame, PhaseCorrelator, Shift
 

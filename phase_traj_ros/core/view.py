@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Which part of a frame is correlated, and at which scale."""
 
-from dataclasses import dataclass
 import math
+from dataclasses import dataclass
 from typing import cast
 
 import cv2

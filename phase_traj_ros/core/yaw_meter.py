@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+
 from phase_traj_ros.core.camera_motion import CameraMotion, MotionFit, Travel
 from phase_traj_ros.core.local_shifts import BlockGrid, BlockShifts
 from phase_traj_ros.core.phase_correlation import Frame, PhaseCorrelator, Shift
@@ -29,6 +30,10 @@ _SURPRISE_PX = 6.0
 _DOUBT = 0.5
 _LEAST_AGREEMENT = 0.3
 _LEAST_BLOCKS = 10.0
+# The world has moved in all blocks if the picture has turned by this, and in those lower than a
+# slope (6 degrees: the road some 15 m ahead) if most blocks have moved by this; in pixels.
+_TURNED, _DRIVING = 1.2, 2.0
+_LOW = 0.1
 # A shift alone has to stand out of noise by so many standard deviations, and is doubted if it is
 # that of a pattern fixed to the camera, which does not move, in pixels.
 _LEAST_SIGNIFICANCE = 6.0
@@ -97,10 +102,10 @@ class YawMeter:
         self._grid = BlockGrid(projection.shape, counts=counts)
         columns, rows = self._grid.middles.T
         scale = projection.px_per_rad
-        self._fit = MotionFit(
-            np.interp(columns, np.arange(projection.shape[1]), projection.azimuths),
-            np.interp(rows, np.arange(projection.shape[0]), projection.slopes),
-            deviation=_DEVIATION_PX / scale)
+        azimuths = np.interp(columns, np.arange(projection.shape[1]), projection.azimuths)
+        slopes = np.interp(rows, np.arange(projection.shape[0]), projection.slopes)
+        self._fit = MotionFit(azimuths, slopes, deviation=_DEVIATION_PX / scale)
+        self._low = slopes > _LOW
         self.reset()
 
     def reset(self) -> None:
@@ -180,8 +185,15 @@ class YawMeter:
             best, blocks = _better((best, blocks), self._look(
                 previous, current, (second.dx, 0.0), travel))
         if best is not None and _believed(best):
-            self._grid.learn(blocks, best.yaw * scale)
+            self._grid.learn(blocks, self._must_move(blocks, best.yaw * scale))
         return best
+
+    def _must_move(self, blocks: BlockShifts, turned: float) -> NDArray[np.bool_]:
+        """Return in which blocks any part of the world must have moved."""
+        if abs(turned) > _TURNED:
+            return np.ones(len(self._low), np.bool_)
+        # Straight ahead, what is far away does not move; but the road is near.
+        return self._low & (np.median(np.hypot(blocks.dx, blocks.dy)) > _DRIVING)
 
     def _look(
         self, previous: NDArray[np.uint8], current: NDArray[np.uint8],

@@ -4,7 +4,12 @@
 
 from phase_traj_ros.io.decoding import DEFAULT_MAX_PIXELS, GreyImage
 from phase_traj_ros.io.image_msgs import (
-    decode_compressed, encoding_of, ENCODINGS, msg_to_frame, to_grey)
+    ENCODINGS,
+    decode_compressed,
+    encoding_of,
+    msg_to_frame,
+    to_grey,
+)
 from phase_traj_ros.io.prefetch import prefetch
 from phase_traj_ros.io.selection import EVERYTHING, Selection
 from phase_traj_ros.io.source import DEFAULT_FPS, Frame, FrameSource, open_source

@@ -4,26 +4,26 @@
 
 from __future__ import annotations
 
+import shutil
+import statistics
 from collections import deque
 from contextlib import suppress
 from pathlib import Path
-import shutil
-import statistics
-from typing import Any, Final, TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, Final
 
 from phase_traj_ros.core import Movement, TrajectoryEstimator, Update
 from phase_traj_ros.errors import MissingDependencyError, OutputError
-from phase_traj_ros.io.debug_picture import draw, Picture
+from phase_traj_ros.io.debug_picture import Picture, draw
 from phase_traj_ros.io.measurement_report import Level, MeasurementReporter, Report
 from phase_traj_ros.io.messages import (
     CHAIN_CODE,
     CHAIN_CODE_PERIOD_NS,
     DEBUG_IMAGE,
-    Messages,
     PATH,
-    path_points,
     PER_PAIR,
+    Messages,
     Topic,
+    path_points,
 )
 from phase_traj_ros.io.pacing import Pace
 from phase_traj_ros.io.source import Frame
@@ -256,7 +256,7 @@ class _Bag:
 def _types() -> Any:
     try:
         from rosbags.rosbag2 import CompressionMode, StoragePlugin  # noqa: F401
-        from rosbags.typesys import get_typestore, Stores
+        from rosbags.typesys import Stores, get_typestore
     except ImportError as error:
         raise MissingDependencyError(
             f'writing bags needs the Python package rosbags, 0.11 or later ({error}): pip'
@@ -267,7 +267,13 @@ def _types() -> Any:
 def _qos(*, latched: bool) -> Qos:
     """Return the quality of service that the node offers, for ros2 bag play to offer it, too."""
     from rosbags.interfaces import (
-        Qos, QosDurability, QosHistory, QosLiveliness, QosReliability, QosTime)
+        Qos,
+        QosDurability,
+        QosHistory,
+        QosLiveliness,
+        QosReliability,
+        QosTime,
+    )
     endless = QosTime(9_223_372_036, 854_775_807)
     return Qos(
         history=QosHistory.KEEP_LAST, depth=1 if latched else 100,

@@ -14,7 +14,7 @@ from enum import Enum
 from functools import partial
 from itertools import chain, islice
 from pathlib import Path
-from typing import cast, Protocol, TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol, cast
 
 from phase_traj_ros.errors import (
     FrameError,
@@ -214,7 +214,7 @@ class BagSource(FrameSource):
 def _deserialiser(kind: _Kind) -> Callable[[bytes, str], object]:
     """Return the function from the bytes and type name of an image message to the message."""
     try:
-        from rosbags.typesys import get_typestore, Stores
+        from rosbags.typesys import Stores, get_typestore
         if kind is _Kind.ROS1:
             import rosbags.rosbag1
             return get_typestore(Stores.ROS1_NOETIC).deserialize_ros1

@@ -2,18 +2,26 @@
 # SPDX-License-Identifier: Apache-2.0
 """A table of how a batch went, as CSV and as HTML."""
 
-from collections.abc import Sequence
 import csv
+from collections.abc import Sequence
 from html import escape
 from pathlib import Path
 from typing import Final
 from urllib.parse import quote
 
 import numpy as np
+
 from phase_traj_ros.core import Axes, normalised, to_axes
 from phase_traj_ros.io.batch import Outcome, Status
 from phase_traj_ros.io.html_page import (
-    Cell, definitions, filled, Markup, table, template, write_page)
+    Cell,
+    Markup,
+    definitions,
+    filled,
+    table,
+    template,
+    write_page,
+)
 from phase_traj_ros.io.output import output_file
 from phase_traj_ros.io.replay_job import REPORT
 

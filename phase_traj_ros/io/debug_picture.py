@@ -7,6 +7,7 @@ from typing import cast
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+
 from phase_traj_ros.core import TrajectoryEstimator, Update
 from phase_traj_ros.io.decoding import GreyImage
 from phase_traj_ros.io.source import Frame
@@ -48,7 +49,7 @@ def draw(frame: Frame, update: Update, estimator: TrajectoryEstimator) -> Pictur
     cv2.rectangle(
         picture, (round(view.columns[0] * width), round(view.rows[0] * height)),
         (round(view.columns[1] * width) - 1, round(view.rows[1] * height) - 1), _BAND, 1)
-    _draw_shift(picture, update, estimator.codes.threshold)
+    _draw_shift(picture, update, estimator.settings.threshold)
     if update.shift is not None:
         _draw_map(picture, estimator)
     _draw_text(picture, update)

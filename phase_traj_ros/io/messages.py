@@ -7,12 +7,12 @@ Those of rclpy and those of rosbags take the same fields by keyword, so that wha
 publishes and what a bag written offline holds come from the same lines.
 """
 
+import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-import math
 from typing import Any, Final
 
-from phase_traj_ros.core import ChainPath, Corner, DynamicChainCode, Shift, Update, yaw
+from phase_traj_ros.core import ChainCode, ChainPath, Corner, Shift, Update, yaw
 from phase_traj_ros.core.chain_text import describe
 from phase_traj_ros.parameters import Parameters
 
@@ -111,7 +111,7 @@ class Messages:
         ])
 
     def chain_code(
-        self, codes: DynamicChainCode, frames: int, parameters: Parameters,
+        self, codes: ChainCode, frames: int, parameters: Parameters,
     ) -> Any:
         """Return both codes as text, in a std_msgs/String."""
         text = describe(codes, frames=frames, max_runs=parameters.chain_code_runs)

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+
 from phase_traj_ros.core import Movement, PairStatus
 from phase_traj_ros.io.replay import Replay
 

@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 from typing import Protocol
 
 from phase_traj_ros.core import (
+    ChainCode,
     Counters,
     Direction,
-    DynamicChainCode,
     Movement,
     TrajectoryEstimator,
     Update,
@@ -28,7 +28,7 @@ class Replay:
     parameters: Parameters
     first_stamp_ns: int
     updates: tuple[Update, ...]
-    codes: DynamicChainCode
+    codes: ChainCode
     counters: Counters
 
     @property

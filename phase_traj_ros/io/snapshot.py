@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+
 from phase_traj_ros.core import Corner, Direction, Movement, Run, TrajectoryEstimator
 from phase_traj_ros.io.output import output_directory
 from phase_traj_ros.io.picture import write_path_picture
@@ -37,7 +38,7 @@ class Snapshot:
         """Take a snapshot of ``estimator``."""
         codes, path = estimator.codes, estimator.path
         return cls(
-            source, estimator.frames, codes.threshold, codes.movement.runs, codes.direction.runs,
+            source, estimator.frames, estimator.settings.threshold, codes.movement.runs, codes.direction.runs,
             dict(codes.movement.totals), dict(codes.direction.totals),
             path.corners if path.tip is None else (*path.corners, path.tip),
             estimator.counters.as_dict())

@@ -2,22 +2,23 @@
 # SPDX-License-Identifier: Apache-2.0
 """Frames from a video file."""
 
-from bisect import bisect_left
 import codecs
+import math
+from bisect import bisect_left
 from collections.abc import Generator
 from functools import partial
-import math
 from pathlib import Path
 from typing import cast
 
 import cv2
+
 from phase_traj_ros.errors import SourceError
 from phase_traj_ros.io.decoding import GreyImage
 from phase_traj_ros.io.folder_source import PICTURE_SUFFIXES
 from phase_traj_ros.io.selection import EVERYTHING, Selection
 from phase_traj_ros.io.source import (
-    Candidate,
     DEFAULT_FPS,
+    Candidate,
     FrameSource,
     index_stamp_ns,
 )

@@ -2,19 +2,20 @@
 # SPDX-License-Identifier: Apache-2.0
 """A recording through the real node in a process of its own, over real DDS."""
 
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
-from dataclasses import dataclass
 import os
-from pathlib import Path
 import signal
 import subprocess
 import sys
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+from rclpy.executors import SingleThreadedExecutor
 
 from phase_traj_ros.errors import SourceError
 from phase_traj_ros.ros.recorder import Recorder
 from phase_traj_ros.ros.spin import ros_context
-from rclpy.executors import SingleThreadedExecutor
 
 _DISCOVERY_S = 30.0
 _SILENCE_S = 20.0

@@ -8,8 +8,9 @@ from typing import Any
 from builtin_interfaces.msg import Time
 from geometry_msgs.msg import Point, Pose, PoseStamped, Quaternion, Vector3, Vector3Stamped
 from nav_msgs.msg import Path
-from phase_traj_ros.io.messages import Messages
 from std_msgs.msg import Float32, Header, String, UInt8
+
+from phase_traj_ros.io.messages import Messages
 
 TYPES = MappingProxyType({
     'builtin_interfaces/msg/Time': Time,

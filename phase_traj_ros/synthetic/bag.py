@@ -4,15 +4,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 import os
-from pathlib import Path
 import shutil
 import tempfile
-from typing import Any, TYPE_CHECKING
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+
 from phase_traj_ros.errors import MissingDependencyError, OutputError
 from phase_traj_ros.synthetic._arrays import Bytes
 from phase_traj_ros.synthetic.camera import Camera, Pose, quaternion
@@ -117,7 +118,7 @@ def write_drive_bag(
     """
     try:
         from rosbags.rosbag2 import StoragePlugin, Writer
-        from rosbags.typesys import get_typestore, Stores
+        from rosbags.typesys import Stores, get_typestore
     except ImportError as error:
         raise MissingDependencyError(
             'writing a bag needs the rosbags library: pip install rosbags') from error

@@ -11,11 +11,12 @@ first pixel at (0, 0).
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
 import math
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
+
 from phase_traj_ros.errors import ParameterError
 from phase_traj_ros.synthetic._arrays import Floats
 

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import numpy as np
+
 from phase_traj_ros.synthetic._arrays import Bools, Floats, Ints
 
 

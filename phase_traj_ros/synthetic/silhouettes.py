@@ -5,9 +5,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from enum import auto, Enum
+from enum import Enum, auto
 
 import numpy as np
+
 from phase_traj_ros.synthetic._arrays import Floats, Ints
 
 _SAMPLES = 193

@@ -1,0 +1,149 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Heading and turns of one camera whose focal length is known: frames in, yaw added up."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from phase_traj_ros.core.heading import HeadingStep, HeadingTracker
+from phase_traj_ros.core.phase_correlation import Frame, Shift
+from phase_traj_ros.core.projection import CylinderProjection, focal_from_hfov
+from phase_traj_ros.core.turns import Turn, TurnDetector
+from phase_traj_ros.core.yaw_meter import YawMeasurement, YawMeter
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Lens:
+    """
+    What is known of the camera: one of the two is enough.
+
+    Raises
+    ------
+    ValueError
+        Neither is given, or one is out of its range.
+
+    """
+
+    focal_px: float = 0.0
+    """Focal length in pixels of the full frame; 0 if not known."""
+    hfov_deg: float = 0.0
+    """Horizontal field of view in degrees, from edge to edge; counts where the above is 0."""
+
+    def __post_init__(self) -> None:
+        """Check the values."""
+        if not (math.isfinite(self.focal_px) and self.focal_px >= 0):
+            raise ValueError(f'focal_px is {self.focal_px}: give a finite number of pixels, or 0')
+        if not 0.0 <= self.hfov_deg < 180.0:
+            raise ValueError(f'hfov_deg is {self.hfov_deg}: give degrees from 0 to below 180')
+        if self.focal_px == 0.0 and self.hfov_deg == 0.0:
+            raise ValueError('neither focal_px nor hfov_deg is known: give one of them')
+
+    def focal_for(self, width: int) -> float:
+        """Return the focal length in pixels for frames ``width`` pixels wide."""
+        return self.focal_px or focal_from_hfov(self.hfov_deg, width)
+
+
+@dataclass(frozen=True, slots=True)
+class HeadingUpdate:
+    """What one pair of frames adds to the heading."""
+
+    step: HeadingStep
+    shift: Shift | None
+    """Shift of the picture in its middle, in pixels of the full frame; None if not comparable."""
+    measured: bool
+    """Whether the yaw was measured, and not bridged."""
+    turns: tuple[Turn, ...]
+    """Turns that are known to have ended."""
+
+
+class HeadingEstimator:
+    """Measures the yaw of each pair, adds it up, and finds the turns."""
+
+    def __init__(
+        self, lens: Lens, *, rotate_180: bool = False, mask: NDArray[np.uint8] | None = None,
+    ) -> None:
+        """
+        Make an estimator; the frames' size is learned from the first frame.
+
+        Parameters
+        ----------
+        lens
+            Focal length or field of view of the camera.
+        rotate_180
+            Whether it is mounted upside down.
+        mask
+            (H, W), how much each pixel of the frames counts.
+
+        """
+        self._lens = lens
+        self._rotate_180 = rotate_180
+        self._mask = mask
+        self._meter: YawMeter | None = None
+        self._shape: tuple[int, ...] = ()
+        self._tracker = HeadingTracker()
+        self._turns = TurnDetector()
+
+    @property
+    def tracker(self) -> HeadingTracker:
+        """Return what adds up the yaw."""
+        return self._tracker
+
+    def restart(self) -> None:
+        """Start anew at heading 0; the newest frame is the first."""
+        self._tracker.reset()
+        self._turns.reset()
+
+    def forget_frame(self) -> None:
+        """Do not compare the next frame with the one before; the heading is kept."""
+        if self._meter is not None:
+            self._meter.reset()
+
+    def finish(self) -> list[Turn]:
+        """Return the turn that is under way at the end, if it is one already."""
+        return self._turns.finish()
+
+    def measure(self, frame: Frame, interval: float) -> YawMeasurement | None:
+        """
+        Return what the next frame tells, or None if there is none to compare it with.
+
+        Raises
+        ------
+        FrameError
+            The frame cannot be used. It is as if it had never come.
+
+        """
+        if self._meter is None or frame.shape != self._shape:
+            self._make_meter(frame)
+        assert self._meter is not None
+        return self._meter.update(frame, interval)
+
+    def start(self, stamp_ns: int) -> None:
+        """Note the stamp of the first frame."""
+        self._turns.update(stamp_ns, 0.0)
+
+    def add(
+        self, measurement: YawMeasurement | None, stamp_ns: int, interval: float,
+    ) -> HeadingUpdate:
+        """Add a pair's measurement, or bridge it where there is none."""
+        step = self._tracker.update(None if measurement is None else measurement.yaw, interval)
+        turns = tuple(self._turns.update(stamp_ns, step.heading))
+        shift = None if measurement is None else self._in_full_pixels(measurement.shift)
+        return HeadingUpdate(step, shift, not step.bridged, turns)
+
+    def _make_meter(self, frame: Frame) -> None:
+        if frame.ndim == 2 and min(frame.shape) > 0:
+            self._focal_px = self._lens.focal_for(frame.shape[1])
+            projection = CylinderProjection(
+                (frame.shape[0], frame.shape[1]), self._focal_px, rotate_180=self._rotate_180)
+            self._px_per_rad = projection.px_per_rad
+            mask = None if self._mask is None else np.divide(self._mask, 255, dtype=np.float32)
+            self._meter = YawMeter(projection, mask=mask)
+            self._shape = frame.shape
+
+    def _in_full_pixels(self, shift: Shift) -> Shift:
+        scale = self._focal_px / self._px_per_rad
+        yaw = min(max(shift.dx / self._px_per_rad, -1.5), 1.5)
+        return Shift(self._focal_px * math.tan(yaw), shift.dy * scale, shift.response)
