@@ -16,6 +16,8 @@ from functools import cache
 from typing import Any, TypeAlias, cast
 
 from phase_traj_ros.core import PAPER_THRESHOLD, EstimatorSettings, View, Window
+from phase_traj_ros.core.estimator import CodeSource
+from phase_traj_ros.core.heading_estimator import Lens
 from phase_traj_ros.core.quality import GateSettings, StillnessSettings
 from phase_traj_ros.errors import ParameterError
 
@@ -119,6 +121,17 @@ class Parameters:
     threshold: float = _parameter(
         PAPER_THRESHOLD, 'Horizontal shift between two frames from which a pair counts as a turn.',
         unit='px/frame', **_POSITIVE)
+    code_source: str = _parameter(
+        CodeSource.SHIFT.value, 'What the codes are made from: the shift against the threshold'
+        ' (the paper), or the heading quantised to right angles, which takes focal_px or'
+        ' hfov_deg.', choices=tuple(each.value for each in CodeSource), read_only=True)
+    focal_px: float = _parameter(
+        0.0, 'Focal length of the camera in pixels of the full image; with it the heading and the'
+        ' turns are measured. 0 if not known.', unit='px', minimum=0.0, maximum=1e6,
+        read_only=True)
+    hfov_deg: float = _parameter(
+        0.0, 'Horizontal field of view of the camera, which stands in for focal_px where that is'
+        ' 0. 0 if not known.', unit='deg', minimum=0.0, maximum=179.0, read_only=True)
     window: str = _parameter(
         Window.SQRT_HANN.value, 'Taper of the frames before they are correlated.',
         choices=tuple(form.value for form in Window))
@@ -204,6 +217,11 @@ class Parameters:
                 raise ParameterError(
                     f'parameters {side}_from and {side}_to are {begin} and {end}: the first has'
                     ' to be smaller')
+        if (self.code_source == CodeSource.HEADING.value
+                and self.focal_px == 0.0 and self.hfov_deg == 0.0):
+            raise ParameterError(
+                "parameter 'code_source' is heading: it needs focal_px or hfov_deg, give one of"
+                ' them')
 
     def with_values(self, values: Mapping[str, object]) -> 'Parameters':
         """
@@ -223,6 +241,11 @@ class Parameters:
                 raise ParameterError(f'there is no parameter {name!r}: {hint}')
         return replace(self, **cast('dict[str, Any]', dict(values)))
 
+    @property
+    def measures_heading(self) -> bool:
+        """Return whether enough is known of the camera to measure heading and turns."""
+        return self.focal_px > 0 or self.hfov_deg > 0
+
     def estimator_settings(self) -> EstimatorSettings:
         """Return the settings of a live estimator, bounded in memory."""
         return EstimatorSettings(
@@ -237,6 +260,9 @@ class Parameters:
             nominal_period=self.nominal_period,
             confirm_frames=self.confirm_frames,
             release_frames=self.release_frames,
+            code_source=CodeSource(self.code_source),
+            lens=Lens(focal_px=self.focal_px, hfov_deg=self.hfov_deg)
+            if self.measures_heading else None,
             gate=self._gate(),
             stillness=StillnessSettings(
                 frames=self.still_frames, max_motion=self.still_motion,

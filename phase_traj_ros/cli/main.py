@@ -51,6 +51,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except PhaseTrajError as error:
         print(f'phase_traj: error: {error}', file=sys.stderr)
         return EXIT_BAD_INPUT
+    except BrokenPipeError:
+        # Whoever read the output has seen enough; nothing more is to be written at the end.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return EXIT_OK
     except KeyboardInterrupt:
         print('phase_traj: interrupted', file=sys.stderr)
         return EXIT_INTERRUPTED

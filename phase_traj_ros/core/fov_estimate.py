@@ -19,11 +19,11 @@ from phase_traj_ros.core.projection import focal_from_hfov, hfov_from_focal
 _EXPECTED, _EXPECTED_DEVIATION = 75.0, 20.0
 _NARROWEST, _WIDEST, _STEP = 30.0, 140.0, 0.1
 # How far a right angle in a street is from 90 degrees (deviation), how often a turn is a single or
-# a double one, and how often it is a bend by any angle.
+# a double one, and how often it is a bend by any angle, smaller ones more often than larger ones
+# (mean, degrees).
 _ANGLE_DEVIATION = 7.0
-_SHARES = ((90.0, 0.65), (180.0, 0.05))
-_BENDS = 0.3
-_LARGEST_BEND = 270.0
+_SHARES = ((90.0, 0.6), (180.0, 0.05))
+_BENDS, _MEAN_BEND = 0.35, 40.0
 # An estimate counts as sure to this accuracy.
 _NEAR = 0.05
 
@@ -89,7 +89,7 @@ class FieldOfViewEstimator:
             return
         self._turns += 1
         true = abs(angle_deg) * self._scales
-        likelihood = np.full_like(true, _BENDS / _LARGEST_BEND)
+        likelihood = _BENDS / _MEAN_BEND * np.exp(-true / _MEAN_BEND)
         for angle, share in _SHARES:
             likelihood += share / (_ANGLE_DEVIATION * math.sqrt(2 * math.pi)) * np.exp(
                 -0.5 * ((true - angle) / _ANGLE_DEVIATION) ** 2)

@@ -17,14 +17,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phase_traj_ros.core.phase_correlation import Frame
+from phase_traj_ros.errors import FrameError
 
 # What is looked at, in degrees from the optical axis. Above, there is sky or the tops of houses
 # near by; below, the road passes too fast and the bonnet does not move at all.
 _ABOVE_DEG = 20.0
 _BELOW_DEG = 15.0
 _ASIDE_DEG = 60.0
-# Finer than this brings no accuracy, whatever the camera: see docs/heading.md.
-_MAX_PX_PER_RAD = 256.0
+# Pixels per radian, and columns, of which more bring no accuracy: see docs/heading.md.
+_ENOUGH_PX_PER_RAD = 256.0
+_ENOUGH_COLUMNS = 360
+_LEAST_SIDE = 8
 
 
 def focal_from_hfov(hfov_deg: float, width: int) -> float:
@@ -111,7 +114,6 @@ class CylinderProjection:
     def __init__(
         self, shape: tuple[int, int], focal_px: float, *, cx: float | None = None,
         cy: float | None = None, band: Band | None = None, rotate_180: bool = False,
-        max_px_per_rad: float = _MAX_PX_PER_RAD,
     ) -> None:
         """
         Compute the way from a frame to the cylinder.
@@ -128,41 +130,42 @@ class CylinderProjection:
             Which part of the view is used.
         rotate_180
             Whether the camera is mounted upside down: the cylinder is upright all the same.
-        max_px_per_rad
-            Resolution of the cylinder; it is never finer than the frame's own, ``focal_px``.
 
         Raises
         ------
         ValueError
-            The focal length or the resolution is not a finite number above 0, or the principal
-            point lies so far off that nothing of the band is in the picture.
+            The focal length is not a finite number above 0.
+        FrameError
+            Frames of this size show hardly anything of the band with this focal length and
+            principal point.
 
         """
-        for name, value in (('focal_px', focal_px), ('max_px_per_rad', max_px_per_rad)):
-            if not (math.isfinite(value) and value > 0):
-                raise ValueError(f'{name} is {value}: give a finite number of pixels above 0')
+        if not (math.isfinite(focal_px) and focal_px > 0):
+            raise ValueError(f'focal_px is {focal_px}: give a finite number of pixels above 0')
         height, width = shape
         cx = (width - 1) / 2 if cx is None else cx
         cy = (height - 1) / 2 if cy is None else cy
         if rotate_180:
             cx, cy = width - 1 - cx, height - 1 - cy
         band = Band() if band is None else band
-        self._px_per_rad = min(max_px_per_rad, focal_px)
+        aside = math.radians(band.aside)
+        left = max(math.atan(-(cx + 0.5) / focal_px), -aside)
+        right = min(math.atan((width - 0.5 - cx) / focal_px), aside)
+        above = min((cy + 0.5) / focal_px, math.tan(math.radians(band.above)))
+        below = min((height - 0.5 - cy) / focal_px, math.tan(math.radians(band.below)))
+        # Never finer than the frame itself.
+        self._px_per_rad = min(
+            max(_ENOUGH_PX_PER_RAD, _ENOUGH_COLUMNS / max(right - left, 1e-9)), focal_px)
         self._reduction = max(int(focal_px / self._px_per_rad + 1e-9), 1)
         self._used = (
             slice(height // self._reduction * self._reduction),
             slice(width // self._reduction * self._reduction))
-        aside = math.radians(band.aside)
-        self._azimuths = self._samples(
-            max(math.atan(-(cx + 0.5) / focal_px), -aside),
-            min(math.atan((width - 0.5 - cx) / focal_px), aside))
-        self._slopes = self._samples(
-            -min((cy + 0.5) / focal_px, math.tan(math.radians(band.above))),
-            min((height - 0.5 - cy) / focal_px, math.tan(math.radians(band.below))))
-        if min(self.shape) < 1:
-            raise ValueError(
-                f'nothing is to be seen of a frame of {width}x{height} pixels with the focal'
-                f' length {focal_px:.6g} and the principal point {cx:.6g}, {cy:.6g}')
+        self._azimuths = self._samples(left, right)
+        self._slopes = self._samples(-above, below)
+        if min(self.shape) < _LEAST_SIDE:
+            raise FrameError(
+                f'with a focal length of {focal_px:.6g} pixels, frames of {width}x{height} pixels'
+                ' show too little to measure yaw: give the right focal_px or hfov_deg')
         columns = cx + focal_px * np.tan(self._azimuths)
         rows = cy + focal_px * np.outer(self._slopes, 1 / np.cos(self._azimuths))
         self._inside: NDArray[np.bool_] = (rows >= -0.5) & (rows <= height - 0.5)

@@ -193,7 +193,8 @@ class YawMeter:
         if abs(turned) > _TURNED:
             return np.ones(len(self._low), np.bool_)
         # Straight ahead, what is far away does not move; but the road is near.
-        return self._low & (np.median(np.hypot(blocks.dx, blocks.dy)) > _DRIVING)
+        driving = float(np.median(np.hypot(blocks.dx, blocks.dy))) > _DRIVING
+        return self._low if driving else np.zeros_like(self._low)
 
     def _look(
         self, previous: NDArray[np.uint8], current: NDArray[np.uint8],

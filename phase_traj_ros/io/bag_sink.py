@@ -7,6 +7,7 @@ from __future__ import annotations
 import shutil
 import statistics
 from collections import deque
+from collections.abc import Iterable
 from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
@@ -20,9 +21,9 @@ from phase_traj_ros.io.messages import (
     CHAIN_CODE_PERIOD_NS,
     DEBUG_IMAGE,
     PATH,
-    PER_PAIR,
     Messages,
     Topic,
+    pair_topics,
     path_points,
 )
 from phase_traj_ros.io.pacing import Pace
@@ -79,6 +80,8 @@ class BagSink:
         self._parameters = parameters
         self._source = source
         self._debug_images = debug_images
+        self._topics = (
+            *pair_topics(parameters), CHAIN_CODE, PATH, *([DEBUG_IMAGE] if debug_images else []))
         self._bag: _Bag | None = None
 
     def __enter__(self) -> BagSink:
@@ -97,7 +100,7 @@ class BagSink:
         if self._bag is not None:
             self._bag.discard()
         self._bag = _Bag(
-            _BagFile(self._target, self._types, debug_images=self._debug_images),
+            _BagFile(self._target, self._types, self._topics),
             Messages(self._types.types), self._parameters, estimator, source=self._source,
             start_ns=frame.stamp_ns)
 
@@ -124,7 +127,7 @@ class BagSink:
 class _BagFile:
     """A bag of a single file."""
 
-    def __init__(self, target: Path, types: Any, *, debug_images: bool) -> None:
+    def __init__(self, target: Path, types: Any, topics: Iterable[Topic]) -> None:
         from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
         self.types = types
         self._target = target
@@ -136,7 +139,6 @@ class _BagFile:
         self._writer.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)
         self._writer.open()
         self._connections: dict[str, Connection] = {}
-        topics = (*PER_PAIR, CHAIN_CODE, PATH, *([DEBUG_IMAGE] if debug_images else []))
         for topic in topics:
             self._connect(topic_name(topic), topic.type, latched=topic.latched)
         self._connect(DIAGNOSTICS, _DIAGNOSTICS_TYPE, latched=False)

@@ -42,9 +42,21 @@ PER_PAIR: Final = (
 )
 """What ``Messages.of_pair`` makes messages for."""
 
+HEADING: Final = (
+    Topic('heading', 'std_msgs/msg/Float64'),
+    Topic('heading_stamped', 'geometry_msgs/msg/QuaternionStamped'),
+    Topic('turn', 'geometry_msgs/msg/Vector3Stamped'),
+)
+"""What it makes them for where the heading is measured, too."""
+
 CHAIN_CODE: Final = Topic('chain_code', 'std_msgs/msg/String', latched=True)
 PATH: Final = Topic('path', 'nav_msgs/msg/Path', latched=True)
 DEBUG_IMAGE: Final = Topic('debug_image', 'sensor_msgs/msg/Image')
+
+
+def pair_topics(parameters: Parameters) -> tuple[Topic, ...]:
+    """Return the topics that ``Messages.of_pair`` makes messages for with these parameters."""
+    return (*PER_PAIR, *HEADING) if parameters.measures_heading else PER_PAIR
 
 
 class Messages:
@@ -84,6 +96,15 @@ class Messages:
         yield 'response', types['std_msgs/msg/Float32'](data=response)
         yield 'status', types['std_msgs/msg/String'](data=update.status.value)
         yield 'pose', self.pose(update.tip, parameters.step_length, header)
+        if update.heading is not None:
+            yield 'heading', types['std_msgs/msg/Float64'](data=update.heading.heading)
+            yield 'heading_stamped', types['geometry_msgs/msg/QuaternionStamped'](
+                header=header, quaternion=self._yaw(update.heading.heading))
+        for turn in update.turns:
+            yield 'turn', types['geometry_msgs/msg/Vector3Stamped'](
+                header=self.header(turn.end_ns, parameters.frame_id),
+                vector=types['geometry_msgs/msg/Vector3'](
+                    x=0.0, y=0.0, z=math.radians(turn.angle_deg)))
 
     def shift(self, shift: Shift | None, header: Any) -> Any:
         """Return the raw shift in pixels; NaN where the two frames cannot be compared."""
@@ -94,14 +115,17 @@ class Messages:
     def pose(self, corner: Corner, step_length: float, header: Any) -> Any:
         """Return a corner of the path as a PoseStamped, in steps of ``step_length`` metres."""
         types = self._types
-        half = yaw(corner.heading) / 2
         return types['geometry_msgs/msg/PoseStamped'](
             header=header,
             pose=types['geometry_msgs/msg/Pose'](
                 position=types['geometry_msgs/msg/Point'](
                     x=corner.x * step_length, y=corner.y * step_length, z=0.0),
-                orientation=types['geometry_msgs/msg/Quaternion'](
-                    x=0.0, y=0.0, z=math.sin(half), w=math.cos(half))))
+                orientation=self._yaw(yaw(corner.heading))))
+
+    def _yaw(self, angle: float) -> Any:
+        """Return a rotation about the vertical axis, in radians, as a Quaternion."""
+        return self._types['geometry_msgs/msg/Quaternion'](
+            x=0.0, y=0.0, z=math.sin(angle / 2), w=math.cos(angle / 2))
 
     def path(self, points: Sequence[Corner], step_length: float, header: Any) -> Any:
         """Return a nav_msgs/Path of corner points, see ``path_points``."""

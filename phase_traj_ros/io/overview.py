@@ -62,7 +62,20 @@ def overview(result: Replay) -> Overview:
         response=np.array([np.nan if shift is None else shift.response for shift in shifts]),
         path=np.array([(0, 0), *((tip.x, tip.y) for tip in tips)]),
         turns=turn_marks(result),
+        heading_deg=_heading(result),
     )
+
+
+def _heading(result: Replay) -> NDArray[np.float64] | None:
+    headings = [update.heading.heading for update in result.updates if update.heading]
+    return np.degrees(headings) if len(headings) == len(result.updates) else None
+
+
+def _angle(result: Replay, frame: int) -> float | None:
+    """Return the angle of the measured turn that a frame belongs to."""
+    return next((
+        turn.angle_deg for turn in result.turns if turn.start_frame <= frame <= turn.end_frame),
+        None)
 
 
 def turn_marks(result: Replay) -> tuple[TurnMark, ...]:
@@ -83,7 +96,7 @@ def turn_marks(result: Replay) -> tuple[TurnMark, ...]:
         before = updates[pair - 1].tip
         marks.append(TurnMark(
             len(marks) + 1, update.step.movement, pair, end, float(seconds[pair]),
-            float(seconds[end + 1]), (before.x, before.y)))
+            float(seconds[end + 1]), (before.x, before.y), _angle(result, pair + 1)))
     return tuple(marks)
 
 

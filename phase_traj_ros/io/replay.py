@@ -14,6 +14,7 @@ from phase_traj_ros.core import (
     TrajectoryEstimator,
     Update,
 )
+from phase_traj_ros.core.turns import Turn
 from phase_traj_ros.errors import FrameError, SourceError
 from phase_traj_ros.io.mask_file import read_mask
 from phase_traj_ros.io.source import Frame
@@ -30,6 +31,8 @@ class Replay:
     updates: tuple[Update, ...]
     codes: ChainCode
     counters: Counters
+    turns: tuple[Turn, ...] = ()
+    """The turns driven, where the camera's focal length or field of view is known."""
 
     @property
     def frames(self) -> int:
@@ -74,24 +77,30 @@ def replay(
     settings = replace(parameters.estimator_settings(), max_runs=None, max_corners=None)
     estimator = TrajectoryEstimator(settings, mask=read_mask(parameters))
     updates: list[Update] = []
+    turns: list[Turn] = []
     first_stamp_ns = 0
     for number, frame in enumerate(frames):
         update = _update(estimator, frame, number, source)
         if estimator.frames == 1:
             updates.clear()
+            turns.clear()
             first_stamp_ns = frame.stamp_ns
             for watcher in watchers:
                 watcher.start(frame, estimator)
         elif update is not None:
             updates.append(update)
+            turns += update.turns
             for watcher in watchers:
                 watcher.add(frame, update, estimator)
     if not updates:
         raise SourceError(
             f'{source}: {estimator.frames} frame{"" if estimator.frames == 1 else "s"}'
             ' to use, but a trajectory takes at least two, with different stamps')
+    if estimator.heading is not None:
+        turns += estimator.heading.finish()
     return Replay(
-        source, parameters, first_stamp_ns, tuple(updates), estimator.codes, estimator.counters)
+        source, parameters, first_stamp_ns, tuple(updates), estimator.codes, estimator.counters,
+        tuple(sorted(turns, key=lambda turn: turn.start_frame)))
 
 
 def _update(

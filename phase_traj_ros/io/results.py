@@ -43,6 +43,7 @@ def write_chain_code(result: Replay, path: Path) -> None:
         'movement_packed': pack(result.movement).hex(),
         'direction_packed': pack(result.direction).hex(),
         'status': [update.status.value for update in result.updates],
+        **_heading_content(result),
         'first_stamp_ns': result.first_stamp_ns,
         'last_stamp_ns': result.updates[-1].stamp_ns,
         'repeated_frames': result.counters.repeated,
@@ -51,6 +52,32 @@ def write_chain_code(result: Replay, path: Path) -> None:
         'versions': versions(),
     }
     write_json(content, path)
+
+
+def _heading_content(result: Replay) -> dict[str, Any]:
+    """Return what there is of heading and turns: nothing where it is not measured."""
+    headings = [update.heading for update in result.updates if update.heading is not None]
+    if not headings:
+        return {}
+    return {
+        'code_source': result.parameters.code_source,
+        'focal_px': result.parameters.focal_px,
+        'hfov_deg': result.parameters.hfov_deg,
+        'heading_deg': [
+            0.0, *(round(math.degrees(heading.heading), 4) for heading in headings)],
+        'bridged_share': sum(heading.bridged for heading in headings) / len(headings),
+        'turns': [
+            {
+                'start_frame': turn.start_frame,
+                'end_frame': turn.end_frame,
+                'start': turn.start_ns / 1e9,
+                'end': turn.end_ns / 1e9,
+                'angle_deg': round(turn.angle_deg, 3),
+                'peak_rate_deg_s': round(turn.peak_rate_deg_s, 3),
+                'quarter_turns': turn.quarter_turns,
+            }
+            for turn in result.turns],
+    }
 
 
 def write_shifts(result: Replay, path: Path) -> None:

@@ -38,7 +38,8 @@ class Snapshot:
         """Take a snapshot of ``estimator``."""
         codes, path = estimator.codes, estimator.path
         return cls(
-            source, estimator.frames, estimator.settings.threshold, codes.movement.runs, codes.direction.runs,
+            source, estimator.frames, estimator.settings.threshold, codes.movement.runs,
+            codes.direction.runs,
             dict(codes.movement.totals), dict(codes.direction.totals),
             path.corners if path.tip is None else (*path.corners, path.tip),
             estimator.counters.as_dict())

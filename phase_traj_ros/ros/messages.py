@@ -6,9 +6,17 @@ from types import MappingProxyType
 from typing import Any
 
 from builtin_interfaces.msg import Time
-from geometry_msgs.msg import Point, Pose, PoseStamped, Quaternion, Vector3, Vector3Stamped
+from geometry_msgs.msg import (
+    Point,
+    Pose,
+    PoseStamped,
+    Quaternion,
+    QuaternionStamped,
+    Vector3,
+    Vector3Stamped,
+)
 from nav_msgs.msg import Path
-from std_msgs.msg import Float32, Header, String, UInt8
+from std_msgs.msg import Float32, Float64, Header, String, UInt8
 
 from phase_traj_ros.io.messages import Messages
 
@@ -18,10 +26,12 @@ TYPES = MappingProxyType({
     'geometry_msgs/msg/Pose': Pose,
     'geometry_msgs/msg/PoseStamped': PoseStamped,
     'geometry_msgs/msg/Quaternion': Quaternion,
+    'geometry_msgs/msg/QuaternionStamped': QuaternionStamped,
     'geometry_msgs/msg/Vector3': Vector3,
     'geometry_msgs/msg/Vector3Stamped': Vector3Stamped,
     'nav_msgs/msg/Path': Path,
     'std_msgs/msg/Float32': Float32,
+    'std_msgs/msg/Float64': Float64,
     'std_msgs/msg/Header': Header,
     'std_msgs/msg/String': String,
     'std_msgs/msg/UInt8': UInt8,

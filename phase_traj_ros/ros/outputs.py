@@ -15,8 +15,8 @@ from phase_traj_ros.io.messages import (
     CHAIN_CODE,
     CHAIN_CODE_PERIOD_NS,
     PATH,
-    PER_PAIR,
     Topic,
+    pair_topics,
     path_points,
 )
 from phase_traj_ros.io.pacing import Pace
@@ -47,7 +47,8 @@ class Outputs:
         """Make the publishers on ``node``."""
         self.parameters = parameters
         self._estimator = estimator
-        self._per_pair = {topic.name: _publisher(node, topic, _PER_PAIR) for topic in PER_PAIR}
+        self._per_pair = {
+            topic.name: _publisher(node, topic, _PER_PAIR) for topic in pair_topics(parameters)}
         self._chain_code = _publisher(node, CHAIN_CODE, _LATCHED)
         self._path = _publisher(node, PATH, _LATCHED)
         self._debug_image = DebugImage(node, estimator)
