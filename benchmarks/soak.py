@@ -15,10 +15,10 @@ import time
 
 import numpy as np
 from phase_traj_ros.core import DynamicChainCode
+from phase_traj_ros.io import Frame
 from phase_traj_ros.ros.live_run import lossless_overrides
 from phase_traj_ros.ros.player import FramePlayer
 from phase_traj_ros.ros.spin import ros_context
-from phase_traj_ros.io import Frame
 
 _FRAMES = 20_000
 _UPDATES = 10_000_000

@@ -7,18 +7,18 @@ Knows nothing of rclpy: ``phase_traj_ros.ros.declare`` declares this table on a 
 ``phase_traj_ros.io.params_file`` reads it from a ROS parameter file.
 """
 
-import sys
 from collections.abc import Mapping
-from dataclasses import MISSING, dataclass, field, fields, replace
+from dataclasses import dataclass, field, fields, MISSING, replace
 from difflib import get_close_matches
 from enum import Enum
 from functools import cache
-from typing import Any, TypeAlias, cast
+import sys
+from typing import Any, cast, TypeAlias
 
-from phase_traj_ros.core import PAPER_THRESHOLD, EstimatorSettings, View, Window
-from phase_traj_ros.core.estimator import CodeSource
+from phase_traj_ros.core import EstimatorSettings, PAPER_THRESHOLD, View, Window
 from phase_traj_ros.core.heading_estimator import Lens
 from phase_traj_ros.core.quality import GateSettings, StillnessSettings
+from phase_traj_ros.core.settings import CodeSource
 from phase_traj_ros.errors import ParameterError
 
 NODE_NAME = 'phase_traj'
@@ -271,7 +271,6 @@ class Parameters:
             # The tip is one of the poses.
             max_corners=self.max_path_poses - 1,
         )
-
 
     def _gate(self) -> GateSettings | None:
         if self.min_significance == 0.0 and not self.look_past_zero:

@@ -17,7 +17,7 @@ from phase_traj_ros.io.replay import Replay, replay
 from phase_traj_ros.io.results import write_results
 from phase_traj_ros.io.source import open_source
 from phase_traj_ros.parameters import Parameters
-from phase_traj_ros.synthetic import DRIVES, Drive, named_drive, write_drive_bag
+from phase_traj_ros.synthetic import Drive, DRIVES, named_drive, write_drive_bag
 
 # The thresholds of the paper's two experiments.
 _THRESHOLDS = {'paper_case_1': 16.0, 'paper_case_2': 20.0}

@@ -4,9 +4,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 import shutil
 import time
-from collections.abc import Callable
 from typing import TextIO
 
 from phase_traj_ros.core import Corner, Movement, TrajectoryEstimator, Update

@@ -2,10 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Entry point of the program ``phase_traj``."""
 
-import os
-import sys
 from argparse import ArgumentParser
 from collections.abc import Sequence
+import os
+import sys
 from typing import NoReturn
 
 import phase_traj_ros

@@ -2,13 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """``phase_traj play``: a recording on real topics."""
 
-import math
-from argparse import REMAINDER, Namespace
+from argparse import Namespace, REMAINDER
 from collections.abc import Iterator
 from contextlib import closing
+import math
 from typing import Any
 
-from phase_traj_ros.cli.options import SOURCE_HELP, add_command, add_source, source_of
+from phase_traj_ros.cli.options import add_command, add_source, SOURCE_HELP, source_of
 from phase_traj_ros.cli.progress import progress
 from phase_traj_ros.errors import MissingDependencyError, ParameterError
 from phase_traj_ros.io.prefetch import prefetch

@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """A progress bar where there is somebody to see it."""
 
-import sys
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
+import sys
 from typing import TypeVar
 
 Item = TypeVar('Item')

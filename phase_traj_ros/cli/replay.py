@@ -2,27 +2,27 @@
 # SPDX-License-Identifier: Apache-2.0
 """``phase_traj replay``: a recording in, codes and trajectory out."""
 
-import sys
-import time
 from argparse import Namespace
 from collections.abc import Iterable, Iterator
 from pathlib import Path
+import sys
+import time
 from typing import Any
 
 from phase_traj_ros.cli.live_view import LiveView
 from phase_traj_ros.cli.options import (
-    SOURCE_HELP,
     add_command,
     add_parameters,
     add_source,
     parameters_of,
+    SOURCE_HELP,
     source_of,
 )
 from phase_traj_ros.cli.progress import progress
 from phase_traj_ros.cli.replay_many import add_batch, replay_many
 from phase_traj_ros.cli.report import print_codes
 from phase_traj_ros.io.replay import Replay
-from phase_traj_ros.io.replay_job import Wanted, replay_source
+from phase_traj_ros.io.replay_job import replay_source, Wanted
 from phase_traj_ros.io.source import Frame
 
 _EPILOG = f"""

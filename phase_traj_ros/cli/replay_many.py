@@ -2,16 +2,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """``phase_traj replay A B C``: many recordings, in parallel."""
 
-import os
 from argparse import ArgumentParser, Namespace
 from collections.abc import Callable, Generator, Mapping
 from contextlib import closing
+import os
 from pathlib import Path
 
 from phase_traj_ros.cli.options import parameters_of, selection_of
 from phase_traj_ros.cli.progress import gauge
 from phase_traj_ros.errors import OutputError, ParameterError, PhaseTrajError
-from phase_traj_ros.io.batch import Job, Outcome, Status, failure, folder_names, remove_leftovers
+from phase_traj_ros.io.batch import failure, folder_names, Job, Outcome, remove_leftovers, Status
 from phase_traj_ros.io.batch_summary import CSV_NAME, HTML_NAME, write_summary
 from phase_traj_ros.io.dask_cluster import run_on_dask
 from phase_traj_ros.io.parallel import run_parallel

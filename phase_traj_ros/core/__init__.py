@@ -7,17 +7,12 @@ Knows neither ROS nor files. A frame goes through ``PhaseCorrelator`` (shift), `
 (codes) and ``ChainPath`` (trajectory); ``TrajectoryEstimator`` joins them for one camera.
 """
 
-from phase_traj_ros.core.chain_code import PAPER_THRESHOLD, ChainCode, DynamicChainCode, Step
+from phase_traj_ros.core.chain_code import ChainCode, DynamicChainCode, PAPER_THRESHOLD, Step
 from phase_traj_ros.core.code_series import CodeSeries, Run
 from phase_traj_ros.core.codes import Direction, Movement, pack, unpack
-from phase_traj_ros.core.estimator import (
-    Counters,
-    EstimatorSettings,
-    PairStatus,
-    TrajectoryEstimator,
-    Update,
-)
+from phase_traj_ros.core.estimator import TrajectoryEstimator
 from phase_traj_ros.core.phase_correlation import PhaseCorrelator, Shift
+from phase_traj_ros.core.settings import CodeSource, EstimatorSettings
 from phase_traj_ros.core.trajectory import (
     Axes,
     ChainPath,
@@ -28,6 +23,7 @@ from phase_traj_ros.core.trajectory import (
     vertices,
     yaw,
 )
+from phase_traj_ros.core.update import Counters, PairStatus, Update
 from phase_traj_ros.core.view import View
 from phase_traj_ros.core.windows import Window
 
@@ -36,6 +32,7 @@ __all__ = [
     'ChainCode',
     'ChainPath',
     'CodeSeries',
+    'CodeSource',
     'Corner',
     'Counters',
     'Direction',

@@ -8,14 +8,13 @@ shift for the whole frame does not tell enough: whether anything moves at all, a
 shifts most of the picture follows.
 """
 
-import math
 from dataclasses import dataclass
+import math
 from typing import Any
 
 import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-
 from phase_traj_ros.core.mask import mask_weights
 from phase_traj_ros.core.phase_correlation import Frame, Shift
 
@@ -102,7 +101,8 @@ class BlockMotion:
         Return how far each block has moved, by one step of least squares (Lucas and Kanade, 1981).
 
         A block may change in brightness and contrast as well. This holds for displacements up to
-        about a pixel of the reduced frames; larger ones give wrong vectors, hardly ever small ones.
+        about a pixel of the reduced frames; larger ones give wrong vectors, but hardly ever small
+        ones.
         """
         parts = self._parts
         height, width = parts.shape[1:]
@@ -167,7 +167,8 @@ class BlockMotion:
         if not len(open_ones):
             return self._open
         rank = len(open_ones) * 9 // 10
-        return self._open & (texture > _TEXTURE * np.partition(open_ones, rank)[rank])
+        enough: NDArray[np.bool_] = texture > _TEXTURE * np.partition(open_ones, rank)[rank]
+        return self._open & enough
 
     def _allocate(self, shape: tuple[int, int], dtype: np.dtype[Any]) -> None:
         self._form = shape, dtype
@@ -196,4 +197,3 @@ class BlockMotion:
             inner = weights[1:rows * tall + 1, 1:columns * wide + 1]
             means = inner.reshape(self._split[1:]).mean(axis=(1, 3))
             self._open = means.ravel() >= _OPEN
-

@@ -20,8 +20,8 @@ direction of travel itself, which hardly moves whatever its distance, tells u an
 that the direction of travel of a vehicle is never far from straight ahead.
 """
 
-import math
 from dataclasses import dataclass
+import math
 
 import numpy as np
 from numpy.typing import NDArray

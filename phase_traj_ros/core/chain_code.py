@@ -6,8 +6,8 @@ The dynamic chain code: from shifts to movements and directions.
 The paper's state machine; docs/method.md says how its words and its inequalities are read.
 """
 
-import math
 from dataclasses import dataclass
+import math
 from typing import Protocol
 
 from phase_traj_ros.core.code_series import CodeSeries

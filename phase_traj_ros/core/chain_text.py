@@ -16,8 +16,8 @@ the runs follow, oldest first; ``...`` says that older runs are left out. For ex
     frames 34; movement 33 (0:0 1:25 2:1 3:7) 1x23 2x1 3x7 1x2; direction 26 (...) 1x23 2x3
 """
 
-import re
 from dataclasses import dataclass
+import re
 
 from phase_traj_ros.core.chain_code import ChainCode
 from phase_traj_ros.core.code_series import Code, CodeSeries

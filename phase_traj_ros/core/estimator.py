@@ -2,147 +2,20 @@
 # SPDX-License-Identifier: Apache-2.0
 """The whole chain for one camera: a frame and its stamp in, what the pair adds out."""
 
-import math
+from dataclasses import dataclass
 import time
-from dataclasses import asdict, dataclass, field, replace
-from enum import Enum
 
 import numpy as np
 from numpy.typing import NDArray
-
-from phase_traj_ros.core.block_motion import BlockMotion
-from phase_traj_ros.core.chain_code import PAPER_THRESHOLD, ChainCode, DynamicChainCode, Step
-from phase_traj_ros.core.heading import HeadingStep
+from phase_traj_ros.core.chain_code import ChainCode, DynamicChainCode, Step
 from phase_traj_ros.core.heading_code import HeadingCode
-from phase_traj_ros.core.heading_estimator import HeadingEstimator, HeadingUpdate, Lens
+from phase_traj_ros.core.heading_estimator import HeadingEstimator, HeadingUpdate
 from phase_traj_ros.core.phase_correlation import Frame, PhaseCorrelator, Shift
-from phase_traj_ros.core.quality import (
-    GateSettings,
-    MeasurementGate,
-    StillnessDetector,
-    StillnessSettings,
-)
-from phase_traj_ros.core.trajectory import ChainPath, Corner
-from phase_traj_ros.core.turns import Turn
-from phase_traj_ros.core.view import View
-from phase_traj_ros.core.windows import Window
+from phase_traj_ros.core.quality import PairQuality, Verdict
+from phase_traj_ros.core.settings import CodeSource, EstimatorSettings
+from phase_traj_ros.core.trajectory import ChainPath
+from phase_traj_ros.core.update import Counters, PairStatus, Update
 from phase_traj_ros.core.yaw_meter import YawMeasurement
-
-
-class PairStatus(Enum):
-    """How a pair of frames came to its movement code."""
-
-    OK = 'ok'
-    """Measured and judged: forward, or the pair on which a turn begins."""
-    TURNING = 'turning'
-    """Measured; the turn that began earlier goes on."""
-    STILL = 'still'
-    """The vehicle stands: nothing but noise and passers-by moves in the picture."""
-    NO_MEASUREMENT = 'no_measurement'
-    """The two frames have nothing in common, or one of them shows nothing."""
-    GAP = 'gap'
-    """The time between the two frames was longer than allowed."""
-    REPRIMED = 'reprimed'
-    """The frame's size or encoding changed, or a setting: there is none to compare it with."""
-
-
-class CodeSource(Enum):
-    """What the codes are made from."""
-
-    SHIFT = 'shift'
-    """The shift against the threshold, as the paper has it."""
-    HEADING = 'heading'
-    """The heading, quantised to right angles."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class EstimatorSettings:
-    """What can be chosen about the method; the defaults are the paper's."""
-
-    threshold: float = PAPER_THRESHOLD
-    """T in pixels per frame."""
-    window: Window = Window.SQRT_HANN
-    """Taper of the frames."""
-    view: View = field(default_factory=View)
-    """Which part of the frames is correlated, and at which scale."""
-    max_gap: float = 0.0
-    """Longest time between two frames that are compared, in seconds; 0 for any."""
-    nominal_period: float = 0.0
-    """Time between two frames that the threshold is meant for, in seconds; 0 for any (paper)."""
-    confirm_frames: int = 1
-    """Pairs in a row beyond the threshold that make a turn; 1 is the paper's."""
-    release_frames: int = 1
-    """Pairs in a row that end a turn; 1 is the paper's."""
-    lens: Lens | None = None
-    """What is known of the camera; with it, heading and turns are measured."""
-    code_source: CodeSource = CodeSource.SHIFT
-    """What the codes are made from; the heading takes a lens."""
-    gate: GateSettings | None = None
-    """When a pair counts as measured; None: always (the paper)."""
-    stillness: StillnessSettings | None = None
-    """When the vehicle counts as standing still; None: never (the paper)."""
-    max_runs: int | None = None
-    """Runs of codes kept, per series; None keeps all."""
-    max_corners: int | None = None
-    """Corner points of the path kept; None keeps all."""
-
-    def __post_init__(self) -> None:
-        """Check what no part of the estimator checks by itself."""
-        for name, value in (('max_gap', self.max_gap), ('nominal_period', self.nominal_period)):
-            if not (math.isfinite(value) and value >= 0):
-                raise ValueError(f'{name} is {value}: give a finite number of seconds, or 0')
-        if self.code_source is CodeSource.HEADING and self.lens is None:
-            raise ValueError('codes from the heading need focal_px or hfov_deg: give one of them')
-
-
-@dataclass(frozen=True, slots=True)
-class Update:
-    """What one pair of frames adds."""
-
-    pair: int
-    """Number of the pair, 0 for the first since the start or the last reset."""
-    stamp_ns: int
-    """Stamp of the pair's second frame."""
-    interval_ns: int
-    """Time since its first frame."""
-    shift: Shift | None
-    """The measured shift, None where the two frames cannot be compared."""
-    step: Step
-    status: PairStatus
-    tip: Corner
-    """Where the drawn trajectory has got to."""
-    heading: HeadingStep | None = None
-    """Yaw, yaw rate and heading, where a lens is given."""
-    turns: tuple[Turn, ...] = ()
-    """Turns that are now known to have ended, where a lens is given."""
-
-
-@dataclass(slots=True)
-class Counters:
-    """What has happened since the estimator was made; a reset does not clear it."""
-
-    frames: int = 0
-    """Frames taken, repeated ones not included."""
-    repeated: int = 0
-    """Frames dropped because their stamp was that of the frame before."""
-    gaps: int = 0
-    """Pairs whose frames were too far apart in time."""
-    reprimed: int = 0
-    """Frames of another size or encoding than the one before, or after a change of settings."""
-    unmeasured: int = 0
-    """Pairs in which there was nothing to measure."""
-    still: int = 0
-    """Pairs in which the vehicle stood."""
-    time_resets: int = 0
-    """Resets because a stamp lay before the one before it."""
-
-    def copy(self) -> 'Counters':
-        """Return the counts as they are now."""
-        return replace(self)
-
-    def as_dict(self) -> dict[str, int]:
-        """Return the counts by name."""
-        return asdict(self)
 
 
 class TrajectoryEstimator:
@@ -182,8 +55,7 @@ class TrajectoryEstimator:
         self._codes = DynamicChainCode(
             self._settings.threshold, confirm_frames=self._settings.confirm_frames,
             release_frames=self._settings.release_frames, max_runs=self._settings.max_runs)
-        self._blocks = BlockMotion()
-        self._stillness = StillnessDetector(self._settings.stillness)
+        self._quality = self._make_quality()
         self._path = ChainPath(max_corners=self._settings.max_corners)
         self.counters = Counters()
         self.correlate_ns = 0
@@ -243,22 +115,24 @@ class TrajectoryEstimator:
         self._codes.threshold = settings.threshold
         self._codes.confirm_frames = settings.confirm_frames
         self._codes.release_frames = settings.release_frames
-        if settings.stillness != self._settings.stillness:
-            self._stillness = StillnessDetector(settings.stillness)
-        before = self._compared
-        self._settings = settings
-        if self._compared != before:
+        before, self._settings = self._settings, settings
+        if (settings.window, settings.view) != (before.window, before.view):
             self._correlator = self._make_correlator()
-            self._blocks.reset()
+            self._quality = self._make_quality()
+        elif (settings.gate, settings.stillness) != (before.gate, before.stillness):
+            self._quality = self._make_quality()
 
     def _make_correlator(self) -> PhaseCorrelator:
-        mask = None if self._mask is None else self._settings.view.of(self._mask)
-        return PhaseCorrelator(window=self._settings.window, mask=mask)
+        return PhaseCorrelator(window=self._settings.window, mask=self._view_mask())
 
-    @property
-    def _compared(self) -> tuple[object, ...]:
-        """Return what two frames have to have in common to be compared."""
-        return self._settings.window, self._settings.view, self._looks_closer
+    def _make_quality(self) -> PairQuality:
+        # The heading is measured otherwise, and has tests of its own.
+        return PairQuality(
+            gate=None if self._by_heading else self._settings.gate,
+            stillness=self._settings.stillness, mask=self._view_mask())
+
+    def _view_mask(self) -> Frame | None:
+        return None if self._mask is None else self._settings.view.of(self._mask)
 
     def correlation_map(self) -> NDArray[np.float32]:
         """Return the map of the newest pair, as ``PhaseCorrelator.correlation_map`` does."""
@@ -267,7 +141,7 @@ class TrajectoryEstimator:
     def reset(self) -> None:
         """Start anew with the next frame: no codes, no path, direction forward."""
         self._correlator.reset()
-        self._blocks.reset()
+        self._quality.reset()
         if self._heading is not None:
             self._heading.forget_frame()
         self._forget()
@@ -308,7 +182,8 @@ class TrajectoryEstimator:
         form = (frame.shape, frame.dtype.str, encoding)
         if form != self._form:
             self._form = form
-            pair = _Pair(None, None, pair.width, False)
+            pair = _Pair(None, None)
+            self._quality.reset()
         self.correlate_ns = time.perf_counter_ns() - began
         self._last_stamp_ns = stamp_ns
         self._frames += 1
@@ -328,23 +203,17 @@ class TrajectoryEstimator:
             shift = self._correlator.update(view)
         if self._heading is not None:
             yaw = self._heading.measure(frame, max(interval, 1e-9))
-        motion = self._looks_closer and self._blocks.update(view)
-        return _Pair(shift, yaw, view.shape[1], motion)
+        self._quality.update(view)
+        return _Pair(shift, yaw)
 
     def _forget(self) -> None:
         self._codes.reset()
         self._heading_codes.reset()
         if self._heading is not None:
             self._heading.restart()
-        self._stillness.reset()
         self._path.reset()
         self._frames = 0
         self._last_stamp_ns = None
-
-    @property
-    def _looks_closer(self) -> bool:
-        """Return whether the frames have to be compared block by block, too."""
-        return self._settings.gate is not None or self._settings.stillness is not None
 
     def _pair(self, pair: '_Pair', stamp_ns: int, interval_ns: int) -> Update:
         interval = interval_ns * 1e-9
@@ -378,34 +247,24 @@ class TrajectoryEstimator:
         """Return what there is to say of a pair before it is coded, and the shift to code."""
         if self._is_gap(interval):
             self.counters.gaps += 1
-            self._stillness.reset()
+            self._quality.reset()
             return PairStatus.GAP, None
         if (pair.yaw if self._by_heading else pair.shift) is None:
             self.counters.reprimed += 1
-            self._stillness.reset()
             return PairStatus.REPRIMED, None
+        measured = pair.shift
         if self._by_heading:
-            judged = heading.shift if heading is not None and heading.measured else None
-        else:
-            assert pair.shift is not None
-            judged = self._measured(pair.shift)
-        if judged is None:
+            measured = heading.shift if heading is not None and heading.measured else None
+        verdict, judged = Verdict.NO_MEASUREMENT, measured
+        if measured is not None:
+            verdict, judged = self._quality.judge(measured, self._correlator)
+        if verdict is Verdict.NO_MEASUREMENT:
             self.counters.unmeasured += 1
             return PairStatus.NO_MEASUREMENT, None
-        if self._settings.stillness is not None and pair.motion and self._stillness.update(
-                self._blocks.flow(), pair.width):
+        if verdict is Verdict.STILL:
             self.counters.still += 1
             return PairStatus.STILL, None
         return PairStatus.OK, judged
-
-    def _measured(self, shift: Shift) -> Shift | None:
-        """Return the shift of the picture, or None if there is none to be had."""
-        if shift.response == 0.0:
-            return None
-        if self._settings.gate is None:
-            return shift
-        gate = MeasurementGate(self._settings.gate)
-        return gate.judge(shift, self._correlator, self._blocks)
 
     def _step(
         self, status: PairStatus, judged: Shift | None, heading: HeadingUpdate | None,
@@ -429,7 +288,3 @@ class _Pair:
     shift: Shift | None
     """In pixels of the view."""
     yaw: YawMeasurement | None
-    width: int
-    """Of the view."""
-    motion: bool
-    """Whether both frames are at hand block by block."""

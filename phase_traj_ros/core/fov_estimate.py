@@ -7,12 +7,11 @@ A yaw measured with the wrong focal length f' is wrong by the factor f / f'. So 
 every turn, and the f that makes multiples of right angles of most of them is the likeliest.
 """
 
-import math
 from dataclasses import dataclass
+import math
 
 import numpy as np
 from numpy.typing import NDArray
-
 from phase_traj_ros.core.projection import focal_from_hfov, hfov_from_focal
 
 # What is known of a camera before anything is seen: degrees across.

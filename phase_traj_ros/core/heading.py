@@ -7,8 +7,8 @@ Angles in radians, left positive, as REP 103 has it; the heading is 0 at the fir
 not wrapped: after a full circle to the left it is 2 pi.
 """
 
-import math
 from dataclasses import dataclass
+import math
 
 # A change of the yaw rate faster than this is not believed of a vehicle until it lasts: radians
 # per second squared, on top of what measuring errors make of the rate.

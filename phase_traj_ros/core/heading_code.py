@@ -17,10 +17,9 @@ from phase_traj_ros.core.freeman import Freeman, to_four
 
 CONNECTIVITIES = (4, 8)
 # How far, in sectors, the heading has to be past the border of two sectors to leave the one it is
-# in: 7 degrees of 90. More would make errors of scale tell: a field of view that is 10 % wrong
-# makes three right angles to the same side 14 % too small, 38 degrees, and those 38 and the
-# hysteresis must not be 45.
-_HYSTERESIS = 7.0 / 90.0
+# in: 6 degrees of 90. A field of view that is 10 % too narrow makes three right angles to the same
+# side 36 degrees too small; they are still three as long as that and the hysteresis are below 45.
+_HYSTERESIS = 6.0 / 90.0
 # Above this the vehicle yaws, radians per second.
 _YAWING = math.radians(5.0)
 

@@ -2,12 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Heading and turns of one camera whose focal length is known: frames in, yaw added up."""
 
-import math
 from dataclasses import dataclass
+import math
 
 import numpy as np
 from numpy.typing import NDArray
-
 from phase_traj_ros.core.heading import HeadingStep, HeadingTracker
 from phase_traj_ros.core.phase_correlation import Frame, Shift
 from phase_traj_ros.core.projection import CylinderProjection, focal_from_hfov

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Which pixels of a frame count: a mask over what never moves, such as a bonnet or a burnt-in text."""
+"""Which pixels of a frame count: a mask over what never moves, as a bonnet or burnt-in text."""
 
 import math
 

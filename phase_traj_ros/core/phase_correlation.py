@@ -7,16 +7,15 @@ The method is Kuglin and Hines's; the equations are numbered as in A. A. Abdulka
 Approximation of Video Based on Phase Correlation for Forward Facing Camera".
 """
 
-import math
 from dataclasses import dataclass
+import math
 from typing import cast
 
 import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-
 from phase_traj_ros.core.mask import mask_weights
-from phase_traj_ros.core.spectrum import Whitener, padded_shape
+from phase_traj_ros.core.spectrum import padded_shape, Whitener
 from phase_traj_ros.core.windows import Window, window_2d
 from phase_traj_ros.errors import FrameError
 
@@ -117,7 +116,7 @@ class PhaseCorrelator:
             (height, width), (mask_height, mask_width) = frame.shape, self._mask.shape
             raise FrameError(
                 f'frame is {width}x{height} pixels, the mask {mask_width}x{mask_height}:'
-                ' give a mask of the frames\' size')
+                " give a mask of the frames' size")
         if frame.shape != self._shape:
             self._allocate(frame.shape)
         energy = self._transform(frame, mean, deviation)

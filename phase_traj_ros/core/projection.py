@@ -9,13 +9,12 @@ that turns left by an angle moves all content to the right by the same angle, so
 between a shift on the cylinder and yaw.
 """
 
-import math
 from dataclasses import dataclass
+import math
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-
 from phase_traj_ros.core.phase_correlation import Frame
 from phase_traj_ros.errors import FrameError
 

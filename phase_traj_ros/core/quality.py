@@ -7,14 +7,13 @@ Without these tests a covered lens, a scene cut and a vehicle at a red light all
 driving straight on. The paper has none of them. docs/quality.md shows how they were chosen.
 """
 
-import math
 from collections import deque
 from dataclasses import dataclass
 from enum import Enum
+import math
 
 import numpy as np
 from numpy.typing import ArrayLike
-
 from phase_traj_ros.core.block_motion import BlockFlow, BlockMotion
 from phase_traj_ros.core.phase_correlation import Frame, PhaseCorrelator, Shift
 
@@ -224,7 +223,7 @@ class PairQuality:
             shift = believed
         elif shift.response == 0.0:
             return Verdict.NO_MEASUREMENT, shift
-        if self._detector is not None and self._has_pair:
-            if self._detector.update(self._blocks.flow(), self._width):
-                return Verdict.STILL, shift
+        if self._detector is not None and self._has_pair and self._detector.update(
+                self._blocks.flow(), self._width):
+            return Verdict.STILL, shift
         return Verdict.MEASURED, shift

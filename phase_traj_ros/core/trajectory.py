@@ -7,16 +7,15 @@ Vertices are rows (x, y). Two sets of axes are in use: those of the paper's figu
 the start heading up) and those of REP 103 (x forward, y left, the start heading along x).
 """
 
-import math
 from collections import deque
 from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import Enum
+import math
 from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
-
 from phase_traj_ros.core.codes import Direction
 
 

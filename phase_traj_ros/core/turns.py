@@ -10,9 +10,9 @@ However far it goes, it is one turn. The definition takes headings and stamps on
 for measured headings and for true ones alike.
 """
 
-import math
 from collections.abc import Iterable
 from dataclasses import dataclass
+import math
 
 MIN_RATE_DEG_S = 5.0
 MIN_ANGLE_DEG = 60.0

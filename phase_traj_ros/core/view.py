@@ -2,12 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Which part of a frame is correlated, and at which scale."""
 
-import math
 from dataclasses import dataclass
+import math
 from typing import cast
 
 import cv2
-
 from phase_traj_ros.core.phase_correlation import Frame, Shift
 
 

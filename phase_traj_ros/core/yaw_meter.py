@@ -14,7 +14,6 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-
 from phase_traj_ros.core.camera_motion import CameraMotion, MotionFit, Travel
 from phase_traj_ros.core.local_shifts import BlockGrid, BlockShifts
 from phase_traj_ros.core.phase_correlation import Frame, PhaseCorrelator, Shift

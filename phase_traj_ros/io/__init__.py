@@ -4,9 +4,9 @@
 
 from phase_traj_ros.io.decoding import DEFAULT_MAX_PIXELS, GreyImage
 from phase_traj_ros.io.image_msgs import (
-    ENCODINGS,
     decode_compressed,
     encoding_of,
+    ENCODINGS,
     msg_to_frame,
     to_grey,
 )

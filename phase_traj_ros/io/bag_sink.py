@@ -4,27 +4,27 @@
 
 from __future__ import annotations
 
-import shutil
-import statistics
 from collections import deque
 from collections.abc import Iterable
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+import shutil
+import statistics
+from typing import Any, Final, TYPE_CHECKING
 
 from phase_traj_ros.core import Movement, TrajectoryEstimator, Update
 from phase_traj_ros.errors import MissingDependencyError, OutputError
-from phase_traj_ros.io.debug_picture import Picture, draw
+from phase_traj_ros.io.debug_picture import draw, Picture
 from phase_traj_ros.io.measurement_report import Level, MeasurementReporter, Report
 from phase_traj_ros.io.messages import (
     CHAIN_CODE,
     CHAIN_CODE_PERIOD_NS,
     DEBUG_IMAGE,
-    PATH,
     Messages,
-    Topic,
     pair_topics,
+    PATH,
     path_points,
+    Topic,
 )
 from phase_traj_ros.io.pacing import Pace
 from phase_traj_ros.io.source import Frame
@@ -258,7 +258,7 @@ class _Bag:
 def _types() -> Any:
     try:
         from rosbags.rosbag2 import CompressionMode, StoragePlugin  # noqa: F401
-        from rosbags.typesys import Stores, get_typestore
+        from rosbags.typesys import get_typestore, Stores
     except ImportError as error:
         raise MissingDependencyError(
             f'writing bags needs the Python package rosbags, 0.11 or later ({error}): pip'

@@ -14,14 +14,9 @@ from enum import Enum
 from functools import partial
 from itertools import chain, islice
 from pathlib import Path
-from typing import TYPE_CHECKING, Protocol, cast
+from typing import cast, Protocol, TYPE_CHECKING
 
-from phase_traj_ros.errors import (
-    FrameError,
-    MissingDependencyError,
-    PhaseTrajError,
-    SourceError,
-)
+from phase_traj_ros.errors import FrameError, MissingDependencyError, PhaseTrajError, SourceError
 from phase_traj_ros.io.decoding import GreyImage
 from phase_traj_ros.io.image_msgs import encoding_of, msg_to_frame
 from phase_traj_ros.io.selection import EVERYTHING, Selection
@@ -214,7 +209,7 @@ class BagSource(FrameSource):
 def _deserialiser(kind: _Kind) -> Callable[[bytes, str], object]:
     """Return the function from the bytes and type name of an image message to the message."""
     try:
-        from rosbags.typesys import Stores, get_typestore
+        from rosbags.typesys import get_typestore, Stores
         if kind is _Kind.ROS1:
             import rosbags.rosbag1
             return get_typestore(Stores.ROS1_NOETIC).deserialize_ros1

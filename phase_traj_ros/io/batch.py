@@ -4,18 +4,18 @@
 
 from __future__ import annotations
 
-import shutil
-import time
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
+import shutil
+import time
 
 from phase_traj_ros.core import Movement
 from phase_traj_ros.errors import OutputError, PhaseTrajError
 from phase_traj_ros.io.replay import Replay
-from phase_traj_ros.io.replay_job import Wanted, replay_source
+from phase_traj_ros.io.replay_job import replay_source, Wanted
 from phase_traj_ros.io.selection import EVERYTHING, Selection
 from phase_traj_ros.io.source import Frame, open_source
 from phase_traj_ros.parameters import Parameters

@@ -2,22 +2,21 @@
 # SPDX-License-Identifier: Apache-2.0
 """A table of how a batch went, as CSV and as HTML."""
 
-import csv
 from collections.abc import Sequence
+import csv
 from html import escape
 from pathlib import Path
 from typing import Final
 from urllib.parse import quote
 
 import numpy as np
-
 from phase_traj_ros.core import Axes, normalised, to_axes
 from phase_traj_ros.io.batch import Outcome, Status
 from phase_traj_ros.io.html_page import (
     Cell,
-    Markup,
     definitions,
     filled,
+    Markup,
     table,
     template,
     write_page,

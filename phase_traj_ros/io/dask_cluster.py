@@ -8,7 +8,7 @@ from collections.abc import Callable, Generator, Sequence
 from typing import Any
 
 from phase_traj_ros.errors import MissingDependencyError, ParameterError
-from phase_traj_ros.io.batch import Job, Outcome, failure, run_job
+from phase_traj_ros.io.batch import failure, Job, Outcome, run_job
 
 _ANSWER_S = 30
 
@@ -44,7 +44,7 @@ def run_on_dask(
 
     """
     try:
-        from distributed import Client, as_completed
+        from distributed import as_completed, Client
     except ImportError as error:
         raise MissingDependencyError(
             f'--dask needs dask and distributed ({error}): install phase_traj_ros[dask]') from None

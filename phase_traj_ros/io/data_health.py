@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-
 from phase_traj_ros.io.overview import Overview
 from phase_traj_ros.io.replay import Replay
 

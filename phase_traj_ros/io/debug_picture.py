@@ -7,7 +7,6 @@ from typing import cast
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-
 from phase_traj_ros.core import TrajectoryEstimator, Update
 from phase_traj_ros.io.decoding import GreyImage
 from phase_traj_ros.io.source import Frame

@@ -2,12 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Compressed pictures to grey images."""
 
-from typing import Final, TypeAlias, cast
+from typing import cast, Final, TypeAlias
 
 import cv2
 import numpy as np
 import numpy.typing as npt
-
 from phase_traj_ros.errors import FrameError
 from phase_traj_ros.io.picture_header import check_complete, read_header, recognise
 

@@ -2,19 +2,19 @@
 # SPDX-License-Identifier: Apache-2.0
 """Frames from a folder of pictures, such as a sequence of the KITTI odometry dataset."""
 
-import re
 from collections.abc import Generator
 from decimal import Decimal
 from functools import partial
 from pathlib import Path
+import re
 from typing import Final
 
 from phase_traj_ros.errors import FrameError, SourceError
-from phase_traj_ros.io.decoding import GreyImage, decode_picture_file
+from phase_traj_ros.io.decoding import decode_picture_file, GreyImage
 from phase_traj_ros.io.selection import EVERYTHING, Selection
 from phase_traj_ros.io.source import (
-    DEFAULT_FPS,
     Candidate,
+    DEFAULT_FPS,
     FrameSource,
     index_stamp_ns,
     selected_count,

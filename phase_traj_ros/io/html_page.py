@@ -3,13 +3,13 @@
 """Pieces of HTML pages that load nothing from anywhere; every text is escaped."""
 
 import base64
-import json
-import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from html import escape
 from importlib.resources import files
+import json
 from pathlib import Path
+import re
 
 _TOKEN = re.compile(r'\{\{(\w+)\}\}')
 _SUFFIX_TYPES = {'.png': 'image/png', '.jpg': 'image/jpeg', '.svg': 'image/svg+xml'}

@@ -2,30 +2,29 @@
 # SPDX-License-Identifier: Apache-2.0
 """One HTML file that shows a replay: it opens offline and loads nothing from anywhere."""
 
-import math
 from collections.abc import Sequence
 from html import escape
+import math
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-
 from phase_traj_ros.core import CodeSeries, Movement
 from phase_traj_ros.core.code_series import Code
-from phase_traj_ros.io.data_health import LOW_RESPONSE, DataHealth, data_health
+from phase_traj_ros.io.data_health import data_health, DataHealth, LOW_RESPONSE
 from phase_traj_ros.io.html_page import (
     Cell,
-    Markup,
     data_uri,
     definitions,
     filled,
+    Markup,
     script_json,
     table,
     template,
     write_page,
 )
-from phase_traj_ros.io.overview import Overview, TurnMark, overview
+from phase_traj_ros.io.overview import Overview, overview, TurnMark
 from phase_traj_ros.io.replay import Replay
 from phase_traj_ros.io.results import versions
 from phase_traj_ros.io.thumbnails import Thumbnail

@@ -8,15 +8,14 @@ sensor_msgs/CompressedImage will do, so the messages of rclpy and of rosbags bot
 """
 
 from dataclasses import dataclass
-from enum import Enum, auto
-from typing import Protocol, cast
+from enum import auto, Enum
+from typing import cast, Protocol
 
 import cv2
 import numpy as np
 import numpy.typing as npt
-
 from phase_traj_ros.errors import FrameError
-from phase_traj_ros.io.decoding import DEFAULT_MAX_PIXELS, GreyImage, decode_picture
+from phase_traj_ros.io.decoding import decode_picture, DEFAULT_MAX_PIXELS, GreyImage
 from phase_traj_ros.io.picture_header import read_header
 
 

@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-
 from phase_traj_ros.core.mask import mask_weights
 from phase_traj_ros.errors import ParameterError, SourceError
 from phase_traj_ros.io.folder_source import read_picture

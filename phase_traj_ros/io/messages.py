@@ -7,9 +7,9 @@ Those of rclpy and those of rosbags take the same fields by keyword, so that wha
 publishes and what a bag written offline holds come from the same lines.
 """
 
-import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+import math
 from typing import Any, Final
 
 from phase_traj_ros.core import ChainCode, ChainPath, Corner, Shift, Update, yaw

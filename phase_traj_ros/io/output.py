@@ -2,11 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Writing results whole or not at all."""
 
-import shutil
-import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+import shutil
+import tempfile
 
 from phase_traj_ros.errors import OutputError
 

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-
 from phase_traj_ros.core import Movement, PairStatus
 from phase_traj_ros.io.replay import Replay
 

@@ -4,20 +4,19 @@
 
 from __future__ import annotations
 
-import os
-import signal
 from collections.abc import Callable, Generator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from multiprocessing import get_context, parent_process
 from multiprocessing.sharedctypes import RawArray
+import os
 from queue import Empty, SimpleQueue
+import signal
 from threading import Thread
 from typing import Any, Final
 
 import cv2
-
-from phase_traj_ros.io.batch import Job, Outcome, Progress, failure, run_job
+from phase_traj_ros.io.batch import failure, Job, Outcome, Progress, run_job
 
 ATTEMPTS: Final = 2
 """How often a job is tried whose process dies."""

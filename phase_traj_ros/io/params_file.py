@@ -5,10 +5,9 @@
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
-import yaml
-
 from phase_traj_ros.errors import ParameterError
 from phase_traj_ros.parameters import NODE_NAME, Parameters
+import yaml
 
 _VALUES = 'ros__parameters'
 # Parameters that every node has; they mean nothing to a replay.

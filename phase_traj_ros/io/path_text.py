@@ -7,7 +7,6 @@ from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
-
 from phase_traj_ros.core import Axes, Corner, to_axes
 
 # Of the dots of a braille sign, by row and column: the bit that each has in Unicode.

@@ -7,15 +7,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 from threading import Lock
-from typing import TYPE_CHECKING, Literal
+from typing import Literal, TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
-
-from phase_traj_ros.core import Axes, Direction, Movement, Shift, normalised, to_axes
+from phase_traj_ros.core import Axes, Direction, Movement, normalised, Shift, to_axes
 from phase_traj_ros.errors import MissingDependencyError
 from phase_traj_ros.io.decoding import GreyImage
-from phase_traj_ros.io.overview import Overview, TurnMark, overview, turn_marks
+from phase_traj_ros.io.overview import Overview, overview, turn_marks, TurnMark
 from phase_traj_ros.io.replay import Replay
 from phase_traj_ros.io.thumbnails import TurnFrames
 

@@ -9,11 +9,11 @@ with grey and only prints a warning; so both are found out here, before a decode
 Sources: ITU-T T.81 (JPEG), annex B; W3C PNG specification, clauses 5 and 11.
 """
 
+from dataclasses import dataclass
+from enum import Enum
 import re
 import struct
 import zlib
-from dataclasses import dataclass
-from enum import Enum
 
 from phase_traj_ros.errors import FrameError
 

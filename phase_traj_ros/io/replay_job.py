@@ -5,14 +5,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from contextlib import ExitStack, closing
+from contextlib import closing, ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
 from phase_traj_ros.errors import ParameterError
 from phase_traj_ros.io.animation import Animation
-from phase_traj_ros.io.bag_sink import SUFFIX, BagSink
+from phase_traj_ros.io.bag_sink import BagSink, SUFFIX
 from phase_traj_ros.io.html_report import write_report
 from phase_traj_ros.io.output import output_directory, output_file
 from phase_traj_ros.io.picture import (
@@ -21,7 +21,7 @@ from phase_traj_ros.io.picture import (
     write_turn_picture,
 )
 from phase_traj_ros.io.prefetch import prefetch
-from phase_traj_ros.io.replay import Replay, Watcher, replay
+from phase_traj_ros.io.replay import Replay, replay, Watcher
 from phase_traj_ros.io.results import write_results
 from phase_traj_ros.io.source import Frame, FrameSource
 from phase_traj_ros.io.thumbnails import Thumbnails, TurnWatcher

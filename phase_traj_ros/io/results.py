@@ -2,19 +2,18 @@
 # SPDX-License-Identifier: Apache-2.0
 """The files that hold a replay's results: JSON, CSV, TUM and a picture."""
 
+from collections.abc import Iterable, Mapping, Sequence
 import csv
 import json
 import math
-import platform
-from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
+import platform
 from typing import Any, TextIO
 
 import cv2
 import numpy as np
-
 import phase_traj_ros
-from phase_traj_ros.core import Corner, Direction, Run, Update, pack, yaw
+from phase_traj_ros.core import Corner, Direction, pack, Run, Update, yaw
 from phase_traj_ros.io.picture import write_trajectory_picture
 from phase_traj_ros.io.replay import Replay
 

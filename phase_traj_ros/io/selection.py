@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Which frames of a source are used."""
 
-import math
 from dataclasses import dataclass
-from enum import Enum, auto
+from enum import auto, Enum
+import math
 from typing import Final
 
 from phase_traj_ros.errors import ParameterError

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-
 from phase_traj_ros.core import Corner, Direction, Movement, Run, TrajectoryEstimator
 from phase_traj_ros.io.output import output_directory
 from phase_traj_ros.io.picture import write_path_picture

@@ -10,11 +10,11 @@ A source is opened with open_source, whatever it is, and iterated over::
             estimator.update(frame.image, frame.stamp_ns)
 """
 
-import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Generator, Iterator
 from contextlib import closing
 from dataclasses import dataclass
+import math
 from os import PathLike
 from pathlib import Path
 from types import TracebackType

@@ -3,13 +3,12 @@
 """Small copies of the frames of a replay, kept within bounds however long it is."""
 
 from dataclasses import dataclass, field
-from typing import Generic, TypeVar, cast
+from typing import cast, Generic, TypeVar
 
 import cv2
 import numpy as np
-
 from phase_traj_ros.core import Movement, PairStatus, TrajectoryEstimator, Update
-from phase_traj_ros.io.debug_picture import Picture, as_shown
+from phase_traj_ros.io.debug_picture import as_shown, Picture
 from phase_traj_ros.io.source import Frame
 
 Item = TypeVar('Item')

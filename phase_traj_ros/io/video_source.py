@@ -2,26 +2,20 @@
 # SPDX-License-Identifier: Apache-2.0
 """Frames from a video file."""
 
-import codecs
-import math
 from bisect import bisect_left
+import codecs
 from collections.abc import Generator
 from functools import partial
+import math
 from pathlib import Path
 from typing import cast
 
 import cv2
-
 from phase_traj_ros.errors import SourceError
 from phase_traj_ros.io.decoding import GreyImage
 from phase_traj_ros.io.folder_source import PICTURE_SUFFIXES
 from phase_traj_ros.io.selection import EVERYTHING, Selection
-from phase_traj_ros.io.source import (
-    DEFAULT_FPS,
-    Candidate,
-    FrameSource,
-    index_stamp_ns,
-)
+from phase_traj_ros.io.source import Candidate, DEFAULT_FPS, FrameSource, index_stamp_ns
 
 _MAX_CONTAINER_FPS = 1000.0
 _MAX_FRAME_COUNT = 2 ** 32

@@ -2,15 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """One picture that shows what the node sees and makes of it."""
 
+from phase_traj_ros.core import TrajectoryEstimator, Update
+from phase_traj_ros.io.debug_picture import draw
+from phase_traj_ros.io.source import Frame
 from rclpy.node import Node
 from rclpy.qos import qos_profile_sensor_data
 from rclpy.qos_overriding_options import QoSOverridingOptions
 from sensor_msgs.msg import Image
 from std_msgs.msg import Header
-
-from phase_traj_ros.core import TrajectoryEstimator, Update
-from phase_traj_ros.io.debug_picture import draw
-from phase_traj_ros.io.source import Frame
 
 
 class DebugImage:

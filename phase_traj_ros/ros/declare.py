@@ -5,6 +5,8 @@
 from collections.abc import Iterable
 from typing import Any
 
+from phase_traj_ros.errors import ParameterError
+from phase_traj_ros.parameters import Parameters, Spec, specs
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
 from rclpy.exceptions import (
     InvalidParameterTypeException,
@@ -13,9 +15,6 @@ from rclpy.exceptions import (
 )
 from rclpy.node import Node
 from rclpy.parameter import Parameter
-
-from phase_traj_ros.errors import ParameterError
-from phase_traj_ros.parameters import Parameters, Spec, specs
 
 
 def declare_parameters(node: Node) -> Parameters:

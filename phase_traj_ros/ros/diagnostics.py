@@ -5,14 +5,13 @@
 import time
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
-from rclpy.clock import Clock, ClockType
-from rclpy.node import Node
-from rclpy.qos import QoSCompatibility, qos_check_compatible
-
 from phase_traj_ros.core import TrajectoryEstimator
 from phase_traj_ros.io.measurement_report import MeasurementReporter
 from phase_traj_ros.ros.health import Health, Stage
 from phase_traj_ros.ros.image_input import ImageInput
+from rclpy.clock import Clock, ClockType
+from rclpy.node import Node
+from rclpy.qos import qos_check_compatible, QoSCompatibility
 
 _PERIOD_S = 1.0
 _SILENCE_NS = 5 * 10**9

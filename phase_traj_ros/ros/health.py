@@ -2,11 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """How the node fares: what came, what was lost, how long it took. Knows nothing of rclpy."""
 
-import statistics
 from collections import deque
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from enum import Enum
+import statistics
 
 _KEPT = 1000
 # Sequence numbers further apart than this are those of another publisher.

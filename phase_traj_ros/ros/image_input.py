@@ -2,14 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Receives images, raw or compressed, and hands on what can be correlated."""
 
-import time
 from collections.abc import Callable, Mapping
+import time
 from typing import Any
-
-from rclpy.node import Node
-from rclpy.qos import QoSProfile, qos_profile_sensor_data
-from rclpy.qos_overriding_options import QoSOverridingOptions
-from sensor_msgs.msg import CompressedImage, Image
 
 from phase_traj_ros.errors import FrameError
 from phase_traj_ros.io.image_msgs import encoding_of, msg_to_frame
@@ -17,6 +12,10 @@ from phase_traj_ros.io.source import Frame
 from phase_traj_ros.io.stamps import StampRule, to_nanoseconds
 from phase_traj_ros.parameters import Parameters, Transport
 from phase_traj_ros.ros.health import Health, LossCounter, Stage
+from rclpy.node import Node
+from rclpy.qos import qos_profile_sensor_data, QoSProfile
+from rclpy.qos_overriding_options import QoSOverridingOptions
+from sensor_msgs.msg import CompressedImage, Image
 
 _TOPIC = 'image'
 _THROTTLE_S = 5.0

@@ -2,20 +2,19 @@
 # SPDX-License-Identifier: Apache-2.0
 """A recording through the real node in a process of its own, over real DDS."""
 
-import os
-import signal
-import subprocess
-import sys
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
+import os
 from pathlib import Path
-
-from rclpy.executors import SingleThreadedExecutor
+import signal
+import subprocess
+import sys
 
 from phase_traj_ros.errors import SourceError
 from phase_traj_ros.ros.recorder import Recorder
 from phase_traj_ros.ros.spin import ros_context
+from rclpy.executors import SingleThreadedExecutor
 
 _DISCOVERY_S = 30.0
 _SILENCE_S = 20.0

@@ -4,12 +4,11 @@
 
 import sys
 
-from rclpy.logging import get_logger
-
 from phase_traj_ros.errors import PhaseTrajError
 from phase_traj_ros.parameters import NODE_NAME
 from phase_traj_ros.ros.node import PhaseTrajNode
 from phase_traj_ros.ros.spin import ros_context, spin
+from rclpy.logging import get_logger
 
 EXIT_BAD_INPUT = 2
 

@@ -16,9 +16,8 @@ from geometry_msgs.msg import (
     Vector3Stamped,
 )
 from nav_msgs.msg import Path
-from std_msgs.msg import Float32, Float64, Header, String, UInt8
-
 from phase_traj_ros.io.messages import Messages
+from std_msgs.msg import Float32, Float64, Header, String, UInt8
 
 TYPES = MappingProxyType({
     'builtin_interfaces/msg/Time': Time,

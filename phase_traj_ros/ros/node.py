@@ -2,15 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """The live node: images in, codes and path out."""
 
-import time
 from collections.abc import Sequence
+import time
 
 import cv2
-from rcl_interfaces.msg import SetParametersResult
-from rclpy.node import Node
-from rclpy.parameter import Parameter
-from std_srvs.srv import Trigger
-
 from phase_traj_ros.core import TrajectoryEstimator
 from phase_traj_ros.errors import ParameterError
 from phase_traj_ros.io.mask_file import read_mask
@@ -22,6 +17,10 @@ from phase_traj_ros.ros.health import Health, Stage
 from phase_traj_ros.ros.image_input import ImageInput
 from phase_traj_ros.ros.outputs import Outputs
 from phase_traj_ros.ros.saving import Saving
+from rcl_interfaces.msg import SetParametersResult
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from std_srvs.srv import Trigger
 
 
 class PhaseTrajNode(Node):

@@ -4,20 +4,14 @@
 
 from typing import Any
 
-from rclpy.clock import Clock, ClockType
-from rclpy.node import Node
-from rclpy.publisher import Publisher
-from rclpy.qos import DurabilityPolicy, QoSProfile
-from rclpy.qos_overriding_options import QoSOverridingOptions
-
 from phase_traj_ros.core import Movement, TrajectoryEstimator, Update
 from phase_traj_ros.io.messages import (
     CHAIN_CODE,
     CHAIN_CODE_PERIOD_NS,
-    PATH,
-    Topic,
     pair_topics,
+    PATH,
     path_points,
+    Topic,
 )
 from phase_traj_ros.io.pacing import Pace
 from phase_traj_ros.io.source import Frame
@@ -25,6 +19,11 @@ from phase_traj_ros.parameters import Parameters
 from phase_traj_ros.ros.debug_image import DebugImage
 from phase_traj_ros.ros.messages import MESSAGES, TYPES
 from phase_traj_ros.ros.transform import TransformOutput
+from rclpy.clock import Clock, ClockType
+from rclpy.node import Node
+from rclpy.publisher import Publisher
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from rclpy.qos_overriding_options import QoSOverridingOptions
 
 # Reliable. Deep enough that a subscriber may fall a few seconds behind without losing a code.
 _PER_PAIR = QoSProfile(depth=100)

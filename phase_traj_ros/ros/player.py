@@ -2,22 +2,21 @@
 # SPDX-License-Identifier: Apache-2.0
 """Publishes recorded frames on real topics, with their stamps and a clock."""
 
-import time
 from array import array
 from collections.abc import Iterable
 from threading import Event
+import time
 
 import numpy as np
-from rclpy.duration import Duration
-from rclpy.node import Node
-from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy, qos_profile_sensor_data
-from rosgraph_msgs.msg import Clock
-from sensor_msgs.msg import Image
-from std_msgs.msg import Header
-
 from phase_traj_ros.errors import OutputError
 from phase_traj_ros.io.source import Frame
 from phase_traj_ros.ros.messages import to_time
+from rclpy.duration import Duration
+from rclpy.node import Node
+from rclpy.qos import HistoryPolicy, qos_profile_sensor_data, QoSProfile, ReliabilityPolicy
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import Image
+from std_msgs.msg import Header
 
 PLAYER_NAME = 'phase_traj_player'
 LOSSLESS = QoSProfile(

@@ -2,19 +2,18 @@
 # SPDX-License-Identifier: Apache-2.0
 """Gathers what the node publishes."""
 
-import time
 from collections.abc import Callable
+import time
 from typing import Any
 
 from geometry_msgs.msg import PoseStamped, Vector3Stamped
 from nav_msgs.msg import Path
+from phase_traj_ros.errors import SourceError
+from phase_traj_ros.parameters import NODE_NAME
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 from std_msgs.msg import Float32, String, UInt8
 from std_srvs.srv import Trigger
-
-from phase_traj_ros.errors import SourceError
-from phase_traj_ros.parameters import NODE_NAME
 
 _EVERYTHING = QoSProfile(
     history=HistoryPolicy.KEEP_ALL, depth=1, reliability=ReliabilityPolicy.RELIABLE)

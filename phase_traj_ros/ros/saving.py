@@ -2,21 +2,20 @@
 # SPDX-License-Identifier: Apache-2.0
 """Keeps results on disk: on request, and pair by pair."""
 
-import time
 from collections.abc import Callable
 from pathlib import Path
 from threading import Thread
+import time
 from typing import TextIO
-
-from rclpy.node import Node
-from rclpy.task import Future
-from std_srvs.srv import Trigger
 
 from phase_traj_ros.core import TrajectoryEstimator, Update
 from phase_traj_ros.errors import OutputError, PhaseTrajError
 from phase_traj_ros.io.results import ShiftTable
 from phase_traj_ros.io.snapshot import Snapshot
 from phase_traj_ros.parameters import Parameters
+from rclpy.node import Node
+from rclpy.task import Future
+from std_srvs.srv import Trigger
 
 
 class Saving:

@@ -8,18 +8,17 @@ then ends in a traceback now and then. Here a signal only sets an event; the cal
 finishes, and the node is taken down in order.
 """
 
-import signal
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+import signal
 from threading import Event
 
+from phase_traj_ros.errors import ParameterError
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
-
-from phase_traj_ros.errors import ParameterError
 
 _POLL_S = 0.2
 

@@ -3,10 +3,9 @@
 """Publishes the path's tip as a transform, where tf2_msgs is installed."""
 
 from geometry_msgs.msg import PoseStamped, Transform, TransformStamped, Vector3
+from phase_traj_ros.errors import MissingDependencyError
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
-
-from phase_traj_ros.errors import MissingDependencyError
 
 
 class TransformOutput:

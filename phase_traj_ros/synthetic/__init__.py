@@ -6,9 +6,9 @@ A rendered town, drives through it with known turns, and what spoils their pictu
 ``render(scene, camera, pose)`` is a pure function; all scenes and drives are made from seeds.
 """
 
-from phase_traj_ros.synthetic.bag import TRUTH_TOPIC, camera_info_topic, write_drive_bag
-from phase_traj_ros.synthetic.camera import KITTI_CAMERA, Camera, Pose
-from phase_traj_ros.synthetic.drive import Drive, TrueTurn, plan_drive, pose_drive
+from phase_traj_ros.synthetic.bag import camera_info_topic, TRUTH_TOPIC, write_drive_bag
+from phase_traj_ros.synthetic.camera import Camera, KITTI_CAMERA, Pose
+from phase_traj_ros.synthetic.drive import Drive, plan_drive, pose_drive, TrueTurn
 from phase_traj_ros.synthetic.drives import DRIVES, named_drive
 from phase_traj_ros.synthetic.frames import render_drive
 from phase_traj_ros.synthetic.kitti import poses_from_kitti

@@ -14,8 +14,7 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-
-from phase_traj_ros.synthetic._arrays import Bytes, Floats, Ints, as_bytes
+from phase_traj_ros.synthetic._arrays import as_bytes, Bytes, Floats, Ints
 
 #: Shrunk by up to 2 ** LEVELS in each direction.
 LEVELS = 6

@@ -4,16 +4,15 @@
 
 from __future__ import annotations
 
-import os
-import shutil
-import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+import os
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+import shutil
+import tempfile
+from typing import Any, TYPE_CHECKING
 
 import numpy as np
-
 from phase_traj_ros.errors import MissingDependencyError, OutputError
 from phase_traj_ros.synthetic._arrays import Bytes
 from phase_traj_ros.synthetic.camera import Camera, Pose, quaternion
@@ -118,7 +117,7 @@ def write_drive_bag(
     """
     try:
         from rosbags.rosbag2 import StoragePlugin, Writer
-        from rosbags.typesys import Stores, get_typestore
+        from rosbags.typesys import get_typestore, Stores
     except ImportError as error:
         raise MissingDependencyError(
             'writing a bag needs the rosbags library: pip install rosbags') from error

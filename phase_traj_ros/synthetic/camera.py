@@ -11,12 +11,11 @@ first pixel at (0, 0).
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, replace
+import math
 from typing import NamedTuple
 
 import numpy as np
-
 from phase_traj_ros.errors import ParameterError
 from phase_traj_ros.synthetic._arrays import Floats
 

@@ -10,11 +10,10 @@ from functools import partial
 
 import numpy as np
 import numpy.typing as npt
-
 from phase_traj_ros.errors import ParameterError
 from phase_traj_ros.synthetic._arrays import Floats, Ints
-from phase_traj_ros.synthetic.camera import KITTI_CAMERA, Camera, Pose
-from phase_traj_ros.synthetic.plan import Plan, Turn, check, drive_plan, duration
+from phase_traj_ros.synthetic.camera import Camera, KITTI_CAMERA, Pose
+from phase_traj_ros.synthetic.plan import check, drive_plan, duration, Plan, Turn
 from phase_traj_ros.synthetic.scene import Scene
 from phase_traj_ros.synthetic.scenes import scene_along, street_grid
 

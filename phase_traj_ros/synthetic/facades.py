@@ -8,7 +8,6 @@ from itertools import pairwise
 
 import cv2
 import numpy as np
-
 from phase_traj_ros.synthetic._arrays import Bytes, Floats, Singles
 from phase_traj_ros.synthetic.noise import NoiseBank
 

@@ -9,8 +9,7 @@ from itertools import pairwise
 
 import cv2
 import numpy as np
-
-from phase_traj_ros.synthetic._arrays import Bytes, Floats, Singles, as_bytes
+from phase_traj_ros.synthetic._arrays import as_bytes, Bytes, Floats, Singles
 from phase_traj_ros.synthetic.camera import Camera, Pose
 
 _LEVELS = 7

@@ -5,7 +5,6 @@
 from __future__ import annotations
 
 import numpy as np
-
 from phase_traj_ros.synthetic._arrays import Bools, Floats, Ints
 
 

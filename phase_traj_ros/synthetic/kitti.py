@@ -6,7 +6,6 @@ from __future__ import annotations
 
 import numpy as np
 import numpy.typing as npt
-
 from phase_traj_ros.errors import ParameterError
 from phase_traj_ros.synthetic._arrays import Floats
 from phase_traj_ros.synthetic.camera import BODY_TO_PICTURE

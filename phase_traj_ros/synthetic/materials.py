@@ -6,16 +6,15 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from enum import Enum, auto
+from enum import auto, Enum
 from functools import lru_cache
 
 import numpy as np
-
 from phase_traj_ros.synthetic import facades, surfaces
 from phase_traj_ros.synthetic._arrays import Bytes
 from phase_traj_ros.synthetic.atlas import Atlas, build_atlas
 from phase_traj_ros.synthetic.noise import NoiseBank
-from phase_traj_ros.synthetic.silhouettes import Silhouettes, build_silhouettes
+from phase_traj_ros.synthetic.silhouettes import build_silhouettes, Silhouettes
 
 
 class Material(Enum):

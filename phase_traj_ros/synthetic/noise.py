@@ -3,7 +3,6 @@
 """Random textures with a natural spectrum, the stuff all surfaces are made of."""
 
 import numpy as np
-
 from phase_traj_ros.synthetic._arrays import Singles
 
 

@@ -9,7 +9,6 @@ from dataclasses import dataclass, fields
 from typing import Any, NamedTuple
 
 import numpy as np
-
 from phase_traj_ros.synthetic._arrays import Floats, Ints
 
 

@@ -9,8 +9,7 @@ from collections.abc import Sequence
 import cv2
 import numpy as np
 import numpy.typing as npt
-
-from phase_traj_ros.synthetic._arrays import Bytes, Floats, as_bytes
+from phase_traj_ros.synthetic._arrays import as_bytes, Bytes, Floats
 from phase_traj_ros.synthetic.ground import Ground
 from phase_traj_ros.synthetic.noise import spectral_noise
 from phase_traj_ros.synthetic.streets import Street

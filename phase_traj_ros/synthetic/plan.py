@@ -4,13 +4,12 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+import math
 from typing import TypeAlias
 
 import numpy as np
-
 from phase_traj_ros.errors import ParameterError
 from phase_traj_ros.synthetic._arrays import Floats
 

@@ -6,12 +6,11 @@ from __future__ import annotations
 
 import cv2
 import numpy as np
-
-from phase_traj_ros.synthetic._arrays import Bytes, Floats, Ints, Singles, as_bytes
+from phase_traj_ros.synthetic._arrays import as_bytes, Bytes, Floats, Ints, Singles
 from phase_traj_ros.synthetic.atlas import level_of
-from phase_traj_ros.synthetic.camera import Camera, Pose, level_view
+from phase_traj_ros.synthetic.camera import Camera, level_view, Pose
 from phase_traj_ros.synthetic.scene import Scene
-from phase_traj_ros.synthetic.visibility import Runs, Strips, cut, visible
+from phase_traj_ros.synthetic.visibility import cut, Runs, Strips, visible
 
 #: The air between: after so many metres, all contrast has fallen to 1 / e.
 _VISIBILITY = 900.0

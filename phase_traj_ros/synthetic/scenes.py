@@ -8,7 +8,6 @@ from collections.abc import Sequence
 
 import numpy as np
 import numpy.typing as npt
-
 from phase_traj_ros.synthetic._arrays import Floats
 from phase_traj_ros.synthetic.keep_out import KeepOut
 from phase_traj_ros.synthetic.materials import materials
@@ -16,8 +15,8 @@ from phase_traj_ros.synthetic.panels import Panels
 from phase_traj_ros.synthetic.paving import pave
 from phase_traj_ros.synthetic.scene import Scene
 from phase_traj_ros.synthetic.sky import build_sky
-from phase_traj_ros.synthetic.streets import Street, grid_streets, streets_along
-from phase_traj_ros.synthetic.town import ROADWAY, Town, build
+from phase_traj_ros.synthetic.streets import grid_streets, Street, streets_along
+from phase_traj_ros.synthetic.town import build, ROADWAY, Town
 
 #: Nothing solid comes nearer to any pose than this, in metres.
 CLEARANCE = 4.0

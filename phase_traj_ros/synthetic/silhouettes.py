@@ -5,10 +5,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from enum import Enum, auto
+from enum import auto, Enum
 
 import numpy as np
-
 from phase_traj_ros.synthetic._arrays import Floats, Ints
 
 _SAMPLES = 193

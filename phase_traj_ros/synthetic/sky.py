@@ -8,7 +8,6 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-
 from phase_traj_ros.synthetic._arrays import Bytes
 from phase_traj_ros.synthetic.camera import Camera
 from phase_traj_ros.synthetic.noise import spectral_noise

@@ -9,7 +9,6 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-
 from phase_traj_ros.errors import ParameterError
 from phase_traj_ros.synthetic._arrays import Floats, Ints
 

@@ -6,7 +6,6 @@ from __future__ import annotations
 
 import cv2
 import numpy as np
-
 from phase_traj_ros.synthetic._arrays import Bytes, Floats, Singles
 from phase_traj_ros.synthetic.noise import NoiseBank
 

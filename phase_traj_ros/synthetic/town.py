@@ -8,7 +8,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-
 from phase_traj_ros.synthetic._arrays import Floats
 from phase_traj_ros.synthetic.keep_out import KeepOut
 from phase_traj_ros.synthetic.materials import Material, Materials

@@ -13,7 +13,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-
 from phase_traj_ros.synthetic._arrays import Bools, Floats, Ints
 from phase_traj_ros.synthetic.camera import Camera, Pose
 from phase_traj_ros.synthetic.panels import Panels

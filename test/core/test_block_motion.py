@@ -5,8 +5,7 @@
 import tracemalloc
 
 import cv2
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 import numpy as np
 from phase_traj_ros.core import Shift
 from phase_traj_ros.core.block_motion import BlockMotion
@@ -102,7 +101,8 @@ def test_a_picture_follows_the_shift_it_has_made(dx, dy):
 def test_the_share_is_that_of_the_picture():
     first, second = pair(SHAPE, 24, 0)
     second[:, :160] = first[:, :160]
-    assert watched(first, second).share_following(Shift(24, 0, 0.1)) == pytest.approx(0.5, abs=0.15)
+    share = watched(first, second).share_following(Shift(24, 0, 0.1))
+    assert share == pytest.approx(0.5, abs=0.15)
 
 
 def test_a_shift_out_of_the_frame_is_followed_by_nothing():

@@ -4,8 +4,7 @@
 
 from itertools import groupby, product
 
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 from phase_traj_ros.core import Direction, DynamicChainCode, Movement
 import pytest
 

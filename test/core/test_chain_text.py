@@ -2,8 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The chain code as text."""
 
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 from phase_traj_ros.core import DynamicChainCode
 from phase_traj_ros.core.chain_text import describe, parse
 import pytest

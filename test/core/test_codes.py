@@ -2,8 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Movement and direction codes, packing, runs."""
 
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 from phase_traj_ros.core import CodeSeries, Direction, Movement, pack, Run, unpack
 import pytest
 

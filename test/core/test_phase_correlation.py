@@ -3,8 +3,7 @@
 """The shift between two frames."""
 
 import cv2
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 import numpy as np
 from phase_traj_ros.core import PhaseCorrelator, Shift, Window
 from phase_traj_ros.errors import FrameError

@@ -4,8 +4,7 @@
 
 import tracemalloc
 
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 import numpy as np
 from phase_traj_ros.core import PhaseCorrelator, Shift
 import pytest

@@ -3,8 +3,7 @@
 """What is a measurement, what stands still, and what hides behind a fixed pattern."""
 
 import cv2
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 import numpy as np
 from phase_traj_ros.core import PhaseCorrelator, Shift
 from phase_traj_ros.core.block_motion import BlockFlow

@@ -3,8 +3,7 @@
 """Transform sizes and whitening in the packed layout."""
 
 import cv2
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 import numpy as np
 from phase_traj_ros.core.spectrum import padded_side, Whitener
 import pytest

@@ -2,8 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Directions to vertices."""
 
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 import numpy as np
 from phase_traj_ros.core import Axes, ChainPath, Direction, normalised, vertices, yaw
 import pytest

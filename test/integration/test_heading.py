@@ -6,12 +6,12 @@ from itertools import groupby
 import json
 import math
 
-import numpy as np
-import pytest
 from geometry_msgs.msg import QuaternionStamped, Vector3Stamped
-from live import LOSSLESS, image
+from live import image, LOSSLESS
+import numpy as np
 from phase_traj_ros.cli.main import main
 from phase_traj_ros.synthetic import named_drive, render_drive
+import pytest
 from std_msgs.msg import Float64, UInt8
 from std_srvs.srv import Trigger
 

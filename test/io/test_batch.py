@@ -10,7 +10,14 @@ from pathlib import Path
 
 from fragile import killed_always, killed_once, never_returns, VARIABLE
 from phase_traj_ros.io.batch import (
-    failure, folder_names, Job, Outcome, remove_leftovers, run_job, Status)
+    failure,
+    folder_names,
+    Job,
+    Outcome,
+    remove_leftovers,
+    run_job,
+    Status,
+)
 from phase_traj_ros.io.batch_summary import COLUMNS, write_summary
 from phase_traj_ros.io.parallel import run_parallel
 from phase_traj_ros.parameters import Parameters

@@ -3,8 +3,7 @@
 """Folders of pictures: order, stamps, depth, and what may be wrong with them."""
 
 import cv2
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 import numpy as np
 from phase_traj_ros.errors import SourceError
 from phase_traj_ros.io import open_source, Selection

@@ -12,8 +12,7 @@ import resource
 from types import SimpleNamespace
 
 import cv2
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 import numpy as np
 from phase_traj_ros.errors import FrameError, SourceError
 from phase_traj_ros.io import decode_compressed, ENCODINGS, open_source, to_grey

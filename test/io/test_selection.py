@@ -2,8 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Which frames --start, --duration and --every leave."""
 
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 from phase_traj_ros.errors import ParameterError
 from phase_traj_ros.io.selection import Selection, Selector, Verdict
 import pytest

@@ -5,8 +5,7 @@
 from itertools import pairwise
 
 import cv2
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 import numpy as np
 from phase_traj_ros.errors import SourceError
 from phase_traj_ros.io import open_source, Selection

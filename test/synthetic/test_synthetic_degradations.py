@@ -4,8 +4,7 @@
 
 import numpy as np
 from phase_traj_ros.errors import ParameterError
-from phase_traj_ros.synthetic import degradations as spoil
-from phase_traj_ros.synthetic import KITTI_CAMERA
+from phase_traj_ros.synthetic import degradations as spoil, KITTI_CAMERA
 import pytest
 
 GREY = np.full((376, 1241), 120, np.uint8)

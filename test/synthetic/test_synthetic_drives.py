@@ -2,8 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Drives: the motion that follows from a plan, and what is said to be true of it."""
 
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 import numpy as np
 from phase_traj_ros.errors import ParameterError
 from phase_traj_ros.synthetic import (

@@ -2,8 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Streets along any route: nothing in the way, always something to see."""
 
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 import numpy as np
 from phase_traj_ros.errors import ParameterError
 from phase_traj_ros.synthetic import CLEARANCE, DRIVES, named_drive, scene_along, street_grid

@@ -1,0 +1,79 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What a pair of frames adds, how it came to its code, and what is counted."""
+
+from dataclasses import asdict, dataclass, replace
+from enum import Enum
+
+from phase_traj_ros.core.chain_code import Step
+from phase_traj_ros.core.heading import HeadingStep
+from phase_traj_ros.core.phase_correlation import Shift
+from phase_traj_ros.core.trajectory import Corner
+from phase_traj_ros.core.turns import Turn
+
+
+class PairStatus(Enum):
+    """How a pair of frames came to its movement code."""
+
+    OK = 'ok'
+    """Measured and judged: forward, or the pair on which a turn begins."""
+    TURNING = 'turning'
+    """Measured; the turn that began earlier goes on."""
+    STILL = 'still'
+    """The vehicle stands: nothing but noise and passers-by moves in the picture."""
+    NO_MEASUREMENT = 'no_measurement'
+    """The two frames have nothing in common, or one of them shows nothing."""
+    GAP = 'gap'
+    """The time between the two frames was longer than allowed."""
+    REPRIMED = 'reprimed'
+    """The frame's size or encoding changed, or a setting: there is none to compare it with."""
+
+
+@dataclass(frozen=True, slots=True)
+class Update:
+    """What one pair of frames adds."""
+
+    pair: int
+    """Number of the pair, 0 for the first since the start or the last reset."""
+    stamp_ns: int
+    """Stamp of the pair's second frame."""
+    interval_ns: int
+    """Time since its first frame."""
+    shift: Shift | None
+    """The measured shift, None where the two frames cannot be compared."""
+    step: Step
+    status: PairStatus
+    tip: Corner
+    """Where the drawn trajectory has got to."""
+    heading: HeadingStep | None = None
+    """Yaw, yaw rate and heading, where a lens is given."""
+    turns: tuple[Turn, ...] = ()
+    """Turns that are now known to have ended, where a lens is given."""
+
+
+@dataclass(slots=True)
+class Counters:
+    """What has happened since the estimator was made; a reset does not clear it."""
+
+    frames: int = 0
+    """Frames taken, repeated ones not included."""
+    repeated: int = 0
+    """Frames dropped because their stamp was that of the frame before."""
+    gaps: int = 0
+    """Pairs whose frames were too far apart in time."""
+    reprimed: int = 0
+    """Frames of another size or encoding than the one before, or after a change of settings."""
+    unmeasured: int = 0
+    """Pairs in which there was nothing to measure."""
+    still: int = 0
+    """Pairs in which the vehicle stood."""
+    time_resets: int = 0
+    """Resets because a stamp lay before the one before it."""
+
+    def copy(self) -> 'Counters':
+        """Return the counts as they are now."""
+        return replace(self)
+
+    def as_dict(self) -> dict[str, int]:
+        """Return the counts by name."""
+        return asdict(self)
