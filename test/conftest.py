@@ -7,6 +7,15 @@ from pathlib import Path
 
 import pytest
 
+try:
+    from hypothesis import HealthCheck, settings
+except ImportError:
+    pass
+else:
+    # A machine that has other things to do is no failure.
+    settings.register_profile(
+        'patient', deadline=None, suppress_health_check=[HealthCheck.too_slow])
+    settings.load_profile('patient')
 
 @pytest.fixture(scope='session')
 def kitti_root() -> Path:

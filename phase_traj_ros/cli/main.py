@@ -36,7 +36,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
     for name, value in _QUIET.items():
         os.environ.setdefault(name, value)
     # OpenCV reads the above when it is loaded, and these modules load it.
-    from phase_traj_ros.cli import demo, inspect_frames, play, replay
+    try:
+        from phase_traj_ros.cli import demo, inspect_frames, play, replay
+    except ModuleNotFoundError as error:
+        print(
+            f'phase_traj: error: the Python package {error.name} is missing: install'
+            ' python3-opencv, python3-numpy and python3-yaml (apt), or'
+            ' phase_traj_ros[offline] (pip)', file=sys.stderr)
+        return EXIT_BAD_INPUT
 
     parser = _Parser(
         prog='phase_traj', description='Chain codes of a trajectory from a forward camera.')

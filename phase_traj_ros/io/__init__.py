@@ -1,4 +1,4 @@
-# Copyright 2026 phase_traj_ros contributors  # noqa: A005
+# Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
 """Where frames come from and where results go."""
 

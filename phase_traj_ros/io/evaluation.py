@@ -4,19 +4,19 @@
 
 from __future__ import annotations
 
-import csv
-import json
-import math
 from collections.abc import Iterable, Mapping, Sequence
+import csv
 from dataclasses import asdict, dataclass
 from decimal import Decimal
+import json
+import math
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-
 from phase_traj_ros.core.codes import Direction, Movement
+from phase_traj_ros.core.freeman import Freeman, to_four
 from phase_traj_ros.core.heading_code import HeadingCode
 from phase_traj_ros.core.trajectory import vertices
 from phase_traj_ros.core.turns import MIN_ANGLE_DEG, Turn, find_turns
@@ -42,6 +42,8 @@ class TurnScore:
         Share of the true turns that were found; 1 where there are none.
     found, true
         How many there are of each, without those that count neither way.
+    angle_error_deg
+        Root mean square of the angles' errors, of the turns found that are true.
     """
 
     precision: float
@@ -49,7 +51,6 @@ class TurnScore:
     found: int
     true: int
     angle_error_deg: float | None
-    """Root mean square of the angles' errors, of the turns found that are true."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -132,6 +133,8 @@ class ReplayedDrive:
         The codes.
     status
         One per pair.
+    connectivity
+        In how many directions the codes have quantised the heading, 4 or 8.
     heading
         (n,) radians, left positive, not wrapped; None where the replay did not measure it.
     turns
@@ -143,6 +146,7 @@ class ReplayedDrive:
     movement: tuple[Movement, ...]
     direction: tuple[Direction, ...]
     status: tuple[str, ...]
+    connectivity: int
     heading: NDArray[np.float64] | None
     turns: tuple[Turn, ...] | None
 
@@ -160,8 +164,8 @@ class ReplayedDrive:
     def drawn_from_codes(self) -> NDArray[np.float64]:
         """Return where the path drawn from the codes has got to at each frame, (n, 2)."""
         steps = np.array([movement is not Movement.NO_CHANGE for movement in self.movement])
-        points = vertices(self.direction)
-        return points[np.concatenate([[0], np.cumsum(steps)])]
+        reached = np.concatenate([[0], np.cumsum(steps)])
+        return np.asarray(vertices(self.direction)[reached])
 
     def drawn_from_heading(self) -> NDArray[np.float64] | None:
         """Return the same with a unit step along the measured heading, in REP 103 axes."""
@@ -192,8 +196,8 @@ def read_replay(directory: Path) -> ReplayedDrive:
             source=str(content['source']),
             stamps_ns=np.array([int(content['first_stamp_ns']), *stamps], np.int64),
             movement=tuple(Movement(code) for code in content['movement']),
-            direction=tuple(Direction(code) for code in content['direction']),
-            status=tuple(content['status']),
+            direction=_read_directions(content),
+            status=tuple(content['status']), connectivity=int(content.get('connectivity', 4)),
             heading=None if heading is None else np.radians(np.array(heading, np.float64)),
             turns=_read_turns(content.get('turns')))
     except OSError as error:
@@ -243,6 +247,14 @@ def evaluate(drive: ReplayedDrive, truth: GroundTruth) -> tuple[Evaluation, Matc
     ), true
 
 
+def write_evaluation(
+    evaluation: Evaluation, path: Path, *, source: str, ground_truth: str,
+) -> None:
+    """Write the figures as JSON; docs/files.md lists the keys."""
+    content = {'source': source, 'ground_truth': ground_truth, **evaluation.as_dict()}
+    path.write_text(json.dumps(content, indent=2) + '\n', encoding='utf-8')
+
+
 def true_turns(true: MatchedTruth) -> list[Turn]:
     """Return the turns of the truth, those a little below the least angle included."""
     return find_turns(
@@ -251,7 +263,7 @@ def true_turns(true: MatchedTruth) -> list[Turn]:
 
 def aligned(points: NDArray[np.float64], target: NDArray[np.float64]) -> NDArray[np.float64]:
     """
-    Return points (n, 2), moved, turned and scaled to fit the target (n, 2) best, without mirroring.
+    Return points (n, 2) moved, turned and scaled, not mirrored, to fit the target (n, 2) best.
 
     The least squares solution of S. Umeyama, "Least-squares estimation of transformation
     parameters between two point patterns", 1991, written with complex numbers.
@@ -266,6 +278,17 @@ def aligned(points: NDArray[np.float64], target: NDArray[np.float64]) -> NDArray
     return np.stack([fitted.real, fitted.imag], axis=1)
 
 
+def _read_directions(content: Mapping[str, Any]) -> tuple[Direction, ...]:
+    """Return the direction codes, Freeman's eight brought to the four."""
+    codes = content['direction']
+    if content.get('connectivity', 4) == 4:
+        return tuple(Direction(code) for code in codes)
+    directions = [Direction.FORWARD]
+    for code in codes:
+        directions.append(to_four(Freeman(code), directions[-1]))
+    return tuple(directions[1:])
+
+
 def _read_turns(turns: Iterable[Mapping[str, Any]] | None) -> tuple[Turn, ...] | None:
     if turns is None:
         return None
@@ -278,55 +301,62 @@ def _read_turns(turns: Iterable[Mapping[str, Any]] | None) -> tuple[Turn, ...] |
 
 
 def _turn_score(found: Sequence[Turn], true: MatchedTruth) -> TurnScore:
-    """Match the turns; those near the least angle count neither as right nor as wrong."""
+    """Match the turns; those near the least angle are neither missed nor invented."""
     covered = [
         turn for turn in found
         if true.stamps_ns[0] <= turn.end_ns and turn.start_ns <= true.stamps_ns[-1]]
     there = true_turns(true)
     clear = MIN_ANGLE_DEG + _MARGIN_DEG
-    clear_there = [turn for turn in there if abs(turn.angle_deg) >= clear]
-    recalled = sum(_partner(turn, covered) is not None for turn in clear_there)
-    right, wrong, errors = 0, 0, []
-    for turn in covered:
-        partner = _partner(turn, there)
-        if partner is not None:
-            errors.append(turn.angle_deg - partner.angle_deg)
-            right += 1
-        elif abs(turn.angle_deg) >= clear:
-            wrong += 1
+    clear_there = [
+        index for index, turn in enumerate(there) if abs(turn.angle_deg) >= clear]
+    partners = _partners(covered, there)
+    matched = set(partners.values())
+    recalled = sum(index in matched for index in clear_there)
+    wrong = sum(
+        number not in partners and abs(turn.angle_deg) >= clear
+        for number, turn in enumerate(covered))
+    judged = len(partners) + wrong
+    errors = [
+        covered[number].angle_deg - there[index].angle_deg for number, index in partners.items()]
     return TurnScore(
-        precision=right / (right + wrong) if right + wrong else 1.0,
+        precision=len(partners) / judged if judged else 1.0,
         recall=recalled / len(clear_there) if clear_there else 1.0,
-        found=right + wrong, true=len(clear_there),
+        found=judged, true=len(clear_there),
         angle_error_deg=_rms(np.array(errors)) if errors else None)
 
 
-def _partner(turn: Turn, others: Iterable[Turn]) -> Turn | None:
-    """Return the turn to the same side that overlaps most with ``turn``, within a second."""
-    def overlap(other: Turn) -> int:
-        return min(turn.end_ns, other.end_ns) - max(turn.start_ns, other.start_ns)
+def _partners(found: Sequence[Turn], there: Sequence[Turn]) -> dict[int, int]:
+    """Return which turn found is which true one, to the same side and within a second."""
+    overlaps = sorted(
+        ((_overlap_ns(turn, other), number, index)
+         for number, turn in enumerate(found) for index, other in enumerate(there)
+         if turn.angle_deg * other.angle_deg > 0), reverse=True)
+    partners: dict[int, int] = {}
+    for overlap, number, index in overlaps:
+        if (overlap >= -_TOLERANCE_NS and number not in partners
+                and index not in partners.values()):
+            partners[number] = index
+    return partners
 
-    near = [
-        other for other in others
-        if overlap(other) >= -_TOLERANCE_NS and turn.angle_deg * other.angle_deg > 0]
-    return max(near, key=overlap, default=None)
+
+def _overlap_ns(turn: Turn, other: Turn) -> int:
+    """Return for how long both last, negative for how long there is neither between them."""
+    return min(turn.end_ns, other.end_ns) - max(turn.start_ns, other.start_ns)
 
 
 def _direction_score(drive: ReplayedDrive, true: MatchedTruth) -> DirectionScore:
-    codes = HeadingCode()
-    seconds = np.diff(true.stamps_ns) / 1e9
-    there = [int(Direction.FORWARD)]
-    for heading, turned, interval in zip(
-            true.headings[1:], np.diff(true.headings), seconds):
-        there.append(int(codes.update(float(heading), float(turned / interval)).direction))
+    codes = HeadingCode(connectivity=drive.connectivity)
+    rates = np.diff(true.headings) / np.diff(true.stamps_ns) * 1e9
+    there = [Direction.FORWARD]
+    for heading, rate in zip(true.headings[1:].tolist(), rates.tolist()):
+        there.append(codes.update(heading, rate).direction)
     found = drive.direction_at[true.frames]
     # The truth starts with the direction 1 wherever it starts.
-    offset = (found[0] - Direction.FORWARD) % 4
-    pairs = true.frames[1:] - 1
-    changes = _changes(drive.movement[pair] for pair in pairs)
+    offset = found[0] - Direction.FORWARD
+    changes = _changes(drive.movement[frame - 1] for frame in true.frames[1:].tolist())
     true_changes = _changes(codes.movement)
     return DirectionScore(
-        agreement=float(np.mean((found - offset) % 4 == there)),
+        agreement=float(np.mean((found - offset) % 4 == np.array(there))),
         changes=changes, true_changes=true_changes, same_changes=changes == true_changes)
 
 

@@ -15,9 +15,8 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-
 from phase_traj_ros.errors import ResultError, SourceError
-from phase_traj_ros.io.folder_source import TIMES_FILE, read_times
+from phase_traj_ros.io.folder_source import read_times, TIMES_FILE
 
 _KITTI_COLUMNS, _TUM_COLUMNS = 12, 8
 _NANO = 1_000_000_000
@@ -79,7 +78,7 @@ def read_ground_truth(path: Path) -> GroundTruth:
     - TUM: lines ``stamp x y z qx qy qz qw``, comments begin with #. Which axis of the body points
       forward, x (ROS) or z (a camera's), is seen from how it moves.
 
-    The vertical is that of the vehicle on average, so the world may have any axes.
+    The vertical is the axis of the world that is nearest to the vehicle's, so it may be any.
 
     Raises
     ------
@@ -242,8 +241,9 @@ def _on_the_ground(
 ) -> GroundTruth:
     (forward_axis, forward_sign), (up_axis, up_sign) = body
     forward = rotations[:, :, forward_axis] * forward_sign
-    up = (rotations[:, :, up_axis] * up_sign).mean(axis=0)
-    up /= np.linalg.norm(up)
+    tilted = (rotations[:, :, up_axis] * up_sign).mean(axis=0)
+    up = np.zeros(3)
+    up[np.abs(tilted).argmax()] = np.sign(tilted[np.abs(tilted).argmax()])
     ahead = forward[0] - (forward[0] @ up) * up
     ahead /= np.linalg.norm(ahead)
     left = np.cross(up, ahead)

@@ -1,0 +1,74 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""``phase_traj evaluate``: a replay measured against the truth."""
+
+from argparse import Namespace
+from pathlib import Path
+from typing import Any
+
+from phase_traj_ros.cli.options import add_command
+from phase_traj_ros.io.evaluation import evaluate, Evaluation, read_replay, write_evaluation
+from phase_traj_ros.io.evaluation_picture import write_evaluation_picture
+from phase_traj_ros.io.ground_truth import read_ground_truth
+from phase_traj_ros.io.output import output_directory
+from phase_traj_ros.io.picture import require_matplotlib
+
+_EPILOG = """
+DIR is what `phase_traj replay --output DIR` has written; it receives evaluation.json and
+evaluation.png. Without focal_px or hfov_deg, a replay has neither heading nor turns, and only the
+codes and the drawn path are compared.
+
+FILE is one of
+  KITTI poses       lines of 12 numbers; with times.txt beside it (or the time in front, 13
+                    numbers) matched by time, else pose i belongs to frame i
+  a TUM file        lines of stamp x y z qx qy qz qw
+It is re-based to the first frame.
+"""
+
+
+def add_parser(commands: Any) -> None:
+    """Add the command to the parser."""
+    parser = add_command(
+        commands, 'evaluate', summary='compare a replay with the true trajectory',
+        epilog=_EPILOG)
+    parser.add_argument('directory', metavar='DIR', type=Path, help='results of a replay')
+    parser.add_argument(
+        '--ground-truth', metavar='FILE', type=Path, required=True, help='the true trajectory')
+    parser.set_defaults(run=run)
+
+
+def run(options: Namespace) -> None:
+    """Run the command."""
+    require_matplotlib()
+    drive = read_replay(options.directory)
+    evaluation, true = evaluate(drive, read_ground_truth(options.ground_truth))
+    with output_directory(options.directory) as directory:
+        write_evaluation(
+            evaluation, directory / 'evaluation.json', source=drive.source,
+            ground_truth=str(options.ground_truth))
+        write_evaluation_picture(drive, true, evaluation, directory / 'evaluation.png')
+    _print(evaluation)
+    print(f'written to {options.directory}')
+
+
+def _print(evaluation: Evaluation) -> None:
+    print(f'{evaluation.frames} frames, {evaluation.length_m:.0f} m')
+    turns, heading = evaluation.turns, evaluation.heading_error_deg
+    if turns is None or heading is None:
+        print('heading and turns: not measured (replay with focal_px or hfov_deg)')
+    else:
+        print(f'turns: {turns.found} found, {turns.true} true, precision {turns.precision:.3f},'
+              f' recall {turns.recall:.3f}')
+        far = '' if heading.per_100m is None else f', {heading.per_100m:.2f} per 100 m'
+        print(f'heading error in degrees: rms {heading.rms:.2f}, end {heading.end:+.2f}, max'
+              f' {heading.max:.2f}{far}')
+    direction, shape = evaluation.direction, evaluation.shape_error
+    print(f'direction codes: {direction.agreement:.1%} of the frames as the truth has them; turns'
+          f' {_codes(direction.changes)}, true {_codes(direction.true_changes)}')
+    for name, error in (('codes', shape.codes), ('heading', shape.heading)):
+        if error is not None:
+            print(f'path drawn from the {name}: {error:.1%} of its size off the true one')
+
+
+def _codes(changes: tuple[int, ...]) -> str:
+    return ' '.join(map(str, changes)) or 'none'
