@@ -19,7 +19,7 @@ from phase_traj_ros.core.codes import Direction, Movement
 from phase_traj_ros.core.freeman import Freeman, to_four
 from phase_traj_ros.core.heading_code import HeadingCode
 from phase_traj_ros.core.trajectory import vertices
-from phase_traj_ros.core.turns import MIN_ANGLE_DEG, Turn, find_turns
+from phase_traj_ros.core.turns import find_turns, MIN_ANGLE_DEG, Turn
 from phase_traj_ros.errors import ResultError
 from phase_traj_ros.io.ground_truth import GroundTruth, MatchedTruth, match
 
@@ -87,7 +87,7 @@ class HeadingError:
 
     rms: float
     end: float
-    max: float
+    max: float  # noqa: A003
     per_100m: float | None
     per_frame_rms: float
 

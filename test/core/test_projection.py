@@ -1,0 +1,147 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The cylinder: yaw is one shift over the whole width, whatever the camera."""
+
+import math
+
+import cv2
+from hypothesis import given, strategies as st
+import numpy as np
+from phase_traj_ros.core.projection import (
+    Band, CylinderProjection, focal_from_hfov, hfov_from_focal, threshold_px)
+from phase_traj_ros.errors import FrameError
+import pytest
+
+SHAPE = (240, 400)
+FOCAL = 230.0
+
+
+def pinhole(azimuth, shape=SHAPE, focal=FOCAL):
+    """Return what a camera sees that is turned to the right by ``azimuth``: a far, fine pattern."""
+    height, width = shape
+    x = (np.arange(width) - (width - 1) / 2) / focal
+    y = (np.arange(height) - (height - 1) / 2) / focal
+    theta = np.arctan(x)[None] + azimuth
+    slope = y[:, None] * np.cos(np.arctan(x))[None]
+    picture = 128 + 50 * np.sin(31 * theta) + 50 * np.cos(17 * theta + 23 * slope)
+    return picture.astype(np.float32)
+
+
+def test_yaw_is_the_same_shift_everywhere():
+    projection = CylinderProjection(SHAPE, FOCAL)
+    pixels = 12
+    before = projection(pinhole(0.0))
+    after = projection(pinhole(-pixels / projection.px_per_rad))
+    inside = projection.inside[:, 8:-24]
+    difference = np.abs(after[:, pixels + 8:-24 + pixels] - before[:, 8:-24])[inside]
+    # Content has moved to the right: the camera has turned left.
+    assert difference.max() < 3.0
+    assert projection.yaw(pixels) == pytest.approx(pixels / projection.px_per_rad)
+
+
+def test_without_the_cylinder_it_is_not():
+    before, after = pinhole(0.0), pinhole(-12 / FOCAL)
+    assert np.abs(after[:, 20:-12] - before[:, 8:-24]).max() > 50.0
+
+
+def test_azimuths_and_slopes_are_where_the_camera_sees_them():
+    projection = CylinderProjection(SHAPE, FOCAL, cx=210.0, cy=100.0)
+    position = np.indices(SHAPE).astype(np.float32)
+    rows, columns = (projection(each) for each in position)
+    azimuth, slope = projection.azimuths[None], projection.slopes[:, None]
+    inside = projection.inside
+    assert columns[inside] == pytest.approx(
+        np.broadcast_to(210 + FOCAL * np.tan(azimuth), projection.shape)[inside], abs=0.05)
+    # Beyond the last row, what is projected is the edge.
+    inner = inside & (rows > 1) & (rows < SHAPE[0] - 2)
+    assert rows[inner] == pytest.approx((100 + FOCAL * slope / np.cos(azimuth))[inner], abs=0.05)
+
+
+def test_upside_down_gives_the_same_upright_picture():
+    frame = pinhole(0.3)
+    upright = CylinderProjection(SHAPE, FOCAL, cx=190.0, cy=110.0)
+    turned = CylinderProjection(
+        SHAPE, FOCAL, cx=SHAPE[1] - 1 - 190.0, cy=SHAPE[0] - 1 - 110.0, rotate_180=True)
+    assert turned.shape == upright.shape
+    np.testing.assert_allclose(turned(np.ascontiguousarray(frame[::-1, ::-1])), upright(frame),
+                               atol=2.0)
+
+
+@pytest.mark.parametrize(('shape', 'focal'), [
+    ((376, 1241), 718.856), ((240, 320), 266.0), ((480, 640), 457.0), ((1080, 1920), 1500.0),
+    ((720, 1280), 2389.0), ((400, 640), 224.0), ((240, 320), 160.0)])
+def test_size_is_bounded_whatever_the_camera(shape, focal):
+    projection = CylinderProjection(shape, focal)
+    assert projection.px_per_rad <= focal
+    assert 150 < projection.shape[1] < 450 and 60 < projection.shape[0] < 260
+    frame = np.zeros(shape, np.uint8)
+    assert projection(frame).shape == projection.shape
+    assert projection(frame).dtype == np.uint8
+
+
+@pytest.mark.parametrize('dtype', [np.uint8, np.uint16, np.float32])
+def test_keeps_the_type_and_averages_large_frames(dtype):
+    # A pattern too fine for the cylinder has to become grey, not another pattern.
+    frame = np.indices((720, 1280)).sum(axis=0) % 2 * 200
+    projected = CylinderProjection((720, 1280), 1100.0)(frame.astype(dtype))
+    assert projected.dtype == dtype
+    assert np.ptp(projected.astype(float)) < 25
+
+
+def test_band_is_given_in_angles():
+    projection = CylinderProjection((2000, 3000), 1000.0, band=Band(above=10, below=5, aside=20))
+    assert projection.slopes[0] == pytest.approx(-math.tan(math.radians(10)), abs=0.01)
+    assert projection.slopes[-1] == pytest.approx(math.tan(math.radians(5)), abs=0.01)
+    assert projection.azimuths[[0, -1]] == pytest.approx(np.radians((-20, 20)), abs=0.01)
+    assert projection.inside.all()
+
+
+def test_a_line_of_sight_keeps_its_column_at_all_heights():
+    # A vertical edge in the world is vertical on the cylinder, too.
+    frame = np.zeros(SHAPE, np.uint8)
+    cv2.line(frame, (330, 0), (330, 239), 255, 2)
+    columns = CylinderProjection(SHAPE, FOCAL)(frame).argmax(axis=1)
+    assert np.ptp(columns) <= 1
+
+
+def test_refuses_what_cannot_be():
+    with pytest.raises(ValueError, match='focal_px is 0'):
+        CylinderProjection(SHAPE, 0.0)
+    with pytest.raises(ValueError, match='focal_px is nan'):
+        CylinderProjection(SHAPE, math.nan)
+    with pytest.raises(ValueError, match='above'):
+        Band(above=90.0)
+    with pytest.raises(FrameError, match='focal length of 1e'):
+        CylinderProjection(SHAPE, 1e6)
+    with pytest.raises(FrameError, match='principal|focal'):
+        CylinderProjection(SHAPE, FOCAL, cx=1e6)
+
+
+@given(st.floats(1.0, 170.0), st.integers(1, 4000))
+def test_focal_length_and_field_of_view_are_inverse(hfov, width):
+    assert hfov_from_focal(focal_from_hfov(hfov, width), width) == pytest.approx(hfov)
+
+
+def test_focal_length_of_kitti():
+    assert focal_from_hfov(81.6, 1241) == pytest.approx(718.9, rel=2e-3)
+
+
+@pytest.mark.parametrize(('hfov', 'width'), [(0.0, 640), (180.0, 640), (math.nan, 640), (60.0, 0)])
+def test_refuses_impossible_fields_of_view(hfov, width):
+    with pytest.raises(ValueError, match='hfov_deg|width'):
+        focal_from_hfov(hfov, width)
+
+
+def test_threshold_in_degrees_per_second():
+    # 20 px per frame at KITTI's 10 Hz and 719 px are 16 degrees per second.
+    assert threshold_px(15.9, 718.856, 0.1) == pytest.approx(20.0, abs=0.1)
+    assert threshold_px(1e6, 100.0, 1.0) == pytest.approx(100.0 * math.tan(math.radians(80)))
+    for wrong in ((0.0, 1.0, 1.0), (1.0, -1.0, 1.0), (1.0, 1.0, math.inf)):
+        with pytest.raises(ValueError, match='finite number above 0'):
+            threshold_px(*wrong)
+
+
+@given(st.floats(0.1, 300.0), st.floats(10.0, 5000.0), st.floats(0.001, 0.2))
+def test_threshold_grows_with_the_interval(rate, focal, interval):
+    one, two = (threshold_px(rate, focal, seconds) for seconds in (interval, 2 * interval))
+    assert two >= one > 0
