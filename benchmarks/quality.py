@@ -94,14 +94,16 @@ _STILL_TEXT = """
 _LOCK_TEXT = """
     A pattern that stays where it is in the picture has a sharp peak at zero, and the scene,
     whose own peak is spread by motion, loses against it in a turn. When the peak is at zero, the
-    guard looks at the second one outside of its neighbourhood. Two things have to speak for it:
-    it is a measurement in its own right (its significance), and more than half of the blocks
-    with texture are explained better by that shift than by none, as the reduced frames say. The
-    second keeps the guard from following a vehicle that passes in front of one that stands.
+    guard looks at the second one outside of its neighbourhood, and takes that if it is a
+    measurement in its own right, is more significant than the first (a fixed pattern's peak is
+    high, but a single pixel wide), and explains more than half of the blocks with texture better
+    than no shift does. The last keeps it from following what passes in front of a vehicle that
+    stands. There is nothing to tune in it: more, and more than half. What a pair loses when it is
+    missed, `release_frames` makes good.
 
     A mask over what never moves is better than any guard. Its soft edge matters: with a hard one
     the picture's brightness ends at the same places in every frame, which is a fixed pattern
-    itself.
+    itself. In the table a pair turns if the picture does by {turning:g} px or more.
     """
 
 
@@ -142,6 +144,11 @@ def observed(
 def is_right(dx: float, truth: float) -> bool:
     """Return whether a shift is the true one, but for what nearness and parallax do."""
     return bool(abs(dx - truth) <= max(_RIGHT_PX, _RIGHT_SHARE * abs(truth)))
+
+
+def is_turning(dx: float) -> bool:
+    """Return whether the picture moves enough for a turn."""
+    return abs(dx) >= _TURNING_PX
 
 
 def true_shift(clip: Clip, first: int, second: int) -> float:
@@ -489,8 +496,15 @@ class Locked:
     """Second peak over first."""
     significance: float
     """Of the second peak."""
+    advantage: float
+    """Of the second peak's significance over that of the first."""
     share: float
     """Of the blocks that follow it."""
+
+    @property
+    def led_astray(self) -> bool:
+        """Return whether the guard makes a turn of what was none."""
+        return is_turning(self.guarded) and not is_turning(self.plain)
 
 
 class Follower:
@@ -548,52 +562,57 @@ def locked(
 ) -> Locked:
     """Return a pair seen through a fixed pattern."""
     second = follower.correlator.second_peak(apart=_APART)
+    significance = follower.correlator.significance(second)
     return Locked(
         name, truth, plain[0].dx, plain[1].dx, masked[0].dx, masked[1].dx,
         max(abs(plain[0].dx), abs(plain[0].dy)) < 0.75, second.dx,
         second.response / max(plain[0].response, 1e-9),
-        follower.correlator.significance(second), follower.blocks.share_following(second))
+        significance, significance - follower.correlator.significance(plain[0]),
+        follower.blocks.share_following(second))
 
 
 def lock_section(pairs: Sequence[Locked], passing: Sequence[Locked]) -> str:
     """Draw the curves of the guard; return its part of the document."""
     at_zero = [pair for pair in (*pairs, *passing) if pair.at_zero]
-    good = [pair for pair in at_zero if abs(pair.truth) >= _TURNING_PX
+    good = [pair for pair in at_zero if is_turning(pair.truth)
             and is_right(pair.second, pair.truth)]
     bad = [pair for pair in at_zero if abs(pair.truth) <= _STRAIGHT_PX]
+    limit = GateSettings().min_significance
 
     def of(group: Sequence[Locked], name: str) -> np.ndarray:
-        return np.array([getattr(pair, name) for pair in group])
+        # A second peak so near that it makes no turn does no harm.
+        return np.array([
+            getattr(pair, name) if is_turning(pair.second) else -np.inf for pair in group])
 
-    limit = GateSettings().min_significance
     curves = {
         label: curve(of(good, name), of(bad, name)) for name, label in (
             ('height_ratio', 'second peak over first'),
-            ('significance', 'significance of the second peak'),
+            ('significance', 'significance of the second'),
+            ('advantage', 'significance of the second over the first'),
             ('share', 'share of the blocks that follow it'))}
-    both = [np.where(of(group, 'significance') >= limit, of(group, 'share'), 0.0)
-            for group in (good, bad)]
-    curves['share, if significant'] = curve(*both)
+    both = [np.where((of(group, 'significance') >= limit) & (of(group, 'advantage') > 0),
+                     of(group, 'share'), -np.inf) for group in (good, bad)]
+    curves['share, if significant, and more than the first'] = curve(*both)
     draw('zero_lock', curves, (float(np.mean(both[1] > 0.5)), float(np.mean(both[0] <= 0.5))),
          ('true zeros looked past', 'locked pairs missed'))
     rows = []
     for name, group in grouped(pairs, lambda pair: pair.overlay).items():
-        turning = [pair for pair in group if abs(pair.truth) >= _TURNING_PX]
+        turning = [pair for pair in group if is_turning(pair.truth)]
         straight = [pair for pair in group if abs(pair.truth) <= _STRAIGHT_PX]
         rows.append((
             name, len(turning),
             percent(np.mean([pair.at_zero for pair in turning])),
             *(percent(np.mean([is_right(getattr(pair, way), pair.truth) for pair in turning]))
               for way in ('plain', 'guarded', 'masked', 'both')),
-            len(straight), percent(np.mean([pair.guarded != pair.plain for pair in straight]))))
+            len(straight), percent(np.mean([pair.led_astray for pair in straight]))))
     lured = [
         (name, len(group), percent(np.mean([not is_right(pair.plain, 0.0) for pair in group])),
-         percent(np.mean([pair.guarded != pair.plain for pair in group])))
+         percent(np.mean([pair.led_astray for pair in group])))
         for name, group in grouped(passing, lambda pair: pair.overlay).items()]
     return '\n\n'.join((
-        '## A fixed pattern', '![Curves](images/quality_zero_lock.png)', paragraphs(_LOCK_TEXT),
+        '## A fixed pattern', '![Curves](images/quality_zero_lock.png)', paragraphs(_LOCK_TEXT.format(turning=_TURNING_PX)),
         table(('', 'turning pairs', 'locked, %', 'right, %', 'with the guard', 'with a mask',
-               'with both', 'straight pairs', 'looked past, %'), rows),
+               'with both', 'straight pairs', 'led astray, %'), rows),
         'A vehicle that stands while another one passes:',
         table(('', 'pairs', 'peak elsewhere, %', 'guard follows it, %'), lured)))
 

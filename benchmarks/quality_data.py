@@ -323,14 +323,14 @@ def _dirt(shape: tuple[int, int], rng: np.random.Generator) -> np.ndarray:
 
 def _text(shape: tuple[int, int]) -> tuple[np.ndarray, np.ndarray]:
     height, width = shape
-    opacity, tone = np.zeros(shape, np.float32), np.zeros(shape, np.float32)
+    hidden, tone = np.zeros(shape, np.uint8), np.zeros(shape, np.uint8)
     size = 1.3 * width / 1241
     lines = (('2024-05-17 14:23:05 CAM1 FRONT 48.1372N 11.5756E', 0.03, 0.1),
              ('DASHCAM  SPEED 42 km/h', 0.5, 0.96))
     for line, left, bottom in lines:
         place = (int(left * width), int(bottom * height))
         for canvas, value, thick in (
-                (opacity, 1.0, 5), (tone, 0.0, 5), (opacity, 1.0, 2), (tone, 255.0, 2)):
+                (hidden, 255, 5), (tone, 0, 5), (hidden, 255, 2), (tone, 255, 2)):
             cv2.putText(canvas, line, place, cv2.FONT_HERSHEY_SIMPLEX, size, value,
                         max(int(thick * size), 1), cv2.LINE_AA)
-    return opacity, tone
+    return (hidden / 255).astype(np.float32), tone.astype(np.float32)

@@ -17,6 +17,7 @@ else:
         'patient', deadline=None, suppress_health_check=[HealthCheck.too_slow])
     settings.load_profile('patient')
 
+
 @pytest.fixture(scope='session')
 def kitti_root() -> Path:
     """

@@ -76,25 +76,25 @@ class MeasurementGate:
             so, and not looked past zero without it.
 
         """
-        if not self._is_measured(shift, correlator):
-            return None
-        if blocks is None or not self._settings.look_past_zero:
-            return shift
-        return self._past_zero(shift, correlator, blocks) or shift
-
-    def _is_measured(self, shift: Shift, correlator: PhaseCorrelator) -> bool:
         significance = correlator.significance(shift)
-        return significance > 0 and significance >= self._settings.min_significance
+        if (self._settings.look_past_zero and blocks is not None
+                and max(abs(shift.dx), abs(shift.dy)) <= _AT_ZERO):
+            second = correlator.second_peak(apart=_APART)
+            if self._hides(second, significance, correlator, blocks):
+                return second
+        return shift if self._suffices(significance) else None
 
-    def _past_zero(
-        self, shift: Shift, correlator: PhaseCorrelator, blocks: BlockMotion,
-    ) -> Shift | None:
-        if max(abs(shift.dx), abs(shift.dy)) > _AT_ZERO:
-            return None
-        second = correlator.second_peak(apart=_APART)
-        if self._is_measured(second, correlator) and blocks.share_following(second) > 0.5:
-            return second
-        return None
+    def _hides(
+        self, second: Shift, first_significance: float, correlator: PhaseCorrelator,
+        blocks: BlockMotion,
+    ) -> bool:
+        """Return whether a peak at zero is a fixed pattern's, and ``second`` is the scene's."""
+        significance = correlator.significance(second)
+        return (self._suffices(significance) and significance > first_significance
+                and blocks.share_following(second) > 0.5)
+
+    def _suffices(self, significance: float) -> bool:
+        return significance > 0 and significance >= self._settings.min_significance
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

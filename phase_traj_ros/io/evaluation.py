@@ -21,7 +21,7 @@ from phase_traj_ros.core.heading_code import HeadingCode
 from phase_traj_ros.core.trajectory import vertices
 from phase_traj_ros.core.turns import find_turns, MIN_ANGLE_DEG, Turn
 from phase_traj_ros.errors import ResultError
-from phase_traj_ros.io.ground_truth import GroundTruth, MatchedTruth, match
+from phase_traj_ros.io.ground_truth import GroundTruth, match, MatchedTruth
 
 # Turns this close to the least angle, to either side, count neither way.
 _MARGIN_DEG = 5.0
@@ -302,9 +302,10 @@ def _read_turns(turns: Iterable[Mapping[str, Any]] | None) -> tuple[Turn, ...] |
 
 def _turn_score(found: Sequence[Turn], true: MatchedTruth) -> TurnScore:
     """Match the turns; those near the least angle are neither missed nor invented."""
+    # Of a turn of which the truth knows a part only, there is nothing to be said.
     covered = [
         turn for turn in found
-        if true.stamps_ns[0] <= turn.end_ns and turn.start_ns <= true.stamps_ns[-1]]
+        if true.stamps_ns[0] <= turn.start_ns and turn.end_ns <= true.stamps_ns[-1]]
     there = true_turns(true)
     clear = MIN_ANGLE_DEG + _MARGIN_DEG
     clear_there = [

@@ -23,7 +23,7 @@ _NANO = 1_000_000_000
 # How far from a rotation the 3 x 3 part of a KITTI pose, or a quaternion's length, may be.
 _TOLERANCE = 0.02
 # A frame may lie this far outside the time of the truth, seconds.
-_OUTSIDE = 0.5
+_OUTSIDE = 0.05
 # The axes of a body (forward, up), as columns of its rotation matrix with their signs.
 _ROS_BODY = ((0, 1.0), (2, 1.0))
 _OPTICAL_BODY = ((2, 1.0), (1, -1.0))

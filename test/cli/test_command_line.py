@@ -125,7 +125,7 @@ def test_inspect_draws_the_correlation_map(folder, tmp_path):
 def test_version_and_help():
     assert run('--version').stdout == f'phase_traj_ros {phase_traj_ros.__version__}\n'
     assert 'replay' in run('--help').stdout
-    for command in ('replay', 'play', 'inspect', 'demo'):
+    for command in ('replay', 'evaluate', 'play', 'inspect', 'demo'):
         result = run(command, '--help')
         assert result.returncode == 0
         assert len(result.stdout) > 300
