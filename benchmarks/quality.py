@@ -610,7 +610,8 @@ def lock_section(pairs: Sequence[Locked], passing: Sequence[Locked]) -> str:
          percent(np.mean([pair.led_astray for pair in group])))
         for name, group in grouped(passing, lambda pair: pair.overlay).items()]
     return '\n\n'.join((
-        '## A fixed pattern', '![Curves](images/quality_zero_lock.png)', paragraphs(_LOCK_TEXT.format(turning=_TURNING_PX)),
+        '## A fixed pattern', '![Curves](images/quality_zero_lock.png)',
+        paragraphs(_LOCK_TEXT.format(turning=_TURNING_PX)),
         table(('', 'turning pairs', 'locked, %', 'right, %', 'with the guard', 'with a mask',
                'with both', 'straight pairs', 'led astray, %'), rows),
         'A vehicle that stands while another one passes:',

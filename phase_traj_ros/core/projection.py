@@ -113,6 +113,7 @@ class CylinderProjection:
     def __init__(
         self, shape: tuple[int, int], focal_px: float, *, cx: float | None = None,
         cy: float | None = None, band: Band | None = None, rotate_180: bool = False,
+        px_per_rad: float | None = None,
     ) -> None:
         """
         Compute the way from a frame to the cylinder.
@@ -129,6 +130,9 @@ class CylinderProjection:
             Which part of the view is used.
         rotate_180
             Whether the camera is mounted upside down: the cylinder is upright all the same.
+        px_per_rad
+            Resolution of the cylinder; if not given, as much as is of use. It is never finer than
+            the frame's own, ``focal_px``.
 
         Raises
         ------
@@ -152,9 +156,9 @@ class CylinderProjection:
         right = min(math.atan((width - 0.5 - cx) / focal_px), aside)
         above = min((cy + 0.5) / focal_px, math.tan(math.radians(band.above)))
         below = min((height - 0.5 - cy) / focal_px, math.tan(math.radians(band.below)))
-        # Never finer than the frame itself.
-        self._px_per_rad = min(
-            max(_ENOUGH_PX_PER_RAD, _ENOUGH_COLUMNS / max(right - left, 1e-9)), focal_px)
+        if px_per_rad is None:
+            px_per_rad = max(_ENOUGH_PX_PER_RAD, _ENOUGH_COLUMNS / max(right - left, 1e-9))
+        self._px_per_rad = min(px_per_rad, focal_px)
         self._reduction = max(int(focal_px / self._px_per_rad + 1e-9), 1)
         self._used = (
             slice(height // self._reduction * self._reduction),

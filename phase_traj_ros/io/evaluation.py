@@ -232,12 +232,12 @@ def evaluate(drive: ReplayedDrive, truth: GroundTruth) -> tuple[Evaluation, Matc
     steps = np.hypot(*np.diff(true.positions, axis=0).T)
     heading = None
     if drive.heading is not None:
-        heading = _heading_error(drive.heading[true.frames], true)
+        heading = heading_error(drive.heading[true.frames], true)
     drawn = drive.drawn_from_heading()
     return Evaluation(
         frames=len(true.frames),
         length_m=float(steps.sum()),
-        turns=None if drive.turns is None else _turn_score(drive.turns, true),
+        turns=None if drive.turns is None else turn_score(drive.turns, true),
         direction=_direction_score(drive, true),
         heading_error_deg=heading,
         shape_error=ShapeError(
@@ -300,12 +300,14 @@ def _read_turns(turns: Iterable[Mapping[str, Any]] | None) -> tuple[Turn, ...] |
         for turn in turns)
 
 
-def _turn_score(found: Sequence[Turn], true: MatchedTruth) -> TurnScore:
-    """Match the turns; those near the least angle are neither missed nor invented."""
-    # Of a turn of which the truth knows a part only, there is nothing to be said.
-    covered = [
-        turn for turn in found
-        if true.stamps_ns[0] <= turn.start_ns and turn.end_ns <= true.stamps_ns[-1]]
+def turn_score(found: Sequence[Turn], true: MatchedTruth) -> TurnScore:
+    """
+    Return how the turns found go with the true ones.
+
+    Those near the least angle are neither missed nor invented.
+    """
+    begin, end = true.stamps_ns[[0, -1]].tolist()
+    covered = [turn for turn in found if begin <= turn.end_ns and turn.start_ns <= end]
     there = true_turns(true)
     clear = MIN_ANGLE_DEG + _MARGIN_DEG
     clear_there = [
@@ -313,8 +315,10 @@ def _turn_score(found: Sequence[Turn], true: MatchedTruth) -> TurnScore:
     partners = _partners(covered, there)
     matched = set(partners.values())
     recalled = sum(index in matched for index in clear_there)
+    # Of a turn of which the truth knows a part only, it cannot be said that it is wrong.
     wrong = sum(
         number not in partners and abs(turn.angle_deg) >= clear
+        and begin <= turn.start_ns and turn.end_ns <= end
         for number, turn in enumerate(covered))
     judged = len(partners) + wrong
     errors = [
@@ -366,7 +370,8 @@ def _changes(movement: Iterable[Movement]) -> tuple[int, ...]:
         int(code) for code in movement if code in (Movement.LEFT, Movement.RIGHT))
 
 
-def _heading_error(heading: NDArray[np.float64], true: MatchedTruth) -> HeadingError:
+def heading_error(heading: NDArray[np.float64], true: MatchedTruth) -> HeadingError:
+    """Return the errors of a heading, (M,) radians at the frames of the truth."""
     error = np.degrees(heading - heading[0] - true.headings)
     return HeadingError(
         rms=_rms(error), end=float(error[-1]), max=float(np.abs(error).max()),

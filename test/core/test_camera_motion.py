@@ -88,9 +88,9 @@ def test_noise_averages_out():
     world = World()
     u, w = world.displacements(yaw=0.02, step=0.8)
     fit = MotionFit(world.azimuths, world.slopes, deviation=DEVIATION)
+    noises = world.rng.normal(0, DEVIATION, (30, 2, len(u)))
     noisy = [
-        fit(u + world.rng.normal(0, DEVIATION, u.shape), w + world.rng.normal(0, DEVIATION, u.shape),
-            np.ones_like(u), Travel()).yaw for _ in range(30)]
+        fit(u + across, w + down, np.ones_like(u), Travel()).yaw for across, down in noises]
     assert np.mean(noisy) == pytest.approx(0.02, abs=2e-4)
     assert np.std(noisy) < DEVIATION
 

@@ -60,7 +60,7 @@ def test_learns_what_is_fixed_to_the_camera_and_forgets_it():
     assert grid.fixed[fixed].mean() > 0.9
     assert not grid.fixed[grid.middles[:, 1] < 60].any()
     assert grid.measure(first, second, expected=(6.0, 0.0)).weight[grid.fixed].max() == 0.0
-    for step in range(8):
+    for _ in range(8):
         grid.learn(measure(6.0, 0.0, grid=grid)[1], everywhere)
     assert not grid.fixed.any()
 

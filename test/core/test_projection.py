@@ -22,7 +22,7 @@ FOCAL = 230.0
 
 
 def pinhole(azimuth, shape=SHAPE, focal=FOCAL):
-    """Return what a camera sees that is turned to the right by ``azimuth``: a far, fine pattern."""
+    """Return what a camera sees of a far pattern when turned to the right by ``azimuth``."""
     height, width = shape
     x = (np.arange(width) - (width - 1) / 2) / focal
     y = (np.arange(height) - (height - 1) / 2) / focal
@@ -133,7 +133,7 @@ def test_focal_length_of_kitti():
 
 @pytest.mark.parametrize(('hfov', 'width'), [(0.0, 640), (180.0, 640), (math.nan, 640), (60.0, 0)])
 def test_refuses_impossible_fields_of_view(hfov, width):
-    with pytest.raises(ValueError, match='hfov_deg|width'):
+    with pytest.raises(ValueError, match=r'hfov_deg|width'):
         focal_from_hfov(hfov, width)
 
 

@@ -3,7 +3,7 @@
 """Turns as a driver would count them."""
 
 from dataclasses import astuple
-from itertools import accumulate
+from itertools import accumulate, pairwise
 import math
 
 from hypothesis import given, strategies as st
@@ -146,7 +146,7 @@ def test_turns_are_what_they_say(yaws):
             assert side * yaws[pair] > 0.5 - 1e-6
     for side in (1, -1):
         same = [turn for turn in turns if turn.peak_rate_deg_s * side > 0]
-        assert all(one.end_frame <= two.start_frame for one, two in zip(same, same[1:]))
+        assert all(one.end_frame <= two.start_frame for one, two in pairwise(same))
 
 
 @given(st.lists(st.floats(-8.0, 8.0), max_size=100))

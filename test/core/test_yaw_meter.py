@@ -182,7 +182,8 @@ def test_reset_starts_anew():
 
 
 @pytest.mark.parametrize('mirrored', [False, True])
-@pytest.mark.parametrize(('clip', 'focal_px', 'expected'), [('00', 718.856, 1), ('06', 707.091, 0)])
+@pytest.mark.parametrize(
+    ('clip', 'focal_px', 'expected'), [('00', 718.856, 1), ('06', 707.091, 0)])
 def test_kitti(kitti_root, clip, focal_px, expected, mirrored):
     files = sorted((kitti_root / clip / 'image_0').glob('*.png'))
     frames = [cv2.imread(str(file), cv2.IMREAD_GRAYSCALE) for file in files]

@@ -169,7 +169,6 @@ def test_figures_hold_from_where_the_truth_begins(replayed):
     assert found.turns.precision == 1.0 and found.turns.true == 1
 
 
-
 @pytest.mark.parametrize('scale', [0.1, 1.0, 7.0])
 def test_alignment_undoes_what_it_may(scale):
     rng = np.random.default_rng(0)
