@@ -15,14 +15,27 @@ import sys
 
 import cv2
 from heading_drives import (
-    CAMERAS, FULL, full_rides, named, OVERLAYS, PLANS, real_rides, rendered, Ride)
+    CAMERAS,
+    FULL,
+    full_rides,
+    named,
+    OVERLAYS,
+    PLANS,
+    real_rides,
+    rendered,
+    Ride,
+)
 import numpy as np
 from peers import Klt
 from phase_traj_ros.core import PhaseCorrelator, Window
 from phase_traj_ros.core.heading_code import HeadingCode
 from phase_traj_ros.core.heading_estimator import HeadingEstimator, Lens
 from phase_traj_ros.core.projection import (
-    Band, CylinderProjection, focal_from_hfov, hfov_from_focal)
+    Band,
+    CylinderProjection,
+    focal_from_hfov,
+    hfov_from_focal,
+)
 from phase_traj_ros.core.turns import find_turns, Turn
 from phase_traj_ros.io.evaluation import heading_error, HeadingError, turn_score, TurnScore
 from phase_traj_ros.io.ground_truth import MatchedTruth

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The whole chain for one camera: a frame and its stamp in, what the pair adds out."""
 
+from collections import deque
 from dataclasses import dataclass
 import time
 
@@ -14,6 +15,7 @@ from phase_traj_ros.core.phase_correlation import Frame, PhaseCorrelator, Shift
 from phase_traj_ros.core.quality import PairQuality, Verdict
 from phase_traj_ros.core.settings import CodeSource, EstimatorSettings
 from phase_traj_ros.core.trajectory import ChainPath
+from phase_traj_ros.core.turns import Turn
 from phase_traj_ros.core.update import Counters, PairStatus, Update
 from phase_traj_ros.core.yaw_meter import YawMeasurement
 
@@ -58,6 +60,7 @@ class TrajectoryEstimator:
         self._quality = self._make_quality()
         self._path = ChainPath(max_corners=self._settings.max_corners)
         self.counters = Counters()
+        self._turns: deque[Turn] = deque(maxlen=self._settings.max_runs)
         self.correlate_ns = 0
         """Nanoseconds that the last frame took to correlate."""
         self._frames = 0
@@ -78,6 +81,11 @@ class TrajectoryEstimator:
     def heading(self) -> HeadingEstimator | None:
         """Return what follows the heading, None where no lens is given."""
         return self._heading
+
+    @property
+    def turns(self) -> tuple[Turn, ...]:
+        """Return the turns that have ended, oldest first, as many as runs are kept."""
+        return tuple(self._turns)
 
     @property
     def _by_heading(self) -> bool:
@@ -209,6 +217,7 @@ class TrajectoryEstimator:
     def _forget(self) -> None:
         self._codes.reset()
         self._heading_codes.reset()
+        self._turns.clear()
         if self._heading is not None:
             self._heading.restart()
         self._path.reset()
@@ -221,6 +230,7 @@ class TrajectoryEstimator:
         if self._heading is not None:
             heading = self._heading.add(
                 None if self._is_gap(interval) else pair.yaw, stamp_ns, interval)
+            self._turns.extend(heading.turns)
         if self._by_heading and heading is not None:
             shift = heading.shift
         else:

@@ -14,6 +14,7 @@ import cv2
 import numpy as np
 import phase_traj_ros
 from phase_traj_ros.core import Corner, Direction, pack, Run, Update, yaw
+from phase_traj_ros.core.turns import Turn
 from phase_traj_ros.io.picture import write_trajectory_picture
 from phase_traj_ros.io.replay import Replay
 
@@ -65,18 +66,23 @@ def _heading_content(result: Replay) -> dict[str, Any]:
         'heading_deg': [
             0.0, *(round(math.degrees(heading.heading), 4) for heading in headings)],
         'bridged_share': sum(heading.bridged for heading in headings) / len(headings),
-        'turns': [
-            {
-                'start_frame': turn.start_frame,
-                'end_frame': turn.end_frame,
-                'start': turn.start_ns / 1e9,
-                'end': turn.end_ns / 1e9,
-                'angle_deg': round(turn.angle_deg, 3),
-                'peak_rate_deg_s': round(turn.peak_rate_deg_s, 3),
-                'quarter_turns': turn.quarter_turns,
-            }
-            for turn in result.turns],
+        'turns': turn_list(result.turns),
     }
+
+
+def turn_list(turns: Iterable[Turn]) -> list[dict[str, float]]:
+    """Return turns as they stand in files: times in seconds, angles in degrees."""
+    return [
+        {
+            'start_frame': turn.start_frame,
+            'end_frame': turn.end_frame,
+            'start': turn.start_ns / 1e9,
+            'end': turn.end_ns / 1e9,
+            'angle_deg': round(turn.angle_deg, 3),
+            'peak_rate_deg_s': round(turn.peak_rate_deg_s, 3),
+            'quarter_turns': turn.quarter_turns,
+        }
+        for turn in turns]
 
 
 def write_shifts(result: Replay, path: Path) -> None:

@@ -8,9 +8,10 @@ from pathlib import Path
 
 import numpy as np
 from phase_traj_ros.core import Corner, Direction, Movement, Run, TrajectoryEstimator
+from phase_traj_ros.core.turns import Turn
 from phase_traj_ros.io.output import output_directory
 from phase_traj_ros.io.picture import write_path_picture
-from phase_traj_ros.io.results import run_pairs, tum_lines, versions, write_json
+from phase_traj_ros.io.results import run_pairs, tum_lines, turn_list, versions, write_json
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,6 +32,8 @@ class Snapshot:
     corners: tuple[Corner, ...]
     """Start or oldest corner kept first, the tip last; empty before the first frame."""
     counters: Mapping[str, int]
+    turns: tuple[Turn, ...]
+    """Turns that have ended, where the heading is measured."""
 
     @classmethod
     def of(cls, estimator: TrajectoryEstimator, *, source: str) -> 'Snapshot':
@@ -41,7 +44,7 @@ class Snapshot:
             codes.direction.runs,
             dict(codes.movement.totals), dict(codes.direction.totals),
             path.corners if path.tip is None else (*path.corners, path.tip),
-            estimator.counters.as_dict())
+            estimator.counters.as_dict(), estimator.turns)
 
     def write(self, directory: Path) -> None:
         """
@@ -74,5 +77,6 @@ class Snapshot:
             'movement_totals': [self.movement_totals.get(code, 0) for code in Movement],
             'direction_totals': [self.direction_totals.get(code, 0) for code in Direction],
             'counters': dict(self.counters),
+            'turns': turn_list(self.turns),
             'versions': versions(),
         }

@@ -23,10 +23,11 @@ def drive():
     return drive, list(render_drive(drive))
 
 
-def test_the_live_heading_is_the_true_one(live, drive):
+def test_the_live_heading_is_the_true_one(live, drive, tmp_path):
     drive, frames = drive
     focal = f'focal_px:={drive.camera.focal}'
-    live.start('-p', 'code_source:=heading', '-p', focal)
+    live.start(
+        '-p', 'code_source:=heading', '-p', focal, '-p', f'output_dir:={tmp_path / "kept"}')
     kinds = {
         'movement': UInt8, 'direction': UInt8, 'heading': Float64,
         'heading_stamped': QuaternionStamped, 'turn': Vector3Stamped}
@@ -47,6 +48,9 @@ def test_the_live_heading_is_the_true_one(live, drive):
     live.until(lambda: len(heard['turn']) == 2)
     angles = [math.degrees(each.vector.z) for each in heard['turn']]
     assert angles == pytest.approx([90, -90], abs=4)
+    assert live.call(Trigger, 'phase_traj/save', Trigger.Request()).success
+    saved = json.loads((tmp_path / 'kept' / 'chain_code.json').read_text())
+    assert [turn['quarter_turns'] for turn in saved['turns']] == [1, -1]
     directions = [each.data for each in heard['direction']]
     assert [code for code, _ in groupby(directions)] == [1, 0, 1]
 
