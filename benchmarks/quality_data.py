@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
 from clips import Clip, kitti_clip, kitti_root, mirrored
@@ -31,7 +31,9 @@ _VGA = Camera.with_field_of_view(640, 480, 60)
 _HD = Camera.with_field_of_view(1280, 720, 70)
 #: The cameras that creep, with their rates.
 _CREEPING = {'KITTI': (Camera(), 10.0), '320x240': (_SMALL, 20.0), '640x480': (_VGA, 30.0)}
-#: From this speed on a vehicle drives, in m/s: at half of it it should be told from standing.
+#: How conditions begin under which there is little or nothing to see.
+BLIND = ('lens covered', 'nearly blind')
+#: From this speed on a vehicle has to be told from one that stands, in m/s.
 _CREEP = 0.4
 
 
@@ -99,7 +101,7 @@ def _glared(frame: np.ndarray, spread: float, seed: int) -> np.ndarray:
     return np.clip(0.25 * frame + 420 * np.exp(-distance ** 2), 0, 255).astype(np.uint8)
 
 
-def blind(clip: Clip, seed: int) -> Iterator[tuple[str, np.ndarray, np.ndarray, bool]]:
+def blind_frames(clip: Clip, seed: int) -> Iterator[tuple[str, np.ndarray, np.ndarray, bool]]:
     """Yield pairs of frames on which there is little or nothing to see: name, both, related."""
     black = np.zeros(clip.shape, np.uint8)
     shade = _glared(black, 0.8, seed) // 4
@@ -109,17 +111,17 @@ def blind(clip: Clip, seed: int) -> Iterator[tuple[str, np.ndarray, np.ndarray, 
 
     at = seed % (len(clip.frames) - 1)
     first, second = clip.frames[at], clip.frames[at + 1]
-    yield 'covered lens: black, noise', noisy(black, 1), noisy(black, 2), False
-    yield 'covered lens: grey, noise', noisy(black + 40, 1), noisy(black + 40, 2), False
-    yield 'covered lens: a shade, noise', noisy(shade, 1), noisy(shade, 2), False
-    yield 'lens covered just now', first, noisy(black, 2), False
+    yield 'lens covered: black, noise', noisy(black, 1), noisy(black, 2), False
+    yield 'lens covered: grey, noise', noisy(black + 40, 1), noisy(black + 40, 2), False
+    yield 'lens covered: a shade, noise', noisy(shade, 1), noisy(shade, 2), False
+    yield 'lens covered: just now', first, noisy(black, 2), False
     for sigma in (12, 25):
         blurred = (cv2.GaussianBlur(frame, (0, 0), sigma) for frame in (first, second))
-        yield (f'blur, σ = {sigma} px, noise', *(
+        yield (f'nearly blind: blur, σ = {sigma} px, noise', *(
             noisy(frame, number, 2.0) for number, frame in enumerate(blurred)), True)
     for word, spread in (('half of it', 0.8), ('nearly all', 2.0)):
         glared = (_glared(frame, spread, seed) for frame in (first, second))
-        yield (f'glare, {word}, noise', *(
+        yield (f'nearly blind: glare, {word}, noise', *(
             noisy(frame, number, 2.0) for number, frame in enumerate(glared)), True)
 
 
@@ -136,8 +138,8 @@ class Stretch:
 
 def _held(frame: np.ndarray, count: int, seed: int) -> Iterator[tuple[str, list[np.ndarray]]]:
     """Yield what a camera sees that stands, each with the name of what disturbs."""
-    def each(spoil: object) -> list[np.ndarray]:
-        return [spoil(frame, (seed, number)) for number in range(count)]  # type: ignore
+    def each(spoil: Callable[[np.ndarray, tuple[int, int]], np.ndarray]) -> list[np.ndarray]:
+        return [spoil(frame, (seed, number)) for number in range(count)]
 
     def jpeg(noisy: np.ndarray, quality: int) -> np.ndarray:
         coded = cv2.imencode('.jpg', noisy, [cv2.IMWRITE_JPEG_QUALITY, quality])[1]
@@ -151,7 +153,7 @@ def _held(frame: np.ndarray, count: int, seed: int) -> Iterator[tuple[str, list[
     yield 'night', each(lambda image, seeds: night(image, seed=seeds))
     yield 'gain 0.6–1.4 by chance', each(lambda image, seeds: gain(
         image, factor=np.random.default_rng(seeds).uniform(0.6, 1.4)))
-    yield 'rain', each(lambda image, seeds: rain(image, seed=seeds))
+    yield 'rain', each(_streaked)
     for pixels in (0.1, 0.3, 0.6):
         yield f'shaking, {pixels} px of 1241', each(
             lambda image, seeds, pixels=pixels: sensor_noise(
@@ -235,9 +237,10 @@ def standing(clips: list[Clip], *, pictures: int, count: int) -> Iterator[Stretc
 
 def creeping() -> Iterator[Stretch]:
     """Yield rendered drives that stop, creep and go on, under several conditions."""
-    conditions = [*named('as they are', 'noise, σ = 10', 'noise, σ = 20', 'rain, 400 streaks',
-                         'night, 6 % of the light', 'vibration, 0.2°'),
-                  Condition('only lights are seen', _only_lights)]
+    conditions = [
+        *named('as they are', 'noise, σ = 10', 'noise, σ = 20', 'night, 6 % of the light'),
+        Condition('rain', _rained), Condition('shaking, 0.4 px of 1241', _idled),
+        Condition('only lights are seen', _only_lights)]
     plan = [Straight(2.0, 6.0), Straight(4.0, 0.0), Straight(4.0, 0.5), Straight(3.0, 1.0),
             Straight(3.0, 2.0), Straight(3.0, 0.0), Straight(2.0, 5.0)]
     for name, (camera, rate) in _CREEPING.items():
@@ -247,6 +250,22 @@ def creeping() -> Iterator[Stretch]:
         moving = np.where(speed >= _CREEP, 1.0, np.where(speed == 0.0, 0.0, np.nan))
         for condition in conditions:
             yield Stretch(name, condition.name, condition.spoil(clip, 0).frames, moving)
+
+
+def _rained(clip: Clip, seed: int) -> Clip:
+    return replace(clip, frames=[
+        _streaked(frame, (seed, number)) for number, frame in enumerate(clip.frames)])
+
+
+def _streaked(frame: np.ndarray, seed: tuple[int, int]) -> np.ndarray:
+    """Return the frame in rain, as dense for a small picture as for a large one."""
+    return rain(frame, streaks=max(400 * frame.size // (376 * 1241), 1), seed=seed)
+
+
+def _idled(clip: Clip, seed: int) -> Clip:
+    """Shake the camera as an idling engine does; half a pixel of KITTI's."""
+    return replace(clip, frames=[
+        _shaken(frame, 0.4, (seed, number)) for number, frame in enumerate(clip.frames)])
 
 
 def _only_lights(clip: Clip, _: int) -> Clip:

@@ -145,7 +145,7 @@ class CylinderProjection:
         """
         if not (math.isfinite(focal_px) and focal_px > 0):
             raise ValueError(f'focal_px is {focal_px}: give a finite number of pixels above 0')
-        height, width = shape
+        height, width = self._frame_shape = shape
         cx = (width - 1) / 2 if cx is None else cx
         cy = (height - 1) / 2 if cy is None else cy
         if rotate_180:
@@ -179,7 +179,18 @@ class CylinderProjection:
             self._reduced(columns), self._reduced(rows), cv2.CV_16SC2)
 
     def __call__(self, frame: Frame) -> Frame:
-        """Return a frame (H, W) on the cylinder, ``shape`` and the same type."""
+        """
+        Return a frame (H, W) on the cylinder, ``shape`` and the same type.
+
+        Raises
+        ------
+        FrameError
+            The frame is not of the size that the way was computed for.
+
+        """
+        if frame.shape != self._frame_shape:
+            raise FrameError(
+                f'frame has shape {frame.shape}: give grey frames of shape {self._frame_shape}')
         source = frame
         if self._reduction > 1:
             source = frame[self._used]

@@ -197,9 +197,13 @@ class PairQuality:
         self._width = 0
 
     def reset(self) -> None:
-        """Forget all frames, as at the start, after a gap or where the frames change."""
+        """Forget all frames, as at the start and where the frames change."""
         self._blocks.reset()
         self._has_pair = False
+        self.interrupt()
+
+    def interrupt(self) -> None:
+        """Keep the newest frame, and forget how things stood before it, as after a gap."""
         if self._detector is not None:
             self._detector.reset()
 

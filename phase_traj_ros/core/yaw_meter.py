@@ -19,6 +19,7 @@ from phase_traj_ros.core.local_shifts import BlockGrid, BlockShifts
 from phase_traj_ros.core.phase_correlation import Frame, PhaseCorrelator, Shift
 from phase_traj_ros.core.projection import CylinderProjection
 from phase_traj_ros.core.windows import Window
+from phase_traj_ros.errors import FrameError
 
 # Of a block's displacement, in pixels of the cylinder.
 _DEVIATION_PX = 0.25
@@ -35,7 +36,7 @@ _TURNED, _DRIVING = 1.2, 2.0
 _LOW = 0.1
 # A shift alone has to stand out of noise by so many standard deviations, and is doubted if it is
 # that of a pattern fixed to the camera, which does not move, in pixels.
-_LEAST_SIGNIFICANCE = 6.0
+_LEAST_SIGNIFICANCE = 8.0
 _AT_ZERO = 0.75
 # A block sees this far, (rows, columns).
 _REACH = (9, 9)
@@ -88,8 +89,8 @@ class YawMeter:
 
         Raises
         ------
-        ValueError
-            The mask leaves nothing of what is projected.
+        FrameError
+            The mask has another size than the frames, or leaves too little of what is projected.
 
         """
         self._projection = projection
@@ -97,8 +98,11 @@ class YawMeter:
         if mask is not None:
             mask = np.asarray(projection(mask), np.float32)
             counts = counts & (cv2.erode(mask, np.ones(_REACH)) > 0.5)
-        self._correlator = PhaseCorrelator(window=window, mask=mask)
         self._grid = BlockGrid(projection.shape, counts=counts)
+        if len(self._grid.middles) < _LEAST_BLOCKS:
+            raise FrameError('the mask leaves too little of the frames to measure yaw: give one'
+                             ' that covers less')
+        self._correlator = PhaseCorrelator(window=window, mask=mask)
         columns, rows = self._grid.middles.T
         scale = projection.px_per_rad
         azimuths = np.interp(columns, np.arange(projection.shape[1]), projection.azimuths)
@@ -140,7 +144,9 @@ class YawMeter:
         if previous is None or shift is None:
             return None
         travel = self._travel.after(interval)
+        farthest = self._projection.shape[1] / 2
         foreseen = self._rate * interval * self._projection.px_per_rad
+        foreseen = min(max(foreseen, -farthest), farthest)
         motion = None
         if shift.response > 0.0:
             motion = self._motion(previous, current, shift, travel, foreseen)

@@ -91,7 +91,7 @@ def test_constant_frames_have_no_texture_and_follow_nothing(value):
     assert blocks.share_following(Shift(20, 3, 0.1)) == 0.0
 
 
-@pytest.mark.parametrize(('dx', 'dy'), [(20.0, 0.0), (-33.0, 5.0), (4.0, -9.0)])
+@pytest.mark.parametrize(('dx', 'dy'), [(20.0, 0.0), (-75.0, 5.0), (4.0, -9.0)])
 def test_a_picture_follows_the_shift_it_has_made(dx, dy):
     moved, held = watched(*pair(SHAPE, dx, dy)), watched(*pair(SHAPE, 0, 0))
     assert moved.share_following(Shift(dx, dy, 0.1)) == 1.0
@@ -103,6 +103,13 @@ def test_the_share_is_that_of_the_picture():
     second[:, :160] = first[:, :160]
     share = watched(first, second).share_following(Shift(24, 0, 0.1))
     assert share == pytest.approx(0.5, abs=0.15)
+
+
+def test_what_is_bright_and_without_texture_has_no_say():
+    first, second = pair(SHAPE, 24, 0)
+    for frame in (first, second):
+        frame[:120] = 250
+    assert watched(first, second).share_following(Shift(24, 0, 0.1)) == 1.0
 
 
 def test_a_shift_out_of_the_frame_is_followed_by_nothing():

@@ -6,7 +6,7 @@ import cv2
 from hypothesis import given, strategies as st
 import numpy as np
 from phase_traj_ros.core import PhaseCorrelator, Shift
-from phase_traj_ros.core.block_motion import BlockFlow
+from phase_traj_ros.core.block_motion import BlockFlow, BlockMotion
 from phase_traj_ros.core.quality import (
     GateSettings,
     MeasurementGate,
@@ -185,11 +185,29 @@ def test_after_a_reset_it_takes_as_many_pairs_again():
     assert feed(len(expected) + 1) == expected
 
 
-def test_blocks_without_a_pair_of_their_own_are_not_asked():
+def test_after_an_interruption_the_newest_frame_is_compared_with_the_next():
+    scene, _ = pair(SHAPE, 0, 0)
+    correlator, quality = PhaseCorrelator(), PairQuality(stillness=StillnessSettings(frames=2))
+    answers = []
+    for index in range(8):
+        shift = correlator.update(scene)
+        quality.update(scene)
+        if index == 4:
+            quality.interrupt()
+        elif shift is not None:
+            answers.append(quality.judge(shift, correlator)[0])
+    assert answers == [MEASURED, STILL, STILL, MEASURED, STILL, STILL]
+
+
+def test_blocks_without_a_pair_of_their_own_are_not_asked(monkeypatch):
     # Values of another type: the correlator goes on, the blocks start anew.
+    monkeypatch.setattr(BlockMotion, 'share_following', None)
+    first, second = behind_a_pattern(24.0)
+    (verdict, shift), = verdicts([first, second.astype(np.uint16)])
+    assert (verdict, shift.dx) == (MEASURED, pytest.approx(0, abs=0.5))
     scene, _ = pair(SHAPE, 0, 0)
     wide = scene.astype(np.uint16)
-    assert said([scene] * 6 + [wide] * 2)[-3:] == [STILL, MEASURED, STILL]
+    assert said([scene] * 6 + [wide] * 2, gate=None)[-3:] == [STILL, MEASURED, STILL]
 
 
 def flow(*lengths, textured=None):
@@ -263,6 +281,49 @@ def test_the_guard_looks_past_a_fixed_pattern():
     assert locked.dx == pytest.approx(0, abs=0.5)
     assert verdict is MEASURED
     assert shift.dx == pytest.approx(24.0, abs=0.5)
+
+
+class Told:
+    """Stands for a correlator and for blocks, and says what it is told to."""
+
+    def __init__(self, *, first, second, share):
+        self.significances = {ZERO: first, ELSEWHERE: second}
+        self.share = share
+
+    def second_peak(self, *, apart):
+        assert apart > 0
+        return ELSEWHERE
+
+    def significance(self, shift):
+        return self.significances[shift]
+
+    def share_following(self, shift):
+        assert shift is ELSEWHERE
+        return self.share
+
+
+ZERO, ELSEWHERE = Shift(0.2, -0.3, 0.3), Shift(25.0, 1.0, 0.1)
+
+
+@pytest.mark.parametrize(('first', 'second', 'share', 'believed'), [
+    (9, 12, 0.6, ELSEWHERE),
+    (9, 12, 0.5, ZERO),  # only half of the picture follows it
+    (12, 9, 0.9, ZERO),  # the first stands out more
+    (2, 5, 0.9, None),   # neither stands out
+    (2, 9, 0.9, ELSEWHERE),
+    (2, 9, 0.1, None),
+])
+def test_what_it_takes_to_look_past_zero(first, second, share, believed):
+    told = Told(first=first, second=second, share=share)
+    gate = MeasurementGate(GateSettings(min_significance=6.0))
+    assert gate.judge(ZERO, told, told) is believed
+
+
+def test_only_a_peak_at_zero_is_looked_past():
+    told = Told(first=9, second=50, share=1.0)
+    for place in (Shift(2.0, 0.0, 0.3), Shift(0.0, -2.0, 0.3)):
+        told.significances[place] = 9
+        assert MeasurementGate().judge(place, told, told) is place
 
 
 def test_a_zero_behind_a_fixed_pattern_stays_zero():
