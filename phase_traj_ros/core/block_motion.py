@@ -26,8 +26,6 @@ _LEAST_SIDE = 6
 _TEXTURE = 0.02
 # Share of a block that a mask has to leave.
 _OPEN = 0.5
-# Share of a block that has to be seen in both frames for it to be compared at a shift.
-_OVERLAP = 0.5
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -123,7 +121,7 @@ class BlockMotion:
         """
         Return the share of the textured blocks that ``shift`` explains better than standing still.
 
-        Blocks that it brings in from outside the frame are left out; 0 where none is left.
+        What it brings in from outside of the frame is left out; 0 where no block is left.
         """
         height, width = self._current.shape
         matrix = np.array(
@@ -135,18 +133,17 @@ class BlockMotion:
         down, right = (slice(1, side + 1) for side in parts.shape[1:])
         np.subtract(self._current[down, right], self._previous[down, right], out=parts[0])
         np.subtract(self._current[down, right], moved[down, right], out=parts[1])
-        parts[2] = self._current[down, right]
+        # Without its level, so that the sums of squares keep their digits.
+        np.subtract(self._current[down, right], self._current.mean(), out=parts[2])
         seen = np.isfinite(parts[1], out=parts[3])
         parts[:3] *= seen
         np.nan_to_num(parts[:3], copy=False)
         split = parts.reshape(self._split)
-        area = split.shape[2] * split.shape[4]
         squares = np.square(split[:3]).sum(axis=(2, 4))
         sums = split.sum(axis=(2, 4))
         count = np.maximum(sums[3], 1.0)
         still, moving, texture = squares / count - np.square(sums[:3] / count)
-        known = self._textured(texture.ravel()) & (sums[3].ravel() >= _OVERLAP * area)
-        follows = (moving < still).ravel()[known]
+        follows = (moving < still).ravel()[self._textured(texture.ravel())]
         return float(follows.mean()) if len(follows) else 0.0
 
     def _solve(self, moments: NDArray[np.float64]) -> BlockFlow:

@@ -105,6 +105,13 @@ def test_the_share_is_that_of_the_picture():
     assert share == pytest.approx(0.5, abs=0.15)
 
 
+def test_the_level_of_the_values_does_not_matter():
+    first, second = pair(SHAPE, 24, 0, dtype=np.float32)
+    blocks = watched(first / first.std() + 1e4, second / first.std() + 1e4)
+    assert blocks.share_following(Shift(24, 0, 0.1)) == 1.0
+    assert blocks.flow().textured.mean() > 0.8
+
+
 def test_what_is_bright_and_without_texture_has_no_say():
     first, second = pair(SHAPE, 24, 0)
     for frame in (first, second):
