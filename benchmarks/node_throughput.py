@@ -34,6 +34,7 @@ _CAMERA = (10.0, 120)
 _FAST = ((150.0, 1200), (300.0, 1800), (1000.0, 3000))
 _LEAST_RATE = 150.0
 _DISCOVERY_S, _SILENCE_S, _STOP_S = 30.0, 8.0, 10.0
+_ASK_AGAIN_S = 2.0
 _TICK_S = 1.0 / os.sysconf('SC_CLK_TCK')
 
 INTRODUCTION = paragraphs("""
@@ -82,10 +83,15 @@ class Counter(Node):
         """Return when the node certainly knows this subscription."""
         if not self._reset.wait_for_service(_DISCOVERY_S):
             raise TimeoutError('the node does not start')
-        answer = self._reset.call_async(Trigger.Request())
-        self._executor.spin_until_future_complete(answer, _DISCOVERY_S)
-        if not answer.done():
-            raise TimeoutError('the node does not answer')
+        deadline = time.monotonic() + _DISCOVERY_S
+        while time.monotonic() < deadline:
+            # An answer is lost where the node sees the call before it has seen who calls.
+            answer = self._reset.call_async(Trigger.Request())
+            self._executor.spin_until_future_complete(answer, _ASK_AGAIN_S)
+            if answer.done():
+                return
+            self._reset.remove_pending_request(answer)
+        raise TimeoutError('the node does not answer')
 
     def wait_for(self, count: int) -> None:
         """Return when that many codes have come in all, or none for some time."""

@@ -26,6 +26,7 @@ from quality_data import driving
 import quality_gate
 import quality_lock
 import quality_stillness
+import quality_turns
 from report import paragraphs, ROOT, table, versions
 
 _DOCUMENT = ROOT / 'docs' / 'quality.md'
@@ -87,6 +88,7 @@ def main() -> None:
         quality_gate.section(quality_gate.measure(clips)),
         quality_stillness.section(quality_stillness.measure(clips)),
         quality_lock.section(quality_lock.measure(clips), quality_lock.measure_passing(clips)),
+        quality_turns.section(quality_turns.measure(clips)),
         cost_section(clips[0]))) + '\n'
     _DOCUMENT.write_text(text, encoding='utf-8')
     print(f'\n{text}')

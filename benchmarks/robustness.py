@@ -70,7 +70,8 @@ _NOTES = """
       turning, as far as they find features.
 
     - Where frames are lost, the shift from one frame to the next grows, and a gentle bend reaches
-      the threshold: a fault of a threshold in pixels per frame, whoever measures the shift.
+      the threshold, as KITTI's does: a fault of a threshold in pixels per frame, whoever measures
+      the shift. The true yaw of the frames that are left gives turns too many there, too.
 
     - Vibration here turns the camera about its own centre, in pitch and roll, anew in every
       frame; pixels at the edges are mirrored.

@@ -313,20 +313,18 @@ def turn_score(found: Sequence[Turn], true: MatchedTruth) -> TurnScore:
     clear_there = [
         index for index, turn in enumerate(there) if abs(turn.angle_deg) >= clear]
     partners = _partners(covered, there)
-    matched = set(partners.values())
-    recalled = sum(index in matched for index in clear_there)
+    right = sum(index in clear_there for index in partners.values())
     # Of a turn of which the truth knows a part only, it cannot be said that it is wrong.
     wrong = sum(
         number not in partners and abs(turn.angle_deg) >= clear
         and begin <= turn.start_ns and turn.end_ns <= end
         for number, turn in enumerate(covered))
-    judged = len(partners) + wrong
     errors = [
         covered[number].angle_deg - there[index].angle_deg for number, index in partners.items()]
     return TurnScore(
-        precision=len(partners) / judged if judged else 1.0,
-        recall=recalled / len(clear_there) if clear_there else 1.0,
-        found=judged, true=len(clear_there),
+        precision=right / (right + wrong) if right + wrong else 1.0,
+        recall=right / len(clear_there) if clear_there else 1.0,
+        found=right + wrong, true=len(clear_there),
         angle_error_deg=_rms(np.array(errors)) if errors else None)
 
 
