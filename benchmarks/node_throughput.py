@@ -4,8 +4,8 @@
 The real node, fed over real DDS: how many frames per second it takes, and what a frame costs.
 
 Three processes: the feeder, the node, and this one, which counts the movement codes that come
-back. Images are reliable with KEEP_ALL at both ends, so that none may be lost; a frame whose code
-never comes counts as lost.
+back. Images and codes are reliable with KEEP_ALL at both ends, so that none may be lost; a frame
+whose code never comes counts as lost.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ _TICK_S = 1.0 / os.sysconf('SC_CLK_TCK')
 
 INTRODUCTION = paragraphs("""
     The node in a process of its own, fed over DDS by a second one and counted by a third: mono8,
-    376×1241, images reliable with KEEP_ALL at both ends, all on this machine. *Came back* is the
+    376×1241, images and codes reliable with KEEP_ALL at both ends, all on this machine. *Came back* is the
     rate at which movement codes were received, *lost* is how many never came. The processor
     time is that of the node's whole process, DDS and executor included, per frame. The node runs
     as its users run it: the allocator is not pinned.
@@ -139,11 +139,13 @@ def feed(rate: float, count: int) -> Run:
     """Feed a node ``count`` frames at ``rate`` to the second; return what came of it."""
     namespace = f'/phase_traj_bench_{os.getpid()}'
     within = ['--ros-args', '-r', f'__ns:={namespace}']
+    # The way back must not lose any either, should this process not keep up with counting.
+    codes = f'qos_overrides.{namespace}/{NODE_NAME}/movement.publisher.history:=keep_all'
     warm_up = count // 5
     feeder = str(Path(__file__).with_name('node_feeder.py'))
     with (ros_context(within),
           process('-m', 'phase_traj_ros.ros.main', *within, '--log-level', 'error',
-                  *lossless_overrides(f'{namespace}/image')) as node):
+                  '-p', codes, *lossless_overrides(f'{namespace}/image')) as node):
         counter = Counter()
         try:
             counter.connect()

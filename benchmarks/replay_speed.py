@@ -28,7 +28,7 @@ from phase_traj_ros.io.source import Frame, index_stamp_ns
 from phase_traj_ros.parameters import Parameters
 from phase_traj_ros.synthetic import Camera, KITTI_CAMERA
 from report import disturbance, paragraphs, table, verdict
-from timing import busyness, prepare, take_turns, Timed
+from timing import Bystanders, bystanders, prepare, take_turns, Timed
 
 _FRAMES, _ROUNDS, _WARM_UP = 120, 7, 1
 _FORMATS = ('png', 'jpg')
@@ -54,8 +54,6 @@ class Overlap:
     decode: float
     correlate: float
     replay: float
-    busy: float
-    """How busy the machine was with other things, 1 is not at all (`timing.busyness`)."""
 
     @property
     def ratio(self) -> float:
@@ -101,9 +99,7 @@ def measure_folder(clip: Clip, suffix: str) -> Overlap:
             {part: lambda _, step=step: step() for part, step in steps.items()},
             range(_ROUNDS + _WARM_UP), warm_up=_WARM_UP)
     seconds = {part: _wall(each) for part, each in timed.items()}
-    # Of the parts alone, which are one thread each.
-    return Overlap(
-        suffix.upper(), **seconds, busy=busyness((timed['decode'], timed['correlate'])))
+    return Overlap(suffix.upper(), **seconds)
 
 
 def measure_growth() -> Growth:
@@ -123,13 +119,15 @@ def measure_growth() -> Growth:
     return Growth(len(result.updates), *seen)
 
 
-def measure() -> tuple[list[Overlap], Growth]:
-    """Return what replaying folders takes, and how memory grows."""
+def measure() -> tuple[list[Overlap], Bystanders, Growth]:
+    """Return what replaying folders takes, what else ran meanwhile, and how memory grows."""
     clip = kitti_clip('00', count=_FRAMES) or rendered_clip(KITTI_CAMERA, count=_FRAMES)
-    return [measure_folder(clip, suffix) for suffix in _FORMATS], measure_growth()
+    with bystanders() as watched:
+        overlaps = [measure_folder(clip, suffix) for suffix in _FORMATS]
+    return overlaps, watched, measure_growth()
 
 
-def section(overlaps: list[Overlap], growth: Growth) -> str:
+def section(overlaps: list[Overlap], watched: Bystanders, growth: Growth) -> str:
     """Return the results as Markdown."""
     rows = [(each.name, *(f'{1e3 * seconds / _FRAMES:.2f}' for seconds in (
         each.decode, each.correlate, each.replay)), f'{each.ratio:.2f}', f'{_LIMIT:g}',
@@ -144,7 +142,7 @@ def section(overlaps: list[Overlap], growth: Growth) -> str:
         {"nothing else" if flat else "**more than that**"}.
         """)
     return (f'## Replay\n\n{INTRODUCTION}\n\n{table(header, rows)}\n\n'
-            f'{disturbance(max(each.busy for each in overlaps))}\n\n{memory}')
+            f'{disturbance(watched)}\n\n{memory}')
 
 
 def _wall(timed: Timed) -> float:

@@ -13,10 +13,10 @@ import textwrap
 
 import cv2
 import numpy as np
-from timing import PINNED
+from timing import Bystanders, PINNED
 
-#: So much longer by the clock on the wall than in processor time is too much.
-_BUSY = 1.1
+#: From this on other programs are no longer said to be none: they take caches and memory, too.
+_BUSY_CORES = 0.1
 
 ROOT = Path(__file__).resolve().parent.parent
 
@@ -47,12 +47,12 @@ def verdict(value: float, limit: float | None) -> str:
     return 'yes' if value <= limit else '**no**'
 
 
-def disturbance(busy: float) -> str:
-    """Return a line on how much else ran on the machine, from how busy it was (1 is nothing)."""
-    text = f'By the clock on the wall it took {busy:.2f}× the processor time'
-    if busy > _BUSY:
-        return f'{text}: **other programs were running, so measure again.**'
-    return f'{text}: the machine was quiet.'
+def disturbance(watched: Bystanders) -> str:
+    """Return a line on how much else ran on the machine meanwhile."""
+    if watched.cores is None:
+        return 'What else ran on the machine meanwhile is not known.'
+    text = f'Other programs kept {watched.cores:.2f} of the cores busy meanwhile'
+    return f'{text}: **measure again.**' if watched.cores > _BUSY_CORES else f'{text}.'
 
 
 def versions() -> str:

@@ -36,7 +36,7 @@ METHOD = paragraphs("""
 def sections() -> dict[str, Callable[[], str]]:
     """Return what is measured, each with a word for who waits."""
     return {
-        'step against peers': lambda: speed.section(speed.measure()),
+        'step against peers': lambda: speed.section(*speed.measure()),
         'padded sizes': sizes.section,
         'options': options.section,
         'memory': lambda: memory.section(memory.measure()),

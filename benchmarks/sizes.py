@@ -13,7 +13,7 @@ import cv2
 import numpy as np
 from phase_traj_ros.core.spectrum import padded_side
 from report import disturbance, paragraphs, table, transforms
-from timing import busyness, prepare, take_turns, Timed
+from timing import bystanders, prepare, take_turns, Timed
 
 #: (H, W) of KITTI's, of webcams and of industrial cameras.
 SHAPES = (
@@ -113,16 +113,15 @@ def implementation(*, ipp: bool) -> Iterator[str]:
 def section() -> str:
     """Measure; return the results as Markdown."""
     parts = ['## Padded sizes', INTRODUCTION]
-    timed: list[Timed] = []
-    # Without Intel's, OpenCV's own transforms take several times as long.
-    for ipp, rounds in ((True, 40), (False, 10)):
-        if ipp and not cv2.ipp.useIPP():
-            continue
-        with implementation(ipp=ipp) as name:
-            rows = [measure(shape, rounds) for shape in SHAPES]
-        parts += [f'OpenCV {cv2.__version__} {name}:', _table(rows)]
-        timed += [each for row in rows for each in row.timed.values()]
-    return '\n\n'.join([*parts, disturbance(busyness(timed))])
+    with bystanders() as watched:
+        # Without Intel's, OpenCV's own transforms take several times as long.
+        for ipp, rounds in ((True, 40), (False, 10)):
+            if ipp and not cv2.ipp.useIPP():
+                continue
+            with implementation(ipp=ipp) as name:
+                rows = [measure(shape, rounds) for shape in SHAPES]
+            parts += [f'OpenCV {cv2.__version__} {name}:', _table(rows)]
+    return '\n\n'.join([*parts, disturbance(watched)])
 
 
 def _table(rows: list[Row]) -> str:

@@ -18,7 +18,7 @@ import cv2
 import numpy as np
 from peers import BareTransforms, Klt, OpenCv, Orb, Ours, Peer, ScikitImage
 from report import disturbance, paragraphs, table, verdict
-from timing import busyness, prepare, Quartiles, ratios, take_turns, Timed
+from timing import Bystanders, bystanders, prepare, Quartiles, ratios, take_turns, Timed
 
 _FRAMES = 40
 _WARM_UP = 5
@@ -131,18 +131,19 @@ def fight(clip: Clip, opponent: Opponent) -> tuple[Timed, Timed]:
     return timed['ours'], timed['theirs']
 
 
-def measure() -> list[Duel]:
-    """Return how all comparisons ended, their answers checked."""
+def measure() -> tuple[list[Duel], Bystanders]:
+    """Return how all comparisons ended, their answers checked, and what else ran meanwhile."""
     schedule = list(fights(usual_clips(_FRAMES)))
     duels = [Duel(clip, opponent, Timed(), Timed(), limit)
              for clip, opponent, limit in schedule]
-    for _ in range(_PASSES):
-        for duel in duels:
-            for total, part in zip((duel.ours, duel.theirs), fight(duel.clip, duel.opponent)):
-                total.extend(part)
+    with bystanders() as watched:
+        for _ in range(_PASSES):
+            for duel in duels:
+                for total, part in zip((duel.ours, duel.theirs), fight(duel.clip, duel.opponent)):
+                    total.extend(part)
     for duel in duels:
         _check(duel)
-    return duels
+    return duels, watched
 
 
 def _check(duel: Duel) -> None:
@@ -153,7 +154,7 @@ def _check(duel: Duel) -> None:
             f'{duel.clip.name}: at least one of the two does not do what is measured here')
 
 
-def section(duels: list[Duel]) -> str:
+def section(duels: list[Duel], watched: Bystanders) -> str:
     """Return the results as Markdown."""
     header = ('frame', 'against', 'step, ms', 'peer, ms', 'ratio', 'quartiles', 'at most',
               'met', 'differ, px')
@@ -167,11 +168,10 @@ def section(duels: list[Duel]) -> str:
             f'{duel.spread.low:.3f}–{duel.spread.high:.3f}',
             '' if duel.limit is None else f'{duel.limit:g}', verdict(duel.ratio, duel.limit),
             '' if difference is None else f'{difference:.2f}'))
-    busy = busyness(timed for duel in duels for timed in (duel.ours, duel.theirs))
     return (f'## Speed\n\n{INTRODUCTION}\n\n{table(header, rows)}\n\n'
-            f'{disturbance(busy)}')
+            f'{disturbance(watched)}')
 
 
 if __name__ == '__main__':
     prepare()
-    print(section(measure()))
+    print(section(*measure()))

@@ -15,7 +15,8 @@ allowed, all of them count.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 import gc
 import os
@@ -114,15 +115,33 @@ def take_turns(
     return timed
 
 
-def busyness(timed: Iterable[Timed]) -> float:
-    """
-    Return how much longer all took by the clock on the wall than the processor worked on it.
+@dataclass(slots=True)
+class Bystanders:
+    """How much of the machine was taken by something else while something was measured."""
 
-    1 is a machine that did nothing else; above 1.1 or so, other programs have cooled the caches
-    and slowed the memory down, and the figures are not to be relied on.
-    """
-    wall, cpu = np.sum([(sum(each.wall), sum(each.seconds)) for each in timed], axis=0)
-    return float(wall / cpu)
+    cores: float | None = None
+    """Cores that other programs kept busy, or the host of a virtual machine took; None unknown."""
+
+
+@contextmanager
+def bystanders() -> Iterator[Bystanders]:
+    """Watch what runs besides this process in the block; yields what is known at its end."""
+    watched = Bystanders()
+    wall, own, all_cores = time.perf_counter(), time.process_time(), _busy_s()
+    yield watched
+    if all_cores is not None:
+        others = (_busy_s() or 0.0) - all_cores - (time.process_time() - own)
+        watched.cores = max(others, 0.0) / (time.perf_counter() - wall)
+
+
+def _busy_s() -> float | None:
+    """Return the seconds that all cores have worked since the start, or None if not known."""
+    try:
+        with open('/proc/stat', encoding='ascii') as file:
+            user, nice, system, _, _, *rest = map(int, file.readline().split()[1:9])
+    except (OSError, ValueError):
+        return None
+    return (user + nice + system + sum(rest)) / os.sysconf('SC_CLK_TCK')
 
 
 def ratios(ours: Timed, theirs: Timed) -> Quartiles:
