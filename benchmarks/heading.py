@@ -40,7 +40,7 @@ from phase_traj_ros.core.turns import find_turns, Turn
 from phase_traj_ros.io.evaluation import heading_error, HeadingError, turn_score, TurnScore
 from phase_traj_ros.io.ground_truth import MatchedTruth
 from report import disturbance, machine, paragraphs, ROOT, table, verdict
-from timing import busyness, prepare, ratios, take_turns
+from timing import bystanders, prepare, ratios, take_turns
 
 _DOCUMENT = ROOT / 'docs' / 'heading.md'
 _KITTI = '1241×376, 82°, 10 Hz'
@@ -210,32 +210,34 @@ def sections(*, full: bool) -> Iterator[str]:
 def against_features(rides: Sequence[Ride]) -> Iterator[str]:
     """Compare with tracked corners, in time and in accuracy."""
     yield paragraphs(_REAL_TEXT)
-    rows, times = [], []
-    for ride in rides:
-        ours, klt = Follower(ride), Klt(ride.camera)
-        timed = take_turns(
-            {'ours': ours.update, 'features': klt.update}, ride.frames(), warm_up=1)
-        angles = np.arctan(np.array(timed['features'].results, float) / ride.camera.focal)
-        result = ours.result()
-        features = _rms(np.degrees(angles - np.diff(ride.yaw)))
-        ratio = ratios(timed['ours'], timed['features']).median
-        times += [*timed.values()]
-        error = result.error
-        rows.append((
-            ride.name, result.found, f'{error.end:+.2f}', f'{error.max:.2f}',
-            f'{error.per_frame_rms:.3f}', f'{features:.3f}', f'{timed["ours"].ms:.2f}',
-            f'{timed["features"].ms:.1f}', f'{ratio:.3f}',
-            _all(
-                result.score.precision == result.score.recall == 1.0,
-                abs(error.end) <= _LIMIT_END, error.max <= _LIMIT_MAX,
-                error.per_frame_rms <= _LIMIT_RMS * features, ratio <= _LIMIT_RATIO)))
+    with bystanders() as watched:
+        rows = [_against_features(ride) for ride in rides]
     yield table(
         ('clip', 'turns', 'error at the end', 'at most', 'per frame', 'features', 'ms', 'features',
          'ratio', 'within the limits'), rows)
     yield paragraphs(
         f'The limits: no turn missed or invented, {_LIMIT_END:g}° at the end, {_LIMIT_MAX:g}° at'
         f' most, {_LIMIT_RMS:g} × the error of features per frame, {_LIMIT_RATIO:g} × their time. '
-        + disturbance(busyness(times)))
+        + disturbance(watched))
+
+
+def _against_features(ride: Ride) -> tuple[object, ...]:
+    ours, klt = Follower(ride), Klt(ride.camera)
+    timed = take_turns(
+        {'ours': ours.update, 'features': klt.update}, ride.frames(), warm_up=1)
+    angles = np.arctan(np.array(timed['features'].results, float) / ride.camera.focal)
+    result = ours.result()
+    features = _rms(np.degrees(angles - np.diff(ride.yaw)))
+    ratio = ratios(timed['ours'], timed['features']).median
+    error = result.error
+    return (
+        ride.name, result.found, f'{error.end:+.2f}', f'{error.max:.2f}',
+        f'{error.per_frame_rms:.3f}', f'{features:.3f}', f'{timed["ours"].ms:.2f}',
+        f'{timed["features"].ms:.1f}', f'{ratio:.3f}',
+        _all(
+            result.score.precision == result.score.recall == 1.0,
+            abs(error.end) <= _LIMIT_END, error.max <= _LIMIT_MAX,
+            error.per_frame_rms <= _LIMIT_RMS * features, ratio <= _LIMIT_RATIO))
 
 
 def alternatives(real: Sequence[Ride]) -> str:
