@@ -242,8 +242,8 @@ def _against_features(ride: Ride) -> tuple[object, ...]:
 
 def alternatives(real: Sequence[Ride]) -> str:
     """Compare with what the shift alone makes of parts of the picture."""
-    made = [named('demo'), named('paper_case_2'), *(
-        rendered(name, _KITTI) for name in ('U-turns', 'gentle bends', 'roundabout'))]
+    made = [named('demo').kept(), named('paper_case_2').kept(), *(
+        rendered(name, _KITTI).kept() for name in ('U-turns', 'gentle bends', 'roundabout'))]
     whole = Band(above=60, below=60)
     upper = Band(above=60, below=3)
     ways: dict[str, Callable[[Ride], np.ndarray]] = {
@@ -280,8 +280,8 @@ def cameras() -> str:
     """Measure all plans with all cameras."""
     rows = []
     for camera in CAMERAS:
-        results = [follow(rendered(plan, camera))[0] for plan in PLANS]
-        for plan, result in zip(PLANS, results):
+        for plan in PLANS:
+            result = follow(rendered(plan, camera))[0]
             error = result.error
             rows.append((
                 camera, plan, result.found, ' '.join(map(str, result.codes)) or '–',
@@ -294,8 +294,8 @@ def cameras() -> str:
 
 def overlays(real: Sequence[Ride]) -> str:
     """Measure with patterns that are fixed to the camera."""
-    rides = [*real, rendered('sharp turns', _KITTI), rendered(
-        'sharp turns', '320×240, 62°, 20 Hz')]
+    rides = [*real, rendered('sharp turns', _KITTI).kept(), rendered(
+        'sharp turns', '320×240, 62°, 20 Hz').kept()]
     rows = []
     for name, spoil in OVERLAYS.items():
         for ride in rides:
@@ -328,7 +328,7 @@ def full_length(rides: Sequence[Ride]) -> str:
     rows = []
     for ride in rides:
         right, *wrong = follow(ride, *_focals(ride, 0.98, 1.02))
-        error, score = right.error, right.score
+        error = right.error
         assert error.per_100m is not None
         rows.append((
             ride.name, len(right.headings), right.found, f'{error.per_100m:.2f}',
@@ -337,7 +337,7 @@ def full_length(rides: Sequence[Ride]) -> str:
             _all(right.codes == _true_codes(ride)),
             ', '.join(_all(result.codes == right.codes) for result in wrong),
             ', '.join(_all(_quarters(result) == _quarters(right)) for result in wrong)))
-        print(f'{ride.name}: {score}, {error}', file=sys.stderr, flush=True)
+        print(rows[-1], file=sys.stderr, flush=True)
     frames = sum(row[1] for row in rows)
     return table(
         ('drive', 'frames', 'turns', 'per 100 m', f'≤ {_LIMIT_FAR:g}', 'error at the end',

@@ -78,6 +78,10 @@ class Ride:
             self, name=f'{self.name}, {name}',
             frames=lambda: (spoil(frame.copy()) for frame in self.frames()))
 
+    def kept(self) -> Ride:
+        """Return the ride with its frames rendered once and kept, for more than one use."""
+        return replace(self, frames=lru_cache(lambda: list(self.frames())))
+
     def mirrored(self) -> Ride:
         """Return the ride as seen in a mirror."""
         camera = replace(self.camera, cx=self.camera.width - 1 - self.camera.cx)
@@ -117,12 +121,12 @@ def rendered(name: str, camera: str) -> Ride:
     (lens, rate_hz) = CAMERAS[camera]
     drive = plan_drive(
         name, PLANS[name], rate_hz=rate_hz, speed=_SPEED, camera=lens, seed=17)
-    return _kept(drive)
+    return _streamed(drive)
 
 
 def named(name: str) -> Ride:
     """Return one of the drives that come with the package."""
-    return _kept(named_drive(name))
+    return _streamed(named_drive(name))
 
 
 def full_rides() -> list[Ride]:
@@ -141,12 +145,6 @@ def _streamed(drive: Drive) -> Ride:
     return Ride(
         drive.name, drive.camera, drive.stamps_ns.tolist(), np.unwrap(drive.poses[:, 2]),
         drive.poses[:, :2], lambda: render_drive(drive))
-
-
-def _kept(drive: Drive) -> Ride:
-    """Render a short drive once."""
-    frames = lru_cache(lambda: list(render_drive(drive)))
-    return replace(_streamed(drive), frames=frames)
 
 
 def clock(frame: Frame) -> Frame:
