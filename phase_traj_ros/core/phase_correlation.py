@@ -80,11 +80,13 @@ class PhaseCorrelator:
         self._mask = None if mask is None else mask_weights(mask)
         self._shape: tuple[int, int] | None = None
         self._primed = False
-        # Whitened spectra of the frame in work and of the one before, and the latter's energy.
-        self._current: NDArray[np.float32] = np.empty((0, 0), np.float32)
-        self._previous: NDArray[np.float32] = np.empty((0, 0), np.float32)
-        self._previous_energy = 0.0
-        # What the last pair's map is to be divided by, and where its peak is.
+        # Two arrays are all a pair needs, as every step is done in place: so they stay in the
+        # cache. One holds the last frame's whitened spectrum. The other one holds the last pair's
+        # map, until the next frame goes there; then they swap.
+        self._spectrum: NDArray[np.float32] = np.empty((0, 0), np.float32)
+        self._map: NDArray[np.float32] = np.empty((0, 0), np.float32)
+        self._energy = 0.0
+        # What the map is to be divided by, or 0 if there is none, and where its peak is.
         self._norm = 0.0
         self._peak = (0, 0)
 
@@ -120,11 +122,13 @@ class PhaseCorrelator:
         if frame.shape != self._shape:
             self._allocate(frame.shape)
         energy = self._transform(frame, mean, deviation)
-        shift = self._correlate(energy) if self._primed else None
-        self._previous, self._current = self._current, self._previous
-        self._previous_energy = energy
-        self._primed = True
-        return shift
+        self._spectrum, self._map = self._map, self._spectrum
+        norm = math.sqrt(self._energy * energy) * self._map.size
+        self._energy = energy
+        if self._primed:
+            return self._correlate(norm)
+        self._primed, self._norm = True, 0.0
+        return None
 
     def correlation_map(self) -> NDArray[np.float32]:
         """
@@ -191,46 +195,47 @@ class PhaseCorrelator:
             self._window *= self._mask
             self._window_sum = float(self._window.sum(dtype=np.float64))
         self._window_rms = math.sqrt(float(np.mean(np.square(self._window))))
-        self._padded = np.zeros(padded, np.float32)
-        self._tapered = self._padded[:shape[0], :shape[1]]
-        self._current = np.empty(padded, np.float32)
-        self._previous = np.empty(padded, np.float32)
-        self._cross = np.empty(padded, np.float32)
+        self._spectrum = np.zeros(padded, np.float32)
         self._map = np.zeros(padded, np.float32)
         self._whiten = Whitener(padded)
         self._primed = False
 
     def _transform(self, frame: Frame, mean: float, deviation: float) -> float:
-        """Put the whitened spectrum of ``frame`` into ``_current``; return its energy."""
+        """Put the whitened spectrum of ``frame`` where the map was; return its energy."""
+        height, width = frame.shape
+        spectrum = self._map
         if deviation == 0.0:
-            self._current.fill(0.0)
+            spectrum.fill(0.0)
             return 0.0
+        tapered = spectrum[:height, :width]
+        spectrum[height:] = 0.0
+        spectrum[:height, width:] = 0.0
         # Without its mean, a frame that is almost constant does not show the window's own
         # spectrum, which never moves and would measure a shift of zero.
         cv2.subtract(  # type: ignore[call-overload]
-            frame, (mean, 0.0, 0.0, 0.0), dst=self._tapered, dtype=cv2.CV_32F)
-        cv2.multiply(self._tapered, self._window, dst=self._tapered)
+            frame, (mean, 0.0, 0.0, 0.0), dst=tapered, dtype=cv2.CV_32F)
+        cv2.multiply(tapered, self._window, dst=tapered)
         spectrum_rms = deviation * self._window_rms * math.sqrt(frame.size)
         if self._mask is not None:
             # The mean of what the mask leaves is another one, and there may be nothing else.
-            rest = cv2.sumElems(self._tapered)[0] / self._window_sum
-            cv2.scaleAdd(self._window, -rest, self._tapered, dst=self._tapered)
-            if cv2.norm(self._tapered) <= _ROUNDING * spectrum_rms:
-                self._current.fill(0.0)
+            rest = cv2.sumElems(tapered)[0] / self._window_sum
+            cv2.scaleAdd(self._window, -rest, tapered, dst=tapered)
+            if cv2.norm(tapered) <= _ROUNDING * spectrum_rms:
+                spectrum.fill(0.0)
                 return 0.0
-        cv2.dft(self._padded, dst=self._current)
-        return self._whiten(self._current, _ROUNDING * spectrum_rms)
+        cv2.dft(spectrum, dst=spectrum)
+        return self._whiten(spectrum, _ROUNDING * spectrum_rms)
 
-    def _correlate(self, energy: float) -> Shift:
-        """Find the peak between ``_previous`` and ``_current`` (eqs. 1 to 3)."""
-        norm = self._norm = math.sqrt(self._previous_energy * energy) * self._map.size
+    def _correlate(self, norm: float) -> Shift:
+        """Turn the previous frame's spectrum into the map; find its peak (eqs. 1 to 3)."""
+        self._norm = norm
         if norm == 0.0:
             self._map.fill(0.0)
             return Shift(0.0, 0.0, 0.0)
         # Eq. 1 conjugates the current spectrum and so peaks at minus the displacement. The
         # previous one is conjugated here, which puts the peak at the displacement itself.
-        cv2.mulSpectrums(self._current, self._previous, 0, self._cross, conjB=True)
-        cv2.dft(self._cross, dst=self._map, flags=cv2.DFT_INVERSE)
+        cv2.mulSpectrums(self._spectrum, self._map, 0, self._map, conjB=True)
+        cv2.dft(self._map, dst=self._map, flags=cv2.DFT_INVERSE)
         self._peak = row, column = divmod(int(self._map.argmax()), self._map.shape[1])
         return self._shift_at(row, column)
 
