@@ -28,6 +28,7 @@ from heading_drives import (
 import numpy as np
 from peers import Klt
 from phase_traj_ros.core import PhaseCorrelator, Window
+from phase_traj_ros.core.camera import CameraModel
 from phase_traj_ros.core.heading_code import HeadingCode
 from phase_traj_ros.core.heading_estimator import HeadingEstimator, Lens
 from phase_traj_ros.core.projection import (
@@ -364,7 +365,7 @@ def _flat(ride: Ride) -> np.ndarray:
 def _shift(ride: Ride, band: Band, window: Window) -> np.ndarray:
     """Return the heading from the shift on the cylinder alone, at the camera's own resolution."""
     projection = CylinderProjection(
-        (ride.camera.height, ride.camera.width), ride.camera.focal, band=band,
+        CameraModel.pinhole((ride.camera.height, ride.camera.width), ride.camera.focal), band=band,
         px_per_rad=ride.camera.focal)
     correlator, headings = PhaseCorrelator(window=window), [0.0]
     for frame in ride.frames():

@@ -20,6 +20,10 @@ class ParameterError(PhaseTrajError, ValueError):
     """A parameter is unknown, of the wrong type or out of its range."""
 
 
+class CalibrationError(PhaseTrajError):
+    """The calibration of a camera cannot be used."""
+
+
 class SourceError(PhaseTrajError):
     """A source of frames cannot be opened or read."""
 

@@ -18,7 +18,7 @@ from typing import Any, cast, TypeAlias
 from phase_traj_ros.core import EstimatorSettings, PAPER_THRESHOLD, View, Window
 from phase_traj_ros.core.heading_estimator import Lens
 from phase_traj_ros.core.quality import GateSettings, StillnessSettings
-from phase_traj_ros.core.settings import CodeSource
+from phase_traj_ros.core.settings import CodeSource, PathSource
 from phase_traj_ros.errors import ParameterError
 
 NODE_NAME = 'phase_traj'
@@ -40,6 +40,7 @@ class Spec:
     unit: str
     minimum: float | None
     maximum: float | None
+    step: int
     choices: tuple[str, ...]
     read_only: bool
 
@@ -75,21 +76,26 @@ class Spec:
             return ''
         if self.minimum == sys.float_info.min:
             return 'a finite number above 0'
+        if self.step > 1:
+            return f'{self.minimum:.12g} to {self.maximum:.12g} in steps of {self.step}'
         return f'{self.minimum:.12g} to {self.maximum:.12g}'
 
     def _in_range(self, value: object) -> bool:
         if self.minimum is None or self.maximum is None:
             return True
-        return isinstance(value, (int, float)) and self.minimum <= value <= self.maximum
+        return (
+            isinstance(value, (int, float)) and self.minimum <= value <= self.maximum
+            and (self.step == 1 or (value - self.minimum) % self.step == 0))
 
 
 def _parameter(
     default: Value, description: str, *, unit: str = '', minimum: float | None = None,
-    maximum: float | None = None, choices: tuple[str, ...] = (), read_only: bool = False,
+    maximum: float | None = None, step: int = 1, choices: tuple[str, ...] = (),
+    read_only: bool = False,
 ) -> Any:
     return field(default=default, metadata={
         'description': description, 'unit': unit, 'minimum': minimum, 'maximum': maximum,
-        'choices': choices, 'read_only': read_only})
+        'step': step, 'choices': choices, 'read_only': read_only})
 
 
 class Transport(Enum):
@@ -121,17 +127,28 @@ class Parameters:
     threshold: float = _parameter(
         PAPER_THRESHOLD, 'Horizontal shift between two frames from which a pair counts as a turn.',
         unit='px/frame', **_POSITIVE)
+    threshold_deg_s: float = _parameter(
+        0.0, 'Yaw rate from which a pair counts as a turn, in the place of threshold: it is the'
+        ' same for all cameras and frame rates. Takes a focal length; 0 uses threshold.',
+        unit='deg/s', minimum=0.0, maximum=1000.0)
     code_source: str = _parameter(
         CodeSource.SHIFT.value, 'What the codes are made from: the shift against the threshold'
-        ' (the paper), or the heading quantised to right angles, which takes focal_px or'
-        ' hfov_deg.', choices=tuple(each.value for each in CodeSource), read_only=True)
+        ' (the paper), or the heading, quantised, which takes a focal length.',
+        choices=tuple(each.value for each in CodeSource), read_only=True)
+    connectivity: int = _parameter(
+        4, 'Directions that the heading is quantised to: the four of the paper, or the eight of'
+        ' Freeman, which take code_source heading.', minimum=4, maximum=8, step=4, read_only=True)
     focal_px: float = _parameter(
         0.0, 'Focal length of the camera in pixels of the full image; with it the heading and the'
         ' turns are measured. 0 if not known.', unit='px', minimum=0.0, maximum=1e6,
         read_only=True)
     hfov_deg: float = _parameter(
         0.0, 'Horizontal field of view of the camera, which stands in for focal_px where that is'
-        ' 0. 0 if not known.', unit='deg', minimum=0.0, maximum=179.0, read_only=True)
+        ' 0. Where both are 0 and a focal length is needed, that of camera_info is taken.',
+        unit='deg', minimum=0.0, maximum=179.0, read_only=True)
+    rectified: bool = _parameter(
+        False, 'Whether the images are rectified: then P of camera_info holds for them, else K'
+        ' and its distortion.', read_only=True)
     window: str = _parameter(
         Window.SQRT_HANN.value, 'Taper of the frames before they are correlated.',
         choices=tuple(form.value for form in Window))
@@ -183,7 +200,19 @@ class Parameters:
         'phase_traj', 'Frame of the published pose and path. The path has no metric scale, so it'
         ' is not odom.')
     step_length: float = _parameter(
-        1.0, 'Length drawn for each direction code.', unit='m', **_POSITIVE)
+        1.0, 'Length drawn for each step of the path, where no speed is known.', unit='m',
+        **_POSITIVE)
+    path_from: str = _parameter(
+        PathSource.CODES.value, 'What the path is drawn from: the direction codes (the paper), or'
+        ' the measured heading, which takes a focal length.',
+        choices=tuple(each.value for each in PathSource), read_only=True)
+    speed: float = _parameter(
+        0.0, 'Speed of the vehicle, if it is constant: odom is published in metres, and a path'
+        ' from the heading is in metres. Takes a focal length; 0 if not known.', unit='m/s',
+        minimum=0.0, maximum=1000.0, read_only=True)
+    use_speed_topic: bool = _parameter(
+        False, 'Whether the speed is taken from the topic speed, for the same purpose.',
+        read_only=True)
     max_path_poses: int = _parameter(
         1000, 'Poses of the published path: corner points, oldest dropped first, and the tip.',
         minimum=2, maximum=100_000, read_only=True)
@@ -217,11 +246,14 @@ class Parameters:
                 raise ParameterError(
                     f'parameters {side}_from and {side}_to are {begin} and {end}: the first has'
                     ' to be smaller')
-        if (self.code_source == CodeSource.HEADING.value
-                and self.focal_px == 0.0 and self.hfov_deg == 0.0):
+        if self.connectivity == 8 and self.code_source != CodeSource.HEADING.value:
             raise ParameterError(
-                "parameter 'code_source' is heading: it needs focal_px or hfov_deg, give one of"
-                ' them')
+                "parameter 'connectivity' is 8: it takes code_source heading, as the shift tells"
+                ' right angles only')
+        if self.speed > 0 and self.use_speed_topic:
+            raise ParameterError(
+                "parameters 'speed' and 'use_speed_topic' are both set: the speed is either"
+                ' constant or comes on the topic, give one of them')
 
     def with_values(self, values: Mapping[str, object]) -> 'Parameters':
         """
@@ -243,13 +275,34 @@ class Parameters:
 
     @property
     def measures_heading(self) -> bool:
-        """Return whether enough is known of the camera to measure heading and turns."""
-        return self.focal_px > 0 or self.hfov_deg > 0
+        """Return whether heading and turns are measured: where they can be, and where asked for."""
+        return self.focal_px > 0 or self.hfov_deg > 0 or self.needs_camera
+
+    @property
+    def needs_camera(self) -> bool:
+        """Return whether the focal length has to come from the camera's calibration."""
+        wanted = (
+            self.code_source == CodeSource.HEADING.value
+            or self.path_from == PathSource.HEADING.value or self.threshold_deg_s > 0
+            or self.metric)
+        return wanted and self.focal_px == 0.0 and self.hfov_deg == 0.0
+
+    @property
+    def metric(self) -> bool:
+        """Return whether there is a speed, and so odometry in metres."""
+        return self.speed > 0 or self.use_speed_topic
+
+    @property
+    def path_scale(self) -> float:
+        """Return the metres that a unit of the path stands for."""
+        known = self.metric and self.path_from == PathSource.HEADING.value
+        return 1.0 if known else self.step_length
 
     def estimator_settings(self) -> EstimatorSettings:
         """Return the settings of a live estimator, bounded in memory."""
         return EstimatorSettings(
             threshold=self.threshold,
+            threshold_deg_s=self.threshold_deg_s,
             window=Window(self.window),
             view=View(
                 rows=(self.rows_from, self.rows_to),
@@ -261,8 +314,12 @@ class Parameters:
             confirm_frames=self.confirm_frames,
             release_frames=self.release_frames,
             code_source=CodeSource(self.code_source),
-            lens=Lens(focal_px=self.focal_px, hfov_deg=self.hfov_deg)
-            if self.measures_heading else None,
+            connectivity=self.connectivity,
+            lens=self._lens(),
+            awaits_lens=self.needs_camera,
+            path_from=PathSource(self.path_from),
+            speed=self.speed,
+            awaits_speeds=self.use_speed_topic,
             gate=self._gate(),
             stillness=StillnessSettings(
                 frames=self.still_frames, max_motion=self.still_motion,
@@ -271,6 +328,11 @@ class Parameters:
             # The tip is one of the poses.
             max_corners=self.max_path_poses - 1,
         )
+
+    def _lens(self) -> Lens | None:
+        if self.focal_px == 0.0 and self.hfov_deg == 0.0:
+            return None
+        return Lens(focal_px=self.focal_px, hfov_deg=self.hfov_deg)
 
     def _gate(self) -> GateSettings | None:
         if self.min_significance == 0.0 and not self.look_past_zero:

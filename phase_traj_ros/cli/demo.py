@@ -3,6 +3,7 @@
 """``phase_traj demo``: a rendered drive through the real node, checked against its truth."""
 
 from argparse import Namespace
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -110,5 +111,5 @@ def check_turns(drive: Drive, result: Replay) -> None:
                 f' {turn.start_frame} to {turn.end_frame}')
 
 
-def _text(directions: list[Direction]) -> str:
+def _text(directions: Sequence[int]) -> str:
     return ','.join(str(int(direction)) for direction in directions)

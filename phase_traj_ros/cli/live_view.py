@@ -10,7 +10,6 @@ import time
 from typing import TextIO
 
 from phase_traj_ros.core import Corner, Movement, TrajectoryEstimator, Update
-from phase_traj_ros.io.messages import path_points
 from phase_traj_ros.io.path_text import path_lines
 from phase_traj_ros.io.source import Frame
 
@@ -122,7 +121,7 @@ class LiveView:
 
 
 def _corners(estimator: TrajectoryEstimator) -> tuple[Corner, ...]:
-    return path_points(estimator.path, _KEPT_CORNERS)
+    return estimator.path.points(_KEPT_CORNERS)
 
 
 def _state(update: Update) -> str:

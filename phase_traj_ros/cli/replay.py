@@ -23,7 +23,7 @@ from phase_traj_ros.cli.replay_many import add_batch, replay_many
 from phase_traj_ros.cli.report import print_codes
 from phase_traj_ros.io.replay import Replay
 from phase_traj_ros.io.replay_job import replay_source, Wanted
-from phase_traj_ros.io.source import Frame
+from phase_traj_ros.io.source import DEFAULT_SPEED_TOPIC, Frame
 
 _EPILOG = f"""
 {SOURCE_HELP}
@@ -43,6 +43,10 @@ def add_parser(commands: Any) -> None:
         epilog=_EPILOG)
     add_source(parser, several=True)
     add_parameters(parser)
+    parser.add_argument(
+        '--speed-topic', metavar='TOPIC', default=DEFAULT_SPEED_TOPIC,
+        help='topic of geometry_msgs/TwistStamped in a bag, for use_speed_topic (default'
+             f' {DEFAULT_SPEED_TOPIC})')
     parser.add_argument(
         '--output', metavar='DIR', type=Path, help='write the results here (default: only print)')
     parser.add_argument(
@@ -81,12 +85,14 @@ def run(options: Namespace) -> int | None:
             with LiveView(sys.stderr, title=title, total=source.frame_count) as view:
                 result = replay_source(
                     source, parameters, wanted, title=title, watchers=[view],
-                    through=watch.over)
+                    through=watch.over, speed_topic=options.speed_topic)
         else:
             def shown(frames: Iterable[Frame]) -> Iterator[Frame]:
                 return watch.over(progress(frames, total=source.frame_count, title=title))
 
-            result = replay_source(source, parameters, wanted, title=title, through=shown)
+            result = replay_source(
+                source, parameters, wanted, title=title, through=shown,
+                speed_topic=options.speed_topic)
     _print(result, watch.seconds)
     for written in (options.output, options.bag_out, options.animation):
         if written is not None:

@@ -91,7 +91,8 @@ def _jobs(options: Namespace) -> list[Job]:
         root, sources = root.absolute(), [source.absolute() for source in sources]
     jobs = [
         Job(source=source, root=root, folder=folder, parameters=parameters, topic=options.topic,
-            selection=selection, fps=options.fps, svg=options.svg, report=options.report,
+            speed_topic=options.speed_topic, selection=selection, fps=options.fps,
+            svg=options.svg, report=options.report,
             bag_name=None if bag is None else bag.name,
             bag_debug_images=options.bag_debug_images)
         for source, folder in zip(sources, folder_names(sources, taken=(CSV_NAME, HTML_NAME)))]

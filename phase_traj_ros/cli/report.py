@@ -2,8 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """How codes are printed."""
 
+from typing import Any
+
 from phase_traj_ros.core import ChainCode, CodeSeries
-from phase_traj_ros.core.code_series import Code
 
 
 def print_codes(codes: ChainCode) -> None:
@@ -12,6 +13,6 @@ def print_codes(codes: ChainCode) -> None:
     _print_series('direction', codes.direction)
 
 
-def _print_series(name: str, series: CodeSeries[Code]) -> None:
+def _print_series(name: str, series: CodeSeries[Any]) -> None:
     runs = ' '.join(f'{int(run.code)}x{run.count}' for run in series.runs)
     print(f'{name} ({len(series)}): {runs}')

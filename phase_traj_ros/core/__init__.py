@@ -11,8 +11,9 @@ from phase_traj_ros.core.chain_code import ChainCode, DynamicChainCode, PAPER_TH
 from phase_traj_ros.core.code_series import CodeSeries, Run
 from phase_traj_ros.core.codes import Direction, Movement, pack, unpack
 from phase_traj_ros.core.estimator import TrajectoryEstimator
+from phase_traj_ros.core.freeman import Freeman
 from phase_traj_ros.core.phase_correlation import PhaseCorrelator, Shift
-from phase_traj_ros.core.settings import CodeSource, EstimatorSettings
+from phase_traj_ros.core.settings import CodeSource, EstimatorSettings, PathSource
 from phase_traj_ros.core.trajectory import (
     Axes,
     ChainPath,
@@ -38,9 +39,11 @@ __all__ = [
     'Direction',
     'DynamicChainCode',
     'EstimatorSettings',
+    'Freeman',
     'Movement',
     'PAPER_THRESHOLD',
     'PairStatus',
+    'PathSource',
     'PhaseCorrelator',
     'Run',
     'Shift',

@@ -12,6 +12,7 @@ from typing import Protocol
 
 from phase_traj_ros.core.code_series import CodeSeries
 from phase_traj_ros.core.codes import Direction, Movement
+from phase_traj_ros.core.freeman import AnyDirection, Freeman
 
 PAPER_THRESHOLD = 16.0
 
@@ -21,7 +22,7 @@ class Step:
     """What one pair of frames adds to the chain code."""
 
     movement: Movement
-    direction: Direction
+    direction: AnyDirection
     """The direction after this pair, whether it was appended or not."""
 
     @property
@@ -38,11 +39,15 @@ class ChainCode(Protocol):
         """Return the movement codes so far, one per pair of frames."""
 
     @property
-    def direction(self) -> CodeSeries[Direction]:
+    def direction(self) -> CodeSeries[Direction] | CodeSeries[Freeman]:
         """Return the direction codes so far, one per pair that is not ``NO_CHANGE``."""
 
     @property
-    def heading(self) -> Direction:
+    def directions(self) -> type[Direction] | type[Freeman]:
+        """Return which directions there are: the paper's four, or Freeman's eight."""
+
+    @property
+    def heading(self) -> AnyDirection:
         """Return the current direction."""
 
     def skip(self, *, end_turn: bool = False) -> Step:
@@ -133,6 +138,11 @@ class DynamicChainCode:
     def direction(self) -> CodeSeries[Direction]:
         """Return the direction codes so far, one per pair that is not ``NO_CHANGE``."""
         return self._direction
+
+    @property
+    def directions(self) -> type[Direction]:
+        """Return which directions there are."""
+        return Direction
 
     @property
     def heading(self) -> Direction:

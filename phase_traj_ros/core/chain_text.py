@@ -11,22 +11,31 @@ Grammar (a space stands for exactly one)::
     n       = a decimal number without sign
 
 The first number of a series is its length, the brackets hold how often each code occurred, and
-the runs follow, oldest first; ``...`` says that older runs are left out. For example::
+the runs follow, oldest first; ``...`` says that older runs are left out. With Freeman's eight
+directions the brackets of the second series go on to 7, and so do its codes. For example::
 
     frames 34; movement 33 (0:0 1:25 2:1 3:7) 1x23 2x1 3x7 1x2; direction 26 (...) 1x23 2x3
 """
 
 from dataclasses import dataclass
+from enum import IntEnum
 import re
+from typing import Any
 
 from phase_traj_ros.core.chain_code import ChainCode
-from phase_traj_ros.core.code_series import Code, CodeSeries
+from phase_traj_ros.core.code_series import CodeSeries
+from phase_traj_ros.core.codes import Movement
 
-_CODES = range(4)
 _NUMBER = r'(0|[1-9]\d*)'
-_SERIES = re.compile(
-    _NUMBER + r' \(' + ' '.join(f'{code}:{_NUMBER}' for code in _CODES) + r'\)( \.\.\.)?'
-    r'((?: [0-3]x[1-9]\d*)*)', re.ASCII)
+
+
+def _pattern(kinds: int) -> re.Pattern[str]:
+    totals = ' '.join(f'{code}:{_NUMBER}' for code in range(kinds))
+    return re.compile(
+        rf'{_NUMBER} \({totals}\)( \.\.\.)?((?: [0-{kinds - 1}]x[1-9]\d*)*)', re.ASCII)
+
+
+_FOUR, _EIGHT = _pattern(4), _pattern(8)
 _TEXT = re.compile(f'frames {_NUMBER}; movement (.*); direction (.*)', re.ASCII)
 
 
@@ -35,8 +44,8 @@ class SeriesText:
     """One series of codes as far as the text tells it."""
 
     length: int
-    totals: tuple[int, int, int, int]
-    """How often each of the codes 0 to 3 occurred."""
+    totals: tuple[int, ...]
+    """How often each of the codes, from 0 on, occurred; there are four, or eight."""
     runs: tuple[tuple[int, int], ...]
     """(code, count) of the newest runs, oldest first."""
     complete: bool
@@ -44,7 +53,7 @@ class SeriesText:
 
     def __str__(self) -> str:
         """Return the series in the grammar of this module."""
-        totals = ' '.join(f'{code}:{total}' for code, total in zip(_CODES, self.totals))
+        totals = ' '.join(f'{code}:{total}' for code, total in enumerate(self.totals))
         runs = ''.join(f' {code}x{count}' for code, count in self.runs)
         return f'{self.length} ({totals}){"" if self.complete else " ..."}{runs}'
 
@@ -67,7 +76,8 @@ def describe(
 ) -> ChainCodeText:
     """Return what the text tells of ``codes``, with at most ``max_runs`` runs a series."""
     return ChainCodeText(
-        frames, _series_text(codes.movement, max_runs), _series_text(codes.direction, max_runs))
+        frames, _series_text(codes.movement, Movement, max_runs),
+        _series_text(codes.direction, codes.directions, max_runs))
 
 
 def parse(text: str) -> ChainCodeText:
@@ -84,38 +94,42 @@ def parse(text: str) -> ChainCodeText:
     if match is None:
         raise ValueError(f'not a chain code text: {text!r:.80}')
     frames, movement, direction = match.groups()
-    return ChainCodeText(int(frames), _parse_series(movement), _parse_series(direction))
+    return ChainCodeText(
+        int(frames), _parse_series(movement, _FOUR),
+        _parse_series(direction, _FOUR if _FOUR.fullmatch(direction) else _EIGHT))
 
 
-def _series_text(series: CodeSeries[Code], max_runs: int | None) -> SeriesText:
+def _series_text(
+    series: CodeSeries[Any], codes: type[IntEnum], max_runs: int | None,
+) -> SeriesText:
     runs = series.runs if max_runs is None else series.last_runs(max_runs)
     kept = sum(run.count for run in runs)
-    counts = dict.fromkeys(_CODES, 0) | {int(code): count for code, count in series.totals.items()}
     return SeriesText(
         length=len(series),
-        totals=(counts[0], counts[1], counts[2], counts[3]),
+        totals=tuple(series.totals.get(code, 0) for code in sorted(codes)),
         runs=tuple((int(run.code), run.count) for run in runs),
         complete=kept == len(series),
     )
 
 
-def _parse_series(text: str) -> SeriesText:
-    match = _SERIES.fullmatch(text)
+def _parse_series(text: str, pattern: re.Pattern[str]) -> SeriesText:
+    match = pattern.fullmatch(text)
     if match is None:
         raise ValueError(f'not a series of codes: {text!r:.80}')
     length, *totals, dots, runs_text = match.groups()
-    left, forward, right, other = (int(total) for total in totals)
     runs = tuple(
         (int(code), int(count))
         for code, count in (run.split('x') for run in runs_text.split()))
     series = SeriesText(
-        int(length), (left, forward, right, other), runs, complete=dots is None)
+        int(length), tuple(int(total) for total in totals), runs, complete=dots is None)
     _check_sums(series)
     return series
 
 
 def _check_sums(series: SeriesText) -> None:
-    shown = [sum(count for run_code, count in series.runs if run_code == code) for code in _CODES]
+    shown = [
+        sum(count for run_code, count in series.runs if run_code == code)
+        for code in range(len(series.totals))]
     short = sum(shown) < series.length
     if (sum(series.totals) != series.length or short == series.complete
             or any(part > total for part, total in zip(shown, series.totals))):

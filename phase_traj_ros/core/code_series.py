@@ -5,13 +5,12 @@
 from collections import Counter, deque
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from enum import IntEnum
 from itertools import chain, repeat
 from types import MappingProxyType
 from typing import Generic, TypeVar
 
-from phase_traj_ros.core.codes import Direction, Movement
-
-Code = TypeVar('Code', Movement, Direction)
+Code = TypeVar('Code', bound=IntEnum)
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,21 +3,26 @@
 """The whole chain for one camera: a frame and its stamp in, what the pair adds out."""
 
 from collections import deque
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 import time
 
 import numpy as np
 from numpy.typing import NDArray
 from phase_traj_ros.core.chain_code import ChainCode, DynamicChainCode, Step
 from phase_traj_ros.core.heading_code import HeadingCode
-from phase_traj_ros.core.heading_estimator import HeadingEstimator, HeadingUpdate
+from phase_traj_ros.core.heading_estimator import HeadingEstimator, HeadingUpdate, Lens
+from phase_traj_ros.core.heading_path import HeadingPath
+from phase_traj_ros.core.odometry import Odometer, Odometry
 from phase_traj_ros.core.phase_correlation import Frame, PhaseCorrelator, Shift
+from phase_traj_ros.core.projection import threshold_px
 from phase_traj_ros.core.quality import PairQuality, Verdict
-from phase_traj_ros.core.settings import CodeSource, EstimatorSettings
-from phase_traj_ros.core.trajectory import ChainPath
+from phase_traj_ros.core.settings import CodeSource, EstimatorSettings, PathSource
+from phase_traj_ros.core.speed import SpeedTrack
+from phase_traj_ros.core.trajectory import ChainPath, DrawnPath
 from phase_traj_ros.core.turns import Turn
 from phase_traj_ros.core.update import Counters, PairStatus, Update
 from phase_traj_ros.core.yaw_meter import YawMeasurement
+from phase_traj_ros.errors import FrameError
 
 
 class TrajectoryEstimator:
@@ -50,15 +55,17 @@ class TrajectoryEstimator:
         self._settings = settings or EstimatorSettings()
         self._mask = mask
         self._correlator = self._make_correlator()
-        lens = self._settings.lens
-        self._heading = None if lens is None else HeadingEstimator(
-            lens, rotate_180=self._settings.view.rotate_180, mask=mask)
-        self._heading_codes = HeadingCode(max_runs=self._settings.max_runs)
+        self._heading: HeadingEstimator | None = None
+        if self._settings.lens is not None:
+            self.use_lens(self._settings.lens)
+        self._heading_codes = HeadingCode(
+            connectivity=self._settings.connectivity, max_runs=self._settings.max_runs)
         self._codes = DynamicChainCode(
             self._settings.threshold, confirm_frames=self._settings.confirm_frames,
             release_frames=self._settings.release_frames, max_runs=self._settings.max_runs)
         self._quality = self._make_quality()
-        self._path = ChainPath(max_corners=self._settings.max_corners)
+        self._speeds = SpeedTrack()
+        self._make_paths()
         self.counters = Counters()
         self._turns: deque[Turn] = deque(maxlen=self._settings.max_runs)
         self.correlate_ns = 0
@@ -92,9 +99,33 @@ class TrajectoryEstimator:
         return self._settings.code_source is CodeSource.HEADING
 
     @property
-    def path(self) -> ChainPath:
+    def path(self) -> DrawnPath:
         """Return the drawn trajectory so far."""
         return self._path
+
+    def use_lens(self, lens: Lens) -> None:
+        """
+        Go on with what is known of the camera now; the heading is kept.
+
+        If that is something else than before, the next frame has none to be compared with.
+        """
+        if self._heading is None:
+            self._heading = HeadingEstimator(
+                lens, rotate_180=self._settings.view.rotate_180, mask=self._mask)
+        else:
+            self._heading.use_lens(lens)
+
+    def add_speed(self, stamp_ns: int, speed: float) -> None:
+        """
+        Take the vehicle's speed at a time, in metres per second, negative in reverse.
+
+        Raises
+        ------
+        ValueError
+            The speed is not finite; nothing has changed.
+
+        """
+        self._speeds.add(stamp_ns, speed)
 
     @property
     def frames(self) -> int:
@@ -129,6 +160,19 @@ class TrajectoryEstimator:
             self._quality = self._make_quality()
         elif (settings.gate, settings.stillness) != (before.gate, before.stillness):
             self._quality = self._make_quality()
+
+    def _make_paths(self) -> None:
+        settings = self._settings
+        from_heading = settings.path_from is PathSource.HEADING
+        self._odometer: Odometer | None = None
+        if settings.metric:
+            self._odometer = Odometer(max_corners=settings.max_corners if from_heading else 1)
+        # One of the two is drawn.
+        self._chain_path = ChainPath(max_corners=settings.max_corners)
+        self._heading_path = (
+            HeadingPath(max_corners=settings.max_corners)
+            if self._odometer is None else self._odometer.path)
+        self._path: DrawnPath = self._heading_path if from_heading else self._chain_path
 
     def _make_correlator(self) -> PhaseCorrelator:
         return PhaseCorrelator(window=self._settings.window, mask=self._view_mask())
@@ -180,6 +224,10 @@ class TrajectoryEstimator:
         if stamp_ns == self._last_stamp_ns:
             self.counters.repeated += 1
             return None
+        if self._settings.measures_heading and self._heading is None:
+            raise FrameError(
+                'nothing is known of the camera yet, and the heading is wanted: publish its'
+                ' camera_info, or give focal_px or hfov_deg')
         began = time.perf_counter_ns()
         interval_ns = 0 if self._last_stamp_ns is None else stamp_ns - self._last_stamp_ns
         # First of all the frame has to be usable: one that is not must not change anything.
@@ -196,7 +244,8 @@ class TrajectoryEstimator:
         self._last_stamp_ns = stamp_ns
         self._frames += 1
         self.counters.frames += 1
-        self._path.start(stamp_ns)
+        self._chain_path.start(stamp_ns)
+        self._heading_path.start(stamp_ns)
         if self._frames > 1:
             return self._pair(pair, stamp_ns, interval_ns)
         if self._heading is not None:
@@ -207,10 +256,10 @@ class TrajectoryEstimator:
         """Compare a frame with the one before it, in every way that is asked for."""
         view = self._settings.view.of(frame)
         shift, yaw = None, None
-        if not self._by_heading:
-            shift = self._correlator.update(view)
         if self._heading is not None:
             yaw = self._heading.measure(frame, max(interval, 1e-9))
+        if not self._by_heading:
+            shift = self._correlator.update(view)
         self._quality.update(view)
         return _Pair(shift, yaw)
 
@@ -220,75 +269,102 @@ class TrajectoryEstimator:
         self._turns.clear()
         if self._heading is not None:
             self._heading.restart()
-        self._path.reset()
+        self._chain_path.reset()
+        self._heading_path.reset()
+        if self._odometer is not None:
+            self._odometer.reset()
         self._frames = 0
         self._last_stamp_ns = None
 
     def _pair(self, pair: '_Pair', stamp_ns: int, interval_ns: int) -> Update:
         interval = interval_ns * 1e-9
-        heading = None
-        if self._heading is not None:
-            heading = self._heading.add(
-                None if self._is_gap(interval) else pair.yaw, stamp_ns, interval)
-            self._turns.extend(heading.turns)
+        status, judged = self._judge(pair, interval)
+        heading = self._follow(pair, status, stamp_ns, interval)
         if self._by_heading and heading is not None:
             shift = heading.shift
+            if status is PairStatus.OK and not heading.measured:
+                status = PairStatus.NO_MEASUREMENT
         else:
             shift = None if pair.shift is None else self._settings.view.full_shift(pair.shift)
-        status, judged = self._judge(pair, heading, interval)
+        self.counters.count(status)
         step = self._step(status, judged, heading, interval)
         if status is PairStatus.OK and not step.appended:
             status = PairStatus.TURNING
-        if step.appended:
-            self._path.append(step.direction, stamp_ns)
+        odometry = self._advance(status, step, heading, stamp_ns, interval_ns)
         tip = self._path.tip
         assert tip is not None
         return Update(
             self._frames - 2, stamp_ns, interval_ns, None if status is PairStatus.GAP else shift,
             step, status, tip, None if heading is None else heading.step,
-            () if heading is None else heading.turns)
+            () if heading is None else heading.turns, odometry)
 
-    def _is_gap(self, interval: float) -> bool:
-        return 0 < self._settings.max_gap < interval
-
-    def _judge(
-        self, pair: '_Pair', heading: HeadingUpdate | None, interval: float,
-    ) -> tuple[PairStatus, Shift | None]:
+    def _judge(self, pair: '_Pair', interval: float) -> tuple[PairStatus, Shift | None]:
         """Return what there is to say of a pair before it is coded, and the shift to code."""
-        if self._is_gap(interval):
-            self.counters.gaps += 1
+        if 0 < self._settings.max_gap < interval:
             self._quality.reset()
             return PairStatus.GAP, None
-        if (pair.yaw if self._by_heading else pair.shift) is None:
-            self.counters.reprimed += 1
-            return PairStatus.REPRIMED, None
         measured = pair.shift
         if self._by_heading:
-            measured = heading.shift if heading is not None and heading.measured else None
-        verdict, judged = Verdict.NO_MEASUREMENT, measured
-        if measured is not None:
-            verdict, judged = self._quality.judge(measured, self._correlator)
+            measured = None if pair.yaw is None else pair.yaw.shift
+        if measured is None:
+            return PairStatus.REPRIMED, None
+        verdict, judged = self._quality.judge(measured, self._correlator)
         if verdict is Verdict.NO_MEASUREMENT:
-            self.counters.unmeasured += 1
             return PairStatus.NO_MEASUREMENT, None
-        if verdict is Verdict.STILL:
-            self.counters.still += 1
-            return PairStatus.STILL, None
-        return PairStatus.OK, judged
+        return PairStatus.STILL if verdict is Verdict.STILL else PairStatus.OK, judged
+
+    def _follow(
+        self, pair: '_Pair', status: PairStatus, stamp_ns: int, interval: float,
+    ) -> HeadingUpdate | None:
+        """Add the pair's yaw to the heading, where that is measured."""
+        if self._heading is None:
+            return None
+        measured = None if status is PairStatus.GAP else pair.yaw
+        if status is PairStatus.STILL and measured is not None:
+            # Whatever passes by: who stands does not turn.
+            measured = replace(measured, yaw=0.0)
+        update = self._heading.add(measured, stamp_ns, interval)
+        self._turns.extend(update.turns)
+        return update
 
     def _step(
         self, status: PairStatus, judged: Shift | None, heading: HeadingUpdate | None,
         interval: float,
     ) -> Step:
-        if judged is None:
+        if status is not PairStatus.OK or judged is None:
             return self.codes.skip(end_turn=status in (PairStatus.GAP, PairStatus.REPRIMED))
         if self._by_heading and heading is not None:
             return self._heading_codes.update(heading.step.heading, heading.step.rate)
         dx = self._settings.view.full_shift(judged).dx
-        if self._settings.nominal_period > 0:
+        if self._settings.threshold_deg_s > 0 and self._heading is not None:
+            self._codes.threshold = threshold_px(
+                self._settings.threshold_deg_s, self._heading.focal_px, interval)
+        elif self._settings.nominal_period > 0:
             # After a dropped frame the shift is that of two periods.
             dx *= self._settings.nominal_period / interval
         return self._codes.update(dx)
+
+    def _advance(
+        self, status: PairStatus, step: Step, heading: HeadingUpdate | None, stamp_ns: int,
+        interval_ns: int,
+    ) -> Odometry | None:
+        """Draw the pair's step; return where that has led to in metres, if that is known."""
+        if step.appended:
+            self._chain_path.append(step.direction, stamp_ns)
+        if heading is None:
+            return None
+        if self._odometer is None:
+            if status in (PairStatus.OK, PairStatus.TURNING):
+                self._heading_path.append(heading.step.heading, heading.step.yaw, 1.0, stamp_ns)
+            return None
+        if self._settings.awaits_speeds:
+            distance = self._speeds.distance(stamp_ns - interval_ns, stamp_ns)
+        else:
+            stands = status is PairStatus.STILL
+            distance = 0.0 if stands else self._settings.speed * interval_ns * 1e-9
+        if distance is None:
+            return None
+        return self._odometer.update(heading.step, distance, stamp_ns, interval_ns * 1e-9)
 
 
 @dataclass(frozen=True, slots=True)

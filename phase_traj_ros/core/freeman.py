@@ -13,6 +13,7 @@ geometric configurations", 1961, with the start heading up, 2 (in brackets, the 
 
 from enum import IntEnum
 from types import MappingProxyType
+from typing import TypeAlias
 
 from phase_traj_ros.core.codes import Direction
 
@@ -28,6 +29,10 @@ class Freeman(IntEnum):
     BACKWARD_LEFT = 5
     BACKWARD = 6
     BACKWARD_RIGHT = 7
+
+
+AnyDirection: TypeAlias = Direction | Freeman
+"""A direction code, one of the paper's four or one of Freeman's eight."""
 
 
 _OF_FOUR = MappingProxyType({

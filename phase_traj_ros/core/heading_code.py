@@ -9,11 +9,12 @@ all. The same two series of codes as the paper's (see ``chain_code``), from a be
 """
 
 import math
+from typing import Any
 
 from phase_traj_ros.core.chain_code import Step
 from phase_traj_ros.core.code_series import CodeSeries
 from phase_traj_ros.core.codes import Direction, Movement
-from phase_traj_ros.core.freeman import Freeman, to_four
+from phase_traj_ros.core.freeman import AnyDirection, Freeman, to_four
 
 CONNECTIVITIES = (4, 8)
 # How far, in sectors, the heading has to be past the border of two sectors to leave the one it is
@@ -42,7 +43,8 @@ class HeadingCode:
         Parameters
         ----------
         connectivity
-            4 for sectors of 90 degrees, 8 for Freeman's sectors of 45 degrees.
+            4 for sectors of 90 degrees and the paper's codes, 8 for sectors of 45 degrees and
+            Freeman's.
         max_runs
             Runs that each series keeps; None keeps all.
 
@@ -58,9 +60,8 @@ class HeadingCode:
         self._sector = 2.0 * math.pi / connectivity
         self._border = self._sector * (0.5 + _HYSTERESIS)
         self._movement: CodeSeries[Movement] = CodeSeries(max_runs=max_runs)
-        self._direction: CodeSeries[Direction] = CodeSeries(max_runs=max_runs)
-        self._freeman: CodeSeries[Freeman] = CodeSeries(  # type: ignore[type-var, assignment]
-            max_runs=max_runs)
+        # Of the four directions, or of the eight.
+        self._direction: CodeSeries[Any] = CodeSeries(max_runs=max_runs)
         self.reset()
 
     @property
@@ -74,17 +75,17 @@ class HeadingCode:
         return self._movement
 
     @property
-    def direction(self) -> CodeSeries[Direction]:
+    def direction(self) -> CodeSeries[Direction] | CodeSeries[Freeman]:
         """Return the direction codes so far, one per pair that is not ``NO_CHANGE``."""
         return self._direction
 
     @property
-    def freeman(self) -> CodeSeries[Freeman]:  # type: ignore[type-var]
-        """Return Freeman's codes so far, one for each direction code."""
-        return self._freeman
+    def directions(self) -> type[Direction] | type[Freeman]:
+        """Return which directions there are: the paper's four, or Freeman's eight."""
+        return Freeman if self._connectivity == 8 else Direction
 
     @property
-    def heading(self) -> Direction:
+    def heading(self) -> AnyDirection:
         """Return the current direction."""
         return self._heading
 
@@ -97,9 +98,8 @@ class HeadingCode:
         """Start anew: no codes, direction ``FORWARD``, the next pair is the first."""
         self._movement.clear()
         self._direction.clear()
-        self._freeman.clear()
         self._sectors = 0
-        self._heading = Direction.FORWARD
+        self._heading: AnyDirection = self.directions.FORWARD
         self._turn: Movement | None = None
         self._started = False
 
@@ -154,10 +154,9 @@ class HeadingCode:
 
     def _append(self, movement: Movement) -> Step:
         code = Freeman((Freeman.FORWARD + self._sectors * (8 // self._connectivity)) % 8)
-        self._heading = to_four(code, self._heading)
+        self._heading = code if self._connectivity == 8 else to_four(code)
         step = Step(movement, self._heading)
         self._movement.append(movement)
         if step.appended:
             self._direction.append(self._heading)
-            self._freeman.append(code)
         return step

@@ -7,22 +7,26 @@ import math
 
 import numpy as np
 from numpy.typing import NDArray
+from phase_traj_ros.core.camera import CameraModel
 from phase_traj_ros.core.heading import HeadingStep, HeadingTracker
 from phase_traj_ros.core.phase_correlation import Frame, Shift
 from phase_traj_ros.core.projection import CylinderProjection, focal_from_hfov
 from phase_traj_ros.core.turns import Turn, TurnDetector
 from phase_traj_ros.core.yaw_meter import YawMeasurement, YawMeter
+from phase_traj_ros.errors import FrameError
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Lens:
     """
-    What is known of the camera: one of the two is enough.
+    What is known of the camera: one of the three is enough.
+
+    Numbers that are given count before a calibration, as whoever gives them knows why.
 
     Raises
     ------
     ValueError
-        Neither is given, or one is out of its range.
+        None is given, or one is out of its range.
 
     """
 
@@ -30,6 +34,8 @@ class Lens:
     """Focal length in pixels of the full frame; 0 if not known."""
     hfov_deg: float = 0.0
     """Horizontal field of view in degrees, from edge to edge; counts where the above is 0."""
+    camera: CameraModel | None = None
+    """The calibration, for frames of one size; counts where both of the above are 0."""
 
     def __post_init__(self) -> None:
         """Check the values."""
@@ -37,12 +43,36 @@ class Lens:
             raise ValueError(f'focal_px is {self.focal_px}: give a finite number of pixels, or 0')
         if not 0.0 <= self.hfov_deg < 180.0:
             raise ValueError(f'hfov_deg is {self.hfov_deg}: give degrees from 0 to below 180')
-        if self.focal_px == 0.0 and self.hfov_deg == 0.0:
-            raise ValueError('neither focal_px nor hfov_deg is known: give one of them')
+        if self.focal_px == 0.0 and self.hfov_deg == 0.0 and self.camera is None:
+            raise ValueError(
+                'neither focal_px nor hfov_deg nor a calibration of the camera is known: give one'
+                ' of them')
 
     def focal_for(self, width: int) -> float:
-        """Return the focal length in pixels for frames ``width`` pixels wide."""
+        """Return the (horizontal) focal length in pixels for frames ``width`` pixels wide."""
+        if self.focal_px == 0.0 and self.hfov_deg == 0.0:
+            assert self.camera is not None
+            return self.camera.fx
         return self.focal_px or focal_from_hfov(self.hfov_deg, width)
+
+    def camera_for(self, shape: tuple[int, int]) -> CameraModel:
+        """
+        Return the model of the camera for frames of this shape, (H, W).
+
+        Raises
+        ------
+        FrameError
+            The calibration counts, and is for pictures of another size.
+
+        """
+        if self.focal_px != 0.0 or self.hfov_deg != 0.0 or self.camera is None:
+            return CameraModel.pinhole(shape, self.focal_for(shape[1]))
+        if shape != self.camera.shape:
+            raise FrameError(
+                f'frames of {shape[1]}x{shape[0]} pixels, but the calibration of the camera is for'
+                f' {self.camera.width}x{self.camera.height}: publish the camera_info that belongs'
+                ' to the images, or give focal_px')
+        return self.camera
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,7 +100,7 @@ class HeadingEstimator:
         Parameters
         ----------
         lens
-            Focal length or field of view of the camera.
+            Focal length, field of view or calibration of the camera.
         rotate_180
             Whether it is mounted upside down.
         mask
@@ -82,6 +112,7 @@ class HeadingEstimator:
         self._mask = mask
         self._meter: YawMeter | None = None
         self._shape: tuple[int, ...] = ()
+        self._focal = (0.0, 0.0)
         self._tracker = HeadingTracker()
         self._turns = TurnDetector()
 
@@ -89,6 +120,26 @@ class HeadingEstimator:
     def tracker(self) -> HeadingTracker:
         """Return what adds up the yaw."""
         return self._tracker
+
+    @property
+    def lens(self) -> Lens:
+        """Return what is known of the camera."""
+        return self._lens
+
+    @property
+    def focal_px(self) -> float:
+        """Return the (horizontal) focal length in pixels of the frames; 0 before the first."""
+        return self._focal[0]
+
+    def use_lens(self, lens: Lens) -> None:
+        """
+        Go on with another lens (nothing happens if it is the same).
+
+        The heading is kept, and the next frame has none to be compared with.
+        """
+        if lens != self._lens:
+            self._lens = lens
+            self._meter = None
 
     def restart(self) -> None:
         """Start anew at heading 0; the newest frame is the first."""
@@ -115,8 +166,7 @@ class HeadingEstimator:
 
         """
         if self._meter is None or frame.shape != self._shape:
-            self._make_meter(frame)
-        assert self._meter is not None
+            self._meter = self._make_meter(frame)
         return self._meter.update(frame, interval)
 
     def start(self, stamp_ns: int) -> None:
@@ -132,17 +182,20 @@ class HeadingEstimator:
         shift = None if measurement is None else self._in_full_pixels(measurement.shift)
         return HeadingUpdate(step, shift, not step.bridged, turns)
 
-    def _make_meter(self, frame: Frame) -> None:
-        if frame.ndim == 2 and min(frame.shape) > 0:
-            self._focal_px = self._lens.focal_for(frame.shape[1])
-            projection = CylinderProjection(
-                (frame.shape[0], frame.shape[1]), self._focal_px, rotate_180=self._rotate_180)
-            self._px_per_rad = projection.px_per_rad
-            mask = None if self._mask is None else np.divide(self._mask, 255, dtype=np.float32)
-            self._meter = YawMeter(projection, mask=mask)
-            self._shape = frame.shape
+    def _make_meter(self, frame: Frame) -> YawMeter:
+        if frame.ndim != 2 or min(frame.shape) < 1:
+            raise FrameError(f'frame has shape {frame.shape}: give grey frames (H, W)')
+        camera = self._lens.camera_for((frame.shape[0], frame.shape[1]))
+        projection = CylinderProjection(camera, rotate_180=self._rotate_180)
+        mask = None if self._mask is None else np.divide(self._mask, 255, dtype=np.float32)
+        meter = YawMeter(projection, mask=mask)
+        self._focal = (camera.fx, camera.fy)
+        self._px_per_rad = projection.px_per_rad
+        self._shape = frame.shape
+        return meter
 
     def _in_full_pixels(self, shift: Shift) -> Shift:
-        scale = self._focal_px / self._px_per_rad
         yaw = min(max(shift.dx / self._px_per_rad, -1.5), 1.5)
-        return Shift(self._focal_px * math.tan(yaw), shift.dy * scale, shift.response)
+        return Shift(
+            self._focal[0] * math.tan(yaw), shift.dy * (self._focal[1] / self._px_per_rad),
+            shift.response)

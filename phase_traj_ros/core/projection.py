@@ -15,6 +15,7 @@ import math
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from phase_traj_ros.core.camera import CameraModel, Distortion, Sight
 from phase_traj_ros.core.phase_correlation import Frame
 from phase_traj_ros.errors import FrameError
 
@@ -27,6 +28,10 @@ _ASIDE_DEG = 60.0
 _ENOUGH_PX_PER_RAD = 256.0
 _ENOUGH_COLUMNS = 360
 _LEAST_SIDE = 8
+# Directions (slopes, azimuths) in which a picture that is distorted is looked for, and those along
+# each of the two lines on which its edges are: 0.03 degrees are less than a tenth of a pixel.
+_SEARCHED = (65, 241)
+_ALONG = 4001
 
 
 def focal_from_hfov(hfov_deg: float, width: int) -> float:
@@ -97,22 +102,22 @@ class Band:
 
 class CylinderProjection:
     """
-    Reprojects frames of a pinhole camera to a cylinder about the camera's vertical axis.
+    Reprojects the frames of a camera to a cylinder about the camera's vertical axis.
 
     There, yaw is one and the same horizontal shift over the whole width, while in the picture of
     a pinhole camera a yaw of a moves content at the azimuth t by f a / cos(t)**2. A point of the
-    cylinder has an azimuth t and a slope y, the tangent of its angle below the horizontal plane;
-    it is seen in the picture at
+    cylinder has an azimuth t and a slope y, the tangent of its angle below the horizontal plane.
+    A camera without distortion sees it at
 
-        x = cx + f tan(t),    y' = cy + f y / cos(t).
+        x = cx + fx tan(t),    y' = cy + fy y / cos(t).
 
-    The way from one to the other is computed once, and a frame costs one ``cv2.remap`` (after a
-    reduction by a whole number, if the camera has far more pixels than are of use).
+    The way from one to the other, distortion included, is computed once, and a frame costs one
+    ``cv2.remap`` (after a reduction by whole numbers, if the camera has far more pixels than are
+    of use).
     """
 
     def __init__(
-        self, shape: tuple[int, int], focal_px: float, *, cx: float | None = None,
-        cy: float | None = None, band: Band | None = None, rotate_180: bool = False,
+        self, camera: CameraModel, *, band: Band | None = None, rotate_180: bool = False,
         px_per_rad: float | None = None,
     ) -> None:
         """
@@ -120,63 +125,47 @@ class CylinderProjection:
 
         Parameters
         ----------
-        shape
-            Of the frames, (H, W).
-        focal_px
-            Focal length in pixels.
-        cx, cy
-            Principal point in pixels of the frame; the middle of the frame if not given.
+        camera
+            What is known of the camera; the frames have the size it is for.
         band
             Which part of the view is used.
         rotate_180
-            Whether the camera is mounted upside down: the cylinder is upright all the same.
+            Whether the camera is mounted upside down: the cylinder is upright all the same. The
+            model is that of the frames as they come.
         px_per_rad
             Resolution of the cylinder; if not given, as much as is of use. It is never finer than
-            the frame's own, ``focal_px``.
+            that of the frame in its middle, ``camera.fx``.
 
         Raises
         ------
-        ValueError
-            The focal length is not a finite number above 0.
         FrameError
-            Frames of this size show hardly anything of the band with this focal length and
-            principal point.
+            The camera shows hardly anything of the band.
 
         """
-        if not (math.isfinite(focal_px) and focal_px > 0):
-            raise ValueError(f'focal_px is {focal_px}: give a finite number of pixels above 0')
-        height, width = self._frame_shape = shape
-        cx = (width - 1) / 2 if cx is None else cx
-        cy = (height - 1) / 2 if cy is None else cy
-        if rotate_180:
-            cx, cy = width - 1 - cx, height - 1 - cy
-        band = Band() if band is None else band
-        aside = math.radians(band.aside)
-        left = max(math.atan(-(cx + 0.5) / focal_px), -aside)
-        right = min(math.atan((width - 0.5 - cx) / focal_px), aside)
-        above = min((cy + 0.5) / focal_px, math.tan(math.radians(band.above)))
-        below = min((height - 0.5 - cy) / focal_px, math.tan(math.radians(band.below)))
+        height, width = self._frame_shape = camera.shape
+        upright = camera.turned_180() if rotate_180 else camera
+        left, right, above, below = _extent(upright, Band() if band is None else band)
         if px_per_rad is None:
             px_per_rad = max(_ENOUGH_PX_PER_RAD, _ENOUGH_COLUMNS / max(right - left, 1e-9))
-        self._px_per_rad = min(px_per_rad, focal_px)
-        self._reduction = max(int(focal_px / self._px_per_rad + 1e-9), 1)
+        self._px_per_rad = min(px_per_rad, camera.fx)
+        self._reduction = (self._whole(camera.fx), self._whole(camera.fx))
         self._used = (
-            slice(height // self._reduction * self._reduction),
-            slice(width // self._reduction * self._reduction))
+            slice(height // self._reduction[0] * self._reduction[0]),
+            slice(width // self._reduction[1] * self._reduction[1]))
         self._azimuths = self._samples(left, right)
         self._slopes = self._samples(-above, below)
         if min(self.shape) < _LEAST_SIDE:
             raise FrameError(
-                f'with a focal length of {focal_px:.6g} pixels, frames of {width}x{height} pixels'
+                f'with a focal length of {camera.fx:.6g} pixels, frames of {width}x{height} pixels'
                 ' show too little to measure yaw: give the right focal_px or hfov_deg')
-        columns = cx + focal_px * np.tan(self._azimuths)
-        rows = cy + focal_px * np.outer(self._slopes, 1 / np.cos(self._azimuths))
-        self._inside: NDArray[np.bool_] = (rows >= -0.5) & (rows <= height - 0.5)
-        columns = np.broadcast_to(columns, rows.shape)
+        sight = _look(upright, self._azimuths, self._slopes)
+        self._inside = sight.seen
+        columns, rows = sight.columns, sight.rows
         if rotate_180:
             columns, rows = width - 1 - columns, height - 1 - rows
         self._maps = cv2.convertMaps(
-            self._reduced(columns), self._reduced(rows), cv2.CV_16SC2)
+            _reduced(columns, self._reduction[1]), _reduced(rows, self._reduction[0]),
+            cv2.CV_16SC2)
 
     def __call__(self, frame: Frame) -> Frame:
         """
@@ -192,9 +181,10 @@ class CylinderProjection:
             raise FrameError(
                 f'frame has shape {frame.shape}: give grey frames of shape {self._frame_shape}')
         source = frame
-        if self._reduction > 1:
+        if max(self._reduction) > 1:
             source = frame[self._used]
-            height, width = (side // self._reduction for side in source.shape)
+            height, width = (
+                side // times for side, times in zip(source.shape, self._reduction))
             source = cv2.resize(  # type: ignore[assignment]
                 source, (width, height), interpolation=cv2.INTER_AREA)
         return cv2.remap(  # type: ignore[return-value]
@@ -225,7 +215,8 @@ class CylinderProjection:
         """
         Return which pixels of the cylinder the frame shows, of size ``shape``.
 
-        Towards the sides the picture of a plane ends earlier; there its edge is repeated.
+        Towards the sides the picture of a plane ends earlier; there its edge is repeated. So it
+        is where the model of a distorted one ends.
         """
         return self._inside
 
@@ -239,6 +230,60 @@ class CylinderProjection:
         middle = (low + high) / 2
         return np.linspace(middle - most, middle + most, count)
 
-    def _reduced(self, position: NDArray[np.float64]) -> NDArray[np.float32]:
-        """Take pixels of the frame to pixels of the reduced one."""
-        return ((position + 0.5) / self._reduction - 0.5).astype(np.float32)
+    def _whole(self, focal_px: float) -> int:
+        """Return how many pixels of the frame can be averaged into one."""
+        return max(int(focal_px / self._px_per_rad + 1e-9), 1)
+
+
+def _look(
+    camera: CameraModel, azimuths: NDArray[np.float64], slopes: NDArray[np.float64],
+) -> Sight:
+    """Return where the camera sees each slope (rows) at each azimuth (columns)."""
+    return camera.project(
+        np.tan(azimuths), np.outer(slopes, 1 / np.cos(azimuths)), np.ones((1, 1)))
+
+
+def _extent(camera: CameraModel, band: Band) -> tuple[float, float, float, float]:
+    """
+    Return what the camera sees of the band: azimuths left and right, slopes above and below.
+
+    They are those of the picture's edges straight to the left, right, above and below of the
+    optical axis, as what is higher and lower at the sides depends on the lens.
+    """
+    aside = math.radians(band.aside)
+    highest, lowest = math.tan(math.radians(band.above)), math.tan(math.radians(band.below))
+    if camera.distortion is Distortion.NONE:
+        return (
+            max(math.atan(-(camera.cx + 0.5) / camera.fx), -aside),
+            min(math.atan((camera.width - 0.5 - camera.cx) / camera.fx), aside),
+            min((camera.cy + 0.5) / camera.fy, highest),
+            min((camera.height - 0.5 - camera.cy) / camera.fy, lowest))
+    # Part of a sensor need not contain the optical axis: then, of what is nearest to it.
+    slopes = np.linspace(-highest, lowest, _SEARCHED[0])
+    azimuths = np.linspace(-aside, aside, _SEARCHED[1])
+    distance = np.hypot(slopes[:, None], azimuths)
+    distance[~_look(camera, azimuths, slopes).seen] = math.inf
+    row, column = np.unravel_index(distance.argmin(), distance.shape)
+    if math.isinf(distance[row, column]):
+        return 0.0, 0.0, 0.0, 0.0
+    middle, azimuths = azimuths[[column]], np.linspace(-aside, aside, _ALONG)
+    level, slopes = slopes[[row]], np.linspace(-highest, lowest, _ALONG)
+    left, right = _run(azimuths, _look(camera, azimuths, level).seen[0], middle)
+    above, below = _run(slopes, _look(camera, middle, slopes).seen[:, 0], level)
+    return left, right, -above, below
+
+
+def _run(
+    values: NDArray[np.float64], seen: NDArray[np.bool_], start: NDArray[np.float64],
+) -> tuple[float, float]:
+    """Return the first and last of the values around ``start`` that are all seen."""
+    nearest = int(np.abs(values - start).argmin())
+    before, after = np.flatnonzero(~seen[:nearest]), np.flatnonzero(~seen[nearest:])
+    first = before[-1] + 1 if before.size else 0
+    last = nearest + after[0] - 1 if after.size else len(values) - 1
+    return float(values[first]), float(values[last])
+
+
+def _reduced(position: NDArray[np.float64], times: int) -> NDArray[np.float32]:
+    """Take pixels of the frame to pixels of the reduced one."""
+    return ((position + 0.5) / times - 0.5).astype(np.float32)

@@ -7,10 +7,20 @@ from enum import Enum
 import math
 
 from phase_traj_ros.core.chain_code import PAPER_THRESHOLD
+from phase_traj_ros.core.heading_code import CONNECTIVITIES
 from phase_traj_ros.core.heading_estimator import Lens
 from phase_traj_ros.core.quality import GateSettings, StillnessSettings
 from phase_traj_ros.core.view import View
 from phase_traj_ros.core.windows import Window
+
+
+class PathSource(Enum):
+    """What the path is drawn from."""
+
+    CODES = 'codes'
+    """A unit step along the direction for each direction code, as the paper has it."""
+    HEADING = 'heading'
+    """A step along the measured heading for each measured pair."""
 
 
 class CodeSource(Enum):
@@ -19,7 +29,7 @@ class CodeSource(Enum):
     SHIFT = 'shift'
     """The shift against the threshold, as the paper has it."""
     HEADING = 'heading'
-    """The heading, quantised to right angles."""
+    """The heading, quantised."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -28,6 +38,8 @@ class EstimatorSettings:
 
     threshold: float = PAPER_THRESHOLD
     """T in pixels per frame."""
+    threshold_deg_s: float = 0.0
+    """T as a yaw rate in degrees per second, in the place of the above; 0: none. Takes a lens."""
     window: Window = Window.SQRT_HANN
     """Taper of the frames."""
     view: View = field(default_factory=View)
@@ -42,8 +54,18 @@ class EstimatorSettings:
     """Pairs in a row that end a turn; 1 is the paper's."""
     lens: Lens | None = None
     """What is known of the camera; with it, heading and turns are measured."""
+    awaits_lens: bool = False
+    """Whether that is still to come (``TrajectoryEstimator.use_lens``): no frame counts before."""
     code_source: CodeSource = CodeSource.SHIFT
     """What the codes are made from; the heading takes a lens."""
+    connectivity: int = 4
+    """Directions that the heading is quantised to: 4, or 8 for Freeman's codes."""
+    path_from: PathSource = PathSource.CODES
+    """What the path is drawn from; the heading takes a lens."""
+    speed: float = 0.0
+    """Of the vehicle, in metres per second, where it is constant; 0: not known. Takes a lens."""
+    awaits_speeds: bool = False
+    """Whether speeds come as it drives (``TrajectoryEstimator.add_speed``). Takes a lens."""
     gate: GateSettings | None = None
     """When a pair counts as measured; None: always (the paper)."""
     stillness: StillnessSettings | None = None
@@ -55,8 +77,33 @@ class EstimatorSettings:
 
     def __post_init__(self) -> None:
         """Check what no part of the estimator checks by itself."""
-        for name, value in (('max_gap', self.max_gap), ('nominal_period', self.nominal_period)):
+        for name in ('max_gap', 'nominal_period', 'threshold_deg_s', 'speed'):
+            value = getattr(self, name)
             if not (math.isfinite(value) and value >= 0):
-                raise ValueError(f'{name} is {value}: give a finite number of seconds, or 0')
-        if self.code_source is CodeSource.HEADING and self.lens is None:
-            raise ValueError('codes from the heading need focal_px or hfov_deg: give one of them')
+                raise ValueError(f'{name} is {value}: give a finite number of 0 or more')
+        if self.connectivity not in CONNECTIVITIES:
+            raise ValueError(f'connectivity is {self.connectivity}: give 4 or 8')
+        if self.connectivity == 8 and self.code_source is not CodeSource.HEADING:
+            raise ValueError('the shift tells right angles only: a connectivity of 8 needs the'
+                             ' code source heading')
+        if self.speed > 0 and self.awaits_speeds:
+            raise ValueError('the speed is either constant or comes as it drives: give one')
+        if not self.measures_heading:
+            for needy, what in (
+                    (self.code_source is CodeSource.HEADING, 'codes from the heading'),
+                    (self.path_from is PathSource.HEADING, 'a path from the heading'),
+                    (self.threshold_deg_s > 0, 'a threshold in degrees per second'),
+                    (self.metric, 'odometry from a speed')):
+                if needy:
+                    raise ValueError(
+                        f'{what} needs the focal length or the field of view: give a lens')
+
+    @property
+    def measures_heading(self) -> bool:
+        """Return whether heading and turns are measured."""
+        return self.lens is not None or self.awaits_lens
+
+    @property
+    def metric(self) -> bool:
+        """Return whether there is a speed, and so odometry in metres."""
+        return self.speed > 0 or self.awaits_speeds

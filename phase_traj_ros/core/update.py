@@ -7,6 +7,7 @@ from enum import Enum
 
 from phase_traj_ros.core.chain_code import Step
 from phase_traj_ros.core.heading import HeadingStep
+from phase_traj_ros.core.odometry import Odometry
 from phase_traj_ros.core.phase_correlation import Shift
 from phase_traj_ros.core.trajectory import Corner
 from phase_traj_ros.core.turns import Turn
@@ -49,6 +50,8 @@ class Update:
     """Yaw, yaw rate and heading, where a lens is given."""
     turns: tuple[Turn, ...] = ()
     """Turns that are now known to have ended, where a lens is given."""
+    odometry: Odometry | None = None
+    """Pose and motion in metres, where the speed is known, too."""
 
 
 @dataclass(slots=True)
@@ -69,6 +72,17 @@ class Counters:
     """Pairs in which the vehicle stood."""
     time_resets: int = 0
     """Resets because a stamp lay before the one before it."""
+
+    def count(self, status: PairStatus) -> None:
+        """Count a pair by its status, before it is coded."""
+        if status is PairStatus.GAP:
+            self.gaps += 1
+        elif status is PairStatus.REPRIMED:
+            self.reprimed += 1
+        elif status is PairStatus.NO_MEASUREMENT:
+            self.unmeasured += 1
+        elif status is PairStatus.STILL:
+            self.still += 1
 
     def copy(self) -> 'Counters':
         """Return the counts as they are now."""

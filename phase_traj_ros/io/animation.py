@@ -136,7 +136,7 @@ class _Canvas:
         shift = 'not measured' if update.shift is None else f'{update.shift.dx:+.0f} px'
         for row, (name, text) in enumerate((
                 ('movement', f'{int(movement)} {movement.name.lower().replace("_", " ")}'),
-                ('direction', f'{int(direction)} {direction.name.lower()}'),
+                ('direction', f'{int(direction)} {direction.name.lower().replace("_", " ")}'),
                 ('shift', shift))):
             for column, word in ((8, name), (90, text)):
                 place = (column, 18 + 17 * row)

@@ -23,7 +23,6 @@ from phase_traj_ros.io.messages import (
     Messages,
     pair_topics,
     PATH,
-    path_points,
     Topic,
 )
 from phase_traj_ros.io.pacing import Pace
@@ -228,10 +227,10 @@ class _Bag:
         self._text.sent(stamp_ns)
 
     def _write_path(self, stamp_ns: int) -> None:
-        points = path_points(self._estimator.path, self._parameters.max_path_poses)
+        points = self._estimator.path.points(self._parameters.max_path_poses)
         header = self._messages.header(stamp_ns, self._parameters.frame_id)
         self._file.write(topic_name(PATH), stamp_ns, self._messages.path(
-            points, self._parameters.step_length, header))
+            points, self._parameters.path_scale, header))
         self._path.sent(stamp_ns)
 
     def _write_diagnostics(self, stamp_ns: int) -> None:

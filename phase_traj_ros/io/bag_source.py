@@ -3,8 +3,8 @@
 """
 Frames from bags of ROS 2 and ROS 1, without ROS.
 
-Only image messages are ever deserialised, with the definitions that ROS itself has had for them
-since they exist. So a bag opens whatever else is in it.
+Only images, the calibration of their camera and speeds are ever deserialised, with the definitions
+that ROS itself has had for them since they exist. So a bag opens whatever else is in it.
 """
 
 from collections.abc import Callable, Generator, Iterator
@@ -16,11 +16,19 @@ from itertools import chain, islice
 from pathlib import Path
 from typing import cast, Protocol, TYPE_CHECKING
 
-from phase_traj_ros.errors import FrameError, MissingDependencyError, PhaseTrajError, SourceError
+from phase_traj_ros.core.camera import CameraModel
+from phase_traj_ros.errors import (
+    CalibrationError,
+    FrameError,
+    MissingDependencyError,
+    PhaseTrajError,
+    SourceError,
+)
+from phase_traj_ros.io.camera_info import camera_from_info, camera_info_topic, CAMERA_INFO_TYPE
 from phase_traj_ros.io.decoding import GreyImage
 from phase_traj_ros.io.image_msgs import encoding_of, msg_to_frame
 from phase_traj_ros.io.selection import EVERYTHING, Selection
-from phase_traj_ros.io.source import Candidate, FrameSource
+from phase_traj_ros.io.source import Candidate, FrameSource, Speed
 from phase_traj_ros.io.stamps import StampRule, Time, to_nanoseconds
 
 if TYPE_CHECKING:
@@ -28,6 +36,7 @@ if TYPE_CHECKING:
     from rosbags.rosbag1 import Reader as Reader1
     from rosbags.rosbag2 import Reader as Reader2
 
+SPEED_TYPE = 'geometry_msgs/msg/TwistStamped'
 IMAGE_TYPES = ('sensor_msgs/msg/Image', 'sensor_msgs/msg/CompressedImage')
 
 _MAX_LISTED_TOPICS = 20
@@ -79,6 +88,30 @@ class _Stamped(Protocol):
         """Stamp and frame."""
 
 
+class _Linear(Protocol):
+    """The field of geometry_msgs/Vector3 that is used."""
+
+    @property
+    def x(self) -> float:
+        """Forward."""
+
+
+class _Twist(Protocol):
+    """The field of geometry_msgs/Twist that is used."""
+
+    @property
+    def linear(self) -> _Linear:
+        """Velocity."""
+
+
+class _TwistStamped(_Stamped, Protocol):
+    """A stamped velocity."""
+
+    @property
+    def twist(self) -> _Twist:
+        """Velocity and rates."""
+
+
 class BagSource(FrameSource):
     """
     The images of one topic of a ROS 2 bag (a directory, a .mcap or .db3 file) or a ROS 1 .bag.
@@ -116,6 +149,59 @@ class BagSource(FrameSource):
     def topic(self) -> str:
         """Name of the image topic that is read."""
         return self._topic.name
+
+    def camera(self, *, rectified: bool) -> CameraModel | None:
+        """
+        Return the model that the first CameraInfo beside the image topic gives of the camera.
+
+        None if there is no such message. Raises SourceError if it cannot be read, and
+        CalibrationError if it cannot be used.
+        """
+        topic = camera_info_topic(self._topic.name)
+        message = self._first(topic, CAMERA_INFO_TYPE)
+        try:
+            return None if message is None else camera_from_info(message, rectified=rectified)
+        except CalibrationError as error:
+            raise CalibrationError(f'{self._path}, topic {topic}: {error}') from error
+
+    def speeds(self, topic: str) -> Iterator[Speed]:
+        """
+        Yield the speeds on a topic of geometry_msgs/TwistStamped, by the stamps of their headers.
+
+        Where a header has none, the time of reception stands in. Raises SourceError.
+        """
+        name = topic if topic.startswith('/') else f'/{topic}'
+        where = f', topic {name}'
+        with self._errors_explained(where), self._reader() as reader:
+            connections = [
+                each for each in reader.connections
+                if each.topic == name and each.msgtype == SPEED_TYPE]
+            if not connections:
+                others = [each for each in _topics_of(reader.connections)
+                          if each.msgtype == SPEED_TYPE]
+                raise SourceError(
+                    f'{self._path} has no {SPEED_TYPE} on {name}; on other topics it has'
+                    f' {_listed(others, none="none")}: choose one with --speed-topic, or give the'
+                    ' parameter speed')
+            with closing(reader.messages(connections=connections)) as messages:
+                for connection, receive_ns, data in messages:
+                    message = cast('_TwistStamped', self._deserialise(data, connection.msgtype))
+                    stamp_ns = to_nanoseconds(message.header.stamp) or receive_ns
+                    yield Speed(stamp_ns, float(message.twist.linear.x))
+
+    def _first(self, topic: str, msgtype: str) -> object | None:
+        """Return the first message of a topic, deserialised; None if there is none."""
+        with self._errors_explained(f', topic {topic}, message 0'), self._reader() as reader:
+            connections = [
+                each for each in reader.connections
+                if each.topic == topic and each.msgtype == msgtype]
+            # Without any, rosbags would give the messages of all topics.
+            if not connections:
+                return None
+            with closing(reader.messages(connections=connections)) as messages:
+                for connection, _, data in messages:
+                    return self._deserialise(data, connection.msgtype)
+        return None
 
     def _candidates(self) -> Generator[Candidate, None, None]:
         with closing(self._messages()) as messages:
@@ -256,8 +342,8 @@ def _choose_topic(path: Path, topics: list[_Topic], wanted: str | None) -> _Topi
     return filled[0]
 
 
-def _listed(topics: list[_Topic]) -> str:
+def _listed(topics: list[_Topic], *, none: str = 'no topics at all') -> str:
     names = [' '.join(str(each).split()) for each in topics[:_MAX_LISTED_TOPICS]]
     if len(topics) > _MAX_LISTED_TOPICS:
         names.append(f'and {len(topics) - _MAX_LISTED_TOPICS} more')
-    return ', '.join(names) or 'no topics at all'
+    return ', '.join(names) or none

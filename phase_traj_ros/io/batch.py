@@ -17,7 +17,7 @@ from phase_traj_ros.errors import OutputError, PhaseTrajError
 from phase_traj_ros.io.replay import Replay
 from phase_traj_ros.io.replay_job import replay_source, Wanted
 from phase_traj_ros.io.selection import EVERYTHING, Selection
-from phase_traj_ros.io.source import Frame, open_source
+from phase_traj_ros.io.source import DEFAULT_SPEED_TOPIC, Frame, open_source
 from phase_traj_ros.parameters import Parameters
 
 _LONGEST_NAME = 80
@@ -42,6 +42,7 @@ class Job:
     """Name of this source's folder in it."""
     parameters: Parameters
     topic: str | None = None
+    speed_topic: str = DEFAULT_SPEED_TOPIC
     selection: Selection = EVERYTHING
     fps: float | None = None
     svg: bool = False
@@ -77,8 +78,8 @@ class Outcome:
     """That the work took."""
     error: str = ''
     """What went wrong, in one line."""
-    route: tuple[tuple[int, int], ...] = ()
-    """Corners of the drawn path, in steps, REP 103 axes."""
+    route: tuple[tuple[float, float], ...] = ()
+    """Corners of the drawn path, in its unit, REP 103 axes."""
 
 
 Progress = Callable[[int, 'int | None'], object]
@@ -174,14 +175,14 @@ def _replay(job: Job, progress: Progress | None) -> Replay:
 
         return replay_source(
             source, job.parameters, job.wanted, title=job.source.name or job.folder,
-            through=counted)
+            through=counted, speed_topic=job.speed_topic)
 
 
-def _route(result: Replay) -> tuple[tuple[int, int], ...]:
-    corners = [(0, 0)]
+def _route(result: Replay) -> tuple[tuple[float, float], ...]:
+    corners: list[tuple[float, float]] = [(0, 0)]
     previous = None
     for update in result.updates:
-        if previous is not None and update.step.direction is not previous.step.direction:
+        if previous is not None and update.tip.yaw != previous.tip.yaw:
             corners.append((previous.tip.x, previous.tip.y))
         previous = update
     if previous is not None:

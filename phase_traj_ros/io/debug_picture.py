@@ -91,7 +91,7 @@ def _draw_text(picture: Picture, update: Update) -> None:
     movement, direction = update.step.movement, update.step.direction
     lines = (
         f'movement {int(movement)} {movement.name.lower()}   direction {int(direction)}'
-        f' {direction.name.lower()}   {update.status.value}',
+        f' {direction.name.lower().replace("_", " ")}   {update.status.value}',
         measured)
     scale = max(picture.shape[1] / 1600, 0.35)
     for index, line in enumerate(lines):

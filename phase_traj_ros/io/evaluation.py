@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from phase_traj_ros.core.codes import Direction, Movement
-from phase_traj_ros.core.freeman import Freeman, to_four
+from phase_traj_ros.core.freeman import AnyDirection, Freeman
 from phase_traj_ros.core.heading_code import HeadingCode
 from phase_traj_ros.core.trajectory import vertices
 from phase_traj_ros.core.turns import find_turns, MIN_ANGLE_DEG, Turn
@@ -144,17 +144,23 @@ class ReplayedDrive:
     source: str
     stamps_ns: NDArray[np.int64]
     movement: tuple[Movement, ...]
-    direction: tuple[Direction, ...]
+    direction: tuple[AnyDirection, ...]
     status: tuple[str, ...]
     connectivity: int
     heading: NDArray[np.float64] | None
     turns: tuple[Turn, ...] | None
 
     @property
+    def directions(self) -> type[Direction] | type[Freeman]:
+        """Return which directions there are."""
+        return Freeman if self.connectivity == 8 else Direction
+
+    @property
     def direction_at(self) -> NDArray[np.int64]:
         """Return the direction at each frame, (n,)."""
         appended = iter(self.direction)
-        current, found = Direction.FORWARD, [Direction.FORWARD]
+        current: AnyDirection = self.directions.FORWARD
+        found = [current]
         for movement in self.movement:
             if movement is not Movement.NO_CHANGE:
                 current = next(appended)
@@ -165,7 +171,7 @@ class ReplayedDrive:
         """Return where the path drawn from the codes has got to at each frame, (n, 2)."""
         steps = np.array([movement is not Movement.NO_CHANGE for movement in self.movement])
         reached = np.concatenate([[0], np.cumsum(steps)])
-        return np.asarray(vertices(self.direction)[reached])
+        return np.asarray(vertices(self.direction, codes=self.directions)[reached])
 
     def drawn_from_heading(self) -> NDArray[np.float64] | None:
         """Return the same with a unit step along the measured heading, in REP 103 axes."""
@@ -192,12 +198,14 @@ def read_replay(directory: Path) -> ReplayedDrive:
         with (directory / 'shifts.csv').open(encoding='utf-8', newline='') as file:
             stamps = [round(Decimal(row['stamp']) * 10**9) for row in csv.DictReader(file)]
         heading = content.get('heading_deg')
+        connectivity = int(content.get('connectivity', 4))
+        directions = Freeman if connectivity == 8 else Direction
         drive = ReplayedDrive(
             source=str(content['source']),
             stamps_ns=np.array([int(content['first_stamp_ns']), *stamps], np.int64),
             movement=tuple(Movement(code) for code in content['movement']),
-            direction=_read_directions(content),
-            status=tuple(content['status']), connectivity=int(content.get('connectivity', 4)),
+            direction=tuple(directions(code) for code in content['direction']),
+            status=tuple(content['status']), connectivity=connectivity,
             heading=None if heading is None else np.radians(np.array(heading, np.float64)),
             turns=_read_turns(content.get('turns')))
     except OSError as error:
@@ -278,17 +286,6 @@ def aligned(points: NDArray[np.float64], target: NDArray[np.float64]) -> NDArray
     return np.stack([fitted.real, fitted.imag], axis=1)
 
 
-def _read_directions(content: Mapping[str, Any]) -> tuple[Direction, ...]:
-    """Return the direction codes, Freeman's eight brought to the four."""
-    codes = content['direction']
-    if content.get('connectivity', 4) == 4:
-        return tuple(Direction(code) for code in codes)
-    directions = [Direction.FORWARD]
-    for code in codes:
-        directions.append(to_four(Freeman(code), directions[-1]))
-    return tuple(directions[1:])
-
-
 def _read_turns(turns: Iterable[Mapping[str, Any]] | None) -> tuple[Turn, ...] | None:
     if turns is None:
         return None
@@ -350,16 +347,16 @@ def _overlap_ns(turn: Turn, other: Turn) -> int:
 def _direction_score(drive: ReplayedDrive, true: MatchedTruth) -> DirectionScore:
     codes = HeadingCode(connectivity=drive.connectivity)
     rates = np.diff(true.headings) / np.diff(true.stamps_ns) * 1e9
-    there = [Direction.FORWARD]
+    there: list[AnyDirection] = [drive.directions.FORWARD]
     for heading, rate in zip(true.headings[1:].tolist(), rates.tolist()):
         there.append(codes.update(heading, rate).direction)
     found = drive.direction_at[true.frames]
-    # The truth starts with the direction 1 wherever it starts.
-    offset = found[0] - Direction.FORWARD
+    # The truth starts with the direction forward wherever it starts.
+    offset = found[0] - drive.directions.FORWARD
     changes = _changes(drive.movement[frame - 1] for frame in true.frames[1:].tolist())
     true_changes = _changes(codes.movement)
     return DirectionScore(
-        agreement=float(np.mean((found - offset) % 4 == np.array(there))),
+        agreement=float(np.mean((found - offset) % drive.connectivity == np.array(there))),
         changes=changes, true_changes=true_changes, same_changes=changes == true_changes)
 
 

@@ -9,6 +9,7 @@ from pathlib import Path
 import re
 from typing import Final
 
+from phase_traj_ros.core.camera import CameraModel
 from phase_traj_ros.errors import FrameError, SourceError
 from phase_traj_ros.io.decoding import decode_picture_file, GreyImage
 from phase_traj_ros.io.selection import EVERYTHING, Selection
@@ -26,6 +27,9 @@ PICTURE_SUFFIXES: Final = (
 
 TIMES_FILE: Final = 'times.txt'
 """Name of the file with the stamp of each picture, in seconds, one per line."""
+
+CALIBRATION_FILE: Final = 'calib.txt'
+"""Name of the file with the projection matrices of a KITTI sequence, ``P0:`` to ``P3:``."""
 
 # The grey cameras of KITTI first, the left one of each pair before the right one.
 _KITTI_CAMERAS = ('image_0', 'image_2', 'image_1', 'image_3')
@@ -53,6 +57,7 @@ class FolderSource(FrameSource):
         fps: float | None = None,
     ) -> None:
         folder, self._pictures = _find_pictures(path)
+        self._folder = folder
         times = None if fps is not None else _find_times(folder)
         if times is None:
             rate = DEFAULT_FPS if fps is None else fps
@@ -66,6 +71,29 @@ class FolderSource(FrameSource):
             description=f'{folder} ({len(self._pictures)} pictures, {origin})',
             selection=selection,
             frame_count=selected_count(self._stamps, selection))
+
+    def camera(self, *, rectified: bool) -> CameraModel | None:
+        """
+        Return the model of the camera of a KITTI sequence; None for other folders.
+
+        It is that of the line P0 to P3 in calib.txt, beside the folder image_0 to image_3 that
+        the pictures are in. They are rectified, whatever ``rectified`` says. Raises SourceError.
+        """
+        # resolve() first: "." has no name.
+        folder = self._folder.resolve()
+        calibration = folder.parent / CALIBRATION_FILE
+        if folder.name not in _KITTI_CAMERAS or not calibration.is_file():
+            return None
+        name = f'P{folder.name[-1]}'
+        height, width = read_picture(self._pictures[0]).shape
+        try:
+            matrix = _read_matrix(calibration, name)
+            return CameraModel(
+                width=width, height=height, fx=matrix[0], fy=matrix[5], cx=matrix[2],
+                cy=matrix[6])
+        except ValueError as error:
+            raise SourceError(
+                f'{calibration}, {name}: {error}; correct it, or give focal_px') from error
 
     def _candidates(self) -> Generator[Candidate, None, None]:
         for picture, stamp_ns in zip(self._pictures, self._stamps, strict=True):
@@ -161,6 +189,22 @@ def read_times(path: Path) -> list[int]:
                 'it, or give --fps to do without the file')
         stamps.append(round(seconds * 1_000_000_000))
     return stamps
+
+
+def _read_matrix(path: Path, name: str) -> list[float]:
+    """Return the 12 numbers of a line ``name: ...``; raises ValueError."""
+    try:
+        lines = path.read_text(encoding='ascii').splitlines()
+    except OSError as error:
+        raise SourceError(f'{path} cannot be read: {error.strerror}') from error
+    except ValueError as error:
+        raise ValueError('the file is no text') from error
+    found = [line.partition(':')[2].split() for line in lines if line.startswith(f'{name}:')]
+    if not found:
+        raise ValueError(f'there is no line {name!r}')
+    if len(found[0]) != 12:
+        raise ValueError(f'the line has {len(found[0])} numbers, not 12')
+    return [float(word) for word in found[0]]
 
 
 def read_picture(path: Path) -> GreyImage:

@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from phase_traj_ros.core import CodeSeries, Movement
-from phase_traj_ros.core.code_series import Code
 from phase_traj_ros.io.data_health import data_health, DataHealth, LOW_RESPONSE
 from phase_traj_ros.io.html_page import (
     Cell,
@@ -158,7 +157,7 @@ def _codes(result: Replay) -> Markup:
         f'<p class="runs">direction ({len(direction)}): {_runs(direction)}</p>')
 
 
-def _runs(series: CodeSeries[Code]) -> str:
+def _runs(series: CodeSeries[Any]) -> str:
     return ' '.join(f'{int(run.code)}×{run.count}' for run in series.runs)
 
 

@@ -12,14 +12,20 @@ from dataclasses import dataclass
 import math
 from typing import Any, Final
 
-from phase_traj_ros.core import ChainCode, ChainPath, Corner, Shift, Update, yaw
+import numpy as np
+from numpy.typing import NDArray
+from phase_traj_ros.core import ChainCode, Corner, Shift, Update
 from phase_traj_ros.core.chain_text import describe
+from phase_traj_ros.core.odometry import Odometry
 from phase_traj_ros.parameters import Parameters
 
 CHAIN_CODE_PERIOD_NS: Final = 10**9
 """The chain code's text goes out when the movement changes, else at most this often."""
 
 _NANOSECONDS = 10**9
+# Variances of what is not measured, and of the speed to the side, which a vehicle hardly has.
+_UNKNOWN = 1e6
+_SIDEWAYS = 0.01
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,6 +55,9 @@ HEADING: Final = (
 )
 """What it makes them for where the heading is measured, too."""
 
+ODOMETRY: Final = Topic('odom', 'nav_msgs/msg/Odometry')
+"""What it makes them for where a speed is known, too."""
+
 CHAIN_CODE: Final = Topic('chain_code', 'std_msgs/msg/String', latched=True)
 PATH: Final = Topic('path', 'nav_msgs/msg/Path', latched=True)
 DEBUG_IMAGE: Final = Topic('debug_image', 'sensor_msgs/msg/Image')
@@ -56,7 +65,10 @@ DEBUG_IMAGE: Final = Topic('debug_image', 'sensor_msgs/msg/Image')
 
 def pair_topics(parameters: Parameters) -> tuple[Topic, ...]:
     """Return the topics that ``Messages.of_pair`` makes messages for with these parameters."""
-    return (*PER_PAIR, *HEADING) if parameters.measures_heading else PER_PAIR
+    topics: tuple[Topic, ...] = PER_PAIR
+    if parameters.measures_heading:
+        topics += HEADING
+    return (*topics, ODOMETRY) if parameters.metric else topics
 
 
 class Messages:
@@ -95,11 +107,13 @@ class Messages:
         response = 0.0 if update.shift is None else update.shift.response
         yield 'response', types['std_msgs/msg/Float32'](data=response)
         yield 'status', types['std_msgs/msg/String'](data=update.status.value)
-        yield 'pose', self.pose(update.tip, parameters.step_length, header)
+        yield 'pose', self.pose(update.tip, parameters.path_scale, header)
         if update.heading is not None:
             yield 'heading', types['std_msgs/msg/Float64'](data=update.heading.heading)
             yield 'heading_stamped', types['geometry_msgs/msg/QuaternionStamped'](
                 header=header, quaternion=self._yaw(update.heading.heading))
+        if update.odometry is not None:
+            yield 'odom', self.odometry(update.odometry, parameters.child_frame_id, header)
         for turn in update.turns:
             yield 'turn', types['geometry_msgs/msg/Vector3Stamped'](
                 header=self.header(turn.end_ns, parameters.frame_id),
@@ -112,25 +126,45 @@ class Messages:
         return self._types['geometry_msgs/msg/Vector3Stamped'](
             header=header, vector=self._types['geometry_msgs/msg/Vector3'](x=dx, y=dy, z=0.0))
 
-    def pose(self, corner: Corner, step_length: float, header: Any) -> Any:
-        """Return a corner of the path as a PoseStamped, in steps of ``step_length`` metres."""
+    def pose(self, corner: Corner, scale: float, header: Any) -> Any:
+        """Return a place of the path as a PoseStamped; its unit is ``scale`` metres."""
+        return self._types['geometry_msgs/msg/PoseStamped'](
+            header=header, pose=self._pose(corner, scale))
+
+    def odometry(self, odometry: Odometry, child_frame_id: str, header: Any) -> Any:
+        """Return a nav_msgs/Odometry; the variance of what is not measured is large."""
         types = self._types
-        return types['geometry_msgs/msg/PoseStamped'](
-            header=header,
-            pose=types['geometry_msgs/msg/Pose'](
-                position=types['geometry_msgs/msg/Point'](
-                    x=corner.x * step_length, y=corner.y * step_length, z=0.0),
-                orientation=self._yaw(yaw(corner.heading))))
+        return types['nav_msgs/msg/Odometry'](
+            header=header, child_frame_id=child_frame_id,
+            pose=types['geometry_msgs/msg/PoseWithCovariance'](
+                pose=self._pose(odometry.pose, 1.0),
+                covariance=_covariance(
+                    x=odometry.position_variance, y=odometry.position_variance,
+                    yaw=odometry.yaw_variance)),
+            twist=types['geometry_msgs/msg/TwistWithCovariance'](
+                twist=types['geometry_msgs/msg/Twist'](
+                    linear=types['geometry_msgs/msg/Vector3'](x=odometry.speed, y=0.0, z=0.0),
+                    angular=types['geometry_msgs/msg/Vector3'](
+                        x=0.0, y=0.0, z=odometry.yaw_rate)),
+                covariance=_covariance(
+                    x=odometry.speed_variance, y=_SIDEWAYS, yaw=odometry.yaw_rate_variance)))
+
+    def _pose(self, corner: Corner, scale: float) -> Any:
+        types = self._types
+        return types['geometry_msgs/msg/Pose'](
+            position=types['geometry_msgs/msg/Point'](
+                x=corner.x * scale, y=corner.y * scale, z=0.0),
+            orientation=self._yaw(corner.yaw))
 
     def _yaw(self, angle: float) -> Any:
         """Return a rotation about the vertical axis, in radians, as a Quaternion."""
         return self._types['geometry_msgs/msg/Quaternion'](
             x=0.0, y=0.0, z=math.sin(angle / 2), w=math.cos(angle / 2))
 
-    def path(self, points: Sequence[Corner], step_length: float, header: Any) -> Any:
-        """Return a nav_msgs/Path of corner points, see ``path_points``."""
+    def path(self, points: Sequence[Corner], scale: float, header: Any) -> Any:
+        """Return a nav_msgs/Path of places, whose unit is ``scale`` metres."""
         return self._types['nav_msgs/msg/Path'](header=header, poses=[
-            self.pose(point, step_length, self.header(point.stamp_ns, header.frame_id))
+            self.pose(point, scale, self.header(point.stamp_ns, header.frame_id))
             for point in points
         ])
 
@@ -142,7 +176,6 @@ class Messages:
         return self._types['std_msgs/msg/String'](data=str(text))
 
 
-def path_points(path: ChainPath, limit: int) -> tuple[Corner, ...]:
-    """Return the newest corner points of a path and its tip, at most ``limit`` in all."""
-    corners, tip = path.corners, path.tip
-    return () if tip is None else (*corners[max(len(corners) - limit + 1, 0):], tip)
+def _covariance(*, x: float, y: float, yaw: float) -> NDArray[np.float64]:
+    """Return the 6 x 6 covariance (x, y, z, roll, pitch, yaw) of a motion on the ground."""
+    return np.diag([x, y, _UNKNOWN, _UNKNOWN, _UNKNOWN, yaw]).ravel()

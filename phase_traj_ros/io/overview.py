@@ -26,8 +26,8 @@ class TurnMark:
     """When the first frame of ``pair`` was taken, in seconds since the first frame."""
     end_s: float
     """When the second frame of ``end_pair`` was taken."""
-    corner: tuple[int, int]
-    """Where on the drawn path, in steps, REP 103 axes."""
+    corner: tuple[float, float]
+    """Where on the drawn path, in its unit, REP 103 axes."""
     angle_deg: float | None = None
     """By how much the camera turned, left positive; None where that is not measured."""
 
@@ -38,14 +38,14 @@ class Overview:
     The series of a replay over time, one value per pair of frames, and its turns.
 
     ``seconds`` are those since the first frame. What is not measured is NaN. ``path`` is the drawn
-    path, (n + 1, 2) for n pairs, in steps, REP 103 axes. ``heading_deg`` is the heading since the
+    path, (n + 1, 2) for n pairs, in its unit, REP 103 axes. ``heading_deg`` is the heading since the
     start, left positive, None where it is not measured.
     """
 
     seconds: NDArray[np.float64]
     dx: NDArray[np.float64]
     response: NDArray[np.float64]
-    path: NDArray[np.int64]
+    path: NDArray[np.float64]
     turns: tuple[TurnMark, ...]
     heading_deg: NDArray[np.float64] | None = None
 
@@ -59,7 +59,7 @@ def overview(result: Replay) -> Overview:
         seconds=(_stamps(result)[1:] - result.first_stamp_ns) / 1e9,
         dx=np.array([np.nan if shift is None else shift.dx for shift in shifts]),
         response=np.array([np.nan if shift is None else shift.response for shift in shifts]),
-        path=np.array([(0, 0), *((tip.x, tip.y) for tip in tips)]),
+        path=np.array([(0, 0), *((tip.x, tip.y) for tip in tips)], np.float64),
         turns=turn_marks(result),
         heading_deg=_heading(result),
     )

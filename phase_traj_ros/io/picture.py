@@ -5,13 +5,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from enum import IntEnum
 from pathlib import Path
 from threading import Lock
 from typing import Literal, TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
-from phase_traj_ros.core import Axes, Direction, Movement, normalised, Shift, to_axes
+from phase_traj_ros.core import Axes, Movement, normalised, Shift, to_axes
 from phase_traj_ros.errors import MissingDependencyError
 from phase_traj_ros.io.decoding import GreyImage
 from phase_traj_ros.io.overview import Overview, overview, turn_marks, TurnMark
@@ -69,7 +70,8 @@ def write_trajectory_picture(
     _draw_codes(plots[1], shown.seconds, result.movement, _names(Movement))
     _title(plots[1], f'movement: {len(result.movement)} codes')
     appended = [index for index, update in enumerate(result.updates) if update.step.appended]
-    _draw_codes(plots[2], shown.seconds[appended], result.direction, _names(Direction))
+    _draw_codes(
+        plots[2], shown.seconds[appended], result.direction, _names(result.codes.directions))
     _title(plots[2], f'direction: {len(result.direction)} codes')
     if shown.heading_deg is not None:
         plots[3].plot(shown.seconds, shown.heading_deg, color=_PATH, linewidth=1)
@@ -204,11 +206,11 @@ def write_path_picture(points: NDArray[np.float64], path: Path) -> None:
 
 
 def _draw_trajectory(
-    plot: Plot, path: NDArray[np.int64] | NDArray[np.float64], turns: Sequence[TurnMark] = (),
+    plot: Plot, path: NDArray[np.float64], turns: Sequence[TurnMark] = (),
     truth: NDArray[np.float64] | None = None,
 ) -> None:
     """Draw a path (n, 2) in REP 103 axes, normalised, its start heading up."""
-    points = normalised(to_axes(path.astype(np.float64), Axes.FIGURE))
+    points = normalised(to_axes(path, Axes.FIGURE))
     if truth is not None:
         true = normalised(to_axes(truth, Axes.FIGURE))
         plot.plot(true[:, 0], true[:, 1], color=_MUTED, linewidth=4, alpha=0.6, label='truth')
@@ -279,5 +281,5 @@ def _title(plot: Plot, text: str) -> None:
     plot.set_title(text, loc='left', fontsize=9)
 
 
-def _names(codes: type[Movement] | type[Direction]) -> list[str]:
-    return [f'{code.name.lower().replace("_", " ")} {int(code)}' for code in codes]
+def _names(codes: type[IntEnum]) -> list[str]:
+    return [f'{code.name.lower().replace("_", " ")} {int(code)}' for code in sorted(codes)]

@@ -9,15 +9,17 @@ from typing import Protocol
 from phase_traj_ros.core import (
     ChainCode,
     Counters,
-    Direction,
     Movement,
     TrajectoryEstimator,
     Update,
 )
+from phase_traj_ros.core.camera import CameraModel
+from phase_traj_ros.core.freeman import AnyDirection
+from phase_traj_ros.core.heading_estimator import Lens
 from phase_traj_ros.core.turns import Turn
-from phase_traj_ros.errors import FrameError, SourceError
+from phase_traj_ros.errors import FrameError, ParameterError, SourceError
 from phase_traj_ros.io.mask_file import read_mask
-from phase_traj_ros.io.source import Frame
+from phase_traj_ros.io.source import Frame, Speed
 from phase_traj_ros.parameters import Parameters
 
 
@@ -33,6 +35,8 @@ class Replay:
     counters: Counters
     turns: tuple[Turn, ...] = ()
     """The turns driven, where the camera's focal length or field of view is known."""
+    focal_px: float | None = None
+    """The focal length that heading and turns were measured with; None where they were not."""
 
     @property
     def frames(self) -> int:
@@ -45,7 +49,7 @@ class Replay:
         return [update.step.movement for update in self.updates]
 
     @property
-    def direction(self) -> list[Direction]:
+    def direction(self) -> list[AnyDirection]:
         """Return the direction codes, one per pair that appends one."""
         return [update.step.direction for update in self.updates if update.step.appended]
 
@@ -62,24 +66,50 @@ class Watcher(Protocol):
 
 def replay(
     frames: Iterable[Frame], parameters: Parameters, *, source: str,
-    watchers: Sequence[Watcher] = (),
+    watchers: Sequence[Watcher] = (), camera: CameraModel | None = None,
+    speeds: Iterable[Speed] = (),
 ) -> Replay:
     """
     Put all frames through an estimator, under the eyes of ``watchers``.
+
+    Parameters
+    ----------
+    frames
+        In order.
+    parameters
+        The node's.
+    source
+        What they come from, for reports.
+    watchers
+        See each frame and what it adds.
+    camera
+        What the source says of its camera; it counts where the parameters leave it to that.
+    speeds
+        Of the vehicle, in order; they count where the parameters ask for them.
 
     Raises
     ------
     SourceError
         There are fewer than two frames, or one of them cannot be used.
+    ParameterError
+        Parameters ask for the camera's calibration, and there is none.
 
     """
     # Offline, everything is kept.
     settings = replace(parameters.estimator_settings(), max_runs=None, max_corners=None)
     estimator = TrajectoryEstimator(settings, mask=read_mask(parameters))
+    if parameters.needs_camera:
+        if camera is None:
+            raise ParameterError(
+                f'{source} does not say what its camera is like, and the heading is wanted: give'
+                ' focal_px or hfov_deg')
+        estimator.use_lens(Lens(camera=camera))
+    pending = _SpeedFeed(speeds)
     updates: list[Update] = []
     turns: list[Turn] = []
     first_stamp_ns = 0
     for number, frame in enumerate(frames):
+        pending.feed(estimator, frame.stamp_ns)
         update = _update(estimator, frame, number, source)
         if estimator.frames == 1:
             updates.clear()
@@ -100,7 +130,21 @@ def replay(
         turns += estimator.heading.finish()
     return Replay(
         source, parameters, first_stamp_ns, tuple(updates), estimator.codes, estimator.counters,
-        tuple(sorted(turns, key=lambda turn: turn.start_frame)))
+        tuple(sorted(turns, key=lambda turn: turn.start_frame)),
+        None if estimator.heading is None else estimator.heading.focal_px)
+
+
+class _SpeedFeed:
+    """Gives an estimator each speed before the first frame that is not older."""
+
+    def __init__(self, speeds: Iterable[Speed]) -> None:
+        self._speeds = iter(speeds)
+        self._next = next(self._speeds, None)
+
+    def feed(self, estimator: TrajectoryEstimator, until_ns: int) -> None:
+        while self._next is not None and self._next.stamp_ns <= until_ns:
+            estimator.add_speed(self._next.stamp_ns, self._next.speed)
+            self._next = next(self._speeds, None)
 
 
 def _update(

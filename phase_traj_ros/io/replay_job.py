@@ -23,7 +23,7 @@ from phase_traj_ros.io.picture import (
 from phase_traj_ros.io.prefetch import prefetch
 from phase_traj_ros.io.replay import Replay, replay, Watcher
 from phase_traj_ros.io.results import write_results
-from phase_traj_ros.io.source import Frame, FrameSource
+from phase_traj_ros.io.source import DEFAULT_SPEED_TOPIC, Frame, FrameSource
 from phase_traj_ros.io.thumbnails import Thumbnails, TurnWatcher
 from phase_traj_ros.parameters import Parameters
 
@@ -75,12 +75,14 @@ def replay_source(
     source: FrameSource, parameters: Parameters, wanted: Wanted, *, title: str,
     watchers: Sequence[Watcher] = (),
     through: Callable[[Iterable[Frame]], Iterable[Frame]] = iter,
+    speed_topic: str = DEFAULT_SPEED_TOPIC,
 ) -> Replay:
     """
     Replay a source and write what is wanted, each file and folder whole or not at all.
 
     ``title`` is the source's name, for the report. ``watchers`` see the frames and what they add,
-    too; ``through`` takes the frames and yields them, as a progress bar does.
+    too; ``through`` takes the frames and yields them, as a progress bar does. ``speed_topic`` is
+    the bag's topic of speeds, where the parameters ask for them.
 
     Raises
     ------
@@ -101,9 +103,13 @@ def replay_source(
             seen.append(stack.enter_context(BagSink(
                 stack.enter_context(output_file(wanted.bag_out)), parameters,
                 source=source.description, debug_images=wanted.bag_debug_images)))
+        camera = (
+            source.camera(rectified=parameters.rectified) if parameters.needs_camera else None)
+        speeds = source.speeds(speed_topic) if parameters.use_speed_topic else ()
         with closing(prefetch(source)) as frames:
             result = replay(
-                through(frames), parameters, source=source.description, watchers=seen)
+                through(frames), parameters, source=source.description, watchers=seen,
+                camera=camera, speeds=speeds)
         for output in outputs:
             output.write(result)
     return result

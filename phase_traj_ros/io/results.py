@@ -13,7 +13,7 @@ from typing import Any, TextIO
 import cv2
 import numpy as np
 import phase_traj_ros
-from phase_traj_ros.core import Corner, Direction, pack, Run, Update, yaw
+from phase_traj_ros.core import Corner, Direction, pack, Run, Update
 from phase_traj_ros.core.turns import Turn
 from phase_traj_ros.io.picture import write_trajectory_picture
 from phase_traj_ros.io.replay import Replay
@@ -41,7 +41,7 @@ def write_chain_code(result: Replay, path: Path) -> None:
         'movement_runs': run_pairs(result.codes.movement.runs),
         'direction_runs': run_pairs(result.codes.direction.runs),
         'movement_packed': pack(result.movement).hex(),
-        'direction_packed': pack(result.direction).hex(),
+        **_direction_packed(result),
         'status': [update.status.value for update in result.updates],
         **_heading_content(result),
         'first_stamp_ns': result.first_stamp_ns,
@@ -54,6 +54,13 @@ def write_chain_code(result: Replay, path: Path) -> None:
     write_json(content, path)
 
 
+def _direction_packed(result: Replay) -> dict[str, str]:
+    """Return the direction codes at two bits each; eight directions do not fit into them."""
+    if result.codes.directions is not Direction:
+        return {}
+    return {'direction_packed': pack(result.direction).hex()}
+
+
 def _heading_content(result: Replay) -> dict[str, Any]:
     """Return what there is of heading and turns: nothing where it is not measured."""
     headings = [update.heading for update in result.updates if update.heading is not None]
@@ -61,8 +68,11 @@ def _heading_content(result: Replay) -> dict[str, Any]:
         return {}
     return {
         'code_source': result.parameters.code_source,
-        'focal_px': result.parameters.focal_px,
-        'hfov_deg': result.parameters.hfov_deg,
+        'connectivity': result.parameters.connectivity,
+        'threshold_deg_s': result.parameters.threshold_deg_s,
+        'path_from': result.parameters.path_from,
+        'focal_px': result.focal_px,
+        'speed': result.parameters.speed,
         'heading_deg': [
             0.0, *(round(math.degrees(heading.heading), 4) for heading in headings)],
         'bridged_share': sum(heading.bridged for heading in headings) / len(headings),
@@ -119,7 +129,7 @@ class ShiftTable:
 
 def write_tum(result: Replay, path: Path) -> None:
     """Write the drawn trajectory in the TUM format, one pose per frame, see ``tum_lines``."""
-    start = Corner(0, 0, Direction.FORWARD, result.first_stamp_ns)
+    start = Corner(0, 0, 0.0, result.first_stamp_ns)
     poses = [(result.first_stamp_ns, start)]
     poses += [(update.stamp_ns, update.tip) for update in result.updates]
     path.write_text(tum_lines(poses), encoding='utf-8')
@@ -129,7 +139,7 @@ def tum_lines(poses: Iterable[tuple[int, Corner]]) -> str:
     """
     Return stamped corners as lines ``stamp x y z qx qy qz qw``.
 
-    REP 103 axes; a step of the trajectory is 1, without a unit.
+    REP 103 axes; a step of the trajectory is 1, without a unit, or metres where a speed is known.
     """
     return ''.join(_tum_line(stamp_ns, corner) for stamp_ns, corner in poses)
 
@@ -156,9 +166,9 @@ def run_pairs(runs: Sequence[Run[Any]]) -> list[tuple[int, int]]:
 
 
 def _tum_line(stamp_ns: int, tip: Corner) -> str:
-    half = yaw(tip.heading) / 2
+    half = tip.yaw / 2
     orientation = f'0 0 {math.sin(half):.6f} {math.cos(half):.6f}'
-    return f'{_seconds(stamp_ns)} {tip.x} {tip.y} 0 {orientation}\n'
+    return f'{_seconds(stamp_ns)} {tip.x:.9g} {tip.y:.9g} 0 {orientation}\n'
 
 
 def _seconds(nanoseconds: int) -> str:

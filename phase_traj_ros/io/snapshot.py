@@ -4,10 +4,13 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from enum import IntEnum
 from pathlib import Path
+from typing import Any
 
 import numpy as np
-from phase_traj_ros.core import Corner, Direction, Movement, Run, TrajectoryEstimator
+from phase_traj_ros.core import Corner, Movement, Run, TrajectoryEstimator
+from phase_traj_ros.core.code_series import CodeSeries
 from phase_traj_ros.core.turns import Turn
 from phase_traj_ros.io.output import output_directory
 from phase_traj_ros.io.picture import write_path_picture
@@ -26,9 +29,10 @@ class Snapshot:
     frames: int
     threshold: float
     movement_runs: tuple[Run[Movement], ...]
-    direction_runs: tuple[Run[Direction], ...]
-    movement_totals: Mapping[Movement, int]
-    direction_totals: Mapping[Direction, int]
+    direction_runs: tuple[Run[Any], ...]
+    movement_totals: tuple[int, ...]
+    """How often each code occurred, from 0 on."""
+    direction_totals: tuple[int, ...]
     corners: tuple[Corner, ...]
     """Start or oldest corner kept first, the tip last; empty before the first frame."""
     counters: Mapping[str, int]
@@ -42,7 +46,7 @@ class Snapshot:
         return cls(
             source, estimator.frames, estimator.settings.threshold, codes.movement.runs,
             codes.direction.runs,
-            dict(codes.movement.totals), dict(codes.direction.totals),
+            _totals(codes.movement, Movement), _totals(codes.direction, codes.directions),
             path.corners if path.tip is None else (*path.corners, path.tip),
             estimator.counters.as_dict(), estimator.turns)
 
@@ -74,9 +78,13 @@ class Snapshot:
             'threshold': self.threshold,
             'movement_runs': run_pairs(self.movement_runs),
             'direction_runs': run_pairs(self.direction_runs),
-            'movement_totals': [self.movement_totals.get(code, 0) for code in Movement],
-            'direction_totals': [self.direction_totals.get(code, 0) for code in Direction],
+            'movement_totals': self.movement_totals,
+            'direction_totals': self.direction_totals,
             'counters': dict(self.counters),
             'turns': turn_list(self.turns),
             'versions': versions(),
         }
+
+
+def _totals(series: CodeSeries[Any], codes: type[IntEnum]) -> tuple[int, ...]:
+    return tuple(series.totals.get(code, 0) for code in sorted(codes))

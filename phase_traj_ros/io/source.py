@@ -20,12 +20,16 @@ from pathlib import Path
 from types import TracebackType
 from typing import Final, TypeVar
 
+from phase_traj_ros.core.camera import CameraModel
 from phase_traj_ros.errors import ParameterError, SourceError
 from phase_traj_ros.io.decoding import GreyImage
 from phase_traj_ros.io.selection import EVERYTHING, Selection, Selector, Verdict
 
 DEFAULT_FPS: Final = 10.0
 """Frames per second where neither the source nor the user says."""
+
+DEFAULT_SPEED_TOPIC: Final = '/speed'
+"""Topic of a bag that speeds are taken from: that of a node in the root namespace."""
 
 _MIN_FPS, _MAX_FPS = 0.001, 1e6
 _BAG2_SUFFIXES = ('.mcap', '.db3')
@@ -42,6 +46,14 @@ class Frame:
     stamp_ns: int
     encoding: str = ''
     """What the image was made from, where the source says so."""
+
+
+@dataclass(frozen=True, slots=True)
+class Speed:
+    """The vehicle's speed at a time, in metres per second, negative in reverse."""
+
+    stamp_ns: int
+    speed: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,6 +97,38 @@ class FrameSource(ABC):
         It is meant for a progress bar: videos and broken bags may hold more or fewer.
         """
         return self._frame_count
+
+    def camera(self, *, rectified: bool) -> CameraModel | None:
+        """
+        Return what the source knows of the camera; None if it knows nothing.
+
+        Parameters
+        ----------
+        rectified
+            Whether the images are rectified ones, where the source has calibrations for both.
+
+        Raises
+        ------
+        SourceError
+            It should know something, but that cannot be read.
+        CalibrationError
+            What it knows cannot be used.
+
+        """
+        return None
+
+    def speeds(self, topic: str) -> Iterator[Speed]:
+        """
+        Yield the vehicle's speeds that come on a topic of a bag, in order.
+
+        Raises
+        ------
+        SourceError
+            It is no bag, or there is no such topic, or it cannot be read.
+
+        """
+        raise SourceError(
+            f'{self._description} is no bag, so no speed comes with it: give the parameter speed')
 
     def __enter__(self: _SourceT) -> _SourceT:
         return self

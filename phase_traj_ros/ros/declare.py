@@ -77,5 +77,6 @@ def _descriptor(spec: Spec) -> ParameterDescriptor:
                 from_value=spec.minimum, to_value=spec.maximum)]
         else:
             descriptor.integer_range = [IntegerRange(
-                from_value=int(spec.minimum), to_value=int(spec.maximum), step=1)]
+                from_value=int(spec.minimum), to_value=int(spec.maximum),
+                step=spec.step)]
     return descriptor

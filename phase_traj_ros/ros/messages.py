@@ -10,12 +10,15 @@ from geometry_msgs.msg import (
     Point,
     Pose,
     PoseStamped,
+    PoseWithCovariance,
     Quaternion,
     QuaternionStamped,
+    Twist,
+    TwistWithCovariance,
     Vector3,
     Vector3Stamped,
 )
-from nav_msgs.msg import Path
+from nav_msgs.msg import Odometry, Path
 from phase_traj_ros.io.messages import Messages
 from std_msgs.msg import Float32, Float64, Header, String, UInt8
 
@@ -24,10 +27,14 @@ TYPES = MappingProxyType({
     'geometry_msgs/msg/Point': Point,
     'geometry_msgs/msg/Pose': Pose,
     'geometry_msgs/msg/PoseStamped': PoseStamped,
+    'geometry_msgs/msg/PoseWithCovariance': PoseWithCovariance,
     'geometry_msgs/msg/Quaternion': Quaternion,
     'geometry_msgs/msg/QuaternionStamped': QuaternionStamped,
+    'geometry_msgs/msg/Twist': Twist,
+    'geometry_msgs/msg/TwistWithCovariance': TwistWithCovariance,
     'geometry_msgs/msg/Vector3': Vector3,
     'geometry_msgs/msg/Vector3Stamped': Vector3Stamped,
+    'nav_msgs/msg/Odometry': Odometry,
     'nav_msgs/msg/Path': Path,
     'std_msgs/msg/Float32': Float32,
     'std_msgs/msg/Float64': Float64,

@@ -6,21 +6,27 @@ from collections.abc import Sequence
 import time
 
 import cv2
-from phase_traj_ros.core import TrajectoryEstimator
+from phase_traj_ros.core import TrajectoryEstimator, Update
+from phase_traj_ros.core.camera import CameraModel
+from phase_traj_ros.core.heading_estimator import Lens
 from phase_traj_ros.errors import ParameterError
 from phase_traj_ros.io.mask_file import read_mask
 from phase_traj_ros.io.source import Frame
 from phase_traj_ros.parameters import NODE_NAME
+from phase_traj_ros.ros.camera_input import CameraInput
 from phase_traj_ros.ros.declare import changed, declare_parameters, unknown_overrides
 from phase_traj_ros.ros.diagnostics import Diagnostics
 from phase_traj_ros.ros.health import Health, Stage
 from phase_traj_ros.ros.image_input import ImageInput
 from phase_traj_ros.ros.outputs import Outputs
 from phase_traj_ros.ros.saving import Saving
+from phase_traj_ros.ros.speed_input import SpeedInput
 from rcl_interfaces.msg import SetParametersResult
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from std_srvs.srv import Trigger
+
+_THROTTLE_S = 5.0
 
 
 class PhaseTrajNode(Node):
@@ -48,6 +54,14 @@ class PhaseTrajNode(Node):
         self._health = Health()
         self._outputs = Outputs(self, self._estimator, self._values)
         self._input = ImageInput(self, self._values, self._health, self._on_frame)
+        self._camera: CameraInput | None = None
+        if self._values.needs_camera:
+            self._camera = CameraInput(
+                self, image_topic=self._input.topic, rectified=self._values.rectified,
+                on_camera=self._on_camera)
+        self._speed: SpeedInput | None = None
+        if self._values.use_speed_topic:
+            self._speed = SpeedInput(self, self._estimator.add_speed)
         self._diagnostics = Diagnostics(self, self._health, self._input, self._estimator)
         self._saving = Saving(self, self._values, self._estimator, lambda: self._input.topic)
         self.create_service(Trigger, '~/reset', self._on_reset)
@@ -56,8 +70,10 @@ class PhaseTrajNode(Node):
         for name in unknown_overrides(self):
             self.get_logger().warning(
                 f'there is no parameter {name!r}: it was given at the start and has no effect')
+        topics = [
+            each.topic for each in (self._input, self._camera, self._speed) if each is not None]
         self.get_logger().info(
-            f'listening to {self._input.topic}, threshold {self._values.threshold:g} px/frame')
+            f'listening to {", ".join(topics)}, threshold {self._values.threshold:g} px/frame')
 
     def destroy_node(self) -> None:
         """Take the node down."""
@@ -66,6 +82,8 @@ class PhaseTrajNode(Node):
 
     def _on_frame(self, frame: Frame) -> None:
         """Put one frame through the estimator; publish what it adds."""
+        if self._camera is not None:
+            self._camera.require()
         began = time.perf_counter_ns()
         previous_ns = self._estimator.last_stamp_ns
         resets = self._estimator.counters.time_resets
@@ -78,6 +96,7 @@ class PhaseTrajNode(Node):
             self._outputs.publish_state()
         if update is None:
             return
+        self._warn_without_speed(update)
         self._outputs.publish(frame, update)
         self._saving.record(update)
         if update.shift is not None:
@@ -86,6 +105,15 @@ class PhaseTrajNode(Node):
         self._health.took(Stage.CORRELATE, correlate_ns)
         self._health.took(Stage.CODE, estimated - began - correlate_ns)
         self._health.took(Stage.PUBLISH, time.perf_counter_ns() - estimated)
+
+    def _on_camera(self, camera: CameraModel) -> None:
+        self._estimator.use_lens(Lens(camera=camera))
+
+    def _warn_without_speed(self, update: Update) -> None:
+        if self._speed is not None and update.odometry is None:
+            self.get_logger().warning(
+                f'no speed on {self._speed.topic} for the time of an image: odom does not go on',
+                throttle_duration_sec=_THROTTLE_S)
 
     def _on_reset(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         frames = self._estimator.frames
@@ -98,9 +126,13 @@ class PhaseTrajNode(Node):
 
     def _check_parameters(self, updates: Sequence[Parameter]) -> SetParametersResult:
         try:
-            changed(self._values, updates)
+            values = changed(self._values, updates)
         except ParameterError as error:
             return SetParametersResult(successful=False, reason=str(error))
+        if values.measures_heading != self._values.measures_heading:
+            return SetParametersResult(successful=False, reason=(
+                "parameter 'threshold_deg_s' takes a focal length, and what is known of the camera"
+                ' is settled at the start: start the node with it, or with focal_px or hfov_deg'))
         return SetParametersResult(successful=True)
 
     def _apply_parameters(self, updates: Sequence[Parameter]) -> None:

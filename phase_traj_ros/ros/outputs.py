@@ -10,7 +10,6 @@ from phase_traj_ros.io.messages import (
     CHAIN_CODE_PERIOD_NS,
     pair_topics,
     PATH,
-    path_points,
     Topic,
 )
 from phase_traj_ros.io.pacing import Pace
@@ -93,9 +92,9 @@ class Outputs:
         self._text.sent(self._clock.now().nanoseconds)
 
     def _publish_path(self) -> None:
-        points = path_points(self._estimator.path, self.parameters.max_path_poses)
+        points = self._estimator.path.points(self.parameters.max_path_poses)
         header = self._header(self._estimator.last_stamp_ns or 0)
-        self._path.publish(MESSAGES.path(points, self.parameters.step_length, header))
+        self._path.publish(MESSAGES.path(points, self.parameters.path_scale, header))
         self._path_pending = False
 
     def _header(self, stamp_ns: int) -> Any:

@@ -22,10 +22,12 @@ from phase_traj_ros.synthetic.frames import render_drive
 if TYPE_CHECKING:
     from rosbags.typesys.store import Typestore
 
-#: The topic and the frame of the ground truth.
+#: The topics of the ground truth and of the vehicle's speed, and frames.
 TRUTH_TOPIC = '/ground_truth/pose'
+SPEED_TOPIC = '/speed'
 _MAP = 'map'
 _CAMERA = 'camera'
+_VEHICLE = 'base_link'
 
 
 class _Messages:
@@ -70,6 +72,13 @@ class _Messages:
                     x=pose.x, y=pose.y, z=self._camera.above_ground),
                 orientation=self._types['geometry_msgs/msg/Quaternion'](x=x, y=y, z=z, w=w))))
 
+    def speed(self, stamp_ns: int, speed: float) -> memoryview:
+        vector = self._types['geometry_msgs/msg/Vector3']
+        return self._serialised(self._types['geometry_msgs/msg/TwistStamped'](
+            header=self._header(stamp_ns, _VEHICLE),
+            twist=self._types['geometry_msgs/msg/Twist'](
+                linear=vector(x=speed, y=0.0, z=0.0), angular=vector(x=0.0, y=0.0, z=0.0))))
+
 
 @contextmanager
 def _completed(path: Path) -> Iterator[Path]:
@@ -107,8 +116,9 @@ def write_drive_bag(
     Write a drive as a rosbag2 (a directory with an MCAP file).
 
     For each frame, with its stamp: ``sensor_msgs/Image`` (mono8) on ``image_topic``,
-    ``sensor_msgs/CameraInfo`` on ``camera_info`` beside it, and the true pose of the camera as
-    ``geometry_msgs/PoseStamped`` on ``/ground_truth/pose`` (ROS axes, frame ``map``).
+    ``sensor_msgs/CameraInfo`` on ``camera_info`` beside it, the true pose of the camera as
+    ``geometry_msgs/PoseStamped`` on ``/ground_truth/pose`` (ROS axes, frame ``map``), and the
+    speed from this frame to the next as ``geometry_msgs/TwistStamped`` on ``/speed``.
 
     ``progress`` is called after each frame. The bag is written under a temporary name beside
     ``path``; after a failure nothing is left of it. Raises
@@ -125,16 +135,26 @@ def write_drive_bag(
     messages = _Messages(store, drive.camera)
     with (_completed(Path(path)) as place,
           Writer(place, version=9, storage_plugin=StoragePlugin.MCAP) as writer):
-        (images, infos, truth) = (
+        (images, infos, truth, speeds) = (
             writer.add_connection(topic, message_type, typestore=store)
             for (topic, message_type) in (
                 (image_topic, 'sensor_msgs/msg/Image'),
                 (camera_info_topic(image_topic), 'sensor_msgs/msg/CameraInfo'),
-                (TRUTH_TOPIC, 'geometry_msgs/msg/PoseStamped')))
+                (TRUTH_TOPIC, 'geometry_msgs/msg/PoseStamped'),
+                (SPEED_TOPIC, 'geometry_msgs/msg/TwistStamped')))
+        speed = _speeds(drive)
         for (index, frame) in enumerate(render_drive(drive)):
             stamp_ns = int(drive.stamps_ns[index])
             writer.write(infos, stamp_ns, messages.camera_info(stamp_ns))
             writer.write(images, stamp_ns, messages.image(stamp_ns, frame))
             writer.write(truth, stamp_ns, messages.pose(stamp_ns, drive.pose(index)))
+            writer.write(speeds, stamp_ns, messages.speed(stamp_ns, speed[index]))
             if progress is not None:
                 progress()
+
+
+def _speeds(drive: Drive) -> list[float]:
+    """Return the speed from each frame to the next in metres per second; the last one lasts."""
+    steps = np.diff(drive.poses[:, :2], axis=0)
+    speeds = np.hypot(steps[:, 0], steps[:, 1]) / np.diff(drive.stamps_ns) * 1e9
+    return [*speeds.tolist(), *speeds[-1:].tolist()] or [0.0]

@@ -5,6 +5,7 @@
 from hypothesis import given, strategies as st
 from phase_traj_ros.core import DynamicChainCode
 from phase_traj_ros.core.chain_text import describe, parse
+from phase_traj_ros.core.heading_code import HeadingCode
 import pytest
 
 SHIFTS = st.lists(st.floats(-40, 40), max_size=60)
@@ -27,6 +28,17 @@ def test_the_text_is_pinned():
         ' direction 6 (0:0 1:3 2:3 3:0) ... 2x3')
     assert str(describe(coded([]), frames=0)) == (
         'frames 0; movement 0 (0:0 1:0 2:0 3:0); direction 0 (0:0 1:0 2:0 3:0)')
+
+
+def test_eight_directions():
+    codes = HeadingCode(connectivity=8)
+    for heading in (0.0, 0.0, -1.0, -1.0):
+        codes.update(heading, 0.0)
+    text = describe(codes, frames=5)
+    assert str(text) == (
+        'frames 5; movement 4 (0:0 1:3 2:1 3:0) 1x2 2x1 1x1;'
+        ' direction 4 (0:0 1:2 2:2 3:0 4:0 5:0 6:0 7:0) 2x2 1x2')
+    assert parse(str(text)) == text
 
 
 @given(SHIFTS, st.none() | st.integers(1, 5), st.none() | st.integers(1, 5))

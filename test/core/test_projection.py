@@ -2,11 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """The cylinder: yaw is one shift over the whole width, whatever the camera."""
 
+from dataclasses import replace
 import math
 
 import cv2
+import far_scene
 from hypothesis import given, strategies as st
 import numpy as np
+from phase_traj_ros.core.camera import CameraModel, Distortion
 from phase_traj_ros.core.projection import (
     Band,
     CylinderProjection,
@@ -19,6 +22,31 @@ import pytest
 
 SHAPE = (240, 400)
 FOCAL = 230.0
+CAMERA = CameraModel.pinhole(SHAPE, FOCAL)
+
+# Distorted cameras, and the radius in the picture (in focal lengths) by the angle from the axis.
+BARREL = CameraModel(
+    width=640, height=480, fx=330.0, fy=330.0, cx=322.0, cy=236.0, distortion=Distortion.BROWN,
+    coefficients=(-0.28, 0.06, 0.0, 0.0, 0.0))
+FISHEYE = CameraModel(
+    width=640, height=480, fx=210.0, fy=210.0, cx=316.0, cy=243.0, distortion=Distortion.FISHEYE,
+    coefficients=(0.03, -0.01, 0.004, -0.002))
+
+
+def barrel(angle):
+    r = np.tan(angle)
+    return r * (1 - 0.28 * r**2 + 0.06 * r**4)
+
+
+def fisheye(angle):
+    return angle * (1 + 0.03 * angle**2 - 0.01 * angle**4 + 0.004 * angle**6 - 0.002 * angle**8)
+
+
+LENSES = {'barrel': (BARREL, barrel), 'fisheye': (FISHEYE, fisheye)}
+
+
+def without_distortion(camera):
+    return replace(camera, distortion=Distortion.NONE, coefficients=())
 
 
 def pinhole(azimuth, shape=SHAPE, focal=FOCAL):
@@ -33,7 +61,7 @@ def pinhole(azimuth, shape=SHAPE, focal=FOCAL):
 
 
 def test_yaw_is_the_same_shift_everywhere():
-    projection = CylinderProjection(SHAPE, FOCAL)
+    projection = CylinderProjection(CAMERA)
     pixels = 12
     before = projection(pinhole(0.0))
     after = projection(pinhole(-pixels / projection.px_per_rad))
@@ -50,7 +78,7 @@ def test_without_the_cylinder_it_is_not():
 
 
 def test_azimuths_and_slopes_are_where_the_camera_sees_them():
-    projection = CylinderProjection(SHAPE, FOCAL, cx=210.0, cy=100.0)
+    projection = CylinderProjection(replace(CAMERA, cx=210.0, cy=100.0))
     position = np.indices(SHAPE).astype(np.float32)
     rows, columns = (projection(each) for each in position)
     azimuth, slope = projection.azimuths[None], projection.slopes[:, None]
@@ -64,9 +92,9 @@ def test_azimuths_and_slopes_are_where_the_camera_sees_them():
 
 def test_upside_down_gives_the_same_upright_picture():
     frame = pinhole(0.3)
-    upright = CylinderProjection(SHAPE, FOCAL, cx=190.0, cy=110.0)
+    upright = CylinderProjection(replace(CAMERA, cx=190.0, cy=110.0))
     turned = CylinderProjection(
-        SHAPE, FOCAL, cx=SHAPE[1] - 1 - 190.0, cy=SHAPE[0] - 1 - 110.0, rotate_180=True)
+        replace(CAMERA, cx=SHAPE[1] - 1 - 190.0, cy=SHAPE[0] - 1 - 110.0), rotate_180=True)
     assert turned.shape == upright.shape
     np.testing.assert_allclose(turned(np.ascontiguousarray(frame[::-1, ::-1])), upright(frame),
                                atol=2.0)
@@ -76,7 +104,7 @@ def test_upside_down_gives_the_same_upright_picture():
     ((376, 1241), 718.856), ((240, 320), 266.0), ((480, 640), 457.0), ((1080, 1920), 1500.0),
     ((720, 1280), 2389.0), ((400, 640), 224.0), ((240, 320), 160.0)])
 def test_size_is_bounded_whatever_the_camera(shape, focal):
-    projection = CylinderProjection(shape, focal)
+    projection = CylinderProjection(CameraModel.pinhole(shape, focal))
     assert projection.px_per_rad <= focal
     assert 150 < projection.shape[1] < 450 and 60 < projection.shape[0] < 260
     frame = np.zeros(shape, np.uint8)
@@ -88,13 +116,14 @@ def test_size_is_bounded_whatever_the_camera(shape, focal):
 def test_keeps_the_type_and_averages_large_frames(dtype):
     # A pattern too fine for the cylinder has to become grey, not another pattern.
     frame = np.indices((720, 1280)).sum(axis=0) % 2 * 200
-    projected = CylinderProjection((720, 1280), 1100.0)(frame.astype(dtype))
+    projected = CylinderProjection(CameraModel.pinhole((720, 1280), 1100.0))(frame.astype(dtype))
     assert projected.dtype == dtype
     assert np.ptp(projected.astype(float)) < 25
 
 
 def test_band_is_given_in_angles():
-    projection = CylinderProjection((2000, 3000), 1000.0, band=Band(above=10, below=5, aside=20))
+    projection = CylinderProjection(
+        CameraModel.pinhole((2000, 3000), 1000.0), band=Band(above=10, below=5, aside=20))
     assert projection.slopes[0] == pytest.approx(-math.tan(math.radians(10)), abs=0.01)
     assert projection.slopes[-1] == pytest.approx(math.tan(math.radians(5)), abs=0.01)
     assert projection.azimuths[[0, -1]] == pytest.approx(np.radians((-20, 20)), abs=0.01)
@@ -105,21 +134,115 @@ def test_a_line_of_sight_keeps_its_column_at_all_heights():
     # A vertical edge in the world is vertical on the cylinder, too.
     frame = np.zeros(SHAPE, np.uint8)
     cv2.line(frame, (330, 0), (330, 239), 255, 2)
-    columns = CylinderProjection(SHAPE, FOCAL)(frame).argmax(axis=1)
+    columns = CylinderProjection(CAMERA)(frame).argmax(axis=1)
     assert np.ptp(columns) <= 1
 
 
+def strip_yaws(projection, before, after, expected, strips=6):
+    """Return the yaw, in degrees, under which each of some strips side by side agrees best."""
+    before, after = (projection(each).astype(np.float32) for each in (before, after))
+    whole = np.flatnonzero(projection.inside.all(axis=1))
+    rows = slice(whole[0], whole[-1])
+    yaws = np.linspace(0.5, 1.5, 201) * expected
+    errors = []
+    for pixels in np.radians(yaws) * projection.px_per_rad:
+        back = cv2.warpAffine(after, np.array(((1, 0, -pixels), (0, 1, 0))), after.shape[::-1])
+        # What has come in is nowhere in the frame before.
+        square = ((back - before)[rows, :-int(pixels) - 2]**2).mean(axis=0)
+        errors.append([strip.mean() for strip in np.array_split(square, strips)])
+    return yaws[np.argmin(errors, axis=0)]
+
+
+@pytest.mark.parametrize('name', LENSES)
+def test_azimuths_and_slopes_are_where_a_distorted_camera_sees_them(name):
+    camera, radius = LENSES[name]
+    projection = CylinderProjection(camera)
+    azimuth, slope = (each.astype(np.float32) for each in far_scene.bearings(camera, radius))
+    inside = cv2.erode(projection.inside.astype(np.uint8), np.ones((5, 5))).astype(bool)
+    inside[[0, 1, -2, -1]] = inside[:, [0, 1, -2, -1]] = False
+    seen = np.broadcast_to(projection.azimuths, projection.shape)
+    assert projection(azimuth)[inside] == pytest.approx(seen[inside], abs=2e-4)
+    seen = np.broadcast_to(projection.slopes[:, None], projection.shape)
+    assert projection(slope)[inside] == pytest.approx(seen[inside], abs=2e-4)
+
+
+@pytest.mark.parametrize('upside_down', [False, True])
+@pytest.mark.parametrize('name', LENSES)
+def test_yaw_is_the_same_over_the_whole_width_of_a_distorted_picture(name, upside_down):
+    camera, radius = LENSES[name]
+    turn = 1.5
+    before, after = (
+        far_scene.render(camera, radius, math.radians(heading)) for heading in (20.0, 20.0 + turn))
+    if upside_down:
+        camera = camera.turned_180()
+        before, after = (np.ascontiguousarray(each[::-1, ::-1]) for each in (before, after))
+    projection = CylinderProjection(camera, rotate_180=upside_down)
+    right = strip_yaws(projection, before, after, turn)
+    assert right == pytest.approx(turn, abs=0.03)
+    ignored = CylinderProjection(without_distortion(camera), rotate_180=upside_down)
+    wrong = strip_yaws(ignored, before, after, turn)
+    assert np.abs(wrong - turn).max() > 10 * np.abs(right - turn).max()
+    assert np.ptp(wrong) > 0.2
+
+
+@pytest.mark.parametrize('name', LENSES)
+def test_reaches_as_far_as_the_distorted_picture(name):
+    camera, _ = LENSES[name]
+    projection = CylinderProjection(camera)
+    pinhole = CylinderProjection(without_distortion(camera))
+    left, right = projection.azimuths[0], projection.azimuths[-1]
+    assert left < pinhole.azimuths[0] - 0.05 and right > pinhole.azimuths[-1] + 0.05
+    row = np.abs(projection.slopes).argmin()
+    assert projection.inside[row].all()
+    assert projection.inside.mean() > 0.95
+    # One pixel farther, either the picture ends or the band.
+    for azimuth in (left - 1.6 / projection.px_per_rad, right + 1.6 / projection.px_per_rad):
+        sight = camera.project(*(np.array([each]) for each in (math.tan(azimuth), 0.0, 1.0)))
+        assert not sight.seen[0] or abs(azimuth) > math.radians(60.0)
+
+
+def test_what_the_model_does_not_hold_for_is_not_shown():
+    # From 44 degrees on, this model comes back in: see test_camera.
+    camera = replace(BARREL, coefficients=(-0.35, 0.0, 0.0, 0.0))
+    projection = CylinderProjection(camera)
+    assert 0.74 < np.abs(projection.azimuths).max() < math.radians(44.5)
+    radius = np.hypot(np.tan(projection.azimuths), np.outer(
+        projection.slopes, 1 / np.cos(projection.azimuths)))
+    assert not projection.inside[radius > 0.98].any()
+    assert projection.inside[radius < 0.96].all()
+    # There, the edge of what holds is repeated: nothing from farther inside.
+    columns = projection(np.indices(camera.shape)[1].astype(np.float32))
+    assert (np.diff(columns, axis=1)[:, 1:-1] > -0.05).all()
+
+
+def test_part_of_a_sensor_without_its_optical_axis():
+    camera = replace(BARREL, height=120, cy=-40.0)
+    projection = CylinderProjection(camera)
+    plain = CylinderProjection(without_distortion(camera))
+    assert 0.0 < projection.slopes[0] == pytest.approx(plain.slopes[0], abs=0.02)
+    assert projection.inside.mean() > 0.8
+    with pytest.raises(FrameError, match='show too little'):
+        CylinderProjection(replace(BARREL, cy=-4000.0))
+
+
+def test_pixels_need_not_be_square():
+    frame = far_scene.render(BARREL, barrel, 0.0)
+    tall = cv2.resize(frame, (640, 960), interpolation=cv2.INTER_CUBIC)
+    # The middle of a pixel is not where it was.
+    camera = replace(BARREL, height=960, fy=2 * BARREL.fy, cy=2 * BARREL.cy + 0.5)
+    one, other = CylinderProjection(BARREL), CylinderProjection(camera)
+    assert other.shape == one.shape
+    # Twice as many rows are averaged, and so lose a little of what is fine.
+    assert np.abs(one(frame).astype(float) - other(tall)).mean() < 1.5
+
+
 def test_refuses_what_cannot_be():
-    with pytest.raises(ValueError, match='focal_px is 0'):
-        CylinderProjection(SHAPE, 0.0)
-    with pytest.raises(ValueError, match='focal_px is nan'):
-        CylinderProjection(SHAPE, math.nan)
     with pytest.raises(ValueError, match='above'):
         Band(above=90.0)
     with pytest.raises(FrameError, match='10x12 pixels show too little'):
-        CylinderProjection((12, 10), 8.0)
+        CylinderProjection(CameraModel.pinhole((12, 10), 8.0))
     with pytest.raises(FrameError, match='show too little'):
-        CylinderProjection(SHAPE, FOCAL, cx=1e6)
+        CylinderProjection(replace(CAMERA, cx=1e6))
 
 
 @given(st.floats(1.0, 170.0), st.integers(1, 4000))

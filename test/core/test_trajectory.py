@@ -4,7 +4,7 @@
 
 from hypothesis import given, strategies as st
 import numpy as np
-from phase_traj_ros.core import Axes, ChainPath, Direction, normalised, vertices, yaw
+from phase_traj_ros.core import Axes, ChainPath, Direction, Freeman, normalised, vertices, yaw
 import pytest
 
 DIRECTIONS = st.lists(st.sampled_from(Direction), max_size=40)
@@ -15,7 +15,18 @@ DIRECTIONS = st.lists(st.sampled_from(Direction), max_size=40)
 def test_a_step_in_both_axes(direction, figure, rep103):
     assert vertices([direction], axes=Axes.FIGURE)[1].tolist() == list(figure)
     assert vertices([direction])[1].tolist() == list(rep103)
-    assert (np.cos(yaw(direction)), np.sin(yaw(direction))) == pytest.approx(rep103)
+    angle = yaw(Direction(direction))
+    assert (np.cos(angle), np.sin(angle)) == pytest.approx(rep103)
+
+
+def test_freemans_steps_are_of_length_one_and_go_round_counter_clockwise():
+    steps = vertices(range(8), codes=Freeman)[1:] - vertices(range(8), codes=Freeman)[:-1]
+    assert np.hypot(*steps.T) == pytest.approx(np.ones(8))
+    angles = [yaw(code) for code in sorted(Freeman)]
+    assert np.diff(np.unwrap(angles)) == pytest.approx(np.full(7, np.pi / 4))
+    assert np.arctan2(steps[:, 1], steps[:, 0]) == pytest.approx(angles)
+    assert yaw(Freeman.FORWARD) == 0.0
+    assert all(-np.pi < angle <= np.pi for angle in angles)
 
 
 def test_a_drive_around_a_block_returns_to_the_start():
@@ -32,6 +43,8 @@ def test_nothing_is_a_point():
 def test_a_code_that_is_no_direction_is_refused():
     with pytest.raises(ValueError, match='4'):
         vertices([1, 4])
+    with pytest.raises(ValueError, match='8'):
+        vertices([1, 8], codes=Freeman)
 
 
 @given(DIRECTIONS)
@@ -58,7 +71,7 @@ def test_the_growing_path_has_the_corners_of_the_drawn_one(directions):
     assert [(each.x, each.y) for each in path.corners] == [tuple(drawn[each]) for each in changes]
     assert [each.stamp_ns for each in path.corners] == changes
     if directions:
-        assert [each.heading for each in path.corners] == [directions[each] for each in changes]
+        assert [each.yaw for each in path.corners] == [yaw(directions[each]) for each in changes]
 
 
 def test_a_bounded_path_keeps_the_newest_corners():

@@ -7,6 +7,7 @@ import math
 
 import cv2
 import numpy as np
+from phase_traj_ros.core.camera import CameraModel
 from phase_traj_ros.core.heading import HeadingTracker
 from phase_traj_ros.core.heading_code import HeadingCode
 from phase_traj_ros.core.projection import CylinderProjection
@@ -35,9 +36,13 @@ def rendered():
     return drive, list(render_drive(drive))
 
 
+def cylinder(shape, focal_px, **options):
+    return CylinderProjection(CameraModel.pinhole(shape, focal_px), **options)
+
+
 def follow(frames, stamps_ns, focal_px, **options):
     """Return the headings in degrees, the tracker, the code and the turns of a drive."""
-    meter = YawMeter(CylinderProjection(frames[0].shape, focal_px), **options)
+    meter = YawMeter(cylinder(frames[0].shape, focal_px), **options)
     tracker, code, headings = HeadingTracker(), HeadingCode(), [0.0]
     meter.update(frames[0], 0.1)
     for frame, interval_ns in zip(frames[1:], np.diff(stamps_ns).tolist()):
@@ -87,10 +92,10 @@ def test_follows_it_when_frames_are_lost():
 def test_takes_all_kinds_of_frames(form):
     drive, frames = rendered()
     if form == 'upside_down':
-        projection = CylinderProjection(frames[0].shape, CAMERA.focal, rotate_180=True)
+        projection = cylinder(frames[0].shape, CAMERA.focal, rotate_180=True)
         frames = [np.ascontiguousarray(frame[::-1, ::-1]) for frame in frames]
     else:
-        projection = CylinderProjection(frames[0].shape, CAMERA.focal)
+        projection = cylinder(frames[0].shape, CAMERA.focal)
         scale = {'uint16': 16, 'float32': 1 / 255}[form]
         frames = [(frame * np.float32(scale)).astype(form) for frame in frames]
     meter = YawMeter(projection)
@@ -141,7 +146,7 @@ def test_flicker_of_the_exposure_does_not_matter():
 
 def test_nothing_to_see_is_no_measurement():
     _, frames = rendered()
-    meter = YawMeter(CylinderProjection(frames[0].shape, CAMERA.focal))
+    meter = YawMeter(cylinder(frames[0].shape, CAMERA.focal))
     dark = np.zeros_like(frames[0])
     assert meter.update(dark, 0.1) is None
     assert meter.update(dark, 0.1).yaw is None
@@ -153,7 +158,7 @@ def test_nothing_to_see_is_no_measurement():
 
 def test_a_still_picture_is_no_yaw():
     _, frames = rendered()
-    meter = YawMeter(CylinderProjection(frames[0].shape, CAMERA.focal))
+    meter = YawMeter(cylinder(frames[0].shape, CAMERA.focal))
     meter.update(frames[5], 0.1)
     measured = meter.update(frames[5], 0.1)
     assert measured.yaw == pytest.approx(0.0, abs=1e-6)
@@ -163,7 +168,7 @@ def test_a_still_picture_is_no_yaw():
 def test_a_frame_that_cannot_be_used_changes_nothing():
     _, frames = rendered()
     meter, other = (
-        YawMeter(CylinderProjection(frames[0].shape, CAMERA.focal)) for _ in range(2))
+        YawMeter(cylinder(frames[0].shape, CAMERA.focal)) for _ in range(2))
     meter.update(frames[10], 0.1)
     other.update(frames[10], 0.1)
     spoilt = frames[11].astype(np.float32)
@@ -174,7 +179,7 @@ def test_a_frame_that_cannot_be_used_changes_nothing():
 
 
 def test_refuses_frames_and_masks_that_do_not_fit():
-    projection = CylinderProjection((240, 320), CAMERA.focal)
+    projection = cylinder((240, 320), CAMERA.focal)
     with pytest.raises(FrameError, match='give grey frames'):
         YawMeter(projection).update(np.zeros((240, 322), np.uint8), 0.1)
     with pytest.raises(FrameError, match='give grey frames'):
@@ -187,7 +192,7 @@ def test_refuses_frames_and_masks_that_do_not_fit():
 
 def test_reset_starts_anew():
     _, frames = rendered()
-    meter = YawMeter(CylinderProjection(frames[0].shape, CAMERA.focal))
+    meter = YawMeter(cylinder(frames[0].shape, CAMERA.focal))
     first = [meter.update(frame, 0.1) for frame in frames[:15]]
     meter.reset()
     assert [meter.update(frame, 0.1) for frame in frames[:15]] == first

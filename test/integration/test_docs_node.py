@@ -18,7 +18,7 @@ OF_EVERY_NODE = re.compile('use_sim_time|start_type_description_service|qos_over
 @pytest.fixture
 def node(live: Live):
     """Start the node and wait until the graph knows it."""
-    live.start('-p', 'focal_px:=700.0')
+    live.start('-p', 'code_source:=heading', '-p', 'use_speed_topic:=true')
     live.describe_parameters()
     # Answering comes before being listed: the services are announced one by one.
     live.until(lambda: {'~/save', '~/list_parameters'} <= of_node(

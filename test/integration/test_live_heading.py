@@ -6,13 +6,27 @@ from itertools import groupby
 import json
 import math
 
-from geometry_msgs.msg import QuaternionStamped, Vector3Stamped
-from live import image, LOSSLESS
+from geometry_msgs.msg import (
+    PoseStamped,
+    QuaternionStamped,
+    Twist,
+    TwistStamped,
+    Vector3,
+    Vector3Stamped,
+)
+from live import image, LATCHED, LOSSLESS
+from nav_msgs.msg import Odometry, Path
 import numpy as np
 from phase_traj_ros.cli.main import main
+from phase_traj_ros.io.camera_info import camera_from_info
+from phase_traj_ros.io.replay import replay
+from phase_traj_ros.io.source import Frame, Speed
+from phase_traj_ros.parameters import Parameters
+from phase_traj_ros.ros.messages import to_time
 from phase_traj_ros.synthetic import named_drive, render_drive
 import pytest
-from std_msgs.msg import Float64, UInt8
+from sensor_msgs.msg import CameraInfo
+from std_msgs.msg import Float64, Header, UInt8
 from std_srvs.srv import Trigger
 
 
@@ -53,6 +67,85 @@ def test_the_live_heading_is_the_true_one(live, drive, tmp_path):
     assert [turn['quarter_turns'] for turn in saved['turns']] == [1, -1]
     directions = [each.data for each in heard['direction']]
     assert [code for code, _ in groupby(directions)] == [1, 0, 1]
+
+
+def calibration(drive, stamp=0):
+    camera = drive.camera
+    matrix = camera.matrix()
+    return CameraInfo(
+        header=Header(stamp=to_time(stamp)), width=camera.width, height=camera.height,
+        distortion_model='plumb_bob', d=[0.0] * 5, k=matrix.ravel(),
+        p=np.concatenate([matrix, np.zeros((3, 1))], axis=1).ravel())
+
+
+def test_calibration_and_speed_come_on_topics(live, drive, tmp_path):
+    drive, frames = drive
+    values = {
+        'code_source': 'heading', 'connectivity': 8, 'use_speed_topic': True,
+        'path_from': 'heading'}
+    node = live.start(
+        *(each for name, value in values.items() for each in ('-p', f'{name}:={value}')),
+        '-r', 'image:=/front/image_raw',
+        '-p', 'qos_overrides./front/image_raw.subscription.reliability:=reliable',
+        '-p', 'qos_overrides./front/image_raw.subscription.history:=keep_all',
+        '-p', 'qos_overrides./speed.subscription.reliability:=reliable',
+        '-p', 'qos_overrides./speed.subscription.history:=keep_all')
+    kinds = {'direction': UInt8, 'movement': UInt8, 'odom': Odometry, 'pose': PoseStamped}
+    heard = {name: live.listen(kind, f'phase_traj/{name}', LOSSLESS)
+             for name, kind in kinds.items()}
+    paths = live.listen(Path, 'phase_traj/path', LATCHED)
+    live.call(Trigger, 'phase_traj/reset', Trigger.Request())
+    camera = live.camera('/front/image_raw')
+    # Beside the images, though nobody has said so.
+    information = live.camera('/front/camera_info', kind=CameraInfo)
+    speedometer = live.camera('/speed', kind=TwistStamped)
+    # What comes before the calibration is not used, and what is wrong is said.
+    camera.publish(image(frames[0], 1))
+    live.until(lambda: 'nothing has come on /front/camera_info yet' in live.logs(), process=node)
+    information.publish(CameraInfo(width=1, height=1))
+    live.until(lambda: 'is not calibrated' in live.logs(), process=node)
+    information.publish(calibration(drive))
+    live.until(lambda: 'calibration from /front/camera_info' in live.logs(), process=node)
+    # All speeds first: the two topics are not in step.
+    steps = np.hypot(*np.diff(drive.poses[:, :2], axis=0).T)
+    for stamp, way in zip(drive.stamps_ns.tolist(), steps.tolist()):
+        speedometer.publish(TwistStamped(
+            header=Header(stamp=to_time(stamp)), twist=Twist(linear=Vector3(x=way / 0.1))))
+    live.call(Trigger, 'phase_traj/reset', Trigger.Request())
+    for frame, stamp in zip(frames, drive.stamps_ns.tolist()):
+        camera.publish(image(frame, stamp))
+    live.until(lambda: len(heard['movement']) == len(heard['pose']) == len(frames) - 1)
+    true = drive.poses[:, :2] - drive.poses[0, :2]
+    live.until(lambda: len(heard['odom']) == len(frames) - 1)
+    found = np.array([
+        (each.pose.pose.position.x, each.pose.pose.position.y) for each in heard['odom']])
+    assert np.abs(found - true[1:]).max() < 0.03 * np.ptp(true, axis=0).max()
+    first = heard['odom'][0]
+    assert (first.header.frame_id, first.child_frame_id) == ('phase_traj', 'base_link')
+    assert first.twist.twist.linear.x == pytest.approx(steps[0] / 0.1, rel=1e-6)
+    assert all(np.array(each.pose.covariance).reshape(6, 6)[5, 5] > 0 for each in heard['odom'])
+    live.until(lambda: len(paths[-1].poses) == len(frames))
+    assert paths[-1].poses[-1].pose == heard['pose'][-1].pose
+    assert heard['pose'][-1].pose.position.x == found[-1, 0]
+    # And all of it as a replay has it.
+    model = camera_from_info(calibration(drive), rectified=False)
+    result = replay(
+        [Frame(frame, stamp, 'mono8') for frame, stamp in zip(frames, drive.stamps_ns.tolist())],
+        Parameters(**values), source='the same', camera=model, speeds=[
+            Speed(stamp, way / 0.1)
+            for stamp, way in zip(drive.stamps_ns.tolist(), steps.tolist())])
+    assert [each.data for each in heard['movement']] == result.movement
+    assert [each.data for each in heard['direction']] == result.direction
+    assert set(result.direction) == {2, 3, 4}
+    assert found.tolist() == [
+        [update.odometry.pose.x, update.odometry.pose.y] for update in result.updates]
+
+
+def test_a_threshold_in_degrees_needs_a_camera(live):
+    live.start()
+    result = live.set_parameter('threshold_deg_s', 10.0)
+    assert not result.successful
+    assert 'settled at the start' in result.reason
 
 
 @pytest.mark.parametrize(('clip', 'focal', 'turns'), [('00', 718.856, 1), ('06', 707.091, 0)])

@@ -85,6 +85,24 @@ class BagMaker:
         return self.typestore.types['sensor_msgs/msg/CompressedImage'](
             header=self._header(stamp_ns), format=suffix[1:], data=data.ravel())
 
+    def camera_info(
+        self, *, focal: float = 30.0, width: int = 32, height: int = 24,
+        distortion: tuple[float, ...] = (-0.1, 0.0, 0.0, 0.0, 0.0),
+    ) -> Any:
+        """Return the calibration of a camera; rectified, its focal length is 1 more."""
+        matrix = np.array((focal, 0, width / 2, 0, focal, height / 2, 0, 0, 1), np.float64)
+        projection = np.hstack((matrix.reshape(3, 3), np.zeros((3, 1)))).ravel()
+        projection[[0, 5]] += np.sign(focal)
+        fields = {
+            'd': np.array(distortion), 'k': matrix, 'r': np.eye(3).ravel(), 'p': projection}
+        if self.kind == 'ros1':
+            fields = {name.upper(): value for name, value in fields.items()}
+        roi = self.typestore.types['sensor_msgs/msg/RegionOfInterest'](
+            x_offset=0, y_offset=0, height=0, width=0, do_rectify=False)
+        return self.typestore.types['sensor_msgs/msg/CameraInfo'](
+            header=self._header(SECOND), height=height, width=width,
+            distortion_model='plumb_bob', binning_x=0, binning_y=0, roi=roi, **fields)
+
     def text(self, text: str) -> Any:
         """Return a std_msgs/String."""
         return self.typestore.types['std_msgs/msg/String'](data=text)

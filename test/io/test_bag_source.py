@@ -6,7 +6,13 @@ from pathlib import Path
 import threading
 
 import numpy as np
-from phase_traj_ros.errors import FrameError, MissingDependencyError, SourceError
+from phase_traj_ros.core.camera import Distortion
+from phase_traj_ros.errors import (
+    CalibrationError,
+    FrameError,
+    MissingDependencyError,
+    SourceError,
+)
 from phase_traj_ros.io import open_source, prefetch, Selection
 import pytest
 
@@ -14,6 +20,7 @@ SECOND = 1_000_000_000
 IMAGE = 'sensor_msgs/msg/Image'
 COMPRESSED = 'sensor_msgs/msg/CompressedImage'
 STRING = 'std_msgs/msg/String'
+INFO = 'sensor_msgs/msg/CameraInfo'
 
 
 def stamps_of(path, **options):
@@ -262,3 +269,72 @@ def test_missing_storage_file(tmp_path, mcap_maker):
     next(path.glob('*.mcap')).unlink()
     with pytest.raises(SourceError, match='missing'):
         open_source(path)
+
+
+def calibrated(maker, path, drive_frame, infos, *, topic='/camera/camera_info', msgtype=INFO):
+    """Write a bag with one image and, on a topic, what is given."""
+    return maker.write(path, {
+        '/camera/image_raw': (IMAGE, [(SECOND, maker.image(drive_frame(0), SECOND))]),
+        '/right/camera_info': (INFO, [(0, maker.camera_info(focal=99.0))]),
+        topic: (msgtype, [(index, info) for index, info in enumerate(infos, 1)])})
+
+
+def test_first_calibration_beside_the_images(tmp_path, maker, drive_frame):
+    path = calibrated(maker, tmp_path / 'bag', drive_frame, [
+        maker.camera_info(focal=30.0), maker.camera_info(focal=40.0)])
+    with open_source(path) as source:
+        raw, rectified = (source.camera(rectified=each) for each in (False, True))
+        assert len(list(source)) == 1
+    assert (raw.fx, raw.shape, raw.distortion) == (30.0, (24, 32), Distortion.BROWN)
+    assert raw.coefficients == (-0.1, 0.0, 0.0, 0.0, 0.0)
+    assert (rectified.fx, rectified.distortion) == (31.0, Distortion.NONE)
+
+
+def test_calibration_of_compressed_images(tmp_path, maker, drive_frame):
+    path = maker.write(tmp_path / 'bag', {
+        '/camera/image_raw/compressed': (
+            COMPRESSED, [(SECOND, maker.compressed(drive_frame(0), SECOND))]),
+        '/camera/camera_info': (INFO, [(SECOND, maker.camera_info(focal=33.0))])})
+    with open_source(path) as source:
+        assert source.camera(rectified=False).fx == 33.0
+
+
+def test_no_calibration(tmp_path, maker, drive_frame):
+    with open_source(maker.drive(tmp_path / 'none')) as source:
+        assert source.camera(rectified=False) is None
+    path = calibrated(maker, tmp_path / 'empty', drive_frame, [])
+    with open_source(path) as source:
+        assert source.camera(rectified=False) is None
+    path = calibrated(
+        maker, tmp_path / 'other', drive_frame, [maker.text('hello')], msgtype=STRING)
+    with open_source(path) as source:
+        assert source.camera(rectified=False) is None
+
+
+def test_calibration_that_cannot_be_used(tmp_path, maker, drive_frame):
+    info = maker.camera_info(focal=0.0, width=0, height=0)
+    path = calibrated(maker, tmp_path / 'bag', drive_frame, [info])
+    with open_source(path) as source:
+        message = r'bag.*, topic /camera/camera_info: the camera is not calibrated \(K'
+        with pytest.raises(CalibrationError, match=message):
+            source.camera(rectified=False)
+        assert len(list(source)) == 1
+
+
+def test_calibration_that_is_cut_off(tmp_path, maker, drive_frame, monkeypatch):
+    info = maker.camera_info()
+    name = f'serialize_{"ros1" if maker.kind == "ros1" else "cdr"}'
+    serialise = getattr(maker.typestore, name)
+
+    def cut_off(msg, msgtype):
+        data = serialise(msg, msgtype)
+        return data[:len(data) // 2] if msg is info else data
+
+    monkeypatch.setattr(maker.typestore, name, cut_off)
+    path = calibrated(maker, tmp_path / 'bag', drive_frame, [info])
+    with open_source(path) as source:
+        message = r'bag.*, topic /camera/camera_info, message 0 cannot be read as a ROS'
+        with pytest.raises(SourceError, match=message) as caught:
+            source.camera(rectified=True)
+        assert '\n' not in str(caught.value)
+        assert len(list(source)) == 1

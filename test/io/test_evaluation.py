@@ -45,8 +45,7 @@ def replayed(tmp_path):
         for angle, yaw in zip(heading[1:].tolist(), np.radians(yaws).tolist()):
             codes.update(angle, yaw / 0.1)
         movement = [int(code) for code in codes.movement]
-        direction = [int(code) for code in (
-            codes.direction if connectivity == 4 else codes.freeman)]
+        direction = [int(code) for code in codes.direction]
         stamps = [PERIOD_NS * index for index in range(len(heading))]
         content = {
             'source': 'made up', 'movement': movement, 'direction': direction,

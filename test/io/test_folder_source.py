@@ -5,6 +5,7 @@
 import cv2
 from hypothesis import given, strategies as st
 import numpy as np
+from phase_traj_ros.core.camera import CameraModel
 from phase_traj_ros.errors import SourceError
 from phase_traj_ros.io import open_source, Selection
 from phase_traj_ros.io.folder_source import natural_key, PICTURE_SUFFIXES, read_times
@@ -192,6 +193,58 @@ def test_empty_kitti_camera_is_passed_over(tmp_path):
     assert len(read(tmp_path)[0]) == 2
 
 
+KITTI_CALIBRATION = """\
+P0: 7.0e+00 0.0 3.5 0.0 0.0 7.5 2.5 0.0 0.0 0.0 1.0 0.0
+P1: 8.0 0.0 3.5 -4.0 0.0 8.5 2.5 0.0 0.0 0.0 1.0 0.0
+P2: 9.0 0.0 3.25 0.5 0.0 9.5 2.25 0.1 0.0 0.0 1.0 0.01
+P3: 10.0 0.0 3.5 0.0 0.0 10.5 2.5 0.0 0.0 0.0 1.0 0.0
+Tr: 0.0 -1.0 0.0 0.0 0.0 0.0 -1.0 -0.1 1.0 0.0 0.0 -0.3
+"""
+
+
+@pytest.mark.parametrize(('camera', 'fx', 'cx'), [
+    ('image_0', 7.0, 3.5), ('image_1', 8.0, 3.5), ('image_2', 9.0, 3.25), ('image_3', 10.0, 3.5)])
+@pytest.mark.parametrize('rectified', [False, True])
+def test_kitti_calibration(tmp_path, monkeypatch, camera, fx, cx, rectified):
+    folder = fill(tmp_path / camera, ['000000.png', '000001.png'])
+    (tmp_path / 'calib.txt').write_text(KITTI_CALIBRATION)
+    expected = CameraModel(width=7, height=5, fx=fx, fy=fx + 0.5, cx=cx, cy=cx - 1.0)
+    monkeypatch.chdir(folder)
+    for path in (tmp_path, folder, '.'):
+        with open_source(path) as source:
+            assert source.camera(rectified=rectified) == expected
+
+
+def test_folders_without_a_calibration(tmp_path):
+    fill(tmp_path / 'image_0', ['0.png'])
+    with open_source(tmp_path) as source:
+        assert source.camera(rectified=False) is None
+    # It belongs to the cameras of KITTI only.
+    fill(tmp_path / 'mine', ['0.png'])
+    (tmp_path / 'calib.txt').write_text(KITTI_CALIBRATION)
+    with open_source(tmp_path / 'mine') as source:
+        assert source.camera(rectified=True) is None
+
+
+@pytest.mark.parametrize(('content', 'message'), [
+    (b'', "there is no line 'P0'; correct it, or give focal_px"),
+    (b'P1: 1 2 3', "no line 'P0'"),
+    (b'P0: 1 2 3', 'the line has 3 numbers, not 12'),
+    (b'P0: 7 0 x 0 0 7 2 0 0 0 1 0', "could not convert string to float: 'x'"),
+    (b'P0: -7 0 3 0 0 7 2 0 0 0 1 0', 'fx is -7.0: give a finite number'),
+    (b'P0: 7 0 nan 0 0 7 2 0 0 0 1 0', 'cx is nan'),
+    (b'\xff\xfe\x00', 'the file is no text'),
+])
+def test_kitti_calibration_that_is_broken(tmp_path, content, message):
+    fill(tmp_path / 'image_0', ['0.png'])
+    (tmp_path / 'calib.txt').write_bytes(content)
+    with open_source(tmp_path) as source:
+        with pytest.raises(SourceError, match=f'calib.txt, P0: .*{message}') as caught:
+            source.camera(rectified=True)
+        assert '\n' not in str(caught.value)
+        assert len(list(source)) == 1
+
+
 @pytest.mark.parametrize('suffix', PICTURE_SUFFIXES)
 def test_truncated_picture(tmp_path, suffix):
     fill(tmp_path, ['0.png', f'1{suffix}', '2.png'], shape=(48, 64))
@@ -238,10 +291,13 @@ def test_kitti_clip(kitti_root, clip):
     with open_source(kitti_root / clip, selection=selection) as source:
         frames = list(source)
         assert source.frame_count == len(frames)
+        camera = source.camera(rectified=True)
     assert 8 <= len(frames) <= 12
     assert frames[0].image.dtype == np.uint8
     assert frames[0].image.ndim == 2
     gaps = np.diff([frame.stamp_ns for frame in frames]) / 1e9
     assert np.all((gaps > 0.09) & (gaps < 0.12))
+    assert camera.shape == frames[0].image.shape
+    assert 700 < camera.fx == camera.fy < 720
     with open_source(kitti_root / clip / 'image_0', selection=selection) as source:
         assert [frame.stamp_ns for frame in source] == [frame.stamp_ns for frame in frames]

@@ -67,9 +67,11 @@ def frames():
     return made
 
 
-def test_the_same_messages(frames, tmp_path):
+@pytest.mark.parametrize('values', [
+    {}, {'focal_px': 300.0, 'speed': 5.0, 'path_from': 'heading', 'max_path_poses': 4}])
+def test_the_same_messages(frames, tmp_path, values):
     from phase_traj_ros.ros.outputs import Outputs
-    parameters = Parameters(step_length=2.5, frame_id='drawn')
+    parameters = Parameters(step_length=2.5, frame_id='drawn', **values)
     path = tmp_path / 'out.mcap'
     with BagSink(path, parameters, source='', debug_images=True) as sink:
         replay(frames, parameters, source='', watchers=[sink])
@@ -91,8 +93,10 @@ def test_the_same_messages(frames, tmp_path):
                 texts.append(node.publishers['chain_code'].data[-1])
     outputs.publish_state()
 
-    for topic in (*PER_PAIR, 'debug_image'):
+    more = ('heading', 'heading_stamped', 'odom') if values else ()
+    for topic in (*PER_PAIR, *more, 'debug_image'):
         assert node.publishers[topic].data == stored[topic], topic
+        assert stored[topic]
     assert len(stored['movement']) == len(frames) - 1
     assert {Movement.LEFT, Movement.RIGHT} <= {data[4] for data in stored['movement']}
     # Texts at changes of the movement, and the last text and path, which come last in both.

@@ -43,7 +43,8 @@ def messages(path):
 
 def test_every_frame_has_its_messages_and_stamps(drive, bag):
     found = messages(bag)
-    assert set(found) == {'/front/image_raw', '/front/camera_info', '/ground_truth/pose'}
+    assert set(found) == {
+        '/front/image_raw', '/front/camera_info', '/ground_truth/pose', '/speed'}
     for entries in found.values():
         assert [stamp for (stamp, _) in entries] == drive.stamps_ns.tolist()
         for (stamp, message) in entries:
@@ -75,6 +76,13 @@ def test_the_ground_truth_is_the_pose_of_the_camera(drive, bag):
         assert (position.x, position.y, position.z) == (pose.x, pose.y, SMALL.above_ground)
         orientation = truth.pose.orientation
         assert 2 * np.arctan2(orientation.z, orientation.w) == pytest.approx(pose.yaw)
+
+
+def test_the_speed_leads_from_frame_to_frame(drive, bag):
+    speeds = [message.twist.linear.x for (_, message) in messages(bag)['/speed']]
+    steps = np.hypot(*np.diff(drive.poses[:, :2], axis=0).T)
+    assert speeds[:-1] == pytest.approx(steps / np.diff(drive.stamps_ns) * 1e9)
+    assert speeds[-1] == speeds[-2]
 
 
 def test_the_bag_is_mcap_named_after_its_directory(bag):
