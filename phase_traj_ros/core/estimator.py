@@ -187,8 +187,19 @@ class TrajectoryEstimator:
         return None if self._mask is None else self._settings.view.of(self._mask)
 
     def correlation_map(self) -> NDArray[np.float32]:
-        """Return the map of the newest pair, as ``PhaseCorrelator.correlation_map`` does."""
+        """
+        Return the map of the newest pair, as ``PhaseCorrelator.correlation_map`` does.
+
+        Where the codes come from the heading, it is that of the cylinder.
+        """
+        if self._by_heading and self._heading is not None:
+            return self._heading.correlation_map()
         return self._correlator.correlation_map()
+
+    @property
+    def threshold_px(self) -> float | None:
+        """Return T of the newest pair in pixels per frame; None if the codes need none."""
+        return None if self._by_heading else self._codes.threshold
 
     def reset(self) -> None:
         """Start anew with the next frame: no codes, no path, direction forward."""

@@ -151,6 +151,12 @@ class HeadingEstimator:
         if self._meter is not None:
             self._meter.reset()
 
+    def correlation_map(self) -> NDArray[np.float32]:
+        """Return the map of the newest pair on the cylinder; (0, 0) before the first frame."""
+        if self._meter is None:
+            return np.zeros((0, 0), np.float32)
+        return self._meter.correlation_map()
+
     def finish(self) -> list[Turn]:
         """Return the turn that is under way at the end, if it is one already."""
         return self._turns.finish()

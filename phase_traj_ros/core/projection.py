@@ -148,7 +148,7 @@ class CylinderProjection:
         if px_per_rad is None:
             px_per_rad = max(_ENOUGH_PX_PER_RAD, _ENOUGH_COLUMNS / max(right - left, 1e-9))
         self._px_per_rad = min(px_per_rad, camera.fx)
-        self._reduction = (self._whole(camera.fx), self._whole(camera.fx))
+        self._reduction = (self._whole(camera.fy), self._whole(camera.fx))
         self._used = (
             slice(height // self._reduction[0] * self._reduction[0]),
             slice(width // self._reduction[1] * self._reduction[1]))

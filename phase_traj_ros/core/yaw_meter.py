@@ -120,6 +120,10 @@ class YawMeter:
         self._travel = Travel()
         self._rate = 0.0
 
+    def correlation_map(self) -> NDArray[np.float32]:
+        """Return the map of the newest pair, as ``PhaseCorrelator.correlation_map`` does."""
+        return self._correlator.correlation_map()
+
     def update(self, frame: Frame, interval: float) -> YawMeasurement | None:
         """
         Return the yaw from the previous frame to ``frame``, or None for the first frame.

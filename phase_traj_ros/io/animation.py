@@ -93,7 +93,7 @@ class _Canvas:
 
     def __init__(self, result: Replay) -> None:
         self._shown: Overview = overview(result)
-        self._threshold = result.parameters.threshold
+        self._threshold = result.threshold_px
         self._points = to_axes(self._shown.path.astype(np.float64), Axes.FIGURE)
 
     def draw(self, scene: _Scene) -> Picture:
@@ -119,11 +119,12 @@ class _Canvas:
         height, width, _ = panel.shape
         dx = np.nan_to_num(self._shown.dx)
         top, bottom = 66, height - 10
-        high = max(float(np.abs(dx).max()), 1.5 * self._threshold)
+        high = max(float(np.abs(dx).max()), 1.5 * (self._threshold or 1.0))
         y = (top + bottom) / 2 - dx / high * (bottom - top) / 2
         x = np.linspace(8, width - 12, len(dx))
         points = np.stack([x, y], axis=1).round().astype(np.int32)
-        for level in (self._threshold, -self._threshold):
+        levels = () if self._threshold is None else (self._threshold, -self._threshold)
+        for level in levels:
             row = round((top + bottom) / 2 - level / high * (bottom - top) / 2)
             for left in range(8, width - 12, 8):
                 cv2.line(panel, (left, row), (left + 3, row), _ACCENT, 1)

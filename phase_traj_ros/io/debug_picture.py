@@ -7,7 +7,7 @@ from typing import cast
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from phase_traj_ros.core import TrajectoryEstimator, Update
+from phase_traj_ros.core import PAPER_THRESHOLD, TrajectoryEstimator, Update
 from phase_traj_ros.io.decoding import GreyImage
 from phase_traj_ros.io.source import Frame
 
@@ -48,20 +48,19 @@ def draw(frame: Frame, update: Update, estimator: TrajectoryEstimator) -> Pictur
     cv2.rectangle(
         picture, (round(view.columns[0] * width), round(view.rows[0] * height)),
         (round(view.columns[1] * width) - 1, round(view.rows[1] * height) - 1), _BAND, 1)
-    _draw_shift(picture, update, estimator.settings.threshold)
+    _draw_shift(picture, update, estimator.threshold_px)
     if update.shift is not None:
         _draw_map(picture, estimator)
     _draw_text(picture, update)
     return picture
 
 
-def _draw_shift(picture: Picture, update: Update, threshold: float) -> None:
+def _draw_shift(picture: Picture, update: Update, threshold: float | None) -> None:
     height, width, _ = picture.shape
     # So long that +-T stand at a quarter of the width.
-    scale = width / 4 / threshold
+    scale = width / 4 / (threshold or PAPER_THRESHOLD)
     middle, row = width // 2, round(0.8 * height)
-    for side in (-1, 1):
-        column = round(middle + side * threshold * scale)
+    for column in () if threshold is None else (middle - width // 4, middle + width // 4):
         cv2.line(picture, (column, row - 12), (column, row + 12), _THRESHOLD, 2)
     cv2.line(picture, (middle, row - 6), (middle, row + 6), _SHIFT, 1)
     if update.shift is not None:

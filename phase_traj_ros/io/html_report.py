@@ -10,7 +10,8 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from phase_traj_ros.core import CodeSeries, Movement
+from phase_traj_ros.core import CodeSeries, Direction, Freeman, Movement
+from phase_traj_ros.core.freeman import to_four
 from phase_traj_ros.io.data_health import data_health, DataHealth, LOW_RESPONSE
 from phase_traj_ros.io.html_page import (
     Cell,
@@ -86,9 +87,15 @@ def _facts(
         ('turns', f'{len(shown.turns)}'),
         ('movement codes', f'{len(result.movement)}'),
         ('direction codes', f'{len(result.direction)}'),
-        ('threshold, px per frame', f'{result.parameters.threshold:g}'),
+        *_threshold(result),
         ('median response', f'{health.response:.3f}'),
     ]
+
+
+def _threshold(result: Replay) -> list[tuple[str, str]]:
+    if result.threshold_px is None:
+        return [('codes from', 'the heading')]
+    return [('threshold, px per frame', f'{result.threshold_px:.4g}')]
 
 
 def _legend() -> Markup:
@@ -99,7 +106,7 @@ def _legend() -> Markup:
 
 def _turns(turns: Sequence[TurnMark]) -> Markup:
     if not turns:
-        return Markup('<p class="note">No turn: no shift has reached the threshold.</p>')
+        return Markup('<p class="note">No turn is in the codes.</p>')
     measured = any(turn.angle_deg is not None for turn in turns)
     head = ['turn', 'side', 'from (s)', 'to (s)', 'frames', *['angle'] * measured, '']
     rows: list[list[Cell]] = []
@@ -176,7 +183,8 @@ def _data(
         'direction': ''.join(str(int(update.step.direction)) for update in result.updates),
         'statuses': names,
         'status': [places[update.status.value] for update in result.updates],
-        'threshold': result.parameters.threshold,
+        'threshold': result.threshold_px,
+        **_directions(result.codes.directions),
         'low_response': LOW_RESPONSE,
         'turns': [{
             'number': turn.number,
@@ -186,6 +194,16 @@ def _data(
         } for turn in shown.turns],
         'thumbnails': [
             {'frame': each.frame, 'src': data_uri(each.jpeg, '.jpg')} for each in thumbnails],
+    }
+
+
+def _directions(codes: type[Direction] | type[Freeman]) -> dict[str, list[str]]:
+    """Return names and colours by code; a diagonal has the colour of one beside it."""
+    each = sorted(codes)
+    four = [to_four(code) if isinstance(code, Freeman) else code for code in each]
+    return {
+        'directions': [code.name.lower().replace('_', ' ') for code in each],
+        'direction_colours': [f'--{code.name.lower()}' for code in four],
     }
 
 

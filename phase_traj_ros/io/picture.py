@@ -66,7 +66,7 @@ def write_trajectory_picture(
     shift = figure.add_subplot(grid[0, 1])
     plots = [shift] + [
         figure.add_subplot(grid[row, 1], sharex=shift) for row in range(1, len(heights))]
-    _draw_shift(shift, shown, result.parameters.threshold)
+    _draw_shift(shift, shown, result.threshold_px)
     _draw_codes(plots[1], shown.seconds, result.movement, _names(Movement))
     _title(plots[1], f'movement: {len(result.movement)} codes')
     appended = [index for index, update in enumerate(result.updates) if update.step.appended]
@@ -237,18 +237,24 @@ def _number_turns(
             bbox={'boxstyle': 'circle,pad=0.25', 'facecolor': _PATH, 'edgecolor': 'white'})
 
 
-def _draw_shift(plot: Plot, shown: Overview, threshold: float) -> None:
+def _draw_shift(plot: Plot, shown: Overview, threshold: float | None) -> None:
     plot.axhline(0, color=_MUTED, linewidth=0.6)
+    if threshold is not None:
+        _draw_threshold(plot, threshold)
+    plot.plot(shown.seconds, shown.dx, color=_PATH, linewidth=1)
+    plot.grid(axis='y', color=_MUTED, alpha=0.3)
+    # Room for the numbers of the turns.
+    plot.margins(y=0.16)
+    known = '' if threshold is None else f', T = {threshold:.3g}'
+    _title(plot, f'shift (px per frame, positive in a left turn){known}')
+
+
+def _draw_threshold(plot: Plot, threshold: float) -> None:
     for side, sign in ((1, '+'), (-1, '−')):
         plot.axhline(side * threshold, color=_ACCENT, linewidth=0.9, linestyle='--')
         plot.annotate(
             f'{sign}T', (1.005, side * threshold), xycoords=('axes fraction', 'data'),
             color=_ACCENT, fontsize=8, va='center')
-    plot.plot(shown.seconds, shown.dx, color=_PATH, linewidth=1)
-    plot.grid(axis='y', color=_MUTED, alpha=0.3)
-    # Room for the numbers of the turns.
-    plot.margins(y=0.16)
-    _title(plot, f'shift (px per frame, positive in a left turn), T = {threshold:g}')
 
 
 def _number_times(plot: Plot, turns: Sequence[TurnMark]) -> None:

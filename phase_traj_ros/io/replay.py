@@ -4,6 +4,7 @@
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from statistics import median
 from typing import Protocol
 
 from phase_traj_ros.core import (
@@ -16,6 +17,8 @@ from phase_traj_ros.core import (
 from phase_traj_ros.core.camera import CameraModel
 from phase_traj_ros.core.freeman import AnyDirection
 from phase_traj_ros.core.heading_estimator import Lens
+from phase_traj_ros.core.projection import threshold_px
+from phase_traj_ros.core.settings import CodeSource
 from phase_traj_ros.core.turns import Turn
 from phase_traj_ros.errors import FrameError, ParameterError, SourceError
 from phase_traj_ros.io.mask_file import read_mask
@@ -37,6 +40,16 @@ class Replay:
     """The turns driven, where the camera's focal length or field of view is known."""
     focal_px: float | None = None
     """The focal length that heading and turns were measured with; None where they were not."""
+
+    @property
+    def threshold_px(self) -> float | None:
+        """Return T in pixels per frame (at the median interval); None if the codes need none."""
+        if self.parameters.code_source == CodeSource.HEADING.value:
+            return None
+        if self.parameters.threshold_deg_s == 0.0 or self.focal_px is None:
+            return self.parameters.threshold
+        interval = median(update.interval_ns for update in self.updates) * 1e-9
+        return threshold_px(self.parameters.threshold_deg_s, self.focal_px, interval)
 
     @property
     def frames(self) -> int:

@@ -236,6 +236,19 @@ def test_pixels_need_not_be_square():
     assert np.abs(one(frame).astype(float) - other(tall)).mean() < 1.5
 
 
+def test_each_direction_is_averaged_as_much_as_it_needs():
+    # Rows too fine for the cylinder, columns that are not.
+    camera = CameraModel(width=400, height=1600, fx=270.0, fy=1080.0, cx=199.5, cy=799.5)
+    projection = CylinderProjection(camera)
+    stripes = np.zeros(camera.shape, np.uint8)
+    stripes[::2] = 200
+    assert np.ptp(projection(stripes)) <= 1
+    stripes = np.zeros(camera.shape, np.uint8)
+    stripes[:, 100:300] = 200
+    assert (projection(stripes)[40] == 200).sum() == pytest.approx(
+        2 * math.atan(100 / 270) * projection.px_per_rad, abs=3)
+
+
 def test_refuses_what_cannot_be():
     with pytest.raises(ValueError, match='above'):
         Band(above=90.0)

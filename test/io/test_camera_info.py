@@ -180,6 +180,7 @@ def test_topic_beside_that_of_the_images(image, expected):
 
 def test_a_source_knows_nothing_of_its_camera_unless_it_says_so():
     class Source(FrameSource):
+
         def _candidates(self):
             yield from ()
 

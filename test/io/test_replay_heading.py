@@ -165,8 +165,9 @@ def test_a_bag_says_it_all(bag, tmp_path):
     out = tmp_path / 'out'
     with open_source(bag) as source:
         result = replay_source(
-            source, parameters, Wanted(output=out, report=True, bag_out=tmp_path / 'out.mcap'),
-            title='demo')
+            source, parameters, Wanted(
+                output=out, report=True, bag_out=tmp_path / 'out.mcap', bag_debug_images=True,
+                animation=tmp_path / 'out.gif'), title='demo')
     drive = named_drive('demo').take(range(60))
     true = drive.poses[:, :2] - drive.poses[0, :2]
     tips = np.array([(update.tip.x, update.tip.y) for update in result.updates])

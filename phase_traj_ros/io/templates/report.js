@@ -7,13 +7,13 @@
   const pairs = data.seconds.length;
   const end = data.seconds[pairs - 1];
   const MOVEMENT = ['left', 'forward', 'right', 'no change'];
-  const DIRECTION = ['left', 'forward', 'right', 'backward'];
+  const DIRECTION = data.directions;
   const MARGIN = { left: 72, right: 14 };
   const RIBBON = 16;
 
   const plots = [
     { title: 'shift (px per frame)', values: data.dx, height: 150,
-      lines: [data.threshold, -data.threshold] },
+      lines: data.threshold === null ? [] : [data.threshold, -data.threshold] },
     { title: 'response', values: data.response, height: 90, from: 0,
       lines: [data.low_response] },
   ];
@@ -22,7 +22,7 @@
     { title: 'movement', codes: data.movement,
       colours: ['--left', '--forward', '--right', '--rest'] },
     { title: 'direction', codes: data.direction,
-      colours: ['--left', '--forward', '--right', '--backward'] },
+      colours: data.direction_colours },
   ];
 
   let shown = [0, end];
