@@ -6,18 +6,26 @@ from argparse import Namespace, REMAINDER
 from collections.abc import Iterator
 from contextlib import closing
 import math
+import sys
 from typing import Any
 
 from phase_traj_ros.cli.options import add_command, add_source, SOURCE_HELP, source_of
 from phase_traj_ros.cli.progress import progress
-from phase_traj_ros.errors import MissingDependencyError, ParameterError
+from phase_traj_ros.core.camera import CameraModel
+from phase_traj_ros.errors import (
+    CalibrationError,
+    MissingDependencyError,
+    ParameterError,
+    SourceError,
+)
 from phase_traj_ros.io.prefetch import prefetch
 from phase_traj_ros.io.source import Frame, FrameSource
 
 _EPILOG = f"""
 {SOURCE_HELP}
 The frames are published as mono8 or mono16 sensor_msgs/Image with their own stamps, which also
-go out on /clock. For a live run that loses no frame, start the node with the matching quality
+go out on /clock. Where SOURCE says what its camera is like, so does camera_info beside the images.
+For a live run that loses no frame, start the node with the matching quality
 of service (in a namespace, put the full topic name in the place of /image):
 
   ros2 run phase_traj_ros phase_traj_node --ros-args \\
@@ -64,7 +72,9 @@ def run(options: Namespace) -> None:
             f'playing needs rclpy ({error}): source a ROS 2 installation, or install'
             ' phase_traj_ros[ros]') from None
     with source_of(options) as source, ros_context(['--ros-args', *options.ros_args]) as stop:
-        player = FramePlayer(topic=options.image_topic, lossless=options.lossless)
+        player = FramePlayer(
+            topic=options.image_topic, lossless=options.lossless,
+            camera=_camera_of(source))
         try:
             if options.lossless:
                 player.wait_for_subscriber(stop, options.wait)
@@ -78,6 +88,15 @@ def run(options: Namespace) -> None:
         finally:
             player.destroy_node()
     print(f'published {published} frames')
+
+
+def _camera_of(source: FrameSource) -> CameraModel | None:
+    """Return the calibration, if there is one: a bag can be played without, too."""
+    try:
+        return source.camera(rectified=False)
+    except (CalibrationError, SourceError) as error:
+        print(f'warning: no camera_info is published: {error}', file=sys.stderr)
+        return None
 
 
 def _frames(source: FrameSource, *, loop: bool) -> Iterator[Frame]:

@@ -27,6 +27,8 @@ _MODELS = {
     'equidistant': Distortion.FISHEYE,
     'fisheye': Distortion.FISHEYE,
 }
+# Coefficients of the model of that name.
+_PLUMB_BOB = 5
 # What the transports of image_transport append to the name of the image topic.
 _TRANSPORTS = frozenset({
     'raw', 'compressed', 'compressedDepth', 'theora', 'zstd', 'ffmpeg', 'avif', 'h264'})
@@ -148,6 +150,26 @@ def camera_from_info(message: object, *, rectified: bool) -> CameraModel:
             coefficients=() if distortion is Distortion.NONE else coefficients)
     except ValueError as error:
         raise CalibrationError(f'the camera_info cannot be used: {error}') from error
+
+
+def camera_info_fields(camera: CameraModel) -> dict[str, object]:
+    """
+    Return the fields of the CameraInfo for images as they come from ``camera``, but the header.
+
+    Where there is no distortion, the images are rectified ones, too, and P says so.
+    """
+    matrix = (camera.fx, 0.0, camera.cx, 0.0, camera.fy, camera.cy, 0.0, 0.0, 1.0)
+    projection = [0.0] * 12
+    if camera.distortion is Distortion.NONE:
+        projection = [value for row in range(3) for value in (*matrix[3 * row:3 * row + 3], 0.0)]
+    name = 'equidistant'
+    if camera.distortion is not Distortion.FISHEYE:
+        name = 'plumb_bob' if len(camera.coefficients) <= _PLUMB_BOB else 'rational_polynomial'
+    return {
+        'width': camera.width, 'height': camera.height, 'distortion_model': name,
+        'd': list(camera.coefficients) or [0.0] * _PLUMB_BOB, 'k': list(matrix),
+        'r': [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0], 'p': projection,
+    }
 
 
 def camera_info_topic(image_topic: str) -> str:

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from phase_traj_ros.core.camera import CameraModel
 from phase_traj_ros.errors import CalibrationError, FrameError
 from phase_traj_ros.io.camera_info import camera_from_info, camera_info_topic
+from phase_traj_ros.ros.image_input import IMAGE_TOPIC
 from rclpy.node import Node
 from rclpy.qos import qos_profile_sensor_data
 from rclpy.qos_overriding_options import QoSOverridingOptions
@@ -24,8 +25,7 @@ class CameraInput:
     """
 
     def __init__(
-        self, node: Node, *, image_topic: str, rectified: bool,
-        on_camera: Callable[[CameraModel], None],
+        self, node: Node, *, rectified: bool, on_camera: Callable[[CameraModel], None],
     ) -> None:
         """Subscribe; hand each new calibration to ``on_camera``."""
         self._node = node
@@ -34,7 +34,7 @@ class CameraInput:
         self._camera: CameraModel | None = None
         topic = node.resolve_topic_name(_TOPIC)
         if topic == node.resolve_topic_name(_TOPIC, only_expand=True):
-            topic = camera_info_topic(image_topic)
+            topic = camera_info_topic(node.resolve_topic_name(IMAGE_TOPIC))
         self._subscription = node.create_subscription(
             CameraInfo, topic, self._on_message, qos_profile_sensor_data,
             qos_overriding_options=QoSOverridingOptions.with_default_policies())

@@ -17,7 +17,7 @@ from rclpy.qos import qos_profile_sensor_data, QoSProfile
 from rclpy.qos_overriding_options import QoSOverridingOptions
 from sensor_msgs.msg import CompressedImage, Image
 
-_TOPIC = 'image'
+IMAGE_TOPIC = 'image'
 _THROTTLE_S = 5.0
 
 
@@ -41,7 +41,7 @@ class ImageInput:
         self._losses = LossCounter()
         compressed = parameters.image_transport == Transport.COMPRESSED.value
         # The name is resolved first, so that a remapping of image holds for both.
-        topic = node.resolve_topic_name(_TOPIC) + ('/compressed' if compressed else '')
+        topic = node.resolve_topic_name(IMAGE_TOPIC) + ('/compressed' if compressed else '')
         self._subscription = node.create_subscription(
             CompressedImage if compressed else Image, topic,
             self._on_message,  # type: ignore[arg-type]  # it may take the message's info, too

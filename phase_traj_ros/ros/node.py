@@ -53,15 +53,15 @@ class PhaseTrajNode(Node):
             self._values.estimator_settings(), mask=read_mask(self._values))
         self._health = Health()
         self._outputs = Outputs(self, self._estimator, self._values)
-        self._input = ImageInput(self, self._values, self._health, self._on_frame)
+        # Of what comes at the same time, the executor hands over in the order of subscription.
         self._camera: CameraInput | None = None
         if self._values.needs_camera:
             self._camera = CameraInput(
-                self, image_topic=self._input.topic, rectified=self._values.rectified,
-                on_camera=self._on_camera)
+                self, rectified=self._values.rectified, on_camera=self._on_camera)
         self._speed: SpeedInput | None = None
         if self._values.use_speed_topic:
             self._speed = SpeedInput(self, self._estimator.add_speed)
+        self._input = ImageInput(self, self._values, self._health, self._on_frame)
         self._diagnostics = Diagnostics(self, self._health, self._input, self._estimator)
         self._saving = Saving(self, self._values, self._estimator, lambda: self._input.topic)
         self.create_service(Trigger, '~/reset', self._on_reset)

@@ -8,14 +8,16 @@ from threading import Event
 import time
 
 import numpy as np
+from phase_traj_ros.core.camera import CameraModel
 from phase_traj_ros.errors import OutputError
+from phase_traj_ros.io.camera_info import camera_info_fields, camera_info_topic
 from phase_traj_ros.io.source import Frame
 from phase_traj_ros.ros.messages import to_time
 from rclpy.duration import Duration
 from rclpy.node import Node
 from rclpy.qos import HistoryPolicy, qos_profile_sensor_data, QoSProfile, ReliabilityPolicy
 from rosgraph_msgs.msg import Clock
-from sensor_msgs.msg import Image
+from sensor_msgs.msg import CameraInfo, Image
 from std_msgs.msg import Header
 
 PLAYER_NAME = 'phase_traj_player'
@@ -23,17 +25,28 @@ LOSSLESS = QoSProfile(
     history=HistoryPolicy.KEEP_ALL, depth=1, reliability=ReliabilityPolicy.RELIABLE)
 _POLL_S = 0.05
 _ACKNOWLEDGE_S = 30
+_LATER_S = 1.0
 
 
 class FramePlayer(Node):
-    """Publishes frames as mono8 or mono16 images on ``topic``, and their stamps on /clock."""
+    """
+    Publishes frames as mono8 or mono16 images on ``topic``, and their stamps on /clock.
 
-    def __init__(self, *, topic: str = 'image', lossless: bool = False) -> None:
+    Where the camera's calibration is known, it goes out with each image on ``camera_info`` beside.
+    """
+
+    def __init__(
+        self, *, topic: str = 'image', lossless: bool = False, camera: CameraModel | None = None,
+    ) -> None:
         """Make the publishers; lossless is reliable and KEEP_ALL, else sensor data."""
         super().__init__(PLAYER_NAME)
         self._lossless = lossless
-        self._images = self.create_publisher(
-            Image, topic, LOSSLESS if lossless else qos_profile_sensor_data)
+        qos = LOSSLESS if lossless else qos_profile_sensor_data
+        self._images = self.create_publisher(Image, topic, qos)
+        self._camera = None if camera is None else camera_info_fields(camera)
+        if self._camera is not None:
+            self._calibrations = self.create_publisher(
+                CameraInfo, camera_info_topic(self._images.topic_name), qos)
         self._clock_publisher = self.create_publisher(Clock, '/clock', QoSProfile(depth=10))
 
     def wait_for_subscriber(self, stop: Event, timeout_s: float) -> None:
@@ -61,6 +74,7 @@ class FramePlayer(Node):
         The pace starts anew where stamps go backwards, as from one loop to the next.
         """
         published = 0
+        self._introduce_camera(stop)
         began, first_ns, previous_ns = time.monotonic(), 0, None
         for frame in frames:
             if previous_ns is None or frame.stamp_ns < previous_ns:
@@ -89,10 +103,25 @@ class FramePlayer(Node):
                 f'a subscriber of {self._images.topic_name} has not acknowledged all frames'
                 f' within {_ACKNOWLEDGE_S} s')
 
+    def _introduce_camera(self, stop: Event) -> None:
+        """Let who wants the calibration have it before the first image, if nothing may be lost."""
+        if self._camera is None or not self._lossless:
+            return
+        # Whoever has subscribed to the images may be a moment later here, or not at all.
+        deadline = time.monotonic() + _LATER_S
+        while (self._calibrations.get_subscription_count() == 0
+                and time.monotonic() < deadline and not stop.wait(_POLL_S)):
+            pass
+        self._calibrations.publish(CameraInfo(header=Header(frame_id='camera'), **self._camera))
+        self._calibrations.wait_for_all_acked(Duration(seconds=_ACKNOWLEDGE_S))
+
     def _publish(self, frame: Frame) -> None:
         stamp = to_time(frame.stamp_ns)
         self._clock_publisher.publish(Clock(clock=stamp))
-        self._images.publish(image_message(frame.image, Header(stamp=stamp, frame_id='camera')))
+        header = Header(stamp=stamp, frame_id='camera')
+        if self._camera is not None:
+            self._calibrations.publish(CameraInfo(header=header, **self._camera))
+        self._images.publish(image_message(frame.image, header))
 
 
 def image_message(image: np.ndarray, header: Header) -> Image:

@@ -7,13 +7,17 @@ import subprocess
 import sys
 
 import cv2
+from live import LOSSLESS
 import numpy as np
 from phase_traj_ros.core.chain_text import parse
 from phase_traj_ros.io.replay import replay
+from phase_traj_ros.io.selection import Selection
 from phase_traj_ros.io.source import open_source
 from phase_traj_ros.parameters import Parameters
 from phase_traj_ros.ros.live_run import run_live
 import pytest
+from std_msgs.msg import UInt8
+from std_srvs.srv import Trigger
 
 
 def replayed(path, threshold):
@@ -64,6 +68,29 @@ def test_replay_through_the_program_gives_the_same(folder, tmp_path):
     assert (run.returncode, run.stderr) == (0, '')
     written = json.loads((output / 'chain_code.json').read_text())
     assert written['movement'] == replayed(folder, 16.0).movement
+
+
+def test_a_recording_that_knows_its_camera(live, kitti_root):
+    parameters = Parameters(code_source='heading', connectivity=8)
+    with open_source(kitti_root / '00', selection=Selection(start=7.0, duration=6.0)) as source:
+        offline = replay(
+            source, parameters, source='KITTI', camera=source.camera(rectified=False))
+    node = live.start('-p', 'code_source:=heading', '-p', 'connectivity:=8')
+    movement = live.listen(UInt8, 'phase_traj/movement', LOSSLESS)
+    direction = live.listen(UInt8, 'phase_traj/direction', LOSSLESS)
+    live.call(Trigger, 'phase_traj/reset', Trigger.Request())
+    # In a test it is known that both are there; the player itself waits for the images only.
+    live.until(lambda: live.node.count_subscribers('/camera_info') == 1, process=node)
+    player = subprocess.run(
+        [sys.executable, '-m', 'phase_traj_ros.cli.main', 'play', str(kitti_root / '00'),
+         '--start', '7', '--duration', '6', '--lossless', '--rate', '4'],
+        capture_output=True, text=True, check=False)
+    assert player.returncode == 0, player.stderr
+    live.until(lambda: len(movement) == len(offline.movement), process=node)
+    live.until(lambda: len(direction) == len(offline.direction), process=node)
+    assert [each.data for each in movement] == offline.movement
+    assert [each.data for each in direction] == offline.direction
+    assert len(set(offline.direction)) > 1
 
 
 @pytest.mark.parametrize(('arguments', 'message'), [

@@ -8,7 +8,11 @@ import numpy as np
 from phase_traj_ros.core.camera import CameraModel, Distortion
 from phase_traj_ros.errors import CalibrationError, PhaseTrajError
 from phase_traj_ros.io import EVERYTHING, FrameSource
-from phase_traj_ros.io.camera_info import camera_from_info, camera_info_topic
+from phase_traj_ros.io.camera_info import (
+    camera_from_info,
+    camera_info_fields,
+    camera_info_topic,
+)
 import pytest
 
 K = (700.0, 0.0, 652.5, 0.0, 710.0, 350.0, 0.0, 0.0, 1.0)
@@ -186,3 +190,20 @@ def test_a_source_knows_nothing_of_its_camera_unless_it_says_so():
 
     source = Source(description='nothing', selection=EVERYTHING, frame_count=None)
     assert source.camera(rectified=False) is None
+
+
+@pytest.mark.parametrize(('distortion', 'coefficients'), [
+    (Distortion.NONE, ()), (Distortion.BROWN, D), (Distortion.BROWN, (*D, 0.1, 0.2, 0.3)),
+    (Distortion.FISHEYE, D[:4])])
+def test_what_is_published_is_what_is_read(distortion, coefficients):
+    messages = pytest.importorskip('sensor_msgs.msg')
+    camera = CameraModel(
+        width=640, height=480, fx=500.0, fy=510.0, cx=320.5, cy=239.0, distortion=distortion,
+        coefficients=coefficients)
+    message = messages.CameraInfo(**camera_info_fields(camera))
+    assert camera_from_info(message, rectified=False) == camera
+    if distortion is Distortion.NONE:
+        assert camera_from_info(message, rectified=True) == camera
+    else:
+        with pytest.raises(CalibrationError, match='not calibrated'):
+            camera_from_info(message, rectified=True)
