@@ -16,6 +16,7 @@ import sys
 from typing import Any, cast, TypeAlias
 
 from phase_traj_ros.core import EstimatorSettings, PAPER_THRESHOLD, View, Window
+from phase_traj_ros.core.fov_estimate import ASSUMED_HFOV_DEG
 from phase_traj_ros.core.heading_estimator import Lens
 from phase_traj_ros.core.quality import GateSettings, StillnessSettings
 from phase_traj_ros.core.settings import CodeSource, PathSource
@@ -146,6 +147,10 @@ class Parameters:
         0.0, 'Horizontal field of view of the camera, which stands in for focal_px where that is'
         ' 0. Where both are 0 and a focal length is needed, that of camera_info is taken.',
         unit='deg', minimum=0.0, maximum=179.0, read_only=True)
+    estimate_fov: bool = _parameter(
+        False, 'Whether the field of view is estimated from the turns of the drive, where neither'
+        f' focal_px nor hfov_deg is given: {ASSUMED_HFOV_DEG:g} degrees until a few right angles'
+        ' have told it.', read_only=True)
     rectified: bool = _parameter(
         False, 'Whether the images are rectified: then P of camera_info holds for them, else K'
         ' and its distortion.', read_only=True)
@@ -276,7 +281,8 @@ class Parameters:
     @property
     def measures_heading(self) -> bool:
         """Return whether heading and turns are measured: where they can be, and where asked for."""
-        return self.focal_px > 0 or self.hfov_deg > 0 or self.needs_camera
+        return (
+            self.focal_px > 0 or self.hfov_deg > 0 or self.estimate_fov or self.needs_camera)
 
     @property
     def needs_camera(self) -> bool:
@@ -285,7 +291,8 @@ class Parameters:
             self.code_source == CodeSource.HEADING.value
             or self.path_from == PathSource.HEADING.value or self.threshold_deg_s > 0
             or self.metric)
-        return wanted and self.focal_px == 0.0 and self.hfov_deg == 0.0
+        known = self.focal_px > 0 or self.hfov_deg > 0 or self.estimate_fov
+        return wanted and not known
 
     @property
     def metric(self) -> bool:
@@ -317,6 +324,7 @@ class Parameters:
             connectivity=self.connectivity,
             lens=self._lens(),
             awaits_lens=self.needs_camera,
+            estimate_fov=self.estimate_fov,
             path_from=PathSource(self.path_from),
             speed=self.speed,
             awaits_speeds=self.use_speed_topic,

@@ -37,7 +37,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         os.environ.setdefault(name, value)
     # OpenCV reads the above when it is loaded, and these modules load it.
     try:
-        from phase_traj_ros.cli import demo, evaluate, inspect_frames, play, replay
+        from phase_traj_ros.cli import calibrate, demo, evaluate, inspect_frames, play, replay
     except ModuleNotFoundError as error:
         print(
             f'phase_traj: error: the Python package {error.name} is missing: install'
@@ -50,7 +50,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument(
         '--version', action='version', version=f'phase_traj_ros {phase_traj_ros.__version__}')
     commands = parser.add_subparsers(title='commands', required=True, metavar='COMMAND')
-    for command in (replay, evaluate, play, inspect_frames, demo):
+    for command in (replay, evaluate, calibrate, play, inspect_frames, demo):
         command.add_parser(commands)
     options = parser.parse_args(arguments)
     try:

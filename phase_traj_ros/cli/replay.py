@@ -21,6 +21,7 @@ from phase_traj_ros.cli.options import (
 from phase_traj_ros.cli.progress import progress
 from phase_traj_ros.cli.replay_many import add_batch, replay_many
 from phase_traj_ros.cli.report import print_codes
+from phase_traj_ros.io.measurement_report import described
 from phase_traj_ros.io.replay import Replay
 from phase_traj_ros.io.replay_job import replay_source, Wanted
 from phase_traj_ros.io.source import DEFAULT_SPEED_TOPIC, Frame
@@ -116,6 +117,8 @@ def _print(result: Replay, seconds: float) -> None:
     print(f'{result.source}: {result.frames} frames in {seconds:.1f} s'
           f' ({result.frames / seconds:.0f} frames/s)')
     print_codes(result.codes)
+    if result.parameters.estimate_fov and result.field_of_view is not None:
+        print(f'field of view in degrees: {described(result.field_of_view)}')
     for count, what in (
             (result.counters.repeated, 'frames with the stamp of the one before were dropped'),
             (result.counters.time_resets, 'times the stamps went back, and everything started'

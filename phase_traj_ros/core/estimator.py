@@ -9,6 +9,7 @@ import time
 import numpy as np
 from numpy.typing import NDArray
 from phase_traj_ros.core.chain_code import ChainCode, DynamicChainCode, Step
+from phase_traj_ros.core.fov_estimate import ASSUMED_HFOV_DEG
 from phase_traj_ros.core.heading_code import HeadingCode
 from phase_traj_ros.core.heading_estimator import HeadingEstimator, HeadingUpdate, Lens
 from phase_traj_ros.core.heading_path import HeadingPath
@@ -58,6 +59,9 @@ class TrajectoryEstimator:
         self._heading: HeadingEstimator | None = None
         if self._settings.lens is not None:
             self.use_lens(self._settings.lens)
+        elif self._settings.estimate_fov:
+            self._heading = self._make_heading(
+                Lens(hfov_deg=ASSUMED_HFOV_DEG), calibrating=True)
         self._heading_codes = HeadingCode(
             connectivity=self._settings.connectivity, max_runs=self._settings.max_runs)
         self._codes = DynamicChainCode(
@@ -110,8 +114,7 @@ class TrajectoryEstimator:
         If that is something else than before, the next frame has none to be compared with.
         """
         if self._heading is None:
-            self._heading = HeadingEstimator(
-                lens, rotate_180=self._settings.view.rotate_180, mask=self._mask)
+            self._heading = self._make_heading(lens)
         else:
             self._heading.use_lens(lens)
 
@@ -160,6 +163,11 @@ class TrajectoryEstimator:
             self._quality = self._make_quality()
         elif (settings.gate, settings.stillness) != (before.gate, before.stillness):
             self._quality = self._make_quality()
+
+    def _make_heading(self, lens: Lens, *, calibrating: bool = False) -> HeadingEstimator:
+        return HeadingEstimator(
+            lens, rotate_180=self._settings.view.rotate_180, mask=self._mask,
+            calibrating=calibrating)
 
     def _make_paths(self) -> None:
         settings = self._settings

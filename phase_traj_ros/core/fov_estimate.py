@@ -4,7 +4,9 @@
 The camera's field of view from the drive itself: streets mostly turn by right angles.
 
 A yaw measured with the wrong focal length f' is wrong by the factor f / f'. So is the angle of
-every turn, and the f that makes multiples of right angles of most of them is the likeliest.
+every turn, and the f that makes multiples of right angles of most of them is the likeliest. How
+many turns are right angles depends on the place and is not known either: where hardly any are, no
+f is much likelier than another, and the estimate says that it is not sure.
 """
 
 from dataclasses import dataclass
@@ -12,18 +14,25 @@ import math
 
 import numpy as np
 from numpy.typing import NDArray
-from phase_traj_ros.core.projection import focal_from_hfov, hfov_from_focal
+from phase_traj_ros.core.projection import focal_from_hfov
+
+ASSUMED_HFOV_DEG = 75.0
+"""The horizontal field of view taken for granted until something is known."""
+SURE = 0.9
+"""Sureness from which an estimate is worth using."""
 
 # What is known of a camera before anything is seen: degrees across.
-_EXPECTED, _EXPECTED_DEVIATION = 75.0, 20.0
+_DEVIATION = 20.0
 _NARROWEST, _WIDEST, _STEP = 30.0, 140.0, 0.1
-# How far a right angle in a street is from 90 degrees (deviation), how often a turn is a single or
-# a double one, and how often it is a bend by any angle, smaller ones more often than larger ones
-# (mean, degrees).
+# Shares of the turns that may be right angles, one as likely as the other.
+_RIGHT_SHARES = np.array([0.05, 0.15, 0.3, 0.45, 0.6, 0.75, 0.9])
+# How far a right angle in a street is from 90 degrees (deviation), how many of them are U-turns,
+# and by what angle the others are on average, smaller ones being more frequent.
 _ANGLE_DEVIATION = 7.0
-_SHARES = ((90.0, 0.6), (180.0, 0.05))
-_BENDS, _MEAN_BEND = 0.35, 40.0
-# An estimate counts as sure to this accuracy.
+_KINDS = ((90.0, 0.92), (180.0, 0.08))
+_MEAN_BEND = 40.0
+_LEAST_DEG = 30.0
+# An estimate counts as right within this share of it.
 _NEAR = 0.05
 
 
@@ -51,54 +60,47 @@ class FieldOfView:
 class FieldOfViewEstimator:
     """Learns the field of view from the angles of turns; its memory does not grow."""
 
-    def __init__(self, width: int, *, assumed_focal_px: float) -> None:
-        """
-        Make an estimator that has seen no turn.
-
-        Parameters
-        ----------
-        width
-            Of the frames, in pixels.
-        assumed_focal_px
-            The focal length that the turns' angles are measured with, in pixels.
-
-        """
+    def __init__(self, width: int) -> None:
+        """Make an estimator that has seen no turn, for frames ``width`` pixels wide."""
         self._degrees = np.arange(_NARROWEST, _WIDEST + _STEP / 2, _STEP)
-        focals = np.array([focal_from_hfov(each, width) for each in self._degrees])
-        self._scales = assumed_focal_px / focals
-        self._log: NDArray[np.float64] = -0.5 * (
-            (self._degrees - _EXPECTED) / _EXPECTED_DEVIATION) ** 2
+        self._focals = np.array([focal_from_hfov(each, width) for each in self._degrees])
+        # Of each share of right angles and each field of view.
+        self._log: NDArray[np.float64] = np.tile(
+            -0.5 * ((self._degrees - ASSUMED_HFOV_DEG) / _DEVIATION) ** 2,
+            (len(_RIGHT_SHARES), 1))
         self._turns = 0
 
-    def add(self, angle_deg: float) -> None:
+    def add(self, angle_deg: float, *, focal_px: float) -> None:
         """
-        Take the angle of one more turn, as measured with the assumed focal length.
+        Take the angle of one more turn, as measured with the focal length ``focal_px``.
 
         Turns of less than 30 degrees tell nothing and are left out.
 
         Raises
         ------
         ValueError
-            The angle is not finite.
+            The angle is not finite, or the focal length is not a finite number above 0.
 
         """
         if not math.isfinite(angle_deg):
             raise ValueError(f'angle_deg is {angle_deg}: give a finite angle')
-        if abs(angle_deg) < 30.0:
+        if not (math.isfinite(focal_px) and focal_px > 0):
+            raise ValueError(f'focal_px is {focal_px}: give a finite number of pixels above 0')
+        if abs(angle_deg) < _LEAST_DEG:
             return
         self._turns += 1
-        true = abs(angle_deg) * self._scales
-        likelihood = _BENDS / _MEAN_BEND * np.exp(-true / _MEAN_BEND)
-        for angle, share in _SHARES:
-            likelihood += share / (_ANGLE_DEVIATION * math.sqrt(2 * math.pi)) * np.exp(
-                -0.5 * ((true - angle) / _ANGLE_DEVIATION) ** 2)
+        scales = focal_px / self._focals
+        true = abs(angle_deg) * scales
+        right = sum(share * _normal(true - angle) for angle, share in _KINDS)
+        bend = np.exp(-true / _MEAN_BEND) / _MEAN_BEND
+        shares = _RIGHT_SHARES[:, None]
         # The density is that of the measured angle: the same turn, on another scale.
-        self._log += np.log(likelihood * self._scales)
+        self._log += np.log((shares * right + (1.0 - shares) * bend) * scales)
 
     @property
     def estimate(self) -> FieldOfView:
         """Return what is known by now; before the first turn, what is known of any camera."""
-        density = np.exp(self._log - self._log.max())
+        density = np.exp(self._log - self._log.max()).sum(axis=0)
         density /= density.sum()
         best = float(self._degrees[int(density.argmax())])
         mean = float(density @ self._degrees)
@@ -107,9 +109,7 @@ class FieldOfViewEstimator:
         return FieldOfView(best, spread, float(density[near].sum()), self._turns)
 
 
-def scale_between(hfov_deg: float, assumed_focal_px: float, width: int) -> float:
-    """Return what to multiply yaws with that were measured with an assumed focal length."""
-    return assumed_focal_px / focal_from_hfov(hfov_deg, width)
-
-
-__all__ = ['FieldOfView', 'FieldOfViewEstimator', 'hfov_from_focal', 'scale_between']
+def _normal(off: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the density of a right angle that is off by so many degrees."""
+    scaled = np.exp(-0.5 * (off / _ANGLE_DEVIATION) ** 2)
+    return scaled / (_ANGLE_DEVIATION * math.sqrt(2.0 * math.pi))

@@ -64,6 +64,13 @@ class HeadingTracker:
         self._doubted: _Doubted | None = None
         self._interval = 0.0
 
+    def scale(self, factor: float) -> None:
+        """Correct all angles so far, which turn out to be wrong by a factor."""
+        self._heading *= factor
+        self._filled *= factor
+        self._rate = None if self._rate is None else self._rate * factor
+        self._doubted = None
+
     @property
     def heading(self) -> float:
         """Return the heading in radians since the first frame, left positive, not wrapped."""

@@ -8,12 +8,19 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 from phase_traj_ros.core.camera import CameraModel
+from phase_traj_ros.core.fov_estimate import FieldOfView, FieldOfViewEstimator, SURE
 from phase_traj_ros.core.heading import HeadingStep, HeadingTracker
 from phase_traj_ros.core.phase_correlation import Frame, Shift
-from phase_traj_ros.core.projection import CylinderProjection, focal_from_hfov
+from phase_traj_ros.core.projection import (
+    CylinderProjection,
+    focal_from_hfov,
+    hfov_from_focal,
+)
 from phase_traj_ros.core.turns import Turn, TurnDetector
 from phase_traj_ros.core.yaw_meter import YawMeasurement, YawMeter
 from phase_traj_ros.errors import FrameError
+
+_LEAST_BEND_DEG = 20.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -93,6 +100,7 @@ class HeadingEstimator:
 
     def __init__(
         self, lens: Lens, *, rotate_180: bool = False, mask: NDArray[np.uint8] | None = None,
+        calibrating: bool = False,
     ) -> None:
         """
         Make an estimator; the frames' size is learned from the first frame.
@@ -105,9 +113,13 @@ class HeadingEstimator:
             Whether it is mounted upside down.
         mask
             (H, W), how much each pixel of the frames counts.
+        calibrating
+            Whether the lens is a guess: once the turns tell the field of view with some certainty,
+            that is used in its place, and the heading so far is corrected.
 
         """
         self._lens = lens
+        self._calibrating = calibrating
         self._rotate_180 = rotate_180
         self._mask = mask
         self._meter: YawMeter | None = None
@@ -115,6 +127,14 @@ class HeadingEstimator:
         self._focal = (0.0, 0.0)
         self._tracker = HeadingTracker()
         self._turns = TurnDetector()
+        # With a field of view that is too narrow, turns look smaller than they are.
+        self._bends = TurnDetector(min_angle_deg=_LEAST_BEND_DEG)
+        self._view: FieldOfViewEstimator | None = None
+
+    @property
+    def field_of_view(self) -> FieldOfView | None:
+        """Return what the turns tell of the field of view, whatever the lens; None at first."""
+        return None if self._view is None else self._view.estimate
 
     @property
     def tracker(self) -> HeadingTracker:
@@ -131,6 +151,11 @@ class HeadingEstimator:
         """Return the (horizontal) focal length in pixels of the frames; 0 before the first."""
         return self._focal[0]
 
+    @property
+    def hfov_deg(self) -> float:
+        """Return the horizontal field of view in degrees that this stands for; 0 at first."""
+        return hfov_from_focal(self._focal[0], self._shape[1]) if self._shape else 0.0
+
     def use_lens(self, lens: Lens) -> None:
         """
         Go on with another lens (nothing happens if it is the same).
@@ -145,6 +170,7 @@ class HeadingEstimator:
         """Start anew at heading 0; the newest frame is the first."""
         self._tracker.reset()
         self._turns.reset()
+        self._bends.reset()
 
     def forget_frame(self) -> None:
         """Do not compare the next frame with the one before; the heading is kept."""
@@ -178,6 +204,7 @@ class HeadingEstimator:
     def start(self, stamp_ns: int) -> None:
         """Note the stamp of the first frame."""
         self._turns.update(stamp_ns, 0.0)
+        self._bends.update(stamp_ns, 0.0)
 
     def add(
         self, measurement: YawMeasurement | None, stamp_ns: int, interval: float,
@@ -185,8 +212,25 @@ class HeadingEstimator:
         """Add a pair's measurement, or bridge it where there is none."""
         step = self._tracker.update(None if measurement is None else measurement.yaw, interval)
         turns = tuple(self._turns.update(stamp_ns, step.heading))
+        for bend in self._bends.update(stamp_ns, step.heading):
+            self._learn(bend.angle_deg)
         shift = None if measurement is None else self._in_full_pixels(measurement.shift)
         return HeadingUpdate(step, shift, not step.bridged, turns)
+
+    def _learn(self, angle_deg: float) -> None:
+        """Learn from a turn what the field of view is."""
+        if self._view is None:
+            self._view = FieldOfViewEstimator(self._shape[1])
+        self._view.add(angle_deg, focal_px=self._focal[0])
+        if not self._calibrating:
+            return
+        found = self._view.estimate
+        if found.sureness >= SURE:
+            self._calibrating = False
+            factor = self._focal[0] / focal_from_hfov(found.hfov_deg, self._shape[1])
+            for part in (self._tracker, self._turns, self._bends):
+                part.scale(factor)
+            self.use_lens(Lens(hfov_deg=found.hfov_deg))
 
     def _make_meter(self, frame: Frame) -> YawMeter:
         if frame.ndim != 2 or min(frame.shape) < 1:

@@ -56,6 +56,8 @@ class EstimatorSettings:
     """What is known of the camera; with it, heading and turns are measured."""
     awaits_lens: bool = False
     """Whether that is still to come (``TrajectoryEstimator.use_lens``): no frame counts before."""
+    estimate_fov: bool = False
+    """Whether its field of view is learned from the turns, where no lens is given."""
     code_source: CodeSource = CodeSource.SHIFT
     """What the codes are made from; the heading takes a lens."""
     connectivity: int = 4
@@ -101,7 +103,7 @@ class EstimatorSettings:
     @property
     def measures_heading(self) -> bool:
         """Return whether heading and turns are measured."""
-        return self.lens is not None or self.awaits_lens
+        return self.lens is not None or self.awaits_lens or self.estimate_fov
 
     @property
     def metric(self) -> bool:

@@ -11,7 +11,7 @@ for measured headings and for true ones alike.
 """
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 import math
 
 MIN_RATE_DEG_S = 5.0
@@ -101,6 +101,13 @@ class TurnDetector:
         return self._large_enough(
             [side.update(self._frame, last, self._last) for side in self._sides])
 
+    def scale(self, factor: float) -> None:
+        """Correct all headings so far, which turn out to be wrong by a factor."""
+        if self._last is not None:
+            self._last = (self._last[0], self._last[1] * factor)
+        for side in self._sides:
+            side.scale(factor)
+
     def finish(self) -> list[Turn]:
         """Return the turn under way, if it is large enough already, and forget everything."""
         under_way = [side.turn for side in self._sides]
@@ -144,6 +151,13 @@ class _Side:
         self._min_rate = min_rate
         self._start_heading = 0.0
         self.turn: Turn | None = None
+
+    def scale(self, factor: float) -> None:
+        self._start_heading *= factor
+        if self.turn is not None:
+            self.turn = replace(
+                self.turn, angle_deg=self.turn.angle_deg * factor,
+                peak_rate_deg_s=self.turn.peak_rate_deg_s * factor)
 
     def update(
         self, frame: int, before: tuple[int, float], after: tuple[int, float],

@@ -182,7 +182,7 @@ class _Bag:
         self._responses: deque[float] = deque(maxlen=_RESPONSES)
         self._measured = MeasurementReporter()
         # What was counted before the start belongs to no second of this bag.
-        self._measured.report(estimator.counters, 0.0)
+        self._measured.report(estimator, 0.0)
 
     def add(self, update: Update) -> None:
         stamp_ns = update.stamp_ns
@@ -238,7 +238,7 @@ class _Bag:
         response = statistics.median(self._responses) if self._responses else 0.0
         images = Report(Level.OK, 'images come', {
             'topic': self._source, 'images': str(counters.frames)})
-        measured = self._measured.report(counters, response)
+        measured = self._measured.report(self._estimator, response)
         self._file.write(DIAGNOSTICS, stamp_ns, self._file.types.types[_DIAGNOSTICS_TYPE](
             header=self._messages.header(stamp_ns, ''),
             status=[self._status('images', images), self._status('measurement', measured)]))

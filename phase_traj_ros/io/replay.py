@@ -15,6 +15,7 @@ from phase_traj_ros.core import (
     Update,
 )
 from phase_traj_ros.core.camera import CameraModel
+from phase_traj_ros.core.fov_estimate import FieldOfView
 from phase_traj_ros.core.freeman import AnyDirection
 from phase_traj_ros.core.heading_estimator import Lens
 from phase_traj_ros.core.projection import threshold_px
@@ -40,6 +41,8 @@ class Replay:
     """The turns driven, where the camera's focal length or field of view is known."""
     focal_px: float | None = None
     """The focal length that heading and turns were measured with; None where they were not."""
+    field_of_view: FieldOfView | None = None
+    """What the turns tell of the field of view; None without any."""
 
     @property
     def threshold_px(self) -> float | None:
@@ -144,7 +147,8 @@ def replay(
     return Replay(
         source, parameters, first_stamp_ns, tuple(updates), estimator.codes, estimator.counters,
         tuple(sorted(turns, key=lambda turn: turn.start_frame)),
-        None if estimator.heading is None else estimator.heading.focal_px)
+        None if estimator.heading is None else estimator.heading.focal_px,
+        None if estimator.heading is None else estimator.heading.field_of_view)
 
 
 class _SpeedFeed:

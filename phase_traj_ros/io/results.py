@@ -4,6 +4,7 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 import csv
+from dataclasses import asdict
 import json
 import math
 from pathlib import Path
@@ -77,6 +78,7 @@ def _heading_content(result: Replay) -> dict[str, Any]:
             0.0, *(round(math.degrees(heading.heading), 4) for heading in headings)],
         'bridged_share': sum(heading.bridged for heading in headings) / len(headings),
         'turns': turn_list(result.turns),
+        'field_of_view': None if result.field_of_view is None else asdict(result.field_of_view),
     }
 
 

@@ -111,7 +111,7 @@ class Diagnostics:
         return self._status('images', level, message, values)
 
     def _measurement(self) -> DiagnosticStatus:
-        report = self._measured.report(self._estimator.counters, self._health.response())
+        report = self._measured.report(self._estimator, self._health.response())
         return self._status(
             'measurement', bytes([report.level]), report.message, dict(report.values))
 

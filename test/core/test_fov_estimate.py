@@ -5,7 +5,7 @@
 import math
 
 import numpy as np
-from phase_traj_ros.core.fov_estimate import FieldOfViewEstimator, scale_between
+from phase_traj_ros.core.fov_estimate import FieldOfViewEstimator, SURE
 from phase_traj_ros.core.projection import focal_from_hfov
 import pytest
 
@@ -15,9 +15,9 @@ WIDTH = 1241
 def measured(angles, *, true_hfov, assumed_hfov):
     """Return what an estimator knows that is given true angles, measured with a wrong focal."""
     focal, assumed = (focal_from_hfov(each, WIDTH) for each in (true_hfov, assumed_hfov))
-    estimator = FieldOfViewEstimator(WIDTH, assumed_focal_px=assumed)
+    estimator = FieldOfViewEstimator(WIDTH)
     for angle in angles:
-        estimator.add(angle * focal / assumed)
+        estimator.add(angle * focal / assumed, focal_px=assumed)
     return estimator.estimate
 
 
@@ -27,14 +27,32 @@ def test_right_angles_tell_the_field_of_view(true_hfov, assumed_hfov):
     angles = 90 + np.random.default_rng(0).normal(0, 5, 12)
     found = measured(angles, true_hfov=true_hfov, assumed_hfov=assumed_hfov)
     assert found.hfov_deg == pytest.approx(true_hfov, rel=0.05)
-    assert found.sureness > 0.9
+    assert found.sureness > SURE
     assert found.turns == 12
+
+
+def test_the_focal_length_may_change_between_turns():
+    one, other = (focal_from_hfov(each, WIDTH) for each in (60.0, 100.0))
+    true = focal_from_hfov(81.6, WIDTH)
+    estimator = FieldOfViewEstimator(WIDTH)
+    for focal in (one, other) * 4:
+        estimator.add(90.0 * true / focal, focal_px=focal)
+    assert estimator.estimate.hfov_deg == pytest.approx(81.6, rel=0.02)
 
 
 def test_bends_by_other_angles_do_no_harm():
     angles = [88, -93, 40, 91, -55, 35, -86, 95, 120, 89, -47]
     found = measured(angles, true_hfov=81.6, assumed_hfov=75.0)
     assert found.hfov_deg == pytest.approx(81.6, rel=0.05)
+
+
+def test_where_there_are_no_right_angles_it_is_hardly_ever_sure():
+    rng = np.random.default_rng(0)
+    found = [
+        measured(rng.uniform(30, 180, 8), true_hfov=81.6, assumed_hfov=75.0) for _ in range(200)]
+    wrong = [each for each in found
+             if each.sureness >= SURE and abs(each.hfov_deg / 81.6 - 1) > 0.05]
+    assert len(wrong) <= 0.1 * len(found)
 
 
 def test_more_turns_make_it_surer():
@@ -51,13 +69,10 @@ def test_without_turns_it_is_not_sure_at_all():
     assert measured([20.0] * 50, true_hfov=81.6, assumed_hfov=75.0) == found
 
 
-def test_scale_undoes_the_wrong_focal_length():
-    focal, assumed = focal_from_hfov(81.6, WIDTH), focal_from_hfov(60.0, WIDTH)
-    measured_angle = 90 * focal / assumed
-    assert measured_angle * scale_between(81.6, assumed, WIDTH) == pytest.approx(90)
-
-
 def test_refuses_nonsense():
-    estimator = FieldOfViewEstimator(WIDTH, assumed_focal_px=700.0)
-    with pytest.raises(ValueError, match='finite'):
-        estimator.add(math.nan)
+    estimator = FieldOfViewEstimator(WIDTH)
+    with pytest.raises(ValueError, match='finite angle'):
+        estimator.add(math.nan, focal_px=700.0)
+    for focal in (0.0, math.inf):
+        with pytest.raises(ValueError, match='focal_px'):
+            estimator.add(90.0, focal_px=focal)
