@@ -34,6 +34,7 @@ EXTRAS = {
         'mcap-ros2-support',
     ],
     'bench': ['scikit-image'],
+    'evo': ['evo'],
     # The flake8 of Ubuntu 24.04, with the plugins that ament_flake8 of Jazzy asks for.
     'lint': [
         'ruff==0.17.*',
