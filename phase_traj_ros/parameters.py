@@ -280,7 +280,7 @@ class Parameters:
 
     @property
     def measures_heading(self) -> bool:
-        """Return whether heading and turns are measured: where they can be, and where asked for."""
+        """Return whether heading and turns are measured."""
         return (
             self.focal_px > 0 or self.hfov_deg > 0 or self.estimate_fov or self.needs_camera)
 

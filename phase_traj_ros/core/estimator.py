@@ -12,14 +12,12 @@ from phase_traj_ros.core.chain_code import ChainCode, DynamicChainCode, Step
 from phase_traj_ros.core.fov_estimate import ASSUMED_HFOV_DEG
 from phase_traj_ros.core.heading_code import HeadingCode
 from phase_traj_ros.core.heading_estimator import HeadingEstimator, HeadingUpdate, Lens
-from phase_traj_ros.core.heading_path import HeadingPath
-from phase_traj_ros.core.odometry import Odometer, Odometry
 from phase_traj_ros.core.phase_correlation import Frame, PhaseCorrelator, Shift
 from phase_traj_ros.core.projection import threshold_px
 from phase_traj_ros.core.quality import PairQuality, Verdict
-from phase_traj_ros.core.settings import CodeSource, EstimatorSettings, PathSource
-from phase_traj_ros.core.speed import SpeedTrack
-from phase_traj_ros.core.trajectory import ChainPath, DrawnPath
+from phase_traj_ros.core.route import Route
+from phase_traj_ros.core.settings import CodeSource, EstimatorSettings
+from phase_traj_ros.core.trajectory import DrawnPath
 from phase_traj_ros.core.turns import Turn
 from phase_traj_ros.core.update import Counters, PairStatus, Update
 from phase_traj_ros.core.yaw_meter import YawMeasurement
@@ -68,8 +66,7 @@ class TrajectoryEstimator:
             self._settings.threshold, confirm_frames=self._settings.confirm_frames,
             release_frames=self._settings.release_frames, max_runs=self._settings.max_runs)
         self._quality = self._make_quality()
-        self._speeds = SpeedTrack()
-        self._make_paths()
+        self._route = Route(self._settings)
         self.counters = Counters()
         self._turns: deque[Turn] = deque(maxlen=self._settings.max_runs)
         self.correlate_ns = 0
@@ -105,7 +102,7 @@ class TrajectoryEstimator:
     @property
     def path(self) -> DrawnPath:
         """Return the drawn trajectory so far."""
-        return self._path
+        return self._route.drawn
 
     def use_lens(self, lens: Lens) -> None:
         """
@@ -128,7 +125,7 @@ class TrajectoryEstimator:
             The speed is not finite; nothing has changed.
 
         """
-        self._speeds.add(stamp_ns, speed)
+        self._route.speeds.add(stamp_ns, speed)
 
     @property
     def frames(self) -> int:
@@ -168,19 +165,6 @@ class TrajectoryEstimator:
         return HeadingEstimator(
             lens, rotate_180=self._settings.view.rotate_180, mask=self._mask,
             calibrating=calibrating)
-
-    def _make_paths(self) -> None:
-        settings = self._settings
-        from_heading = settings.path_from is PathSource.HEADING
-        self._odometer: Odometer | None = None
-        if settings.metric:
-            self._odometer = Odometer(max_corners=settings.max_corners if from_heading else 1)
-        # One of the two is drawn.
-        self._chain_path = ChainPath(max_corners=settings.max_corners)
-        self._heading_path = (
-            HeadingPath(max_corners=settings.max_corners)
-            if self._odometer is None else self._odometer.path)
-        self._path: DrawnPath = self._heading_path if from_heading else self._chain_path
 
     def _make_correlator(self) -> PhaseCorrelator:
         return PhaseCorrelator(window=self._settings.window, mask=self._view_mask())
@@ -263,8 +247,7 @@ class TrajectoryEstimator:
         self._last_stamp_ns = stamp_ns
         self._frames += 1
         self.counters.frames += 1
-        self._chain_path.start(stamp_ns)
-        self._heading_path.start(stamp_ns)
+        self._route.start(stamp_ns)
         if self._frames > 1:
             return self._pair(pair, stamp_ns, interval_ns)
         if self._heading is not None:
@@ -288,10 +271,7 @@ class TrajectoryEstimator:
         self._turns.clear()
         if self._heading is not None:
             self._heading.restart()
-        self._chain_path.reset()
-        self._heading_path.reset()
-        if self._odometer is not None:
-            self._odometer.reset()
+        self._route.reset()
         self._frames = 0
         self._last_stamp_ns = None
 
@@ -309,8 +289,9 @@ class TrajectoryEstimator:
         step = self._step(status, judged, heading, interval)
         if status is PairStatus.OK and not step.appended:
             status = PairStatus.TURNING
-        odometry = self._advance(status, step, heading, stamp_ns, interval_ns)
-        tip = self._path.tip
+        odometry = self._route.add(
+            step, status, None if heading is None else heading.step, stamp_ns, interval_ns)
+        tip = self.path.tip
         assert tip is not None
         return Update(
             self._frames - 2, stamp_ns, interval_ns, None if status is PairStatus.GAP else shift,
@@ -362,28 +343,6 @@ class TrajectoryEstimator:
             # After a dropped frame the shift is that of two periods.
             dx *= self._settings.nominal_period / interval
         return self._codes.update(dx)
-
-    def _advance(
-        self, status: PairStatus, step: Step, heading: HeadingUpdate | None, stamp_ns: int,
-        interval_ns: int,
-    ) -> Odometry | None:
-        """Draw the pair's step; return where that has led to in metres, if that is known."""
-        if step.appended:
-            self._chain_path.append(step.direction, stamp_ns)
-        if heading is None:
-            return None
-        if self._odometer is None:
-            if status in (PairStatus.OK, PairStatus.TURNING):
-                self._heading_path.append(heading.step.heading, heading.step.yaw, 1.0, stamp_ns)
-            return None
-        if self._settings.awaits_speeds:
-            distance = self._speeds.distance(stamp_ns - interval_ns, stamp_ns)
-        else:
-            stands = status is PairStatus.STILL
-            distance = 0.0 if stands else self._settings.speed * interval_ns * 1e-9
-        if distance is None:
-            return None
-        return self._odometer.update(heading.step, distance, stamp_ns, interval_ns * 1e-9)
 
 
 @dataclass(frozen=True, slots=True)

@@ -38,8 +38,8 @@ class Overview:
     The series of a replay over time, one value per pair of frames, and its turns.
 
     ``seconds`` are those since the first frame. What is not measured is NaN. ``path`` is the drawn
-    path, (n + 1, 2) for n pairs, in its unit, REP 103 axes. ``heading_deg`` is the heading since the
-    start, left positive, None where it is not measured.
+    path, (n + 1, 2) for n pairs, in its unit, REP 103 axes. ``heading_deg`` is the heading since
+    the start, left positive, None where it is not measured.
     """
 
     seconds: NDArray[np.float64]

@@ -88,20 +88,9 @@ def replay(
     """
     Put all frames through an estimator, under the eyes of ``watchers``.
 
-    Parameters
-    ----------
-    frames
-        In order.
-    parameters
-        The node's.
-    source
-        What they come from, for reports.
-    watchers
-        See each frame and what it adds.
-    camera
-        What the source says of its camera; it counts where the parameters leave it to that.
-    speeds
-        Of the vehicle, in order; they count where the parameters ask for them.
+    ``source`` is what they come from, for reports, and ``camera`` what that says of its camera,
+    which counts where the parameters leave it to a calibration. ``speeds`` are the vehicle's, in
+    order, and count where the parameters ask for them.
 
     Raises
     ------

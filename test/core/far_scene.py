@@ -13,8 +13,21 @@ import cv2
 import numpy as np
 import textures
 
+#: Lenses of OpenCV's two models; the functions below write out the radius in the picture (in focal
+#: lengths) that goes with an angle from the axis.
+BARREL_COEFFICIENTS = (-0.28, 0.06, 0.0, 0.0, 0.0)
+FISHEYE_COEFFICIENTS = (0.03, -0.01, 0.004, -0.002)
 _PX_PER_RAD = 400
 _HEIGHT = 1000
+
+
+def barrel(angle):
+    r = np.tan(angle)
+    return r * (1 - 0.28 * r**2 + 0.06 * r**4)
+
+
+def fisheye(angle):
+    return angle * (1 + 0.03 * angle**2 - 0.01 * angle**4 + 0.004 * angle**6 - 0.002 * angle**8)
 
 
 @cache

@@ -195,7 +195,7 @@ def test_ten_thousand_pairs_of_flicker_stay_bounded():
     estimator = TrajectoryEstimator(EstimatorSettings(max_runs=50, max_corners=20))
     for index in range(10_000):
         estimator._codes.update(100.0 if index % 3 else -100.0)
-        estimator._path.append(estimator.codes.heading, index)
+        estimator.path.append(estimator.codes.heading, index)
     assert len(estimator.codes.movement.runs) == len(estimator.codes.direction.runs) == 50
     assert len(estimator.path.corners) == 20
     assert len(estimator.codes.movement) == 10_000

@@ -6,7 +6,7 @@ from dataclasses import replace
 from functools import cache
 import math
 
-import far_scene
+from far_scene import barrel, BARREL_COEFFICIENTS, fisheye, FISHEYE_COEFFICIENTS, render
 import numpy as np
 from phase_traj_ros.core.camera import CameraModel, Distortion
 from phase_traj_ros.core.heading_estimator import HeadingEstimator, Lens
@@ -17,19 +17,10 @@ import pytest
 TENTH = 100_000_000
 BARREL = CameraModel(
     width=480, height=360, fx=250.0, fy=250.0, cx=240.0, cy=178.0, distortion=Distortion.BROWN,
-    coefficients=(-0.28, 0.06, 0.0, 0.0, 0.0))
+    coefficients=BARREL_COEFFICIENTS)
 FISHEYE = CameraModel(
     width=480, height=360, fx=157.0, fy=157.0, cx=238.0, cy=181.0, distortion=Distortion.FISHEYE,
-    coefficients=(0.03, -0.01, 0.004, -0.002))
-
-
-def barrel(angle):
-    r = np.tan(angle)
-    return r * (1 - 0.28 * r**2 + 0.06 * r**4)
-
-
-def fisheye(angle):
-    return angle * (1 + 0.03 * angle**2 - 0.01 * angle**4 + 0.004 * angle**6 - 0.002 * angle**8)
+    coefficients=FISHEYE_COEFFICIENTS)
 
 
 # Steered as vehicles are: a yaw rate that jumps is not believed.
@@ -42,7 +33,7 @@ def turning(name):
     """Return the camera and the frames, of which the heading is HEADINGS in degrees."""
     camera, radius = {'barrel': (BARREL, barrel), 'fisheye': (FISHEYE, fisheye)}[name]
     return camera, [
-        far_scene.render(camera, radius, math.radians(heading)) for heading in HEADINGS]
+        render(camera, radius, math.radians(heading)) for heading in HEADINGS]
 
 
 def stepped(index):

@@ -6,7 +6,7 @@ from dataclasses import replace
 import math
 
 import cv2
-import far_scene
+from far_scene import barrel, BARREL_COEFFICIENTS, bearings, fisheye, FISHEYE_COEFFICIENTS, render
 from hypothesis import given, strategies as st
 import numpy as np
 from phase_traj_ros.core.camera import CameraModel, Distortion
@@ -27,19 +27,10 @@ CAMERA = CameraModel.pinhole(SHAPE, FOCAL)
 # Distorted cameras, and the radius in the picture (in focal lengths) by the angle from the axis.
 BARREL = CameraModel(
     width=640, height=480, fx=330.0, fy=330.0, cx=322.0, cy=236.0, distortion=Distortion.BROWN,
-    coefficients=(-0.28, 0.06, 0.0, 0.0, 0.0))
+    coefficients=BARREL_COEFFICIENTS)
 FISHEYE = CameraModel(
     width=640, height=480, fx=210.0, fy=210.0, cx=316.0, cy=243.0, distortion=Distortion.FISHEYE,
-    coefficients=(0.03, -0.01, 0.004, -0.002))
-
-
-def barrel(angle):
-    r = np.tan(angle)
-    return r * (1 - 0.28 * r**2 + 0.06 * r**4)
-
-
-def fisheye(angle):
-    return angle * (1 + 0.03 * angle**2 - 0.01 * angle**4 + 0.004 * angle**6 - 0.002 * angle**8)
+    coefficients=FISHEYE_COEFFICIENTS)
 
 
 LENSES = {'barrel': (BARREL, barrel), 'fisheye': (FISHEYE, fisheye)}
@@ -157,7 +148,7 @@ def strip_yaws(projection, before, after, expected, strips=6):
 def test_azimuths_and_slopes_are_where_a_distorted_camera_sees_them(name):
     camera, radius = LENSES[name]
     projection = CylinderProjection(camera)
-    azimuth, slope = (each.astype(np.float32) for each in far_scene.bearings(camera, radius))
+    azimuth, slope = (each.astype(np.float32) for each in bearings(camera, radius))
     inside = cv2.erode(projection.inside.astype(np.uint8), np.ones((5, 5))).astype(bool)
     inside[[0, 1, -2, -1]] = inside[:, [0, 1, -2, -1]] = False
     seen = np.broadcast_to(projection.azimuths, projection.shape)
@@ -172,7 +163,7 @@ def test_yaw_is_the_same_over_the_whole_width_of_a_distorted_picture(name, upsid
     camera, radius = LENSES[name]
     turn = 1.5
     before, after = (
-        far_scene.render(camera, radius, math.radians(heading)) for heading in (20.0, 20.0 + turn))
+        render(camera, radius, math.radians(heading)) for heading in (20.0, 20.0 + turn))
     if upside_down:
         camera = camera.turned_180()
         before, after = (np.ascontiguousarray(each[::-1, ::-1]) for each in (before, after))
@@ -226,7 +217,7 @@ def test_part_of_a_sensor_without_its_optical_axis():
 
 
 def test_pixels_need_not_be_square():
-    frame = far_scene.render(BARREL, barrel, 0.0)
+    frame = render(BARREL, barrel, 0.0)
     tall = cv2.resize(frame, (640, 960), interpolation=cv2.INTER_CUBIC)
     # The middle of a pixel is not where it was.
     camera = replace(BARREL, height=960, fy=2 * BARREL.fy, cy=2 * BARREL.cy + 0.5)

@@ -35,7 +35,8 @@ def results(drive, tmp_path_factory):
         str(folder / 'out')]) == 0
     with (folder / 'truth.tum').open('w', encoding='utf-8') as file:
         for stamp, (x, y, yaw) in zip(drive.stamps_ns.tolist(), drive.poses[:, :3].tolist()):
-            file.write(f'{stamp / 1e9:.6f} {x} {y} 0 0 0 {math.sin(yaw / 2)} {math.cos(yaw / 2)}\n')
+            sine, cosine = math.sin(yaw / 2), math.cos(yaw / 2)
+            file.write(f'{stamp / 1e9:.6f} {x} {y} 0 0 0 {sine} {cosine}\n')
     return folder
 
 

@@ -1,0 +1,88 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Where the vehicle has been: the drawn path, and in metres where a speed is known."""
+
+from phase_traj_ros.core.chain_code import Step
+from phase_traj_ros.core.heading import HeadingStep
+from phase_traj_ros.core.heading_path import HeadingPath
+from phase_traj_ros.core.odometry import Odometer, Odometry
+from phase_traj_ros.core.settings import EstimatorSettings, PathSource
+from phase_traj_ros.core.speed import SpeedTrack
+from phase_traj_ros.core.trajectory import ChainPath, DrawnPath
+from phase_traj_ros.core.update import PairStatus
+
+
+class Route:
+    """Goes on with each pair of frames, along the direction or along the heading."""
+
+    def __init__(self, settings: EstimatorSettings) -> None:
+        """Make a route that has not started; what it is made from stays as it is now."""
+        from_heading = settings.path_from is PathSource.HEADING
+        self._chain_path = ChainPath(max_corners=settings.max_corners)
+        self._odometer: Odometer | None = None
+        if settings.metric:
+            self._odometer = Odometer(max_corners=settings.max_corners if from_heading else 1)
+        self._heading_path = (
+            HeadingPath(max_corners=settings.max_corners)
+            if self._odometer is None else self._odometer.path)
+        self._drawn: DrawnPath = self._heading_path if from_heading else self._chain_path
+        self._constant_speed = None if settings.awaits_speeds else settings.speed
+        self.speeds = SpeedTrack()
+        """The vehicle's speeds, where they come as it drives."""
+
+    @property
+    def drawn(self) -> DrawnPath:
+        """Return the path that is drawn."""
+        return self._drawn
+
+    def reset(self) -> None:
+        """Go back to the origin; the speeds are kept."""
+        self._chain_path.reset()
+        self._heading_path.reset()
+        if self._odometer is not None:
+            self._odometer.reset()
+
+    def start(self, stamp_ns: int) -> None:
+        """Start at the origin, on a route that has not started."""
+        self._chain_path.start(stamp_ns)
+        self._heading_path.start(stamp_ns)
+
+    def add(
+        self, step: Step, status: PairStatus, heading: HeadingStep | None, stamp_ns: int,
+        interval_ns: int,
+    ) -> Odometry | None:
+        """
+        Take what a pair of frames adds.
+
+        Parameters
+        ----------
+        step
+            The codes of the pair.
+        status
+            How it came to them.
+        heading
+            What it adds to the heading, where that is measured.
+        stamp_ns
+            Of its second frame.
+        interval_ns
+            Since its first one.
+
+        """
+        if step.appended:
+            self._chain_path.append(step.direction, stamp_ns)
+        if heading is None:
+            return None
+        if self._odometer is None:
+            # As no direction is appended without a measurement, no step is taken either.
+            if status in (PairStatus.OK, PairStatus.TURNING):
+                self._heading_path.append(heading.heading, heading.yaw, 1.0, stamp_ns)
+            return None
+        distance = self._distance(status, stamp_ns, interval_ns)
+        if distance is None:
+            return None
+        return self._odometer.update(heading, distance, stamp_ns, interval_ns * 1e-9)
+
+    def _distance(self, status: PairStatus, stamp_ns: int, interval_ns: int) -> float | None:
+        if self._constant_speed is None:
+            return self.speeds.distance(stamp_ns - interval_ns, stamp_ns)
+        return 0.0 if status is PairStatus.STILL else self._constant_speed * interval_ns * 1e-9
