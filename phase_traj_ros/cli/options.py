@@ -6,7 +6,7 @@ from argparse import ArgumentParser, Namespace, RawDescriptionHelpFormatter
 from pathlib import Path
 from typing import Any
 
-from phase_traj_ros.io.params_file import read_parameters
+from phase_traj_ros.io.params_file import parse_assignment, read_parameters
 from phase_traj_ros.io.selection import Selection
 from phase_traj_ros.io.source import FrameSource, open_source
 from phase_traj_ros.parameters import Parameters
@@ -72,11 +72,15 @@ def add_parameters(parser: ArgumentParser) -> None:
              ' --params says)')
     parser.add_argument(
         '--params', metavar='FILE', type=Path, help="ROS parameter file, the node's own")
+    parser.add_argument(
+        '-p', '--param', metavar='NAME:=VALUE', dest='assignments', action='append', default=[],
+        help='set one parameter, over what --params says; may be repeated')
 
 
 def parameters_of(options: Namespace) -> Parameters:
     """Return the parameters that the options of ``add_parameters`` choose."""
     parameters = Parameters() if options.params is None else read_parameters(options.params)
+    values = dict(map(parse_assignment, options.assignments))
     if options.threshold is not None:
-        parameters = parameters.with_values({'threshold': options.threshold})
-    return parameters
+        values['threshold'] = options.threshold
+    return parameters.with_values(values)

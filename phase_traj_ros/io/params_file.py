@@ -44,6 +44,25 @@ def read_parameters(path: Path) -> Parameters:
         raise ParameterError(f'{path}: {error}') from None
 
 
+def parse_assignment(text: str) -> tuple[str, object]:
+    """
+    Return name and value of an assignment in the form of ROS, ``name:=value``.
+
+    Raises
+    ------
+    ParameterError
+        It is none.
+
+    """
+    name, assigned, value = text.partition(':=')
+    try:
+        if assigned and name:
+            return name, yaml.safe_load(value) if value else ''
+    except yaml.YAMLError:
+        pass
+    raise ParameterError(f'{text!r} assigns no parameter: write NAME:=VALUE')
+
+
 def _is_meant(node: str) -> bool:
     return node.rstrip('/').split('/')[-1] in (NODE_NAME, '**', '*')
 

@@ -104,6 +104,8 @@ def test_threshold_wins_over_the_parameter_file(folder, tmp_path):
     params.write_text('/**:\n  ros__parameters:\n    threshold: 35.0\n')
     code = 'movement  (7): '
     assert code + '1x4 2x1 1x2' in run('replay', folder, '--params', params).stdout
+    over = run('replay', folder, '--params', params, '-p', 'threshold:=16.0')
+    assert over.stdout.split('movement')[1] == run('replay', folder).stdout.split('movement')[1]
     both = run('replay', folder, '--params', params, '--threshold', '50')
     assert code + '1x7' in both.stdout
 
@@ -147,6 +149,9 @@ def test_threshold_has_to_be_finite_and_positive(folder, tmp_path, threshold):
     (['{folder}', '--duration', '0.1'], '1 frame to use, but a trajectory takes at least two'),
     (['{folder}', '--fps', '0'], 'fps must be'),
     (['{folder}', '--params', '/does/not/exist.yaml'], 'cannot read the parameter file'),
+    (['{folder}', '-p', 'threshold=3'], 'write NAME:=VALUE'),
+    (['{folder}', '-p', 'threshold:=3'], 'write 3.0'),
+    (['{folder}', '-p', 'code_source:=heading'], 'give focal_px or hfov_deg'),
     (['{folder}', '--output', '{folder}/0.png'], 'cannot write to'),
     (['{folder}', '--output', '{folder}/0.png/below'], 'cannot write to'),
     (['{empty}'], 'no'),

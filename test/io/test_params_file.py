@@ -5,7 +5,7 @@
 from pathlib import Path
 
 from phase_traj_ros.errors import ParameterError
-from phase_traj_ros.io.params_file import read_parameters
+from phase_traj_ros.io.params_file import parse_assignment, read_parameters
 from phase_traj_ros.parameters import Parameters
 import pytest
 
@@ -83,3 +83,21 @@ def test_a_file_that_cannot_be_read(tmp_path):
     (tmp_path / 'binary.yaml').write_bytes(b'\xff\xfe\x00\x80')
     with pytest.raises(ParameterError, match='not a text file'):
         read_parameters(tmp_path / 'binary.yaml')
+
+
+@pytest.mark.parametrize('name', ['paper', 'vehicle', 'heading'])
+def test_files_that_come_with_the_package_can_be_read(name):
+    read_parameters(CONFIG / f'{name}.yaml')
+
+
+@pytest.mark.parametrize(('text', 'expected'), [
+    ('a:=1', ('a', 1)), ('a:=1.5', ('a', 1.5)), ('a:=true', ('a', True)), ('a:=b', ('a', 'b')),
+    ('a:=', ('a', '')), ("a:='1'", ('a', '1')), ('a:=b:=c', ('a', 'b:=c'))])
+def test_assignments_are_those_of_ros(text, expected):
+    assert parse_assignment(text) == expected
+
+
+@pytest.mark.parametrize('text', ['', 'a', 'a=1', ':=1', 'a:=[1'])
+def test_what_is_no_assignment(text):
+    with pytest.raises(ParameterError, match='NAME:=VALUE'):
+        parse_assignment(text)
