@@ -29,6 +29,8 @@ Value: TypeAlias = 'bool | int | float | str'
 _ROS_TYPES = {bool: 'bool', int: 'integer', float: 'double', str: 'string'}
 # As a range has to be given: any finite number above zero.
 _POSITIVE: dict[str, Any] = {'minimum': sys.float_info.min, 'maximum': sys.float_info.max}
+# Ten seconds at a thousand speeds a second.
+_MAX_SPEEDS = 10_000
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -333,6 +335,7 @@ class Parameters:
                 frames=self.still_frames, max_motion=self.still_motion,
             ) if self.still_frames else None,
             max_runs=self.max_runs,
+            max_speeds=_MAX_SPEEDS,
             # The tip is one of the poses.
             max_corners=self.max_path_poses - 1,
         )

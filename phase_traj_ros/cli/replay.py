@@ -124,6 +124,7 @@ def _print(result: Replay, seconds: float) -> None:
             (result.counters.time_resets, 'times the stamps went back, and everything started'
                                           ' anew'),
             (result.counters.unmeasured, 'pairs had nothing to correlate'),
-            (result.counters.reprimed, 'times the size of the frames changed')):
+            (result.counters.reprimed, 'times the size of the frames changed'),
+            (result.pairs_without_speed, 'pairs had no speed: the way goes on without them')):
         if count:
             print(f'warning: {count} {what}')

@@ -109,7 +109,15 @@ class TrajectoryEstimator:
         Go on with what is known of the camera now; the heading is kept.
 
         If that is something else than before, the next frame has none to be compared with.
+
+        Raises
+        ------
+        ValueError
+            The settings leave no room for a lens.
+
         """
+        if not self._settings.measures_heading:
+            raise ValueError('no lens was foreseen: give one, or awaits_lens, in the settings')
         if self._heading is None:
             self._heading = self._make_heading(lens)
         else:
@@ -126,6 +134,11 @@ class TrajectoryEstimator:
 
         """
         self._route.speeds.add(stamp_ns, speed)
+
+    @property
+    def newest_speed_ns(self) -> int | None:
+        """Return the stamp of the newest speed that has come, None before the first."""
+        return self._route.speeds.newest_ns
 
     @property
     def frames(self) -> int:
@@ -155,6 +168,8 @@ class TrajectoryEstimator:
         self._codes.confirm_frames = settings.confirm_frames
         self._codes.release_frames = settings.release_frames
         before, self._settings = self._settings, settings
+        if self._heading is not None:
+            self._heading.turn_180(settings.view.rotate_180)
         if (settings.window, settings.view) != (before.window, before.view):
             self._correlator = self._make_correlator()
             self._quality = self._make_quality()
@@ -259,7 +274,7 @@ class TrajectoryEstimator:
         view = self._settings.view.of(frame)
         shift, yaw = None, None
         if self._heading is not None:
-            yaw = self._heading.measure(frame, max(interval, 1e-9))
+            yaw = self._heading.measure(frame, interval)
         if not self._by_heading:
             shift = self._correlator.update(view)
         self._quality.update(view)

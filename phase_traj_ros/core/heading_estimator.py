@@ -166,6 +166,12 @@ class HeadingEstimator:
             self._lens = lens
             self._meter = None
 
+    def turn_180(self, upside_down: bool) -> None:
+        """Go on with the camera mounted this way up, as ``use_lens`` does."""
+        if upside_down != self._rotate_180:
+            self._rotate_180 = upside_down
+            self._meter = None
+
     def restart(self) -> None:
         """Start anew at heading 0; the newest frame is the first."""
         self._tracker.reset()

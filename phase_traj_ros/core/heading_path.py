@@ -4,6 +4,7 @@
 
 import math
 
+from phase_traj_ros.core.thinning import Thinned
 from phase_traj_ros.core.trajectory import Corner
 
 
@@ -25,19 +26,13 @@ class HeadingPath:
             ``max_corners`` is below 1.
 
         """
-        if max_corners is not None and max_corners < 1:
-            raise ValueError(f'max_corners is {max_corners}: give at least 1')
-        self._max_corners = max_corners
-        self._corners: list[Corner] = []
+        self._places: Thinned[Corner] = Thinned(max_corners)
         self.reset()
 
     def reset(self) -> None:
         """Go back to the origin and forget the path."""
-        self._corners.clear()
+        self._places.clear()
         self._tip: Corner | None = None
-        # Every so many steps are kept, and so many have been made.
-        self._every = 1
-        self._steps = 0
 
     def start(self, stamp_ns: int) -> None:
         """Start at the origin, heading 0; on a path that has started, do nothing."""
@@ -63,19 +58,13 @@ class HeadingPath:
         self.start(stamp_ns)
         tip = self._tip
         assert tip is not None
-        if self._steps % self._every == 0:
-            self._keep(tip)
-        self._steps += 1
+        if length != 0.0:
+            # Standing still must not push out where the vehicle has been.
+            self._places.offer(tip)
         middle = heading - yaw / 2
         self._tip = Corner(
             tip.x + length * math.cos(middle), tip.y + length * math.sin(middle), heading,
             stamp_ns)
-
-    def _keep(self, place: Corner) -> None:
-        self._corners.append(place)
-        if self._max_corners is not None and len(self._corners) > self._max_corners:
-            del self._corners[1::2]
-            self._every *= 2
 
     @property
     def tip(self) -> Corner | None:
@@ -85,13 +74,13 @@ class HeadingPath:
     @property
     def corners(self) -> tuple[Corner, ...]:
         """Return the places kept, oldest first, without the tip."""
-        return tuple(self._corners)
+        return self._places.kept
 
     def points(self, limit: int) -> tuple[Corner, ...]:
         """Return places of the whole way and the tip, at most ``limit`` (2 or more) in all."""
         if self._tip is None:
             return ()
-        every = 1
-        while -(-len(self._corners) // every) > limit - 1:
-            every *= 2
-        return (*self._corners[::every], self._tip)
+        shown: Thinned[Corner] = Thinned(limit - 1)
+        for place in self._places.kept:
+            shown.offer(place)
+        return (*shown.kept, self._tip)

@@ -60,6 +60,8 @@ class Odometer:
         """Go back to the origin and forget the way."""
         self.path.reset()
         self._way = 0.0
+        self._speed = 0.0
+        self._lost = 0.0
         self._yaw_variance = 0.0
 
     def update(
@@ -82,14 +84,31 @@ class Odometer:
         """
         self.path.append(step.heading, step.yaw, distance, stamp_ns)
         self._way += abs(distance)
-        off = _BRIDGED_RATE * interval if step.bridged else _YAW
-        self._yaw_variance += off * off
-        speed = distance / interval
+        off = self._turn(step, interval)
+        speed = self._speed = distance / interval
         tip = self.path.tip
         assert tip is not None
         return Odometry(
             tip, speed, step.yaw / interval,
-            position_variance=self._way ** 2 * (_SPEED_SHARE ** 2 + self._yaw_variance / 3),
+            position_variance=(
+                self._way ** 2 * (_SPEED_SHARE ** 2 + self._yaw_variance / 3)
+                + self._lost ** 2),
             yaw_variance=self._yaw_variance,
             speed_variance=(_SPEED_SHARE * speed) ** 2,
             yaw_rate_variance=(off / interval) ** 2)
+
+    def miss(self, step: HeadingStep, interval: float) -> None:
+        """
+        Take a pair of which the way is not known.
+
+        The pose stays where it is; how far the vehicle has gone meanwhile at the last speed is
+        counted as an error of it.
+        """
+        self._turn(step, interval)
+        self._lost += abs(self._speed) * interval
+
+    def _turn(self, step: HeadingStep, interval: float) -> float:
+        """Count the error of a pair's yaw; return its standard deviation."""
+        off = _BRIDGED_RATE * interval if step.bridged else _YAW
+        self._yaw_variance += off * off
+        return off

@@ -22,12 +22,16 @@ class Route:
         self._odometer: Odometer | None = None
         if settings.metric:
             self._odometer = Odometer(max_corners=settings.max_corners if from_heading else 1)
-        self._heading_path = (
-            HeadingPath(max_corners=settings.max_corners)
-            if self._odometer is None else self._odometer.path)
-        self._drawn: DrawnPath = self._heading_path if from_heading else self._chain_path
+        self._heading_path: HeadingPath | None = None
+        if self._odometer is not None:
+            self._heading_path = self._odometer.path
+        elif from_heading:
+            self._heading_path = HeadingPath(max_corners=settings.max_corners)
+        self._drawn: DrawnPath = self._chain_path
+        if from_heading and self._heading_path is not None:
+            self._drawn = self._heading_path
         self._constant_speed = None if settings.awaits_speeds else settings.speed
-        self.speeds = SpeedTrack()
+        self.speeds = SpeedTrack(max_speeds=settings.max_speeds)
         """The vehicle's speeds, where they come as it drives."""
 
     @property
@@ -37,15 +41,15 @@ class Route:
 
     def reset(self) -> None:
         """Go back to the origin; the speeds are kept."""
-        self._chain_path.reset()
-        self._heading_path.reset()
-        if self._odometer is not None:
-            self._odometer.reset()
+        for part in (self._chain_path, self._heading_path, self._odometer):
+            if part is not None:
+                part.reset()
 
     def start(self, stamp_ns: int) -> None:
         """Start at the origin, on a route that has not started."""
         self._chain_path.start(stamp_ns)
-        self._heading_path.start(stamp_ns)
+        if self._heading_path is not None:
+            self._heading_path.start(stamp_ns)
 
     def add(
         self, step: Step, status: PairStatus, heading: HeadingStep | None, stamp_ns: int,
@@ -70,7 +74,7 @@ class Route:
         """
         if step.appended:
             self._chain_path.append(step.direction, stamp_ns)
-        if heading is None:
+        if heading is None or self._heading_path is None:
             return None
         if self._odometer is None:
             # As no direction is appended without a measurement, no step is taken either.
@@ -79,6 +83,7 @@ class Route:
             return None
         distance = self._distance(status, stamp_ns, interval_ns)
         if distance is None:
+            self._odometer.miss(heading, interval_ns * 1e-9)
             return None
         return self._odometer.update(heading, distance, stamp_ns, interval_ns * 1e-9)
 

@@ -72,6 +72,8 @@ class EstimatorSettings:
     """When a pair counts as measured; None: always (the paper)."""
     stillness: StillnessSettings | None = None
     """When the vehicle counts as standing still; None: never (the paper)."""
+    max_speeds: int | None = None
+    """Speeds kept; None keeps all."""
     max_runs: int | None = None
     """Runs of codes kept, per series; None keeps all."""
     max_corners: int | None = None

@@ -5,27 +5,23 @@
 from bisect import bisect_right
 import math
 
-# A speed holds for this long, unless a newer one comes.
-_HOLDS_NS = 1_000_000_000
+# A speed holds for this long, unless a newer one comes: receivers of GPS give one a second.
+_HOLDS_NS = 2_500_000_000
 _NANO = 1e9
 
 
 class SpeedTrack:
     """
-    The newest speeds of a vehicle, each of which holds until the next one.
+    Speeds of a vehicle, each of which holds until the next one.
 
-    Speeds are in metres per second, negative in reverse; stamps are of the frames' clock.
+    They are in metres per second, negative in reverse; stamps are of the frames' clock.
     """
 
-    def __init__(self) -> None:
-        """Make a track without any speed."""
+    def __init__(self, *, max_speeds: int | None = None) -> None:
+        """Make a track that keeps the newest ``max_speeds`` or a little more, or all of them."""
+        self._max_speeds = max_speeds
         self._stamps: list[int] = []
         self._speeds: list[float] = []
-
-    def clear(self) -> None:
-        """Forget all speeds."""
-        self._stamps.clear()
-        self._speeds.clear()
 
     def add(self, stamp_ns: int, speed: float) -> None:
         """
@@ -40,27 +36,37 @@ class SpeedTrack:
         if not math.isfinite(speed):
             raise ValueError(f'the speed is {speed}: give a finite number')
         if self._stamps and stamp_ns < self._stamps[-1]:
-            self.clear()
+            self._stamps.clear()
+            self._speeds.clear()
         self._stamps.append(stamp_ns)
         self._speeds.append(speed)
+        if self._max_speeds is not None and len(self._stamps) > 2 * self._max_speeds:
+            del self._stamps[:-self._max_speeds], self._speeds[:-self._max_speeds]
+
+    @property
+    def newest_ns(self) -> int | None:
+        """Return the stamp of the newest speed, None if there is none."""
+        return self._stamps[-1] if self._stamps else None
 
     def distance(self, begin_ns: int, end_ns: int) -> float | None:
         """
-        Return the metres gone from one stamp to a later one, and forget what was before them.
+        Return the metres gone from one stamp to a later one.
 
-        Each speed holds until the next one, but for a second at most. The first one there is
+        Each speed holds until the next one, but for 2.5 seconds at most. The first one there is
         holds for what was before it, too. None where no speed holds for all of the time.
         """
         first = max(bisect_right(self._stamps, begin_ns) - 1, 0)
-        del self._stamps[:first], self._speeds[:first]
         after = bisect_right(self._stamps, end_ns)
-        if after == 0 or self._stamps[0] - begin_ns > _HOLDS_NS:
+        if after == 0:
+            return None
+        if self._stamps[first] - begin_ns > _HOLDS_NS:
             return None
         way = 0.0
-        for index in range(after):
-            start = begin_ns if index == 0 else self._stamps[index]
-            stop = self._stamps[index + 1] if index + 1 < after else end_ns
-            if stop - self._stamps[index] > _HOLDS_NS:
+        for index in range(first, after):
+            begun = self._stamps[index]
+            ended = self._stamps[index + 1] if index + 1 < after else end_ns
+            if ended - begun > _HOLDS_NS:
                 return None
-            way += self._speeds[index] * (stop - start) / _NANO
+            start = begin_ns if index == first else begun
+            way += self._speeds[index] * (ended - start) / _NANO
         return way

@@ -16,7 +16,7 @@ import math
 
 MIN_RATE_DEG_S = 5.0
 MIN_ANGLE_DEG = 60.0
-_LONGEST_DIP_NS = 500_000_000
+LONGEST_DIP_NS = 500_000_000
 
 
 @dataclass(frozen=True, slots=True)
@@ -165,7 +165,7 @@ class _Side:
         """Take a pair of frames, (stamp, degrees) each; return the stretch that it ends."""
         rate = (after[1] - before[1]) / (after[0] - before[0]) * 1e9
         ended = None
-        if self.turn is not None and before[0] - self.turn.end_ns > _LONGEST_DIP_NS:
+        if self.turn is not None and before[0] - self.turn.end_ns > LONGEST_DIP_NS:
             ended, self.turn = self.turn, None
         if rate * self._sign <= self._min_rate:
             return ended

@@ -145,7 +145,8 @@ class YawMeter:
         shift = self._correlator.update(projected)
         current = self._levelled(projected)
         previous, self._previous = self._previous, current
-        if previous is None or shift is None:
+        if previous is None or shift is None or interval <= 0.0:
+            self._travel, self._rate = Travel(), 0.0
             return None
         travel = self._travel.after(interval)
         farthest = self._projection.shape[1] / 2

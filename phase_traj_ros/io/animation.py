@@ -14,12 +14,13 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 from phase_traj_ros.core import Axes, to_axes, TrajectoryEstimator, Update
+from phase_traj_ros.core.thinning import Thinned
 from phase_traj_ros.errors import MissingDependencyError
 from phase_traj_ros.io.debug_picture import Picture
 from phase_traj_ros.io.overview import Overview, overview
 from phase_traj_ros.io.replay import Replay
 from phase_traj_ros.io.source import Frame
-from phase_traj_ros.io.thumbnails import small, Thinned
+from phase_traj_ros.io.thumbnails import small
 
 _WIDTH = 440
 _FRAMES = 120

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from enum import Enum
 from functools import partial
 from itertools import chain, islice
+import math
 from pathlib import Path
 from typing import cast, Protocol, TYPE_CHECKING
 
@@ -168,7 +169,8 @@ class BagSource(FrameSource):
         """
         Yield the speeds on a topic of geometry_msgs/TwistStamped, by the stamps of their headers.
 
-        Where a header has none, the time of reception stands in. Raises SourceError.
+        Where a header has none, the time of reception stands in. Those that are not finite are
+        left out. Raises SourceError.
         """
         name = topic if topic.startswith('/') else f'/{topic}'
         where = f', topic {name}'
@@ -187,7 +189,10 @@ class BagSource(FrameSource):
                 for connection, receive_ns, data in messages:
                     message = cast('_TwistStamped', self._deserialise(data, connection.msgtype))
                     stamp_ns = to_nanoseconds(message.header.stamp) or receive_ns
-                    yield Speed(stamp_ns, float(message.twist.linear.x))
+                    speed = float(message.twist.linear.x)
+                    # As the node does, which says so; a bag cannot be mended.
+                    if math.isfinite(speed):
+                        yield Speed(stamp_ns, speed)
 
     def _first(self, topic: str, msgtype: str) -> object | None:
         """Return the first message of a topic, deserialised; None if there is none."""

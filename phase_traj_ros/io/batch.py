@@ -12,8 +12,8 @@ from pathlib import Path
 import shutil
 import time
 
-from phase_traj_ros.core import Movement
 from phase_traj_ros.errors import OutputError, PhaseTrajError
+from phase_traj_ros.io.overview import turn_marks
 from phase_traj_ros.io.replay import Replay
 from phase_traj_ros.io.replay_job import replay_source, Wanted
 from phase_traj_ros.io.selection import EVERYTHING, Selection
@@ -99,7 +99,7 @@ def run_job(job: Job, progress: Progress | None = None) -> Outcome:
             job, f'{type(error).__name__}: {error}', seconds=time.monotonic() - began)
     return Outcome(
         source=str(job.source), folder=job.folder, status=Status.OK, frames=result.frames,
-        turns=sum(code in (Movement.LEFT, Movement.RIGHT) for code in result.movement),
+        turns=len(turn_marks(result)),
         seconds=time.monotonic() - began, route=_route(result))
 
 

@@ -6,20 +6,20 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from phase_traj_ros.core import Movement, PairStatus
+from phase_traj_ros.core import CodeSource, Movement, PairStatus
 from phase_traj_ros.io.replay import Replay
 
 
 @dataclass(frozen=True, slots=True)
 class TurnMark:
-    """A turn of the codes, as it is marked in pictures."""
+    """A turn, as it is marked in pictures."""
 
     number: int
     """From 1 on."""
     side: Movement
     """LEFT or RIGHT."""
     pair: int
-    """The pair on which it is coded."""
+    """The pair on which it begins."""
     end_pair: int
     """The last pair that belongs to it."""
     start_s: float
@@ -78,7 +78,14 @@ def _angle(result: Replay, frame: int) -> float | None:
 
 
 def turn_marks(result: Replay) -> tuple[TurnMark, ...]:
-    """Return the turns that the movement codes tell of, oldest first."""
+    """
+    Return the turns, oldest first.
+
+    Where the codes come from the heading, they are those of the heading: a U-turn is two changes
+    of the direction and one turn. Elsewhere they are those that the movement codes tell of.
+    """
+    if result.parameters.code_source == CodeSource.HEADING.value:
+        return _marks_of_heading(result)
     updates = result.updates
     seconds = (_stamps(result) - result.first_stamp_ns) / 1e9
     marks: list[TurnMark] = []
@@ -97,6 +104,16 @@ def turn_marks(result: Replay) -> tuple[TurnMark, ...]:
             len(marks) + 1, update.step.movement, pair, end, float(seconds[pair]),
             float(seconds[end + 1]), (before.x, before.y), _angle(result, pair + 1)))
     return tuple(marks)
+
+
+def _marks_of_heading(result: Replay) -> tuple[TurnMark, ...]:
+    tips = [(0.0, 0.0), *((update.tip.x, update.tip.y) for update in result.updates)]
+    return tuple(
+        TurnMark(
+            number, Movement.LEFT if turn.angle_deg > 0 else Movement.RIGHT, turn.start_frame,
+            turn.end_frame - 1, (turn.start_ns - result.first_stamp_ns) / 1e9,
+            (turn.end_ns - result.first_stamp_ns) / 1e9, tips[turn.start_frame], turn.angle_deg)
+        for number, turn in enumerate(result.turns, 1))
 
 
 def _stamps(result: Replay) -> NDArray[np.int64]:

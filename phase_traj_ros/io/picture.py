@@ -98,7 +98,7 @@ def write_turn_picture(turns: Sequence[TurnFrames], result: Replay, path: Path) 
     """
     if not turns:
         raise ValueError('there are no turns to draw')
-    marks = {mark.number: mark for mark in turn_marks(result)}
+    marks = {mark.pair: mark for mark in turn_marks(result)}
     rows, columns = turns[0].frames.kept[0][1].shape
     width, line, gap = 12.0, 0.3, 0.08
     step = (width - gap) / _STRIP
@@ -109,10 +109,10 @@ def write_turn_picture(turns: Sequence[TurnFrames], result: Replay, path: Path) 
     plot = figure.add_axes((0, 0, 1, 1))
     plot.set_axis_off()
     for row, turn in enumerate(turns):
-        mark, top = marks[turn.number], row * (high + line)
+        mark, top = marks[turn.pair], row * (high + line)
         plot.text(
             gap, top + line - 0.07,
-            f'turn {turn.number}, {mark.side.name.lower()}, {mark.start_s:.1f} s', fontsize=9)
+            f'turn {mark.number}, {mark.side.name.lower()}, {mark.start_s:.1f} s', fontsize=9)
         for column, (number, picture) in enumerate(turn.spread(_STRIP)):
             left, right = gap + column * step, (column + 1) * step
             plot.imshow(

@@ -45,6 +45,13 @@ class Replay:
     """What the turns tell of the field of view; None without any."""
 
     @property
+    def pairs_without_speed(self) -> int:
+        """Return for how many pairs speeds were asked for, and none held."""
+        if not self.parameters.use_speed_topic:
+            return 0
+        return sum(update.odometry is None for update in self.updates)
+
+    @property
     def threshold_px(self) -> float | None:
         """Return T in pixels per frame (at the median interval); None if the codes need none."""
         if self.parameters.code_source == CodeSource.HEADING.value:
@@ -90,7 +97,7 @@ def replay(
 
     ``source`` is what they come from, for reports, and ``camera`` what that says of its camera,
     which counts where the parameters leave it to a calibration. ``speeds`` are the vehicle's, in
-    order, and count where the parameters ask for them.
+    any order, and count where the parameters ask for them.
 
     Raises
     ------
@@ -101,7 +108,8 @@ def replay(
 
     """
     # Offline, everything is kept.
-    settings = replace(parameters.estimator_settings(), max_runs=None, max_corners=None)
+    settings = replace(
+        parameters.estimator_settings(), max_runs=None, max_corners=None, max_speeds=None)
     estimator = TrajectoryEstimator(settings, mask=read_mask(parameters))
     if parameters.needs_camera:
         if camera is None:
@@ -109,12 +117,13 @@ def replay(
                 f'{source} does not say what its camera is like, and the heading is wanted: give'
                 ' focal_px or hfov_deg')
         estimator.use_lens(Lens(camera=camera))
-    pending = _SpeedFeed(speeds)
+    # All at once, and in the order of their stamps: whatever comes late or twice in a bag.
+    for speed in sorted(speeds, key=lambda each: each.stamp_ns):
+        estimator.add_speed(speed.stamp_ns, speed.speed)
     updates: list[Update] = []
     turns: list[Turn] = []
     first_stamp_ns = 0
     for number, frame in enumerate(frames):
-        pending.feed(estimator, frame.stamp_ns)
         update = _update(estimator, frame, number, source)
         if estimator.frames == 1:
             updates.clear()
@@ -138,19 +147,6 @@ def replay(
         tuple(sorted(turns, key=lambda turn: turn.start_frame)),
         None if estimator.heading is None else estimator.heading.focal_px,
         None if estimator.heading is None else estimator.heading.field_of_view)
-
-
-class _SpeedFeed:
-    """Gives an estimator each speed before the first frame that is not older."""
-
-    def __init__(self, speeds: Iterable[Speed]) -> None:
-        self._speeds = iter(speeds)
-        self._next = next(self._speeds, None)
-
-    def feed(self, estimator: TrajectoryEstimator, until_ns: int) -> None:
-        while self._next is not None and self._next.stamp_ns <= until_ns:
-            estimator.add_speed(self._next.stamp_ns, self._next.speed)
-            self._next = next(self._speeds, None)
 
 
 def _update(

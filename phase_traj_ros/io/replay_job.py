@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
+from phase_traj_ros.core import CodeSource
 from phase_traj_ros.errors import ParameterError
 from phase_traj_ros.io.animation import Animation
 from phase_traj_ros.io.bag_sink import BagSink, SUFFIX
@@ -24,7 +25,7 @@ from phase_traj_ros.io.prefetch import prefetch
 from phase_traj_ros.io.replay import Replay, replay, Watcher
 from phase_traj_ros.io.results import write_results
 from phase_traj_ros.io.source import DEFAULT_SPEED_TOPIC, Frame, FrameSource
-from phase_traj_ros.io.thumbnails import Thumbnails, TurnWatcher
+from phase_traj_ros.io.thumbnails import HeadingTurnWatcher, Thumbnails, TurnWatcher
 from phase_traj_ros.parameters import Parameters
 
 REPORT: Final = 'report.html'
@@ -95,7 +96,8 @@ def replay_source(
         if wanted.output is not None:
             require_matplotlib()
             outputs.append(_Folder(
-                stack.enter_context(output_directory(wanted.output)), wanted, title))
+                stack.enter_context(output_directory(wanted.output)), wanted, title,
+                parameters))
         if wanted.animation is not None:
             outputs.append(_Gif(Animation(), stack.enter_context(output_file(wanted.animation))))
         seen = [*watchers, *(watcher for output in outputs for watcher in output.watchers)]
@@ -118,11 +120,14 @@ def replay_source(
 class _Folder:
     """What goes into the folder of --output."""
 
-    def __init__(self, staging: Path, wanted: Wanted, title: str) -> None:
+    def __init__(
+        self, staging: Path, wanted: Wanted, title: str, parameters: Parameters,
+    ) -> None:
         self._staging = staging
         self._wanted = wanted
         self._title = title
-        self._turns = TurnWatcher()
+        by_heading = parameters.code_source == CodeSource.HEADING.value
+        self._turns = HeadingTurnWatcher() if by_heading else TurnWatcher()
         self._thumbnails = Thumbnails()
 
     @property

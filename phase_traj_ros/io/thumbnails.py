@@ -3,61 +3,19 @@
 """Small copies of the frames of a replay, kept within bounds however long it is."""
 
 from dataclasses import dataclass, field
-from typing import cast, Generic, TypeVar
+import math
+from typing import cast
 
 import cv2
 import numpy as np
 from phase_traj_ros.core import Movement, PairStatus, TrajectoryEstimator, Update
+from phase_traj_ros.core.thinning import Thinned
+from phase_traj_ros.core.turns import LONGEST_DIP_NS, MIN_RATE_DEG_S, Turn
 from phase_traj_ros.io.debug_picture import as_shown, Picture
 from phase_traj_ros.io.source import Frame
 
-Item = TypeVar('Item')
-
 _JPEG_QUALITY = 72
 _PER_TURN = 12
-
-
-class Thinned(Generic[Item]):
-    """
-    Every n-th of the items offered, in order, at most ``limit`` of them.
-
-    n is 1 at first; whenever there are too many, every second one is dropped, and n doubles.
-    """
-
-    def __init__(self, limit: int) -> None:
-        """Keep at most ``limit`` items, 2 or more."""
-        self._limit = limit
-        self.clear()
-
-    def clear(self) -> None:
-        """Begin anew."""
-        self._kept: list[Item] = []
-        self._every = 1
-        self._offered = 0
-
-    @property
-    def wants_next(self) -> bool:
-        """Return whether the next item would be kept: making it may cost something."""
-        return self._offered % self._every == 0
-
-    def offer(self, item: Item | None) -> None:
-        """Take the next item; it may be None where it is not wanted."""
-        if self.wants_next:
-            assert item is not None
-            self._kept.append(item)
-        self._offered += 1
-        if len(self._kept) > self._limit:
-            self.thin()
-
-    def thin(self) -> None:
-        """Drop every second item."""
-        self._kept = self._kept[::2]
-        self._every *= 2
-
-    @property
-    def kept(self) -> tuple[Item, ...]:
-        """Return what is kept, oldest first."""
-        return tuple(self._kept)
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,27 +72,30 @@ class Thumbnails:
 class TurnFrames:
     """Frames of one turn."""
 
-    number: int
-    """Of the turn, from 1 on."""
+    pair: int
+    """The pair on which it begins."""
     frames: Thinned[tuple[int, Picture]] = field(default_factory=lambda: Thinned(_PER_TURN))
     """Number of the frame (0 for the first of the replay) and picture, (H, W) uint8."""
 
+    last: int | None = None
+    """The last frame that belongs to it; None: the last one there is."""
+
     def spread(self, count: int) -> tuple[tuple[int, Picture], ...]:
         """Return up to ``count`` frames, from the first to the last one kept."""
-        kept = self.frames.kept
+        kept = [
+            each for each in self.frames.kept if self.last is None or each[0] <= self.last]
         places = np.linspace(0, len(kept) - 1, min(count, len(kept))).round().astype(int)
         return tuple(kept[place] for place in places)
 
 
 class TurnWatcher:
-    """Watches a replay and keeps a few frames of each turn, up to ``limit`` turns."""
+    """Watches a replay and keeps a few frames of each turn of the codes, up to ``limit`` turns."""
 
     def __init__(self, *, width: int = 480, limit: int = 12) -> None:
         """Keep pictures at most ``width`` wide."""
         self._width = width
         self._limit = limit
         self._turns: list[TurnFrames] = []
-        self._begun = 0
         self._open: TurnFrames | None = None
         self._last: Frame | None = None
 
@@ -145,20 +106,18 @@ class TurnWatcher:
 
     def start(self, frame: Frame, estimator: TrajectoryEstimator) -> None:
         """Begin with the first frame."""
-        self._turns, self._begun = [], 0
+        self._turns = []
         self._open, self._last = None, frame
 
     def add(self, frame: Frame, update: Update, estimator: TrajectoryEstimator) -> None:
         """Take the second frame of a pair."""
         last, self._last = self._last, frame
         if update.step.movement in (Movement.LEFT, Movement.RIGHT):
-            self._begun += 1
             self._open = None
             if len(self._turns) < self._limit:
-                self._open = TurnFrames(self._begun)
-                self._turns.append(self._open)
                 assert last is not None
-                self._keep(self._open, last, update.pair, estimator)
+                self._open = self._begin(last, update, estimator)
+                self._turns.append(self._open)
         elif update.step.appended:
             self._open = None
         elif update.status is not PairStatus.TURNING:
@@ -167,12 +126,61 @@ class TurnWatcher:
         if self._open is not None:
             self._keep(self._open, frame, update.pair + 1, estimator)
 
+    def _begin(self, first: Frame, update: Update, estimator: TrajectoryEstimator) -> TurnFrames:
+        """Return the frames of what may be a turn, which begins with the first of a pair."""
+        begun = TurnFrames(update.pair)
+        self._keep(begun, first, update.pair, estimator)
+        return begun
+
     def _keep(
         self, turn: TurnFrames, frame: Frame, number: int, estimator: TrajectoryEstimator,
     ) -> None:
         wanted = turn.frames.wants_next
         turn.frames.offer(
             (number, small(frame, estimator, self._width)) if wanted else None)
+
+
+class HeadingTurnWatcher(TurnWatcher):
+    """
+    Keeps a few frames of each turn of the heading instead.
+
+    Whether a stretch in which the vehicle yaws is a turn is only known when it has ended.
+    """
+
+    def __init__(self, *, width: int = 480, limit: int = 12) -> None:
+        """Keep pictures at most ``width`` wide."""
+        super().__init__(width=width, limit=limit)
+        self._stretches: dict[bool, TurnFrames] = {}
+        self._yawed_ns: dict[bool, int] = {}
+
+    def start(self, frame: Frame, estimator: TrajectoryEstimator) -> None:
+        """Begin with the first frame."""
+        super().start(frame, estimator)
+        self._stretches.clear()
+
+    def add(self, frame: Frame, update: Update, estimator: TrajectoryEstimator) -> None:
+        """Take the second frame of a pair."""
+        last, self._last = self._last, frame
+        for turn in update.turns:
+            self._ended(turn)
+        if update.heading is None or len(self._turns) >= self._limit:
+            return
+        rate = math.degrees(update.heading.yaw) / update.interval_ns * 1e9
+        if abs(rate) > MIN_RATE_DEG_S:
+            left = rate > 0
+            if update.stamp_ns - self._yawed_ns.get(left, 0) > LONGEST_DIP_NS + update.interval_ns:
+                self._stretches.pop(left, None)
+            self._yawed_ns[left] = update.stamp_ns
+            if left not in self._stretches:
+                assert last is not None
+                self._stretches[left] = self._begin(last, update, estimator)
+        for stretch in self._stretches.values():
+            self._keep(stretch, frame, update.pair + 1, estimator)
+
+    def _ended(self, turn: Turn) -> None:
+        stretch = self._stretches.pop(turn.angle_deg > 0, None)
+        if stretch is not None and len(self._turns) < self._limit:
+            self._turns.append(TurnFrames(turn.start_frame, stretch.frames, turn.end_frame))
 
 
 def small(frame: Frame, estimator: TrajectoryEstimator, width: int) -> Picture:

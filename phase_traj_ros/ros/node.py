@@ -110,10 +110,15 @@ class PhaseTrajNode(Node):
         self._estimator.use_lens(Lens(camera=camera))
 
     def _warn_without_speed(self, update: Update) -> None:
-        if self._speed is not None and update.odometry is None:
-            self.get_logger().warning(
-                f'no speed on {self._speed.topic} for the time of an image: odom does not go on',
-                throttle_duration_sec=_THROTTLE_S)
+        if self._speed is None or update.odometry is not None:
+            return
+        newest_ns = self._estimator.newest_speed_ns
+        known = 'none has come yet'
+        if newest_ns is not None:
+            known = f'the newest is {(update.stamp_ns - newest_ns) / 1e9:+.3f} s older'
+        self.get_logger().warning(
+            f'no speed on {self._speed.topic} for the time of an image ({known}): odom does not go'
+            ' on', throttle_duration_sec=_THROTTLE_S)
 
     def _on_reset(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         frames = self._estimator.frames

@@ -61,6 +61,17 @@ def test_a_bounded_path_is_the_whole_one_thinned(yaws, kept):
         assert whole.points(kept + 1)[0].stamp_ns == 0
 
 
+def test_standing_still_does_not_push_out_the_way():
+    path = HeadingPath(max_corners=50)
+    for index in range(100):
+        path.append(0.0, 0.0, 1.0, index)
+    before = path.corners
+    for index in range(100, 5000):
+        path.append(0.1, 0.0, 0.0, index)
+    assert path.corners == before
+    assert (path.tip.x, path.tip.yaw, path.tip.stamp_ns) == (100.0, 0.1, 4999)
+
+
 def test_before_the_start_and_before_the_first_step():
     path = HeadingPath(max_corners=3)
     assert path.points(2) == () == path.corners
@@ -73,5 +84,5 @@ def test_before_the_start_and_before_the_first_step():
 
 
 def test_a_path_of_nothing_is_refused():
-    with pytest.raises(ValueError, match='max_corners is 0'):
+    with pytest.raises(ValueError, match='limit is 0'):
         HeadingPath(max_corners=0)

@@ -5,6 +5,7 @@
 import math
 
 from hypothesis import given, strategies as st
+import numpy as np
 from phase_traj_ros.core.heading import HeadingStep
 from phase_traj_ros.core.odometry import Odometer
 from phase_traj_ros.core.speed import SpeedTrack
@@ -39,12 +40,25 @@ def test_parts_add_up_to_the_whole():
 
 def test_the_first_speed_holds_for_what_was_just_before_it():
     assert track((0.05, 4.0)).distance(0, TENTH) == pytest.approx(0.4)
-    assert track((1.5, 4.0)).distance(0, 2 * S) is None
+    assert track((2.6, 4.0)).distance(0, 3 * S) is None
 
 
-@pytest.mark.parametrize('samples', [[], [(5.0, 1.0)], [(-1.5, 1.0)], [(0.0, 1.0), (1.5, 1.0)]])
+@pytest.mark.parametrize('samples', [[], [(5.0, 1.0)], [(-2.6, 1.0)], [(0.0, 1.0), (3.0, 1.0)]])
 def test_nothing_is_made_of_speeds_that_do_not_hold(samples):
-    assert track(*samples).distance(0, 2 * S if len(samples) > 1 else TENTH) is None
+    assert track(*samples).distance(0, 4 * S if len(samples) > 1 else TENTH) is None
+
+
+def test_one_speed_a_second_is_enough():
+    rng = np.random.default_rng(0)
+    speeds = track(*((index + rng.uniform(-0.1, 0.1), 8.0) for index in range(60)))
+    ways = [speeds.distance(index * TENTH, (index + 1) * TENTH) for index in range(600)]
+    assert None not in ways
+    assert sum(ways) == pytest.approx(480)
+
+
+def test_equal_stamps_and_any_order_when_sorted():
+    samples = sorted([(0.0, 1.0), (0.05, 3.0)] * 3)
+    assert track(*samples).distance(0, TENTH) == pytest.approx(0.05 + 0.15)
 
 
 def test_reversing_goes_back():
@@ -64,13 +78,14 @@ def test_a_speed_is_finite(speed):
     assert speeds.distance(0, TENTH) == pytest.approx(0.1)
 
 
-def test_the_past_is_forgotten():
-    speeds = SpeedTrack()
+def test_it_stays_bounded_whether_it_is_asked_or_not():
+    speeds = SpeedTrack(max_speeds=50)
     for stamp in range(0, 1000 * TENTH, TENTH // 10):
         speeds.add(stamp, 1.0)
-        if stamp % TENTH == 0 and stamp:
+        if stamp % TENTH == 0 and stamp > 500 * TENTH:
             assert speeds.distance(stamp - TENTH, stamp) == pytest.approx(0.1)
-    assert len(speeds._stamps) < 50
+        assert len(speeds._stamps) <= 100
+    assert speeds.newest_ns == stamp
 
 
 def step(yaw, heading, *, bridged=False):
@@ -104,6 +119,18 @@ def test_variances_never_shrink_and_bridged_pairs_count_more(pairs):
     measured = Odometer().update(step(0.0, 0.0), 1.0, TENTH, 0.1)
     missing = Odometer().update(step(0.0, 0.0, bridged=True), 1.0, TENTH, 0.1)
     assert missing.yaw_variance > measured.yaw_variance
+
+
+def test_what_is_not_known_of_the_way_is_an_error_of_the_pose():
+    odometer, sure = Odometer(), Odometer()
+    for each in (odometer, sure):
+        each.update(step(0.0, 0.0), 1.0, TENTH, 0.1)
+    for _ in range(30):
+        odometer.miss(step(0.0, 0.0), 0.1)
+    lost = odometer.update(step(0.0, 0.0), 1.0, 40 * TENTH, 0.1)
+    known = sure.update(step(0.0, 0.0), 1.0, 2 * TENTH, 0.1)
+    assert lost.pose.x == known.pose.x == 2.0
+    assert math.sqrt(lost.position_variance) > 30.0 > 2.0 > math.sqrt(known.position_variance)
 
 
 def test_reset_goes_back_to_the_start():

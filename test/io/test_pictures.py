@@ -8,13 +8,14 @@ import xml.etree.ElementTree as ElementTree
 import cv2
 import numpy as np
 from phase_traj_ros.core import Movement
+from phase_traj_ros.core.thinning import Thinned
 from phase_traj_ros.io.data_health import data_health
 from phase_traj_ros.io.debug_picture import as_shown
 from phase_traj_ros.io.overview import overview
 from phase_traj_ros.io.picture import write_trajectory_picture, write_turn_picture
 from phase_traj_ros.io.replay import replay
 from phase_traj_ros.io.source import Frame
-from phase_traj_ros.io.thumbnails import Thinned, Thumbnails, TurnWatcher
+from phase_traj_ros.io.thumbnails import Thumbnails, TurnWatcher
 from phase_traj_ros.parameters import Parameters
 import pytest
 from rolled import RATE_NS, rolled_frames, SHIFTS, START_NS, TEXTURE
@@ -120,7 +121,7 @@ def test_when_time_goes_back_the_thumbnails_and_turns_begin_anew():
     frames = rolled_frames(start_ns=START_NS + 10**12) + rolled_frames([0, 0, 30])
     replay(frames, Parameters(), source='', watchers=[thumbnails, turns])
     assert [each.frame for each in thumbnails.kept] == [0, 1, 2, 3]
-    assert [turn.number for turn in turns.turns] == [1]
+    assert [turn.pair for turn in turns.turns] == [2]
 
 
 def test_frames_of_a_turn_are_those_it_is_seen_in(watched):
@@ -137,7 +138,7 @@ def test_frames_of_turns_are_bounded():
     watcher = TurnWatcher(limit=3)
     frames = rolled_frames([0] + ([30] * 40 + [0]) * 5)
     replay(frames, Parameters(), source='', watchers=[watcher])
-    assert [turn.number for turn in watcher.turns] == [1, 2, 3]
+    assert [turn.pair for turn in watcher.turns] == [1, 42, 83]
     assert all(6 <= len(turn.frames.kept) <= 12 for turn in watcher.turns)
 
 

@@ -144,8 +144,13 @@ def test_speeds_that_come_as_it_drives():
     assert given[38].pose.x == pytest.approx(39 * 0.5, rel=0.02)
     assert [each.speed for each in given[40:59]] == [0.0] * 19
     assert given[70].speed == pytest.approx(-1.0)
-    # A speed holds for a second, which is ten pairs.
-    assert [each is None for each in given[79:]] == [False] * 10 + [True] * (len(given) - 89)
+    # A speed holds for two and a half seconds, which is 25 pairs.
+    assert [each is None for each in given[79:]] == [False] * 25 + [True] * (len(given) - 104)
+    assert result.pairs_without_speed == len(given) - 104
+    # Whatever order they come in, and one from another time does no harm.
+    late = replay(
+        frames, parameters, source='the demo', speeds=[*speeds[::-1], Speed(10**18, 99.0)])
+    assert late.updates == result.updates
 
 
 def test_what_stands_still_does_not_go_on_at_a_constant_speed():

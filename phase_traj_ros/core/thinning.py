@@ -1,0 +1,60 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A series that is kept within bounds however long it gets, evenly rather than from one end."""
+
+from typing import Generic, TypeVar
+
+Item = TypeVar('Item')
+
+
+class Thinned(Generic[Item]):
+    """
+    Every n-th of the items offered, in order, at most ``limit`` of them.
+
+    n is 1 at first; whenever there are too many, every second one is dropped, and n doubles.
+    """
+
+    def __init__(self, limit: int | None) -> None:
+        """
+        Keep at most ``limit`` items; None keeps all.
+
+        Raises
+        ------
+        ValueError
+            The limit is below 1.
+
+        """
+        if limit is not None and limit < 1:
+            raise ValueError(f'limit is {limit}: give at least 1')
+        self._limit = limit
+        self.clear()
+
+    def clear(self) -> None:
+        """Begin anew."""
+        self._kept: list[Item] = []
+        self._every = 1
+        self._offered = 0
+
+    @property
+    def wants_next(self) -> bool:
+        """Return whether the next item would be kept: making it may cost something."""
+        return self._offered % self._every == 0
+
+    def offer(self, item: Item | None) -> None:
+        """Take the next item; it may be None where it is not wanted."""
+        if self.wants_next:
+            assert item is not None
+            self._kept.append(item)
+        self._offered += 1
+        if self._limit is not None and len(self._kept) > self._limit:
+            self.thin()
+
+    def thin(self) -> None:
+        """Drop every second item."""
+        self._kept = self._kept[::2]
+        self._every *= 2
+
+    @property
+    def kept(self) -> tuple[Item, ...]:
+        """Return what is kept, oldest first."""
+        return tuple(self._kept)
