@@ -157,7 +157,9 @@ class Parameters:
         False, 'Whether the images are rectified: then P of camera_info holds for them, else K'
         ' and its distortion.', read_only=True)
     window: str = _parameter(
-        Window.SQRT_HANN.value, 'Taper of the frames before they are correlated.',
+        Window.SQRT_HANN.value, 'Taper of the frames before they are correlated. This, the band of'
+        ' rows and columns, decimation and the tests of single pairs are about the shift; the'
+        ' heading has its own.',
         choices=tuple(form.value for form in Window))
     rows_from: float = _parameter(
         0.0, 'First row used, as a fraction of the height from the top.',
@@ -204,11 +206,11 @@ class Parameters:
     threads: int = _parameter(
         1, 'Threads that OpenCV may use; 0 leaves it to OpenCV.', minimum=0, maximum=64)
     frame_id: str = _parameter(
-        'phase_traj', 'Frame of the published pose and path. The path has no metric scale, so it'
-        ' is not odom.')
+        'phase_traj', 'Frame of the published pose, path and odometry. A path without a speed has'
+        ' no metric scale, so it is not odom.')
     step_length: float = _parameter(
-        1.0, 'Length drawn for each step of the path, where no speed is known.', unit='m',
-        **_POSITIVE)
+        1.0, 'Length drawn for each step of the path; a path from the heading with a speed is in'
+        ' metres as it is.', unit='m', **_POSITIVE)
     path_from: str = _parameter(
         PathSource.CODES.value, 'What the path is drawn from: the direction codes (the paper), or'
         ' the measured heading, which takes a focal length.',
@@ -221,7 +223,8 @@ class Parameters:
         False, 'Whether the speed is taken from the topic speed, for the same purpose.',
         read_only=True)
     max_path_poses: int = _parameter(
-        1000, 'Poses of the published path: corner points, oldest dropped first, and the tip.',
+        1000, 'Poses of the published path: corner points, oldest dropped first, and the tip; of a'
+        ' path from the heading places of the whole way, thinned.',
         minimum=2, maximum=100_000, read_only=True)
     path_rate: float = _parameter(
         5.0, 'The path is published at most this often, and only when it has changed.',
@@ -238,7 +241,7 @@ class Parameters:
         False, 'Whether the transform from frame_id to child_frame_id is published on /tf (needs'
         ' tf2_msgs).', read_only=True)
     child_frame_id: str = _parameter(
-        'base_link', "The vehicle's frame, for publish_tf.")
+        'base_link', "The vehicle's frame, for publish_tf and the odometry.")
     max_runs: int = _parameter(
         100_000, 'Runs of each code that the node keeps; the totals count all of them.',
         minimum=1000, maximum=10_000_000, read_only=True)

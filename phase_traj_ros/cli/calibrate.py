@@ -19,7 +19,8 @@ from phase_traj_ros.parameters import Parameters
 _EPILOG = f"""
 {SOURCE_HELP}
 Streets mostly turn by right angles, so the angles of the turns tell the field of view; a drive
-through a town with five turns or more will do. A calibration with a chessboard is more accurate.
+through a town with five turns or more will do. It rests on right angles: turns that are all of
+another angle, as on a test track, mislead it. A calibration with a chessboard is more accurate.
 The exit status is 1 where the turns do not tell it with some certainty.
 """
 

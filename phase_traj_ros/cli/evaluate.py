@@ -15,8 +15,8 @@ from phase_traj_ros.io.picture import require_matplotlib
 
 _EPILOG = """
 DIR is what `phase_traj replay --output DIR` has written; it receives evaluation.json and
-evaluation.png. Without focal_px or hfov_deg, a replay has neither heading nor turns, and only the
-codes and the drawn path are compared.
+evaluation.png. Where the replay did not measure the heading (docs/camera.md), only the codes and the
+path drawn from them are compared.
 
 FILE is one of
   KITTI poses       lines of 12 numbers; with times.txt beside it (or the time in front, 13
@@ -55,7 +55,7 @@ def _print(evaluation: Evaluation) -> None:
     print(f'{evaluation.frames} frames, {evaluation.length_m:.0f} m')
     turns, heading = evaluation.turns, evaluation.heading_error_deg
     if turns is None or heading is None:
-        print('heading and turns: not measured (replay with focal_px or hfov_deg)')
+        print('heading and turns: not measured (replay with focal_px, hfov_deg or a calibration)')
     else:
         print(f'turns: {turns.found} found, {turns.true} true, precision {turns.precision:.3f},'
               f' recall {turns.recall:.3f}')

@@ -74,7 +74,8 @@ def run(options: Namespace) -> None:
     with source_of(options) as source, ros_context(['--ros-args', *options.ros_args]) as stop:
         player = FramePlayer(
             topic=options.image_topic, lossless=options.lossless,
-            camera=_camera_of(source))
+            camera=_camera_of(source, rectified=False),
+            rectified=_camera_of(source, rectified=True))
         try:
             if options.lossless:
                 player.wait_for_subscriber(stop, options.wait)
@@ -90,12 +91,13 @@ def run(options: Namespace) -> None:
     print(f'published {published} frames')
 
 
-def _camera_of(source: FrameSource) -> CameraModel | None:
+def _camera_of(source: FrameSource, *, rectified: bool) -> CameraModel | None:
     """Return the calibration, if there is one: a bag can be played without, too."""
     try:
-        return source.camera(rectified=False)
+        return source.camera(rectified=rectified)
     except (CalibrationError, SourceError) as error:
-        print(f'warning: no camera_info is published: {error}', file=sys.stderr)
+        if not rectified:
+            print(f'warning: no camera_info is published: {error}', file=sys.stderr)
         return None
 
 

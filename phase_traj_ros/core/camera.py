@@ -25,6 +25,8 @@ _FAR = 1e6
 _DIRECTED = (2, 3, 8, 9, 10, 11, 12, 13)
 
 Numbers = NDArray[np.float64]
+# Calibrations that follow the autofocus tremble: a share of the focal length, and pixels.
+_SAME_FOCAL, _SAME_CENTRE = 0.001, 0.25
 
 
 class Distortion(Enum):
@@ -132,6 +134,16 @@ class CameraModel:
     def shape(self) -> tuple[int, int]:
         """Return the size of the pictures, (H, W)."""
         return self.height, self.width
+
+    def is_close_to(self, other: 'CameraModel') -> bool:
+        """Return whether the two differ by no more than what makes no difference to the yaw."""
+        alike = (
+            (self.shape, self.distortion, self.coefficients)
+            == (other.shape, other.distortion, other.coefficients))
+        return (
+            alike and abs(self.fx / other.fx - 1.0) < _SAME_FOCAL
+            and abs(self.fy / other.fy - 1.0) < _SAME_FOCAL
+            and abs(self.cx - other.cx) < _SAME_CENTRE and abs(self.cy - other.cy) < _SAME_CENTRE)
 
     def turned_180(self) -> 'CameraModel':
         """Return the model of the same camera for its pictures turned by 180 degrees."""

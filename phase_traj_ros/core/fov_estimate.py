@@ -6,7 +6,8 @@ The camera's field of view from the drive itself: streets mostly turn by right a
 A yaw measured with the wrong focal length f' is wrong by the factor f / f'. So is the angle of
 every turn, and the f that makes multiples of right angles of most of them is the likeliest. How
 many turns are right angles depends on the place and is not known either: where hardly any are, no
-f is much likelier than another, and the estimate says that it is not sure.
+f is much likelier than another, and the estimate says that it is not sure. Only of turns that are
+all alike, and no right angles, it must be wrong.
 """
 
 from dataclasses import dataclass
@@ -14,7 +15,6 @@ import math
 
 import numpy as np
 from numpy.typing import NDArray
-from phase_traj_ros.core.projection import focal_from_hfov
 
 ASSUMED_HFOV_DEG = 75.0
 """The horizontal field of view taken for granted until something is known."""
@@ -27,10 +27,12 @@ _NARROWEST, _WIDEST, _STEP = 30.0, 140.0, 0.1
 # Shares of the turns that may be right angles, one as likely as the other.
 _RIGHT_SHARES = np.array([0.05, 0.15, 0.3, 0.45, 0.6, 0.75, 0.9])
 # How far a right angle in a street is from 90 degrees (deviation), how many of them are U-turns,
-# and by what angle the others are on average, smaller ones being more frequent.
+# and by what angle the others are on average, smaller ones being more frequent. A few turns are
+# like nothing else, ramps of car parks among them: they must not count for any scale.
 _ANGLE_DEVIATION = 7.0
 _KINDS = ((90.0, 0.92), (180.0, 0.08))
 _MEAN_BEND = 40.0
+_ODD_SHARE, _DECADES = 0.05, 5.0
 _LEAST_DEG = 30.0
 # An estimate counts as right within this share of it.
 _NEAR = 0.05
@@ -60,19 +62,20 @@ class FieldOfView:
 class FieldOfViewEstimator:
     """Learns the field of view from the angles of turns; its memory does not grow."""
 
-    def __init__(self, width: int) -> None:
-        """Make an estimator that has seen no turn, for frames ``width`` pixels wide."""
+    def __init__(self) -> None:
+        """Make an estimator that has seen no turn."""
         self._degrees = np.arange(_NARROWEST, _WIDEST + _STEP / 2, _STEP)
-        self._focals = np.array([focal_from_hfov(each, width) for each in self._degrees])
+        # In widths of the picture.
+        self._focals = 0.5 / np.tan(np.radians(self._degrees) / 2)
         # Of each share of right angles and each field of view.
         self._log: NDArray[np.float64] = np.tile(
             -0.5 * ((self._degrees - ASSUMED_HFOV_DEG) / _DEVIATION) ** 2,
             (len(_RIGHT_SHARES), 1))
         self._turns = 0
 
-    def add(self, angle_deg: float, *, focal_px: float) -> None:
+    def add(self, angle_deg: float, *, focal: float) -> None:
         """
-        Take the angle of one more turn, as measured with the focal length ``focal_px``.
+        Take the angle of one more turn, as measured with a focal length, in widths of the picture.
 
         Turns of less than 30 degrees tell nothing and are left out.
 
@@ -84,15 +87,16 @@ class FieldOfViewEstimator:
         """
         if not math.isfinite(angle_deg):
             raise ValueError(f'angle_deg is {angle_deg}: give a finite angle')
-        if not (math.isfinite(focal_px) and focal_px > 0):
-            raise ValueError(f'focal_px is {focal_px}: give a finite number of pixels above 0')
+        if not (math.isfinite(focal) and focal > 0):
+            raise ValueError(f'focal is {focal}: give a finite number of widths above 0')
         if abs(angle_deg) < _LEAST_DEG:
             return
         self._turns += 1
-        scales = focal_px / self._focals
+        scales = focal / self._focals
         true = abs(angle_deg) * scales
         right = sum(share * _normal(true - angle) for angle, share in _KINDS)
-        bend = np.exp(-true / _MEAN_BEND) / _MEAN_BEND
+        bend = (1.0 - _ODD_SHARE) * np.exp(-true / _MEAN_BEND) / _MEAN_BEND
+        bend += _ODD_SHARE / (_DECADES * true)
         shares = _RIGHT_SHARES[:, None]
         # The density is that of the measured angle: the same turn, on another scale.
         self._log += np.log((shares * right + (1.0 - shares) * bend) * scales)

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from phase_traj_ros.core.camera import CameraModel
 from phase_traj_ros.core.fov_estimate import FieldOfView, FieldOfViewEstimator, SURE
 from phase_traj_ros.core.heading import HeadingStep, HeadingTracker
+from phase_traj_ros.core.mask import check_size
 from phase_traj_ros.core.phase_correlation import Frame, Shift
 from phase_traj_ros.core.projection import (
     CylinderProjection,
@@ -55,9 +56,14 @@ class Lens:
                 'neither focal_px nor hfov_deg nor a calibration of the camera is known: give one'
                 ' of them')
 
+    @property
+    def calibrated(self) -> bool:
+        """Return whether it is the calibration that counts."""
+        return self.focal_px == 0.0 and self.hfov_deg == 0.0
+
     def focal_for(self, width: int) -> float:
         """Return the (horizontal) focal length in pixels for frames ``width`` pixels wide."""
-        if self.focal_px == 0.0 and self.hfov_deg == 0.0:
+        if self.calibrated:
             assert self.camera is not None
             return self.camera.fx
         return self.focal_px or focal_from_hfov(self.hfov_deg, width)
@@ -72,7 +78,7 @@ class Lens:
             The calibration counts, and is for pictures of another size.
 
         """
-        if self.focal_px != 0.0 or self.hfov_deg != 0.0 or self.camera is None:
+        if not self.calibrated or self.camera is None:
             return CameraModel.pinhole(shape, self.focal_for(shape[1]))
         if shape != self.camera.shape:
             raise FrameError(
@@ -173,10 +179,12 @@ class HeadingEstimator:
             self._meter = None
 
     def restart(self) -> None:
-        """Start anew at heading 0; the newest frame is the first."""
+        """Start anew at heading 0; the newest frame is the first. What is settled stays so."""
         self._tracker.reset()
         self._turns.reset()
         self._bends.reset()
+        # A recording that is played again has nothing new to tell.
+        self._view = None
 
     def forget_frame(self) -> None:
         """Do not compare the next frame with the one before; the heading is kept."""
@@ -226,8 +234,8 @@ class HeadingEstimator:
     def _learn(self, angle_deg: float) -> None:
         """Learn from a turn what the field of view is."""
         if self._view is None:
-            self._view = FieldOfViewEstimator(self._shape[1])
-        self._view.add(angle_deg, focal_px=self._focal[0])
+            self._view = FieldOfViewEstimator()
+        self._view.add(angle_deg, focal=self._focal[0] / self._shape[1])
         if not self._calibrating:
             return
         found = self._view.estimate
@@ -241,6 +249,8 @@ class HeadingEstimator:
     def _make_meter(self, frame: Frame) -> YawMeter:
         if frame.ndim != 2 or min(frame.shape) < 1:
             raise FrameError(f'frame has shape {frame.shape}: give grey frames (H, W)')
+        if self._mask is not None:
+            check_size(frame, self._mask)
         camera = self._lens.camera_for((frame.shape[0], frame.shape[1]))
         projection = CylinderProjection(camera, rotate_180=self._rotate_180)
         mask = None if self._mask is None else np.divide(self._mask, 255, dtype=np.float32)

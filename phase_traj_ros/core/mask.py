@@ -3,10 +3,12 @@
 """Which pixels of a frame count: a mask over what never moves, as a bonnet or burnt-in text."""
 
 import math
+from typing import Any
 
 import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from phase_traj_ros.errors import FrameError
 
 # Width of the soft edge around what is masked out, as a share of the frame's diagonal.
 _FEATHER = 1 / 160
@@ -44,3 +46,20 @@ def mask_weights(mask: ArrayLike) -> NDArray[np.float32]:
         rise = (distance - 0.5) / (_FEATHER * math.hypot(*weights.shape))
         weights *= np.sin(np.pi / 2 * np.clip(rise, 0.0, 1.0)) ** 2
     return weights
+
+
+def check_size(frame: NDArray[Any], mask: NDArray[Any]) -> None:
+    """
+    Make sure that a mask is of the size of a frame, (H, W) both.
+
+    Raises
+    ------
+    FrameError
+        It is not.
+
+    """
+    if frame.shape != mask.shape:
+        (height, width), (mask_height, mask_width) = frame.shape, mask.shape
+        raise FrameError(
+            f'frame is {width}x{height} pixels, the mask {mask_width}x{mask_height}:'
+            " give a mask of the frames' size")

@@ -14,7 +14,7 @@ from typing import cast
 import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from phase_traj_ros.core.mask import mask_weights
+from phase_traj_ros.core.mask import check_size, mask_weights
 from phase_traj_ros.core.spectrum import padded_shape, Whitener
 from phase_traj_ros.core.windows import Window, window_2d
 from phase_traj_ros.errors import FrameError
@@ -114,11 +114,8 @@ class PhaseCorrelator:
 
         """
         mean, deviation = _check(frame)
-        if self._mask is not None and frame.shape != self._mask.shape:
-            (height, width), (mask_height, mask_width) = frame.shape, self._mask.shape
-            raise FrameError(
-                f'frame is {width}x{height} pixels, the mask {mask_width}x{mask_height}:'
-                " give a mask of the frames' size")
+        if self._mask is not None:
+            check_size(frame, self._mask)
         if frame.shape != self._shape:
             self._allocate(frame.shape)
         energy = self._transform(frame, mean, deviation)

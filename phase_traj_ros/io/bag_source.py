@@ -153,17 +153,22 @@ class BagSource(FrameSource):
 
     def camera(self, *, rectified: bool) -> CameraModel | None:
         """
-        Return the model that the first CameraInfo beside the image topic gives of the camera.
+        Return the model that the first CameraInfo that can be used gives of the camera.
 
-        None if there is no such message. Raises SourceError if it cannot be read, and
-        CalibrationError if it cannot be used.
+        It is looked for beside the image topic. None if there is no such message. Raises
+        SourceError if one cannot be read, and CalibrationError if none can be used.
         """
         topic = camera_info_topic(self._topic.name)
-        message = self._first(topic, CAMERA_INFO_TYPE)
-        try:
-            return None if message is None else camera_from_info(message, rectified=rectified)
-        except CalibrationError as error:
-            raise CalibrationError(f'{self._path}, topic {topic}: {error}') from error
+        unusable: CalibrationError | None = None
+        with closing(self._messages_of(topic, CAMERA_INFO_TYPE)) as messages:
+            for message, _ in messages:
+                try:
+                    return camera_from_info(message, rectified=rectified)
+                except CalibrationError as error:
+                    unusable = unusable or error
+        if unusable is None:
+            return None
+        raise CalibrationError(f'{self._path}, topic {topic}: {unusable}') from unusable
 
     def speeds(self, topic: str) -> Iterator[Speed]:
         """
@@ -173,40 +178,34 @@ class BagSource(FrameSource):
         left out. Raises SourceError.
         """
         name = topic if topic.startswith('/') else f'/{topic}'
-        where = f', topic {name}'
-        with self._errors_explained(where), self._reader() as reader:
-            connections = [
-                each for each in reader.connections
-                if each.topic == name and each.msgtype == SPEED_TYPE]
-            if not connections:
-                others = [each for each in _topics_of(reader.connections)
-                          if each.msgtype == SPEED_TYPE]
-                raise SourceError(
-                    f'{self._path} has no {SPEED_TYPE} on {name}; on other topics it has'
-                    f' {_listed(others, none="none")}: choose one with --speed-topic, or give the'
-                    ' parameter speed')
-            with closing(reader.messages(connections=connections)) as messages:
-                for connection, receive_ns, data in messages:
-                    message = cast('_TwistStamped', self._deserialise(data, connection.msgtype))
-                    stamp_ns = to_nanoseconds(message.header.stamp) or receive_ns
-                    speed = float(message.twist.linear.x)
-                    # As the node does, which says so; a bag cannot be mended.
-                    if math.isfinite(speed):
-                        yield Speed(stamp_ns, speed)
+        with self._errors_explained(), self._reader() as reader:
+            there = [each for each in _topics_of(reader.connections) if each.msgtype == SPEED_TYPE]
+        if name not in [each.name for each in there]:
+            raise SourceError(
+                f'{self._path} has no {SPEED_TYPE} on {name}; on other topics it has'
+                f' {_listed(there, none="none")}: choose one with --speed-topic, or give the'
+                ' parameter speed')
+        for message, receive_ns in self._messages_of(name, SPEED_TYPE):
+            twist = cast('_TwistStamped', message)
+            speed = float(twist.twist.linear.x)
+            # As the node does, which says so; a bag cannot be mended.
+            if math.isfinite(speed):
+                yield Speed(to_nanoseconds(twist.header.stamp) or receive_ns, speed)
 
-    def _first(self, topic: str, msgtype: str) -> object | None:
-        """Return the first message of a topic, deserialised; None if there is none."""
-        with self._errors_explained(f', topic {topic}, message 0'), self._reader() as reader:
+    def _messages_of(
+        self, topic: str, msgtype: str,
+    ) -> Generator[tuple[object, int], None, None]:
+        """Yield the messages of a topic, deserialised, and when they were received."""
+        with self._errors_explained(f', topic {topic}'), self._reader() as reader:
             connections = [
                 each for each in reader.connections
                 if each.topic == topic and each.msgtype == msgtype]
             # Without any, rosbags would give the messages of all topics.
             if not connections:
-                return None
+                return
             with closing(reader.messages(connections=connections)) as messages:
-                for connection, _, data in messages:
-                    return self._deserialise(data, connection.msgtype)
-        return None
+                for connection, receive_ns, data in messages:
+                    yield self._deserialise(data, connection.msgtype), receive_ns
 
     def _candidates(self) -> Generator[Candidate, None, None]:
         with closing(self._messages()) as messages:

@@ -152,22 +152,29 @@ def camera_from_info(message: object, *, rectified: bool) -> CameraModel:
         raise CalibrationError(f'the camera_info cannot be used: {error}') from error
 
 
-def camera_info_fields(camera: CameraModel) -> dict[str, object]:
+def camera_info_fields(
+    camera: CameraModel, *, rectified: CameraModel | None = None,
+) -> dict[str, object]:
     """
     Return the fields of the CameraInfo for images as they come from ``camera``, but the header.
 
-    Where there is no distortion, the images are rectified ones, too, and P says so.
+    ``rectified`` is the model of the same images rectified, for P. Where it is not given and there
+    is no distortion, the images are rectified ones as they are.
     """
-    matrix = (camera.fx, 0.0, camera.cx, 0.0, camera.fy, camera.cy, 0.0, 0.0, 1.0)
+    if rectified is None and camera.distortion is Distortion.NONE:
+        rectified = camera
     projection = [0.0] * 12
-    if camera.distortion is Distortion.NONE:
-        projection = [value for row in range(3) for value in (*matrix[3 * row:3 * row + 3], 0.0)]
+    if rectified is not None:
+        projection = [
+            rectified.fx, 0.0, rectified.cx, 0.0, 0.0, rectified.fy, rectified.cy, 0.0, 0.0, 0.0,
+            1.0, 0.0]
     name = 'equidistant'
     if camera.distortion is not Distortion.FISHEYE:
         name = 'plumb_bob' if len(camera.coefficients) <= _PLUMB_BOB else 'rational_polynomial'
     return {
         'width': camera.width, 'height': camera.height, 'distortion_model': name,
-        'd': list(camera.coefficients) or [0.0] * _PLUMB_BOB, 'k': list(matrix),
+        'd': list(camera.coefficients) or [0.0] * _PLUMB_BOB,
+        'k': [camera.fx, 0.0, camera.cx, 0.0, camera.fy, camera.cy, 0.0, 0.0, 1.0],
         'r': [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0], 'p': projection,
     }
 

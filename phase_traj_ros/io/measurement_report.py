@@ -79,6 +79,9 @@ def described(view: FieldOfView) -> str:
 
 def _contradiction(heading: HeadingEstimator, view: FieldOfView) -> str | None:
     """Say so where the turns tell another field of view than the one in use."""
+    if heading.lens.calibrated:
+        # It has been measured, and of a lens with distortion the width of the view is another.
+        return None
     used = heading.hfov_deg
     if view.sureness < SURE or abs(view.hfov_deg / used - 1.0) <= _WRONG_VIEW:
         return None

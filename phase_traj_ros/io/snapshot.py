@@ -3,14 +3,17 @@
 """What a running estimator keeps, written to files."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from enum import IntEnum
+import math
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from phase_traj_ros.core import Corner, Movement, Run, TrajectoryEstimator
+from phase_traj_ros.core import Corner, EstimatorSettings, Movement, Run, TrajectoryEstimator
 from phase_traj_ros.core.code_series import CodeSeries
+from phase_traj_ros.core.fov_estimate import FieldOfView
+from phase_traj_ros.core.heading_estimator import HeadingEstimator
 from phase_traj_ros.core.turns import Turn
 from phase_traj_ros.io.output import output_directory
 from phase_traj_ros.io.picture import write_path_picture
@@ -27,7 +30,7 @@ class Snapshot:
 
     source: str
     frames: int
-    threshold: float
+    settings: EstimatorSettings
     movement_runs: tuple[Run[Movement], ...]
     direction_runs: tuple[Run[Any], ...]
     movement_totals: tuple[int, ...]
@@ -38,17 +41,19 @@ class Snapshot:
     counters: Mapping[str, int]
     turns: tuple[Turn, ...]
     """Turns that have ended, where the heading is measured."""
+    heading: '_Heading | None'
 
     @classmethod
     def of(cls, estimator: TrajectoryEstimator, *, source: str) -> 'Snapshot':
         """Take a snapshot of ``estimator``."""
         codes, path = estimator.codes, estimator.path
         return cls(
-            source, estimator.frames, estimator.settings.threshold, codes.movement.runs,
+            source, estimator.frames, estimator.settings, codes.movement.runs,
             codes.direction.runs,
             _totals(codes.movement, Movement), _totals(codes.direction, codes.directions),
             path.corners if path.tip is None else (*path.corners, path.tip),
-            estimator.counters.as_dict(), estimator.turns)
+            estimator.counters.as_dict(), estimator.turns,
+            None if estimator.heading is None else _Heading.of(estimator.heading))
 
     def write(self, directory: Path) -> None:
         """
@@ -75,15 +80,36 @@ class Snapshot:
         return {
             'source': self.source,
             'frames': self.frames,
-            'threshold': self.threshold,
+            'threshold': self.settings.threshold,
+            'code_source': self.settings.code_source.value,
+            'connectivity': self.settings.connectivity,
+            'threshold_deg_s': self.settings.threshold_deg_s,
+            'path_from': self.settings.path_from.value,
             'movement_runs': run_pairs(self.movement_runs),
             'direction_runs': run_pairs(self.direction_runs),
             'movement_totals': self.movement_totals,
             'direction_totals': self.direction_totals,
             'counters': dict(self.counters),
             'turns': turn_list(self.turns),
+            **({} if self.heading is None else asdict(self.heading)),
             'versions': versions(),
         }
+
+
+@dataclass(frozen=True, slots=True)
+class _Heading:
+    """What is known of heading and camera."""
+
+    heading_deg: float
+    bridged_share: float
+    focal_px: float
+    field_of_view: FieldOfView | None
+
+    @classmethod
+    def of(cls, heading: HeadingEstimator) -> '_Heading':
+        return cls(
+            math.degrees(heading.tracker.heading), heading.tracker.bridged_share,
+            heading.focal_px, heading.field_of_view)
 
 
 def _totals(series: CodeSeries[Any], codes: type[IntEnum]) -> tuple[int, ...]:

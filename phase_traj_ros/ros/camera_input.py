@@ -67,11 +67,11 @@ class CameraInput:
                 f'skipped a calibration on {self.topic}: {error}',
                 throttle_duration_sec=_THROTTLE_S)
             return
-        if camera == self._camera:
+        if self._camera is not None and camera.is_close_to(self._camera):
             return
         self._node.get_logger().info(
             f'{"calibration" if self._camera is None else "another calibration"} from'
             f' {self.topic}: {camera.width}x{camera.height} pixels, focal length'
-            f' {camera.fx:.1f} px')
+            f' {camera.fx:.1f} px', throttle_duration_sec=_THROTTLE_S)
         self._camera = camera
         self._on_camera(camera)

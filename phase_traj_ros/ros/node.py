@@ -6,7 +6,7 @@ from collections.abc import Sequence
 import time
 
 import cv2
-from phase_traj_ros.core import TrajectoryEstimator, Update
+from phase_traj_ros.core import CodeSource, TrajectoryEstimator, Update
 from phase_traj_ros.core.camera import CameraModel
 from phase_traj_ros.core.heading_estimator import Lens
 from phase_traj_ros.errors import ParameterError
@@ -73,7 +73,7 @@ class PhaseTrajNode(Node):
         topics = [
             each.topic for each in (self._input, self._camera, self._speed) if each is not None]
         self.get_logger().info(
-            f'listening to {", ".join(topics)}, threshold {self._values.threshold:g} px/frame')
+            f'listening to {", ".join(topics)}, codes from the {self._coded_from()}')
 
     def destroy_node(self) -> None:
         """Take the node down."""
@@ -106,6 +106,14 @@ class PhaseTrajNode(Node):
         self._health.took(Stage.CODE, estimated - began - correlate_ns)
         self._health.took(Stage.PUBLISH, time.perf_counter_ns() - estimated)
 
+    def _coded_from(self) -> str:
+        values = self._values
+        if values.code_source == CodeSource.HEADING.value:
+            return f'heading, in {values.connectivity} directions'
+        if values.threshold_deg_s > 0:
+            return f'shift, threshold {values.threshold_deg_s:g} deg/s'
+        return f'shift, threshold {values.threshold:g} px/frame'
+
     def _on_camera(self, camera: CameraModel) -> None:
         self._estimator.use_lens(Lens(camera=camera))
 
@@ -136,8 +144,8 @@ class PhaseTrajNode(Node):
             return SetParametersResult(successful=False, reason=str(error))
         if values.measures_heading != self._values.measures_heading:
             return SetParametersResult(successful=False, reason=(
-                "parameter 'threshold_deg_s' takes a focal length, and what is known of the camera"
-                ' is settled at the start: start the node with it, or with focal_px or hfov_deg'))
+                "whether the heading is measured is settled at the start, and 'threshold_deg_s'"
+                ' decides that here: start the node anew with it, or with focal_px or hfov_deg'))
         return SetParametersResult(successful=True)
 
     def _apply_parameters(self, updates: Sequence[Parameter]) -> None:

@@ -63,8 +63,10 @@ class Outputs:
         """Publish what one pair of frames adds; ``frame`` is the second of them."""
         for topic, message in MESSAGES.of_pair(update, self.parameters):
             self._per_pair[topic].publish(message)
-            if topic == 'pose' and self._transform is not None:
-                self._transform.publish(message, self.parameters.child_frame_id)
+            # Two poses in one frame would contradict each other: that in metres is the vehicle's.
+            if topic == ('odom' if self.parameters.metric else 'pose') and self._transform:
+                self._transform.publish(
+                    message.header, _pose(message), self.parameters.child_frame_id)
         self._debug_image.publish(frame, update, self._header(update.stamp_ns))
         self._text.changed()
         self._path_pending = True
@@ -99,6 +101,11 @@ class Outputs:
 
     def _header(self, stamp_ns: int) -> Any:
         return MESSAGES.header(stamp_ns, self.parameters.frame_id)
+
+
+def _pose(message: Any) -> Any:
+    """Return the pose of a PoseStamped or an Odometry."""
+    return message.pose.pose if hasattr(message, 'twist') else message.pose
 
 
 def _publisher(node: Node, topic: Topic, qos: QoSProfile) -> Publisher:

@@ -37,13 +37,30 @@ class FramePlayer(Node):
 
     def __init__(
         self, *, topic: str = 'image', lossless: bool = False, camera: CameraModel | None = None,
+        rectified: CameraModel | None = None,
     ) -> None:
-        """Make the publishers; lossless is reliable and KEEP_ALL, else sensor data."""
+        """
+        Make the publishers.
+
+        Parameters
+        ----------
+        topic
+            Of the images.
+        lossless
+            Reliable and KEEP_ALL, else as sensor data.
+        camera
+            Model of the camera for the images as they are.
+        rectified
+            The same if they are rectified ones.
+
+        """
         super().__init__(PLAYER_NAME)
         self._lossless = lossless
         qos = LOSSLESS if lossless else qos_profile_sensor_data
         self._images = self.create_publisher(Image, topic, qos)
-        self._camera = None if camera is None else camera_info_fields(camera)
+        self._camera = None
+        if camera is not None:
+            self._camera = camera_info_fields(camera, rectified=rectified)
         if self._camera is not None:
             self._calibrations = self.create_publisher(
                 CameraInfo, camera_info_topic(self._images.topic_name), qos)

@@ -2,10 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Publishes the path's tip as a transform, where tf2_msgs is installed."""
 
-from geometry_msgs.msg import PoseStamped, Transform, TransformStamped, Vector3
+from geometry_msgs.msg import Pose, Transform, TransformStamped, Vector3
 from phase_traj_ros.errors import MissingDependencyError
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
+from std_msgs.msg import Header
 
 
 class TransformOutput:
@@ -35,11 +36,11 @@ class TransformOutput:
         self._message = TFMessage
         self._publisher = node.create_publisher(TFMessage, '/tf', QoSProfile(depth=100))
 
-    def publish(self, pose: PoseStamped, child_frame: str) -> None:
-        """Publish a pose of the vehicle as a transform."""
-        position = pose.pose.position
+    def publish(self, header: Header, pose: Pose, child_frame: str) -> None:
+        """Publish a pose of the vehicle, in the frame of ``header``, as a transform."""
+        position = pose.position
         self._publisher.publish(self._message(transforms=[TransformStamped(
-            header=pose.header, child_frame_id=child_frame,
+            header=header, child_frame_id=child_frame,
             transform=Transform(
                 translation=Vector3(x=position.x, y=position.y, z=position.z),
-                rotation=pose.pose.orientation))]))
+                rotation=pose.orientation))]))

@@ -9,15 +9,13 @@ from phase_traj_ros.core.fov_estimate import FieldOfViewEstimator, SURE
 from phase_traj_ros.core.projection import focal_from_hfov
 import pytest
 
-WIDTH = 1241
-
 
 def measured(angles, *, true_hfov, assumed_hfov):
     """Return what an estimator knows that is given true angles, measured with a wrong focal."""
-    focal, assumed = (focal_from_hfov(each, WIDTH) for each in (true_hfov, assumed_hfov))
-    estimator = FieldOfViewEstimator(WIDTH)
+    focal, assumed = (focal_from_hfov(each, 1) for each in (true_hfov, assumed_hfov))
+    estimator = FieldOfViewEstimator()
     for angle in angles:
-        estimator.add(angle * focal / assumed, focal_px=assumed)
+        estimator.add(angle * focal / assumed, focal=assumed)
     return estimator.estimate
 
 
@@ -32,11 +30,11 @@ def test_right_angles_tell_the_field_of_view(true_hfov, assumed_hfov):
 
 
 def test_the_focal_length_may_change_between_turns():
-    one, other = (focal_from_hfov(each, WIDTH) for each in (60.0, 100.0))
-    true = focal_from_hfov(81.6, WIDTH)
-    estimator = FieldOfViewEstimator(WIDTH)
+    one, other = (focal_from_hfov(each, 1) for each in (60.0, 100.0))
+    true = focal_from_hfov(81.6, 1)
+    estimator = FieldOfViewEstimator()
     for focal in (one, other) * 4:
-        estimator.add(90.0 * true / focal, focal_px=focal)
+        estimator.add(90.0 * true / focal, focal=focal)
     assert estimator.estimate.hfov_deg == pytest.approx(81.6, rel=0.02)
 
 
@@ -55,6 +53,15 @@ def test_where_there_are_no_right_angles_it_is_hardly_ever_sure():
     assert len(wrong) <= 0.1 * len(found)
 
 
+@pytest.mark.parametrize('odd', [1080.0, 3600.0, 1e7])
+def test_a_spiral_says_nothing(odd):
+    angles = [90, -87, 93, -90, 88, 91]
+    assert measured([*angles, odd], true_hfov=75.0, assumed_hfov=75.0).hfov_deg == pytest.approx(
+        75.0, rel=0.02)
+    alone = measured([odd], true_hfov=50.0, assumed_hfov=75.0)
+    assert alone.sureness < 0.5 and np.isfinite(alone.deviation_deg)
+
+
 def test_more_turns_make_it_surer():
     few, many = (
         measured([90] * count, true_hfov=81.6, assumed_hfov=75.0) for count in (1, 8))
@@ -70,9 +77,9 @@ def test_without_turns_it_is_not_sure_at_all():
 
 
 def test_refuses_nonsense():
-    estimator = FieldOfViewEstimator(WIDTH)
+    estimator = FieldOfViewEstimator()
     with pytest.raises(ValueError, match='finite angle'):
-        estimator.add(math.nan, focal_px=700.0)
+        estimator.add(math.nan, focal=0.7)
     for focal in (0.0, math.inf):
-        with pytest.raises(ValueError, match='focal_px'):
-            estimator.add(90.0, focal_px=focal)
+        with pytest.raises(ValueError, match='focal is'):
+            estimator.add(90.0, focal=focal)

@@ -290,6 +290,12 @@ def test_first_calibration_beside_the_images(tmp_path, maker, drive_frame):
     assert (rectified.fx, rectified.distortion) == (31.0, Distortion.NONE)
 
 
+def test_a_calibration_that_cannot_be_used_is_passed_over(tmp_path, maker, drive_frame):
+    none, good = maker.camera_info(focal=0.0), maker.camera_info(focal=44.0)
+    with open_source(calibrated(maker, tmp_path / 'bag', drive_frame, [none, good])) as source:
+        assert source.camera(rectified=False).fx == 44.0
+
+
 def test_calibration_of_compressed_images(tmp_path, maker, drive_frame):
     path = maker.write(tmp_path / 'bag', {
         '/camera/image_raw/compressed': (
@@ -333,7 +339,7 @@ def test_calibration_that_is_cut_off(tmp_path, maker, drive_frame, monkeypatch):
     monkeypatch.setattr(maker.typestore, name, cut_off)
     path = calibrated(maker, tmp_path / 'bag', drive_frame, [info])
     with open_source(path) as source:
-        message = r'bag.*, topic /camera/camera_info, message 0 cannot be read as a ROS'
+        message = r'bag.*, topic /camera/camera_info cannot be read as a ROS'
         with pytest.raises(SourceError, match=message) as caught:
             source.camera(rectified=True)
         assert '\n' not in str(caught.value)

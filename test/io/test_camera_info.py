@@ -204,6 +204,11 @@ def test_what_is_published_is_what_is_read(distortion, coefficients):
     assert camera_from_info(message, rectified=False) == camera
     if distortion is Distortion.NONE:
         assert camera_from_info(message, rectified=True) == camera
-    else:
-        with pytest.raises(CalibrationError, match='not calibrated'):
-            camera_from_info(message, rectified=True)
+        return
+    with pytest.raises(CalibrationError, match='not calibrated'):
+        camera_from_info(message, rectified=True)
+    # Both at once, as a driver has it.
+    rectified = CameraModel(width=640, height=480, fx=450.0, fy=460.0, cx=310.0, cy=240.0)
+    both = messages.CameraInfo(**camera_info_fields(camera, rectified=rectified))
+    assert camera_from_info(both, rectified=True) == rectified
+    assert camera_from_info(both, rectified=False) == camera
