@@ -65,9 +65,12 @@ def _print(evaluation: Evaluation) -> None:
     direction, shape = evaluation.direction, evaluation.shape_error
     print(f'direction codes: {direction.agreement:.1%} of the frames as the truth has them; turns'
           f' {_codes(direction.changes)}, true {_codes(direction.true_changes)}')
-    for name, error in (('codes', shape.codes), ('heading', shape.heading)):
+    for name, error in (
+            ('path drawn from the codes', shape.codes),
+            ('path drawn from the heading', shape.heading),
+            ('path as the replay has written it', shape.path)):
         if error is not None:
-            print(f'path drawn from the {name}: {error:.1%} of its size off the true one')
+            print(f'{name}: {error:.1%} of its size off the true one')
 
 
 def _codes(changes: tuple[int, ...]) -> str:

@@ -103,6 +103,8 @@ class ShapeError:
 
     codes: float | None
     heading: float | None
+    path: float | None
+    """Of the path as the replay has written it: from either, or in metres by the speed."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -149,6 +151,8 @@ class ReplayedDrive:
     connectivity: int
     heading: NDArray[np.float64] | None
     turns: tuple[Turn, ...] | None
+    path: NDArray[np.float64] | None
+    """(n, 2), as it stands in ``trajectory.tum``; None where that is missing."""
 
     @property
     def directions(self) -> type[Direction] | type[Freeman]:
@@ -207,7 +211,7 @@ def read_replay(directory: Path) -> ReplayedDrive:
             direction=tuple(directions(code) for code in content['direction']),
             status=tuple(content['status']), connectivity=connectivity,
             heading=None if heading is None else np.radians(np.array(heading, np.float64)),
-            turns=_read_turns(content.get('turns')))
+            turns=_read_turns(content.get('turns')), path=_read_path(directory))
     except OSError as error:
         raise ResultError(
             f'{directory} holds no replay ({error.strerror}: {error.filename}): write one with'
@@ -220,9 +224,11 @@ def read_replay(directory: Path) -> ReplayedDrive:
     appended = pairs - drive.movement.count(Movement.NO_CHANGE)
     if not (pairs >= 1 and pairs == len(drive.movement) == len(drive.status)
             and len(drive.direction) == appended
-            and (drive.heading is None or len(drive.heading) == pairs + 1)):
+            and all(each is None or len(each) == pairs + 1
+                    for each in (drive.heading, drive.path))):
         raise ResultError(
-            f'{directory}: chain_code.json and shifts.csv do not fit together: replay again')
+            f'{directory}: chain_code.json, shifts.csv and trajectory.tum do not fit together:'
+            ' replay again')
     return drive
 
 
@@ -251,7 +257,9 @@ def evaluate(drive: ReplayedDrive, truth: GroundTruth) -> tuple[Evaluation, Matc
         shape_error=ShapeError(
             codes=_shape_error(drive.drawn_from_codes()[true.frames], true.positions),
             heading=None if drawn is None else _shape_error(
-                drawn[true.frames], true.positions)),
+                drawn[true.frames], true.positions),
+            path=None if drive.path is None else _shape_error(
+                drive.path[true.frames], true.positions)),
     ), true
 
 
@@ -284,6 +292,14 @@ def aligned(points: NDArray[np.float64], target: NDArray[np.float64]) -> NDArray
     factor = np.vdot(moved, wanted) / power if power > 0 else 0.0
     fitted = factor * moved + wanted.mean()
     return np.stack([fitted.real, fitted.imag], axis=1)
+
+
+def _read_path(directory: Path) -> NDArray[np.float64] | None:
+    file = directory / 'trajectory.tum'
+    if not file.exists():
+        return None
+    rows = [line.split()[1:3] for line in file.read_text(encoding='utf-8').splitlines()]
+    return np.array(rows, np.float64).reshape(-1, 2)
 
 
 def _read_turns(turns: Iterable[Mapping[str, Any]] | None) -> tuple[Turn, ...] | None:

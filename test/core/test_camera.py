@@ -160,3 +160,14 @@ def test_refuses_what_cannot_be(wrong, message):
 def test_refuses_a_focal_length_that_cannot_be(focal_px):
     with pytest.raises(ValueError, match=f'focal_px is {focal_px}'):
         CameraModel.pinhole((240, 320), focal_px)
+
+
+@pytest.mark.parametrize(('changes', 'close'), [
+    ({}, True), ({'fx': 400.2}, True), ({'cx': 320.2, 'cy': 239.9}, True),
+    ({'fx': 401.0}, False), ({'cy': 241.0}, False), ({'width': 641}, False),
+    ({'coefficients': (-0.1, 0.0, 0.0, 0.0, 0.001)}, False)])
+def test_calibrations_that_tremble_are_the_same(changes, close):
+    camera = CameraModel(
+        width=640, height=480, fx=400.0, fy=400.0, cx=320.0, cy=240.0,
+        distortion=Distortion.BROWN, coefficients=(-0.1, 0.0, 0.0, 0.0, 0.0))
+    assert replace(camera, **changes).is_close_to(camera) is close

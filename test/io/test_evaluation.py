@@ -193,7 +193,7 @@ def test_the_command_writes_figures_and_a_picture(replayed, tmp_path, capsys):
     written = json.loads((directory / 'evaluation.json').read_text())
     assert written['turns']['precision'] == written['turns']['recall'] == 1.0
     assert set(written['heading_error_deg']) >= {'rms', 'end', 'max', 'per_100m'}
-    assert set(written['shape_error']) == {'codes', 'heading'}
+    assert set(written['shape_error']) == {'codes', 'heading', 'path'}
     assert (directory / 'evaluation.png').read_bytes().startswith(b'\x89PNG')
     assert {file.name for file in directory.iterdir()} == {
         'chain_code.json', 'shifts.csv', 'evaluation.json', 'evaluation.png'}

@@ -7,12 +7,23 @@ import json
 import math
 
 import numpy as np
-from phase_traj_ros.core import CodeSource, Direction, EstimatorSettings, Freeman
+from phase_traj_ros.core import (
+    CodeSource,
+    Direction,
+    EstimatorSettings,
+    Freeman,
+    TrajectoryEstimator,
+)
 from phase_traj_ros.core.camera import CameraModel
+from phase_traj_ros.core.heading_estimator import Lens
 from phase_traj_ros.errors import ParameterError, SourceError
+from phase_traj_ros.io.overview import turn_marks
+from phase_traj_ros.io.picture import write_turn_picture
 from phase_traj_ros.io.replay import replay
 from phase_traj_ros.io.replay_job import replay_source, Wanted
+from phase_traj_ros.io.snapshot import Snapshot
 from phase_traj_ros.io.source import Frame, open_source, Speed
+from phase_traj_ros.io.thumbnails import HeadingTurnWatcher
 from phase_traj_ros.parameters import Parameters
 from phase_traj_ros.synthetic import named_drive, render_drive, write_drive_bag
 import pytest
@@ -187,6 +198,72 @@ def test_a_bag_says_it_all(bag, tmp_path):
     with open_source(bag) as source, pytest.raises(SourceError, match=r'no .*on /nowhere.*/speed'):
         replay_source(
             source, parameters, Wanted(), title='demo', speed_topic='/nowhere')
+
+
+def test_turns_of_the_heading_are_those_in_pictures_and_reports(tmp_path):
+    # With eight directions a turn is two changes of the direction, and still one turn.
+    drive, frames = demo()
+    parameters = Parameters(focal_px=float(drive.camera.focal), connectivity=8, **NARROW)
+    watcher = HeadingTurnWatcher()
+    result = replay(frames, parameters, source='the demo', watchers=[watcher])
+    marks = turn_marks(result)
+    assert [mark.angle_deg for mark in marks] == [turn.angle_deg for turn in result.turns]
+    assert [mark.side.name for mark in marks] == ['LEFT', 'RIGHT']
+    assert sum(code in (0, 2) for code in result.movement) == 4
+    assert [turn.pair for turn in watcher.turns] == [mark.pair for mark in marks]
+    for turn, true in zip(watcher.turns, drive.turns):
+        shown = [number for number, _ in turn.spread(4)]
+        assert abs(shown[0] - true.start_frame) <= 4 and abs(shown[-1] - true.end_frame) <= 4
+    write_turn_picture(watcher.turns, result, tmp_path / 'turns.png')
+    assert (tmp_path / 'turns.png').stat().st_size > 10_000
+
+
+@pytest.mark.parametrize('values', [NARROW, {}])
+def test_a_camera_that_is_found_to_be_upside_down(values):
+    drive, frames = demo()
+    parameters = Parameters(focal_px=float(drive.camera.focal), **values)
+    estimator = TrajectoryEstimator(parameters.estimator_settings())
+    turned = parameters.with_values({'rotate_180': True})
+    headings = []
+    for index, frame in enumerate(frames[:70]):
+        if index == 1:
+            estimator.reconfigure(turned.estimator_settings())
+        update = estimator.update(
+            np.ascontiguousarray(frame.image[::-1, ::-1]), frame.stamp_ns)
+        if update is not None:
+            headings.append(math.degrees(update.heading.heading))
+    assert headings[-1] == pytest.approx(math.degrees(drive.poses[69, 2]), abs=3)
+    assert headings[-1] > 80
+
+
+def test_a_jump_back_in_time_leaves_nothing_behind():
+    drive, frames = demo()
+    parameters = Parameters(focal_px=float(drive.camera.focal), **NARROW)
+    once = replay(frames, parameters, source='once')
+    again = replay([*frames[:50], *frames], parameters, source='from the middle')
+    assert again.movement == once.movement
+    headings = [np.degrees([update.heading.heading for update in each.updates])
+                for each in (once, again)]
+    assert np.abs(headings[1] - headings[0]).max() < 0.5
+
+
+def test_what_is_saved_says_what_it_is(tmp_path):
+    drive, frames = demo()
+    parameters = Parameters(focal_px=float(drive.camera.focal), connectivity=8, **NARROW)
+    estimator = TrajectoryEstimator(parameters.estimator_settings())
+    for frame in frames[:60]:
+        estimator.update(frame.image, frame.stamp_ns)
+    Snapshot.of(estimator, source='the demo').write(tmp_path / 'saved')
+    saved = json.loads((tmp_path / 'saved' / 'chain_code.json').read_text())
+    assert (saved['code_source'], saved['connectivity']) == ('heading', 8)
+    assert saved['heading_deg'] == pytest.approx(math.degrees(drive.poses[59, 2]), abs=3)
+    assert len(saved['direction_totals']) == 8
+    assert sum(saved['direction_totals']) == sum(count for _, count in saved['direction_runs'])
+
+
+def test_a_lens_has_to_be_foreseen():
+    with pytest.raises(ValueError, match='awaits_lens'):
+        TrajectoryEstimator().use_lens(Lens(hfov_deg=80.0))
 
 
 def test_what_is_no_bag_has_no_speeds(tmp_path, picture):
