@@ -80,6 +80,12 @@ _REAL_TEXT = """
     Against features: 1000 corners of OpenCV, tracked, and an essential matrix (which gets the
     whole calibration). Both take turns on the same frames, on one thread.
     """
+_CAMERAS_TEXT = """
+    With small cameras, most of the error is the renderer's, which samples the scene where a sensor
+    averages over each pixel: rendered three times as large and averaged, swerves, gentle bends and
+    three lefts with the 320×240, 90° camera end 1.1°, 1.0° and 0.0° off, instead of 2.7°, 0.8° and
+    2.6°. KITTI's clips reduced to 320 pixels end at most 0.3° off.
+    """
 _FOV_TEXT = """
     A field of view that is 10 % wrong makes all angles 12 to 20 % wrong, as the focal length goes
     with its tangent. The codes stay the same all the same: three right angles are three.
@@ -211,6 +217,7 @@ def sections(*, full: bool) -> Iterator[str]:
     yield paragraphs(_HOW_TEXT)
     yield alternatives(real[::2])
     yield '## Other drives and cameras'
+    yield paragraphs(_CAMERAS_TEXT)
     yield cameras()
     yield '## What does not move with the world'
     yield overlays(real[:1])

@@ -235,8 +235,10 @@ def named_in(value):
     return [value] if isinstance(value, str) and value.startswith('/') else []
 
 
-def test_everything_the_foxglove_layout_names_is_in_such_a_bag(bag):
-    _, found = bag
+def test_everything_the_foxglove_layout_names_is_in_such_a_bag(tmp_path):
+    _, found = written(
+        tmp_path / 'out.mcap', rolled_frames(), debug_images=True,
+        parameters=Parameters(focal_px=100.0))
     layout = json.loads(LAYOUT.read_text(encoding='utf-8'))
     assert sorted(panels_of(layout['layout'])) == sorted(layout['configById'])
     named = named_in(layout['configById'])
@@ -251,4 +253,4 @@ def test_everything_the_foxglove_layout_names_is_in_such_a_bag(bag):
         path['value'] for panel in layout['configById'].values()
         for path in panel.get('paths', ())]
     assert all(text in named or re.fullmatch(r'-?\d+', text) for text in plotted)
-    assert {text.split('.')[0] for text in named} == set(TYPES | DEBUG)
+    assert {text.split('.')[0] for text in named} == {*TYPES, *DEBUG, '/phase_traj/heading'}
