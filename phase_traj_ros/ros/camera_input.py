@@ -69,9 +69,13 @@ class CameraInput:
             return
         if self._camera is not None and camera.is_close_to(self._camera):
             return
-        self._node.get_logger().info(
-            f'{"calibration" if self._camera is None else "another calibration"} from'
-            f' {self.topic}: {camera.width}x{camera.height} pixels, focal length'
-            f' {camera.fx:.1f} px', throttle_duration_sec=_THROTTLE_S)
+        told = (
+            f'calibration from {self.topic}: {camera.width}x{camera.height} pixels, focal length'
+            f' {camera.fx:.1f} px')
+        if self._camera is None:
+            self._node.get_logger().info(told)
+        else:
+            # A zoom lens changes with every image.
+            self._node.get_logger().info(f'another {told}', throttle_duration_sec=_THROTTLE_S)
         self._camera = camera
         self._on_camera(camera)

@@ -26,7 +26,7 @@ from phase_traj_ros.ros.messages import to_time
 from phase_traj_ros.synthetic import named_drive, render_drive
 import pytest
 from sensor_msgs.msg import CameraInfo
-from std_msgs.msg import Float64, Header, UInt8
+from std_msgs.msg import Float64, Header, String, UInt8
 from std_srvs.srv import Trigger
 
 
@@ -139,6 +139,65 @@ def test_calibration_and_speed_come_on_topics(live, drive, tmp_path):
     assert set(result.direction) == {2, 3, 4}
     assert found.tolist() == [
         [update.odometry.pose.x, update.odometry.pose.y] for update in result.updates]
+
+
+def test_calibrations_and_speeds_that_change_and_fail(live, drive):
+    drive, frames = drive
+    node = live.start(
+        '-p', 'code_source:=heading', '-p', 'use_speed_topic:=true',
+        '-p', 'qos_overrides./speed.subscription.reliability:=reliable',
+        '-p', 'qos_overrides./camera_info.subscription.reliability:=reliable')
+    status = live.listen(String, 'phase_traj/status', LOSSLESS)
+    heading = live.listen(Float64, 'phase_traj/heading', LOSSLESS)
+    odom = live.listen(Odometry, 'phase_traj/odom', LOSSLESS)
+    live.call(Trigger, 'phase_traj/reset', Trigger.Request())
+    camera = live.camera()
+    information = live.camera('camera_info', kind=CameraInfo)
+    speedometer = live.camera('speed', kind=TwistStamped)
+    stamps = drive.stamps_ns.tolist()
+
+    def show(first, last):
+        for frame, stamp in zip(frames[first:last], stamps[first:last]):
+            camera.publish(image(frame, stamp))
+
+    def drive_at(speed, stamp):
+        speedometer.publish(TwistStamped(
+            header=Header(stamp=to_time(stamp)), twist=Twist(linear=Vector3(x=speed))))
+
+    def said(text):
+        live.until(lambda: text in live.logs(), process=node)
+
+    other = calibration(drive)
+    other.width, other.height = 640, 480
+    information.publish(other)
+    said('640x480')
+    show(0, 1)
+    said('but the calibration of the camera is for 640x480')
+    information.publish(calibration(drive))
+    said('another calibration')
+    drive_at(math.nan, stamps[0])
+    said('speed is nan')
+    drive_at(8.0, stamps[0])
+    # No service orders what comes on topics: the first odometry says that the speed has come.
+    show(0, 10)
+    live.until(lambda: len(status) == 9 and odom, process=node)
+    trembling = calibration(drive)
+    trembling.k[0] += 0.01
+    information.publish(trembling)
+    zoomed = calibration(drive)
+    zoomed.k[0] *= 1.05
+    information.publish(zoomed)
+    live.until(lambda: live.node.count_subscribers('/camera_info') == 1 and information
+               .wait_for_all_acked(), process=node)
+    show(10, 50)
+    live.until(lambda: len(status) == 49, process=node)
+    # The change alone has broken the series, wherever between the images it was taken.
+    assert [each.data for each in status].count('reprimed') == 1
+    assert max(abs(np.diff([each.data for each in heading]))) < math.radians(6)
+    said('odom does not go on')
+    assert 'the newest is +' in live.logs()
+    assert len(odom) <= 26
+    assert [each.twist.twist.linear.x for each in odom] == pytest.approx([8.0] * len(odom))
 
 
 def test_a_threshold_in_degrees_needs_a_camera(live):

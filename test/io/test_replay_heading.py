@@ -5,6 +5,7 @@
 from functools import lru_cache
 import json
 import math
+import re
 
 import numpy as np
 from phase_traj_ros.core import (
@@ -12,11 +13,14 @@ from phase_traj_ros.core import (
     Direction,
     EstimatorSettings,
     Freeman,
+    Shift,
     TrajectoryEstimator,
 )
 from phase_traj_ros.core.camera import CameraModel
 from phase_traj_ros.core.heading_estimator import Lens
+from phase_traj_ros.core.yaw_meter import YawMeasurement
 from phase_traj_ros.errors import ParameterError, SourceError
+from phase_traj_ros.io.measurement_report import Level, MeasurementReporter
 from phase_traj_ros.io.overview import turn_marks
 from phase_traj_ros.io.picture import write_turn_picture
 from phase_traj_ros.io.replay import replay
@@ -259,6 +263,28 @@ def test_what_is_saved_says_what_it_is(tmp_path):
     assert saved['heading_deg'] == pytest.approx(math.degrees(drive.poses[59, 2]), abs=3)
     assert len(saved['direction_totals']) == 8
     assert sum(saved['direction_totals']) == sum(count for _, count in saved['direction_runs'])
+
+
+def test_a_wrong_field_of_view_is_reported():
+    estimator = TrajectoryEstimator(EstimatorSettings(
+        lens=Lens(hfov_deg=55.0), code_source=CodeSource.HEADING))
+    noise = np.random.default_rng(0).integers(0, 256, (120, 160), dtype=np.uint8)
+    for stamp in (0, 10**8):
+        estimator.update(noise, stamp)
+    reporter = MeasurementReporter()
+    assert reporter.report(estimator, 0.1).level is Level.OK
+    # Six right angles, as seen by a camera of 80 degrees that is taken for one of 55.
+    wrong = math.tan(math.radians(55 / 2)) / math.tan(math.radians(80 / 2))
+    stamp, heading = 10**8, estimator.heading
+    for _ in range(6):
+        for yaw in [math.radians(90 * wrong / 30)] * 30 + [0.0] * 20:
+            stamp += 10**8
+            heading.add(
+                YawMeasurement(Shift(0.0, 0.0, 0.1), yaw, refined=True, agreement=1.0), stamp, 0.1)
+    report = reporter.report(estimator, 0.1)
+    assert report.level is Level.WARN
+    assert re.search('a field of view of (79|80|81) degrees, in use are 55', report.message)
+    assert 'from 6 turns' in report.values['field of view (deg)']
 
 
 def test_a_lens_has_to_be_foreseen():
