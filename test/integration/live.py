@@ -67,6 +67,12 @@ class Live:
             assert process is None or process.poll() is None, self.logs()
             self.executor.spin_once(timeout_sec=0.05)
 
+    def spin(self, seconds):
+        """Handle what comes for some time."""
+        deadline = time.monotonic() + seconds
+        while time.monotonic() < deadline:
+            self.executor.spin_once(timeout_sec=0.02)
+
     def logs(self):
         """Return what all nodes started so far have logged."""
         return '\n'.join(process.log.read_text() for process in self._processes)

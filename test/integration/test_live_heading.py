@@ -111,6 +111,7 @@ def test_calibration_and_speed_come_on_topics(live, drive, tmp_path):
     for stamp, way in zip(drive.stamps_ns.tolist(), steps.tolist()):
         speedometer.publish(TwistStamped(
             header=Header(stamp=to_time(stamp)), twist=Twist(linear=Vector3(x=way / 0.1))))
+    assert speedometer.wait_for_all_acked()
     live.call(Trigger, 'phase_traj/reset', Trigger.Request())
     for frame, stamp in zip(frames, drive.stamps_ns.tolist()):
         camera.publish(image(frame, stamp))
@@ -177,10 +178,16 @@ def test_calibrations_and_speeds_that_change_and_fail(live, drive):
     said('another calibration')
     drive_at(math.nan, stamps[0])
     said('speed is nan')
+    # Nothing orders what comes on two topics: on a busy machine a speed may be seconds late.
     drive_at(8.0, stamps[0])
-    # No service orders what comes on topics: the first odometry says that the speed has come.
-    show(0, 10)
-    live.until(lambda: len(status) == 9 and odom, process=node)
+    shown = 0
+    while not odom:
+        assert shown < 80, live.logs()
+        drive_at(8.0, stamps[shown])
+        show(shown, shown + 1)
+        shown += 1
+        live.until(lambda: len(status) == shown - 1, process=node)
+        live.spin(0.1)
     trembling = calibration(drive)
     trembling.k[0] += 0.01
     information.publish(trembling)
@@ -189,14 +196,14 @@ def test_calibrations_and_speeds_that_change_and_fail(live, drive):
     information.publish(zoomed)
     live.until(lambda: live.node.count_subscribers('/camera_info') == 1 and information
                .wait_for_all_acked(), process=node)
-    show(10, 50)
-    live.until(lambda: len(status) == 49, process=node)
+    show(shown, shown + 40)
+    live.until(lambda: len(status) == shown + 39, process=node)
     # The change alone has broken the series, wherever between the images it was taken.
     assert [each.data for each in status].count('reprimed') == 1
     assert max(abs(np.diff([each.data for each in heading]))) < math.radians(6)
     said('odom does not go on')
     assert 'the newest is +' in live.logs()
-    assert len(odom) <= 26
+    assert len(odom) <= shown + 25
     assert [each.twist.twist.linear.x for each in odom] == pytest.approx([8.0] * len(odom))
 
 
