@@ -186,7 +186,7 @@ def test_calibrations_and_speeds_that_change_and_fail(live, drive):
         drive_at(8.0, stamps[shown])
         show(shown, shown + 1)
         shown += 1
-        live.until(lambda: len(status) == shown - 1, process=node)
+        live.until(lambda pairs=shown - 1: len(status) == pairs, process=node)
         live.spin(0.1)
     trembling = calibration(drive)
     trembling.k[0] += 0.01
