@@ -25,12 +25,13 @@ from phase_traj_ros.errors import (
     PhaseTrajError,
     SourceError,
 )
-from phase_traj_ros.io.camera_info import camera_from_info, camera_info_topic, CAMERA_INFO_TYPE
+from phase_traj_ros.io.camera_info import camera_from_info, CAMERA_INFO_TYPE
 from phase_traj_ros.io.decoding import GreyImage
 from phase_traj_ros.io.image_msgs import encoding_of, msg_to_frame
 from phase_traj_ros.io.selection import EVERYTHING, Selection
 from phase_traj_ros.io.source import Candidate, FrameSource, Speed
 from phase_traj_ros.io.stamps import StampRule, Time, to_nanoseconds
+from phase_traj_ros.topics import camera_info_topic
 
 if TYPE_CHECKING:
     from rosbags.interfaces import Connection

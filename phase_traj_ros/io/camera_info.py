@@ -29,9 +29,6 @@ _MODELS = {
 }
 # Coefficients of the model of that name.
 _PLUMB_BOB = 5
-# What the transports of image_transport append to the name of the image topic.
-_TRANSPORTS = frozenset({
-    'raw', 'compressed', 'compressedDepth', 'theora', 'zstd', 'ffmpeg', 'avif', 'h264'})
 
 
 class RegionOfInterest(Protocol):
@@ -177,19 +174,6 @@ def camera_info_fields(
         'k': [camera.fx, 0.0, camera.cx, 0.0, camera.fy, camera.cy, 0.0, 0.0, 1.0],
         'r': [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0], 'p': projection,
     }
-
-
-def camera_info_topic(image_topic: str) -> str:
-    """
-    Return the topic on which the CameraInfo for an image topic is found.
-
-    It is beside it, as image_transport has it: the last part of the name is replaced, once what a
-    transport has appended (as in ``/camera/image_raw/compressed``) is taken off.
-    """
-    parts = [part for part in image_topic.split('/') if part]
-    while len(parts) > 1 and parts[-1] in _TRANSPORTS:
-        parts.pop()
-    return '/' + '/'.join([*parts[:-1], 'camera_info'])
 
 
 def _numbers(message: object, name: str) -> tuple[float, ...]:

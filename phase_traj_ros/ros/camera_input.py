@@ -6,8 +6,9 @@ from collections.abc import Callable
 
 from phase_traj_ros.core.camera import CameraModel
 from phase_traj_ros.errors import CalibrationError, FrameError
-from phase_traj_ros.io.camera_info import camera_from_info, camera_info_topic
+from phase_traj_ros.io.camera_info import camera_from_info
 from phase_traj_ros.ros.image_input import IMAGE_TOPIC
+from phase_traj_ros.topics import camera_info_topic
 from rclpy.node import Node
 from rclpy.qos import qos_profile_sensor_data
 from rclpy.qos_overriding_options import QoSOverridingOptions

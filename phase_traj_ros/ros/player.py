@@ -10,9 +10,10 @@ import time
 import numpy as np
 from phase_traj_ros.core.camera import CameraModel
 from phase_traj_ros.errors import OutputError
-from phase_traj_ros.io.camera_info import camera_info_fields, camera_info_topic
+from phase_traj_ros.io.camera_info import camera_info_fields
 from phase_traj_ros.io.source import Frame
 from phase_traj_ros.ros.messages import to_time
+from phase_traj_ros.topics import camera_info_topic
 from rclpy.duration import Duration
 from rclpy.node import Node
 from rclpy.qos import HistoryPolicy, qos_profile_sensor_data, QoSProfile, ReliabilityPolicy

@@ -6,7 +6,7 @@ A rendered town, drives through it with known turns, and what spoils their pictu
 ``render(scene, camera, pose)`` is a pure function; all scenes and drives are made from seeds.
 """
 
-from phase_traj_ros.synthetic.bag import camera_info_topic, TRUTH_TOPIC, write_drive_bag
+from phase_traj_ros.synthetic.bag import SPEED_TOPIC, TRUTH_TOPIC, write_drive_bag
 from phase_traj_ros.synthetic.camera import Camera, KITTI_CAMERA, Pose
 from phase_traj_ros.synthetic.drive import Drive, plan_drive, pose_drive, TrueTurn
 from phase_traj_ros.synthetic.drives import DRIVES, named_drive
@@ -24,12 +24,12 @@ __all__ = [
     'Drive',
     'KITTI_CAMERA',
     'Pose',
+    'SPEED_TOPIC',
     'Scene',
     'Straight',
     'TRUTH_TOPIC',
     'TrueTurn',
     'Turn',
-    'camera_info_topic',
     'named_drive',
     'plan_drive',
     'pose_drive',

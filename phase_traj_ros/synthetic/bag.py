@@ -18,6 +18,7 @@ from phase_traj_ros.synthetic._arrays import Bytes
 from phase_traj_ros.synthetic.camera import Camera, Pose, quaternion
 from phase_traj_ros.synthetic.drive import Drive
 from phase_traj_ros.synthetic.frames import render_drive
+from phase_traj_ros.topics import camera_info_topic
 
 if TYPE_CHECKING:
     from rosbags.typesys.store import Typestore
@@ -101,11 +102,6 @@ def _completed(path: Path) -> Iterator[Path]:
         ) from error
     finally:
         shutil.rmtree(beside, ignore_errors=True)
-
-
-def camera_info_topic(image_topic: str) -> str:
-    """Return the topic on which the camera of ``image_topic`` describes itself."""
-    return image_topic.rpartition('/')[0] + '/camera_info'
 
 
 def write_drive_bag(

@@ -8,11 +8,8 @@ import numpy as np
 from phase_traj_ros.core.camera import CameraModel, Distortion
 from phase_traj_ros.errors import CalibrationError, PhaseTrajError
 from phase_traj_ros.io import EVERYTHING, FrameSource
-from phase_traj_ros.io.camera_info import (
-    camera_from_info,
-    camera_info_fields,
-    camera_info_topic,
-)
+from phase_traj_ros.io.camera_info import camera_from_info, camera_info_fields
+from phase_traj_ros.topics import camera_info_topic
 import pytest
 
 K = (700.0, 0.0, 652.5, 0.0, 710.0, 350.0, 0.0, 0.0, 1.0)
