@@ -10,7 +10,7 @@ drives out, takes two and only prints.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 import sys
 
 import cv2
@@ -25,22 +25,19 @@ from heading_drives import (
     rendered,
     Ride,
 )
+from heading_follow import follow, Follower, Result, true_codes, truth_of
 import numpy as np
 from peers import Klt
 from phase_traj_ros.core import PhaseCorrelator, Window
 from phase_traj_ros.core.camera import CameraModel
-from phase_traj_ros.core.fov_estimate import ASSUMED_HFOV_DEG, FieldOfView
-from phase_traj_ros.core.heading_code import HeadingCode
-from phase_traj_ros.core.heading_estimator import HeadingEstimator, Lens
 from phase_traj_ros.core.projection import (
     Band,
     CylinderProjection,
     focal_from_hfov,
     hfov_from_focal,
 )
-from phase_traj_ros.core.turns import find_turns, Turn
-from phase_traj_ros.io.evaluation import heading_error, HeadingError, turn_score, TurnScore
-from phase_traj_ros.io.ground_truth import MatchedTruth
+from phase_traj_ros.core.turns import find_turns
+from phase_traj_ros.io.scores import heading_error
 from report import disturbance, machine, paragraphs, ROOT, table, verdict
 from timing import bystanders, prepare, ratios, take_turns
 
@@ -103,92 +100,6 @@ _UNKNOWN_TEXT = """
     corrected. In a town that takes three to five turns. Where the roads wind, right angles are
     rare, and the probability says so. Codes before that are late or wrong.
     """
-
-
-@dataclass(frozen=True)
-class Result:
-    """What came of one ride."""
-
-    ride: Ride
-    headings: np.ndarray
-    """Radians, at each frame."""
-    turns: list[Turn]
-    codes: tuple[int, ...]
-    bridged: int
-    view: FieldOfView | None
-    """What the turns tell of the field of view."""
-
-    @property
-    def truth(self) -> MatchedTruth:
-        """Return the truth as an evaluation takes it."""
-        return _truth(self.ride)
-
-    @property
-    def error(self) -> HeadingError:
-        """Return the errors of the heading."""
-        return heading_error(self.headings, self.truth)
-
-    @property
-    def score(self) -> TurnScore:
-        """Return how many turns were found."""
-        return turn_score(self.turns, self.truth)
-
-    @property
-    def found(self) -> str:
-        """Return the turns found and the true ones, and what is wrong."""
-        score = self.score
-        wrong = '' if score.precision == score.recall == 1.0 else ' **wrong**'
-        return f'{score.found} / {score.true}{wrong}'
-
-
-class Follower:
-    """Follows one camera as the node does, with the focal length alone."""
-
-    def __init__(
-        self, ride: Ride, focal_px: float | None = None, *, nothing_known: bool = False,
-    ) -> None:
-        self._ride = ride
-        lens = Lens(focal_px=focal_px or ride.camera.focal)
-        if nothing_known:
-            lens = Lens(hfov_deg=ASSUMED_HFOV_DEG)
-        self._estimator = HeadingEstimator(lens, calibrating=nothing_known)
-        self._codes = HeadingCode()
-        self._headings: list[float] = []
-        self._turns: list[Turn] = []
-
-    def update(self, frame: np.ndarray) -> float | None:
-        """Take the next frame; return by how much the heading has changed."""
-        number = len(self._headings)
-        stamps = self._ride.stamps_ns
-        interval = (stamps[number] - stamps[number - 1]) / 1e9 if number else 0.1
-        measured = self._estimator.measure(frame, interval)
-        if not number:
-            self._estimator.start(stamps[0])
-            self._headings.append(0.0)
-            return None
-        update = self._estimator.add(measured, stamps[number], interval)
-        self._codes.update(update.step.heading, update.step.rate)
-        self._turns += update.turns
-        self._headings.append(update.step.heading)
-        return update.step.yaw
-
-    def result(self) -> Result:
-        """Return what came of it."""
-        changes = tuple(int(code) for code in self._codes.movement if code in (0, 2))
-        return Result(
-            self._ride, np.array(self._headings), self._turns + self._estimator.finish(),
-            changes, self._estimator.tracker.bridged, self._estimator.field_of_view)
-
-
-def follow(ride: Ride, *focals: float, nothing_known: bool = False) -> list[Result]:
-    """Follow a ride with its own focal length, and with others (or none) on the same frames."""
-    followers = [Follower(ride), *(Follower(ride, focal) for focal in focals)]
-    if nothing_known:
-        followers.append(Follower(ride, nothing_known=True))
-    for frame in ride.frames():
-        for follower in followers:
-            follower.update(frame)
-    return [follower.result() for follower in followers]
 
 
 def main(arguments: Sequence[str]) -> None:
@@ -290,7 +201,7 @@ def alternatives(real: Sequence[Ride]) -> str:
     for way, measure in ways.items():
         cells = [way]
         for rides in groups:
-            errors = [heading_error(measure(ride), _truth(ride)) for ride in rides]
+            errors = [heading_error(measure(ride), truth_of(ride)) for ride in rides]
             cells += [
                 f'{np.mean([error.per_frame_rms for error in errors]):.3f}',
                 f'{max(error.max for error in errors):.1f}']
@@ -360,10 +271,10 @@ def full_length(rides: Sequence[Ride]) -> Iterator[str]:
             ride.name, len(right.headings), right.found, f'{error.per_100m:.2f}',
             verdict(error.per_100m, _LIMIT_FAR), f'{error.end:+.1f}', f'{error.max:.1f}',
             f'{error.per_frame_rms:.3f}', right.bridged,
-            _all(right.codes == _true_codes(ride)),
+            _all(right.codes == true_codes(ride)),
             ', '.join(_all(result.codes == right.codes) for result in wrong),
             ', '.join(
-                _all(_true_codes(ride, ride.camera.focal / focal) == _true_codes(ride))
+                _all(true_codes(ride, ride.camera.focal / focal) == true_codes(ride))
                 for focal in focals),
             ', '.join(_all(_quarters(result) == _quarters(right)) for result in wrong)))
         unknown.append(_nothing_known(guessed))
@@ -387,13 +298,7 @@ def _nothing_known(result: Result) -> tuple[object, ...]:
     return (
         ride.name, f'{hfov_from_focal(ride.camera.focal, ride.camera.width):.1f}°',
         f'{view.hfov_deg:.1f}°', f'{view.deviation_deg:.1f}°', f'{view.sureness:.2f}',
-        view.turns, _all(result.codes == _true_codes(ride)))
-
-
-def _truth(ride: Ride) -> MatchedTruth:
-    stamps = np.array(ride.stamps_ns)
-    return MatchedTruth(
-        np.arange(len(stamps)), stamps, ride.yaw - ride.yaw[0], ride.places - ride.places[0])
+        view.turns, _all(result.codes == true_codes(ride)))
 
 
 def _flat(ride: Ride) -> np.ndarray:
@@ -424,16 +329,6 @@ def _focals(ride: Ride, *factors: float) -> list[float]:
     width = ride.camera.width
     hfov = hfov_from_focal(ride.camera.focal, width)
     return [focal_from_hfov(hfov * factor, width) for factor in factors]
-
-
-def _true_codes(ride: Ride, scale: float = 1.0) -> tuple[int, ...]:
-    """Return the turns that the codes make of the true heading, wrong by a factor."""
-    codes, truth = HeadingCode(), _truth(ride)
-    headings = truth.headings * scale
-    rates = np.diff(headings) / np.diff(truth.stamps_ns) * 1e9
-    for heading, rate in zip(headings[1:].tolist(), rates.tolist()):
-        codes.update(heading, rate)
-    return tuple(int(code) for code in codes.movement if code in (0, 2))
 
 
 def _quarters(result: Result) -> list[int]:

@@ -10,9 +10,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 from phase_traj_ros.core import Axes, normalised, to_axes
-from phase_traj_ros.io.evaluation import aligned, Evaluation, ReplayedDrive, true_turns
+from phase_traj_ros.io.evaluation import Evaluation
 from phase_traj_ros.io.ground_truth import MatchedTruth
 from phase_traj_ros.io.picture import new_figure, save
+from phase_traj_ros.io.replayed_drive import ReplayedDrive
+from phase_traj_ros.io.scores import aligned, true_turns
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes as Plot

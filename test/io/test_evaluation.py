@@ -10,8 +10,10 @@ from phase_traj_ros.cli import evaluate as command
 from phase_traj_ros.core.heading_code import HeadingCode
 from phase_traj_ros.core.turns import find_turns
 from phase_traj_ros.errors import ResultError
-from phase_traj_ros.io.evaluation import aligned, evaluate, read_replay
+from phase_traj_ros.io.evaluation import evaluate
 from phase_traj_ros.io.ground_truth import GroundTruth
+from phase_traj_ros.io.replayed_drive import read_replay
+from phase_traj_ros.io.scores import aligned
 import pytest
 
 PERIOD_NS = 100_000_000

@@ -1,0 +1,118 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Follows the rides of the heading study as the node does, and compares with the truth."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from heading_drives import Ride
+import numpy as np
+from phase_traj_ros.core.fov_estimate import ASSUMED_HFOV_DEG, FieldOfView
+from phase_traj_ros.core.heading_code import HeadingCode
+from phase_traj_ros.core.heading_estimator import HeadingEstimator, Lens
+from phase_traj_ros.core.turns import Turn
+from phase_traj_ros.io.ground_truth import MatchedTruth
+from phase_traj_ros.io.scores import heading_error, HeadingError, turn_score, TurnScore
+
+
+@dataclass(frozen=True)
+class Result:
+    """What came of one ride."""
+
+    ride: Ride
+    headings: np.ndarray
+    """Radians, at each frame."""
+    turns: list[Turn]
+    codes: tuple[int, ...]
+    bridged: int
+    view: FieldOfView | None
+    """What the turns tell of the field of view."""
+
+    @property
+    def truth(self) -> MatchedTruth:
+        """Return the truth as an evaluation takes it."""
+        return truth_of(self.ride)
+
+    @property
+    def error(self) -> HeadingError:
+        """Return the errors of the heading."""
+        return heading_error(self.headings, self.truth)
+
+    @property
+    def score(self) -> TurnScore:
+        """Return how many turns were found."""
+        return turn_score(self.turns, self.truth)
+
+    @property
+    def found(self) -> str:
+        """Return the turns found and the true ones, and what is wrong."""
+        score = self.score
+        wrong = '' if score.precision == score.recall == 1.0 else ' **wrong**'
+        return f'{score.found} / {score.true}{wrong}'
+
+
+class Follower:
+    """Follows one camera as the node does, with the focal length alone."""
+
+    def __init__(
+        self, ride: Ride, focal_px: float | None = None, *, nothing_known: bool = False,
+    ) -> None:
+        self._ride = ride
+        lens = Lens(focal_px=focal_px or ride.camera.focal)
+        if nothing_known:
+            lens = Lens(hfov_deg=ASSUMED_HFOV_DEG)
+        self._estimator = HeadingEstimator(lens, calibrating=nothing_known)
+        self._codes = HeadingCode()
+        self._headings: list[float] = []
+        self._turns: list[Turn] = []
+
+    def update(self, frame: np.ndarray) -> float | None:
+        """Take the next frame; return by how much the heading has changed."""
+        number = len(self._headings)
+        stamps = self._ride.stamps_ns
+        interval = (stamps[number] - stamps[number - 1]) / 1e9 if number else 0.1
+        measured = self._estimator.measure(frame, interval)
+        if not number:
+            self._estimator.start(stamps[0])
+            self._headings.append(0.0)
+            return None
+        update = self._estimator.add(measured, stamps[number], interval)
+        self._codes.update(update.step.heading, update.step.rate)
+        self._turns += update.turns
+        self._headings.append(update.step.heading)
+        return update.step.yaw
+
+    def result(self) -> Result:
+        """Return what came of it."""
+        changes = tuple(int(code) for code in self._codes.movement if code in (0, 2))
+        return Result(
+            self._ride, np.array(self._headings), self._turns + self._estimator.finish(),
+            changes, self._estimator.tracker.bridged, self._estimator.field_of_view)
+
+
+def follow(ride: Ride, *focals: float, nothing_known: bool = False) -> list[Result]:
+    """Follow a ride with its own focal length, and with others (or none) on the same frames."""
+    followers = [Follower(ride), *(Follower(ride, focal) for focal in focals)]
+    if nothing_known:
+        followers.append(Follower(ride, nothing_known=True))
+    for frame in ride.frames():
+        for follower in followers:
+            follower.update(frame)
+    return [follower.result() for follower in followers]
+
+
+def truth_of(ride: Ride) -> MatchedTruth:
+    stamps = np.array(ride.stamps_ns)
+    return MatchedTruth(
+        np.arange(len(stamps)), stamps, ride.yaw - ride.yaw[0], ride.places - ride.places[0])
+
+
+def true_codes(ride: Ride, scale: float = 1.0) -> tuple[int, ...]:
+    """Return the turns that the codes make of the true heading, wrong by a factor."""
+    codes, truth = HeadingCode(), truth_of(ride)
+    headings = truth.headings * scale
+    rates = np.diff(headings) / np.diff(truth.stamps_ns) * 1e9
+    for heading, rate in zip(headings[1:].tolist(), rates.tolist()):
+        codes.update(heading, rate)
+    return tuple(int(code) for code in codes.movement if code in (0, 2))
