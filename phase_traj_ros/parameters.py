@@ -8,12 +8,11 @@ Knows nothing of rclpy: ``phase_traj_ros.ros.declare`` declares this table on a 
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields, MISSING, replace
+from dataclasses import dataclass, fields, MISSING, replace
 from difflib import get_close_matches
 from enum import Enum
 from functools import cache
-import sys
-from typing import Any, cast, TypeAlias
+from typing import Any, cast
 
 from phase_traj_ros.core import EstimatorSettings, PAPER_THRESHOLD, View, Window
 from phase_traj_ros.core.fov_estimate import ASSUMED_HFOV_DEG
@@ -21,84 +20,12 @@ from phase_traj_ros.core.heading_estimator import Lens
 from phase_traj_ros.core.quality import GateSettings, StillnessSettings
 from phase_traj_ros.core.settings import CodeSource, PathSource
 from phase_traj_ros.errors import ParameterError
+from phase_traj_ros.parameter_spec import parameter, POSITIVE, Spec
 
 NODE_NAME = 'phase_traj'
 
-Value: TypeAlias = 'bool | int | float | str'
-
-_ROS_TYPES = {bool: 'bool', int: 'integer', float: 'double', str: 'string'}
-# As a range has to be given: any finite number above zero.
-_POSITIVE: dict[str, Any] = {'minimum': sys.float_info.min, 'maximum': sys.float_info.max}
 # Ten seconds at a thousand speeds a second.
 _MAX_SPEEDS = 10_000
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Spec:
-    """What is declared of one parameter."""
-
-    name: str
-    default: Value
-    description: str
-    unit: str
-    minimum: float | None
-    maximum: float | None
-    step: int
-    choices: tuple[str, ...]
-    read_only: bool
-
-    def check(self, value: object) -> None:
-        """
-        Accept a value of the default's type, within the range or among the choices.
-
-        Raises
-        ------
-        ParameterError
-            It is not; the message names the parameter and says what it takes.
-
-        """
-        if type(value) is not type(self.default):
-            hint = f', so write {value}.0' if type(value) is int and self.type == 'double' else ''
-            raise ParameterError(
-                f'parameter {self.name!r} is {value!r}: it takes a {self.type}{hint}')
-        if value not in self.choices if self.choices else not self._in_range(value):
-            raise ParameterError(
-                f'parameter {self.name!r} is {value!r}: it takes {self.allowed}')
-
-    @property
-    def type(self) -> str:  # noqa: A003
-        """Return the type's name in ROS."""
-        return _ROS_TYPES[type(self.default)]
-
-    @property
-    def allowed(self) -> str:
-        """Return the range or the choices in words, empty where any value goes."""
-        if self.choices:
-            return 'one of ' + ', '.join(self.choices)
-        if self.minimum is None:
-            return ''
-        if self.minimum == sys.float_info.min:
-            return 'a finite number above 0'
-        if self.step > 1:
-            return f'{self.minimum:.12g} to {self.maximum:.12g} in steps of {self.step}'
-        return f'{self.minimum:.12g} to {self.maximum:.12g}'
-
-    def _in_range(self, value: object) -> bool:
-        if self.minimum is None or self.maximum is None:
-            return True
-        return (
-            isinstance(value, (int, float)) and self.minimum <= value <= self.maximum
-            and (self.step == 1 or (value - self.minimum) % self.step == 0))
-
-
-def _parameter(
-    default: Value, description: str, *, unit: str = '', minimum: float | None = None,
-    maximum: float | None = None, step: int = 1, choices: tuple[str, ...] = (),
-    read_only: bool = False,
-) -> Any:
-    return field(default=default, metadata={
-        'description': description, 'unit': unit, 'minimum': minimum, 'maximum': maximum,
-        'step': step, 'choices': choices, 'read_only': read_only})
 
 
 class Transport(Enum):
@@ -120,129 +47,129 @@ class Parameters:
 
     """
 
-    image_transport: str = _parameter(
+    image_transport: str = parameter(
         Transport.RAW.value, 'Which images to subscribe to: raw ones on image, or compressed ones'
         ' on image/compressed.', choices=tuple(each.value for each in Transport),
         read_only=True)
-    max_pixels: int = _parameter(
+    max_pixels: int = parameter(
         1 << 26, 'Compressed images of more pixels are refused before they are decoded.',
         minimum=64, maximum=1 << 30, read_only=True)
-    threshold: float = _parameter(
+    threshold: float = parameter(
         PAPER_THRESHOLD, 'Horizontal shift between two frames from which a pair counts as a turn.',
-        unit='px/frame', **_POSITIVE)
-    threshold_deg_s: float = _parameter(
+        unit='px/frame', **POSITIVE)
+    threshold_deg_s: float = parameter(
         0.0, 'Yaw rate from which a pair counts as a turn, in the place of threshold: it is the'
         ' same for all cameras and frame rates. Takes a focal length; 0 uses threshold.',
         unit='deg/s', minimum=0.0, maximum=1000.0)
-    code_source: str = _parameter(
+    code_source: str = parameter(
         CodeSource.SHIFT.value, 'What the codes are made from: the shift against the threshold'
         ' (the paper), or the heading, quantised, which takes a focal length.',
         choices=tuple(each.value for each in CodeSource), read_only=True)
-    connectivity: int = _parameter(
+    connectivity: int = parameter(
         4, 'Directions that the heading is quantised to: the four of the paper, or the eight of'
         ' Freeman, which take code_source heading.', minimum=4, maximum=8, step=4, read_only=True)
-    focal_px: float = _parameter(
+    focal_px: float = parameter(
         0.0, 'Focal length of the camera in pixels of the full image; with it the heading and the'
         ' turns are measured. 0 if not known.', unit='px', minimum=0.0, maximum=1e6,
         read_only=True)
-    hfov_deg: float = _parameter(
+    hfov_deg: float = parameter(
         0.0, 'Horizontal field of view of the camera, which stands in for focal_px where that is'
         ' 0. Where both are 0 and a focal length is needed, that of camera_info is taken.',
         unit='deg', minimum=0.0, maximum=179.0, read_only=True)
-    estimate_fov: bool = _parameter(
+    estimate_fov: bool = parameter(
         False, 'Whether the field of view is estimated from the turns of the drive, where neither'
         f' focal_px nor hfov_deg is given: {ASSUMED_HFOV_DEG:g} degrees until a few right angles'
         ' have told it.', read_only=True)
-    rectified: bool = _parameter(
+    rectified: bool = parameter(
         False, 'Whether the images are rectified: then P of camera_info holds for them, else K'
         ' and its distortion.', read_only=True)
-    window: str = _parameter(
+    window: str = parameter(
         Window.SQRT_HANN.value, 'Taper of the frames before they are correlated. This, the band of'
         ' rows and columns, decimation and the tests of single pairs are about the shift; the'
         ' heading has its own.',
         choices=tuple(form.value for form in Window))
-    rows_from: float = _parameter(
+    rows_from: float = parameter(
         0.0, 'First row used, as a fraction of the height from the top.',
         minimum=0.0, maximum=1.0)
-    rows_to: float = _parameter(
+    rows_to: float = parameter(
         1.0, 'Last row used, as a fraction of the height from the top.',
         minimum=0.0, maximum=1.0)
-    columns_from: float = _parameter(
+    columns_from: float = parameter(
         0.0, 'First column used, as a fraction of the width from the left.',
         minimum=0.0, maximum=1.0)
-    columns_to: float = _parameter(
+    columns_to: float = parameter(
         1.0, 'Last column used, as a fraction of the width from the left.',
         minimum=0.0, maximum=1.0)
-    decimation: int = _parameter(
+    decimation: int = parameter(
         1, 'Pixels in each direction averaged into one before correlating; shifts stay in pixels'
         ' of the full image.', minimum=1, maximum=16)
-    rotate_180: bool = _parameter(
+    rotate_180: bool = parameter(
         False, 'Whether the camera is mounted upside down.')
-    max_gap: float = _parameter(
+    max_gap: float = parameter(
         0.0, 'Longest time between two images that are compared; 0 for any.', unit='s',
         minimum=0.0, maximum=1e6)
-    nominal_period: float = _parameter(
+    nominal_period: float = parameter(
         0.0, 'Time between two images that the threshold is meant for: the shift is judged as if'
         ' they were that far apart; 0 judges it as it is.', unit='s', minimum=0.0, maximum=1e6)
-    min_significance: float = _parameter(
+    min_significance: float = parameter(
         0.0, 'Standard deviations by which the correlation peak has to stand out of noise for a'
         ' pair to count as measured; 0 believes every pair.', minimum=0.0, maximum=1000.0)
-    look_past_zero: bool = _parameter(
+    look_past_zero: bool = parameter(
         False, 'Whether a peak at zero shift, as of a bonnet or a burnt-in text, gives way to a'
         ' second one that most of the picture follows.')
-    still_frames: int = _parameter(
+    still_frames: int = parameter(
         0, 'Pairs over which the motion of the picture is averaged to tell whether the vehicle'
         ' stands; 0 never tells.', minimum=0, maximum=1000)
-    still_motion: float = _parameter(
+    still_motion: float = parameter(
         StillnessSettings().max_motion, 'Mean motion per pair below which the vehicle stands, as'
         ' a share of the width.', minimum=1e-9, maximum=1.0)
-    confirm_frames: int = _parameter(
+    confirm_frames: int = parameter(
         1, 'Pairs in a row beyond the threshold that make a turn.', minimum=1, maximum=1000)
-    release_frames: int = _parameter(
+    release_frames: int = parameter(
         1, 'Pairs in a row that end a turn: one less may be wrong.', minimum=1, maximum=1000)
-    mask_file: str = _parameter(
+    mask_file: str = parameter(
         '', 'Grey picture of the size of the images as they come: how much each pixel counts,'
         ' black for what never moves. Empty uses all.', read_only=True)
-    threads: int = _parameter(
+    threads: int = parameter(
         1, 'Threads that OpenCV may use; 0 leaves it to OpenCV.', minimum=0, maximum=64)
-    frame_id: str = _parameter(
+    frame_id: str = parameter(
         'phase_traj', 'Frame of the published pose, path and odometry. A path without a speed has'
         ' no metric scale, so it is not odom.')
-    step_length: float = _parameter(
+    step_length: float = parameter(
         1.0, 'Length drawn for each step of the path; a path from the heading with a speed is in'
-        ' metres as it is.', unit='m', **_POSITIVE)
-    path_from: str = _parameter(
+        ' metres as it is.', unit='m', **POSITIVE)
+    path_from: str = parameter(
         PathSource.CODES.value, 'What the path is drawn from: the direction codes (the paper), or'
         ' the measured heading, which takes a focal length.',
         choices=tuple(each.value for each in PathSource), read_only=True)
-    speed: float = _parameter(
+    speed: float = parameter(
         0.0, 'Speed of the vehicle, if it is constant: odom is published in metres, and a path'
         ' from the heading is in metres. Takes a focal length; 0 if not known.', unit='m/s',
         minimum=0.0, maximum=1000.0, read_only=True)
-    use_speed_topic: bool = _parameter(
+    use_speed_topic: bool = parameter(
         False, 'Whether the speed is taken from the topic speed, for the same purpose.',
         read_only=True)
-    max_path_poses: int = _parameter(
+    max_path_poses: int = parameter(
         1000, 'Poses of the published path: corner points, oldest dropped first, and the tip; of a'
         ' path from the heading places of the whole way, thinned.',
         minimum=2, maximum=100_000, read_only=True)
-    path_rate: float = _parameter(
+    path_rate: float = parameter(
         5.0, 'The path is published at most this often, and only when it has changed.',
         unit='Hz', minimum=0.1, maximum=100.0, read_only=True)
-    chain_code_runs: int = _parameter(
+    chain_code_runs: int = parameter(
         50, 'Runs of each code that the chain code text shows, the newest ones.',
         minimum=1, maximum=1000)
-    output_dir: str = _parameter(
+    output_dir: str = parameter(
         '', 'Folder that ~/save and record_shifts write to; where it is empty, nothing is ever'
         ' written.', read_only=True)
-    record_shifts: bool = _parameter(
+    record_shifts: bool = parameter(
         False, 'Whether a row per pair of images is written to output_dir.', read_only=True)
-    publish_tf: bool = _parameter(
+    publish_tf: bool = parameter(
         False, 'Whether the transform from frame_id to child_frame_id is published on /tf (needs'
         ' tf2_msgs).', read_only=True)
-    child_frame_id: str = _parameter(
+    child_frame_id: str = parameter(
         'base_link', "The vehicle's frame, for publish_tf and the odometry.")
-    max_runs: int = _parameter(
+    max_runs: int = parameter(
         100_000, 'Runs of each code that the node keeps; the totals count all of them.',
         minimum=1000, maximum=10_000_000, read_only=True)
 

@@ -28,7 +28,8 @@ from phase_traj_ros.io.overview import Overview, overview, TurnMark
 from phase_traj_ros.io.replay import Replay
 from phase_traj_ros.io.results import versions
 from phase_traj_ros.io.thumbnails import Thumbnail
-from phase_traj_ros.parameters import Parameters, Spec, specs
+from phase_traj_ros.parameter_spec import Spec
+from phase_traj_ros.parameters import Parameters, specs
 
 _LEGEND = (
     ('left', '--left'), ('forward', '--forward'), ('right', '--right'),

@@ -6,7 +6,8 @@ from collections.abc import Iterable
 from typing import Any
 
 from phase_traj_ros.errors import ParameterError
-from phase_traj_ros.parameters import Parameters, Spec, specs
+from phase_traj_ros.parameter_spec import Spec
+from phase_traj_ros.parameters import Parameters, specs
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
 from rclpy.exceptions import (
     InvalidParameterTypeException,

@@ -1,0 +1,84 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""How a parameter is declared: type, default, range or choices, unit, description."""
+
+from dataclasses import dataclass, field
+import sys
+from typing import Any, TypeAlias
+
+from phase_traj_ros.errors import ParameterError
+
+Value: TypeAlias = 'bool | int | float | str'
+
+_ROS_TYPES = {bool: 'bool', int: 'integer', float: 'double', str: 'string'}
+# As a range has to be given: any finite number above zero.
+POSITIVE: dict[str, Any] = {'minimum': sys.float_info.min, 'maximum': sys.float_info.max}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Spec:
+    """What is declared of one parameter."""
+
+    name: str
+    default: Value
+    description: str
+    unit: str
+    minimum: float | None
+    maximum: float | None
+    step: int
+    choices: tuple[str, ...]
+    read_only: bool
+
+    def check(self, value: object) -> None:
+        """
+        Accept a value of the default's type, within the range or among the choices.
+
+        Raises
+        ------
+        ParameterError
+            It is not; the message names the parameter and says what it takes.
+
+        """
+        if type(value) is not type(self.default):
+            hint = f', so write {value}.0' if type(value) is int and self.type == 'double' else ''
+            raise ParameterError(
+                f'parameter {self.name!r} is {value!r}: it takes a {self.type}{hint}')
+        if value not in self.choices if self.choices else not self._in_range(value):
+            raise ParameterError(
+                f'parameter {self.name!r} is {value!r}: it takes {self.allowed}')
+
+    @property
+    def type(self) -> str:  # noqa: A003
+        """Return the type's name in ROS."""
+        return _ROS_TYPES[type(self.default)]
+
+    @property
+    def allowed(self) -> str:
+        """Return the range or the choices in words, empty where any value goes."""
+        if self.choices:
+            return 'one of ' + ', '.join(self.choices)
+        if self.minimum is None:
+            return ''
+        if self.minimum == sys.float_info.min:
+            return 'a finite number above 0'
+        if self.step > 1:
+            return f'{self.minimum:.12g} to {self.maximum:.12g} in steps of {self.step}'
+        return f'{self.minimum:.12g} to {self.maximum:.12g}'
+
+    def _in_range(self, value: object) -> bool:
+        if self.minimum is None or self.maximum is None:
+            return True
+        return (
+            isinstance(value, (int, float)) and self.minimum <= value <= self.maximum
+            and (self.step == 1 or (value - self.minimum) % self.step == 0))
+
+
+def parameter(
+    default: Value, description: str, *, unit: str = '', minimum: float | None = None,
+    maximum: float | None = None, step: int = 1, choices: tuple[str, ...] = (),
+    read_only: bool = False,
+) -> Any:
+    """Return the field of a dataclass that declares a parameter, see ``Spec``."""
+    return field(default=default, metadata={
+        'description': description, 'unit': unit, 'minimum': minimum, 'maximum': maximum,
+        'step': step, 'choices': choices, 'read_only': read_only})
