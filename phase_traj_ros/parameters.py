@@ -19,6 +19,7 @@ from phase_traj_ros.core.fov_estimate import ASSUMED_HFOV_DEG
 from phase_traj_ros.core.heading_estimator import Lens
 from phase_traj_ros.core.quality import GateSettings, StillnessSettings
 from phase_traj_ros.core.settings import CodeSource, PathSource
+from phase_traj_ros.core.speed import MOST_SPEED
 from phase_traj_ros.errors import ParameterError
 from phase_traj_ros.parameter_spec import parameter, POSITIVE, Spec
 
@@ -145,7 +146,7 @@ class Parameters:
     speed: float = parameter(
         0.0, 'Speed of the vehicle, if it is constant: odom is published in metres, and a path'
         ' from the heading is in metres. Takes a focal length; 0 if not known.', unit='m/s',
-        minimum=0.0, maximum=1000.0, read_only=True)
+        minimum=0.0, maximum=MOST_SPEED, read_only=True)
     use_speed_topic: bool = parameter(
         False, 'Whether the speed is taken from the topic speed, for the same purpose.',
         read_only=True)

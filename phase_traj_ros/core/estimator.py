@@ -130,7 +130,7 @@ class TrajectoryEstimator:
         Raises
         ------
         ValueError
-            The speed is not finite; nothing has changed.
+            The speed is not from -1000 to 1000; nothing has changed.
 
         """
         self._route.speeds.add(stamp_ns, speed)

@@ -3,11 +3,18 @@
 """The way that a vehicle has gone between two frames, from speeds that come at other times."""
 
 from bisect import bisect_right
-import math
+
+MOST_SPEED = 1000.0
+"""Metres per second that no vehicle reaches: what is faster is no speed."""
 
 # A speed holds for this long, unless a newer one comes: receivers of GPS give one a second.
 _HOLDS_NS = 2_500_000_000
 _NANO = 1e9
+
+
+def is_speed(speed: float) -> bool:
+    """Return whether a number, in metres per second, can be a vehicle's speed; NaN cannot."""
+    return abs(speed) <= MOST_SPEED
 
 
 class SpeedTrack:
@@ -30,11 +37,13 @@ class SpeedTrack:
         Raises
         ------
         ValueError
-            The speed is not finite; nothing has changed.
+            The speed is not from -1000 to 1000; nothing has changed.
 
         """
-        if not math.isfinite(speed):
-            raise ValueError(f'the speed is {speed}: give a finite number')
+        if not is_speed(speed):
+            raise ValueError(
+                f'the speed is {speed}: give metres per second from {-MOST_SPEED:g} to'
+                f' {MOST_SPEED:g}')
         if self._stamps and stamp_ns < self._stamps[-1]:
             self._stamps.clear()
             self._speeds.clear()

@@ -13,11 +13,11 @@ from dataclasses import dataclass
 from enum import Enum
 from functools import partial
 from itertools import chain, islice
-import math
 from pathlib import Path
 from typing import cast, Protocol, TYPE_CHECKING
 
 from phase_traj_ros.core.camera import CameraModel
+from phase_traj_ros.core.speed import is_speed
 from phase_traj_ros.errors import (
     CalibrationError,
     FrameError,
@@ -175,8 +175,8 @@ class BagSource(FrameSource):
         """
         Yield the speeds on a topic of geometry_msgs/TwistStamped, by the stamps of their headers.
 
-        Where a header has none, the time of reception stands in. Those that are not finite are
-        left out. Raises SourceError.
+        Where a header has none, the time of reception stands in. Those that cannot be
+        (NaN, thousands of metres per second) are left out. Raises SourceError.
         """
         name = topic if topic.startswith('/') else f'/{topic}'
         with self._errors_explained(), self._reader() as reader:
@@ -190,7 +190,7 @@ class BagSource(FrameSource):
             twist = cast('_TwistStamped', message)
             speed = float(twist.twist.linear.x)
             # As the node does, which says so; a bag cannot be mended.
-            if math.isfinite(speed):
+            if is_speed(speed):
                 yield Speed(to_nanoseconds(twist.header.stamp) or receive_ns, speed)
 
     def _messages_of(
