@@ -12,7 +12,7 @@ from phase_traj_ros.core.chain_code import ChainCode, DynamicChainCode, Step
 from phase_traj_ros.core.fov_estimate import ASSUMED_HFOV_DEG
 from phase_traj_ros.core.heading_code import HeadingCode
 from phase_traj_ros.core.heading_estimator import HeadingEstimator, HeadingUpdate, Lens
-from phase_traj_ros.core.phase_correlation import Frame, PhaseCorrelator, Shift
+from phase_traj_ros.core.phase_correlation import check_form, Frame, PhaseCorrelator, Shift
 from phase_traj_ros.core.projection import threshold_px
 from phase_traj_ros.core.quality import PairQuality, Verdict
 from phase_traj_ros.core.route import Route
@@ -273,6 +273,9 @@ class TrajectoryEstimator:
         """Compare a frame with the one before it, in every way that is asked for."""
         view = self._settings.view.of(frame)
         shift, yaw = None, None
+        if not self._by_heading or self._quality.looks_at_frames:
+            # Before the heading has taken the frame; it may do with one of which the view is none.
+            check_form(view)
         if self._heading is not None:
             yaw = self._heading.measure(frame, interval)
         if not self._by_heading:

@@ -244,8 +244,16 @@ class PhaseCorrelator:
         )
 
 
-def _check(frame: Frame) -> tuple[float, float]:
-    """Return mean and standard deviation of a frame that can be used."""
+def check_form(frame: Frame) -> None:
+    """
+    Make sure that a frame has a shape and a type that can be correlated.
+
+    Raises
+    ------
+    FrameError
+        It has not.
+
+    """
     if frame.ndim != 2:
         raise FrameError(f'frame has shape {frame.shape}: give a grey frame of shape (H, W)')
     if frame.dtype not in _DTYPES:
@@ -254,6 +262,11 @@ def _check(frame: Frame) -> tuple[float, float]:
         height, width = frame.shape
         raise FrameError(
             f'frame is {width}x{height} pixels: at least {_MIN_SIDE}x{_MIN_SIDE} are needed')
+
+
+def _check(frame: Frame) -> tuple[float, float]:
+    """Return mean and standard deviation of a frame that can be used."""
+    check_form(frame)
     means, deviations = cv2.meanStdDev(frame)
     mean, deviation = float(means[0, 0]), float(deviations[0, 0])
     if not math.isfinite(mean + deviation):

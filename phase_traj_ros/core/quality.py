@@ -196,6 +196,11 @@ class PairQuality:
         self._has_pair = False
         self._width = 0
 
+    @property
+    def looks_at_frames(self) -> bool:
+        """Return whether any of the tests looks at the frames, and not at the map alone."""
+        return self._needs_blocks
+
     def reset(self) -> None:
         """Forget all frames, as at the start and where the frames change."""
         self._blocks.reset()

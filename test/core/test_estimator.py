@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 from phase_traj_ros.core import (
+    CodeSource,
     Direction,
     EstimatorSettings,
     Movement,
@@ -13,6 +14,8 @@ from phase_traj_ros.core import (
     TrajectoryEstimator,
     View,
 )
+from phase_traj_ros.core.heading_estimator import Lens
+from phase_traj_ros.core.quality import StillnessSettings
 from phase_traj_ros.errors import FrameError
 import pytest
 from textures import pair
@@ -189,6 +192,21 @@ def test_settings_that_are_wrong_change_nothing():
     for name in ('max_gap', 'nominal_period'):
         with pytest.raises(ValueError, match=name):
             EstimatorSettings(**{name: -1.0})
+
+
+SLIVER = EstimatorSettings(
+    lens=Lens(hfov_deg=80.0), code_source=CodeSource.HEADING, view=View(columns=(0.0, 0.01)))
+
+
+def test_the_heading_does_not_mind_a_view_too_small_to_correlate():
+    assert feed(TrajectoryEstimator(SLIVER), [FRAME, FRAME])[1].status is PairStatus.OK
+
+
+def test_a_view_too_small_for_the_test_of_stillness_is_refused():
+    estimator = TrajectoryEstimator(replace(SLIVER, stillness=StillnessSettings(frames=2)))
+    with pytest.raises(FrameError, match='at least 8x8'):
+        estimator.update(FRAME, 0)
+    assert estimator.frames == 0
 
 
 def test_ten_thousand_pairs_of_flicker_stay_bounded():
