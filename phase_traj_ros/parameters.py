@@ -17,6 +17,7 @@ from typing import Any, cast
 from phase_traj_ros.core import EstimatorSettings, PAPER_THRESHOLD, View, Window
 from phase_traj_ros.core.fov_estimate import ASSUMED_HFOV_DEG
 from phase_traj_ros.core.heading_estimator import Lens
+from phase_traj_ros.core.projection import LEAST_HFOV_DEG
 from phase_traj_ros.core.quality import GateSettings, StillnessSettings
 from phase_traj_ros.core.settings import CodeSource, PathSource
 from phase_traj_ros.core.speed import MOST_SPEED
@@ -184,6 +185,10 @@ class Parameters:
                 raise ParameterError(
                     f'parameters {side}_from and {side}_to are {begin} and {end}: the first has'
                     ' to be smaller')
+        if 0 < self.hfov_deg < LEAST_HFOV_DEG:
+            raise ParameterError(
+                f"parameter 'hfov_deg' is {self.hfov_deg}: it takes {LEAST_HFOV_DEG} or more, or 0"
+                ' where it is not known')
         if self.connectivity == 8 and self.code_source != CodeSource.HEADING.value:
             raise ParameterError(
                 "parameter 'connectivity' is 8: it takes code_source heading, as the shift tells"

@@ -24,6 +24,9 @@ _FAR = 1e6
 # the picture is.
 _DIRECTED = (2, 3, 8, 9, 10, 11, 12, 13)
 
+MOST_FOCAL_PX = 1e9
+"""No lens has a longer focal length, in pixels; much longer ones would overflow."""
+
 Numbers = NDArray[np.float64]
 # Calibrations that follow the autofocus tremble: a share of the focal length, and pixels.
 _SAME_FOCAL, _SAME_CENTRE = 0.001, 0.25
@@ -98,8 +101,10 @@ class CameraModel:
                 f'the calibration is for pictures of {self.width}x{self.height} pixels: give the'
                 ' size of the pictures it was made with')
         for name, value in (('fx', self.fx), ('fy', self.fy)):
-            if not (math.isfinite(value) and value > 0):
-                raise ValueError(f'{name} is {value}: give a finite number of pixels above 0')
+            if not 0 < value <= MOST_FOCAL_PX:
+                raise ValueError(
+                    f'{name} is {value}: give a number of pixels above 0, at most'
+                    f' {MOST_FOCAL_PX:.0e}')
         for name, value in (('cx', self.cx), ('cy', self.cy)):
             if not math.isfinite(value):
                 raise ValueError(f'{name} is {value}: give a finite number of pixels')
@@ -121,11 +126,13 @@ class CameraModel:
         Raises
         ------
         ValueError
-            The focal length is not a finite number above 0, or the picture is empty.
+            The focal length is out of its range, or the picture is empty.
 
         """
-        if not (math.isfinite(focal_px) and focal_px > 0):
-            raise ValueError(f'focal_px is {focal_px}: give a finite number of pixels above 0')
+        if not 0 < focal_px <= MOST_FOCAL_PX:
+            raise ValueError(
+                f'focal_px is {focal_px}: give a number of pixels above 0, at most'
+                f' {MOST_FOCAL_PX:.0e}')
         height, width = shape
         return cls(width=width, height=height, fx=focal_px, fy=focal_px,
                    cx=(width - 1) / 2, cy=(height - 1) / 2)

@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 from numpy.typing import NDArray
-from phase_traj_ros.core.camera import CameraModel
+from phase_traj_ros.core.camera import CameraModel, MOST_FOCAL_PX
 from phase_traj_ros.core.fov_estimate import FieldOfView, FieldOfViewEstimator, SURE
 from phase_traj_ros.core.heading import HeadingStep, HeadingTracker
 from phase_traj_ros.core.mask import check_size
@@ -16,6 +16,7 @@ from phase_traj_ros.core.projection import (
     CylinderProjection,
     focal_from_hfov,
     hfov_from_focal,
+    LEAST_HFOV_DEG,
 )
 from phase_traj_ros.core.turns import Turn, TurnDetector
 from phase_traj_ros.core.yaw_meter import YawMeasurement, YawMeter
@@ -47,10 +48,14 @@ class Lens:
 
     def __post_init__(self) -> None:
         """Check the values."""
-        if not (math.isfinite(self.focal_px) and self.focal_px >= 0):
-            raise ValueError(f'focal_px is {self.focal_px}: give a finite number of pixels, or 0')
-        if not 0.0 <= self.hfov_deg < 180.0:
-            raise ValueError(f'hfov_deg is {self.hfov_deg}: give degrees from 0 to below 180')
+        if not 0.0 <= self.focal_px <= MOST_FOCAL_PX:
+            raise ValueError(
+                f'focal_px is {self.focal_px}: give a number of pixels, at most'
+                f' {MOST_FOCAL_PX:.0e}, or 0')
+        if self.hfov_deg != 0.0 and not LEAST_HFOV_DEG <= self.hfov_deg < 180.0:
+            raise ValueError(
+                f'hfov_deg is {self.hfov_deg}: give degrees from {LEAST_HFOV_DEG} to below 180, or'
+                ' 0')
         if self.focal_px == 0.0 and self.hfov_deg == 0.0 and self.camera is None:
             raise ValueError(
                 'neither focal_px nor hfov_deg nor a calibration of the camera is known: give one'

@@ -11,6 +11,7 @@ between a shift on the cylinder and yaw.
 
 from dataclasses import dataclass
 import math
+import sys
 
 import cv2
 import numpy as np
@@ -33,6 +34,9 @@ _LEAST_SIDE = 8
 _SEARCHED = (65, 241)
 _ALONG = 4001
 
+LEAST_HFOV_DEG = 0.1
+"""No camera on a vehicle has a narrower field of view."""
+
 
 def focal_from_hfov(hfov_deg: float, width: int) -> float:
     """
@@ -43,11 +47,12 @@ def focal_from_hfov(hfov_deg: float, width: int) -> float:
     Raises
     ------
     ValueError
-        The angle is not between 0 and 180 degrees, or the width is below 1.
+        The angle is not from 0.1 to below 180 degrees, or the width is below 1.
 
     """
-    if not 0.0 < hfov_deg < 180.0:
-        raise ValueError(f'hfov_deg is {hfov_deg}: give an angle between 0 and 180 degrees')
+    if not LEAST_HFOV_DEG <= hfov_deg < 180.0:
+        raise ValueError(
+            f'hfov_deg is {hfov_deg}: give degrees from {LEAST_HFOV_DEG} to below 180')
     if width < 1:
         raise ValueError(f'width is {width}: give at least 1 pixel')
     return width / 2 / math.tan(math.radians(hfov_deg) / 2)
@@ -75,7 +80,8 @@ def threshold_px(threshold_deg_s: float, focal_px: float, interval: float) -> fl
             ('threshold_deg_s', threshold_deg_s), ('focal_px', focal_px), ('interval', interval)):
         if not (math.isfinite(value) and value > 0):
             raise ValueError(f'{name} is {value}: give a finite number above 0')
-    return focal_px * math.tan(math.radians(min(threshold_deg_s * interval, 80.0)))
+    threshold = focal_px * math.tan(math.radians(min(threshold_deg_s * interval, 80.0)))
+    return max(threshold, sys.float_info.min)
 
 
 @dataclass(frozen=True, slots=True)
@@ -148,16 +154,16 @@ class CylinderProjection:
         if px_per_rad is None:
             px_per_rad = max(_ENOUGH_PX_PER_RAD, _ENOUGH_COLUMNS / max(right - left, 1e-9))
         self._px_per_rad = min(px_per_rad, camera.fx)
-        self._reduction = (self._whole(camera.fy), self._whole(camera.fx))
-        self._used = (
-            slice(height // self._reduction[0] * self._reduction[0]),
-            slice(width // self._reduction[1] * self._reduction[1]))
         self._azimuths = self._samples(left, right)
         self._slopes = self._samples(-above, below)
         if min(self.shape) < _LEAST_SIDE:
             raise FrameError(
                 f'with a focal length of {camera.fx:.6g} pixels, frames of {width}x{height} pixels'
                 ' show too little to measure yaw: give the right focal_px or hfov_deg')
+        self._reduction = (self._whole(camera.fy), self._whole(camera.fx))
+        self._used = (
+            slice(height // self._reduction[0] * self._reduction[0]),
+            slice(width // self._reduction[1] * self._reduction[1]))
         sight = _look(upright, self._azimuths, self._slopes)
         self._inside = sight.seen
         columns, rows = sight.columns, sight.rows

@@ -100,6 +100,8 @@ def test_what_is_given_counts_before_a_calibration():
     ({'camera': None}, 'give one of them'),
     ({'focal_px': -1.0, 'camera': BARREL}, 'focal_px is -1'),
     ({'focal_px': math.nan}, 'focal_px is nan'),
+    ({'focal_px': 1e300}, 'at most 1e'),
+    ({'hfov_deg': 5e-324}, 'hfov_deg is 5e-324'),
     ({'hfov_deg': 180.0, 'camera': BARREL}, 'hfov_deg is 180'),
 ])
 def test_refuses_what_cannot_be(values, message):

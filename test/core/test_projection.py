@@ -247,6 +247,8 @@ def test_refuses_what_cannot_be():
         CylinderProjection(CameraModel.pinhole((12, 10), 8.0))
     with pytest.raises(FrameError, match='show too little'):
         CylinderProjection(replace(CAMERA, cx=1e6))
+    with pytest.raises(FrameError, match='show too little'):
+        CylinderProjection(replace(CAMERA, fx=1e-300, fy=1e6))
 
 
 @given(st.floats(1.0, 170.0), st.integers(1, 4000))
@@ -258,7 +260,8 @@ def test_focal_length_of_kitti():
     assert focal_from_hfov(81.6, 1241) == pytest.approx(718.9, rel=2e-3)
 
 
-@pytest.mark.parametrize(('hfov', 'width'), [(0.0, 640), (180.0, 640), (math.nan, 640), (60.0, 0)])
+@pytest.mark.parametrize(('hfov', 'width'), [
+    (0.0, 640), (5e-324, 640), (180.0, 640), (math.nan, 640), (60.0, 0)])
 def test_refuses_impossible_fields_of_view(hfov, width):
     with pytest.raises(ValueError, match=r'hfov_deg|width'):
         focal_from_hfov(hfov, width)
@@ -268,6 +271,7 @@ def test_threshold_in_degrees_per_second():
     # 20 px per frame at KITTI's 10 Hz and 719 px are 16 degrees per second.
     assert threshold_px(15.9, 718.856, 0.1) == pytest.approx(20.0, abs=0.1)
     assert threshold_px(1e6, 100.0, 1.0) == pytest.approx(100.0 * math.tan(math.radians(80)))
+    assert threshold_px(5e-324, 100.0, 0.1) > 0.0
     for wrong in ((0.0, 1.0, 1.0), (1.0, -1.0, 1.0), (1.0, 1.0, math.inf)):
         with pytest.raises(ValueError, match='finite number above 0'):
             threshold_px(*wrong)
