@@ -4,7 +4,7 @@
 
 from dataclasses import dataclass, field
 import sys
-from typing import Any, TypeAlias
+from typing import Any, cast, TypeAlias
 
 from phase_traj_ros.errors import ParameterError
 
@@ -40,9 +40,10 @@ class Spec:
 
         """
         if type(value) is not type(self.default):
-            hint = f', so write {value}.0' if type(value) is int and self.type == 'double' else ''
+            article = 'an' if self.type == 'integer' else 'a'
             raise ParameterError(
-                f'parameter {self.name!r} is {value!r}: it takes a {self.type}{hint}')
+                f'parameter {self.name!r} is {value!r}: it takes {article} {self.type}'
+                f'{self._hint(value)}')
         if value not in self.choices if self.choices else not self._in_range(value):
             raise ParameterError(
                 f'parameter {self.name!r} is {value!r}: it takes {self.allowed}')
@@ -64,6 +65,16 @@ class Spec:
         if self.step > 1:
             return f'{self.minimum:.12g} to {self.maximum:.12g} in steps of {self.step}'
         return f'{self.minimum:.12g} to {self.maximum:.12g}'
+
+    def _hint(self, value: object) -> str:
+        """Return how a number is to be written that is none yet: 3 and 1e1 are no doubles."""
+        if self.type != 'double' or type(value) not in (int, str):
+            return ''
+        try:
+            meant = repr(float(cast('int | str', value)))
+        except (OverflowError, ValueError):
+            return ''
+        return f', so write {meant}' if '.' in meant else ''
 
     def _in_range(self, value: object) -> bool:
         if self.minimum is None or self.maximum is None:

@@ -10,6 +10,8 @@ from phase_traj_ros.parameters import NODE_NAME, Parameters
 import yaml
 
 _VALUES = 'ros__parameters'
+# A date of the 13th month and a number of thousands of digits are plain ValueErrors.
+_NO_YAML = (yaml.YAMLError, ValueError)
 # Parameters that every node has; they mean nothing to a replay.
 _OF_EVERY_NODE = ('use_sim_time', 'qos_overrides', 'start_type_description_service')
 
@@ -28,14 +30,18 @@ def read_parameters(path: Path) -> Parameters:
         gives a parameter that is unknown or not allowed.
 
     """
-    sections = [values for node, values in _sections(path) if _is_meant(node)]
+    merged: dict[str, object] = {}
+    try:
+        sections = [values for node, values in _sections(path) if _is_meant(node)]
+        for section in sections:
+            merged.update(_flatten(section))
+    except RecursionError:
+        raise ParameterError(
+            f"{path} is nested without end: it takes the form '/**:' over '{_VALUES}:'") from None
     if not sections:
         raise ParameterError(
             f'{path} has no parameters for the node {NODE_NAME!r}: put them under'
             f" '/**:' or '{NODE_NAME}:', in '{_VALUES}:'")
-    merged: dict[str, object] = {}
-    for section in sections:
-        merged.update(_flatten(section))
     own = {name: value for name, value in merged.items()
            if name.split('.')[0] not in _OF_EVERY_NODE}
     try:
@@ -58,7 +64,7 @@ def parse_assignment(text: str) -> tuple[str, object]:
     try:
         if assigned and name:
             return name, yaml.safe_load(value) if value else ''
-    except yaml.YAMLError:
+    except _NO_YAML:
         pass
     raise ParameterError(f'{text!r} assigns no parameter: write NAME:=VALUE')
 
@@ -74,7 +80,7 @@ def _sections(path: Path) -> Iterator[tuple[str, Mapping[object, object]]]:
     except (OSError, UnicodeDecodeError) as error:
         reason = error.strerror if isinstance(error, OSError) else 'not a text file'
         raise ParameterError(f'cannot read the parameter file {path}: {reason}') from None
-    except yaml.YAMLError as error:
+    except _NO_YAML as error:
         reason = ' '.join(str(error).split())
         raise ParameterError(f'{path} is not YAML: {reason}') from None
     yield from _find_sections(path, '', content)
@@ -89,7 +95,7 @@ def _find_sections(
             f"{path} is not a ROS parameter file: it takes the form '/**:' over '{_VALUES}:'")
     for key, value in content.items():
         if key != _VALUES:
-            yield from _find_sections(path, f'{prefix}/{key}', value)
+            yield from _find_sections(path, f'{prefix}/{str(key).strip("/")}', value)
         elif isinstance(value, dict):
             yield prefix, value
         else:

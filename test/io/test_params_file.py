@@ -60,14 +60,18 @@ camera:
     ('just text', 'not a ROS parameter file'),
     ('threshold: 20.0', 'not a ROS parameter file'),
     ('a: [', 'is not YAML'),
+    ('/**:\n  ros__parameters: {threshold: 2026-13-45}', 'is not YAML'),
+    ('&all\n/**: *all\n', 'nested without end'),
+    ('[' * 5000, 'nested without end'),
     ('camera:\n  ros__parameters: {exposure: 3}', 'no parameters for the node'),
     ('/**:\n  ros__parameters: 3', 'holds no parameters'),
     ('/**:\n  ros__parameters: {treshold: 3.0}', "did you mean 'threshold'"),
     ('/**:\n  ros__parameters: {threshold: 3}', 'write 3.0'),
+    ('/**:\n  ros__parameters: {threshold: 1e1}', 'takes a double, so write 10.0'),
     ('/**:\n  ros__parameters: {threshold: -3.0}', 'above 0'),
     ('/**:\n  ros__parameters: {threshold: .nan}', 'above 0'),
     ('/**:\n  ros__parameters: {max_path_poses: 1}', '2 to 100000'),
-    ('/**:\n  ros__parameters: {max_path_poses: true}', 'integer'),
+    ('/**:\n  ros__parameters: {max_path_poses: true}', 'takes an integer'),
     ('/**:\n  ros__parameters: {frame_id: [a]}', 'string'),
 ])
 def test_what_is_wrong_is_said_in_one_line(file, text, message):
@@ -97,7 +101,7 @@ def test_assignments_are_those_of_ros(text, expected):
     assert parse_assignment(text) == expected
 
 
-@pytest.mark.parametrize('text', ['', 'a', 'a=1', ':=1', 'a:=[1'])
+@pytest.mark.parametrize('text', ['', 'a', 'a=1', ':=1', 'a:=[1', 'a:=2026-13-45'])
 def test_what_is_no_assignment(text):
     with pytest.raises(ParameterError, match='NAME:=VALUE'):
         parse_assignment(text)
