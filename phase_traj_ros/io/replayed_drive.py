@@ -109,13 +109,16 @@ def read_replay(directory: Path) -> ReplayedDrive:
             movement=tuple(Movement(code) for code in content['movement']),
             direction=tuple(directions(code) for code in content['direction']),
             status=tuple(content['status']), connectivity=connectivity,
-            heading=None if heading is None else np.radians(np.array(heading, np.float64)),
+            heading=None if heading is None else np.radians(
+                np.array(heading, np.float64).reshape(-1)),
             turns=_read_turns(content.get('turns')), path=_read_path(directory))
     except OSError as error:
         raise ResultError(
             f'{directory} holds no replay ({error.strerror}: {error.filename}): write one with'
             ' phase_traj replay --output') from None
-    except (ArithmeticError, KeyError, TypeError, ValueError) as error:
+    except (
+            ArithmeticError, AttributeError, KeyError, TypeError, ValueError, csv.Error,
+    ) as error:
         raise ResultError(
             f'{directory} does not hold what phase_traj replay writes ({type(error).__name__}:'
             f' {error}): replay again') from None

@@ -218,6 +218,11 @@ def test_refuses_what_is_no_replay(replayed, tmp_path):
     with pytest.raises(ResultError, match='holds no replay'):
         read_replay(tmp_path)
     for changed in ({'movement': [1, 1]}, {'direction': [9]}, {'status': None},
-                    {'heading_deg': [0.0]}, {'turns': [{}]}, {'movement': 5}):
+                    {'heading_deg': [0.0]}, {'heading_deg': 0.0}, {'turns': [{}]},
+                    {'movement': 5}):
         with pytest.raises(ResultError, match='replay again'):
             read_replay(replayed(PLAN, **changed))
+    directory = replayed(PLAN)
+    (directory / 'chain_code.json').write_text('[]')
+    with pytest.raises(ResultError, match='replay again'):
+        read_replay(directory)
