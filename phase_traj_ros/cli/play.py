@@ -64,6 +64,8 @@ def run(options: Namespace) -> None:
     """Run the command."""
     if not (math.isfinite(options.rate) and options.rate > 0):
         raise ParameterError(f'--rate is {options.rate}: give a finite number above 0')
+    if not options.wait >= 0:
+        raise ParameterError(f'--wait is {options.wait}: give a number of seconds, 0 or more')
     try:
         from phase_traj_ros.ros.player import FramePlayer
         from phase_traj_ros.ros.spin import ros_context

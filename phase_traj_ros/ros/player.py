@@ -27,6 +27,7 @@ LOSSLESS = QoSProfile(
 _POLL_S = 0.05
 _ACKNOWLEDGE_S = 30
 _LATER_S = 1.0
+_LONGEST_WAIT_S = 1e9
 
 
 class FramePlayer(Node):
@@ -99,7 +100,8 @@ class FramePlayer(Node):
                 began, first_ns = time.monotonic(), frame.stamp_ns
             previous_ns = frame.stamp_ns
             due = began + (frame.stamp_ns - first_ns) / 1e9 / rate
-            if stop.wait(max(due - time.monotonic(), 0.0)):
+            # Whoever plays a pause of centuries, or a rate of next to nothing, waits for ever.
+            if stop.wait(min(max(due - time.monotonic(), 0.0), _LONGEST_WAIT_S)):
                 break
             self._publish(frame)
             published += 1

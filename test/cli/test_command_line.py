@@ -141,6 +141,12 @@ def test_threshold_has_to_be_finite_and_positive(folder, tmp_path, threshold):
     assert not output.exists()
 
 
+@pytest.mark.parametrize(
+    ('option', 'value'), [('--rate', '0'), ('--rate', 'nan'), ('--wait', 'nan')])
+def test_play_refuses_times_that_cannot_be(folder, option, value):
+    assert f'{option} is {float(value)}: give' in refused('play', folder, option, value)
+
+
 @pytest.mark.parametrize(('arguments', 'message'), [
     (['/does/not/exist'], 'does not exist'),
     (['{folder}', '--topic', '/image'], 'leave out --topic'),
