@@ -244,7 +244,7 @@ class TrajectoryEstimator:
             return None
         if self._settings.measures_heading and self._heading is None:
             raise FrameError(
-                'nothing is known of the camera yet, and the heading is wanted: publish its'
+                'nothing is known of the camera yet, and a focal length is needed: publish its'
                 ' camera_info, or give focal_px or hfov_deg')
         began = time.perf_counter_ns()
         interval_ns = 0 if self._last_stamp_ns is None else stamp_ns - self._last_stamp_ns
