@@ -114,8 +114,8 @@ def replay(
     if parameters.needs_camera:
         if camera is None:
             raise ParameterError(
-                f'{source} does not say what its camera is like, and a focal length is needed: give'
-                ' focal_px or hfov_deg, or set estimate_fov')
+                f'{source} does not say what its camera is like, and a focal length is needed:'
+                ' give focal_px or hfov_deg, or set estimate_fov')
         estimator.use_lens(Lens(camera=camera))
     # All at once, and in the order of their stamps: whatever comes late or twice in a bag.
     for speed in sorted(speeds, key=lambda each: each.stamp_ns):
