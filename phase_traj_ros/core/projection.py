@@ -16,7 +16,7 @@ import sys
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from phase_traj_ros.core.camera import CameraModel, Distortion, Sight
+from phase_traj_ros.core.camera import CameraModel, Distortion, MOST_FOCAL_PX, Sight
 from phase_traj_ros.core.phase_correlation import Frame
 from phase_traj_ros.errors import FrameError
 
@@ -29,6 +29,8 @@ _ASIDE_DEG = 60.0
 _ENOUGH_PX_PER_RAD = 256.0
 _ENOUGH_COLUMNS = 360
 _LEAST_SIDE = 8
+# OpenCV counts the pixels of what it remaps, from and to, in 16 bits.
+_MOST_SIDE = 32766
 # Directions (slopes, azimuths) in which a picture that is distorted is looked for, and those along
 # each of the two lines on which its edges are: 0.03 degrees are less than a tenth of a pixel.
 _SEARCHED = (65, 241)
@@ -145,7 +147,7 @@ class CylinderProjection:
         Raises
         ------
         FrameError
-            The camera shows hardly anything of the band.
+            The camera shows hardly anything of the band, or in far too many pixels.
 
         """
         height, width = self._frame_shape = camera.shape
@@ -156,14 +158,11 @@ class CylinderProjection:
         self._px_per_rad = min(px_per_rad, camera.fx)
         self._azimuths = self._samples(left, right)
         self._slopes = self._samples(-above, below)
-        if min(self.shape) < _LEAST_SIDE:
-            raise FrameError(
-                f'with a focal length of {camera.fx:.6g} pixels, frames of {width}x{height} pixels'
-                ' show too little to measure yaw: give the right focal_px or hfov_deg')
         self._reduction = (self._whole(camera.fy), self._whole(camera.fx))
         self._used = (
             slice(height // self._reduction[0] * self._reduction[0]),
             slice(width // self._reduction[1] * self._reduction[1]))
+        self._check_sizes(camera)
         sight = _look(upright, self._azimuths, self._slopes)
         self._inside = sight.seen
         columns, rows = sight.columns, sight.rows
@@ -230,15 +229,29 @@ class CylinderProjection:
         """Return the yaw in radians, left positive, of a shift by ``dx`` pixels to the right."""
         return dx / self._px_per_rad
 
+    def _check_sizes(self, camera: CameraModel) -> None:
+        height, width = self._frame_shape
+        down, across = self._reduction
+        if min(self.shape) < _LEAST_SIDE:
+            raise FrameError(
+                f'with a focal length of {camera.fx:.6g} pixels, frames of {width}x{height} pixels'
+                ' show too little to measure yaw: give the right focal_px or hfov_deg')
+        if max(*self.shape, height // down, width // across) > _MOST_SIDE:
+            raise FrameError(
+                f'with focal lengths of {camera.fx:.6g} and {camera.fy:.6g} pixels, frames of'
+                f' {width}x{height} pixels are too large to measure yaw: give the right focal_px'
+                ' or hfov_deg')
+
     def _samples(self, low: float, high: float) -> NDArray[np.float64]:
-        count = max(int((high - low) * self._px_per_rad), 0)
+        # Not a thousand million of them, before they are found to be too many.
+        count = min(max(int((high - low) * self._px_per_rad), 0), _MOST_SIDE + 1)
         most = (count - 1) / 2 / self._px_per_rad
         middle = (low + high) / 2
         return np.linspace(middle - most, middle + most, count)
 
     def _whole(self, focal_px: float) -> int:
         """Return how many pixels of the frame can be averaged into one."""
-        return max(int(focal_px / self._px_per_rad + 1e-9), 1)
+        return max(int(min(focal_px / self._px_per_rad + 1e-9, MOST_FOCAL_PX)), 1)
 
 
 def _look(

@@ -249,6 +249,15 @@ def test_refuses_what_cannot_be():
         CylinderProjection(replace(CAMERA, cx=1e6))
     with pytest.raises(FrameError, match='show too little'):
         CylinderProjection(replace(CAMERA, fx=1e-300, fy=1e6))
+    # A misplaced decimal point would make a cylinder of 96000 rows.
+    with pytest.raises(FrameError, match='too large'):
+        CylinderProjection(CameraModel(
+            width=320, height=96, fx=3e6, fy=3e3, cx=160.0, cy=48.0))
+    with pytest.raises(FrameError, match='too large'):
+        CylinderProjection(CameraModel(
+            width=320, height=96, fx=1e9, fy=3.0, cx=160.0, cy=48.0))
+    with pytest.raises(FrameError, match='too large'):
+        CylinderProjection(CameraModel.pinhole((200, 40_000), 100.0))
 
 
 @given(st.floats(1.0, 170.0), st.integers(1, 4000))
