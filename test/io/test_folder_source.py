@@ -231,7 +231,7 @@ def test_folders_without_a_calibration(tmp_path):
     (b'P1: 1 2 3', "no line 'P0'"),
     (b'P0: 1 2 3', 'the line has 3 numbers, not 12'),
     (b'P0: 7 0 x 0 0 7 2 0 0 0 1 0', "could not convert string to float: 'x'"),
-    (b'P0: -7 0 3 0 0 7 2 0 0 0 1 0', 'fx is -7.0: give a finite number'),
+    (b'P0: -7 0 3 0 0 7 2 0 0 0 1 0', 'fx is -7.0: give a number of pixels'),
     (b'P0: 7 0 nan 0 0 7 2 0 0 0 1 0', 'cx is nan'),
     (b'\xff\xfe\x00', 'the file is no text'),
 ])
