@@ -11,16 +11,20 @@ return, so that all can be compared, and coded by the same chain code.
 
 from __future__ import annotations
 
+import math
 from typing import Any, Protocol
 
 import cv2
 import numpy as np
 from phase_traj_ros.core import PhaseCorrelator
+from phase_traj_ros.core.heading_estimator import HeadingEstimator, Lens
 from phase_traj_ros.core.spectrum import padded_shape
 from phase_traj_ros.errors import MissingDependencyError
 from phase_traj_ros.synthetic import Camera
 
 _FEATURES = 1000
+# Between the frames of all clips, in seconds.
+_PERIOD_S = 0.1
 _LEAST_MATCHES = 8
 _CONFIDENCE, _RANSAC_PX = 0.999, 1.0
 
@@ -42,6 +46,26 @@ class Ours:
         """Return dx."""
         shift = self._correlator.update(frame)
         return None if shift is None else shift.dx
+
+
+class Heading:
+    """The heading of this package, with the focal length as all that is known of the camera."""
+
+    def __init__(self, camera: Camera) -> None:
+        self._focal = camera.focal
+        self._estimator = HeadingEstimator(Lens(focal_px=camera.focal))
+        self._frames = 0
+
+    def update(self, frame: np.ndarray) -> float | None:
+        """Return the yaw in pixels; what was not measured is bridged."""
+        measured = self._estimator.measure(frame, _PERIOD_S)
+        stamp_ns = round(self._frames * _PERIOD_S * 1e9)
+        self._frames += 1
+        if self._frames == 1:
+            self._estimator.start(stamp_ns)
+            return None
+        yaw = self._estimator.add(measured, stamp_ns, _PERIOD_S).step.yaw
+        return self._focal * math.tan(yaw)
 
 
 class OpenCv:

@@ -96,7 +96,9 @@ class HeadingTracker:
         """Return the share of pairs that were bridged, 0 before the first."""
         return self._bridged / self._pairs if self._pairs else 0.0
 
-    def update(self, yaw: float | None, interval: float) -> HeadingStep:
+    def update(
+        self, yaw: float | None, interval: float, *, certain: bool = False,
+    ) -> HeadingStep:
         """
         Take the next pair of frames.
 
@@ -106,6 +108,9 @@ class HeadingTracker:
             In radians, left positive; None if it was not measured.
         interval
             Between the two frames, in seconds.
+        certain
+            Whether the yaw is beyond doubt, however it jumps: so it does where a frame was lost
+            and the stamps do not tell.
 
         Raises
         ------
@@ -120,7 +125,7 @@ class HeadingTracker:
             raise ValueError(f'yaw is {yaw}: give a finite number, or None')
         before = self._heading
         self._pairs += 1
-        bridged = yaw is None or not self._believe(yaw / interval, interval)
+        bridged = yaw is None or not self._believe(yaw / interval, interval, certain)
         if yaw is None or bridged:
             self._bridge(yaw, interval)
         else:
@@ -131,10 +136,11 @@ class HeadingTracker:
         self._interval = interval
         return HeadingStep(self._heading - before, self.rate, self._heading, bridged)
 
-    def _believe(self, rate: float, interval: float) -> bool:
+    def _believe(self, rate: float, interval: float, certain: bool) -> bool:
         """Return whether a measured rate holds; if so, correct what was filled in before it."""
         doubted = self._doubted
-        if self._rate is None or _can_be(self._rate, rate, (self._interval + interval) / 2):
+        if (certain or self._rate is None
+                or _can_be(self._rate, rate, (self._interval + interval) / 2)):
             if self._gap <= _PERSISTENCE:
                 self._heading += (self.rate + rate) / 2 * self._gap - self._filled
             return True

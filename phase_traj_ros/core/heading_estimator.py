@@ -229,7 +229,11 @@ class HeadingEstimator:
         self, measurement: YawMeasurement | None, stamp_ns: int, interval: float,
     ) -> HeadingUpdate:
         """Add a pair's measurement, or bridge it where there is none."""
-        step = self._tracker.update(None if measurement is None else measurement.yaw, interval)
+        if measurement is None:
+            step = self._tracker.update(None, interval)
+        else:
+            step = self._tracker.update(
+                measurement.yaw, interval, certain=measurement.certain)
         turns = tuple(self._turns.update(stamp_ns, step.heading))
         for bend in self._bends.update(stamp_ns, step.heading):
             self._learn(bend.angle_deg)

@@ -25,7 +25,8 @@ from phase_traj_ros.errors import FrameError
 _DEVIATION_PX = 0.25
 # Vertically, the picture shakes by less than this from frame to frame; pixels of the cylinder.
 _MOST_SHAKING = 20.0
-# Farther than this from where the last pair lets expect it, the shift is doubted.
+# Farther than this from where the last pair lets expect it, the shift is doubted, and so it is
+# when a smaller share of the blocks agrees.
 _SURPRISE_PX = 6.0
 _DOUBT = 0.5
 _LEAST_AGREEMENT = 0.3
@@ -66,6 +67,11 @@ class YawMeasurement:
     yaw: float | None
     refined: bool
     agreement: float
+
+    @property
+    def certain(self) -> bool:
+        """Return whether most of the blocks agree on the yaw."""
+        return self.refined and self.agreement >= _DOUBT
 
 
 class YawMeter:

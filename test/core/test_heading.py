@@ -108,3 +108,14 @@ def test_refuses_nonsense_and_stays_as_it_was(yaw, interval):
     with pytest.raises(ValueError, match='give a finite number'):
         tracker.update(yaw, interval)
     assert (tracker.heading, tracker.pairs) == (0.1, 1)
+
+
+def test_a_jump_beyond_doubt_is_believed_at_once():
+    # As where every third frame was lost, and the stamps do not tell.
+    yaws = [math.radians(3.5 if index % 3 else 7.5) for index in range(30)]
+    sure, doubting = HeadingTracker(), HeadingTracker()
+    for yaw in yaws:
+        assert not sure.update(yaw, 0.1, certain=True).bridged
+        doubting.update(yaw, 0.1)
+    assert sure.heading == pytest.approx(sum(yaws))
+    assert doubting.bridged > 0

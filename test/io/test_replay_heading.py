@@ -251,6 +251,20 @@ def test_a_jump_back_in_time_leaves_nothing_behind():
     assert np.abs(headings[1] - headings[0]).max() < 0.5
 
 
+def test_frames_that_were_lost_unnoticed():
+    # A video whose stamps go on evenly though every fifth frame is missing, in turns, too.
+    drive, frames = demo()
+    kept = [index for index in range(len(frames)) if index % 5 != 2]
+    shown = [Frame(frames[index].image, number * 10**8) for number, index in enumerate(kept)]
+    parameters = Parameters(focal_px=float(drive.camera.focal), **NARROW)
+    result = replay(shown, parameters, source='a video')
+    truth = np.degrees(np.unwrap(drive.poses[kept, 2]))[1:]
+    found = np.degrees([update.heading.heading for update in result.updates])
+    assert np.abs(found - truth).max() < 3.0
+    assert not any(update.heading.bridged for update in result.updates)
+    assert [code for code in result.movement if code in (0, 2)] == [0, 2]
+
+
 def test_what_is_saved_says_what_it_is(tmp_path):
     drive, frames = demo()
     parameters = Parameters(focal_px=float(drive.camera.focal), connectivity=8, **NARROW)
