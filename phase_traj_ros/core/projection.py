@@ -244,7 +244,7 @@ class CylinderProjection:
 
     def _samples(self, low: float, high: float) -> NDArray[np.float64]:
         # Not a thousand million of them, before they are found to be too many.
-        count = min(max(int((high - low) * self._px_per_rad), 0), _MOST_SIDE + 1)
+        count = int(min(max(0.0, (high - low) * self._px_per_rad), _MOST_SIDE + 1))
         most = (count - 1) / 2 / self._px_per_rad
         middle = (low + high) / 2
         return np.linspace(middle - most, middle + most, count)

@@ -249,6 +249,8 @@ def test_refuses_what_cannot_be():
         CylinderProjection(replace(CAMERA, cx=1e6))
     with pytest.raises(FrameError, match='show too little'):
         CylinderProjection(replace(CAMERA, fx=1e-300, fy=1e6))
+    with pytest.raises(FrameError, match='show too little'):
+        CylinderProjection(replace(CAMERA, fy=1e-300, cy=-1e9))
     # A misplaced decimal point would make a cylinder of 96000 rows.
     with pytest.raises(FrameError, match='too large'):
         CylinderProjection(CameraModel(
