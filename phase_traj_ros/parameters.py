@@ -189,7 +189,7 @@ class Parameters:
             raise ParameterError(
                 f"parameter 'hfov_deg' is {self.hfov_deg}: it takes {LEAST_HFOV_DEG} or more, or 0"
                 ' where it is not known')
-        if self.connectivity == 8 and self.code_source != CodeSource.HEADING.value:
+        if self.connectivity == 8 and not self.codes_from_heading:
             raise ParameterError(
                 "parameter 'connectivity' is 8: it takes code_source heading, as the shift tells"
                 ' right angles only')
@@ -217,6 +217,11 @@ class Parameters:
         return replace(self, **cast('dict[str, Any]', dict(values)))
 
     @property
+    def codes_from_heading(self) -> bool:
+        """Return whether the codes are made from the heading, and not from the shift."""
+        return self.code_source == CodeSource.HEADING.value
+
+    @property
     def measures_heading(self) -> bool:
         """Return whether heading and turns are measured."""
         return (
@@ -226,7 +231,7 @@ class Parameters:
     def needs_camera(self) -> bool:
         """Return whether the focal length has to come from the camera's calibration."""
         wanted = (
-            self.code_source == CodeSource.HEADING.value
+            self.codes_from_heading
             or self.path_from == PathSource.HEADING.value or self.threshold_deg_s > 0
             or self.metric)
         known = self.focal_px > 0 or self.hfov_deg > 0 or self.estimate_fov

@@ -106,7 +106,7 @@ def _series_text(
     kept = sum(run.count for run in runs)
     return SeriesText(
         length=len(series),
-        totals=tuple(series.totals.get(code, 0) for code in sorted(codes)),
+        totals=series.totals_of(codes),
         runs=tuple((int(run.code), run.count) for run in runs),
         complete=kept == len(series),
     )

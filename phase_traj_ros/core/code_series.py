@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from enum import IntEnum
 from itertools import chain, repeat
 from types import MappingProxyType
-from typing import Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
 Code = TypeVar('Code', bound=IntEnum)
 
@@ -72,6 +72,11 @@ class CodeSeries(Generic[Code]):
     def totals(self) -> Mapping[Code, int]:
         """Return how often each code was appended, forgotten ones included."""
         return MappingProxyType(self._totals)
+
+    def totals_of(self, codes: type[IntEnum]) -> tuple[int, ...]:
+        """Return how often each of ``codes`` was appended, from the lowest one on."""
+        counts: Mapping[Any, int] = self._totals
+        return tuple(counts.get(code, 0) for code in sorted(codes))
 
     def __len__(self) -> int:
         """Return how many codes were appended, forgotten ones included."""

@@ -78,7 +78,7 @@ class Route:
             return None
         if self._odometer is None:
             # As no direction is appended without a measurement, no step is taken either.
-            if status in (PairStatus.OK, PairStatus.TURNING):
+            if status.judged:
                 self._heading_path.append(heading.heading, heading.yaw, 1.0, stamp_ns)
             return None
         distance = self._distance(status, stamp_ns, interval_ns)

@@ -29,6 +29,11 @@ class PairStatus(Enum):
     REPRIMED = 'reprimed'
     """The frame's size or encoding changed, or a setting: there is none to compare it with."""
 
+    @property
+    def judged(self) -> bool:
+        """Return whether the pair was measured and judged, so that a path goes on with it."""
+        return self in (PairStatus.OK, PairStatus.TURNING)
+
 
 @dataclass(frozen=True, slots=True)
 class Update:

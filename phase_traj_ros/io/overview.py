@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from phase_traj_ros.core import CodeSource, Movement, PairStatus
+from phase_traj_ros.core import Movement, PairStatus
 from phase_traj_ros.io.replay import Replay
 
 
@@ -84,7 +84,7 @@ def turn_marks(result: Replay) -> tuple[TurnMark, ...]:
     Where the codes come from the heading, they are those of the heading: a U-turn is two changes
     of the direction and one turn. Elsewhere they are those that the movement codes tell of.
     """
-    if result.parameters.code_source == CodeSource.HEADING.value:
+    if result.parameters.codes_from_heading:
         return _marks_of_heading(result)
     updates = result.updates
     seconds = (_stamps(result) - result.first_stamp_ns) / 1e9

@@ -19,7 +19,6 @@ from phase_traj_ros.core.fov_estimate import FieldOfView
 from phase_traj_ros.core.freeman import AnyDirection
 from phase_traj_ros.core.heading_estimator import Lens
 from phase_traj_ros.core.projection import threshold_px
-from phase_traj_ros.core.settings import CodeSource
 from phase_traj_ros.core.turns import Turn
 from phase_traj_ros.errors import FrameError, ParameterError, SourceError
 from phase_traj_ros.io.mask_file import read_mask
@@ -54,7 +53,7 @@ class Replay:
     @property
     def threshold_px(self) -> float | None:
         """Return T in pixels per frame (at the median interval); None if the codes need none."""
-        if self.parameters.code_source == CodeSource.HEADING.value:
+        if self.parameters.codes_from_heading:
             return None
         if self.parameters.threshold_deg_s == 0.0 or self.focal_px is None:
             return self.parameters.threshold

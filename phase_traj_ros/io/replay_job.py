@@ -10,7 +10,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from phase_traj_ros.core import CodeSource
 from phase_traj_ros.errors import ParameterError
 from phase_traj_ros.io.animation import Animation
 from phase_traj_ros.io.bag_sink import BagSink, SUFFIX
@@ -126,8 +125,7 @@ class _Folder:
         self._staging = staging
         self._wanted = wanted
         self._title = title
-        by_heading = parameters.code_source == CodeSource.HEADING.value
-        self._turns = HeadingTurnWatcher() if by_heading else TurnWatcher()
+        self._turns = HeadingTurnWatcher() if parameters.codes_from_heading else TurnWatcher()
         self._thumbnails = Thumbnails()
 
     @property

@@ -18,9 +18,10 @@ from phase_traj_ros.core.codes import Direction, Movement
 from phase_traj_ros.core.freeman import AnyDirection, Freeman
 from phase_traj_ros.core.trajectory import vertices
 from phase_traj_ros.core.turns import Turn
+from phase_traj_ros.core.update import PairStatus
 from phase_traj_ros.errors import ResultError
 
-_NO_STEP = ('still', 'gap', 'no_measurement', 'reprimed')
+_NO_STEP = frozenset(status.value for status in PairStatus if not status.judged)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

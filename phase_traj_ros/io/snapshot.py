@@ -4,14 +4,12 @@
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
-from enum import IntEnum
 import math
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from phase_traj_ros.core import Corner, EstimatorSettings, Movement, Run, TrajectoryEstimator
-from phase_traj_ros.core.code_series import CodeSeries
 from phase_traj_ros.core.fov_estimate import FieldOfView
 from phase_traj_ros.core.heading_estimator import HeadingEstimator
 from phase_traj_ros.core.turns import Turn
@@ -50,7 +48,7 @@ class Snapshot:
         return cls(
             source, estimator.frames, estimator.settings, codes.movement.runs,
             codes.direction.runs,
-            _totals(codes.movement, Movement), _totals(codes.direction, codes.directions),
+            codes.movement.totals_of(Movement), codes.direction.totals_of(codes.directions),
             path.corners if path.tip is None else (*path.corners, path.tip),
             estimator.counters.as_dict(), estimator.turns,
             None if estimator.heading is None else _Heading.of(estimator.heading))
@@ -110,7 +108,3 @@ class _Heading:
         return cls(
             math.degrees(heading.tracker.heading), heading.tracker.bridged_share,
             heading.focal_px, heading.field_of_view)
-
-
-def _totals(series: CodeSeries[Any], codes: type[IntEnum]) -> tuple[int, ...]:
-    return tuple(series.totals.get(code, 0) for code in sorted(codes))

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 import time
 
 import cv2
-from phase_traj_ros.core import CodeSource, TrajectoryEstimator, Update
+from phase_traj_ros.core import TrajectoryEstimator, Update
 from phase_traj_ros.core.camera import CameraModel
 from phase_traj_ros.core.heading_estimator import Lens
 from phase_traj_ros.errors import ParameterError
@@ -108,7 +108,7 @@ class PhaseTrajNode(Node):
 
     def _coded_from(self) -> str:
         values = self._values
-        if values.code_source == CodeSource.HEADING.value:
+        if values.codes_from_heading:
             return f'heading, in {values.connectivity} directions'
         if values.threshold_deg_s > 0:
             return f'shift, threshold {values.threshold_deg_s:g} deg/s'

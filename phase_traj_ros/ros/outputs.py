@@ -8,6 +8,7 @@ from phase_traj_ros.core import Movement, TrajectoryEstimator, Update
 from phase_traj_ros.io.messages import (
     CHAIN_CODE,
     CHAIN_CODE_PERIOD_NS,
+    ODOMETRY,
     pair_topics,
     PATH,
     Topic,
@@ -51,6 +52,8 @@ class Outputs:
         self._path = _publisher(node, PATH, _LATCHED)
         self._debug_image = DebugImage(node, estimator)
         self._transform = TransformOutput(node) if parameters.publish_tf else None
+        # Two poses in one frame would contradict each other: that in metres is the vehicle's.
+        self._placed_by = ODOMETRY.name if parameters.metric else 'pose'
         self._last_movement: Movement | None = None
         self._text = Pace(CHAIN_CODE_PERIOD_NS)
         self._path_pending = False
@@ -63,10 +66,10 @@ class Outputs:
         """Publish what one pair of frames adds; ``frame`` is the second of them."""
         for topic, message in MESSAGES.of_pair(update, self.parameters):
             self._per_pair[topic].publish(message)
-            # Two poses in one frame would contradict each other: that in metres is the vehicle's.
-            if topic == ('odom' if self.parameters.metric else 'pose') and self._transform:
+            if self._transform is not None and topic == self._placed_by:
+                stamped = message.pose if topic == ODOMETRY.name else message
                 self._transform.publish(
-                    message.header, _pose(message), self.parameters.child_frame_id)
+                    message.header, stamped.pose, self.parameters.child_frame_id)
         self._debug_image.publish(frame, update, self._header(update.stamp_ns))
         self._text.changed()
         self._path_pending = True
@@ -101,11 +104,6 @@ class Outputs:
 
     def _header(self, stamp_ns: int) -> Any:
         return MESSAGES.header(stamp_ns, self.parameters.frame_id)
-
-
-def _pose(message: Any) -> Any:
-    """Return the pose of a PoseStamped or an Odometry."""
-    return message.pose.pose if hasattr(message, 'twist') else message.pose
 
 
 def _publisher(node: Node, topic: Topic, qos: QoSProfile) -> Publisher:
