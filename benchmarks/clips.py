@@ -11,7 +11,7 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-from phase_traj_ros.io.folder_source import FolderSource
+from phase_traj_ros.io.sources.folder import FolderSource
 from phase_traj_ros.synthetic import Camera, KITTI_CAMERA, named_drive, poses_from_kitti, render
 
 #: Where a turn is under way in the drives below.

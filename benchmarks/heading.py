@@ -29,15 +29,15 @@ from heading_follow import follow, Follower, Result, true_codes, truth_of
 import numpy as np
 from peers import Klt
 from phase_traj_ros.core import PhaseCorrelator, Window
-from phase_traj_ros.core.camera import CameraModel
-from phase_traj_ros.core.projection import (
+from phase_traj_ros.core.camera.model import CameraModel
+from phase_traj_ros.core.camera.projection import (
     Band,
     CylinderProjection,
     focal_from_hfov,
     hfov_from_focal,
 )
-from phase_traj_ros.core.turns import find_turns
-from phase_traj_ros.io.scores import heading_error
+from phase_traj_ros.core.heading.turns import find_turns
+from phase_traj_ros.io.evaluation.scores import heading_error
 from report import disturbance, machine, paragraphs, ROOT, table, verdict
 from timing import bystanders, prepare, ratios, take_turns
 

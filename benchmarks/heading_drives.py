@@ -11,7 +11,7 @@ from functools import lru_cache
 from clips import kitti_root
 import cv2
 import numpy as np
-from phase_traj_ros.io.folder_source import FolderSource
+from phase_traj_ros.io.sources.folder import FolderSource
 from phase_traj_ros.synthetic import (
     Camera,
     Drive,

@@ -13,8 +13,8 @@ import sys
 
 from clips import rendered_clip
 import numpy as np
-from phase_traj_ros.io.source import Frame, index_stamp_ns
-from phase_traj_ros.ros.player import FramePlayer
+from phase_traj_ros.io.sources.base import Frame, index_stamp_ns
+from phase_traj_ros.ros.playback.player import FramePlayer
 from phase_traj_ros.ros.spin import ros_context
 from phase_traj_ros.synthetic import KITTI_CAMERA
 

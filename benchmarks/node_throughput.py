@@ -20,8 +20,8 @@ import sys
 import time
 
 from phase_traj_ros.parameters import NODE_NAME
-from phase_traj_ros.ros.live_run import lossless_overrides
-from phase_traj_ros.ros.player import LOSSLESS
+from phase_traj_ros.ros.playback.live_run import lossless_overrides
+from phase_traj_ros.ros.playback.player import LOSSLESS
 from phase_traj_ros.ros.spin import ros_context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node

@@ -17,8 +17,8 @@ from typing import Any, Protocol
 import cv2
 import numpy as np
 from phase_traj_ros.core import PhaseCorrelator
-from phase_traj_ros.core.heading_estimator import HeadingEstimator, Lens
-from phase_traj_ros.core.spectrum import padded_shape
+from phase_traj_ros.core.correlation.spectrum import padded_shape
+from phase_traj_ros.core.heading.estimator import HeadingEstimator, Lens
 from phase_traj_ros.errors import MissingDependencyError
 from phase_traj_ros.synthetic import Camera
 

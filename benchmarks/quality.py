@@ -19,8 +19,8 @@ from clips import Clip
 import cv2
 import numpy as np
 from phase_traj_ros.core import PhaseCorrelator
-from phase_traj_ros.core.block_motion import BlockMotion
-from phase_traj_ros.core.quality import StillnessDetector
+from phase_traj_ros.core.correlation.block_motion import BlockMotion
+from phase_traj_ros.core.correlation.quality import StillnessDetector
 from quality_curves import IMAGES, say
 from quality_data import driving
 import quality_gate

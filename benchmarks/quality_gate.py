@@ -11,7 +11,7 @@ from clips import Clip
 from conditions import CONDITIONS
 import numpy as np
 from phase_traj_ros.core import PhaseCorrelator
-from phase_traj_ros.core.quality import GateSettings
+from phase_traj_ros.core.correlation.quality import GateSettings
 from quality_curves import curve, draw, grouped, is_right, percent, say, true_shift
 from quality_data import BLIND, blind_frames, cropped, windows
 from report import paragraphs, table

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from clips import Clip
 import numpy as np
 from phase_traj_ros.core import PhaseCorrelator, Shift
-from phase_traj_ros.core.block_motion import BlockMotion
-from phase_traj_ros.core.quality import GateSettings, MeasurementGate
+from phase_traj_ros.core.correlation.block_motion import BlockMotion
+from phase_traj_ros.core.correlation.quality import GateSettings, MeasurementGate
 from quality_curves import (
     curve,
     draw,

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from clips import Clip
 import numpy as np
 from phase_traj_ros.core import PhaseCorrelator, Shift
-from phase_traj_ros.core.block_motion import BlockFlow, BlockMotion
-from phase_traj_ros.core.quality import StillnessDetector, StillnessSettings
+from phase_traj_ros.core.correlation.block_motion import BlockFlow, BlockMotion
+from phase_traj_ros.core.correlation.quality import StillnessDetector, StillnessSettings
 from quality_curves import curve, draw, grouped, percent, say
 from quality_data import creeping, named, standing, Stretch, windows
 from report import paragraphs, table

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from clips import Clip
 import numpy as np
 from phase_traj_ros.core import DynamicChainCode, Movement, PhaseCorrelator
-from phase_traj_ros.core.quality import (
+from phase_traj_ros.core.correlation.quality import (
     GateSettings,
     PairQuality,
     StillnessSettings,

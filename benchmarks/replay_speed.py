@@ -20,11 +20,11 @@ from clips import Clip, kitti_clip, rendered_clip
 import cv2
 from memory import resident
 import numpy as np
-from phase_traj_ros.io.folder_source import FolderSource
-from phase_traj_ros.io.prefetch import prefetch
-from phase_traj_ros.io.replay import replay
-from phase_traj_ros.io.replay_job import replay_source, Wanted
-from phase_traj_ros.io.source import Frame, index_stamp_ns
+from phase_traj_ros.io.batch.job import replay_source, Wanted
+from phase_traj_ros.io.replay.run import replay
+from phase_traj_ros.io.sources.base import Frame, index_stamp_ns
+from phase_traj_ros.io.sources.folder import FolderSource
+from phase_traj_ros.io.sources.prefetch import prefetch
 from phase_traj_ros.parameters import Parameters
 from phase_traj_ros.synthetic import Camera, KITTI_CAMERA
 from report import disturbance, paragraphs, table, verdict

@@ -11,7 +11,7 @@ from functools import partial
 
 import cv2
 import numpy as np
-from phase_traj_ros.core.spectrum import padded_side
+from phase_traj_ros.core.correlation.spectrum import padded_side
 from report import disturbance, paragraphs, table, transforms
 from timing import bystanders, prepare, take_turns, Timed
 
@@ -24,9 +24,9 @@ _WARM_UP = 2
 INTRODUCTION = paragraphs("""
     What depends on the padded size is mostly the two transforms and the product of the spectra
     between them. Below is their processor time at the size that the rule of
-    `phase_traj_ros.core.spectrum.padded_side` gives, and how much longer (above 1) or shorter
-    they take where another rule chooses: *5-smooth* is the next product of 2, 3 and 5 that is
-    even, *optimal* is `cv2.getOptimalDFTSize` (odd sides are not packed as the correlator
+    `phase_traj_ros.core.correlation.spectrum.padded_side` gives, and how much longer (above 1) or
+    shorter they take where another rule chooses: *5-smooth* is the next product of 2, 3 and 5 that
+    is even, *optimal* is `cv2.getOptimalDFTSize` (odd sides are not packed as the correlator
     needs them, and a padding of one pixel bends the peak; so it could not be taken as it is),
     *×16* the next multiple of 16, *2^n* the next power of two, *none* the frame's own size.
     All sizes of a row take turns, shuffled every round.

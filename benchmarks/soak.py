@@ -16,8 +16,8 @@ import time
 import numpy as np
 from phase_traj_ros.core import DynamicChainCode
 from phase_traj_ros.io import Frame
-from phase_traj_ros.ros.live_run import lossless_overrides
-from phase_traj_ros.ros.player import FramePlayer
+from phase_traj_ros.ros.playback.live_run import lossless_overrides
+from phase_traj_ros.ros.playback.player import FramePlayer
 from phase_traj_ros.ros.spin import ros_context
 
 _FRAMES = 20_000

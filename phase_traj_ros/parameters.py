@@ -15,12 +15,12 @@ from functools import cache
 from typing import Any, cast
 
 from phase_traj_ros.core import EstimatorSettings, PAPER_THRESHOLD, View, Window
-from phase_traj_ros.core.fov_estimate import ASSUMED_HFOV_DEG
-from phase_traj_ros.core.heading_estimator import Lens
-from phase_traj_ros.core.projection import LEAST_HFOV_DEG
-from phase_traj_ros.core.quality import GateSettings, StillnessSettings
+from phase_traj_ros.core.camera.field_of_view import ASSUMED_HFOV_DEG
+from phase_traj_ros.core.camera.projection import LEAST_HFOV_DEG
+from phase_traj_ros.core.correlation.quality import GateSettings, StillnessSettings
+from phase_traj_ros.core.heading.estimator import Lens
+from phase_traj_ros.core.path.speed import MOST_SPEED
 from phase_traj_ros.core.settings import CodeSource, PathSource
-from phase_traj_ros.core.speed import MOST_SPEED
 from phase_traj_ros.errors import ParameterError
 from phase_traj_ros.parameter_spec import parameter, POSITIVE, Spec
 

@@ -9,11 +9,11 @@ from typing import Any
 from phase_traj_ros.cli.options import add_command, add_source, SOURCE_HELP, source_of
 from phase_traj_ros.cli.progress import progress
 from phase_traj_ros.core import CodeSource
-from phase_traj_ros.core.fov_estimate import SURE
+from phase_traj_ros.core.camera.field_of_view import SURE
 from phase_traj_ros.errors import ResultError
-from phase_traj_ros.io.measurement_report import described
-from phase_traj_ros.io.prefetch import prefetch
-from phase_traj_ros.io.replay import replay
+from phase_traj_ros.io.messages.diagnostics import described
+from phase_traj_ros.io.replay.run import replay
+from phase_traj_ros.io.sources.prefetch import prefetch
 from phase_traj_ros.parameters import Parameters
 
 _EPILOG = f"""

@@ -12,11 +12,11 @@ from phase_traj_ros.cli.progress import counter
 from phase_traj_ros.cli.report import print_codes
 from phase_traj_ros.core import Direction
 from phase_traj_ros.errors import MissingDependencyError, ResultError
-from phase_traj_ros.io.output import output_directory
-from phase_traj_ros.io.picture import require_matplotlib
-from phase_traj_ros.io.replay import Replay, replay
-from phase_traj_ros.io.results import write_results
-from phase_traj_ros.io.source import open_source
+from phase_traj_ros.io.atomic import output_directory
+from phase_traj_ros.io.replay.run import Replay, replay
+from phase_traj_ros.io.results.figures import require_matplotlib
+from phase_traj_ros.io.results.files import write_results
+from phase_traj_ros.io.sources.base import open_source
 from phase_traj_ros.parameters import Parameters
 from phase_traj_ros.synthetic import Drive, DRIVES, named_drive, write_drive_bag
 
@@ -48,7 +48,7 @@ def add_parser(commands: Any) -> None:
 def run(options: Namespace) -> None:
     """Run the command."""
     try:
-        from phase_traj_ros.ros.live_run import run_live
+        from phase_traj_ros.ros.playback.live_run import run_live
     except ImportError as error:
         raise MissingDependencyError(
             f'the demo needs rclpy ({error}): source a ROS 2 installation, or install'

@@ -7,12 +7,12 @@ from pathlib import Path
 from typing import Any
 
 from phase_traj_ros.cli.options import add_command
-from phase_traj_ros.io.evaluation import evaluate, Evaluation, write_evaluation
-from phase_traj_ros.io.evaluation_picture import write_evaluation_picture
-from phase_traj_ros.io.ground_truth import read_ground_truth
-from phase_traj_ros.io.output import output_directory
-from phase_traj_ros.io.picture import require_matplotlib
-from phase_traj_ros.io.replayed_drive import read_replay
+from phase_traj_ros.io.atomic import output_directory
+from phase_traj_ros.io.evaluation.evaluate import evaluate, Evaluation, write_evaluation
+from phase_traj_ros.io.evaluation.ground_truth import read_ground_truth
+from phase_traj_ros.io.evaluation.picture import write_evaluation_picture
+from phase_traj_ros.io.evaluation.replayed_drive import read_replay
+from phase_traj_ros.io.results.figures import require_matplotlib
 
 _EPILOG = """
 DIR is what `phase_traj replay --output DIR` has written; it receives evaluation.json and

@@ -10,8 +10,8 @@ import time
 from typing import TextIO
 
 from phase_traj_ros.core import Corner, Movement, TrajectoryEstimator, Update
-from phase_traj_ros.io.path_text import path_lines
-from phase_traj_ros.io.source import Frame
+from phase_traj_ros.io.results.path_text import path_lines
+from phase_traj_ros.io.sources.base import Frame
 
 _PERIOD_S = 0.1
 _PATH_ROWS = 14

@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from phase_traj_ros.io.params_file import parse_assignment, read_parameters
-from phase_traj_ros.io.selection import Selection
-from phase_traj_ros.io.source import FrameSource, open_source
+from phase_traj_ros.io.sources.base import FrameSource, open_source
+from phase_traj_ros.io.sources.selection import Selection
 from phase_traj_ros.parameters import Parameters
 
 SOURCE_HELP = """\

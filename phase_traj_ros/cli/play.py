@@ -11,15 +11,15 @@ from typing import Any
 
 from phase_traj_ros.cli.options import add_command, add_source, SOURCE_HELP, source_of
 from phase_traj_ros.cli.progress import progress
-from phase_traj_ros.core.camera import CameraModel
+from phase_traj_ros.core.camera.model import CameraModel
 from phase_traj_ros.errors import (
     CalibrationError,
     MissingDependencyError,
     ParameterError,
     SourceError,
 )
-from phase_traj_ros.io.prefetch import prefetch
-from phase_traj_ros.io.source import Frame, FrameSource
+from phase_traj_ros.io.sources.base import Frame, FrameSource
+from phase_traj_ros.io.sources.prefetch import prefetch
 
 _EPILOG = f"""
 {SOURCE_HELP}
@@ -67,7 +67,7 @@ def run(options: Namespace) -> None:
     if not options.wait >= 0:
         raise ParameterError(f'--wait is {options.wait}: give a number of seconds, 0 or more')
     try:
-        from phase_traj_ros.ros.player import FramePlayer
+        from phase_traj_ros.ros.playback.player import FramePlayer
         from phase_traj_ros.ros.spin import ros_context
     except ImportError as error:
         raise MissingDependencyError(

@@ -21,10 +21,10 @@ from phase_traj_ros.cli.options import (
 from phase_traj_ros.cli.progress import progress
 from phase_traj_ros.cli.replay_many import add_batch, replay_many
 from phase_traj_ros.cli.report import print_codes
-from phase_traj_ros.io.measurement_report import described
-from phase_traj_ros.io.replay import Replay
-from phase_traj_ros.io.replay_job import replay_source, Wanted
-from phase_traj_ros.io.source import DEFAULT_SPEED_TOPIC, Frame
+from phase_traj_ros.io.batch.job import replay_source, Wanted
+from phase_traj_ros.io.messages.diagnostics import described
+from phase_traj_ros.io.replay.run import Replay
+from phase_traj_ros.io.sources.base import DEFAULT_SPEED_TOPIC, Frame
 
 _EPILOG = f"""
 {SOURCE_HELP}

@@ -11,11 +11,18 @@ from pathlib import Path
 from phase_traj_ros.cli.options import parameters_of, selection_of
 from phase_traj_ros.cli.progress import gauge
 from phase_traj_ros.errors import OutputError, ParameterError, PhaseTrajError
-from phase_traj_ros.io.batch import failure, folder_names, Job, Outcome, remove_leftovers, Status
-from phase_traj_ros.io.batch_summary import CSV_NAME, HTML_NAME, write_summary
-from phase_traj_ros.io.dask_cluster import run_on_dask
-from phase_traj_ros.io.parallel import run_parallel
-from phase_traj_ros.io.picture import require_matplotlib
+from phase_traj_ros.io.batch.dask_cluster import run_on_dask
+from phase_traj_ros.io.batch.many import (
+    failure,
+    folder_names,
+    Job,
+    Outcome,
+    remove_leftovers,
+    Status,
+)
+from phase_traj_ros.io.batch.parallel import run_parallel
+from phase_traj_ros.io.batch.summary import CSV_NAME, HTML_NAME, write_summary
+from phase_traj_ros.io.results.figures import require_matplotlib
 
 EXIT_SOME_FAILED = 1
 

@@ -7,14 +7,15 @@ Knows neither ROS nor files. A frame goes through ``PhaseCorrelator`` (shift), `
 (codes) and ``ChainPath`` (trajectory); ``TrajectoryEstimator`` joins them for one camera.
 """
 
-from phase_traj_ros.core.chain_code import ChainCode, DynamicChainCode, PAPER_THRESHOLD, Step
-from phase_traj_ros.core.code_series import CodeSeries, Run
-from phase_traj_ros.core.codes import Direction, Movement, pack, unpack
+from phase_traj_ros.core.codes.codes import Direction, Movement, pack, unpack
+from phase_traj_ros.core.codes.freeman import Freeman
+from phase_traj_ros.core.codes.from_shift import ChainCode, DynamicChainCode, PAPER_THRESHOLD, Step
+from phase_traj_ros.core.codes.series import CodeSeries, Run
+from phase_traj_ros.core.correlation.phase_correlation import PhaseCorrelator, Shift
+from phase_traj_ros.core.correlation.view import View
+from phase_traj_ros.core.correlation.windows import Window
 from phase_traj_ros.core.estimator import TrajectoryEstimator
-from phase_traj_ros.core.freeman import Freeman
-from phase_traj_ros.core.phase_correlation import PhaseCorrelator, Shift
-from phase_traj_ros.core.settings import CodeSource, EstimatorSettings, PathSource
-from phase_traj_ros.core.trajectory import (
+from phase_traj_ros.core.path.trajectory import (
     Axes,
     ChainPath,
     Corner,
@@ -24,9 +25,8 @@ from phase_traj_ros.core.trajectory import (
     vertices,
     yaw,
 )
+from phase_traj_ros.core.settings import CodeSource, EstimatorSettings, PathSource
 from phase_traj_ros.core.update import Counters, PairStatus, Update
-from phase_traj_ros.core.view import View
-from phase_traj_ros.core.windows import Window
 
 __all__ = [
     'Axes',

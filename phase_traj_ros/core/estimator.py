@@ -8,19 +8,24 @@ import time
 
 import numpy as np
 from numpy.typing import NDArray
-from phase_traj_ros.core.chain_code import ChainCode, DynamicChainCode, Step
-from phase_traj_ros.core.fov_estimate import ASSUMED_HFOV_DEG
-from phase_traj_ros.core.heading_code import HeadingCode
-from phase_traj_ros.core.heading_estimator import HeadingEstimator, HeadingUpdate, Lens
-from phase_traj_ros.core.phase_correlation import check_form, Frame, PhaseCorrelator, Shift
-from phase_traj_ros.core.projection import threshold_px
-from phase_traj_ros.core.quality import PairQuality, Verdict
+from phase_traj_ros.core.camera.field_of_view import ASSUMED_HFOV_DEG
+from phase_traj_ros.core.camera.projection import threshold_px
+from phase_traj_ros.core.codes.from_heading import HeadingCode
+from phase_traj_ros.core.codes.from_shift import ChainCode, DynamicChainCode, Step
+from phase_traj_ros.core.correlation.phase_correlation import (
+    check_form,
+    Frame,
+    PhaseCorrelator,
+    Shift,
+)
+from phase_traj_ros.core.correlation.quality import PairQuality, Verdict
+from phase_traj_ros.core.heading.estimator import HeadingEstimator, HeadingUpdate, Lens
+from phase_traj_ros.core.heading.turns import Turn
+from phase_traj_ros.core.heading.yaw_meter import YawMeasurement
+from phase_traj_ros.core.path.trajectory import DrawnPath
 from phase_traj_ros.core.route import Route
 from phase_traj_ros.core.settings import CodeSource, EstimatorSettings
-from phase_traj_ros.core.trajectory import DrawnPath
-from phase_traj_ros.core.turns import Turn
 from phase_traj_ros.core.update import Counters, PairStatus, Update
-from phase_traj_ros.core.yaw_meter import YawMeasurement
 from phase_traj_ros.errors import FrameError
 
 

@@ -6,12 +6,12 @@ from dataclasses import dataclass, field
 from enum import Enum
 import math
 
-from phase_traj_ros.core.chain_code import PAPER_THRESHOLD
-from phase_traj_ros.core.heading_code import CONNECTIVITIES
-from phase_traj_ros.core.heading_estimator import Lens
-from phase_traj_ros.core.quality import GateSettings, StillnessSettings
-from phase_traj_ros.core.view import View
-from phase_traj_ros.core.windows import Window
+from phase_traj_ros.core.codes.from_heading import CONNECTIVITIES
+from phase_traj_ros.core.codes.from_shift import PAPER_THRESHOLD
+from phase_traj_ros.core.correlation.quality import GateSettings, StillnessSettings
+from phase_traj_ros.core.correlation.view import View
+from phase_traj_ros.core.correlation.windows import Window
+from phase_traj_ros.core.heading.estimator import Lens
 
 
 class PathSource(Enum):

@@ -5,12 +5,12 @@
 from dataclasses import asdict, dataclass, replace
 from enum import Enum
 
-from phase_traj_ros.core.chain_code import Step
-from phase_traj_ros.core.heading import HeadingStep
-from phase_traj_ros.core.odometry import Odometry
-from phase_traj_ros.core.phase_correlation import Shift
-from phase_traj_ros.core.trajectory import Corner
-from phase_traj_ros.core.turns import Turn
+from phase_traj_ros.core.codes.from_shift import Step
+from phase_traj_ros.core.correlation.phase_correlation import Shift
+from phase_traj_ros.core.heading.tracker import HeadingStep
+from phase_traj_ros.core.heading.turns import Turn
+from phase_traj_ros.core.path.odometry import Odometry
+from phase_traj_ros.core.path.trajectory import Corner
 
 
 class PairStatus(Enum):

@@ -2,18 +2,18 @@
 # SPDX-License-Identifier: Apache-2.0
 """Where frames come from and where results go."""
 
-from phase_traj_ros.io.decoding import DEFAULT_MAX_PIXELS, GreyImage
-from phase_traj_ros.io.image_msgs import (
+from phase_traj_ros.io.images.decoding import DEFAULT_MAX_PIXELS, GreyImage
+from phase_traj_ros.io.messages.image import (
     decode_compressed,
     encoding_of,
     ENCODINGS,
     msg_to_frame,
     to_grey,
 )
-from phase_traj_ros.io.prefetch import prefetch
-from phase_traj_ros.io.selection import EVERYTHING, Selection
-from phase_traj_ros.io.source import DEFAULT_FPS, Frame, FrameSource, open_source
-from phase_traj_ros.io.stamps import StampRule, to_nanoseconds
+from phase_traj_ros.io.messages.stamps import StampRule, to_nanoseconds
+from phase_traj_ros.io.sources.base import DEFAULT_FPS, Frame, FrameSource, open_source
+from phase_traj_ros.io.sources.prefetch import prefetch
+from phase_traj_ros.io.sources.selection import EVERYTHING, Selection
 
 __all__ = [
     'DEFAULT_FPS',

@@ -7,20 +7,20 @@ import time
 
 import cv2
 from phase_traj_ros.core import TrajectoryEstimator, Update
-from phase_traj_ros.core.camera import CameraModel
-from phase_traj_ros.core.heading_estimator import Lens
+from phase_traj_ros.core.camera.model import CameraModel
+from phase_traj_ros.core.heading.estimator import Lens
 from phase_traj_ros.errors import ParameterError
-from phase_traj_ros.io.mask_file import read_mask
-from phase_traj_ros.io.source import Frame
+from phase_traj_ros.io.sources.base import Frame
+from phase_traj_ros.io.sources.mask_file import read_mask
 from phase_traj_ros.parameters import NODE_NAME
-from phase_traj_ros.ros.camera_input import CameraInput
 from phase_traj_ros.ros.declare import changed, declare_parameters, unknown_overrides
-from phase_traj_ros.ros.diagnostics import Diagnostics
-from phase_traj_ros.ros.health import Health, Stage
-from phase_traj_ros.ros.image_input import ImageInput
-from phase_traj_ros.ros.outputs import Outputs
+from phase_traj_ros.ros.inputs.camera import CameraInput
+from phase_traj_ros.ros.inputs.image import ImageInput
+from phase_traj_ros.ros.inputs.speed import SpeedInput
+from phase_traj_ros.ros.monitoring.diagnostics import Diagnostics
+from phase_traj_ros.ros.monitoring.health import Health, Stage
+from phase_traj_ros.ros.outputs.topics import Outputs
 from phase_traj_ros.ros.saving import Saving
-from phase_traj_ros.ros.speed_input import SpeedInput
 from rcl_interfaces.msg import SetParametersResult
 from rclpy.node import Node
 from rclpy.parameter import Parameter

@@ -10,8 +10,8 @@ from typing import TextIO
 
 from phase_traj_ros.core import TrajectoryEstimator, Update
 from phase_traj_ros.errors import OutputError, PhaseTrajError
-from phase_traj_ros.io.results import ShiftTable
-from phase_traj_ros.io.snapshot import Snapshot
+from phase_traj_ros.io.results.files import ShiftTable
+from phase_traj_ros.io.results.snapshot import Snapshot
 from phase_traj_ros.parameters import Parameters
 from rclpy.node import Node
 from rclpy.task import Future

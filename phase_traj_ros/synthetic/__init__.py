@@ -6,16 +6,16 @@ A rendered town, drives through it with known turns, and what spoils their pictu
 ``render(scene, camera, pose)`` is a pure function; all scenes and drives are made from seeds.
 """
 
-from phase_traj_ros.synthetic.bag import SPEED_TOPIC, TRUTH_TOPIC, write_drive_bag
 from phase_traj_ros.synthetic.camera import Camera, KITTI_CAMERA, Pose
-from phase_traj_ros.synthetic.drive import Drive, plan_drive, pose_drive, TrueTurn
-from phase_traj_ros.synthetic.drives import DRIVES, named_drive
-from phase_traj_ros.synthetic.frames import render_drive
-from phase_traj_ros.synthetic.kitti import poses_from_kitti
-from phase_traj_ros.synthetic.plan import Straight, Turn
-from phase_traj_ros.synthetic.renderer import render
-from phase_traj_ros.synthetic.scene import Scene
-from phase_traj_ros.synthetic.scenes import CLEARANCE, scene_along, street_grid
+from phase_traj_ros.synthetic.drive.bag import SPEED_TOPIC, TRUTH_TOPIC, write_drive_bag
+from phase_traj_ros.synthetic.drive.drive import Drive, plan_drive, pose_drive, TrueTurn
+from phase_traj_ros.synthetic.drive.frames import render_drive
+from phase_traj_ros.synthetic.drive.kitti import poses_from_kitti
+from phase_traj_ros.synthetic.drive.named import DRIVES, named_drive
+from phase_traj_ros.synthetic.drive.plan import Straight, Turn
+from phase_traj_ros.synthetic.scene.scene import Scene
+from phase_traj_ros.synthetic.town.ready import CLEARANCE, scene_along, street_grid
+from phase_traj_ros.synthetic.view.renderer import render
 
 __all__ = [
     'CLEARANCE',

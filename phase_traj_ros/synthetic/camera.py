@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 from phase_traj_ros.errors import ParameterError
-from phase_traj_ros.synthetic._arrays import Floats
+from phase_traj_ros.synthetic.arrays import Floats
 
 #: Takes body axes (x forward, y left, z up) to picture axes (x right, y down, z forward).
 BODY_TO_PICTURE = np.array([[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]])

@@ -16,7 +16,7 @@ from typing import TypeAlias
 import cv2
 import numpy as np
 from phase_traj_ros.errors import ParameterError
-from phase_traj_ros.synthetic._arrays import as_bytes, Bytes, Floats, Ints, Singles
+from phase_traj_ros.synthetic.arrays import as_bytes, Bytes, Floats, Ints, Singles
 from phase_traj_ros.synthetic.camera import Camera, KITTI_CAMERA
 
 Seed: TypeAlias = int | Sequence[int]

@@ -5,8 +5,8 @@
 import numpy as np
 from phase_traj_ros.cli.demo import check_turns
 from phase_traj_ros.errors import ResultError
-from phase_traj_ros.io.replay import replay
-from phase_traj_ros.io.source import Frame
+from phase_traj_ros.io.replay.run import replay
+from phase_traj_ros.io.sources.base import Frame
 from phase_traj_ros.parameters import Parameters
 from phase_traj_ros.synthetic import named_drive
 import pytest

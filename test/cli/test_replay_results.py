@@ -13,8 +13,8 @@ import cv2
 import numpy as np
 from phase_traj_ros.cli.live_view import LiveView
 from phase_traj_ros.cli.main import main
-from phase_traj_ros.io.replay import replay
-from phase_traj_ros.io.source import Frame, open_source
+from phase_traj_ros.io.replay.run import replay
+from phase_traj_ros.io.sources.base import Frame, open_source
 from phase_traj_ros.parameters import Parameters
 import pytest
 
@@ -135,7 +135,7 @@ def test_several_sources_one_of_them_broken(tmp_path):
 
 def test_an_interruption_keeps_what_is_done(tmp_path, monkeypatch, capsys):
     from phase_traj_ros.cli import replay_many
-    from phase_traj_ros.io.batch import run_job
+    from phase_traj_ros.io.batch.many import run_job
     sources = [pictures(tmp_path / name) for name in ('a', 'b')]
 
     def interrupted(jobs, **_):

@@ -14,8 +14,8 @@ from phase_traj_ros.core import (
     TrajectoryEstimator,
     View,
 )
-from phase_traj_ros.core.heading_estimator import Lens
-from phase_traj_ros.core.quality import StillnessSettings
+from phase_traj_ros.core.correlation.quality import StillnessSettings
+from phase_traj_ros.core.heading.estimator import Lens
 from phase_traj_ros.errors import FrameError
 import pytest
 from textures import pair

@@ -11,8 +11,8 @@ from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import Vector3Stamped
 from live import image, LOSSLESS, stop
 import numpy as np
-from phase_traj_ros.ros.live_run import lossless_overrides
-from phase_traj_ros.ros.messages import to_time
+from phase_traj_ros.ros.outputs.messages import to_time
+from phase_traj_ros.ros.playback.live_run import lossless_overrides
 import pytest
 from rclpy.qos import qos_profile_sensor_data
 from sensor_msgs.msg import CompressedImage, Image

@@ -18,11 +18,11 @@ from live import image, LATCHED, LOSSLESS
 from nav_msgs.msg import Odometry, Path
 import numpy as np
 from phase_traj_ros.cli.main import main
-from phase_traj_ros.io.camera_info import camera_from_info
-from phase_traj_ros.io.replay import replay
-from phase_traj_ros.io.source import Frame, Speed
+from phase_traj_ros.io.messages.camera_info import camera_from_info
+from phase_traj_ros.io.replay.run import replay
+from phase_traj_ros.io.sources.base import Frame, Speed
 from phase_traj_ros.parameters import Parameters
-from phase_traj_ros.ros.messages import to_time
+from phase_traj_ros.ros.outputs.messages import to_time
 from phase_traj_ros.synthetic import named_drive, render_drive
 import pytest
 from sensor_msgs.msg import CameraInfo

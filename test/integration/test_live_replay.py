@@ -9,12 +9,12 @@ import sys
 import cv2
 from live import LOSSLESS
 import numpy as np
-from phase_traj_ros.core.chain_text import parse
-from phase_traj_ros.io.replay import replay
-from phase_traj_ros.io.selection import Selection
-from phase_traj_ros.io.source import open_source
+from phase_traj_ros.core.codes.text import parse
+from phase_traj_ros.io.replay.run import replay
+from phase_traj_ros.io.sources.base import open_source
+from phase_traj_ros.io.sources.selection import Selection
 from phase_traj_ros.parameters import Parameters
-from phase_traj_ros.ros.live_run import run_live
+from phase_traj_ros.ros.playback.live_run import run_live
 import pytest
 from std_msgs.msg import UInt8
 from std_srvs.srv import Trigger

@@ -9,7 +9,7 @@ from geometry_msgs.msg import PoseStamped, Vector3Stamped
 from live import image, LATCHED, LOSSLESS, stop
 from nav_msgs.msg import Path
 import numpy as np
-from phase_traj_ros.core.chain_text import parse
+from phase_traj_ros.core.codes.text import parse
 import pytest
 from rclpy.qos import qos_profile_sensor_data
 from sensor_msgs.msg import Image

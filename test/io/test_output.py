@@ -3,7 +3,7 @@
 """Results are written whole or not at all."""
 
 from phase_traj_ros.errors import OutputError
-from phase_traj_ros.io.output import output_directory, output_file
+from phase_traj_ros.io.atomic import output_directory, output_file
 import pytest
 
 

@@ -16,7 +16,7 @@ from phase_traj_ros.synthetic import (
     Turn,
 )
 from phase_traj_ros.synthetic.camera import BODY_TO_PICTURE, rotation
-from phase_traj_ros.synthetic.plan import drive_plan
+from phase_traj_ros.synthetic.drive.plan import drive_plan
 import pytest
 
 SEGMENT = st.one_of(

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 from phase_traj_ros.synthetic import Camera, KITTI_CAMERA, named_drive, Pose, render, Scene
 from phase_traj_ros.synthetic.camera import BODY_TO_PICTURE, rotation
-from phase_traj_ros.synthetic.panels import Panel, Panels
+from phase_traj_ros.synthetic.scene.panels import Panel, Panels
 import pytest
 
 SMALL = Camera.with_field_of_view(320, 120, 80.0)

@@ -6,7 +6,7 @@ from hypothesis import given, settings, strategies as st
 import numpy as np
 from phase_traj_ros.errors import ParameterError
 from phase_traj_ros.synthetic import CLEARANCE, DRIVES, named_drive, scene_along, street_grid
-from phase_traj_ros.synthetic.streets import evenly, grid_streets, streets_along
+from phase_traj_ros.synthetic.town.streets import evenly, grid_streets, streets_along
 import pytest
 
 

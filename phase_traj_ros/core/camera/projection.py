@@ -1,0 +1,308 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""
+From pixels to angles: the focal length, and frames reprojected to a cylinder.
+
+Picture axes: columns to the right, rows down, the centre of the first pixel at (0, 0). Azimuths
+are positive to the right, as columns are; yaw is positive to the left, as REP 103 has it. A camera
+that turns left by an angle moves all content to the right by the same angle, so no sign changes
+between a shift on the cylinder and yaw.
+"""
+
+from dataclasses import dataclass
+import math
+import sys
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from phase_traj_ros.core.camera.model import CameraModel, Distortion, MOST_FOCAL_PX, Sight
+from phase_traj_ros.core.correlation.phase_correlation import Frame
+from phase_traj_ros.errors import FrameError
+
+# What is looked at, in degrees from the optical axis. Above, there is sky or the tops of houses
+# near by; below, the road passes too fast and the bonnet does not move at all.
+_ABOVE_DEG = 20.0
+_BELOW_DEG = 15.0
+_ASIDE_DEG = 60.0
+# Pixels per radian, and columns, of which more bring no accuracy: see docs/heading.md.
+_ENOUGH_PX_PER_RAD = 256.0
+_ENOUGH_COLUMNS = 360
+_LEAST_SIDE = 8
+# OpenCV counts the pixels of what it remaps, from and to, in 16 bits.
+_MOST_SIDE = 32766
+# Directions (slopes, azimuths) in which a picture that is distorted is looked for, and those along
+# each of the two lines on which its edges are: 0.03 degrees are less than a tenth of a pixel.
+_SEARCHED = (65, 241)
+_ALONG = 4001
+
+LEAST_HFOV_DEG = 0.1
+"""No camera on a vehicle has a narrower field of view."""
+
+
+def focal_from_hfov(hfov_deg: float, width: int) -> float:
+    """
+    Return the focal length in pixels of a camera that sees ``hfov_deg`` from edge to edge.
+
+    f = (width / 2) / tan(hfov / 2), for a picture without distortion.
+
+    Raises
+    ------
+    ValueError
+        The angle is not from 0.1 to below 180 degrees, or the width is below 1.
+
+    """
+    if not LEAST_HFOV_DEG <= hfov_deg < 180.0:
+        raise ValueError(
+            f'hfov_deg is {hfov_deg}: give degrees from {LEAST_HFOV_DEG} to below 180')
+    if width < 1:
+        raise ValueError(f'width is {width}: give at least 1 pixel')
+    return width / 2 / math.tan(math.radians(hfov_deg) / 2)
+
+
+def hfov_from_focal(focal_px: float, width: int) -> float:
+    """Return the horizontal field of view in degrees; the inverse of ``focal_from_hfov``."""
+    return math.degrees(2 * math.atan(width / 2 / focal_px))
+
+
+def threshold_px(threshold_deg_s: float, focal_px: float, interval: float) -> float:
+    """
+    Return the threshold in pixels per frame that stands for a yaw rate in degrees per second.
+
+    A camera that yaws by an angle a within ``interval`` seconds shifts what is straight ahead by
+    f tan(a) pixels. Angles of 80 degrees and more, which no picture can show, count as 80.
+
+    Raises
+    ------
+    ValueError
+        One of the three is not a finite number above 0.
+
+    """
+    for name, value in (
+            ('threshold_deg_s', threshold_deg_s), ('focal_px', focal_px), ('interval', interval)):
+        if not (math.isfinite(value) and value > 0):
+            raise ValueError(f'{name} is {value}: give a finite number above 0')
+    threshold = focal_px * math.tan(math.radians(min(threshold_deg_s * interval, 80.0)))
+    return max(threshold, sys.float_info.min)
+
+
+@dataclass(frozen=True, slots=True)
+class Band:
+    """
+    The part of the view that is reprojected, in degrees from the optical axis.
+
+    Given as angles rather than shares of the picture, it is the same part of the world whatever
+    the camera. It ends where the picture ends.
+    """
+
+    above: float = _ABOVE_DEG
+    below: float = _BELOW_DEG
+    aside: float = _ASIDE_DEG
+    """To either side."""
+
+    def __post_init__(self) -> None:
+        """Refuse what cannot be projected."""
+        for name, angle in (('above', self.above), ('below', self.below), ('aside', self.aside)):
+            if not 0.0 < angle < 90.0:
+                raise ValueError(
+                    f'the band reaches {angle} degrees {name}: give an angle between 0 and 90')
+
+
+class CylinderProjection:
+    """
+    Reprojects the frames of a camera to a cylinder about the camera's vertical axis.
+
+    There, yaw is one and the same horizontal shift over the whole width, while in the picture of
+    a pinhole camera a yaw of a moves content at the azimuth t by f a / cos(t)**2. A point of the
+    cylinder has an azimuth t and a slope y, the tangent of its angle below the horizontal plane.
+    A camera without distortion sees it at
+
+        x = cx + fx tan(t),    y' = cy + fy y / cos(t).
+
+    The way from one to the other, distortion included, is computed once, and a frame costs one
+    ``cv2.remap`` (after a reduction by whole numbers, if the camera has far more pixels than are
+    of use).
+    """
+
+    def __init__(
+        self, camera: CameraModel, *, band: Band | None = None, rotate_180: bool = False,
+        px_per_rad: float | None = None,
+    ) -> None:
+        """
+        Compute the way from a frame to the cylinder.
+
+        Parameters
+        ----------
+        camera
+            What is known of the camera; the frames have the size it is for.
+        band
+            Which part of the view is used.
+        rotate_180
+            Whether the camera is mounted upside down: the cylinder is upright all the same. The
+            model is that of the frames as they come.
+        px_per_rad
+            Resolution of the cylinder; if not given, as much as is of use. It is never finer than
+            that of the frame in its middle, ``camera.fx``.
+
+        Raises
+        ------
+        FrameError
+            The camera shows hardly anything of the band, or in far too many pixels.
+
+        """
+        height, width = self._frame_shape = camera.shape
+        upright = camera.turned_180() if rotate_180 else camera
+        left, right, above, below = _extent(upright, Band() if band is None else band)
+        if px_per_rad is None:
+            px_per_rad = max(_ENOUGH_PX_PER_RAD, _ENOUGH_COLUMNS / max(right - left, 1e-9))
+        self._px_per_rad = min(px_per_rad, camera.fx)
+        self._azimuths = self._samples(left, right)
+        self._slopes = self._samples(-above, below)
+        self._reduction = (self._whole(camera.fy), self._whole(camera.fx))
+        self._used = (
+            slice(height // self._reduction[0] * self._reduction[0]),
+            slice(width // self._reduction[1] * self._reduction[1]))
+        self._check_sizes(camera)
+        sight = _look(upright, self._azimuths, self._slopes)
+        self._inside = sight.seen
+        columns, rows = sight.columns, sight.rows
+        if rotate_180:
+            columns, rows = width - 1 - columns, height - 1 - rows
+        self._maps = cv2.convertMaps(
+            _reduced(columns, self._reduction[1]), _reduced(rows, self._reduction[0]),
+            cv2.CV_16SC2)
+
+    def __call__(self, frame: Frame) -> Frame:
+        """
+        Return a frame (H, W) on the cylinder, ``shape`` and the same type.
+
+        Raises
+        ------
+        FrameError
+            The frame is not of the size that the way was computed for.
+
+        """
+        if frame.shape != self._frame_shape:
+            raise FrameError(
+                f'frame has shape {frame.shape}: give grey frames of shape {self._frame_shape}')
+        source = frame
+        if max(self._reduction) > 1:
+            source = frame[self._used]
+            height, width = (
+                side // times for side, times in zip(source.shape, self._reduction))
+            source = cv2.resize(  # type: ignore[assignment]
+                source, (width, height), interpolation=cv2.INTER_AREA)
+        return cv2.remap(  # type: ignore[return-value]
+            source, *self._maps, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Return the size (rows, columns) of what comes out."""
+        return len(self._slopes), len(self._azimuths)
+
+    @property
+    def px_per_rad(self) -> float:
+        """Return how many pixels of the cylinder make a radian, in both directions."""
+        return self._px_per_rad
+
+    @property
+    def azimuths(self) -> NDArray[np.float64]:
+        """Return the azimuth of each column in radians, positive to the right."""
+        return self._azimuths
+
+    @property
+    def slopes(self) -> NDArray[np.float64]:
+        """Return the slope y of each row, positive downwards."""
+        return self._slopes
+
+    @property
+    def inside(self) -> NDArray[np.bool_]:
+        """
+        Return which pixels of the cylinder the frame shows, of size ``shape``.
+
+        Towards the sides the picture of a plane ends earlier; there its edge is repeated. So it
+        is where the model of a distorted one ends.
+        """
+        return self._inside
+
+    def yaw(self, dx: float) -> float:
+        """Return the yaw in radians, left positive, of a shift by ``dx`` pixels to the right."""
+        return dx / self._px_per_rad
+
+    def _check_sizes(self, camera: CameraModel) -> None:
+        height, width = self._frame_shape
+        down, across = self._reduction
+        if min(self.shape) < _LEAST_SIDE:
+            raise FrameError(
+                f'with a focal length of {camera.fx:.6g} pixels, frames of {width}x{height} pixels'
+                ' show too little to measure yaw: give the right focal_px or hfov_deg')
+        if max(*self.shape, height // down, width // across) > _MOST_SIDE:
+            raise FrameError(
+                f'with focal lengths of {camera.fx:.6g} and {camera.fy:.6g} pixels, frames of'
+                f' {width}x{height} pixels are too large to measure yaw: give the right focal_px'
+                ' or hfov_deg')
+
+    def _samples(self, low: float, high: float) -> NDArray[np.float64]:
+        # Not a thousand million of them, before they are found to be too many.
+        count = int(min(max(0.0, (high - low) * self._px_per_rad), _MOST_SIDE + 1))
+        most = (count - 1) / 2 / self._px_per_rad
+        middle = (low + high) / 2
+        return np.linspace(middle - most, middle + most, count)
+
+    def _whole(self, focal_px: float) -> int:
+        """Return how many pixels of the frame can be averaged into one."""
+        return max(int(min(focal_px / self._px_per_rad + 1e-9, MOST_FOCAL_PX)), 1)
+
+
+def _look(
+    camera: CameraModel, azimuths: NDArray[np.float64], slopes: NDArray[np.float64],
+) -> Sight:
+    """Return where the camera sees each slope (rows) at each azimuth (columns)."""
+    return camera.project(
+        np.tan(azimuths), np.outer(slopes, 1 / np.cos(azimuths)), np.ones((1, 1)))
+
+
+def _extent(camera: CameraModel, band: Band) -> tuple[float, float, float, float]:
+    """
+    Return what the camera sees of the band: azimuths left and right, slopes above and below.
+
+    They are those of the picture's edges straight to the left, right, above and below of the
+    optical axis, as what is higher and lower at the sides depends on the lens.
+    """
+    aside = math.radians(band.aside)
+    highest, lowest = math.tan(math.radians(band.above)), math.tan(math.radians(band.below))
+    if camera.distortion is Distortion.NONE:
+        return (
+            max(math.atan(-(camera.cx + 0.5) / camera.fx), -aside),
+            min(math.atan((camera.width - 0.5 - camera.cx) / camera.fx), aside),
+            min((camera.cy + 0.5) / camera.fy, highest),
+            min((camera.height - 0.5 - camera.cy) / camera.fy, lowest))
+    # Part of a sensor need not contain the optical axis: then, of what is nearest to it.
+    slopes = np.linspace(-highest, lowest, _SEARCHED[0])
+    azimuths = np.linspace(-aside, aside, _SEARCHED[1])
+    distance = np.hypot(slopes[:, None], azimuths)
+    distance[~_look(camera, azimuths, slopes).seen] = math.inf
+    row, column = np.unravel_index(distance.argmin(), distance.shape)
+    if math.isinf(distance[row, column]):
+        return 0.0, 0.0, 0.0, 0.0
+    middle, azimuths = azimuths[[column]], np.linspace(-aside, aside, _ALONG)
+    level, slopes = slopes[[row]], np.linspace(-highest, lowest, _ALONG)
+    left, right = _run(azimuths, _look(camera, azimuths, level).seen[0], middle)
+    above, below = _run(slopes, _look(camera, middle, slopes).seen[:, 0], level)
+    return left, right, -above, below
+
+
+def _run(
+    values: NDArray[np.float64], seen: NDArray[np.bool_], start: NDArray[np.float64],
+) -> tuple[float, float]:
+    """Return the first and last of the values around ``start`` that are all seen."""
+    nearest = int(np.abs(values - start).argmin())
+    before, after = np.flatnonzero(~seen[:nearest]), np.flatnonzero(~seen[nearest:])
+    first = before[-1] + 1 if before.size else 0
+    last = nearest + after[0] - 1 if after.size else len(values) - 1
+    return float(values[first]), float(values[last])
+
+
+def _reduced(position: NDArray[np.float64], times: int) -> NDArray[np.float32]:
+    """Take pixels of the frame to pixels of the reduced one."""
+    return ((position + 0.5) / times - 0.5).astype(np.float32)

@@ -1,0 +1,242 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""
+The dynamic chain code: from shifts to movements and directions.
+
+The paper's state machine; docs/method.md says how its words and its inequalities are read.
+"""
+
+from dataclasses import dataclass
+import math
+from typing import Protocol
+
+from phase_traj_ros.core.codes.codes import Direction, Movement
+from phase_traj_ros.core.codes.freeman import AnyDirection, Freeman
+from phase_traj_ros.core.codes.series import CodeSeries
+
+PAPER_THRESHOLD = 16.0
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """What one pair of frames adds to the chain code."""
+
+    movement: Movement
+    direction: AnyDirection
+    """The direction after this pair, whether it was appended or not."""
+
+    @property
+    def appended(self) -> bool:
+        """Return whether the direction was appended to the direction code."""
+        return self.movement is not Movement.NO_CHANGE
+
+
+class ChainCode(Protocol):
+    """Both codes of a drive, whatever they were made from."""
+
+    @property
+    def movement(self) -> CodeSeries[Movement]:
+        """Return the movement codes so far, one per pair of frames."""
+
+    @property
+    def direction(self) -> CodeSeries[Direction] | CodeSeries[Freeman]:
+        """Return the direction codes so far, one per pair that is not ``NO_CHANGE``."""
+
+    @property
+    def directions(self) -> type[Direction] | type[Freeman]:
+        """Return which directions there are: the paper's four, or Freeman's eight."""
+
+    @property
+    def heading(self) -> AnyDirection:
+        """Return the current direction."""
+
+    def skip(self, *, end_turn: bool = False) -> Step:
+        """Append ``NO_CHANGE`` for a pair that cannot be judged."""
+
+
+class DynamicChainCode:
+    """
+    Turns the x-shift of each pair of frames into a movement code and a direction code.
+
+    A shift of ``threshold`` or more begins a turn: one code on the pair where it begins, and
+    ``NO_CHANGE`` until a pair falls below the threshold again. So for n frames there are n - 1
+    movements, and as many directions as movements other than ``NO_CHANGE``.
+
+    Wrong shifts can be waited out. A turn counts on the ``confirm_frames``-th pair in a row at or
+    beyond the threshold on one side; those before it are ``NO_CHANGE``, and stay so if it never
+    comes. A turn ends on the ``release_frames``-th pair in a row that is not beyond the threshold
+    on its side: those before it are part of the turn, and that one is judged afresh. Codes once
+    given never change. With 1 and 1, the defaults, this is the paper's state machine.
+    """
+
+    def __init__(
+        self, threshold: float = PAPER_THRESHOLD, *, confirm_frames: int = 1,
+        release_frames: int = 1, max_runs: int | None = None,
+    ) -> None:
+        """
+        Make a chain code that starts with the direction ``FORWARD``.
+
+        Parameters
+        ----------
+        threshold
+            T in pixels per frame, finite and above 0 (the paper: 12 to 60).
+        confirm_frames
+            Pairs in a row beyond the threshold that make a turn; 3 lets swerves of up to 2 pass.
+        release_frames
+            Pairs in a row that end a turn; 4 lets up to 3 wrong ones pass.
+        max_runs
+            Runs that each of the two series keeps; None keeps all.
+
+        Raises
+        ------
+        ValueError
+            The threshold is not a finite positive number, or one of the others is below 1.
+
+        """
+        self.threshold = threshold
+        self.confirm_frames = confirm_frames
+        self.release_frames = release_frames
+        self._movement: CodeSeries[Movement] = CodeSeries(max_runs=max_runs)
+        self._direction: CodeSeries[Direction] = CodeSeries(max_runs=max_runs)
+        self.reset()
+
+    @property
+    def threshold(self) -> float:
+        """Return T in pixels per frame; a new value holds from the next pair on."""
+        return self._threshold
+
+    @threshold.setter
+    def threshold(self, value: float) -> None:
+        if not (math.isfinite(value) and value > 0):
+            raise ValueError(f'threshold is {value}: give a finite number of pixels above 0')
+        self._threshold = float(value)
+
+    @property
+    def confirm_frames(self) -> int:
+        """Return how many pairs in a row make a turn; a new value holds from the next pair on."""
+        return self._confirm_frames
+
+    @confirm_frames.setter
+    def confirm_frames(self, value: int) -> None:
+        self._confirm_frames = _at_least_one('confirm_frames', value)
+
+    @property
+    def release_frames(self) -> int:
+        """Return how many pairs in a row end a turn; a new value holds from the next pair on."""
+        return self._release_frames
+
+    @release_frames.setter
+    def release_frames(self, value: int) -> None:
+        self._release_frames = _at_least_one('release_frames', value)
+
+    @property
+    def movement(self) -> CodeSeries[Movement]:
+        """Return the movement codes so far, one per pair of frames."""
+        return self._movement
+
+    @property
+    def direction(self) -> CodeSeries[Direction]:
+        """Return the direction codes so far, one per pair that is not ``NO_CHANGE``."""
+        return self._direction
+
+    @property
+    def directions(self) -> type[Direction]:
+        """Return which directions there are."""
+        return Direction
+
+    @property
+    def heading(self) -> Direction:
+        """Return the current direction."""
+        return self._heading
+
+    @property
+    def turn(self) -> Movement | None:
+        """Return the turn under way, ``LEFT`` or ``RIGHT``, or None."""
+        return self._turn
+
+    def reset(self) -> None:
+        """Start anew: no codes, direction ``FORWARD``, the next pair is the first."""
+        self._movement.clear()
+        self._direction.clear()
+        self._heading = Direction.FORWARD
+        self._started = False
+        self._end_turn()
+
+    def update(self, dx: float) -> Step:
+        """
+        Judge the next pair of frames by its x-shift in pixels, positive to the right.
+
+        Raises
+        ------
+        ValueError
+            ``dx`` is NaN or infinite; nothing has changed (a pair without a measurement is for
+            ``skip``).
+
+        """
+        if not math.isfinite(dx):
+            raise ValueError(f'shift is {dx}: give a finite number, or skip the pair')
+        return self._append(self._judge(dx))
+
+    def skip(self, *, end_turn: bool = False) -> Step:
+        """
+        Append ``NO_CHANGE`` for a pair that cannot be judged.
+
+        It says neither that a turn goes on nor that it ends, and is not counted among the pairs
+        that confirm or release one. ``end_turn`` says that what comes next has nothing to do with
+        what came before: a turn under way, or about to be confirmed, is over.
+        """
+        if end_turn:
+            self._end_turn()
+        return self._append(Movement.NO_CHANGE)
+
+    def _end_turn(self) -> None:
+        self._turn: Movement | None = None
+        # Pairs in a row that were not beyond the threshold on the side of the turn under way.
+        self._off_turn = 0
+        # The side on which the newest pair was beyond the threshold, and for how many in a row.
+        self._side: Movement | None = None
+        self._on_side = 0
+
+    def _judge(self, dx: float) -> Movement:
+        if not self._started:
+            self._started = True
+            return Movement.FORWARD
+        side = self._side_of(dx)
+        self._on_side = self._on_side + 1 if side is self._side else 1
+        self._side = side
+        if self._turn is not None and not self._is_released(side):
+            return Movement.NO_CHANGE
+        self._turn = None
+        if side is None:
+            return Movement.FORWARD
+        if self._on_side < self._confirm_frames:
+            return Movement.NO_CHANGE
+        self._turn = side
+        self._off_turn = 0
+        self._heading = (
+            self._heading.turned_left() if side is Movement.LEFT
+            else self._heading.turned_right())
+        return side
+
+    def _side_of(self, dx: float) -> Movement | None:
+        if dx >= self._threshold:
+            return Movement.LEFT
+        return Movement.RIGHT if dx <= -self._threshold else None
+
+    def _is_released(self, side: Movement | None) -> bool:
+        """Count a pair in mid-turn; return whether the turn ends with it."""
+        self._off_turn = 0 if side is self._turn else self._off_turn + 1
+        return self._off_turn >= self._release_frames
+
+    def _append(self, movement: Movement) -> Step:
+        step = Step(movement, self._heading)
+        self._movement.append(movement)
+        if step.appended:
+            self._direction.append(self._heading)
+        return step
+
+
+def _at_least_one(name: str, value: int) -> int:
+    if value < 1:
+        raise ValueError(f'{name} is {value}: give at least 1')
+    return value

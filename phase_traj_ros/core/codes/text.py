@@ -1,0 +1,136 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""
+The chain code as one line that a person can read, and its parser.
+
+Grammar (a space stands for exactly one)::
+
+    text    = "frames " n "; movement " series "; direction " series
+    series  = n " (0:" n " 1:" n " 2:" n " 3:" n ")" [" ..."] *(" " code "x" n)
+    code    = "0" | "1" | "2" | "3"
+    n       = a decimal number without sign
+
+The first number of a series is its length, the brackets hold how often each code occurred, and
+the runs follow, oldest first; ``...`` says that older runs are left out. With Freeman's eight
+directions the brackets of the second series go on to 7, and so do its codes. For example::
+
+    frames 34; movement 33 (0:0 1:25 2:1 3:7) 1x23 2x1 3x7 1x2; direction 26 (...) 1x23 2x3
+"""
+
+from dataclasses import dataclass
+from enum import IntEnum
+import re
+from typing import Any
+
+from phase_traj_ros.core.codes.codes import Movement
+from phase_traj_ros.core.codes.from_shift import ChainCode
+from phase_traj_ros.core.codes.series import CodeSeries
+
+_NUMBER = r'(0|[1-9]\d*)'
+
+
+def _pattern(kinds: int) -> re.Pattern[str]:
+    totals = ' '.join(f'{code}:{_NUMBER}' for code in range(kinds))
+    return re.compile(
+        rf'{_NUMBER} \({totals}\)( \.\.\.)?((?: [0-{kinds - 1}]x[1-9]\d*)*)', re.ASCII)
+
+
+_FOUR, _EIGHT = _pattern(4), _pattern(8)
+_TEXT = re.compile(f'frames {_NUMBER}; movement (.*); direction (.*)', re.ASCII)
+
+
+@dataclass(frozen=True, slots=True)
+class SeriesText:
+    """One series of codes as far as the text tells it."""
+
+    length: int
+    totals: tuple[int, ...]
+    """How often each of the codes, from 0 on, occurred; there are four, or eight."""
+    runs: tuple[tuple[int, int], ...]
+    """(code, count) of the newest runs, oldest first."""
+    complete: bool
+    """Whether the runs are all there ever were."""
+
+    def __str__(self) -> str:
+        """Return the series in the grammar of this module."""
+        totals = ' '.join(f'{code}:{total}' for code, total in enumerate(self.totals))
+        runs = ''.join(f' {code}x{count}' for code, count in self.runs)
+        return f'{self.length} ({totals}){"" if self.complete else " ..."}{runs}'
+
+
+@dataclass(frozen=True, slots=True)
+class ChainCodeText:
+    """Both codes as far as the text tells them."""
+
+    frames: int
+    movement: SeriesText
+    direction: SeriesText
+
+    def __str__(self) -> str:
+        """Return the line in the grammar of this module."""
+        return f'frames {self.frames}; movement {self.movement}; direction {self.direction}'
+
+
+def describe(
+    codes: ChainCode, *, frames: int, max_runs: int | None = None,
+) -> ChainCodeText:
+    """Return what the text tells of ``codes``, with at most ``max_runs`` runs a series."""
+    return ChainCodeText(
+        frames, _series_text(codes.movement, Movement, max_runs),
+        _series_text(codes.direction, codes.directions, max_runs))
+
+
+def parse(text: str) -> ChainCodeText:
+    """
+    Return what a line in the grammar of this module says.
+
+    Raises
+    ------
+    ValueError
+        The text does not follow the grammar, or its numbers do not add up.
+
+    """
+    match = _TEXT.fullmatch(text)
+    if match is None:
+        raise ValueError(f'not a chain code text: {text!r:.80}')
+    frames, movement, direction = match.groups()
+    return ChainCodeText(
+        int(frames), _parse_series(movement, _FOUR),
+        _parse_series(direction, _FOUR if _FOUR.fullmatch(direction) else _EIGHT))
+
+
+def _series_text(
+    series: CodeSeries[Any], codes: type[IntEnum], max_runs: int | None,
+) -> SeriesText:
+    runs = series.runs if max_runs is None else series.last_runs(max_runs)
+    kept = sum(run.count for run in runs)
+    return SeriesText(
+        length=len(series),
+        totals=series.totals_of(codes),
+        runs=tuple((int(run.code), run.count) for run in runs),
+        complete=kept == len(series),
+    )
+
+
+def _parse_series(text: str, pattern: re.Pattern[str]) -> SeriesText:
+    match = pattern.fullmatch(text)
+    if match is None:
+        raise ValueError(f'not a series of codes: {text!r:.80}')
+    length, *totals, dots, runs_text = match.groups()
+    runs = tuple(
+        (int(code), int(count))
+        for code, count in (run.split('x') for run in runs_text.split()))
+    series = SeriesText(
+        int(length), tuple(int(total) for total in totals), runs, complete=dots is None)
+    _check_sums(series)
+    return series
+
+
+def _check_sums(series: SeriesText) -> None:
+    shown = [
+        sum(count for run_code, count in series.runs if run_code == code)
+        for code in range(len(series.totals))]
+    short = sum(shown) < series.length
+    if (sum(series.totals) != series.length or short == series.complete
+            or any(part > total for part, total in zip(shown, series.totals))):
+        raise ValueError(f'the numbers of this series do not add up: {str(series)!r:.80}')

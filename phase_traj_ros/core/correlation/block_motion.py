@@ -1,0 +1,196 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""
+How the parts of a picture move: a cheap second opinion on a pair of frames.
+
+Both frames are reduced to some thousands of pixels and cut into blocks. It serves where one
+shift for the whole frame does not tell enough: whether anything moves at all, and which of two
+shifts most of the picture follows.
+"""
+
+from dataclasses import dataclass
+import math
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from phase_traj_ros.core.correlation.mask import mask_weights
+from phase_traj_ros.core.correlation.phase_correlation import Frame, Shift
+
+# The frames are reduced to about so many pixels: enough to average the sensor's noise away.
+_PIXELS = 8000
+_ROWS, _COLUMNS = 4, 8
+_LEAST_SIDE = 6
+# What counts as texture, as a share of what the tenth-best block has.
+_TEXTURE = 0.02
+# Share of a block that a mask has to leave.
+_OPEN = 0.5
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class BlockFlow:
+    """
+    Displacements of the blocks between two frames.
+
+    vectors
+        (n, 2) pixels of the frame, x to the right and y downwards.
+    textured
+        (n,) which of the blocks hold enough texture to tell.
+    """
+
+    vectors: NDArray[np.float64]
+    textured: NDArray[np.bool_]
+
+
+class BlockMotion:
+    """
+    Keeps two consecutive frames, reduced, and compares them block by block.
+
+    Nothing of a frame's size is allocated after the first frame.
+    """
+
+    def __init__(self, *, mask: ArrayLike | None = None) -> None:
+        """
+        Make one that waits for its first frame.
+
+        Blocks of which ``mask``, as the correlator takes it, leaves less than half are not
+        looked at.
+
+        Raises
+        ------
+        ValueError
+            The mask is none (see ``mask_weights``).
+
+        """
+        self._mask = None if mask is None else mask_weights(mask)
+        self._form: tuple[tuple[int, ...], np.dtype[Any]] | None = None
+        self._primed = False
+        # Reduced: the newest frame and the one before.
+        self._current: NDArray[np.float32] = np.empty((0, 0), np.float32)
+        self._previous: NDArray[np.float32] = np.empty((0, 0), np.float32)
+
+    def reset(self) -> None:
+        """Forget the previous frame."""
+        self._primed = False
+
+    def update(self, frame: Frame) -> bool:
+        """
+        Take the next frame, (H, W) of a type and a size that the correlator takes.
+
+        Return whether there is one to compare it with: not after the start, a reset or a change
+        of size.
+        """
+        if (frame.shape, frame.dtype) != self._form:
+            self._allocate(frame.shape, frame.dtype)
+        self._current, self._previous = self._previous, self._current
+        height, width = self._current.shape
+        reduced: NDArray[Any] = frame[:height * self._scale, :width * self._scale]
+        for half in self._halves:
+            # Halving again and again is several times as fast as reducing at one go.
+            reduced = cv2.resize(
+                reduced, half.shape[::-1], dst=half, interpolation=cv2.INTER_AREA)
+        self._current[...] = reduced
+        primed, self._primed = self._primed, True
+        return primed
+
+    def flow(self) -> BlockFlow:
+        """
+        Return how far each block has moved, by one step of least squares (Lucas and Kanade, 1981).
+
+        A block may change in brightness and contrast as well. This holds for displacements up to
+        about a pixel of the reduced frames; larger ones give wrong vectors, but hardly ever small
+        ones.
+        """
+        parts = self._parts
+        height, width = parts.shape[1:]
+        both = np.add(self._current, self._previous, out=self._both)
+        down, right = slice(1, height + 1), slice(1, width + 1)
+        # In the sum of both frames central differences are four times the mean gradient.
+        np.subtract(both[down, 2:width + 2], both[down, :width], out=parts[0])
+        np.subtract(both[2:height + 2, right], both[:height, right], out=parts[1])
+        parts[2] = both[down, right]
+        np.subtract(self._current[down, right], self._previous[down, right], out=parts[3])
+        blocks = self._blocks
+        blocks[...] = parts.reshape(self._split).transpose(1, 3, 0, 2, 4)
+        samples = blocks.reshape(-1, 4, blocks.shape[3] * blocks.shape[4])
+        samples -= samples.mean(axis=2, keepdims=True)
+        return self._solve((samples @ samples.transpose(0, 2, 1)).astype(np.float64))
+
+    def share_following(self, shift: Shift) -> float:
+        """
+        Return the share of the textured blocks that ``shift`` explains better than standing still.
+
+        What it brings in from outside of the frame is left out; 0 where no block is left.
+        """
+        height, width = self._current.shape
+        matrix = np.array(
+            [[1.0, 0.0, shift.dx / self._scale], [0.0, 1.0, shift.dy / self._scale]])
+        moved = cv2.warpAffine(
+            self._previous, matrix, (width, height), flags=cv2.INTER_LINEAR,
+            borderMode=cv2.BORDER_CONSTANT, borderValue=(math.nan,) * 4)
+        parts = self._parts
+        down, right = (slice(1, side + 1) for side in parts.shape[1:])
+        np.subtract(self._current[down, right], self._previous[down, right], out=parts[0])
+        np.subtract(self._current[down, right], moved[down, right], out=parts[1])
+        # Without its level, so that the sums of squares keep their digits.
+        np.subtract(self._current[down, right], self._current.mean(), out=parts[2])
+        seen = np.isfinite(parts[1], out=parts[3])
+        parts[:3] *= seen
+        np.nan_to_num(parts[:3], copy=False)
+        split = parts.reshape(self._split)
+        squares = np.square(split[:3]).sum(axis=(2, 4))
+        sums = split.sum(axis=(2, 4))
+        count = np.maximum(sums[3], 1.0)
+        still, moving, texture = squares / count - np.square(sums[:3] / count)
+        follows = (moving < still).ravel()[self._textured(texture.ravel())]
+        return float(follows.mean()) if len(follows) else 0.0
+
+    def _solve(self, moments: NDArray[np.float64]) -> BlockFlow:
+        across, along = moments[:, 0, 0], moments[:, 1, 1]
+        weaker = (across + along - np.hypot(across - along, 2.0 * moments[:, 0, 1])) / 2.0
+        known = moments[:, :3, :3]
+        # Keeps blocks without any texture solvable, and bends no others.
+        lift = 1e-6 * float(np.trace(known, axis1=1, axis2=2).mean()) + np.finfo(np.float32).tiny
+        solved = np.linalg.solve(known + lift * np.eye(3), moments[:, :3, 3:])[:, :2, 0]
+        # Where it is brighter to the right, growing brightness says that the content moves left.
+        return BlockFlow(
+            vectors=solved * (-4.0 * self._scale),
+            textured=self._textured(weaker))
+
+    def _textured(self, texture: NDArray[np.floating[Any]]) -> NDArray[np.bool_]:
+        """Return which blocks, (n,), have enough texture and are not masked out."""
+        open_ones = texture[self._open]
+        if not len(open_ones):
+            return self._open
+        rank = len(open_ones) * 9 // 10
+        enough: NDArray[np.bool_] = texture > _TEXTURE * np.partition(open_ones, rank)[rank]
+        return self._open & enough
+
+    def _allocate(self, shape: tuple[int, int], dtype: np.dtype[Any]) -> None:
+        self._form = shape, dtype
+        self._primed = False
+        wanted = round(math.log2(max(shape[0] * shape[1] / _PIXELS, 1.0)) / 2)
+        halvings = min(wanted, int(math.log2(min(shape) / (_LEAST_SIDE + 2))))
+        self._scale = 2 ** halvings
+        height, width = (side // self._scale for side in shape)
+        self._halves = [
+            np.empty((height << left, width << left), dtype)
+            for left in reversed(range(halvings))]
+        # Differences are taken within the frame, so its border is in no block.
+        rows, columns = (
+            max(min(most, (side - 2) // _LEAST_SIDE), 1)
+            for most, side in ((_ROWS, height), (_COLUMNS, width)))
+        tall, wide = (height - 2) // rows, (width - 2) // columns
+        self._current = np.empty((height, width), np.float32)
+        self._previous = np.empty((height, width), np.float32)
+        self._both = np.empty((height, width), np.float32)
+        self._parts = np.empty((4, rows * tall, columns * wide), np.float32)
+        self._split = (4, rows, tall, columns, wide)
+        self._blocks = np.empty((rows, columns, 4, tall, wide), np.float32)
+        self._open = np.ones(rows * columns, np.bool_)
+        if self._mask is not None:
+            weights = cv2.resize(self._mask, (width, height), interpolation=cv2.INTER_AREA)
+            inner = weights[1:rows * tall + 1, 1:columns * wide + 1]
+            means = inner.reshape(self._split[1:]).mean(axis=(1, 3))
+            self._open = means.ravel() >= _OPEN

@@ -1,0 +1,293 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""
+Phase correlation: the shift of the picture between two frames.
+
+The method is Kuglin and Hines's; the equations are numbered as in A. A. Abdulkadhem, "Trajectory
+Approximation of Video Based on Phase Correlation for Forward Facing Camera".
+"""
+
+from dataclasses import dataclass
+import math
+from typing import cast
+
+import cv2
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from phase_traj_ros.core.correlation.mask import check_size, mask_weights
+from phase_traj_ros.core.correlation.spectrum import padded_shape, Whitener
+from phase_traj_ros.core.correlation.windows import Window, window_2d
+from phase_traj_ros.errors import FrameError
+
+Frame = NDArray[np.uint8] | NDArray[np.uint16] | NDArray[np.float32]
+
+_MIN_SIDE = 8
+_DTYPES = (np.uint8, np.uint16, np.float32)
+# Rounding noise of a float32 transform, as a share of the spectrum's root mean square.
+_ROUNDING = 1e-6
+# Half a side of the square about a peak that forward motion spreads it over, as a share of the
+# frame's size (the root of its area): 4 pixels for a frame of 376 x 1241.
+_REACH = 1 / 170
+
+
+@dataclass(frozen=True, slots=True)
+class Shift:
+    """
+    Displacement of the picture's content from the previous frame to the current one.
+
+    dx
+        Pixels, positive to the right: the camera turned left.
+    dy
+        Pixels, positive downwards.
+    response
+        Height of the correlation peak, 0 to 1: 1 for identical frames, 0 where there is nothing
+        to correlate (a constant frame).
+    """
+
+    dx: float
+    dy: float
+    response: float
+
+
+class PhaseCorrelator:
+    """
+    Measures the shift between each frame and the one before it.
+
+    Keeps the previous frame's whitened spectrum, so that a frame costs one forward and one
+    inverse transform. Nothing of a frame's size is allocated after the first frame.
+    """
+
+    def __init__(
+        self, *, window: Window = Window.SQRT_HANN, mask: ArrayLike | None = None,
+    ) -> None:
+        """
+        Make a correlator; the frames' size is learned from the first frame.
+
+        Parameters
+        ----------
+        window
+            Taper of the frames.
+        mask
+            How much each pixel counts, (H, W) from 0 to 1 or from 0 to 255; None for all alike.
+
+        Raises
+        ------
+        ValueError
+            The mask is none (see ``mask_weights``).
+
+        """
+        self._window_form = window
+        self._mask = None if mask is None else mask_weights(mask)
+        self._shape: tuple[int, int] | None = None
+        self._primed = False
+        # Two arrays are all a pair needs, as every step is done in place: so they stay in the
+        # cache. One holds the last frame's whitened spectrum. The other one holds the last pair's
+        # map, until the next frame goes there; then they swap.
+        self._spectrum: NDArray[np.float32] = np.empty((0, 0), np.float32)
+        self._map: NDArray[np.float32] = np.empty((0, 0), np.float32)
+        self._energy = 0.0
+        # What the map is to be divided by, or 0 if there is none, and where its peak is.
+        self._norm = 0.0
+        self._peak = (0, 0)
+
+    def reset(self) -> None:
+        """Forget the previous frame: the next one starts anew."""
+        self._primed = False
+
+    def update(self, frame: Frame) -> Shift | None:
+        """
+        Return the shift from the previous frame to ``frame``, or None if there is none.
+
+        There is none for the first frame, after a reset, and when the frame's size changes: then
+        the correlator starts anew with the frame given.
+
+        Parameters
+        ----------
+        frame
+            (H, W) uint8, uint16 or float32, at least 8 x 8, of any scale and offset.
+
+        Raises
+        ------
+        FrameError
+            The frame has another shape or type than it may have, or not the mask's size, or it
+            holds NaN or infinity. The correlator is as it was before the call.
+
+        """
+        mean, deviation = _check(frame)
+        if self._mask is not None:
+            check_size(frame, self._mask)
+        if frame.shape != self._shape:
+            self._allocate(frame.shape)
+        energy = self._transform(frame, mean, deviation)
+        self._spectrum, self._map = self._map, self._spectrum
+        norm = math.sqrt(self._energy * energy) * self._map.size
+        self._energy = energy
+        if self._primed:
+            return self._correlate(norm)
+        self._primed, self._norm = True, 0.0
+        return None
+
+    def correlation_map(self) -> NDArray[np.float32]:
+        """
+        Return a copy of the last pair's correlation map r (eq. 2, the paper's figure 2).
+
+        (M, N) float32, the padded size; the zero shift is at [M // 2, N // 2], and identical
+        frames peak at 1. Meaningful after ``update`` has returned a shift.
+        """
+        centred = np.fft.fftshift(self._map)
+        return cast('NDArray[np.float32]', centred / np.float32(self._map.size))
+
+    def significance(self, shift: Shift) -> float:
+        """
+        Return how far the last pair's map stands out about ``shift``, in standard deviations.
+
+        That is the map's sum over a small square about the shift, over what such a sum would
+        typically be if the two frames had nothing in common: then the phases are random, and the
+        map is noise of which the standard deviation is known (the energy of a whitened spectrum
+        is). Unlike the peak's height, the sum keeps what forward motion spreads around it.
+        Meaningful for shifts measured on the last pair; 0 where nothing was correlated.
+        """
+        if self._norm == 0.0:
+            return 0.0
+        reach = max(round(_REACH * math.sqrt(self._window.size)), 1)
+        near = self._near((round(shift.dy), round(shift.dx)), reach)
+        values = self._map[near]
+        return float(values.sum(dtype=np.float64)) / math.sqrt(self._norm * values.size)
+
+    def second_peak(self, *, apart: int) -> Shift:
+        """
+        Return the highest point of the last pair's map that is not near the peak.
+
+        Near is what lies within ``apart`` pixels of it, along the rows and along the columns,
+        cyclically as the map is. It is refined like the peak. Response 0 says that the map holds
+        nothing positive there, or nothing at all. Meaningful after ``update`` has returned a
+        shift; calls change nothing and allocate nothing of a frame's size.
+        """
+        if self._norm == 0.0:
+            return Shift(0.0, 0.0, 0.0)
+        near = self._near(self._peak, apart)
+        saved = self._map[near]
+        self._map[near] = -np.inf
+        row, column = divmod(int(self._map.argmax()), self._map.shape[1])
+        self._map[near] = saved
+        if self._map[row, column] <= 0.0:
+            return Shift(0.0, 0.0, 0.0)
+        return self._shift_at(row, column)
+
+    def _near(
+        self, place: tuple[int, int], reach: int,
+    ) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+        """Return the index of the square about ``place`` (row, column) of the cyclic map."""
+        rows, columns = (
+            np.arange(middle - most, middle + most + 1) % side
+            for middle, side in zip(place, self._map.shape)
+            for most in (min(reach, side // 2 - 1),))
+        return rows[:, None], columns[None, :]
+
+    def _allocate(self, shape: tuple[int, int]) -> None:
+        padded = padded_shape(shape)
+        self._shape = shape
+        self._window = window_2d(self._window_form, shape)
+        if self._mask is not None:
+            self._window *= self._mask
+            self._window_sum = float(self._window.sum(dtype=np.float64))
+        self._window_rms = math.sqrt(float(np.mean(np.square(self._window))))
+        self._spectrum = np.zeros(padded, np.float32)
+        self._map = np.zeros(padded, np.float32)
+        self._whiten = Whitener(padded)
+        self._primed = False
+
+    def _transform(self, frame: Frame, mean: float, deviation: float) -> float:
+        """Put the whitened spectrum of ``frame`` where the map was; return its energy."""
+        height, width = frame.shape
+        spectrum = self._map
+        if deviation == 0.0:
+            spectrum.fill(0.0)
+            return 0.0
+        tapered = spectrum[:height, :width]
+        spectrum[height:] = 0.0
+        spectrum[:height, width:] = 0.0
+        # Without its mean, a frame that is almost constant does not show the window's own
+        # spectrum, which never moves and would measure a shift of zero.
+        cv2.subtract(  # type: ignore[call-overload]
+            frame, (mean, 0.0, 0.0, 0.0), dst=tapered, dtype=cv2.CV_32F)
+        cv2.multiply(tapered, self._window, dst=tapered)
+        spectrum_rms = deviation * self._window_rms * math.sqrt(frame.size)
+        if self._mask is not None:
+            # The mean of what the mask leaves is another one, and there may be nothing else.
+            rest = cv2.sumElems(tapered)[0] / self._window_sum
+            cv2.scaleAdd(self._window, -rest, tapered, dst=tapered)
+            if cv2.norm(tapered) <= _ROUNDING * spectrum_rms:
+                spectrum.fill(0.0)
+                return 0.0
+        cv2.dft(spectrum, dst=spectrum)
+        return self._whiten(spectrum, _ROUNDING * spectrum_rms)
+
+    def _correlate(self, norm: float) -> Shift:
+        """Turn the previous frame's spectrum into the map; find its peak (eqs. 1 to 3)."""
+        self._norm = norm
+        if norm == 0.0:
+            self._map.fill(0.0)
+            return Shift(0.0, 0.0, 0.0)
+        # Eq. 1 conjugates the current spectrum and so peaks at minus the displacement. The
+        # previous one is conjugated here, which puts the peak at the displacement itself.
+        cv2.mulSpectrums(self._spectrum, self._map, 0, self._map, conjB=True)
+        cv2.dft(self._map, dst=self._map, flags=cv2.DFT_INVERSE)
+        self._peak = row, column = divmod(int(self._map.argmax()), self._map.shape[1])
+        return self._shift_at(row, column)
+
+    def _shift_at(self, row: int, column: int) -> Shift:
+        return Shift(
+            dx=_refine(self._map[row], column),
+            dy=_refine(self._map[:, column], row),
+            response=min(float(self._map[row, column]) / self._norm, 1.0),
+        )
+
+
+def check_form(frame: Frame) -> None:
+    """
+    Make sure that a frame has a shape and a type that can be correlated.
+
+    Raises
+    ------
+    FrameError
+        It has not.
+
+    """
+    if frame.ndim != 2:
+        raise FrameError(f'frame has shape {frame.shape}: give a grey frame of shape (H, W)')
+    if frame.dtype not in _DTYPES:
+        raise FrameError(f'frame is {frame.dtype}: give uint8, uint16 or float32')
+    if min(frame.shape) < _MIN_SIDE:
+        height, width = frame.shape
+        raise FrameError(
+            f'frame is {width}x{height} pixels: at least {_MIN_SIDE}x{_MIN_SIDE} are needed')
+
+
+def _check(frame: Frame) -> tuple[float, float]:
+    """Return mean and standard deviation of a frame that can be used."""
+    check_form(frame)
+    means, deviations = cv2.meanStdDev(frame)
+    mean, deviation = float(means[0, 0]), float(deviations[0, 0])
+    if not math.isfinite(mean + deviation):
+        raise FrameError('frame holds NaN or infinity, or values too large for float32')
+    return mean, deviation
+
+
+def _refine(line: NDArray[np.float32], peak: int) -> float:
+    """
+    Return the peak's position along a cyclic line through it, in fractions of a pixel.
+
+    A shift by whole pixels and a fraction d gives a peak of the form sin(pi x) / (pi x) about
+    the true position (the Dirichlet kernel; cf. Foroosh, Zerubia, Berthod, "Extension of phase
+    correlation to subpixel registration", 2002). For that form the two neighbours' difference
+    over the peak is q = 2 d / (1 - d**2), which is solved for d. Taking the difference leaves
+    out whatever surrounds the peak evenly, such as the broad foot that forward motion gives it.
+    """
+    length = len(line)
+    centre = float(line[peak])
+    right, left = float(line[(peak + 1) % length]), float(line[peak - 1])
+    ratio = (right - left) / centre if centre > 0.0 else 0.0
+    fraction = ratio / (1.0 + math.sqrt(1.0 + ratio * ratio))
+    position = peak if peak < length - peak else peak - length
+    return position + min(max(fraction, -0.5), 0.5)

@@ -1,0 +1,276 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Heading and turns of one camera whose focal length is known: frames in, yaw added up."""
+
+from dataclasses import dataclass
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+from phase_traj_ros.core.camera.field_of_view import FieldOfView, FieldOfViewEstimator, SURE
+from phase_traj_ros.core.camera.model import CameraModel, MOST_FOCAL_PX
+from phase_traj_ros.core.camera.projection import (
+    CylinderProjection,
+    focal_from_hfov,
+    hfov_from_focal,
+    LEAST_HFOV_DEG,
+)
+from phase_traj_ros.core.correlation.mask import check_size
+from phase_traj_ros.core.correlation.phase_correlation import Frame, Shift
+from phase_traj_ros.core.heading.tracker import HeadingStep, HeadingTracker
+from phase_traj_ros.core.heading.turns import Turn, TurnDetector
+from phase_traj_ros.core.heading.yaw_meter import YawMeasurement, YawMeter
+from phase_traj_ros.errors import FrameError
+
+_LEAST_BEND_DEG = 20.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Lens:
+    """
+    What is known of the camera: one of the three is enough.
+
+    Numbers that are given count before a calibration, as whoever gives them knows why.
+
+    Raises
+    ------
+    ValueError
+        None is given, or one is out of its range.
+
+    """
+
+    focal_px: float = 0.0
+    """Focal length in pixels of the full frame; 0 if not known."""
+    hfov_deg: float = 0.0
+    """Horizontal field of view in degrees, from edge to edge; counts where the above is 0."""
+    camera: CameraModel | None = None
+    """The calibration, for frames of one size; counts where both of the above are 0."""
+
+    def __post_init__(self) -> None:
+        """Check the values."""
+        if not 0.0 <= self.focal_px <= MOST_FOCAL_PX:
+            raise ValueError(
+                f'focal_px is {self.focal_px}: give a number of pixels, at most'
+                f' {MOST_FOCAL_PX:.0e}, or 0')
+        if self.hfov_deg != 0.0 and not LEAST_HFOV_DEG <= self.hfov_deg < 180.0:
+            raise ValueError(
+                f'hfov_deg is {self.hfov_deg}: give degrees from {LEAST_HFOV_DEG} to below 180, or'
+                ' 0')
+        if self.focal_px == 0.0 and self.hfov_deg == 0.0 and self.camera is None:
+            raise ValueError(
+                'neither focal_px nor hfov_deg nor a calibration of the camera is known: give one'
+                ' of them')
+
+    @property
+    def calibrated(self) -> bool:
+        """Return whether it is the calibration that counts."""
+        return self.focal_px == 0.0 and self.hfov_deg == 0.0
+
+    def focal_for(self, width: int) -> float:
+        """Return the (horizontal) focal length in pixels for frames ``width`` pixels wide."""
+        if self.calibrated:
+            assert self.camera is not None
+            return self.camera.fx
+        return self.focal_px or focal_from_hfov(self.hfov_deg, width)
+
+    def camera_for(self, shape: tuple[int, int]) -> CameraModel:
+        """
+        Return the model of the camera for frames of this shape, (H, W).
+
+        Raises
+        ------
+        FrameError
+            The calibration counts, and is for pictures of another size.
+
+        """
+        if not self.calibrated or self.camera is None:
+            return CameraModel.pinhole(shape, self.focal_for(shape[1]))
+        if shape != self.camera.shape:
+            raise FrameError(
+                f'frames of {shape[1]}x{shape[0]} pixels, but the calibration of the camera is for'
+                f' {self.camera.width}x{self.camera.height}: publish the camera_info that belongs'
+                ' to the images, or give focal_px')
+        return self.camera
+
+
+@dataclass(frozen=True, slots=True)
+class HeadingUpdate:
+    """What one pair of frames adds to the heading."""
+
+    step: HeadingStep
+    shift: Shift | None
+    """Shift of the picture in its middle, in pixels of the full frame; None if not comparable."""
+    measured: bool
+    """Whether the yaw was measured, and not bridged."""
+    turns: tuple[Turn, ...]
+    """Turns that are known to have ended."""
+
+
+class HeadingEstimator:
+    """Measures the yaw of each pair, adds it up, and finds the turns."""
+
+    def __init__(
+        self, lens: Lens, *, rotate_180: bool = False, mask: NDArray[np.uint8] | None = None,
+        calibrating: bool = False,
+    ) -> None:
+        """
+        Make an estimator; the frames' size is learned from the first frame.
+
+        Parameters
+        ----------
+        lens
+            Focal length, field of view or calibration of the camera.
+        rotate_180
+            Whether it is mounted upside down.
+        mask
+            (H, W), how much each pixel of the frames counts.
+        calibrating
+            Whether the lens is a guess: once the turns tell the field of view with some certainty,
+            that is used in its place, and the heading so far is corrected.
+
+        """
+        self._lens = lens
+        self._calibrating = calibrating
+        self._rotate_180 = rotate_180
+        self._mask = mask
+        self._meter: YawMeter | None = None
+        self._shape: tuple[int, ...] = ()
+        self._focal = (0.0, 0.0)
+        self._tracker = HeadingTracker()
+        self._turns = TurnDetector()
+        # With a field of view that is too narrow, turns look smaller than they are.
+        self._bends = TurnDetector(min_angle_deg=_LEAST_BEND_DEG)
+        self._view: FieldOfViewEstimator | None = None
+
+    @property
+    def field_of_view(self) -> FieldOfView | None:
+        """Return what the turns tell of the field of view, whatever the lens; None at first."""
+        return None if self._view is None else self._view.estimate
+
+    @property
+    def tracker(self) -> HeadingTracker:
+        """Return what adds up the yaw."""
+        return self._tracker
+
+    @property
+    def lens(self) -> Lens:
+        """Return what is known of the camera."""
+        return self._lens
+
+    @property
+    def focal_px(self) -> float:
+        """Return the (horizontal) focal length in pixels of the frames; 0 before the first."""
+        return self._focal[0]
+
+    @property
+    def hfov_deg(self) -> float:
+        """Return the horizontal field of view in degrees that this stands for; 0 at first."""
+        return hfov_from_focal(self._focal[0], self._shape[1]) if self._shape else 0.0
+
+    def use_lens(self, lens: Lens) -> None:
+        """
+        Go on with another lens (nothing happens if it is the same).
+
+        The heading is kept, and the next frame has none to be compared with.
+        """
+        if lens != self._lens:
+            self._lens = lens
+            self._meter = None
+
+    def turn_180(self, upside_down: bool) -> None:
+        """Go on with the camera mounted this way up, as ``use_lens`` does."""
+        if upside_down != self._rotate_180:
+            self._rotate_180 = upside_down
+            self._meter = None
+
+    def restart(self) -> None:
+        """Start anew at heading 0; the newest frame is the first. What is settled stays so."""
+        self._tracker.reset()
+        self._turns.reset()
+        self._bends.reset()
+        # A recording that is played again has nothing new to tell.
+        self._view = None
+
+    def forget_frame(self) -> None:
+        """Do not compare the next frame with the one before; the heading is kept."""
+        if self._meter is not None:
+            self._meter.reset()
+
+    def correlation_map(self) -> NDArray[np.float32]:
+        """Return the map of the newest pair on the cylinder; (0, 0) before the first frame."""
+        if self._meter is None:
+            return np.zeros((0, 0), np.float32)
+        return self._meter.correlation_map()
+
+    def finish(self) -> list[Turn]:
+        """Return the turn that is under way at the end, if it is one already."""
+        return self._turns.finish()
+
+    def measure(self, frame: Frame, interval: float) -> YawMeasurement | None:
+        """
+        Return what the next frame tells, or None if there is none to compare it with.
+
+        Raises
+        ------
+        FrameError
+            The frame cannot be used. It is as if it had never come.
+
+        """
+        if self._meter is None or frame.shape != self._shape:
+            self._meter = self._make_meter(frame)
+        return self._meter.update(frame, interval)
+
+    def start(self, stamp_ns: int) -> None:
+        """Note the stamp of the first frame."""
+        self._turns.update(stamp_ns, 0.0)
+        self._bends.update(stamp_ns, 0.0)
+
+    def add(
+        self, measurement: YawMeasurement | None, stamp_ns: int, interval: float,
+    ) -> HeadingUpdate:
+        """Add a pair's measurement, or bridge it where there is none."""
+        if measurement is None:
+            step = self._tracker.update(None, interval)
+        else:
+            step = self._tracker.update(
+                measurement.yaw, interval, certain=measurement.certain)
+        turns = tuple(self._turns.update(stamp_ns, step.heading))
+        for bend in self._bends.update(stamp_ns, step.heading):
+            self._learn(bend.angle_deg)
+        shift = None if measurement is None else self._in_full_pixels(measurement.shift)
+        return HeadingUpdate(step, shift, not step.bridged, turns)
+
+    def _learn(self, angle_deg: float) -> None:
+        """Learn from a turn what the field of view is."""
+        if self._view is None:
+            self._view = FieldOfViewEstimator()
+        self._view.add(angle_deg, focal=self._focal[0] / self._shape[1])
+        if not self._calibrating:
+            return
+        found = self._view.estimate
+        if found.sureness >= SURE:
+            self._calibrating = False
+            factor = self._focal[0] / focal_from_hfov(found.hfov_deg, self._shape[1])
+            for part in (self._tracker, self._turns, self._bends):
+                part.scale(factor)
+            self.use_lens(Lens(hfov_deg=found.hfov_deg))
+
+    def _make_meter(self, frame: Frame) -> YawMeter:
+        if frame.ndim != 2 or min(frame.shape) < 1:
+            raise FrameError(f'frame has shape {frame.shape}: give grey frames (H, W)')
+        if self._mask is not None:
+            check_size(frame, self._mask)
+        camera = self._lens.camera_for((frame.shape[0], frame.shape[1]))
+        projection = CylinderProjection(camera, rotate_180=self._rotate_180)
+        mask = None if self._mask is None else np.divide(self._mask, 255, dtype=np.float32)
+        meter = YawMeter(projection, mask=mask)
+        self._focal = (camera.fx, camera.fy)
+        self._px_per_rad = projection.px_per_rad
+        self._shape = frame.shape
+        return meter
+
+    def _in_full_pixels(self, shift: Shift) -> Shift:
+        yaw = min(max(shift.dx / self._px_per_rad, -1.5), 1.5)
+        return Shift(
+            self._focal[0] * math.tan(yaw), shift.dy * (self._focal[1] / self._px_per_rad),
+            shift.response)

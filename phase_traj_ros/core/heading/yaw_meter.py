@@ -1,0 +1,244 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""
+Yaw from frame to frame: phase correlation on the cylinder, then what its blocks say of it.
+
+Phase correlation finds how far the picture as a whole has moved. On a road that is yaw and a
+little more: what stands beside the road passes by, on one side more than on the other, and in a
+turn the camera itself moves sideways. So the shift is where the blocks of a grid are looked for,
+and yaw is what their displacements have in common whatever their distance.
+"""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from phase_traj_ros.core.camera.projection import CylinderProjection
+from phase_traj_ros.core.correlation.phase_correlation import Frame, PhaseCorrelator, Shift
+from phase_traj_ros.core.correlation.windows import Window
+from phase_traj_ros.core.heading.camera_motion import CameraMotion, MotionFit, Travel
+from phase_traj_ros.core.heading.local_shifts import BlockGrid, BlockShifts
+from phase_traj_ros.errors import FrameError
+
+# Of a block's displacement, in pixels of the cylinder.
+_DEVIATION_PX = 0.25
+# Vertically, the picture shakes by less than this from frame to frame; pixels of the cylinder.
+_MOST_SHAKING = 20.0
+# Farther than this from where the last pair lets expect it, the shift is doubted, and so it is
+# when a smaller share of the blocks agrees.
+_SURPRISE_PX = 6.0
+_DOUBT = 0.5
+_LEAST_AGREEMENT = 0.3
+_LEAST_BLOCKS = 10.0
+# The world has moved in all blocks if the picture has turned by this, and in those lower than a
+# slope (6 degrees: the road some 15 m ahead) if most blocks have moved by this; in pixels.
+_TURNED, _DRIVING = 1.2, 2.0
+_LOW = 0.1
+# A shift alone has to stand out of noise by so many standard deviations, and is doubted if it is
+# that of a pattern fixed to the camera, which does not move, in pixels.
+_LEAST_SIGNIFICANCE = 8.0
+_AT_ZERO = 0.75
+# A block sees this far, (rows, columns).
+_REACH = (9, 9)
+# No second peak is looked for nearer to the first, in pixels.
+_APART = 2
+# Brightness that pictures are brought to, as a grey level, and how fast it follows theirs.
+_BRIGHTNESS, _FOLLOWING = 100.0, 0.05
+
+
+@dataclass(frozen=True, slots=True)
+class YawMeasurement:
+    """
+    What one pair of frames tells of the camera's rotation.
+
+    shift
+        The shift of the picture as a whole, in pixels of the cylinder.
+    yaw
+        In radians, left positive; None where nothing was measured.
+    refined
+        Whether it is what the blocks have in common. Otherwise, they do not agree (the vehicle
+        has gone too far between the two frames, say), and it is what the shift alone says.
+    agreement
+        Share of the blocks that agree, 0 to 1.
+    """
+
+    shift: Shift
+    yaw: float | None
+    refined: bool
+    agreement: float
+
+    @property
+    def certain(self) -> bool:
+        """Return whether most of the blocks agree on the yaw."""
+        return self.refined and self.agreement >= _DOUBT
+
+
+class YawMeter:
+    """Measures the yaw between each frame and the one before it."""
+
+    def __init__(
+        self, projection: CylinderProjection, *, window: Window = Window.SQRT_HANN,
+        mask: NDArray[np.float32] | None = None,
+    ) -> None:
+        """
+        Make a meter for frames of the size that ``projection`` takes.
+
+        Parameters
+        ----------
+        projection
+            From frames to the cylinder.
+        window
+            Taper of the cylinder's pictures before they are correlated.
+        mask
+            How much each pixel of the frames counts, (H, W) from 0 to 1; None for all alike.
+
+        Raises
+        ------
+        FrameError
+            The mask has another size than the frames, or leaves too little of what is projected.
+
+        """
+        self._projection = projection
+        counts = projection.inside
+        if mask is not None:
+            mask = np.asarray(projection(mask), np.float32)
+            counts = counts & (cv2.erode(mask, np.ones(_REACH)) > 0.5)
+        self._grid = BlockGrid(projection.shape, counts=counts)
+        if len(self._grid.middles) < _LEAST_BLOCKS:
+            raise FrameError('the mask leaves too little of the frames to measure yaw: give one'
+                             ' that covers less')
+        self._correlator = PhaseCorrelator(window=window, mask=mask)
+        columns, rows = self._grid.middles.T
+        scale = projection.px_per_rad
+        azimuths = np.interp(columns, np.arange(projection.shape[1]), projection.azimuths)
+        slopes = np.interp(rows, np.arange(projection.shape[0]), projection.slopes)
+        self._fit = MotionFit(azimuths, slopes, deviation=_DEVIATION_PX / scale)
+        self._low = slopes > _LOW
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget everything: the next frame starts anew."""
+        self._correlator.reset()
+        self._grid.forget()
+        self._previous: NDArray[np.uint8] | None = None
+        self._brightness: float | None = None
+        self._travel = Travel()
+        self._rate = 0.0
+
+    def correlation_map(self) -> NDArray[np.float32]:
+        """Return the map of the newest pair, as ``PhaseCorrelator.correlation_map`` does."""
+        return self._correlator.correlation_map()
+
+    def update(self, frame: Frame, interval: float) -> YawMeasurement | None:
+        """
+        Return the yaw from the previous frame to ``frame``, or None for the first frame.
+
+        Parameters
+        ----------
+        frame
+            (H, W) uint8, uint16 or float32, of the size the projection was made for.
+        interval
+            Seconds since the previous frame, above 0; of no meaning for the first.
+
+        Raises
+        ------
+        FrameError
+            The frame cannot be used. It is as if it had never come.
+
+        """
+        projected = self._projection(frame)
+        shift = self._correlator.update(projected)
+        current = self._levelled(projected)
+        previous, self._previous = self._previous, current
+        if previous is None or shift is None or interval <= 0.0:
+            self._travel, self._rate = Travel(), 0.0
+            return None
+        travel = self._travel.after(interval)
+        farthest = self._projection.shape[1] / 2
+        foreseen = self._rate * interval * self._projection.px_per_rad
+        foreseen = min(max(foreseen, -farthest), farthest)
+        motion = None
+        if shift.response > 0.0:
+            motion = self._motion(previous, current, shift, travel, foreseen)
+        agreement = 0.0 if motion is None else motion.agreement
+        if motion is not None and _believed(motion):
+            self._travel, self._rate = motion.travel, motion.yaw / interval
+            return YawMeasurement(shift, motion.yaw, True, agreement)
+        self._travel = travel
+        dx = self._shift_alone(shift, foreseen)
+        if dx is None:
+            return YawMeasurement(shift, None, False, agreement)
+        yaw = self._projection.yaw(dx)
+        self._rate = yaw / interval
+        return YawMeasurement(shift, yaw, False, agreement)
+
+    def _shift_alone(self, shift: Shift, foreseen: float) -> float | None:
+        """Return the shift that stands out of noise and is not that of a fixed pattern, if any."""
+        if max(abs(shift.dx), abs(shift.dy)) <= _AT_ZERO and abs(foreseen) > _SURPRISE_PX / 2:
+            shift = self._correlator.second_peak(apart=_APART)
+        stands_out = self._correlator.significance(shift) >= _LEAST_SIGNIFICANCE
+        return shift.dx if stands_out and abs(shift.dy) < _MOST_SHAKING else None
+
+    def _motion(
+        self, previous: NDArray[np.uint8], current: NDArray[np.uint8], shift: Shift,
+        travel: Travel, foreseen: float,
+    ) -> CameraMotion | None:
+        """
+        Look for the blocks where the shift says, and elsewhere if there is reason to doubt it.
+
+        A pattern that is fixed to the camera pins the shift to zero; then the second peak is that
+        of the street. After a wrong peak, the yaw rate of the pair before leads back.
+        """
+        scale = self._projection.px_per_rad
+        shaking = min(max(shift.dy, -_MOST_SHAKING), _MOST_SHAKING)
+        best, blocks = self._look(previous, current, (shift.dx, shaking), travel)
+        if best is None or best.agreement < _DOUBT or abs(shift.dx - foreseen) > _SURPRISE_PX:
+            best, blocks = _better((best, blocks), self._look(
+                previous, current, (foreseen, 0.0), travel))
+        if best is None or best.agreement < _DOUBT:
+            second = self._correlator.second_peak(apart=_APART)
+            best, blocks = _better((best, blocks), self._look(
+                previous, current, (second.dx, 0.0), travel))
+        if best is not None and _believed(best):
+            self._grid.learn(blocks, self._must_move(blocks, best.yaw * scale))
+        return best
+
+    def _must_move(self, blocks: BlockShifts, turned: float) -> NDArray[np.bool_]:
+        """Return in which blocks any part of the world must have moved."""
+        if abs(turned) > _TURNED:
+            return np.ones(len(self._low), np.bool_)
+        # Straight ahead, what is far away does not move; but the road is near.
+        driving = float(np.median(np.hypot(blocks.dx, blocks.dy))) > _DRIVING
+        return self._low if driving else np.zeros_like(self._low)
+
+    def _look(
+        self, previous: NDArray[np.uint8], current: NDArray[np.uint8],
+        expected: tuple[float, float], travel: Travel,
+    ) -> tuple[CameraMotion | None, BlockShifts]:
+        scale = self._projection.px_per_rad
+        blocks = self._grid.measure(previous, current, expected=expected)
+        return self._fit(blocks.dx / scale, blocks.dy / scale, blocks.weight, travel), blocks
+
+    def _levelled(self, picture: Frame) -> NDArray[np.uint8]:
+        """Return the picture in 8 bits, and without sudden changes of exposure."""
+        brightness = cv2.mean(picture)[0]
+        if self._brightness is None:
+            self._brightness = brightness if picture.dtype == np.uint8 else _BRIGHTNESS
+        gain = self._brightness / brightness if brightness > 0.0 else 1.0
+        if picture.dtype == np.uint8:
+            self._brightness += _FOLLOWING * (brightness - self._brightness)
+        return cv2.convertScaleAbs(picture, alpha=gain)  # type: ignore[return-value]
+
+
+def _believed(motion: CameraMotion) -> bool:
+    return motion.agreement >= _LEAST_AGREEMENT and motion.agreeing >= _LEAST_BLOCKS
+
+
+def _better(
+    one: tuple[CameraMotion | None, BlockShifts], other: tuple[CameraMotion | None, BlockShifts],
+) -> tuple[CameraMotion | None, BlockShifts]:
+    """Return the motion that more blocks agree with, and the blocks."""
+    if one[0] is None or (other[0] is not None and other[0].agreeing > one[0].agreeing):
+        return other
+    return one

@@ -1,0 +1,188 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""
+From direction codes to the trajectory they draw: one step of constant length per code.
+
+Vertices are rows (x, y). Two sets of axes are in use: those of the paper's figure (x right, y up,
+the start heading up) and those of REP 103 (x forward, y left, the start heading along x).
+"""
+
+from collections import deque
+from collections.abc import Iterable
+from dataclasses import dataclass
+from enum import Enum
+import math
+from types import MappingProxyType
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+from phase_traj_ros.core.codes.codes import Direction
+from phase_traj_ros.core.codes.freeman import AnyDirection, Freeman, from_four
+
+
+class Axes(Enum):
+    """Which way the axes of a drawn trajectory point."""
+
+    FIGURE = 'figure'
+    """x to the right, y up: direction 1 is up, 0 left, 2 right, 3 down."""
+    REP103 = 'rep103'
+    """x forward, y left: direction 1 is +x, 0 is +y, 2 is -y, 3 is -x."""
+
+
+_DIAGONAL = math.sqrt(0.5)
+_REP103_STEPS = MappingProxyType({
+    Freeman.FORWARD: (1, 0),
+    Freeman.FORWARD_LEFT: (_DIAGONAL, _DIAGONAL),
+    Freeman.LEFT: (0, 1),
+    Freeman.BACKWARD_LEFT: (-_DIAGONAL, _DIAGONAL),
+    Freeman.BACKWARD: (-1, 0),
+    Freeman.BACKWARD_RIGHT: (-_DIAGONAL, -_DIAGONAL),
+    Freeman.RIGHT: (0, -1),
+    Freeman.FORWARD_RIGHT: (_DIAGONAL, -_DIAGONAL),
+})
+
+
+def unit_step(direction: AnyDirection) -> tuple[float, float]:
+    """Return the step (x, y) of length 1 that ``direction`` draws, in REP 103 axes."""
+    return _REP103_STEPS[_freeman(direction)]
+
+
+def yaw(direction: AnyDirection) -> float:
+    """Return the yaw of ``direction`` in radians, REP 103: left positive, 0 at the start."""
+    eighths = (_freeman(direction) - Freeman.FORWARD + 3) % 8 - 3
+    return eighths * math.pi / 4
+
+
+def _freeman(direction: AnyDirection) -> Freeman:
+    return from_four(direction) if isinstance(direction, Direction) else direction
+
+
+def vertices(
+    directions: Iterable[int], *, axes: Axes = Axes.REP103,
+    codes: type[Direction] | type[Freeman] = Direction,
+) -> NDArray[np.float64]:
+    """
+    Return the drawn trajectory, (n + 1, 2) for n directions, from the origin on.
+
+    ``codes`` tells whether the directions are the paper's four or Freeman's eight.
+
+    Raises
+    ------
+    ValueError
+        A code is not a direction (0 to 3, or 0 to 7).
+
+    """
+    steps = [unit_step(codes(code)) for code in directions]
+    points = np.zeros((len(steps) + 1, 2))
+    np.cumsum(np.array(steps, dtype=np.float64).reshape(-1, 2), axis=0, out=points[1:])
+    return to_axes(points, axes)
+
+
+def to_axes(points: NDArray[np.float64], axes: Axes) -> NDArray[np.float64]:
+    """Return points (n, 2) given in REP 103 axes in ``axes``."""
+    if axes is Axes.FIGURE:
+        # Forward is up and left is left: (x, y) -> (-y, x), without making a -0.0 of 0.0.
+        turned = np.empty_like(points)
+        turned[:, 0] = 0.0 - points[:, 1]
+        turned[:, 1] = points[:, 0]
+        return turned
+    return points
+
+
+def normalised(points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """
+    Return points (n, 2) moved to start at the origin and scaled to a longer side of 1.
+
+    The aspect is kept. A trajectory without extent stays at the origin.
+    """
+    moved: NDArray[np.float64] = points - points[0]
+    extent = float(np.ptp(moved, axis=0).max())
+    if extent > 0:
+        moved /= extent
+    return moved
+
+
+@dataclass(frozen=True, slots=True)
+class Corner:
+    """A place of the drawn trajectory, in REP 103 axes; in steps, or in metres where known."""
+
+    x: float
+    y: float
+    yaw: float
+    """Radians, left positive: which way it goes on from here (at the tip: came here)."""
+    stamp_ns: int
+
+
+class DrawnPath(Protocol):
+    """A drawn trajectory, whatever it is drawn from."""
+
+    @property
+    def tip(self) -> Corner | None:
+        """Return where the path has got to, or None before it has started."""
+
+    @property
+    def corners(self) -> tuple[Corner, ...]:
+        """Return the places kept, oldest first, without the tip."""
+
+    def points(self, limit: int) -> tuple[Corner, ...]:
+        """Return places that show the path, the tip last, at most ``limit`` (2 or more)."""
+
+    def start(self, stamp_ns: int) -> None:
+        """Start at the origin, heading forward; on a path that has started, do nothing."""
+
+    def reset(self) -> None:
+        """Go back to the origin and forget the path."""
+
+
+class ChainPath:
+    """
+    The trajectory that direction codes draw, while it grows: its corners and its tip.
+
+    With ``max_corners`` the oldest corners are dropped, so that it stays bounded.
+    """
+
+    def __init__(self, *, max_corners: int | None = None) -> None:
+        """Make a path that has not started."""
+        self._corners: deque[Corner] = deque(maxlen=max_corners)
+        self.reset()
+
+    def reset(self) -> None:
+        """Go back to the origin and forget the path."""
+        self._corners.clear()
+        self._tip: Corner | None = None
+
+    def start(self, stamp_ns: int) -> None:
+        """Start at the origin, heading ``FORWARD``; on a path that has started, do nothing."""
+        if self._tip is None:
+            self._tip = Corner(0, 0, 0.0, stamp_ns)
+            self._corners.append(self._tip)
+
+    def append(self, direction: AnyDirection, stamp_ns: int) -> None:
+        """Go one step in ``direction``."""
+        self.start(stamp_ns)
+        tip = self._tip
+        assert tip is not None
+        angle = yaw(direction)
+        if angle != tip.yaw:
+            if tip == self._corners[-1]:
+                self._corners.pop()
+            self._corners.append(Corner(tip.x, tip.y, angle, tip.stamp_ns))
+        dx, dy = unit_step(direction)
+        self._tip = Corner(tip.x + dx, tip.y + dy, angle, stamp_ns)
+
+    @property
+    def tip(self) -> Corner | None:
+        """Return where the path has got to, or None before it has started."""
+        return self._tip
+
+    @property
+    def corners(self) -> tuple[Corner, ...]:
+        """Return the start and the turning points kept, oldest first, without the tip."""
+        return tuple(self._corners)
+
+    def points(self, limit: int) -> tuple[Corner, ...]:
+        """Return the newest corners and the tip, at most ``limit`` in all."""
+        if self._tip is None:
+            return ()
+        return (*self.corners[max(len(self._corners) - limit + 1, 0):], self._tip)

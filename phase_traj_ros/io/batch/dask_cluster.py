@@ -1,0 +1,79 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Jobs on a Dask cluster."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Generator, Sequence
+from typing import Any
+
+from phase_traj_ros.errors import MissingDependencyError, ParameterError
+from phase_traj_ros.io.batch.many import failure, Job, Outcome, run_job
+
+_ANSWER_S = 30
+
+
+def run_on_dask(
+    jobs: Sequence[Job], address: str, *, run: Callable[[Job], Outcome] = run_job,
+    on_progress: Callable[[float], object] = lambda done: None,
+) -> Generator[Outcome, None, None]:
+    """
+    Yield the outcomes of all jobs, as the workers of a cluster have done them.
+
+    Each worker needs this package, and the sources and the folder of results under the same
+    paths. The scheduler gives the job of a worker that dies to another one, as often as its
+    setting ``distributed.scheduler.allowed-failures`` says; after that it is reported.
+
+    Parameters
+    ----------
+    jobs
+        What there is to do.
+    address
+        The scheduler's, such as tcp://host:8786.
+    run
+        What does a job; a function that the workers can import.
+    on_progress
+        Is called with the number of jobs done.
+
+    Raises
+    ------
+    MissingDependencyError
+        dask or distributed is not installed.
+    ParameterError
+        No scheduler answers at the address, or it has no workers.
+
+    """
+    try:
+        from distributed import as_completed, Client
+    except ImportError as error:
+        raise MissingDependencyError(
+            f'--dask needs dask and distributed ({error}): install phase_traj_ros[dask]') from None
+    try:
+        client = Client(address, timeout=_ANSWER_S)
+    except (OSError, ValueError) as error:
+        raise ParameterError(
+            f'--dask {address}: no scheduler answers there ({error}); start one with'
+            ' dask-scheduler, or check the address') from None
+    with client:
+        try:
+            client.wait_for_workers(1, timeout=_ANSWER_S)
+        except TimeoutError:
+            raise ParameterError(
+                f'--dask {address}: the scheduler has no workers; start some with dask-worker'
+            ) from None
+        # Not pure: the same source is replayed again if it is asked for again.
+        futures = {client.submit(run, job, pure=False): job for job in jobs}
+        try:
+            for number, future in enumerate(as_completed(futures)):
+                on_progress(number + 1)
+                yield _outcome(future, futures[future])
+        finally:
+            client.cancel(list(futures))
+
+
+def _outcome(future: Any, job: Job) -> Outcome:
+    error = future.exception()
+    if error is not None:
+        return failure(job, f'{type(error).__name__}: {error}')
+    outcome: Outcome = future.result()
+    return outcome

@@ -1,0 +1,164 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""One source replayed, with all the results that are wanted of it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from contextlib import closing, ExitStack
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+from phase_traj_ros.errors import ParameterError
+from phase_traj_ros.io.atomic import output_directory, output_file
+from phase_traj_ros.io.replay.run import Replay, replay, Watcher
+from phase_traj_ros.io.results.animation import Animation
+from phase_traj_ros.io.results.bag import BagSink, SUFFIX
+from phase_traj_ros.io.results.figures import (
+    require_matplotlib,
+    write_trajectory_picture,
+    write_turn_picture,
+)
+from phase_traj_ros.io.results.files import write_results
+from phase_traj_ros.io.results.report.report import write_report
+from phase_traj_ros.io.results.thumbnails import HeadingTurnWatcher, Thumbnails, TurnWatcher
+from phase_traj_ros.io.sources.base import DEFAULT_SPEED_TOPIC, Frame, FrameSource
+from phase_traj_ros.io.sources.prefetch import prefetch
+from phase_traj_ros.parameters import Parameters
+
+REPORT: Final = 'report.html'
+
+# Files of a replay's folder that not every replay writes: those of an older one have to go.
+_OPTIONAL = (REPORT, 'trajectory.svg', 'turns.png', 'turns.svg')
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Wanted:
+    """
+    Which results are written, and where.
+
+    Raises
+    ------
+    ParameterError
+        The choices do not go together.
+
+    """
+
+    output: Path | None = None
+    """Folder of the codes, shifts, trajectory and pictures."""
+    svg: bool = False
+    """Whether the pictures are written as SVG, too."""
+    report: bool = False
+    """Whether report.html is written, too."""
+    bag_out: Path | None = None
+    """Bag of all that the node would publish."""
+    bag_debug_images: bool = False
+    """Whether the debug images are in it."""
+    animation: Path | None = None
+    """Animated GIF."""
+
+    def __post_init__(self) -> None:
+        """Check that the choices go together."""
+        for name, chosen in (('--report', self.report), ('--svg', self.svg)):
+            if chosen and self.output is None:
+                raise ParameterError(f'{name} writes into the folder of --output: give one')
+        if self.bag_debug_images and self.bag_out is None:
+            raise ParameterError('--bag-debug-images is about the bag of --bag-out: give one')
+        for name, path, suffix in (
+                ('--bag-out', self.bag_out, SUFFIX), ('--animation', self.animation, '.gif')):
+            if path is not None and path.suffix != suffix:
+                raise ParameterError(f'{name} is {path}: its name has to end in {suffix}')
+
+
+def replay_source(
+    source: FrameSource, parameters: Parameters, wanted: Wanted, *, title: str,
+    watchers: Sequence[Watcher] = (),
+    through: Callable[[Iterable[Frame]], Iterable[Frame]] = iter,
+    speed_topic: str = DEFAULT_SPEED_TOPIC,
+) -> Replay:
+    """
+    Replay a source and write what is wanted, each file and folder whole or not at all.
+
+    ``title`` is the source's name, for the report. ``watchers`` see the frames and what they add,
+    too; ``through`` takes the frames and yields them, as a progress bar does. ``speed_topic`` is
+    the bag's topic of speeds, where the parameters ask for them.
+
+    Raises
+    ------
+    PhaseTrajError
+        The source cannot be read, a result cannot be written, or a package is missing.
+
+    """
+    with ExitStack() as stack:
+        outputs: list[_Folder | _Gif] = []
+        if wanted.output is not None:
+            require_matplotlib()
+            outputs.append(_Folder(
+                stack.enter_context(output_directory(wanted.output)), wanted, title,
+                parameters))
+        if wanted.animation is not None:
+            outputs.append(_Gif(Animation(), stack.enter_context(output_file(wanted.animation))))
+        seen = [*watchers, *(watcher for output in outputs for watcher in output.watchers)]
+        if wanted.bag_out is not None:
+            seen.append(stack.enter_context(BagSink(
+                stack.enter_context(output_file(wanted.bag_out)), parameters,
+                source=source.description, debug_images=wanted.bag_debug_images)))
+        camera = (
+            source.camera(rectified=parameters.rectified) if parameters.needs_camera else None)
+        speeds = source.speeds(speed_topic) if parameters.use_speed_topic else ()
+        with closing(prefetch(source)) as frames:
+            result = replay(
+                through(frames), parameters, source=source.description, watchers=seen,
+                camera=camera, speeds=speeds)
+        for output in outputs:
+            output.write(result)
+    return result
+
+
+class _Folder:
+    """What goes into the folder of --output."""
+
+    def __init__(
+        self, staging: Path, wanted: Wanted, title: str, parameters: Parameters,
+    ) -> None:
+        self._staging = staging
+        self._wanted = wanted
+        self._title = title
+        self._turns = HeadingTurnWatcher() if parameters.codes_from_heading else TurnWatcher()
+        self._thumbnails = Thumbnails()
+
+    @property
+    def watchers(self) -> tuple[Watcher, ...]:
+        return (self._turns, self._thumbnails) if self._wanted.report else (self._turns,)
+
+    def write(self, result: Replay) -> None:
+        write_results(result, self._staging)
+        if self._wanted.svg:
+            write_trajectory_picture(result, self._staging / 'trajectory.svg')
+        if self._turns.turns:
+            for kind in ('png', 'svg') if self._wanted.svg else ('png',):
+                write_turn_picture(self._turns.turns, result, self._staging / f'turns.{kind}')
+        if self._wanted.report:
+            write_report(
+                result, self._staging / REPORT, title=self._title,
+                picture=self._staging / 'trajectory.png', thumbnails=self._thumbnails.kept)
+        assert self._wanted.output is not None
+        for name in _OPTIONAL:
+            if not (self._staging / name).exists():
+                (self._wanted.output / name).unlink(missing_ok=True)
+
+
+class _Gif:
+    """The animated picture of --animation."""
+
+    def __init__(self, animation: Animation, path: Path) -> None:
+        self._animation = animation
+        self._path = path
+
+    @property
+    def watchers(self) -> tuple[Watcher, ...]:
+        return (self._animation,)
+
+    def write(self, result: Replay) -> None:
+        self._animation.write(result, self._path)

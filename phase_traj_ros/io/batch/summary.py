@@ -1,0 +1,100 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A table of how a batch went, as CSV and as HTML."""
+
+from collections.abc import Sequence
+import csv
+from html import escape
+from pathlib import Path
+from typing import Final
+from urllib.parse import quote
+
+import numpy as np
+from phase_traj_ros.core import Axes, normalised, to_axes
+from phase_traj_ros.io.atomic import output_file
+from phase_traj_ros.io.batch.job import REPORT
+from phase_traj_ros.io.batch.many import Outcome, Status
+from phase_traj_ros.io.results.report.page import (
+    Cell,
+    definitions,
+    filled,
+    Markup,
+    table,
+    template,
+    write_page,
+)
+
+CSV_NAME: Final = 'summary.csv'
+HTML_NAME: Final = 'summary.html'
+COLUMNS: Final = ('source', 'folder', 'status', 'frames', 'turns', 'seconds', 'error')
+
+# Of the square that a route is drawn in.
+_SIDE = 40
+
+
+def write_summary(outcomes: Sequence[Outcome], directory: Path) -> None:
+    """
+    Write summary.csv and summary.html, a row per source, each whole or not at all.
+
+    Raises
+    ------
+    OutputError
+        They cannot be written.
+
+    """
+    with (output_file(directory / CSV_NAME) as path,
+          path.open('w', encoding='utf-8', errors='backslashreplace', newline='') as file):
+        writer = csv.writer(file, lineterminator='\n')
+        writer.writerow(COLUMNS)
+        writer.writerows(_row(outcome) for outcome in outcomes)
+    with output_file(directory / HTML_NAME) as path:
+        write_page(_page(outcomes, directory), path)
+
+
+def _row(outcome: Outcome) -> list[str]:
+    return [
+        outcome.source, outcome.folder, outcome.status.value, str(outcome.frames),
+        str(outcome.turns), f'{outcome.seconds:.2f}', outcome.error]
+
+
+def _page(outcomes: Sequence[Outcome], directory: Path) -> str:
+    done = [outcome for outcome in outcomes if outcome.status is Status.OK]
+    return filled(template('summary.html'), {
+        'style': Markup(template('style.css')),
+        'facts': definitions([
+            ('sources', str(len(outcomes))),
+            ('done', str(len(done))),
+            ('failed', str(len(outcomes) - len(done))),
+            ('frames', str(sum(outcome.frames for outcome in done))),
+            ('turns', str(sum(outcome.turns for outcome in done))),
+        ]),
+        'sources': table(
+            [_cells(outcome, directory) for outcome in outcomes], head=('', *COLUMNS),
+            numbers=(4, 5, 6), kind='routes'),
+    })
+
+
+def _cells(outcome: Outcome, directory: Path) -> list[Cell]:
+    cells: list[Cell] = [_route(outcome), *_row(outcome)]
+    # Nothing is loaded: these are links to follow.
+    for page in (REPORT, 'trajectory.png'):
+        if outcome.status is Status.OK and (directory / outcome.folder / page).exists():
+            address = escape(quote(f'{outcome.folder}/{page}'))
+            cells[2] = Markup(f'<a href="{address}">{escape(outcome.folder)}</a>')
+            break
+    if outcome.status is not Status.OK:
+        cells[3] = Markup(f'<span class="warn">{outcome.status.value}</span>')
+    return cells
+
+
+def _route(outcome: Outcome) -> Markup:
+    """Return the drawn path as a small picture, its start heading up."""
+    if not outcome.route:
+        return Markup('')
+    points = normalised(to_axes(np.array(outcome.route, np.float64), Axes.FIGURE))
+    points = (points - points.min(axis=0)) * _SIDE
+    places = ' '.join(f'{x:.1f},{_SIDE - y:.1f}' for x, y in points)
+    end_x, end_y = points[-1]
+    return Markup(
+        f'<svg viewBox="-4 -4 {_SIDE + 8} {_SIDE + 8}"><polyline points="{places}"/>'
+        f'<circle cx="{end_x:.1f}" cy="{_SIDE - end_y:.1f}" r="2"/></svg>')

@@ -1,0 +1,136 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""How good a replay's turns, heading, codes and drawing are, measured against the truth."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import asdict, dataclass
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from phase_traj_ros.core.codes.codes import Movement
+from phase_traj_ros.core.codes.freeman import AnyDirection
+from phase_traj_ros.core.codes.from_heading import HeadingCode
+from phase_traj_ros.io.evaluation.ground_truth import GroundTruth, match, MatchedTruth
+from phase_traj_ros.io.evaluation.replayed_drive import ReplayedDrive
+from phase_traj_ros.io.evaluation.scores import (
+    heading_error,
+    HeadingError,
+    shape_error,
+    turn_score,
+    TurnScore,
+)
+
+
+@dataclass(frozen=True, slots=True)
+class DirectionScore:
+    """
+    The direction codes against the true heading, quantised in the same way.
+
+    agreement
+        Share of the frames at which both directions are the same.
+    changes, true_changes
+        The sequences of left and right turns (0 and 2) that the codes make.
+    same_changes
+        Whether they are the same.
+    """
+
+    agreement: float
+    changes: tuple[int, ...]
+    true_changes: tuple[int, ...]
+    same_changes: bool
+
+
+@dataclass(frozen=True, slots=True)
+class ShapeError:
+    """
+    Distance of the drawn path from the true one, as a share of the latter's longer side.
+
+    Root mean square over the frames, after the similarity transform that fits them best. None
+    where there is nothing to draw it from.
+    """
+
+    codes: float | None
+    heading: float | None
+    path: float | None
+    """Of the path as the replay has written it: from either, or in metres by the speed."""
+
+
+@dataclass(frozen=True, slots=True)
+class Evaluation:
+    """All figures of one replay; None where the replay does not hold what they take."""
+
+    frames: int
+    """Frames that the truth covers."""
+    length_m: float
+    turns: TurnScore | None
+    direction: DirectionScore
+    heading_error_deg: HeadingError | None
+    shape_error: ShapeError
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the figures as they stand in ``evaluation.json``."""
+        return asdict(self)
+
+
+def evaluate(drive: ReplayedDrive, truth: GroundTruth) -> tuple[Evaluation, MatchedTruth]:
+    """
+    Return the figures of a replay, and the truth at its frames.
+
+    Raises
+    ------
+    ResultError
+        The truth does not cover the replay.
+
+    """
+    true = match(truth, drive.stamps_ns)
+    steps = np.hypot(*np.diff(true.positions, axis=0).T)
+    heading = None
+    if drive.heading is not None:
+        heading = heading_error(drive.heading[true.frames], true)
+    drawn = drive.drawn_from_heading()
+    return Evaluation(
+        frames=len(true.frames),
+        length_m=float(steps.sum()),
+        turns=None if drive.turns is None else turn_score(drive.turns, true),
+        direction=_direction_score(drive, true),
+        heading_error_deg=heading,
+        shape_error=ShapeError(
+            codes=shape_error(drive.drawn_from_codes()[true.frames], true.positions),
+            heading=None if drawn is None else shape_error(
+                drawn[true.frames], true.positions),
+            path=None if drive.path is None else shape_error(
+                drive.path[true.frames], true.positions)),
+    ), true
+
+
+def write_evaluation(
+    evaluation: Evaluation, path: Path, *, source: str, ground_truth: str,
+) -> None:
+    """Write the figures as JSON; docs/files.md lists the keys."""
+    content = {'source': source, 'ground_truth': ground_truth, **evaluation.as_dict()}
+    path.write_text(json.dumps(content, indent=2) + '\n', encoding='utf-8')
+
+
+def _direction_score(drive: ReplayedDrive, true: MatchedTruth) -> DirectionScore:
+    codes = HeadingCode(connectivity=drive.connectivity)
+    rates = np.diff(true.headings) / np.diff(true.stamps_ns) * 1e9
+    there: list[AnyDirection] = [drive.directions.FORWARD]
+    for heading, rate in zip(true.headings[1:].tolist(), rates.tolist()):
+        there.append(codes.update(heading, rate).direction)
+    found = drive.direction_at[true.frames]
+    # The truth starts with the direction forward wherever it starts.
+    offset = found[0] - drive.directions.FORWARD
+    changes = _changes(drive.movement[frame - 1] for frame in true.frames[1:].tolist())
+    true_changes = _changes(codes.movement)
+    return DirectionScore(
+        agreement=float(np.mean((found - offset) % drive.connectivity == np.array(there))),
+        changes=changes, true_changes=true_changes, same_changes=changes == true_changes)
+
+
+def _changes(movement: Iterable[Movement]) -> tuple[int, ...]:
+    return tuple(
+        int(code) for code in movement if code in (Movement.LEFT, Movement.RIGHT))

@@ -1,0 +1,253 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""
+True trajectories: KITTI poses or TUM, as headings and places on the ground.
+
+Whatever axes a file uses, what comes out starts at the origin with the heading 0, in REP 103 axes
+(x forward, y left, yaw counter-clockwise) and metres.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from decimal import Decimal
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from phase_traj_ros.errors import ResultError, SourceError
+from phase_traj_ros.io.sources.folder import read_times, TIMES_FILE
+
+_KITTI_COLUMNS, _TUM_COLUMNS = 12, 8
+_NANO = 1_000_000_000
+# How far from a rotation the 3 x 3 part of a KITTI pose, or a quaternion's length, may be.
+_TOLERANCE = 0.02
+# A frame may lie this far outside the time of the truth, seconds.
+_OUTSIDE = 0.05
+# The axes of a body (forward, up), as columns of its rotation matrix with their signs.
+_ROS_BODY = ((0, 1.0), (2, 1.0))
+_OPTICAL_BODY = ((2, 1.0), (1, -1.0))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class GroundTruth:
+    """
+    A true trajectory, re-based to its first pose.
+
+    headings
+        (N,) radians, left positive, not wrapped, 0 at the first pose.
+    positions
+        (N, 2) metres, x forward and y left of the first pose.
+    stamps_ns
+        (N,) nanoseconds, or None where the file knows no times: then pose i is frame i.
+    """
+
+    headings: NDArray[np.float64]
+    positions: NDArray[np.float64]
+    stamps_ns: NDArray[np.int64] | None = None
+
+    def __len__(self) -> int:
+        """Return the number of poses."""
+        return len(self.headings)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MatchedTruth:
+    """
+    What is true at the frames of a replay, re-based to the first of them.
+
+    frames
+        (M,) numbers of the frames that the truth covers, consecutive.
+    stamps_ns, headings, positions
+        Of these frames: nanoseconds, radians, metres as in ``GroundTruth``.
+    """
+
+    frames: NDArray[np.int64]
+    stamps_ns: NDArray[np.int64]
+    headings: NDArray[np.float64]
+    positions: NDArray[np.float64]
+
+
+def read_ground_truth(path: Path) -> GroundTruth:
+    """
+    Return the trajectory of a file of KITTI poses or in the TUM format.
+
+    - KITTI: lines of 12 numbers, the 3 x 4 matrix camera to world, of a camera with x to the
+      right, y down and z forward. If there is a ``times.txt`` of as many lines beside it, its
+      times belong to the poses; 13 numbers begin with the time.
+    - TUM: lines ``stamp x y z qx qy qz qw``, comments begin with #. Which axis of the body points
+      forward, x (ROS) or z (a camera's), is seen from how it moves.
+
+    The vertical is the axis of the world that is nearest to the vehicle's, so it may be any.
+
+    Raises
+    ------
+    SourceError
+        The file cannot be read, or is neither.
+
+    """
+    rows = _read_rows(path)
+    stamps_ns: NDArray[np.int64] | None
+    if len(rows[0]) == _TUM_COLUMNS:
+        values = _numbers(path, [row[1:] for row in rows])
+        stamps_ns = _stamps(path, [row[0] for row in rows])
+        rotations, places = _from_quaternions(path, values[:, 3:]), values[:, :3]
+        body = _body(rotations, places)
+    else:
+        timed = len(rows[0]) > _KITTI_COLUMNS
+        matrices = _numbers(
+            path, [row[timed:] for row in rows]).reshape(-1, 3, 4)
+        stamps_ns = (
+            _stamps(path, [row[0] for row in rows]) if timed else _times_beside(path, len(rows)))
+        rotations, places = matrices[:, :, :3], matrices[:, :, 3]
+        _check_rotations(path, rotations)
+        body = _OPTICAL_BODY
+    return _on_the_ground(rotations, places, body, stamps_ns)
+
+
+def match(truth: GroundTruth, stamps_ns: NDArray[np.int64]) -> MatchedTruth:
+    """
+    Return what is true at frames with the given stamps, rising.
+
+    With times, the truth is interpolated; where it shares no time with the frames at all (one
+    counts from an epoch, the other from 0), the first pose belongs to the first frame. Without
+    times, pose i belongs to frame i.
+
+    Raises
+    ------
+    ResultError
+        Fewer than two frames are covered, or there are no times and more frames than poses.
+
+    """
+    if truth.stamps_ns is None:
+        if len(truth) < len(stamps_ns):
+            raise ResultError(
+                f'the ground truth has {len(truth)} poses without times, the replay'
+                f' {len(stamps_ns)} frames: give a file with times, or replay the frames the poses'
+                ' belong to')
+        frames = np.arange(len(stamps_ns))
+        return _rebased(
+            frames, stamps_ns, truth.headings[frames], truth.positions[frames])
+    given = truth.stamps_ns
+    margin = round(_OUTSIDE * _NANO)
+    if stamps_ns[-1] < given[0] - margin or stamps_ns[0] > given[-1] + margin:
+        given = given - given[0] + stamps_ns[0]
+    frames = np.flatnonzero(
+        (stamps_ns >= given[0] - margin) & (stamps_ns <= given[-1] + margin))
+    if len(frames) < 2:
+        raise ResultError('the ground truth covers fewer than two frames: is it of this drive?')
+    # Differences first: a float cannot hold the nanoseconds of an epoch.
+    at = (stamps_ns[frames] - given[0]) / _NANO
+    times = (given - given[0]) / _NANO
+    headings = np.interp(at, times, truth.headings)
+    positions = np.stack(
+        [np.interp(at, times, axis) for axis in truth.positions.T], axis=1)
+    return _rebased(frames, stamps_ns[frames], headings, positions)
+
+
+def _rebased(
+    frames: NDArray[np.int64], stamps_ns: NDArray[np.int64], headings: NDArray[np.float64],
+    positions: NDArray[np.float64],
+) -> MatchedTruth:
+    sine, cosine = np.sin(headings[0]), np.cos(headings[0])
+    turned = (positions - positions[0]) @ np.array([[cosine, -sine], [sine, cosine]])
+    return MatchedTruth(frames, stamps_ns, headings - headings[0], turned)
+
+
+def _read_rows(path: Path) -> list[list[str]]:
+    try:
+        lines = path.read_text(encoding='ascii').splitlines()
+    except (OSError, ValueError) as error:
+        raise SourceError(f'{path} cannot be read: {error}') from None
+    rows = [line.split() for line in lines if line.strip() and not line.lstrip().startswith('#')]
+    if len(rows) < 2:
+        raise SourceError(f'{path} holds fewer than two poses: give KITTI poses or a TUM file')
+    columns = len(rows[0])
+    if columns not in (_TUM_COLUMNS, _KITTI_COLUMNS, _KITTI_COLUMNS + 1):
+        raise SourceError(
+            f'{path} has {columns} columns: KITTI poses have 12 (or 13 with a time first), a TUM'
+            ' file 8')
+    for number, row in enumerate(rows, 1):
+        if len(row) != columns:
+            raise SourceError(
+                f'{path}, pose {number}: {len(row)} columns where the first one has {columns}')
+    return rows
+
+
+def _numbers(path: Path, rows: list[list[str]]) -> NDArray[np.float64]:
+    try:
+        values = np.array(rows, np.float64)
+    except ValueError as error:
+        raise SourceError(f'{path}: {error}') from None
+    if not np.isfinite(values).all():
+        raise SourceError(f'{path} holds NaN or infinity')
+    return values
+
+
+def _stamps(path: Path, texts: list[str]) -> NDArray[np.int64]:
+    try:
+        stamps = [round(Decimal(text) * _NANO) for text in texts]
+        values = np.array(stamps, np.int64)
+    except (ArithmeticError, ValueError, OverflowError):
+        raise SourceError(f'{path}: the first column is no time in seconds') from None
+    return _rising(path, values)
+
+
+def _rising(path: Path, stamps: NDArray[np.int64]) -> NDArray[np.int64]:
+    if (np.diff(stamps) <= 0).any():
+        raise SourceError(f'{path}: the times do not rise from pose to pose')
+    return stamps
+
+
+def _times_beside(path: Path, count: int) -> NDArray[np.int64] | None:
+    times = path.resolve().parent / TIMES_FILE
+    if not times.is_file():
+        return None
+    stamps = np.array(read_times(times), np.int64)
+    return _rising(times, stamps) if len(stamps) == count else None
+
+
+def _from_quaternions(path: Path, given: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the rotation matrices (N, 3, 3) of quaternions (N, 4), x y z w."""
+    lengths = np.linalg.norm(given, axis=1)
+    if (np.abs(lengths - 1.0) > _TOLERANCE).any():
+        raise SourceError(f'{path}: the last four columns are no quaternions of length 1')
+    x, y, z, w = (given / lengths[:, None]).T
+    rows = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+        [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+        [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)]]
+    return np.moveaxis(np.array(rows), 2, 0)
+
+
+def _check_rotations(path: Path, rotations: NDArray[np.float64]) -> None:
+    off = rotations @ rotations.transpose(0, 2, 1) - np.eye(3)
+    if (np.abs(off) > _TOLERANCE).any() or (np.linalg.det(rotations) < 0).any():
+        raise SourceError(f'{path} holds matrices that are no rotations: are these KITTI poses?')
+
+
+def _body(
+    rotations: NDArray[np.float64], places: NDArray[np.float64],
+) -> tuple[tuple[int, float], tuple[int, float]]:
+    """Return which axes of the body point forward and up, from how it moves."""
+    steps = np.diff(places, axis=0)
+    along_x, _, along_z = np.abs(np.einsum('ni,nij->nj', steps, rotations[:-1]).sum(axis=0))
+    return _OPTICAL_BODY if along_z > along_x else _ROS_BODY
+
+
+def _on_the_ground(
+    rotations: NDArray[np.float64], places: NDArray[np.float64],
+    body: tuple[tuple[int, float], tuple[int, float]], stamps_ns: NDArray[np.int64] | None,
+) -> GroundTruth:
+    (forward_axis, forward_sign), (up_axis, up_sign) = body
+    forward = rotations[:, :, forward_axis] * forward_sign
+    tilted = (rotations[:, :, up_axis] * up_sign).mean(axis=0)
+    up = np.zeros(3)
+    up[np.abs(tilted).argmax()] = np.sign(tilted[np.abs(tilted).argmax()])
+    ahead = forward[0] - (forward[0] @ up) * up
+    ahead /= np.linalg.norm(ahead)
+    left = np.cross(up, ahead)
+    moved = places - places[0]
+    return GroundTruth(
+        headings=np.unwrap(np.arctan2(forward @ left, forward @ ahead)),
+        positions=np.stack([moved @ ahead, moved @ left], axis=1), stamps_ns=stamps_ns)

@@ -1,0 +1,96 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The picture of an evaluation: the drawn trajectory beside the true one, and the headings."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+from phase_traj_ros.core import Axes, normalised, to_axes
+from phase_traj_ros.io.evaluation.evaluate import Evaluation
+from phase_traj_ros.io.evaluation.ground_truth import MatchedTruth
+from phase_traj_ros.io.evaluation.replayed_drive import ReplayedDrive
+from phase_traj_ros.io.evaluation.scores import aligned, true_turns
+from phase_traj_ros.io.results.figures import new_figure, save
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes as Plot
+
+_INK = '#1f2933'
+_PATH = '#0b6e99'
+_ACCENT = '#d1495b'
+_MUTED = '#9aa5b1'
+
+
+def write_evaluation_picture(
+    drive: ReplayedDrive, true: MatchedTruth, evaluation: Evaluation, path: Path,
+) -> None:
+    """
+    Draw the true trajectory and the ones drawn from the codes and from the heading, side by side.
+
+    Each is normalised, its start heading up; behind the drawn ones is the true one, where it fits
+    best. Below are both headings over time, and where the true turns and the turns found are.
+    """
+    by_heading = drive.drawn_from_heading()
+    figure = new_figure(11, 6.5 if drive.heading is not None else 4)
+    rows = 2 if drive.heading is not None else 1
+    grid = figure.add_gridspec(rows, 3, height_ratios=(1.5, 1)[:rows])
+    _draw_path(figure.add_subplot(grid[0, 0]), true.positions, 'true trajectory')
+    shapes = evaluation.shape_error
+    for column, (drawn, error, name) in enumerate((
+            (drive.drawn_from_codes(), shapes.codes, 'codes'),
+            (by_heading, shapes.heading, 'heading')), 1):
+        if drawn is not None:
+            note = '' if error is None else f', off by {error:.1%}'
+            _draw_path(
+                figure.add_subplot(grid[0, column]), drawn[true.frames],
+                f'drawn from the {name}{note}', behind=true.positions)
+    if drive.heading is not None:
+        _draw_headings(figure.add_subplot(grid[1, :]), drive, true, drive.heading)
+    save(figure, path)
+
+
+def _draw_path(
+    plot: Plot, points: NDArray[np.float64], title: str, *,
+    behind: NDArray[np.float64] | None = None,
+) -> None:
+    """Draw a path (n, 2) in REP 103 axes; ``behind`` is fitted to it."""
+    shown = to_axes(points, Axes.FIGURE)
+    extent = max(float(np.ptp(shown, axis=0).max()), 1e-9)
+    if behind is not None:
+        fitted = (to_axes(aligned(behind, points), Axes.FIGURE) - shown[0]) / extent
+        plot.plot(fitted[:, 0], fitted[:, 1], color=_MUTED, linewidth=3, alpha=0.5)
+    shown = normalised(shown)
+    plot.plot(shown[:, 0], shown[:, 1], color=_PATH, linewidth=2, solid_capstyle='round')
+    plot.plot(*shown[0], 'o', color=_INK)
+    plot.plot(*shown[-1], 's', color=_ACCENT)
+    plot.set_aspect('equal', adjustable='datalim')
+    plot.set_title(title, loc='left', fontsize=9)
+    plot.grid(color=_MUTED, alpha=0.3)
+    plot.tick_params(labelsize=8)
+    plot.margins(0.15)
+
+
+def _draw_headings(
+    plot: Plot, drive: ReplayedDrive, true: MatchedTruth, heading: NDArray[np.float64],
+) -> None:
+    begin = true.stamps_ns[0]
+    seconds = (true.stamps_ns - begin) / 1e9
+    measured = heading[true.frames] - heading[true.frames[0]]
+    plot.plot(seconds, np.degrees(true.headings), color=_MUTED, linewidth=3, label='true')
+    plot.plot(seconds, np.degrees(measured), color=_PATH, linewidth=1.2, label='measured')
+    for turns, color, (low, high), name in (
+            (true_turns(true), _MUTED, (0.0, 0.03), 'true turns'),
+            (drive.turns or (), _ACCENT, (0.03, 0.06), 'turns found')):
+        for number, turn in enumerate(turns):
+            plot.axvspan(
+                (turn.start_ns - begin) / 1e9, (turn.end_ns - begin) / 1e9, low, high,
+                color=color, linewidth=0, label=None if number else name)
+    plot.set_title('heading (degrees, left positive)', loc='left', fontsize=9)
+    plot.set_xlabel('seconds', fontsize=8)
+    plot.grid(color=_MUTED, alpha=0.3)
+    plot.tick_params(labelsize=8)
+    plot.legend(frameon=False, fontsize=8)

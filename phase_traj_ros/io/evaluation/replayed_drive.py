@@ -1,0 +1,154 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What a replay's directory holds of a drive, read back."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+import csv
+from dataclasses import dataclass
+from decimal import Decimal
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from phase_traj_ros.core.codes.codes import Direction, Movement
+from phase_traj_ros.core.codes.freeman import AnyDirection, Freeman
+from phase_traj_ros.core.heading.turns import Turn
+from phase_traj_ros.core.path.trajectory import vertices
+from phase_traj_ros.core.update import PairStatus
+from phase_traj_ros.errors import ResultError
+
+_NO_STEP = frozenset(status.value for status in PairStatus if not status.judged)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ReplayedDrive:
+    """
+    What a replay's directory holds of a drive, as far as it can be compared with the truth.
+
+    stamps_ns
+        (n,) of the frames.
+    movement, direction
+        The codes.
+    status
+        One per pair.
+    connectivity
+        In how many directions the codes have quantised the heading, 4 or 8.
+    heading
+        (n,) radians, left positive, not wrapped; None where the replay did not measure it.
+    turns
+        The turns found; None likewise.
+    """
+
+    source: str
+    stamps_ns: NDArray[np.int64]
+    movement: tuple[Movement, ...]
+    direction: tuple[AnyDirection, ...]
+    status: tuple[str, ...]
+    connectivity: int
+    heading: NDArray[np.float64] | None
+    turns: tuple[Turn, ...] | None
+    path: NDArray[np.float64] | None
+    """(n, 2), as it stands in ``trajectory.tum``; None where that is missing."""
+
+    @property
+    def directions(self) -> type[Direction] | type[Freeman]:
+        """Return which directions there are."""
+        return Freeman if self.connectivity == 8 else Direction
+
+    @property
+    def direction_at(self) -> NDArray[np.int64]:
+        """Return the direction at each frame, (n,)."""
+        appended = iter(self.direction)
+        current: AnyDirection = self.directions.FORWARD
+        found = [current]
+        for movement in self.movement:
+            if movement is not Movement.NO_CHANGE:
+                current = next(appended)
+            found.append(current)
+        return np.array(found, np.int64)
+
+    def drawn_from_codes(self) -> NDArray[np.float64]:
+        """Return where the path drawn from the codes has got to at each frame, (n, 2)."""
+        steps = np.array([movement is not Movement.NO_CHANGE for movement in self.movement])
+        reached = np.concatenate([[0], np.cumsum(steps)])
+        return np.asarray(vertices(self.direction, codes=self.directions)[reached])
+
+    def drawn_from_heading(self) -> NDArray[np.float64] | None:
+        """Return the same with a unit step along the measured heading, in REP 103 axes."""
+        if self.heading is None:
+            return None
+        length = np.array([status not in _NO_STEP for status in self.status], np.float64)
+        middle = (self.heading[1:] + self.heading[:-1]) / 2
+        steps = np.stack([length * np.cos(middle), length * np.sin(middle)], axis=1)
+        return np.concatenate([np.zeros((1, 2)), np.cumsum(steps, axis=0)])
+
+
+def read_replay(directory: Path) -> ReplayedDrive:
+    """
+    Return what ``phase_traj replay --output`` has written to a directory.
+
+    Raises
+    ------
+    ResultError
+        It has not, or the files do not fit together.
+
+    """
+    try:
+        content = json.loads((directory / 'chain_code.json').read_text(encoding='utf-8'))
+        with (directory / 'shifts.csv').open(encoding='utf-8', newline='') as file:
+            stamps = [round(Decimal(row['stamp']) * 10**9) for row in csv.DictReader(file)]
+        heading = content.get('heading_deg')
+        connectivity = int(content.get('connectivity', 4))
+        directions = Freeman if connectivity == 8 else Direction
+        drive = ReplayedDrive(
+            source=str(content['source']),
+            stamps_ns=np.array([int(content['first_stamp_ns']), *stamps], np.int64),
+            movement=tuple(Movement(code) for code in content['movement']),
+            direction=tuple(directions(code) for code in content['direction']),
+            status=tuple(content['status']), connectivity=connectivity,
+            heading=None if heading is None else np.radians(
+                np.array(heading, np.float64).reshape(-1)),
+            turns=_read_turns(content.get('turns')), path=_read_path(directory))
+    except OSError as error:
+        raise ResultError(
+            f'{directory} holds no replay ({error.strerror}: {error.filename}): write one with'
+            ' phase_traj replay --output') from None
+    except (
+            ArithmeticError, AttributeError, KeyError, TypeError, ValueError, csv.Error,
+    ) as error:
+        raise ResultError(
+            f'{directory} does not hold what phase_traj replay writes ({type(error).__name__}:'
+            f' {error}): replay again') from None
+    pairs = len(drive.stamps_ns) - 1
+    appended = pairs - drive.movement.count(Movement.NO_CHANGE)
+    if not (pairs >= 1 and pairs == len(drive.movement) == len(drive.status)
+            and len(drive.direction) == appended
+            and all(each is None or len(each) == pairs + 1
+                    for each in (drive.heading, drive.path))):
+        raise ResultError(
+            f'{directory}: chain_code.json, shifts.csv and trajectory.tum do not fit together:'
+            ' replay again')
+    return drive
+
+
+def _read_path(directory: Path) -> NDArray[np.float64] | None:
+    file = directory / 'trajectory.tum'
+    if not file.exists():
+        return None
+    rows = [line.split()[1:3] for line in file.read_text(encoding='utf-8').splitlines()]
+    return np.array(rows, np.float64).reshape(-1, 2)
+
+
+def _read_turns(turns: Iterable[Mapping[str, Any]] | None) -> tuple[Turn, ...] | None:
+    if turns is None:
+        return None
+    return tuple(
+        Turn(
+            start_frame=int(turn['start_frame']), end_frame=int(turn['end_frame']),
+            start_ns=round(float(turn['start']) * 1e9), end_ns=round(float(turn['end']) * 1e9),
+            angle_deg=float(turn['angle_deg']), peak_rate_deg_s=float(turn['peak_rate_deg_s']))
+        for turn in turns)

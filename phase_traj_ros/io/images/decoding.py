@@ -1,0 +1,61 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Compressed pictures to grey images."""
+
+from typing import cast, Final, TypeAlias
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+from phase_traj_ros.errors import FrameError
+from phase_traj_ros.io.images.header import check_complete, read_header, recognise
+
+GreyImage: TypeAlias = npt.NDArray[np.uint8] | npt.NDArray[np.uint16]
+"""A grey image, (H, W), uint8 or uint16."""
+
+DEFAULT_MAX_PIXELS: Final = 2 ** 26
+"""Largest picture that is decoded unless the caller says otherwise: 67 million pixels."""
+
+
+def decode_picture(data: bytes, *, max_pixels: int = DEFAULT_MAX_PIXELS) -> GreyImage:
+    """
+    Decode a JPEG or PNG picture to grey, (H, W), uint8, or uint16 for a PNG of 16 bits.
+
+    Raises FrameError, before anything is decoded, for another container, for a picture of more
+    than max_pixels pixels and for one that is cut off or damaged.
+    """
+    header = read_header(data)
+    if header.width * header.height > max_pixels:
+        raise FrameError(
+            f'the {header.container.value} picture of {header.width}x{header.height} is larger '
+            f'than the limit of {max_pixels} pixels')
+    check_complete(data, header)
+    return _decode(data)
+
+
+def decode_picture_file(data: bytes) -> GreyImage:
+    """
+    Decode the content of a picture file of any format that OpenCV reads.
+
+    JPEG and PNG are checked as decode_picture does; of the other formats OpenCV itself refuses
+    what is cut off. Raises FrameError.
+    """
+    if not data:
+        raise FrameError('it is empty')
+    if recognise(data) is not None:
+        return decode_picture(data)
+    return _decode(data)
+
+
+def _decode(data: bytes) -> GreyImage:
+    """Let OpenCV decode to grey, keeping 16 bits."""
+    try:
+        image = cv2.imdecode(
+            np.frombuffer(data, np.uint8), cv2.IMREAD_GRAYSCALE | cv2.IMREAD_ANYDEPTH)
+    except cv2.error as error:
+        raise FrameError(f'OpenCV cannot decode it ({error.err})') from error
+    if image is None:
+        raise FrameError('OpenCV cannot decode it (cut off, damaged, or of an unknown format)')
+    if image.ndim != 2 or image.dtype.name not in ('uint8', 'uint16'):
+        raise FrameError(f'its pixels are {image.dtype}; only 8 and 16 bit pictures can be used')
+    return cast('GreyImage', image)

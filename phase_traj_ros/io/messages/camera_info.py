@@ -1,0 +1,223 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""
+The calibration of a camera from a sensor_msgs/CameraInfo.
+
+Nothing here needs ROS: any object with the fields of the message will do, so those of rclpy and
+of rosbags both work. ROS 1 writes D, K and P where ROS 2 writes d, k and p.
+
+Sources: the comments of sensor_msgs/CameraInfo and sensor_msgs/RegionOfInterest, REP 104.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import cast, Final, Protocol
+
+from phase_traj_ros.core.camera.model import CameraModel, Distortion
+from phase_traj_ros.errors import CalibrationError
+
+CAMERA_INFO_TYPE: Final = 'sensor_msgs/msg/CameraInfo'
+"""Name of the message type."""
+
+# The names of sensor_msgs/distortion_models, and the one that the calibrator of ROS 1 has written
+# for the last of them.
+_MODELS = {
+    'plumb_bob': Distortion.BROWN,
+    'rational_polynomial': Distortion.BROWN,
+    'equidistant': Distortion.FISHEYE,
+    'fisheye': Distortion.FISHEYE,
+}
+# Coefficients of the model of that name.
+_PLUMB_BOB = 5
+
+
+class RegionOfInterest(Protocol):
+    """The fields of sensor_msgs/RegionOfInterest that are used, in pixels of the sensor."""
+
+    @property
+    def x_offset(self) -> int:
+        """First column."""
+
+    @property
+    def y_offset(self) -> int:
+        """First row."""
+
+    @property
+    def height(self) -> int:
+        """Rows."""
+
+    @property
+    def width(self) -> int:
+        """Columns."""
+
+
+class CameraInfo(Protocol):
+    """
+    The fields of sensor_msgs/CameraInfo that are used and have one name in ROS 1 and ROS 2.
+
+    Besides, there are k or K (3x3), p or P (3x4), and d or D.
+    """
+
+    @property
+    def height(self) -> int:
+        """Rows of the picture that the camera was calibrated with."""
+
+    @property
+    def width(self) -> int:
+        """Columns."""
+
+    @property
+    def distortion_model(self) -> str:
+        """Name from sensor_msgs/distortion_models."""
+
+    @property
+    def binning_x(self) -> int:
+        """How many columns of the sensor make one of the image; 0 is 1."""
+
+    @property
+    def binning_y(self) -> int:
+        """How many rows make one."""
+
+    @property
+    def roi(self) -> RegionOfInterest:
+        """Which part of the sensor the image shows; all zero: everything."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Axis:
+    """From pixels of the sensor to pixels of the image, along one of its axes."""
+
+    offset: int
+    size: int
+    binning: int
+
+    @property
+    def pixels(self) -> int:
+        return self.size // self.binning
+
+    def focal(self, focal: float) -> float:
+        return focal / self.binning
+
+    def centre(self, centre: float) -> float:
+        # The first pixel of the image has its centre in the middle of those it is made of.
+        return (centre - self.offset + 0.5) / self.binning - 0.5
+
+
+def camera_from_info(message: object, *, rectified: bool) -> CameraModel:
+    """
+    Return the model of the camera for the images that a CameraInfo belongs to.
+
+    K and P are for the whole sensor; the model is for the images as they come, of the region of
+    interest and binned. Distortion coefficients that are all zero are no distortion, unless the
+    model is equidistant.
+
+    Parameters
+    ----------
+    message
+        A sensor_msgs/CameraInfo of rclpy or rosbags, of ROS 2 or ROS 1.
+    rectified
+        Whether the images are rectified ones, which P describes, and have no distortion left;
+        otherwise K, D and distortion_model describe them.
+
+    Raises
+    ------
+    CalibrationError
+        The camera is not calibrated, its distortion model is unknown, or a value cannot be.
+
+    """
+    try:
+        matrix = _numbers(message, 'p' if rectified else 'k')
+        info = cast('CameraInfo', message)
+        columns, rows = _axes(info)
+        name = info.distortion_model
+        coefficients = _numbers(message, 'd')
+    except (AttributeError, TypeError, ValueError) as error:
+        raise CalibrationError(f'this is no sensor_msgs/CameraInfo: {error}') from error
+    _check_matrix(matrix, rectified)
+    distortion = Distortion.NONE
+    if not rectified:
+        distortion = _distortion(name, coefficients)
+    step = len(matrix) // 3
+    try:
+        return CameraModel(
+            width=columns.pixels, height=rows.pixels,
+            fx=columns.focal(matrix[0]), fy=rows.focal(matrix[step + 1]),
+            cx=columns.centre(matrix[2]), cy=rows.centre(matrix[step + 2]),
+            distortion=distortion,
+            coefficients=() if distortion is Distortion.NONE else coefficients)
+    except ValueError as error:
+        raise CalibrationError(f'the camera_info cannot be used: {error}') from error
+
+
+def camera_info_fields(
+    camera: CameraModel, *, rectified: CameraModel | None = None,
+) -> dict[str, object]:
+    """
+    Return the fields of the CameraInfo for images as they come from ``camera``, but the header.
+
+    ``rectified`` is the model of the same images rectified, for P. Where it is not given and there
+    is no distortion, the images are rectified ones as they are.
+    """
+    if rectified is None and camera.distortion is Distortion.NONE:
+        rectified = camera
+    projection = [0.0] * 12
+    if rectified is not None:
+        projection = [
+            rectified.fx, 0.0, rectified.cx, 0.0, 0.0, rectified.fy, rectified.cy, 0.0, 0.0, 0.0,
+            1.0, 0.0]
+    name = 'equidistant'
+    if camera.distortion is not Distortion.FISHEYE:
+        name = 'plumb_bob' if len(camera.coefficients) <= _PLUMB_BOB else 'rational_polynomial'
+    return {
+        'width': camera.width, 'height': camera.height, 'distortion_model': name,
+        'd': list(camera.coefficients) or [0.0] * _PLUMB_BOB,
+        'k': [camera.fx, 0.0, camera.cx, 0.0, camera.fy, camera.cy, 0.0, 0.0, 1.0],
+        'r': [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0], 'p': projection,
+    }
+
+
+def _numbers(message: object, name: str) -> tuple[float, ...]:
+    """Return the numbers of a field that ROS 1 writes in upper case."""
+    found = getattr(message, name, None)
+    if found is None:
+        found = getattr(message, name.upper())
+    return tuple(float(value) for value in cast('Sequence[float]', found))
+
+
+def _axes(info: CameraInfo) -> tuple[_Axis, _Axis]:
+    """Return where the columns and rows of the image are on the sensor."""
+    roi = info.roi
+    x, y, width, height = roi.x_offset, roi.y_offset, roi.width, roi.height
+    if not (x or y or width or height):
+        width, height = info.width, info.height
+    if x + width > info.width or y + height > info.height:
+        raise CalibrationError(
+            f'the region of interest of the camera_info, {width}x{height} pixels at ({x}, {y}),'
+            f' reaches beyond the {info.width}x{info.height} pixels it is calibrated for: correct'
+            ' it, or give focal_px')
+    return _Axis(x, width, info.binning_x or 1), _Axis(y, height, info.binning_y or 1)
+
+
+def _check_matrix(matrix: tuple[float, ...], rectified: bool) -> None:
+    name, size = ('P', 12) if rectified else ('K', 9)
+    if len(matrix) != size:
+        raise CalibrationError(
+            f'{name} of the camera_info has {len(matrix)} numbers, not {size}: correct it, or give'
+            ' focal_px')
+    # What the message's comments tell its readers to look at.
+    if matrix[0] == 0.0:
+        raise CalibrationError(
+            f'the camera is not calibrated ({name}[0] of the camera_info is 0): calibrate it, or'
+            ' give focal_px or hfov_deg')
+
+
+def _distortion(name: str, coefficients: tuple[float, ...]) -> Distortion:
+    """Return the kind of distortion that a name from sensor_msgs/distortion_models stands for."""
+    found = _MODELS.get(name)
+    if not any(coefficients) and (found is Distortion.BROWN or not name):
+        return Distortion.NONE
+    if found is None:
+        raise CalibrationError(
+            f'the distortion model {name!r} of the camera_info is unknown (known:'
+            f' {", ".join(_MODELS)}): give focal_px, or rectify the images')
+    return found

@@ -1,0 +1,90 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What /diagnostics says about the measurement, live and in a bag written offline."""
+
+from dataclasses import dataclass
+from enum import IntEnum
+
+from phase_traj_ros.core import Counters, TrajectoryEstimator
+from phase_traj_ros.core.camera.field_of_view import FieldOfView, SURE
+from phase_traj_ros.core.heading.estimator import HeadingEstimator
+
+# Below this share of measured pairs, since the last report, something is wrong with the view.
+_MEASURED_SHARE = 0.5
+# From this share on, the field of view given is not that of the camera.
+_WRONG_VIEW = 0.1
+_UNUSABLE = ('unmeasured', 'gaps', 'reprimed')
+
+
+class Level(IntEnum):
+    """The levels of diagnostic_msgs/DiagnosticStatus."""
+
+    OK = 0
+    WARN = 1
+    ERROR = 2
+    STALE = 3
+
+
+@dataclass(frozen=True, slots=True)
+class Report:
+    """One status; the values are shown in their order."""
+
+    level: Level
+    message: str
+    values: dict[str, str]
+
+
+class MeasurementReporter:
+    """Reports whether the shift can be measured; the level is about the time since the last."""
+
+    def __init__(self) -> None:
+        """Begin with everything at zero."""
+        self._counted = Counters()
+
+    def report(self, estimator: TrajectoryEstimator, response: float) -> Report:
+        """Return what there is to say; ``response`` is the median of the newest pairs."""
+        counters, heading = estimator.counters, estimator.heading
+        values = {}
+        wrong = None
+        if heading is not None:
+            values['bridged share'] = f'{heading.tracker.bridged_share:.3f}'
+            if heading.field_of_view is not None:
+                values['field of view (deg)'] = described(heading.field_of_view)
+                wrong = _contradiction(heading, heading.field_of_view)
+        pairs = counters.frames - self._counted.frames
+        unusable = sum(
+            getattr(counters, name) - getattr(self._counted, name) for name in _UNUSABLE)
+        self._counted = counters.copy()
+        if pairs and unusable > (1 - _MEASURED_SHARE) * pairs:
+            level, message = Level.WARN, f'{unusable} of {pairs} pairs not measured'
+        elif wrong is not None:
+            level, message = Level.WARN, wrong
+        elif pairs:
+            level, message = Level.OK, 'measuring'
+        else:
+            level, message = Level.OK, 'nothing to measure'
+        counted = {
+            name: str(value) for name, value in counters.as_dict().items() if name != 'frames'}
+        return Report(level, message, {
+            'frames': str(counters.frames), 'response (median)': f'{response:.3f}', **counted,
+            **values})
+
+
+def described(view: FieldOfView) -> str:
+    """Return an estimate in words."""
+    return (
+        f'{view.hfov_deg:.1f} +- {view.deviation_deg:.1f}, right within 5 % with a probability of'
+        f' {view.sureness:.2f}, from {view.turns} turn{"" if view.turns == 1 else "s"}')
+
+
+def _contradiction(heading: HeadingEstimator, view: FieldOfView) -> str | None:
+    """Say so where the turns tell another field of view than the one in use."""
+    if heading.lens.calibrated:
+        # It has been measured, and of a lens with distortion the width of the view is another.
+        return None
+    used = heading.hfov_deg
+    if view.sureness < SURE or abs(view.hfov_deg / used - 1.0) <= _WRONG_VIEW:
+        return None
+    return (
+        f'the angles of the turns tell a field of view of {view.hfov_deg:.0f} degrees, in use are'
+        f' {used:.0f}')

@@ -1,0 +1,252 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""
+Image messages to grey images.
+
+Nothing here needs ROS: any object with the fields of sensor_msgs/Image or
+sensor_msgs/CompressedImage will do, so the messages of rclpy and of rosbags both work.
+"""
+
+from dataclasses import dataclass
+from enum import auto, Enum
+from typing import cast, Protocol
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+from phase_traj_ros.errors import FrameError
+from phase_traj_ros.io.images.decoding import decode_picture, DEFAULT_MAX_PIXELS, GreyImage
+from phase_traj_ros.io.images.header import read_header
+
+
+class ImageMessage(Protocol):
+    """The fields of sensor_msgs/Image that are used; data is any buffer of bytes."""
+
+    @property
+    def height(self) -> int:
+        """Rows."""
+
+    @property
+    def width(self) -> int:
+        """Pixels in a row."""
+
+    @property
+    def encoding(self) -> str:
+        """Name from sensor_msgs/image_encodings."""
+
+    @property
+    def is_bigendian(self) -> int:
+        """Whether samples of 16 bits have their high byte first."""
+
+    @property
+    def step(self) -> int:
+        """Bytes from one row to the next."""
+
+    @property
+    def data(self) -> object:
+        """All rows, height * step bytes."""
+
+
+class CompressedImageMessage(Protocol):
+    """
+    The fields of sensor_msgs/CompressedImage that are used; data is any buffer of bytes.
+
+    Of format (not listed: linters take the name for the builtin) the part before the semicolon
+    counts, where image_transport writes the encoding before compression.
+    """
+
+    @property
+    def data(self) -> object:
+        """Content of a picture file."""
+
+
+class _Conversion(Enum):
+    """How samples become grey."""
+
+    NONE = auto()
+    COLOUR = auto()
+    MOSAIC = auto()
+    LUMA = auto()
+
+
+@dataclass(frozen=True, slots=True)
+class _Layout:
+    """
+    Where the samples of an encoding are, and what turns them into grey.
+
+    code is the cv2.cvtColor code of COLOUR and MOSAIC, the index of the luma sample for LUMA.
+    """
+
+    channels: int
+    bits: int
+    conversion: _Conversion = _Conversion.NONE
+    code: int = 0
+
+    @property
+    def pixel_bytes(self) -> int:
+        return self.channels * self.bits // 8
+
+
+def _colour(channels: int, bits: int, code: int) -> _Layout:
+    return _Layout(channels, bits, _Conversion.COLOUR, code)
+
+
+def _mosaic(bits: int, code: int) -> _Layout:
+    return _Layout(1, bits, _Conversion.MOSAIC, code)
+
+
+_UYVY = _Layout(2, 8, _Conversion.LUMA, 1)
+_YUY2 = _Layout(2, 8, _Conversion.LUMA, 0)
+
+# ROS names a mosaic by its first two rows from the corner on; OpenCV's old names start at the
+# second pixel of the second row. Hence rggb is BG here, and so on.
+_LAYOUTS = {
+    'mono8': _Layout(1, 8),
+    '8UC1': _Layout(1, 8),
+    'mono16': _Layout(1, 16),
+    '16UC1': _Layout(1, 16),
+    'rgb8': _colour(3, 8, cv2.COLOR_RGB2GRAY),
+    'bgr8': _colour(3, 8, cv2.COLOR_BGR2GRAY),
+    '8UC3': _colour(3, 8, cv2.COLOR_BGR2GRAY),
+    'rgba8': _colour(4, 8, cv2.COLOR_RGBA2GRAY),
+    'bgra8': _colour(4, 8, cv2.COLOR_BGRA2GRAY),
+    '8UC4': _colour(4, 8, cv2.COLOR_BGRA2GRAY),
+    'rgb16': _colour(3, 16, cv2.COLOR_RGB2GRAY),
+    'bgr16': _colour(3, 16, cv2.COLOR_BGR2GRAY),
+    '16UC3': _colour(3, 16, cv2.COLOR_BGR2GRAY),
+    'rgba16': _colour(4, 16, cv2.COLOR_RGBA2GRAY),
+    'bgra16': _colour(4, 16, cv2.COLOR_BGRA2GRAY),
+    'bayer_rggb8': _mosaic(8, cv2.COLOR_BayerBG2GRAY),
+    'bayer_bggr8': _mosaic(8, cv2.COLOR_BayerRG2GRAY),
+    'bayer_gbrg8': _mosaic(8, cv2.COLOR_BayerGR2GRAY),
+    'bayer_grbg8': _mosaic(8, cv2.COLOR_BayerGB2GRAY),
+    'bayer_rggb16': _mosaic(16, cv2.COLOR_BayerBG2GRAY),
+    'bayer_bggr16': _mosaic(16, cv2.COLOR_BayerRG2GRAY),
+    'bayer_gbrg16': _mosaic(16, cv2.COLOR_BayerGR2GRAY),
+    'bayer_grbg16': _mosaic(16, cv2.COLOR_BayerGB2GRAY),
+    'yuv422': _UYVY,
+    'uyvy': _UYVY,
+    'yuv422_yuy2': _YUY2,
+    'yuyv': _YUY2,
+}
+
+ENCODINGS = tuple(_LAYOUTS)
+"""Names of the encodings that to_grey understands."""
+
+_MIN_MOSAIC_SIDE = 3
+
+
+def to_grey(msg: ImageMessage) -> GreyImage:
+    """
+    Convert a raw image message to grey, (H, W), uint8, or uint16 for encodings of 16 bits.
+
+    A grey image comes back as a view of the message's data wherever it can: do not write to it,
+    and keep the message's data as it is while the image is used. Its rows may be padded, which
+    numpy and OpenCV both accept. Colours become luma as cv2.cvtColor has it; of YUV the luma is
+    taken as it is. The padding of the last row may be missing.
+
+    Raises FrameError if the encoding is not known or the fields contradict each other.
+    """
+    layout = _LAYOUTS.get(msg.encoding)
+    if layout is None:
+        raise FrameError(
+            f'the image encoding {msg.encoding[:40]!r} is not known; known are '
+            f'{", ".join(ENCODINGS)}')
+    pixels = _samples(msg, layout)
+    try:
+        if layout.conversion in (_Conversion.COLOUR, _Conversion.MOSAIC):
+            return cast('GreyImage', cv2.cvtColor(pixels, layout.code))
+        if layout.conversion is _Conversion.LUMA:
+            return cast('GreyImage', cv2.extractChannel(pixels, layout.code))
+    except cv2.error as error:
+        raise FrameError(
+            f'OpenCV cannot convert the image of encoding {msg.encoding} ({error.err})'
+        ) from error
+    return pixels
+
+
+def decode_compressed(
+    msg: CompressedImageMessage, *, max_pixels: int = DEFAULT_MAX_PIXELS,
+) -> GreyImage:
+    """
+    Decode a compressed image message to grey, (H, W), uint8, or uint16 for a PNG of 16 bits.
+
+    A mosaic that was compressed as it came from the sensor (the format field starts with its
+    encoding) is converted, too.
+
+    Raises FrameError if the data is not a whole JPEG or PNG picture, or one of more than
+    max_pixels pixels, which is found out before it is decoded.
+    """
+    data = _buffer(msg.data).tobytes()
+    name = str(getattr(msg, 'format', ''))
+    try:
+        image = decode_picture(data, max_pixels=max_pixels)
+    except FrameError as error:
+        raise FrameError(
+            f'the compressed image (format {name[:40]!r}) cannot be used: {error}') from error
+    layout = _LAYOUTS.get(name.partition(';')[0].strip())
+    if (layout is not None and layout.conversion is _Conversion.MOSAIC
+            and read_header(data).channels == 1 and min(image.shape) >= _MIN_MOSAIC_SIDE):
+        return cast('GreyImage', cv2.cvtColor(image, layout.code))
+    return image
+
+
+def msg_to_frame(msg: object, *, max_pixels: int = DEFAULT_MAX_PIXELS) -> GreyImage:
+    """
+    Convert a raw or compressed image message, told apart by its fields, to a grey image.
+
+    Raises FrameError as to_grey and decode_compressed do, and for any other message.
+    """
+    if hasattr(msg, 'encoding'):
+        return to_grey(cast('ImageMessage', msg))
+    if hasattr(msg, 'format'):
+        return decode_compressed(cast('CompressedImageMessage', msg), max_pixels=max_pixels)
+    raise FrameError(
+        f'a message of type {type(msg).__name__} is neither an Image nor a CompressedImage')
+
+
+def encoding_of(msg: object) -> str:
+    """Return the encoding of a raw image message, or the format of a compressed one."""
+    return str(getattr(msg, 'encoding', '') or getattr(msg, 'format', ''))
+
+
+def _buffer(data: object) -> npt.NDArray[np.uint8]:
+    """View any buffer as bytes, without a copy."""
+    try:
+        return np.frombuffer(cast('bytes', data), dtype=np.uint8)
+    except (TypeError, ValueError, BufferError) as error:
+        raise FrameError(
+            f'the data field is a {type(data).__name__}, not an array of bytes') from error
+
+
+def _samples(msg: ImageMessage, layout: _Layout) -> GreyImage:
+    """Check the fields against each other, then view data as (H, W) or (H, W, C) samples."""
+    height, width, step = msg.height, msg.width, msg.step
+    what = f'the {width}x{height} image of encoding {msg.encoding}'
+    if height <= 0 or width <= 0:
+        raise FrameError(f'{what} has no pixels')
+    if layout.conversion is _Conversion.LUMA and width % 2:
+        raise FrameError(f'{what} has an odd width, but two pixels share their colour')
+    if layout.conversion is _Conversion.MOSAIC and min(width, height) < _MIN_MOSAIC_SIDE:
+        raise FrameError(
+            f'{what} is too small: a mosaic needs {_MIN_MOSAIC_SIDE}x{_MIN_MOSAIC_SIDE} pixels')
+    row = width * layout.pixel_bytes
+    if step < row:
+        raise FrameError(f'{what} has a step of {step} bytes, but a row needs {row}')
+    raw = _buffer(msg.data)
+    if raw.size < (height - 1) * step + row:
+        raise FrameError(
+            f'{what} needs {height * step} bytes (height * step), but its data has {raw.size}')
+
+    if height == 1:
+        step = row
+    order = '>' if msg.is_bigendian else '<'
+    sample: np.dtype[np.unsignedinteger] = np.dtype(f'{order}u{layout.bits // 8}')
+    shape: tuple[int, ...] = (height, width)
+    strides: tuple[int, ...] = (step, layout.pixel_bytes)
+    if layout.channels > 1:
+        shape, strides = (*shape, layout.channels), (*strides, sample.itemsize)
+    view = np.ndarray(shape, dtype=sample, buffer=raw, strides=strides)
+    if layout.bits == 16 and not (sample.isnative and view.flags.aligned):
+        view = view.astype(np.uint16)
+    return cast('GreyImage', view)

@@ -1,0 +1,181 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""
+From the estimator's values to ROS messages, whoever made the message classes.
+
+Those of rclpy and those of rosbags take the same fields by keyword, so that what the node
+publishes and what a bag written offline holds come from the same lines.
+"""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+import math
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+from phase_traj_ros.core import ChainCode, Corner, Shift, Update
+from phase_traj_ros.core.codes.text import describe
+from phase_traj_ros.core.path.odometry import Odometry
+from phase_traj_ros.parameters import Parameters
+
+CHAIN_CODE_PERIOD_NS: Final = 10**9
+"""The chain code's text goes out when the movement changes, else at most this often."""
+
+_NANOSECONDS = 10**9
+# Variances of what is not measured, and of the speed to the side, which a vehicle hardly has.
+_UNKNOWN = 1e6
+_SIDEWAYS = 0.01
+
+
+@dataclass(frozen=True, slots=True)
+class Topic:
+    """A topic that the node publishes; its name is relative to the node's."""
+
+    name: str
+    type: str  # noqa: A003
+    latched: bool = False
+    """Whether who subscribes late gets the last message at once."""
+
+
+PER_PAIR: Final = (
+    Topic('movement', 'std_msgs/msg/UInt8'),
+    Topic('direction', 'std_msgs/msg/UInt8'),
+    Topic('shift', 'geometry_msgs/msg/Vector3Stamped'),
+    Topic('response', 'std_msgs/msg/Float32'),
+    Topic('status', 'std_msgs/msg/String'),
+    Topic('pose', 'geometry_msgs/msg/PoseStamped'),
+)
+"""What ``Messages.of_pair`` makes messages for."""
+
+HEADING: Final = (
+    Topic('heading', 'std_msgs/msg/Float64'),
+    Topic('heading_stamped', 'geometry_msgs/msg/QuaternionStamped'),
+    Topic('turn', 'geometry_msgs/msg/Vector3Stamped'),
+)
+"""What it makes them for where the heading is measured, too."""
+
+ODOMETRY: Final = Topic('odom', 'nav_msgs/msg/Odometry')
+"""What it makes them for where a speed is known, too."""
+
+CHAIN_CODE: Final = Topic('chain_code', 'std_msgs/msg/String', latched=True)
+PATH: Final = Topic('path', 'nav_msgs/msg/Path', latched=True)
+DEBUG_IMAGE: Final = Topic('debug_image', 'sensor_msgs/msg/Image')
+
+
+def pair_topics(parameters: Parameters) -> tuple[Topic, ...]:
+    """Return the topics that ``Messages.of_pair`` makes messages for with these parameters."""
+    topics: tuple[Topic, ...] = PER_PAIR
+    if parameters.measures_heading:
+        topics += HEADING
+    return (*topics, ODOMETRY) if parameters.metric else topics
+
+
+class Messages:
+    """Makes messages of the classes given; pure functions of their arguments."""
+
+    def __init__(self, types: Mapping[str, Callable[..., Any]]) -> None:
+        """
+        Use the classes ``types``, by names such as ``std_msgs/msg/Header``.
+
+        Parameters
+        ----------
+        types
+            What builtin_interfaces, std_msgs, geometry_msgs and nav_msgs define, as far as it is
+            asked for.
+
+        """
+        self._types = types
+
+    def time(self, stamp_ns: int) -> Any:
+        """Return a stamp given in nanoseconds as a builtin_interfaces/Time."""
+        seconds, nanoseconds = divmod(stamp_ns, _NANOSECONDS)
+        return self._types['builtin_interfaces/msg/Time'](sec=seconds, nanosec=nanoseconds)
+
+    def header(self, stamp_ns: int, frame_id: str) -> Any:
+        """Return a std_msgs/Header."""
+        return self._types['std_msgs/msg/Header'](stamp=self.time(stamp_ns), frame_id=frame_id)
+
+    def of_pair(self, update: Update, parameters: Parameters) -> Iterator[tuple[str, Any]]:
+        """Yield the names of topics and the messages that go out with a pair, see PER_PAIR."""
+        types, step = self._types, update.step
+        header = self.header(update.stamp_ns, parameters.frame_id)
+        yield 'movement', types['std_msgs/msg/UInt8'](data=int(step.movement))
+        if step.appended:
+            yield 'direction', types['std_msgs/msg/UInt8'](data=int(step.direction))
+        yield 'shift', self.shift(update.shift, header)
+        response = 0.0 if update.shift is None else update.shift.response
+        yield 'response', types['std_msgs/msg/Float32'](data=response)
+        yield 'status', types['std_msgs/msg/String'](data=update.status.value)
+        yield 'pose', self.pose(update.tip, parameters.path_scale, header)
+        if update.heading is not None:
+            yield 'heading', types['std_msgs/msg/Float64'](data=update.heading.heading)
+            yield 'heading_stamped', types['geometry_msgs/msg/QuaternionStamped'](
+                header=header, quaternion=self._yaw(update.heading.heading))
+        if update.odometry is not None:
+            yield 'odom', self.odometry(update.odometry, parameters.child_frame_id, header)
+        for turn in update.turns:
+            yield 'turn', types['geometry_msgs/msg/Vector3Stamped'](
+                header=self.header(turn.end_ns, parameters.frame_id),
+                vector=types['geometry_msgs/msg/Vector3'](
+                    x=0.0, y=0.0, z=math.radians(turn.angle_deg)))
+
+    def shift(self, shift: Shift | None, header: Any) -> Any:
+        """Return the raw shift in pixels; NaN where the two frames cannot be compared."""
+        dx, dy = (math.nan, math.nan) if shift is None else (shift.dx, shift.dy)
+        return self._types['geometry_msgs/msg/Vector3Stamped'](
+            header=header, vector=self._types['geometry_msgs/msg/Vector3'](x=dx, y=dy, z=0.0))
+
+    def pose(self, corner: Corner, scale: float, header: Any) -> Any:
+        """Return a place of the path as a PoseStamped; its unit is ``scale`` metres."""
+        return self._types['geometry_msgs/msg/PoseStamped'](
+            header=header, pose=self._pose(corner, scale))
+
+    def odometry(self, odometry: Odometry, child_frame_id: str, header: Any) -> Any:
+        """Return a nav_msgs/Odometry; the variance of what is not measured is large."""
+        types = self._types
+        return types['nav_msgs/msg/Odometry'](
+            header=header, child_frame_id=child_frame_id,
+            pose=types['geometry_msgs/msg/PoseWithCovariance'](
+                pose=self._pose(odometry.pose, 1.0),
+                covariance=_covariance(
+                    x=odometry.position_variance, y=odometry.position_variance,
+                    yaw=odometry.yaw_variance)),
+            twist=types['geometry_msgs/msg/TwistWithCovariance'](
+                twist=types['geometry_msgs/msg/Twist'](
+                    linear=types['geometry_msgs/msg/Vector3'](x=odometry.speed, y=0.0, z=0.0),
+                    angular=types['geometry_msgs/msg/Vector3'](
+                        x=0.0, y=0.0, z=odometry.yaw_rate)),
+                covariance=_covariance(
+                    x=odometry.speed_variance, y=_SIDEWAYS, yaw=odometry.yaw_rate_variance)))
+
+    def _pose(self, corner: Corner, scale: float) -> Any:
+        types = self._types
+        return types['geometry_msgs/msg/Pose'](
+            position=types['geometry_msgs/msg/Point'](
+                x=corner.x * scale, y=corner.y * scale, z=0.0),
+            orientation=self._yaw(corner.yaw))
+
+    def _yaw(self, angle: float) -> Any:
+        """Return a rotation about the vertical axis, in radians, as a Quaternion."""
+        return self._types['geometry_msgs/msg/Quaternion'](
+            x=0.0, y=0.0, z=math.sin(angle / 2), w=math.cos(angle / 2))
+
+    def path(self, points: Sequence[Corner], scale: float, header: Any) -> Any:
+        """Return a nav_msgs/Path of places, whose unit is ``scale`` metres."""
+        return self._types['nav_msgs/msg/Path'](header=header, poses=[
+            self.pose(point, scale, self.header(point.stamp_ns, header.frame_id))
+            for point in points
+        ])
+
+    def chain_code(
+        self, codes: ChainCode, frames: int, parameters: Parameters,
+    ) -> Any:
+        """Return both codes as text, in a std_msgs/String."""
+        text = describe(codes, frames=frames, max_runs=parameters.chain_code_runs)
+        return self._types['std_msgs/msg/String'](data=str(text))
+
+
+def _covariance(*, x: float, y: float, yaw: float) -> NDArray[np.float64]:
+    """Return the 6 x 6 covariance (x, y, z, roll, pitch, yaw) of a motion on the ground."""
+    return np.diag([x, y, _UNKNOWN, _UNKNOWN, _UNKNOWN, yaw]).ravel()

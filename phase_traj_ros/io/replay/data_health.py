@@ -1,0 +1,61 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""How sound the data of a replay is: what is missing from it, and how well it was measured."""
+
+from collections import Counter
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from phase_traj_ros.io.replay.overview import Overview
+from phase_traj_ros.io.replay.run import Replay
+
+LOW_RESPONSE: Final = 0.02
+"""Frames that have nothing in common reach 0.014 to 0.021 at 1241 x 376 pixels."""
+
+# An interval this many times the usual one has a frame missing.
+_DROPPED = 1.5
+
+
+@dataclass(frozen=True, slots=True)
+class DataHealth:
+    """What a person should know before trusting a result."""
+
+    frames: int
+    seconds: float
+    """From the first frame to the last."""
+    interval_s: float
+    """Median time between two frames."""
+    longest_interval_s: float
+    dropped: int
+    """Frames missing, judging by intervals of 1.5 times the median and more."""
+    response: float
+    """Median; NaN where nothing was measured."""
+    low_responses: int
+    """Pairs with a response below ``LOW_RESPONSE``."""
+    statuses: tuple[tuple[str, int], ...]
+    """How many pairs have each status, the most frequent first."""
+    repeated: int
+    """Frames left out because their stamp was that of the frame before."""
+    time_resets: int
+    """How often the stamps went back; everything before the last time is left out."""
+
+
+def data_health(result: Replay, shown: Overview) -> DataHealth:
+    """Return the health of the data behind ``result``; ``shown`` is its overview."""
+    intervals = np.diff(shown.seconds, prepend=0.0)
+    usual = float(np.median(intervals))
+    late = intervals[intervals >= _DROPPED * usual] if usual > 0 else intervals[:0]
+    measured = shown.response[np.isfinite(shown.response)]
+    return DataHealth(
+        frames=result.frames,
+        seconds=float(shown.seconds[-1]),
+        interval_s=usual,
+        longest_interval_s=float(intervals.max()),
+        dropped=int((np.rint(late / usual) - 1).clip(1).sum()) if len(late) else 0,
+        response=float(np.median(measured)) if len(measured) else float('nan'),
+        low_responses=int((measured < LOW_RESPONSE).sum()),
+        statuses=tuple(Counter(update.status.value for update in result.updates).most_common()),
+        repeated=result.counters.repeated,
+        time_resets=result.counters.time_resets,
+    )

@@ -1,0 +1,157 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Offline replay: all frames of a source through the same estimator as the live node's."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from statistics import median
+from typing import Protocol
+
+from phase_traj_ros.core import (
+    ChainCode,
+    Counters,
+    Movement,
+    TrajectoryEstimator,
+    Update,
+)
+from phase_traj_ros.core.camera.field_of_view import FieldOfView
+from phase_traj_ros.core.camera.model import CameraModel
+from phase_traj_ros.core.camera.projection import threshold_px
+from phase_traj_ros.core.codes.freeman import AnyDirection
+from phase_traj_ros.core.heading.estimator import Lens
+from phase_traj_ros.core.heading.turns import Turn
+from phase_traj_ros.errors import FrameError, ParameterError, SourceError
+from phase_traj_ros.io.sources.base import Frame, Speed
+from phase_traj_ros.io.sources.mask_file import read_mask
+from phase_traj_ros.parameters import Parameters
+
+
+@dataclass(frozen=True, slots=True)
+class Replay:
+    """What a replay has found, from the last reset (a backward jump of time) to the end."""
+
+    source: str
+    parameters: Parameters
+    first_stamp_ns: int
+    updates: tuple[Update, ...]
+    codes: ChainCode
+    counters: Counters
+    turns: tuple[Turn, ...] = ()
+    """The turns driven, where the camera's focal length or field of view is known."""
+    focal_px: float | None = None
+    """The focal length that heading and turns were measured with; None where they were not."""
+    field_of_view: FieldOfView | None = None
+    """What the turns tell of the field of view; None without any."""
+
+    @property
+    def pairs_without_speed(self) -> int:
+        """Return for how many pairs speeds were asked for, and none held."""
+        if not self.parameters.use_speed_topic:
+            return 0
+        return sum(update.odometry is None for update in self.updates)
+
+    @property
+    def threshold_px(self) -> float | None:
+        """Return T in pixels per frame (at the median interval); None if the codes need none."""
+        if self.parameters.codes_from_heading:
+            return None
+        if self.parameters.threshold_deg_s == 0.0 or self.focal_px is None:
+            return self.parameters.threshold
+        interval = median(update.interval_ns for update in self.updates) * 1e-9
+        return threshold_px(self.parameters.threshold_deg_s, self.focal_px, interval)
+
+    @property
+    def frames(self) -> int:
+        """Return how many frames the codes stand for: one more than the pairs."""
+        return len(self.updates) + 1
+
+    @property
+    def movement(self) -> list[Movement]:
+        """Return the movement codes, one per pair."""
+        return [update.step.movement for update in self.updates]
+
+    @property
+    def direction(self) -> list[AnyDirection]:
+        """Return the direction codes, one per pair that appends one."""
+        return [update.step.direction for update in self.updates if update.step.appended]
+
+
+class Watcher(Protocol):
+    """Sees each frame of a replay and what it adds, as it goes; frames are not to be changed."""
+
+    def start(self, frame: Frame, estimator: TrajectoryEstimator) -> None:
+        """Begin with the first frame, or anew with the one whose stamp went back."""
+
+    def add(self, frame: Frame, update: Update, estimator: TrajectoryEstimator) -> None:
+        """Take what a pair adds; ``frame`` is the second of the pair."""
+
+
+def replay(
+    frames: Iterable[Frame], parameters: Parameters, *, source: str,
+    watchers: Sequence[Watcher] = (), camera: CameraModel | None = None,
+    speeds: Iterable[Speed] = (),
+) -> Replay:
+    """
+    Put all frames through an estimator, under the eyes of ``watchers``.
+
+    ``source`` is what they come from, for reports, and ``camera`` what that says of its camera,
+    which counts where the parameters leave it to a calibration. ``speeds`` are the vehicle's, in
+    any order, and count where the parameters ask for them.
+
+    Raises
+    ------
+    SourceError
+        There are fewer than two frames, or one of them cannot be used.
+    ParameterError
+        Parameters ask for the camera's calibration, and there is none.
+
+    """
+    # Offline, everything is kept.
+    settings = replace(
+        parameters.estimator_settings(), max_runs=None, max_corners=None, max_speeds=None)
+    estimator = TrajectoryEstimator(settings, mask=read_mask(parameters))
+    if parameters.needs_camera:
+        if camera is None:
+            raise ParameterError(
+                f'{source} does not say what its camera is like, and a focal length is needed:'
+                ' give focal_px or hfov_deg, or set estimate_fov')
+        estimator.use_lens(Lens(camera=camera))
+    # All at once, and in the order of their stamps: whatever comes late or twice in a bag.
+    for speed in sorted(speeds, key=lambda each: each.stamp_ns):
+        estimator.add_speed(speed.stamp_ns, speed.speed)
+    updates: list[Update] = []
+    turns: list[Turn] = []
+    first_stamp_ns = 0
+    for number, frame in enumerate(frames):
+        update = _update(estimator, frame, number, source)
+        if estimator.frames == 1:
+            updates.clear()
+            turns.clear()
+            first_stamp_ns = frame.stamp_ns
+            for watcher in watchers:
+                watcher.start(frame, estimator)
+        elif update is not None:
+            updates.append(update)
+            turns += update.turns
+            for watcher in watchers:
+                watcher.add(frame, update, estimator)
+    if not updates:
+        raise SourceError(
+            f'{source}: {estimator.frames} frame{"" if estimator.frames == 1 else "s"}'
+            ' to use, but a trajectory takes at least two, with different stamps')
+    if estimator.heading is not None:
+        turns += estimator.heading.finish()
+    return Replay(
+        source, parameters, first_stamp_ns, tuple(updates), estimator.codes, estimator.counters,
+        tuple(sorted(turns, key=lambda turn: turn.start_frame)),
+        None if estimator.heading is None else estimator.heading.focal_px,
+        None if estimator.heading is None else estimator.heading.field_of_view)
+
+
+def _update(
+    estimator: TrajectoryEstimator, frame: Frame, number: int, source: str,
+) -> Update | None:
+    try:
+        return estimator.update(frame.image, frame.stamp_ns, encoding=frame.encoding)
+    except FrameError as error:
+        raise SourceError(f'{source}: frame {number}: {error}') from None

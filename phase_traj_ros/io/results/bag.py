@@ -1,0 +1,284 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A bag of everything the node would have published about a replay."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Iterable
+from contextlib import suppress
+from pathlib import Path
+import shutil
+import statistics
+from typing import Any, Final, TYPE_CHECKING
+
+from phase_traj_ros.core import Movement, TrajectoryEstimator, Update
+from phase_traj_ros.errors import MissingDependencyError, OutputError
+from phase_traj_ros.io.messages.diagnostics import Level, MeasurementReporter, Report
+from phase_traj_ros.io.messages.pacing import Pace
+from phase_traj_ros.io.messages.published import (
+    CHAIN_CODE,
+    CHAIN_CODE_PERIOD_NS,
+    DEBUG_IMAGE,
+    Messages,
+    pair_topics,
+    PATH,
+    Topic,
+)
+from phase_traj_ros.io.results.debug_picture import draw, Picture
+from phase_traj_ros.io.sources.base import Frame
+from phase_traj_ros.parameters import NODE_NAME, Parameters
+
+if TYPE_CHECKING:
+    from rosbags.interfaces import Connection, Qos
+
+SUFFIX: Final = '.mcap'
+DIAGNOSTICS: Final = '/diagnostics'
+
+_DIAGNOSTICS_TYPE = 'diagnostic_msgs/msg/DiagnosticArray'
+_DIAGNOSTICS_PERIOD_NS = 10**9
+_RESPONSES = 1000
+# builtin_interfaces/Time counts seconds in 32 bits, with a sign that rosbag2 cannot store.
+_STAMPS_NS = range(2**31 * 10**9)
+
+
+def topic_name(topic: Topic) -> str:
+    """Return the full name of a topic of a node in the root namespace."""
+    return f'/{NODE_NAME}/{topic.name}'
+
+
+class BagSink:
+    """
+    Writes the node's topics as it would publish them, by the stamps of the images.
+
+    What the node does by the clock on the wall (the path's rate, the chain code's text and the
+    diagnostics once a second) is done by the stamps, and all that is pending goes out at the end.
+    Header stamps and log times are those of the images. Where the stamps go back, the bag starts
+    anew, as the other results do.
+
+    A context manager: the bag is complete when it is left, and gone if that is by an exception.
+    """
+
+    def __init__(
+        self, path: Path, parameters: Parameters, *, source: str, debug_images: bool = False,
+    ) -> None:
+        """
+        Make a sink that will write the single file ``path``, which ends in .mcap.
+
+        ``source`` is what is replayed; the diagnostics name it as their hardware.
+        ``debug_images`` adds the debug image of every pair, which makes large bags.
+
+        Raises
+        ------
+        MissingDependencyError
+            rosbags is not installed, or one that cannot write MCAP files.
+
+        """
+        self._types = _types()
+        self._target = path
+        self._parameters = parameters
+        self._source = source
+        self._debug_images = debug_images
+        self._topics = (
+            *pair_topics(parameters), CHAIN_CODE, PATH, *([DEBUG_IMAGE] if debug_images else []))
+        self._bag: _Bag | None = None
+
+    def __enter__(self) -> BagSink:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        if self._bag is None:
+            return
+        if kind is None:
+            self._bag.complete()
+        else:
+            self._bag.discard()
+
+    def start(self, frame: Frame, estimator: TrajectoryEstimator) -> None:
+        """Begin a bag, in the place of the one begun before."""
+        if self._bag is not None:
+            self._bag.discard()
+        self._bag = _Bag(
+            _BagFile(self._target, self._types, self._topics),
+            Messages(self._types.types), self._parameters, estimator, source=self._source,
+            start_ns=frame.stamp_ns)
+
+    def add(self, frame: Frame, update: Update, estimator: TrajectoryEstimator) -> None:
+        """
+        Write what a pair adds.
+
+        Raises
+        ------
+        OutputError
+            The bag cannot hold the stamp.
+
+        """
+        assert self._bag is not None
+        if update.stamp_ns not in _STAMPS_NS:
+            raise OutputError(
+                f'a bag cannot hold the stamp {update.stamp_ns / 1e9:.9f} s: it takes those from'
+                ' 0 to 2**31 seconds; leave out --bag-out')
+        self._bag.add(update)
+        if self._debug_images:
+            self._bag.add_picture(draw(frame, update, estimator), update.stamp_ns)
+
+
+class _BagFile:
+    """A bag of a single file."""
+
+    def __init__(self, target: Path, types: Any, topics: Iterable[Topic]) -> None:
+        from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
+        self.types = types
+        self._target = target
+        # rosbags makes a directory and names the file in it after it.
+        self._parts = target.parent / f'.{target.name}.parts'
+        self._writer = Writer(
+            self._parts / target.stem, version=9, storage_plugin=StoragePlugin.MCAP)
+        # Each path repeats the one before it.
+        self._writer.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)
+        self._writer.open()
+        self._connections: dict[str, Connection] = {}
+        for topic in topics:
+            self._connect(topic_name(topic), topic.type, latched=topic.latched)
+        self._connect(DIAGNOSTICS, _DIAGNOSTICS_TYPE, latched=False)
+
+    def write(self, topic: str, stamp_ns: int, message: Any) -> None:
+        data = self.types.serialize_cdr(message, message.__msgtype__)
+        self._writer.write(self._connections[topic], stamp_ns, data)
+
+    def complete(self) -> None:
+        self._writer.close()
+        # Of the directory only the file is wanted: it is complete in itself.
+        (self._parts / self._target.stem / self._target.name).replace(self._target)
+        shutil.rmtree(self._parts)
+
+    def discard(self) -> None:
+        with suppress(OSError):
+            self._writer.close()
+        shutil.rmtree(self._parts, ignore_errors=True)
+
+    def _connect(self, topic: str, kind: str, *, latched: bool) -> None:
+        self._connections[topic] = self._writer.add_connection(
+            topic, kind, typestore=self.types, offered_qos_profiles=[_qos(latched=latched)])
+
+
+class _Bag:
+    """What goes into a bag from one start of the estimator on, and when."""
+
+    def __init__(
+        self, file: _BagFile, messages: Messages, parameters: Parameters,
+        estimator: TrajectoryEstimator, *, source: str, start_ns: int,
+    ) -> None:
+        self._file = file
+        self._messages = messages
+        self._parameters = parameters
+        self._estimator = estimator
+        self._source = source
+        self._last_movement: Movement | None = None
+        self._text = Pace(CHAIN_CODE_PERIOD_NS)
+        self._path = Pace(round(1e9 / parameters.path_rate))
+        self._diagnosed = Pace(_DIAGNOSTICS_PERIOD_NS)
+        self._diagnosed.sent(start_ns)
+        self._responses: deque[float] = deque(maxlen=_RESPONSES)
+        self._measured = MeasurementReporter()
+        # What was counted before the start belongs to no second of this bag.
+        self._measured.report(estimator, 0.0)
+
+    def add(self, update: Update) -> None:
+        stamp_ns = update.stamp_ns
+        for topic, message in self._messages.of_pair(update, self._parameters):
+            self._file.write(f'/{NODE_NAME}/{topic}', stamp_ns, message)
+        if update.shift is not None:
+            self._responses.append(update.shift.response)
+        for pace in (self._text, self._path, self._diagnosed):
+            pace.changed()
+        if update.step.movement is not self._last_movement or self._text.is_due(stamp_ns):
+            self._last_movement = update.step.movement
+            self._write_text(stamp_ns)
+        if self._path.is_due(stamp_ns):
+            self._write_path(stamp_ns)
+        if self._diagnosed.is_due(stamp_ns):
+            self._write_diagnostics(stamp_ns)
+
+    def add_picture(self, picture: Picture, stamp_ns: int) -> None:
+        height, width, _ = picture.shape
+        self._file.write(
+            topic_name(DEBUG_IMAGE), stamp_ns, self._file.types.types['sensor_msgs/msg/Image'](
+                header=self._messages.header(stamp_ns, self._parameters.frame_id),
+                height=height, width=width, encoding='bgr8', is_bigendian=0, step=3 * width,
+                data=picture.reshape(-1)))
+
+    def complete(self) -> None:
+        last_ns = self._estimator.last_stamp_ns or 0
+        if self._text.pending:
+            self._write_text(last_ns)
+        if self._path.pending:
+            self._write_path(last_ns)
+        if self._diagnosed.pending:
+            self._write_diagnostics(last_ns)
+        self._file.complete()
+
+    def discard(self) -> None:
+        self._file.discard()
+
+    def _write_text(self, stamp_ns: int) -> None:
+        self._file.write(topic_name(CHAIN_CODE), stamp_ns, self._messages.chain_code(
+            self._estimator.codes, self._estimator.frames, self._parameters))
+        self._text.sent(stamp_ns)
+
+    def _write_path(self, stamp_ns: int) -> None:
+        points = self._estimator.path.points(self._parameters.max_path_poses)
+        header = self._messages.header(stamp_ns, self._parameters.frame_id)
+        self._file.write(topic_name(PATH), stamp_ns, self._messages.path(
+            points, self._parameters.path_scale, header))
+        self._path.sent(stamp_ns)
+
+    def _write_diagnostics(self, stamp_ns: int) -> None:
+        counters = self._estimator.counters
+        response = statistics.median(self._responses) if self._responses else 0.0
+        images = Report(Level.OK, 'images come', {
+            'topic': self._source, 'images': str(counters.frames)})
+        measured = self._measured.report(self._estimator, response)
+        self._file.write(DIAGNOSTICS, stamp_ns, self._file.types.types[_DIAGNOSTICS_TYPE](
+            header=self._messages.header(stamp_ns, ''),
+            status=[self._status('images', images), self._status('measurement', measured)]))
+        self._diagnosed.sent(stamp_ns)
+
+    def _status(self, name: str, report: Report) -> Any:
+        types = self._file.types.types
+        return types['diagnostic_msgs/msg/DiagnosticStatus'](
+            level=int(report.level), name=f'/{NODE_NAME}: {name}', message=report.message,
+            hardware_id=self._source,
+            values=[
+                types['diagnostic_msgs/msg/KeyValue'](key=key, value=value)
+                for key, value in report.values.items()])
+
+
+def _types() -> Any:
+    try:
+        from rosbags.rosbag2 import CompressionMode, StoragePlugin  # noqa: F401
+        from rosbags.typesys import get_typestore, Stores
+    except ImportError as error:
+        raise MissingDependencyError(
+            f'writing bags needs the Python package rosbags, 0.11 or later ({error}): pip'
+            ' install -U rosbags (in a venv on Ubuntu 24.04), or leave out --bag-out') from None
+    return get_typestore(Stores.ROS2_JAZZY)
+
+
+def _qos(*, latched: bool) -> Qos:
+    """Return the quality of service that the node offers, for ros2 bag play to offer it, too."""
+    from rosbags.interfaces import (
+        Qos,
+        QosDurability,
+        QosHistory,
+        QosLiveliness,
+        QosReliability,
+        QosTime,
+    )
+    endless = QosTime(9_223_372_036, 854_775_807)
+    return Qos(
+        history=QosHistory.KEEP_LAST, depth=1 if latched else 100,
+        reliability=QosReliability.RELIABLE,
+        durability=QosDurability.TRANSIENT_LOCAL if latched else QosDurability.VOLATILE,
+        deadline=endless, lifespan=endless, liveliness=QosLiveliness.AUTOMATIC,
+        liveliness_lease_duration=endless, avoid_ros_namespace_conventions=False)

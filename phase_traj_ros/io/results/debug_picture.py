@@ -1,0 +1,99 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""One picture that shows what the estimator sees and makes of it."""
+
+from typing import cast
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from phase_traj_ros.core import PAPER_THRESHOLD, TrajectoryEstimator, Update
+from phase_traj_ros.io.images.decoding import GreyImage
+from phase_traj_ros.io.sources.base import Frame
+
+_SHIFT = (60, 200, 255)
+_THRESHOLD = (90, 90, 255)
+_BAND = (200, 160, 60)
+_TEXT = (255, 255, 255)
+_FONT = cv2.FONT_HERSHEY_SIMPLEX
+_INSET_SHARE = 0.28
+
+Picture = NDArray[np.uint8]
+
+
+def as_shown(image: GreyImage, *, rotate_180: bool) -> Picture:
+    """
+    Return a frame as it is shown to people: (H, W) uint8, upright.
+
+    Of 16 bits the 8 highest in use are kept: many cameras fill only 10 or 12.
+    """
+    if image.dtype != np.uint8:
+        bits = max(int(image.max(initial=0)).bit_length(), 8)
+        image = (image >> (bits - 8)).astype(np.uint8)
+    return cast('Picture', np.ascontiguousarray(image[::-1, ::-1] if rotate_180 else image))
+
+
+def draw(frame: Frame, update: Update, estimator: TrajectoryEstimator) -> Picture:
+    """
+    Return a BGR picture (H, W, 3) of the upright frame.
+
+    The band that is used is framed; from the middle an arrow shows the shift, between the lines
+    of +T and -T a quarter of the width away; the codes and the response stand above it, the
+    correlation map in the lower right corner.
+    """
+    view = estimator.settings.view
+    picture = cast('Picture', cv2.cvtColor(
+        as_shown(frame.image, rotate_180=view.rotate_180), cv2.COLOR_GRAY2BGR))
+    height, width, _ = picture.shape
+    cv2.rectangle(
+        picture, (round(view.columns[0] * width), round(view.rows[0] * height)),
+        (round(view.columns[1] * width) - 1, round(view.rows[1] * height) - 1), _BAND, 1)
+    _draw_shift(picture, update, estimator.threshold_px)
+    if update.shift is not None:
+        _draw_map(picture, estimator)
+    _draw_text(picture, update)
+    return picture
+
+
+def _draw_shift(picture: Picture, update: Update, threshold: float | None) -> None:
+    height, width, _ = picture.shape
+    # So long that +-T stand at a quarter of the width.
+    scale = width / 4 / (threshold or PAPER_THRESHOLD)
+    middle, row = width // 2, round(0.8 * height)
+    for column in () if threshold is None else (middle - width // 4, middle + width // 4):
+        cv2.line(picture, (column, row - 12), (column, row + 12), _THRESHOLD, 2)
+    cv2.line(picture, (middle, row - 6), (middle, row + 6), _SHIFT, 1)
+    if update.shift is not None:
+        tip = round(middle + min(max(update.shift.dx * scale, -middle), middle))
+        cv2.arrowedLine(picture, (middle, row), (tip, row), _SHIFT, 2, tipLength=0.2)
+
+
+def _draw_map(picture: Picture, estimator: TrajectoryEstimator) -> None:
+    height, width, _ = picture.shape
+    correlation = np.sqrt(np.maximum(estimator.correlation_map(), 0))
+    size = (round(width * _INSET_SHARE), round(height * _INSET_SHARE))
+    if min(size) < 16:
+        return
+    # The peak is one pixel: it has to survive the reduction.
+    correlation = cv2.dilate(correlation, np.ones((3, 3), np.uint8))
+    small = cv2.resize(correlation, size, interpolation=cv2.INTER_NEAREST)
+    shades = (small * (255 / max(float(small.max()), 1e-6))).astype(np.uint8)
+    picture[-size[1]:, -size[0]:] = cv2.applyColorMap(shades, cv2.COLORMAP_INFERNO)
+    cv2.rectangle(
+        picture, (width - size[0], height - size[1]), (width - 1, height - 1), _BAND, 1)
+
+
+def _draw_text(picture: Picture, update: Update) -> None:
+    shift = update.shift
+    measured = 'no shift' if shift is None else (
+        f'dx {shift.dx:+.1f} dy {shift.dy:+.1f} response {shift.response:.3f}')
+    movement, direction = update.step.movement, update.step.direction
+    lines = (
+        f'movement {int(movement)} {movement.name.lower()}   direction {int(direction)}'
+        f' {direction.name.lower().replace("_", " ")}   {update.status.value}',
+        measured)
+    scale = max(picture.shape[1] / 1600, 0.35)
+    for index, line in enumerate(lines):
+        place = (8, round((index + 1) * 34 * scale))
+        cv2.putText(picture, line, place, _FONT, scale, (0, 0, 0), 3, cv2.LINE_AA)
+        cv2.putText(picture, line, place, _FONT, scale, _TEXT, 1, cv2.LINE_AA)

@@ -1,0 +1,291 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Pictures of results, drawn with matplotlib and without a display."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from enum import IntEnum
+from pathlib import Path
+from threading import Lock
+from typing import Literal, TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+from phase_traj_ros.core import Axes, Movement, normalised, Shift, to_axes
+from phase_traj_ros.errors import MissingDependencyError
+from phase_traj_ros.io.images.decoding import GreyImage
+from phase_traj_ros.io.replay.overview import Overview, overview, turn_marks, TurnMark
+from phase_traj_ros.io.replay.run import Replay
+from phase_traj_ros.io.results.thumbnails import TurnFrames
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes as Plot
+    from matplotlib.figure import Figure
+
+_INK = '#1f2933'
+_PATH = '#0b6e99'
+_ACCENT = '#d1495b'
+_MUTED = '#9aa5b1'
+_FAINT = '#6b7682'
+_DPI = 150
+_SETTINGS = Lock()
+# Frames of each turn in the film strip.
+_STRIP = 4
+# Turns that get a number.
+_NUMBERED = 40
+# Dots beyond which an SVG holds them as pixels.
+_MANY = 2000
+
+
+def write_trajectory_picture(
+    result: Replay, path: Path, *, truth: NDArray[np.float64] | None = None,
+) -> None:
+    """
+    Draw the paper's figure: the normalised trajectory, and the shift and both codes over time.
+
+    The turns are numbered and shaded, and the shift stands between the lines of +T and -T.
+
+    Parameters
+    ----------
+    result
+        What is drawn.
+    path
+        The file, .png or .svg.
+    truth
+        The true trajectory, (n, 2) in any unit, REP 103 axes with the start heading along x; it
+        is drawn beneath, normalised as the other is.
+
+    """
+    shown = overview(result)
+    heights = (1.5, 1, 1) if shown.heading_deg is None else (1.5, 1, 1, 1)
+    figure = new_figure(12, 2 + 1.3 * len(heights))
+    grid = figure.add_gridspec(
+        len(heights), 2, width_ratios=(1, 1.5), height_ratios=heights)
+    _draw_trajectory(figure.add_subplot(grid[:, 0]), shown.path, shown.turns, truth)
+    shift = figure.add_subplot(grid[0, 1])
+    plots = [shift] + [
+        figure.add_subplot(grid[row, 1], sharex=shift) for row in range(1, len(heights))]
+    _draw_shift(shift, shown, result.threshold_px)
+    _draw_codes(plots[1], shown.seconds, result.movement, _names(Movement))
+    _title(plots[1], f'movement: {len(result.movement)} codes')
+    appended = [index for index, update in enumerate(result.updates) if update.step.appended]
+    _draw_codes(
+        plots[2], shown.seconds[appended], result.direction, _names(result.codes.directions))
+    _title(plots[2], f'direction: {len(result.direction)} codes')
+    if shown.heading_deg is not None:
+        plots[3].plot(shown.seconds, shown.heading_deg, color=_PATH, linewidth=1)
+        plots[3].grid(axis='y', color=_MUTED, alpha=0.3)
+        _title(plots[3], 'heading (degrees, left positive)')
+    _number_times(shift, shown.turns)
+    for plot in plots:
+        for mark in shown.turns:
+            plot.axvspan(mark.start_s, mark.end_s, color=_PATH, alpha=0.10, linewidth=0)
+        plot.tick_params(labelbottom=plot is plots[-1], labelsize=8)
+    plots[-1].set_xlabel('seconds since the first frame', fontsize=9)
+    save(figure, path)
+
+
+def write_turn_picture(turns: Sequence[TurnFrames], result: Replay, path: Path) -> None:
+    """
+    Draw a film strip: a row of frames for each turn, from its first frame to its last.
+
+    Raises
+    ------
+    ValueError
+        There are no turns.
+
+    """
+    if not turns:
+        raise ValueError('there are no turns to draw')
+    marks = {mark.pair: mark for mark in turn_marks(result)}
+    rows, columns = turns[0].frames.kept[0][1].shape
+    width, line, gap = 12.0, 0.3, 0.08
+    step = (width - gap) / _STRIP
+    high = (step - gap) * rows / columns
+    height = len(turns) * (high + line) + gap
+    figure = new_figure(width, height, layout=None)
+    # One set of axes for all frames, in inches from the upper left: many sets are slow.
+    plot = figure.add_axes((0, 0, 1, 1))
+    plot.set_axis_off()
+    for row, turn in enumerate(turns):
+        mark, top = marks[turn.pair], row * (high + line)
+        plot.text(
+            gap, top + line - 0.07,
+            f'turn {mark.number}, {mark.side.name.lower()}, {mark.start_s:.1f} s', fontsize=9)
+        for column, (number, picture) in enumerate(turn.spread(_STRIP)):
+            left, right = gap + column * step, (column + 1) * step
+            plot.imshow(
+                picture, cmap='gray', vmin=0, vmax=255,
+                extent=(left, right, top + line + high, top + line))
+            plot.text(
+                right, top + line - 0.07, f'frame {number}', fontsize=7, color=_FAINT,
+                ha='right')
+    plot.set_xlim(0, width)
+    plot.set_ylim(height, 0)
+    save(figure, path)
+
+
+def save(figure: Figure, path: Path) -> None:
+    """Write a figure as its suffix says, the same bytes for the same figure."""
+    from matplotlib import rc_context
+    kind = path.suffix[1:] or 'png'
+    # matplotlib's settings are those of the process, and workers of a cluster may be threads.
+    with _SETTINGS, rc_context({'svg.hashsalt': 'phase_traj'}):
+        figure.savefig(
+            path, dpi=_DPI, format=kind, metadata={'Date': None} if kind == 'svg' else None)
+
+
+def write_correlation_picture(
+    first: GreyImage, second: GreyImage, correlation: NDArray[np.float32], shift: Shift,
+    path: Path,
+) -> None:
+    """Draw two frames and their correlation map with its peak (the paper's figure 2)."""
+    figure = new_figure(9, 9)
+    plots = figure.subplots(3, 1)
+    for plot, image, title in ((plots[0], first, 'A'), (plots[1], second, 'B')):
+        plot.imshow(image, cmap='gray')
+        plot.set_title(title, loc='left', fontsize=9)
+        plot.set_axis_off()
+    rows, columns = correlation.shape
+    extent = (-columns / 2 - 0.5, columns / 2 - 0.5, rows / 2 - 0.5, -rows / 2 - 0.5)
+    # Most of the map is noise about zero and the peak is one pixel: a square root shows both.
+    drawn = plots[2].imshow(
+        np.sqrt(np.maximum(correlation, 0)), cmap='magma', extent=extent,
+        interpolation='nearest')
+    plots[2].plot(
+        shift.dx, shift.dy, 'o', markersize=14, markerfacecolor='none', markeredgecolor=_ACCENT)
+    plots[2].set_title(
+        f'correlation map: dx {shift.dx:+.2f} px, dy {shift.dy:+.2f} px,'
+        f' response {shift.response:.3f}', loc='left', fontsize=9)
+    plots[2].set_xlabel('dx (px)')
+    plots[2].set_ylabel('dy (px)')
+    figure.colorbar(drawn, ax=plots[2], shrink=0.8, label='square root of r')
+    save(figure, path)
+
+
+def require_matplotlib() -> None:
+    """
+    Find out before the work whether pictures can be drawn after it.
+
+    Raises
+    ------
+    MissingDependencyError
+        matplotlib is not installed.
+
+    """
+    new_figure(1, 1)
+
+
+def new_figure(
+    width: float, height: float, *, layout: Literal['constrained'] | None = 'constrained',
+) -> Figure:
+    """
+    Return an empty figure of ``width`` x ``height`` inches that needs no display.
+
+    Raises
+    ------
+    MissingDependencyError
+        matplotlib is not installed.
+
+    """
+    try:
+        from matplotlib.figure import Figure
+    except ImportError:
+        raise MissingDependencyError(
+            'pictures need matplotlib: install python3-matplotlib (apt) or matplotlib (pip)',
+        ) from None
+    return Figure(figsize=(width, height), layout=layout)
+
+
+def write_path_picture(points: NDArray[np.float64], path: Path) -> None:
+    """Draw a trajectory alone; its vertices (n, 2) are in REP 103 axes."""
+    figure = new_figure(5, 5)
+    _draw_trajectory(figure.add_subplot(), points)
+    save(figure, path)
+
+
+def _draw_trajectory(
+    plot: Plot, path: NDArray[np.float64], turns: Sequence[TurnMark] = (),
+    truth: NDArray[np.float64] | None = None,
+) -> None:
+    """Draw a path (n, 2) in REP 103 axes, normalised, its start heading up."""
+    points = normalised(to_axes(path, Axes.FIGURE))
+    if truth is not None:
+        true = normalised(to_axes(truth, Axes.FIGURE))
+        plot.plot(true[:, 0], true[:, 1], color=_MUTED, linewidth=4, alpha=0.6, label='truth')
+    plot.plot(points[:, 0], points[:, 1], color=_PATH, linewidth=2, solid_capstyle='round')
+    plot.plot(*points[0], 'o', color=_INK, label='start')
+    plot.plot(*points[-1], 's', color=_ACCENT, label='end')
+    _number_turns(plot, points, turns)
+    plot.set_aspect('equal', adjustable='datalim')
+    _title(plot, 'trajectory, normalised, start heading up')
+    plot.grid(color=_MUTED, alpha=0.3)
+    plot.tick_params(labelsize=8)
+    plot.margins(0.15)
+    plot.legend(frameon=False, fontsize=8)
+
+
+def _number_turns(
+    plot: Plot, points: NDArray[np.float64], turns: Sequence[TurnMark],
+) -> None:
+    for mark in turns[::_every(turns)]:
+        # The vertex from which the first step in the new direction is drawn.
+        plot.annotate(
+            str(mark.number), points[mark.pair], fontsize=8, color='white', ha='center',
+            va='center', zorder=5,
+            bbox={'boxstyle': 'circle,pad=0.25', 'facecolor': _PATH, 'edgecolor': 'white'})
+
+
+def _draw_shift(plot: Plot, shown: Overview, threshold: float | None) -> None:
+    plot.axhline(0, color=_MUTED, linewidth=0.6)
+    if threshold is not None:
+        _draw_threshold(plot, threshold)
+    plot.plot(shown.seconds, shown.dx, color=_PATH, linewidth=1)
+    plot.grid(axis='y', color=_MUTED, alpha=0.3)
+    # Room for the numbers of the turns.
+    plot.margins(y=0.16)
+    known = '' if threshold is None else f', T = {threshold:.3g}'
+    _title(plot, f'shift (px per frame, positive in a left turn){known}')
+
+
+def _draw_threshold(plot: Plot, threshold: float) -> None:
+    for side, sign in ((1, '+'), (-1, '−')):
+        plot.axhline(side * threshold, color=_ACCENT, linewidth=0.9, linestyle='--')
+        plot.annotate(
+            f'{sign}T', (1.005, side * threshold), xycoords=('axes fraction', 'data'),
+            color=_ACCENT, fontsize=8, va='center')
+
+
+def _number_times(plot: Plot, turns: Sequence[TurnMark]) -> None:
+    for mark in turns[::_every(turns)]:
+        plot.annotate(
+            str(mark.number), ((mark.start_s + mark.end_s) / 2, 0.97),
+            xycoords=('data', 'axes fraction'), ha='center', va='top', fontsize=8, color=_PATH)
+
+
+def _draw_codes(
+    plot: Plot, seconds: NDArray[np.float64], codes: Sequence[int], names: Sequence[str],
+) -> None:
+    values = np.asarray(codes)
+    many = len(values) > _MANY
+    plot.step(
+        seconds, values, where='post', color=_MUTED, linewidth=0.8, rasterized=many)
+    # In an SVG every dot is an element of its own.
+    plot.scatter(seconds, values, s=7, color=_PATH, zorder=3, rasterized=many)
+    plot.set_yticks(range(len(names)), names)
+    plot.set_ylim(-0.4, len(names) - 0.6)
+    plot.grid(axis='y', color=_MUTED, alpha=0.3)
+
+
+def _every(turns: Sequence[TurnMark]) -> int:
+    """Return the step at which turns are numbered: more numbers than that hide one another."""
+    return -(-len(turns) // _NUMBERED) or 1
+
+
+def _title(plot: Plot, text: str) -> None:
+    plot.set_title(text, loc='left', fontsize=9)
+
+
+def _names(codes: type[IntEnum]) -> list[str]:
+    return [f'{code.name.lower().replace("_", " ")} {int(code)}' for code in sorted(codes)]

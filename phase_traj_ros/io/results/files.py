@@ -1,0 +1,180 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The files that hold a replay's results: JSON, CSV, TUM and a picture."""
+
+from collections.abc import Iterable, Mapping, Sequence
+import csv
+from dataclasses import asdict
+import json
+import math
+from pathlib import Path
+import platform
+from typing import Any, TextIO
+
+import cv2
+import numpy as np
+import phase_traj_ros
+from phase_traj_ros.core import Corner, Direction, pack, Run, Update
+from phase_traj_ros.core.heading.turns import Turn
+from phase_traj_ros.io.replay.run import Replay
+from phase_traj_ros.io.results.figures import write_trajectory_picture
+
+CSV_COLUMNS = (
+    'pair', 'stamp', 'interval', 'dx', 'dy', 'response', 'movement', 'direction', 'status')
+
+
+def write_results(result: Replay, directory: Path) -> None:
+    """Write all files into ``directory``."""
+    write_chain_code(result, directory / 'chain_code.json')
+    write_shifts(result, directory / 'shifts.csv')
+    write_tum(result, directory / 'trajectory.tum')
+    write_trajectory_picture(result, directory / 'trajectory.png')
+
+
+def write_chain_code(result: Replay, path: Path) -> None:
+    """Write both codes and all that belongs to them as JSON; docs/files.md lists the keys."""
+    content: dict[str, Any] = {
+        'source': result.source,
+        'frames': result.frames,
+        'threshold': result.parameters.threshold,
+        'movement': [int(code) for code in result.movement],
+        'direction': [int(code) for code in result.direction],
+        'movement_runs': run_pairs(result.codes.movement.runs),
+        'direction_runs': run_pairs(result.codes.direction.runs),
+        'movement_packed': pack(result.movement).hex(),
+        **_direction_packed(result),
+        'status': [update.status.value for update in result.updates],
+        **_heading_content(result),
+        'first_stamp_ns': result.first_stamp_ns,
+        'last_stamp_ns': result.updates[-1].stamp_ns,
+        'repeated_frames': result.counters.repeated,
+        'time_resets': result.counters.time_resets,
+        'window': result.parameters.window,
+        'versions': versions(),
+    }
+    write_json(content, path)
+
+
+def _direction_packed(result: Replay) -> dict[str, str]:
+    """Return the direction codes at two bits each; eight directions do not fit into them."""
+    if result.codes.directions is not Direction:
+        return {}
+    return {'direction_packed': pack(result.direction).hex()}
+
+
+def _heading_content(result: Replay) -> dict[str, Any]:
+    """Return what there is of heading and turns: nothing where it is not measured."""
+    headings = [update.heading for update in result.updates if update.heading is not None]
+    if not headings:
+        return {}
+    return {
+        'code_source': result.parameters.code_source,
+        'connectivity': result.parameters.connectivity,
+        'threshold_deg_s': result.parameters.threshold_deg_s,
+        'path_from': result.parameters.path_from,
+        'focal_px': result.focal_px,
+        'speed': result.parameters.speed,
+        'heading_deg': [
+            0.0, *(round(math.degrees(heading.heading), 4) for heading in headings)],
+        'bridged_share': sum(heading.bridged for heading in headings) / len(headings),
+        'turns': turn_list(result.turns),
+        'field_of_view': None if result.field_of_view is None else asdict(result.field_of_view),
+    }
+
+
+def turn_list(turns: Iterable[Turn]) -> list[dict[str, float]]:
+    """Return turns as they stand in files: times in seconds, angles in degrees."""
+    return [
+        {
+            'start_frame': turn.start_frame,
+            'end_frame': turn.end_frame,
+            'start': turn.start_ns / 1e9,
+            'end': turn.end_ns / 1e9,
+            'angle_deg': round(turn.angle_deg, 3),
+            'peak_rate_deg_s': round(turn.peak_rate_deg_s, 3),
+            'quarter_turns': turn.quarter_turns,
+        }
+        for turn in turns]
+
+
+def write_shifts(result: Replay, path: Path) -> None:
+    """Write one row per pair of frames as CSV, see ``ShiftTable``."""
+    with path.open('w', encoding='utf-8', newline='') as file:
+        table = ShiftTable(file)
+        for update in result.updates:
+            table.add(update)
+
+
+class ShiftTable:
+    """
+    Rows of CSV, one per pair of frames.
+
+    Stamps and intervals in seconds, shifts in pixels; dx, dy and response are empty where the two
+    frames could not be compared, the direction is empty where none was appended.
+    """
+
+    def __init__(self, file: TextIO) -> None:
+        """Write the head of the table to ``file``."""
+        self._writer = csv.writer(file, lineterminator='\n')
+        self._writer.writerow(CSV_COLUMNS)
+
+    def add(self, update: Update) -> None:
+        """Write the row of one pair."""
+        shift = update.shift
+        measured = ('', '', '') if shift is None else (
+            f'{shift.dx:.4f}', f'{shift.dy:.4f}', f'{shift.response:.6f}')
+        self._writer.writerow((
+            update.pair, _seconds(update.stamp_ns), _seconds(update.interval_ns), *measured,
+            int(update.step.movement),
+            int(update.step.direction) if update.step.appended else '', update.status.value))
+
+
+def write_tum(result: Replay, path: Path) -> None:
+    """Write the drawn trajectory in the TUM format, one pose per frame, see ``tum_lines``."""
+    start = Corner(0, 0, 0.0, result.first_stamp_ns)
+    poses = [(result.first_stamp_ns, start)]
+    poses += [(update.stamp_ns, update.tip) for update in result.updates]
+    path.write_text(tum_lines(poses), encoding='utf-8')
+
+
+def tum_lines(poses: Iterable[tuple[int, Corner]]) -> str:
+    """
+    Return stamped corners as lines ``stamp x y z qx qy qz qw``.
+
+    REP 103 axes; a step of the trajectory is 1, without a unit, or metres where a speed is known.
+    """
+    return ''.join(_tum_line(stamp_ns, corner) for stamp_ns, corner in poses)
+
+
+def versions() -> dict[str, str]:
+    """Return the versions that results depend on."""
+    return {
+        'phase_traj_ros': phase_traj_ros.__version__,
+        'python': platform.python_version(),
+        'numpy': np.__version__,
+        'opencv': cv2.__version__,
+    }
+
+
+def write_json(content: Mapping[str, object], path: Path) -> None:
+    """Write an object as JSON, one line per key: lists are long, and so the file is readable."""
+    lines = (f'  {json.dumps(key)}: {json.dumps(value)}' for key, value in content.items())
+    path.write_text('{\n' + ',\n'.join(lines) + '\n}\n', encoding='utf-8')
+
+
+def run_pairs(runs: Sequence[Run[Any]]) -> list[tuple[int, int]]:
+    """Return runs as (code, count)."""
+    return [(int(run.code), run.count) for run in runs]
+
+
+def _tum_line(stamp_ns: int, tip: Corner) -> str:
+    half = tip.yaw / 2
+    orientation = f'0 0 {math.sin(half):.6f} {math.cos(half):.6f}'
+    return f'{_seconds(stamp_ns)} {tip.x:.9g} {tip.y:.9g} 0 {orientation}\n'
+
+
+def _seconds(nanoseconds: int) -> str:
+    """Return seconds with all nine decimals: a float would lose nanoseconds of an epoch."""
+    sign = '-' if nanoseconds < 0 else ''
+    seconds, rest = divmod(abs(nanoseconds), 10**9)
+    return f'{sign}{seconds}.{rest:09d}'

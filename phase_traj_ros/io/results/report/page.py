@@ -1,0 +1,84 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Pieces of HTML pages that load nothing from anywhere; every text is escaped."""
+
+import base64
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from html import escape
+from importlib.resources import files
+import json
+from pathlib import Path
+import re
+
+_TOKEN = re.compile(r'\{\{(\w+)\}\}')
+_SUFFIX_TYPES = {'.png': 'image/png', '.jpg': 'image/jpeg', '.svg': 'image/svg+xml'}
+
+
+@dataclass(frozen=True, slots=True)
+class Markup:
+    """HTML that is meant as such; any other text is escaped."""
+
+    html: str
+
+
+Cell = str | Markup
+
+
+def html_of(cell: Cell) -> str:
+    """Return a cell as HTML."""
+    return cell.html if isinstance(cell, Markup) else escape(cell)
+
+
+def template(name: str) -> str:
+    """Return a file of the folder templates."""
+    templates = files('phase_traj_ros.io.results.report').joinpath('templates')
+    return templates.joinpath(name).read_text(encoding='utf-8')
+
+
+def filled(page: str, values: Mapping[str, Cell]) -> str:
+    """Return a template with each {{name}} replaced, once; what is put in is not looked at."""
+    return _TOKEN.sub(lambda match: html_of(values[match[1]]), page)
+
+
+def table(
+    rows: Iterable[Sequence[Cell]], *, head: Sequence[str] = (), numbers: Sequence[int] = (),
+    kind: str = '',
+) -> Markup:
+    """Return a table; the columns ``numbers`` are aligned to the right."""
+    def cells(row: Sequence[Cell], tag: str) -> str:
+        return ''.join(
+            f'<{tag}{" class=number" if index in numbers else ""}>{html_of(cell)}</{tag}>'
+            for index, cell in enumerate(row))
+
+    lines = [f'<table class="{escape(kind)}">']
+    if head:
+        lines.append(f'<thead><tr>{cells(head, "th")}</tr></thead>')
+    lines.append('<tbody>')
+    lines += [f'<tr>{cells(row, "td")}</tr>' for row in rows]
+    lines.append('</tbody></table>')
+    return Markup('\n'.join(lines))
+
+
+def definitions(items: Iterable[tuple[str, str]]) -> Markup:
+    """Return terms and their descriptions, for a list of them."""
+    return Markup('\n'.join(
+        f'<div><dt>{escape(term)}</dt><dd>{escape(value)}</dd></div>' for term, value in items))
+
+
+def data_uri(content: bytes, suffix: str) -> str:
+    """Return a picture as a URI that holds it; ``suffix`` is .png, .jpg or .svg."""
+    return f'data:{_SUFFIX_TYPES[suffix]};base64,{base64.b64encode(content).decode()}'
+
+
+def script_json(content: object) -> Markup:
+    """Return a value as JSON that can stand in a script element, whatever its texts hold."""
+    text = json.dumps(content, separators=(',', ':'), allow_nan=False)
+    for sign in '<>&':
+        text = text.replace(sign, f'\\u{ord(sign):04x}')
+    return Markup(text)
+
+
+def write_page(page: str, path: Path) -> None:
+    """Write a page as UTF-8; names of files may hold bytes that are none."""
+    path.write_bytes(page.encode('utf-8', 'backslashreplace'))

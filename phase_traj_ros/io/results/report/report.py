@@ -1,0 +1,220 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""One HTML file that shows a replay: it opens offline and loads nothing from anywhere."""
+
+from collections.abc import Sequence
+from html import escape
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from phase_traj_ros.core import CodeSeries, Direction, Freeman, Movement
+from phase_traj_ros.core.codes.freeman import to_four
+from phase_traj_ros.io.replay.data_health import data_health, DataHealth, LOW_RESPONSE
+from phase_traj_ros.io.replay.overview import Overview, overview, TurnMark
+from phase_traj_ros.io.replay.run import Replay
+from phase_traj_ros.io.results.files import versions
+from phase_traj_ros.io.results.report.page import (
+    Cell,
+    data_uri,
+    definitions,
+    filled,
+    Markup,
+    script_json,
+    table,
+    template,
+    write_page,
+)
+from phase_traj_ros.io.results.thumbnails import Thumbnail
+from phase_traj_ros.parameter_spec import Spec
+from phase_traj_ros.parameters import Parameters, specs
+
+_LEGEND = (
+    ('left', '--left'), ('forward', '--forward'), ('right', '--right'),
+    ('no change (a turn that goes on, or nothing to judge)', '--rest'),
+    ('backward', '--backward'))
+
+
+def write_report(
+    result: Replay, path: Path, *, title: str, picture: Path,
+    thumbnails: Sequence[Thumbnail] = (),
+) -> None:
+    """
+    Write the report.
+
+    Parameters
+    ----------
+    result
+        What it is about.
+    path
+        The file.
+    title
+        Its heading, such as the source's name.
+    picture
+        A file with the picture to put in, .png or .svg.
+    thumbnails
+        Frames to show under the cursor.
+
+    """
+    shown = overview(result)
+    health = data_health(result, shown)
+    write_page(filled(template('report.html'), {
+        'title': title,
+        'source': result.source,
+        'style': Markup(template('style.css')),
+        'script': Markup(template('report.js')),
+        'facts': definitions(_facts(result, shown, health)),
+        'legend': _legend(),
+        'turns': _turns(shown.turns),
+        'health': _health(health),
+        'settings': _settings(result.parameters),
+        'codes': _codes(result),
+        'picture': data_uri(picture.read_bytes(), picture.suffix),
+        'data': script_json(_data(result, shown, thumbnails)),
+        'footer': 'Made by ' + ', '.join(
+            f'{name} {version}' for name, version in versions().items()),
+    }), path)
+
+
+def _facts(
+    result: Replay, shown: Overview, health: DataHealth,
+) -> list[tuple[str, str]]:
+    return [
+        ('frames', f'{result.frames}'),
+        ('seconds', f'{health.seconds:.1f}'),
+        ('frames per second', f'{1 / health.interval_s:.3g}'),
+        ('turns', f'{len(shown.turns)}'),
+        ('movement codes', f'{len(result.movement)}'),
+        ('direction codes', f'{len(result.direction)}'),
+        *_threshold(result),
+        ('median response', f'{health.response:.3f}'),
+    ]
+
+
+def _threshold(result: Replay) -> list[tuple[str, str]]:
+    if result.threshold_px is None:
+        return [('codes from', 'the heading')]
+    return [('threshold, px per frame', f'{result.threshold_px:.4g}')]
+
+
+def _legend() -> Markup:
+    return Markup(''.join(
+        f'<span style="--swatch: var({colour})">{escape(name)}</span>'
+        for name, colour in _LEGEND))
+
+
+def _turns(turns: Sequence[TurnMark]) -> Markup:
+    if not turns:
+        return Markup('<p class="note">No turn is in the codes.</p>')
+    measured = any(turn.angle_deg is not None for turn in turns)
+    head = ['turn', 'side', 'from (s)', 'to (s)', 'frames', *['angle'] * measured, '']
+    rows: list[list[Cell]] = []
+    for index, turn in enumerate(turns):
+        row: list[Cell] = [
+            Markup(f'<button type="button" data-turn="{index}">{turn.number}</button>'),
+            turn.side.name.lower(), f'{turn.start_s:.2f}', f'{turn.end_s:.2f}',
+            f'{turn.pair} to {turn.end_pair + 1}']
+        if measured:
+            row.append('' if turn.angle_deg is None else f'{turn.angle_deg:+.1f}°')
+        rows.append([*row, Markup(f'<span data-strip="{index}"></span>')])
+    return table(rows, head=head, numbers=(2, 3), kind='turns')
+
+
+def _health(health: DataHealth) -> Markup:
+    pairs = health.frames - 1
+    rows = [
+        ('time between frames', _milliseconds(health.interval_s), False),
+        ('longest', _milliseconds(health.longest_interval_s),
+         health.longest_interval_s > 1.5 * health.interval_s),
+        ('frames missing, judging by the time', str(health.dropped), health.dropped > 0),
+        (f'response below {LOW_RESPONSE:g}', _share(health.low_responses, pairs),
+         health.low_responses > 0),
+        ('frames with the stamp of the one before', str(health.repeated), health.repeated > 0),
+        ('times the stamps went back', str(health.time_resets), health.time_resets > 0),
+    ]
+    rows += [
+        (f'pairs with status {status}', _share(count, pairs), False)
+        for status, count in health.statuses]
+    return table([
+        (name, Markup(f'<span class="{"warn" if bad else ""}">{escape(value)}</span>'))
+        for name, value, bad in rows])
+
+
+def _settings(parameters: Parameters) -> Markup:
+    changed = [
+        spec for spec in specs() if getattr(parameters, spec.name) != spec.default]
+    note = Markup('<p>All parameters have their defaults.</p>')
+    every = _setting_rows(parameters, specs())
+    return Markup(
+        (_setting_rows(parameters, changed) if changed else note).html
+        + f'<details><summary>All parameters</summary>{every.html}</details>')
+
+
+def _setting_rows(parameters: Parameters, listed: Sequence[Spec]) -> Markup:
+    return table([(
+        Markup(f'<span title="{escape(spec.description)}">{escape(spec.name)}</span>'),
+        f'{getattr(parameters, spec.name)} {spec.unit}'.strip() or '(empty)') for spec in listed])
+
+
+def _codes(result: Replay) -> Markup:
+    movement, direction = result.codes.movement, result.codes.direction
+    return Markup(
+        f'<p class="runs">movement ({len(movement)}): {_runs(movement)}</p>'
+        f'<p class="runs">direction ({len(direction)}): {_runs(direction)}</p>')
+
+
+def _runs(series: CodeSeries[Any]) -> str:
+    return ' '.join(f'{int(run.code)}×{run.count}' for run in series.runs)
+
+
+def _data(
+    result: Replay, shown: Overview, thumbnails: Sequence[Thumbnail],
+) -> dict[str, Any]:
+    """Return what the script draws; series of codes are texts of one digit per pair."""
+    names = sorted({update.status.value for update in result.updates})
+    places = {name: place for place, name in enumerate(names)}
+    return {
+        'seconds': _numbers(shown.seconds, 4),
+        'dx': _numbers(shown.dx, 2),
+        'response': _numbers(shown.response, 4),
+        'heading': None if shown.heading_deg is None else _numbers(shown.heading_deg, 2),
+        'movement': ''.join(str(int(update.step.movement)) for update in result.updates),
+        'direction': ''.join(str(int(update.step.direction)) for update in result.updates),
+        'statuses': names,
+        'status': [places[update.status.value] for update in result.updates],
+        'threshold': result.threshold_px,
+        **_directions(result.codes.directions),
+        'low_response': LOW_RESPONSE,
+        'turns': [{
+            'number': turn.number,
+            'side': 'left' if turn.side is Movement.LEFT else 'right',
+            'pair': turn.pair, 'end': turn.end_pair,
+            'start': round(turn.start_s, 4), 'stop': round(turn.end_s, 4),
+        } for turn in shown.turns],
+        'thumbnails': [
+            {'frame': each.frame, 'src': data_uri(each.jpeg, '.jpg')} for each in thumbnails],
+    }
+
+
+def _directions(codes: type[Direction] | type[Freeman]) -> dict[str, list[str]]:
+    """Return names and colours by code; a diagonal has the colour of one beside it."""
+    each = sorted(codes)
+    four = [to_four(code) if isinstance(code, Freeman) else code for code in each]
+    return {
+        'directions': [code.name.lower().replace('_', ' ') for code in each],
+        'direction_colours': [f'--{code.name.lower()}' for code in four],
+    }
+
+
+def _numbers(values: NDArray[np.float64], digits: int) -> list[float | None]:
+    return [round(value, digits) if math.isfinite(value) else None for value in values.tolist()]
+
+
+def _milliseconds(seconds: float) -> str:
+    return f'{seconds * 1e3:.1f} ms'
+
+
+def _share(count: int, total: int) -> str:
+    return f'{count} ({100 * count / total:.1f} %)'

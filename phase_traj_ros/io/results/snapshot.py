@@ -1,0 +1,110 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What a running estimator keeps, written to files."""
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from phase_traj_ros.core import Corner, EstimatorSettings, Movement, Run, TrajectoryEstimator
+from phase_traj_ros.core.camera.field_of_view import FieldOfView
+from phase_traj_ros.core.heading.estimator import HeadingEstimator
+from phase_traj_ros.core.heading.turns import Turn
+from phase_traj_ros.io.atomic import output_directory
+from phase_traj_ros.io.results.figures import write_path_picture
+from phase_traj_ros.io.results.files import run_pairs, tum_lines, turn_list, versions, write_json
+
+
+@dataclass(frozen=True, slots=True)
+class Snapshot:
+    """
+    The state of an estimator at one moment; it does not change when the estimator goes on.
+
+    The runs and corners are the newest ones, as many as the estimator keeps.
+    """
+
+    source: str
+    frames: int
+    settings: EstimatorSettings
+    movement_runs: tuple[Run[Movement], ...]
+    direction_runs: tuple[Run[Any], ...]
+    movement_totals: tuple[int, ...]
+    """How often each code occurred, from 0 on."""
+    direction_totals: tuple[int, ...]
+    corners: tuple[Corner, ...]
+    """Start or oldest corner kept first, the tip last; empty before the first frame."""
+    counters: Mapping[str, int]
+    turns: tuple[Turn, ...]
+    """Turns that have ended, where the heading is measured."""
+    heading: '_Heading | None'
+
+    @classmethod
+    def of(cls, estimator: TrajectoryEstimator, *, source: str) -> 'Snapshot':
+        """Take a snapshot of ``estimator``."""
+        codes, path = estimator.codes, estimator.path
+        return cls(
+            source, estimator.frames, estimator.settings, codes.movement.runs,
+            codes.direction.runs,
+            codes.movement.totals_of(Movement), codes.direction.totals_of(codes.directions),
+            path.corners if path.tip is None else (*path.corners, path.tip),
+            estimator.counters.as_dict(), estimator.turns,
+            None if estimator.heading is None else _Heading.of(estimator.heading))
+
+    def write(self, directory: Path) -> None:
+        """
+        Write chain_code.json, trajectory.tum and trajectory.png, whole or not at all.
+
+        Raises
+        ------
+        OutputError
+            The files cannot be written.
+        MissingDependencyError
+            matplotlib is not installed.
+
+        """
+        with output_directory(directory) as staging:
+            write_json(self._content(), staging / 'chain_code.json')
+            (staging / 'trajectory.tum').write_text(
+                tum_lines((corner.stamp_ns, corner) for corner in self.corners),
+                encoding='utf-8')
+            points = np.array(
+                [(corner.x, corner.y) for corner in self.corners] or [(0, 0)], np.float64)
+            write_path_picture(points, staging / 'trajectory.png')
+
+    def _content(self) -> dict[str, object]:
+        return {
+            'source': self.source,
+            'frames': self.frames,
+            'threshold': self.settings.threshold,
+            'code_source': self.settings.code_source.value,
+            'connectivity': self.settings.connectivity,
+            'threshold_deg_s': self.settings.threshold_deg_s,
+            'path_from': self.settings.path_from.value,
+            'movement_runs': run_pairs(self.movement_runs),
+            'direction_runs': run_pairs(self.direction_runs),
+            'movement_totals': self.movement_totals,
+            'direction_totals': self.direction_totals,
+            'counters': dict(self.counters),
+            'turns': turn_list(self.turns),
+            **({} if self.heading is None else asdict(self.heading)),
+            'versions': versions(),
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class _Heading:
+    """What is known of heading and camera."""
+
+    heading_deg: float
+    bridged_share: float
+    focal_px: float
+    field_of_view: FieldOfView | None
+
+    @classmethod
+    def of(cls, heading: HeadingEstimator) -> '_Heading':
+        return cls(
+            math.degrees(heading.tracker.heading), heading.tracker.bridged_share,
+            heading.focal_px, heading.field_of_view)

@@ -1,0 +1,354 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""
+Frames from bags of ROS 2 and ROS 1, without ROS.
+
+Only images, the calibration of their camera and speeds are ever deserialised, with the definitions
+that ROS itself has had for them since they exist. So a bag opens whatever else is in it.
+"""
+
+from collections.abc import Callable, Generator, Iterator
+from contextlib import closing, contextmanager
+from dataclasses import dataclass
+from enum import Enum
+from functools import partial
+from itertools import chain, islice
+from pathlib import Path
+from typing import cast, Protocol, TYPE_CHECKING
+
+from phase_traj_ros.core.camera.model import CameraModel
+from phase_traj_ros.core.path.speed import is_speed
+from phase_traj_ros.errors import (
+    CalibrationError,
+    FrameError,
+    MissingDependencyError,
+    PhaseTrajError,
+    SourceError,
+)
+from phase_traj_ros.io.images.decoding import GreyImage
+from phase_traj_ros.io.messages.camera_info import camera_from_info, CAMERA_INFO_TYPE
+from phase_traj_ros.io.messages.image import encoding_of, msg_to_frame
+from phase_traj_ros.io.messages.stamps import StampRule, Time, to_nanoseconds
+from phase_traj_ros.io.sources.base import Candidate, FrameSource, Speed
+from phase_traj_ros.io.sources.selection import EVERYTHING, Selection
+from phase_traj_ros.topics import camera_info_topic
+
+if TYPE_CHECKING:
+    from rosbags.interfaces import Connection
+    from rosbags.rosbag1 import Reader as Reader1
+    from rosbags.rosbag2 import Reader as Reader2
+
+SPEED_TYPE = 'geometry_msgs/msg/TwistStamped'
+IMAGE_TYPES = ('sensor_msgs/msg/Image', 'sensor_msgs/msg/CompressedImage')
+
+_MAX_LISTED_TOPICS = 20
+_MAX_REASON = 200
+
+
+class _Kind(Enum):
+    """Kind of bag; the value is its name for reports."""
+
+    ROS1 = 'ROS 1 bag'
+    ROS2 = 'ROS 2 bag'
+
+
+@dataclass(frozen=True, slots=True)
+class _Topic:
+    """A topic of a bag."""
+
+    name: str
+    msgtype: str
+    count: int
+
+    def __str__(self) -> str:
+        plural = '' if self.count == 1 else 's'
+        return f'{self.name} ({self.msgtype}, {self.count} message{plural})'
+
+
+@dataclass(frozen=True, slots=True)
+class _Message:
+    """An image message as it stands in the bag, deserialised."""
+
+    msg: object
+    header_stamp_ns: int
+    receive_ns: int
+
+
+class _Header(Protocol):
+    """The fields of std_msgs/Header that are used."""
+
+    @property
+    def stamp(self) -> Time:
+        """When the image was taken."""
+
+
+class _Stamped(Protocol):
+    """A message with a header."""
+
+    @property
+    def header(self) -> _Header:
+        """Stamp and frame."""
+
+
+class _Linear(Protocol):
+    """The field of geometry_msgs/Vector3 that is used."""
+
+    @property
+    def x(self) -> float:
+        """Forward."""
+
+
+class _Twist(Protocol):
+    """The field of geometry_msgs/Twist that is used."""
+
+    @property
+    def linear(self) -> _Linear:
+        """Velocity."""
+
+
+class _TwistStamped(_Stamped, Protocol):
+    """A stamped velocity."""
+
+    @property
+    def twist(self) -> _Twist:
+        """Velocity and rates."""
+
+
+class BagSource(FrameSource):
+    """
+    The images of one topic of a ROS 2 bag (a directory, a .mcap or .db3 file) or a ROS 1 .bag.
+
+    Without a topic, the bag's only image topic is taken, Image or CompressedImage; one that has
+    no messages does not count where another has some. The stamps are those of the headers, unless
+    the driver left them zero (see StampRule).
+
+    Raises SourceError if the bag cannot be read or the topic is not clear, and
+    MissingDependencyError where rosbags is not installed.
+    """
+
+    def __init__(
+        self,
+        path: Path,
+        *,
+        topic: str | None = None,
+        selection: Selection = EVERYTHING,
+    ) -> None:
+        self._path = path
+        self._kind = _Kind.ROS1 if path.suffix.lower() == '.bag' else _Kind.ROS2
+        self._deserialise = _deserialiser(self._kind)
+        with self._errors_explained(), self._reader() as reader:
+            topics = _topics_of(reader.connections)
+        self._topic = _choose_topic(path, topics, topic)
+        frame_count = None
+        if selection.is_everything and self._topic.count > 0:
+            frame_count = -(-self._topic.count // selection.every)
+        super().__init__(
+            description=f'{path} ({self._kind.value}, topic {self._topic.name})',
+            selection=selection,
+            frame_count=frame_count)
+
+    @property
+    def topic(self) -> str:
+        """Name of the image topic that is read."""
+        return self._topic.name
+
+    def camera(self, *, rectified: bool) -> CameraModel | None:
+        """
+        Return the model that the first CameraInfo that can be used gives of the camera.
+
+        It is looked for beside the image topic. None if there is no such message. Raises
+        SourceError if one cannot be read, and CalibrationError if none can be used.
+        """
+        topic = camera_info_topic(self._topic.name)
+        unusable: CalibrationError | None = None
+        with closing(self._messages_of(topic, CAMERA_INFO_TYPE)) as messages:
+            for message, _ in messages:
+                try:
+                    return camera_from_info(message, rectified=rectified)
+                except CalibrationError as error:
+                    unusable = unusable or error
+        if unusable is None:
+            return None
+        raise CalibrationError(f'{self._path}, topic {topic}: {unusable}') from unusable
+
+    def speeds(self, topic: str) -> Iterator[Speed]:
+        """
+        Yield the speeds on a topic of geometry_msgs/TwistStamped, by the stamps of their headers.
+
+        Where a header has none, the time of reception stands in. Those that cannot be
+        (NaN, thousands of metres per second) are left out. Raises SourceError.
+        """
+        name = topic if topic.startswith('/') else f'/{topic}'
+        with self._errors_explained(), self._reader() as reader:
+            there = [each for each in _topics_of(reader.connections) if each.msgtype == SPEED_TYPE]
+        if name not in [each.name for each in there]:
+            raise SourceError(
+                f'{self._path} has no {SPEED_TYPE} on {name}; on other topics it has'
+                f' {_listed(there, none="none")}: choose one with --speed-topic, or give the'
+                ' parameter speed')
+        for message, receive_ns in self._messages_of(name, SPEED_TYPE):
+            twist = cast('_TwistStamped', message)
+            speed = float(twist.twist.linear.x)
+            # As the node does, which says so; a bag cannot be mended.
+            if is_speed(speed):
+                yield Speed(to_nanoseconds(twist.header.stamp) or receive_ns, speed)
+
+    def _messages_of(
+        self, topic: str, msgtype: str,
+    ) -> Generator[tuple[object, int], None, None]:
+        """Yield the messages of a topic, deserialised, and when they were received."""
+        with self._errors_explained(f', topic {topic}'), self._reader() as reader:
+            connections = [
+                each for each in reader.connections
+                if each.topic == topic and each.msgtype == msgtype]
+            # Without any, rosbags would give the messages of all topics.
+            if not connections:
+                return
+            with closing(reader.messages(connections=connections)) as messages:
+                for connection, receive_ns, data in messages:
+                    yield self._deserialise(data, connection.msgtype), receive_ns
+
+    def _candidates(self) -> Generator[Candidate, None, None]:
+        with closing(self._messages()) as messages:
+            # Two zeros at the start show a driver without stamps before the first is used.
+            head = list(islice(messages, 2))
+            rule = StampRule(
+                zero_seen=len(head) == 2 and all(each.header_stamp_ns == 0 for each in head))
+            for index, message in enumerate(chain(head, messages)):
+                yield Candidate(
+                    rule.stamp_ns(message.header_stamp_ns, message.receive_ns),
+                    partial(self._decode, message.msg, index), encoding_of(message.msg))
+
+    def _decode(self, msg: object, index: int) -> GreyImage:
+        try:
+            return msg_to_frame(msg)
+        except FrameError as error:
+            raise FrameError(
+                f'{self._path}, topic {self._topic.name}, message {index}: {error}') from error
+
+    def _messages(self) -> Generator[_Message, None, None]:
+        """Yield the topic's messages in the order they were received in."""
+        index = 0
+        with self._errors_explained():
+            reader = self._reader()
+            reader.open()
+        try:
+            raw_messages = reader.messages(connections=[
+                each for each in reader.connections
+                if each.topic == self._topic.name and each.msgtype in IMAGE_TYPES
+            ])
+            with closing(raw_messages):
+                while True:
+                    with self._errors_explained():
+                        raw = next(raw_messages, None)
+                    if raw is None:
+                        break
+                    connection, receive_ns, data = raw
+                    with self._errors_explained(f', topic {self._topic.name}, message {index}'):
+                        msg = self._deserialise(data, connection.msgtype)
+                        stamp = to_nanoseconds(cast('_Stamped', msg).header.stamp)
+                    yield _Message(msg, stamp, receive_ns)
+                    index += 1
+        finally:
+            with self._errors_explained():
+                reader.close()
+        if index == 0 and self._topic.count > 0:
+            raise SourceError(
+                f'{self._path}: its index has {self._topic.count} messages on '
+                f'{self._topic.name}, but none can be read; {self._hint()}')
+
+    def _reader(self) -> 'Reader1 | Reader2':
+        if self._kind is _Kind.ROS1:
+            from rosbags.rosbag1 import Reader as Reader1
+            return Reader1(self._path)
+        from rosbags.rosbag2 import Reader as Reader2
+        if not self._path.is_dir() and not _opens_single_files():
+            raise MissingDependencyError(
+                f'{self._path}: a single .mcap or .db3 file needs rosbags 0.11 or later (pip '
+                'install -U rosbags); or give the directory of the bag')
+        return Reader2(self._path)
+
+    @contextmanager
+    def _errors_explained(self, where: str = '') -> Iterator[None]:
+        """Turn whatever a broken file provokes in its parsers into a SourceError."""
+        try:
+            yield
+        except PhaseTrajError:
+            raise
+        # A damaged file gets through to any line of the parsers (struct, assert, ord, sqlite,
+        # decompressors, no memory for an absurd length), so any exception is expected here.
+        except Exception as error:
+            reason = ' '.join(str(error).split())[:_MAX_REASON].rstrip('.')
+            if isinstance(error, (MemoryError, OverflowError)):
+                reason = 'it claims an absurd length'
+            reason = reason or type(error).__name__
+            raise SourceError(
+                f'{self._path}{where} cannot be read as a {self._kind.value} ({reason}); '
+                f'{self._hint()}') from error
+
+    def _hint(self) -> str:
+        repair = f'ros2 bag reindex {self._path}'
+        if self._kind is _Kind.ROS1:
+            repair = f'rosbag reindex {self._path}'
+        elif self._path.suffix == '.mcap' and not self._path.is_dir():
+            repair = f'mcap recover {self._path}'
+        elif not self._path.is_dir():
+            repair = f'ros2 bag reindex {self._path.parent}'
+        return f'if the recording was cut off, `{repair}` may repair it'
+
+
+def _deserialiser(kind: _Kind) -> Callable[[bytes, str], object]:
+    """Return the function from the bytes and type name of an image message to the message."""
+    try:
+        from rosbags.typesys import get_typestore, Stores
+        if kind is _Kind.ROS1:
+            import rosbags.rosbag1
+            return get_typestore(Stores.ROS1_NOETIC).deserialize_ros1
+        import rosbags.rosbag2  # noqa: F401
+        return get_typestore(Stores.ROS2_JAZZY).deserialize_cdr
+    except ImportError as error:
+        raise MissingDependencyError(
+            f'reading bags needs the Python package rosbags ({error}): pip install rosbags (in a '
+            'venv on Ubuntu 24.04), or install phase_traj_ros[bags]') from error
+
+
+def _opens_single_files() -> bool:
+    """Tell whether rosbags reads .mcap and .db3 files that have no directory around them."""
+    from rosbags.rosbag2 import reader
+    return hasattr(reader, 'DirectoryReader')
+
+
+def _topics_of(connections: 'list[Connection]') -> list[_Topic]:
+    """Sum up the connections (a topic has one per publisher, and perhaps several types)."""
+    counts: dict[tuple[str, str], int] = {}
+    for connection in connections:
+        key = (connection.topic, connection.msgtype)
+        counts[key] = counts.get(key, 0) + connection.msgcount
+    return [_Topic(name, msgtype, count) for (name, msgtype), count in sorted(counts.items())]
+
+
+def _choose_topic(path: Path, topics: list[_Topic], wanted: str | None) -> _Topic:
+    """Return the image topic that is wanted, or the only one."""
+    images = [each for each in topics if each.msgtype in IMAGE_TYPES]
+    if not images:
+        raise SourceError(f'{path} has no image topic; it has {_listed(topics)}')
+    if wanted is not None:
+        for name in (wanted, f'/{wanted}'):
+            for each in images:
+                if each.name == name:
+                    return each
+        raise SourceError(
+            f'{path} has no image topic {wanted}; its image topics are {_listed(images)}')
+    # A recorder also keeps topics on which nothing came.
+    filled = [each for each in images if each.count > 0] or images
+    if len(filled) > 1:
+        raise SourceError(
+            f'{path} has several image topics: {_listed(filled)}; choose one with --topic')
+    return filled[0]
+
+
+def _listed(topics: list[_Topic], *, none: str = 'no topics at all') -> str:
+    names = [' '.join(str(each).split()) for each in topics[:_MAX_LISTED_TOPICS]]
+    if len(topics) > _MAX_LISTED_TOPICS:
+        names.append(f'and {len(topics) - _MAX_LISTED_TOPICS} more')
+    return ', '.join(names) or none

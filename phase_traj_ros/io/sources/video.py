@@ -1,0 +1,165 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Frames from a video file."""
+
+from bisect import bisect_left
+import codecs
+from collections.abc import Generator
+from functools import partial
+import math
+from pathlib import Path
+from typing import cast
+
+import cv2
+from phase_traj_ros.errors import SourceError
+from phase_traj_ros.io.images.decoding import GreyImage
+from phase_traj_ros.io.sources.base import Candidate, DEFAULT_FPS, FrameSource, index_stamp_ns
+from phase_traj_ros.io.sources.folder import PICTURE_SUFFIXES
+from phase_traj_ros.io.sources.selection import EVERYTHING, Selection
+
+_MAX_CONTAINER_FPS = 1000.0
+_MAX_FRAME_COUNT = 2 ** 32
+_MAX_POSITION_MS = 1e12
+_SNIFFED_BYTES = 4096
+
+
+class VideoClock:
+    """
+    Stamps of the frames of a video from the positions that its reader reports.
+
+    A position counts where it is behind the frame before; else (some containers and readers have
+    none) the frame gets the period of the frame rate. So the stamps always increase.
+    """
+
+    def __init__(self, fps: float, *, use_positions: bool = True) -> None:
+        self._fps = fps
+        self._use_positions = use_positions
+        self._anchor_ns = 0
+        self._since_anchor = -1
+        self._last_ns = 0
+
+    def stamp_ns(self, position_ms: float) -> int:
+        """Return the stamp, in nanoseconds, of the next frame, which is at that position."""
+        self._since_anchor += 1
+        stamp_ns = self._anchor_ns + index_stamp_ns(self._since_anchor, self._fps)
+        if self._use_positions and 0 < position_ms < _MAX_POSITION_MS:
+            position_ns = round(position_ms * 1e6)
+            if position_ns > self._last_ns:
+                stamp_ns = self._anchor_ns = position_ns
+                self._since_anchor = 0
+        self._last_ns = stamp_ns
+        return stamp_ns
+
+
+class VideoSource(FrameSource):
+    """
+    The frames of a video, as luma.
+
+    The stamps are the positions in the file, or those of a constant rate where fps is given.
+    Frames that are not selected are passed over without converting them.
+
+    Raises SourceError if the file is no video or not one frame of it can be decoded.
+    """
+
+    def __init__(
+        self,
+        path: Path,
+        *,
+        selection: Selection = EVERYTHING,
+        fps: float | None = None,
+    ) -> None:
+        _refuse_foreign(path)
+        self._path = path
+        capture = self._open()
+        try:
+            if not capture.grab():
+                raise SourceError(f'{path}: not one frame of the video can be decoded')
+            self._retrieve(capture, 0)
+            own_fps = capture.get(cv2.CAP_PROP_FPS)
+            count = capture.get(cv2.CAP_PROP_FRAME_COUNT)
+        finally:
+            capture.release()
+        usable = math.isfinite(own_fps) and 0 < own_fps <= _MAX_CONTAINER_FPS
+        self._use_positions = fps is None
+        self._fps = fps if fps is not None else own_fps if usable else DEFAULT_FPS
+        super().__init__(
+            description=f'{path} (video, {self._fps:g} frames per second'
+                        f'{"" if usable or fps is not None else " assumed"})',
+            selection=selection,
+            frame_count=self._expected(count, selection))
+
+    def _expected(self, count: float, selection: Selection) -> int | None:
+        """Return how many of the frames that the file claims to have are selected."""
+        if not (math.isfinite(count) and 0 < count <= _MAX_FRAME_COUNT):
+            return None
+        indices = range(int(count))
+        stamp = partial(index_stamp_ns, fps=self._fps)
+        first = bisect_left(indices, selection.start_ns, key=stamp)
+        last = len(indices)
+        if selection.end_ns is not None:
+            last = bisect_left(indices, selection.end_ns, key=stamp)
+        return len(range(first, last, selection.every)) or None
+
+    def _candidates(self) -> Generator[Candidate, None, None]:
+        clock = VideoClock(self._fps, use_positions=self._use_positions)
+        capture = self._open()
+        try:
+            index = 0
+            while capture.grab():
+                stamp_ns = clock.stamp_ns(capture.get(cv2.CAP_PROP_POS_MSEC))
+                yield Candidate(stamp_ns, partial(self._retrieve, capture, index))
+                index += 1
+        finally:
+            capture.release()
+
+    def _open(self) -> cv2.VideoCapture:
+        # Named one by one: among all that cv2.CAP_ANY stands for is a reader of numbered
+        # pictures, which takes any name with digits for a pattern.
+        wanted = [
+            backend for backend in (cv2.CAP_FFMPEG, cv2.CAP_GSTREAMER)
+            if cv2.videoio_registry.hasBackend(backend)
+        ]
+        for backend in wanted or [cv2.CAP_ANY]:
+            capture = cv2.VideoCapture(str(self._path), backend)
+            if capture.isOpened():
+                return capture
+            capture.release()
+        raise SourceError(
+            f'{self._path} cannot be opened as a video; give a bag, a video or a folder of '
+            'pictures')
+
+    def _retrieve(self, capture: cv2.VideoCapture, index: int) -> GreyImage:
+        """Return the frame that was grabbed last, as luma."""
+        done, image = capture.retrieve()
+        if not done or cast('object', image) is None:
+            raise SourceError(f'{self._path}: frame {index} of the video cannot be decoded')
+        if image.ndim == 3:
+            image = cv2.cvtColor(image, cv2.COLOR_BGR2GRAY)
+        return cast('GreyImage', image)
+
+
+def _refuse_foreign(path: Path) -> None:
+    """Raise SourceError for files that a video reader would take, though they are no videos."""
+    if path.suffix.lower() in PICTURE_SUFFIXES:
+        raise SourceError(f'{path} is a single picture; give the folder that holds it')
+    try:
+        with path.open('rb') as file:
+            start = file.read(_SNIFFED_BYTES)
+    except OSError as error:
+        raise SourceError(f'{path} cannot be read: {error.strerror}') from error
+    # FFmpeg plays text as the output of a terminal.
+    if _is_text(start):
+        raise SourceError(
+            f'{path} is a text file, not a video; give a bag, a video or a folder of pictures')
+
+
+def _is_text(start: bytes) -> bool:
+    """Tell whether the first bytes of a file are text; all video formats have zeros early."""
+    if 0 in start:
+        return False
+    try:
+        # A character may be cut at the end.
+        codecs.getincrementaldecoder('utf-8')().decode(start, final=False)
+    except UnicodeDecodeError:
+        return False
+    return True

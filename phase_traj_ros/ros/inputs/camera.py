@@ -1,0 +1,82 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Receives the camera's calibration."""
+
+from collections.abc import Callable
+
+from phase_traj_ros.core.camera.model import CameraModel
+from phase_traj_ros.errors import CalibrationError, FrameError
+from phase_traj_ros.io.messages.camera_info import camera_from_info
+from phase_traj_ros.ros.inputs.image import IMAGE_TOPIC
+from phase_traj_ros.topics import camera_info_topic
+from rclpy.node import Node
+from rclpy.qos import qos_profile_sensor_data
+from rclpy.qos_overriding_options import QoSOverridingOptions
+from sensor_msgs.msg import CameraInfo
+
+_TOPIC = 'camera_info'
+_THROTTLE_S = 5.0
+
+
+class CameraInput:
+    """
+    Subscribes to the camera's ``camera_info`` and hands on what it says, whenever it changes.
+
+    The topic is the one beside the images, as with image_transport, unless it is remapped.
+    """
+
+    def __init__(
+        self, node: Node, *, rectified: bool, on_camera: Callable[[CameraModel], None],
+    ) -> None:
+        """Subscribe; hand each new calibration to ``on_camera``."""
+        self._node = node
+        self._rectified = rectified
+        self._on_camera = on_camera
+        self._camera: CameraModel | None = None
+        topic = node.resolve_topic_name(_TOPIC)
+        if topic == node.resolve_topic_name(_TOPIC, only_expand=True):
+            topic = camera_info_topic(node.resolve_topic_name(IMAGE_TOPIC))
+        self._subscription = node.create_subscription(
+            CameraInfo, topic, self._on_message, qos_profile_sensor_data,
+            qos_overriding_options=QoSOverridingOptions.with_default_policies())
+
+    @property
+    def topic(self) -> str:
+        """Return the topic's full name, as remapped."""
+        return str(self._subscription.topic_name)
+
+    def require(self) -> None:
+        """
+        Make sure that the camera is known.
+
+        Raises
+        ------
+        FrameError
+            It is not, so that no image can be used yet.
+
+        """
+        if self._camera is None:
+            raise FrameError(
+                f'the focal length is not known, as nothing has come on {self.topic} yet: publish'
+                ' the calibration there, or give focal_px or hfov_deg')
+
+    def _on_message(self, message: CameraInfo) -> None:
+        try:
+            camera = camera_from_info(message, rectified=self._rectified)
+        except CalibrationError as error:
+            self._node.get_logger().error(
+                f'skipped a calibration on {self.topic}: {error}',
+                throttle_duration_sec=_THROTTLE_S)
+            return
+        if self._camera is not None and camera.is_close_to(self._camera):
+            return
+        told = (
+            f'calibration from {self.topic}: {camera.width}x{camera.height} pixels, focal length'
+            f' {camera.fx:.1f} px')
+        if self._camera is None:
+            self._node.get_logger().info(told)
+        else:
+            # A zoom lens changes with every image.
+            self._node.get_logger().info(f'another {told}', throttle_duration_sec=_THROTTLE_S)
+        self._camera = camera
+        self._on_camera(camera)

@@ -1,0 +1,82 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Receives images, raw or compressed, and hands on what can be correlated."""
+
+from collections.abc import Callable, Mapping
+import time
+from typing import Any
+
+from phase_traj_ros.errors import FrameError
+from phase_traj_ros.io.messages.image import encoding_of, msg_to_frame
+from phase_traj_ros.io.messages.stamps import StampRule, to_nanoseconds
+from phase_traj_ros.io.sources.base import Frame
+from phase_traj_ros.parameters import Parameters, Transport
+from phase_traj_ros.ros.monitoring.health import Health, LossCounter, Stage
+from rclpy.node import Node
+from rclpy.qos import qos_profile_sensor_data, QoSProfile
+from rclpy.qos_overriding_options import QoSOverridingOptions
+from sensor_msgs.msg import CompressedImage, Image
+
+IMAGE_TOPIC = 'image'
+_THROTTLE_S = 5.0
+
+
+class ImageInput:
+    """
+    Subscribes to the camera and turns its messages into frames.
+
+    The topic is ``image``, or below it the one that image_transport gives compressed images.
+    """
+
+    def __init__(
+        self, node: Node, parameters: Parameters, health: Health,
+        on_frame: Callable[[Frame], None],
+    ) -> None:
+        """Subscribe; hand each frame to ``on_frame``, which may raise FrameError."""
+        self._node = node
+        self._health = health
+        self._on_frame = on_frame
+        self._max_pixels = parameters.max_pixels
+        self._stamps = StampRule()
+        self._losses = LossCounter()
+        compressed = parameters.image_transport == Transport.COMPRESSED.value
+        # The name is resolved first, so that a remapping of image holds for both.
+        topic = node.resolve_topic_name(IMAGE_TOPIC) + ('/compressed' if compressed else '')
+        self._subscription = node.create_subscription(
+            CompressedImage if compressed else Image, topic,
+            self._on_message,  # type: ignore[arg-type]  # it may take the message's info, too
+            qos_profile_sensor_data,
+            qos_overriding_options=QoSOverridingOptions.with_default_policies())
+        self.message_type = f'sensor_msgs/msg/{"CompressedImage" if compressed else "Image"}'
+
+    @property
+    def topic(self) -> str:
+        """Return the topic's full name, as remapped."""
+        return str(self._subscription.topic_name)
+
+    @property
+    def qos_profile(self) -> QoSProfile:
+        """Return the quality of service of the subscription."""
+        return self._subscription.qos_profile
+
+    def _on_message(self, message: Any, info: Mapping[str, Any]) -> None:
+        self._health.arrived(
+            time.monotonic_ns(), lost=self._losses.update(info['publication_sequence_number']))
+        waited_ns = time.time_ns() - info['received_timestamp']
+        began = time.perf_counter_ns()
+        try:
+            image = msg_to_frame(message, max_pixels=self._max_pixels)
+            converted = time.perf_counter_ns()
+            stamp_ns = self._stamps.stamp_ns(
+                to_nanoseconds(message.header.stamp), self._node.get_clock().now().nanoseconds)
+            self._on_frame(Frame(image, stamp_ns, encoding_of(message)))
+        except FrameError as error:
+            self._health.rejected(str(error))
+            self._node.get_logger().error(
+                f'skipped an image on {self.topic}: {error}',
+                throttle_duration_sec=_THROTTLE_S)
+            return
+        waited_ns = max(waited_ns, 0) if info['received_timestamp'] else 0
+        self._health.took(Stage.RECEIVE, waited_ns)
+        self._health.took(Stage.CONVERT, converted - began)
+        self._health.took_in_all(waited_ns + time.perf_counter_ns() - began)

@@ -1,0 +1,44 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Receives the vehicle's speed."""
+
+from collections.abc import Callable
+
+from geometry_msgs.msg import TwistStamped
+from phase_traj_ros.io.messages.stamps import to_nanoseconds
+from rclpy.node import Node
+from rclpy.qos import QoSProfile, ReliabilityPolicy
+from rclpy.qos_overriding_options import QoSOverridingOptions
+
+_TOPIC = 'speed'
+# Speeds may come far more often than images, and all between two images are needed.
+_QOS = QoSProfile(depth=100, reliability=ReliabilityPolicy.BEST_EFFORT)
+_THROTTLE_S = 5.0
+
+
+class SpeedInput:
+    """Subscribes to ``speed``: the x of the linear velocity, by the stamp of the message."""
+
+    def __init__(self, node: Node, on_speed: Callable[[int, float], None]) -> None:
+        """Subscribe; hand each stamp and speed to ``on_speed``, which may raise ValueError."""
+        self._node = node
+        self._on_speed = on_speed
+        self._subscription = node.create_subscription(
+            TwistStamped, _TOPIC, self._on_message, _QOS,
+            qos_overriding_options=QoSOverridingOptions.with_default_policies())
+
+    @property
+    def topic(self) -> str:
+        """Return the topic's full name, as remapped."""
+        return str(self._subscription.topic_name)
+
+    def _on_message(self, message: TwistStamped) -> None:
+        stamp_ns = to_nanoseconds(message.header.stamp)
+        if stamp_ns == 0:
+            stamp_ns = self._node.get_clock().now().nanoseconds
+        try:
+            self._on_speed(stamp_ns, message.twist.linear.x)
+        except ValueError as error:
+            self._node.get_logger().error(
+                f'skipped a speed on {self.topic}: {error}',
+                throttle_duration_sec=_THROTTLE_S)

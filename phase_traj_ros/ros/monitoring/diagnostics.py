@@ -1,0 +1,124 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Publishes how the node fares on /diagnostics, and warns when no image comes."""
+
+import time
+
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from phase_traj_ros.core import TrajectoryEstimator
+from phase_traj_ros.io.messages.diagnostics import MeasurementReporter
+from phase_traj_ros.ros.inputs.image import ImageInput
+from phase_traj_ros.ros.monitoring.health import Health, Stage
+from rclpy.clock import Clock, ClockType
+from rclpy.node import Node
+from rclpy.qos import qos_check_compatible, QoSCompatibility
+
+_PERIOD_S = 1.0
+_SILENCE_NS = 5 * 10**9
+
+
+class Diagnostics:
+    """
+    Reports once a second.
+
+    Two statuses: whether images come and can be used, and whether their shift can be measured.
+    docs/diagnostics.md explains both.
+    """
+
+    def __init__(
+        self, node: Node, health: Health, image_input: ImageInput,
+        estimator: TrajectoryEstimator,
+    ) -> None:
+        """Start reporting on ``node``."""
+        self._node = node
+        self._health = health
+        self._input = image_input
+        self._estimator = estimator
+        self._publisher = node.create_publisher(DiagnosticArray, '/diagnostics', 10)
+        self._since_ns = time.monotonic_ns()
+        self._warned = False
+        self._reported = (0, 0)
+        self._measured = MeasurementReporter()
+        # By a steady clock: it has to go on when simulated time stands still.
+        node.create_timer(_PERIOD_S, self._report, clock=Clock(clock_type=ClockType.STEADY_TIME))
+
+    def _report(self) -> None:
+        self._watch_silence()
+        self._publisher.publish(DiagnosticArray(
+            header=self._stamped(), status=[self._images(), self._measurement()]))
+        self._node.get_logger().debug(
+            'microseconds per image: ' + ', '.join(
+                f'{stage.value} {self._health.microseconds(stage):.0f}' for stage in Stage))
+
+    def _stamped(self):  # type: ignore[no-untyped-def]
+        header = DiagnosticArray().header
+        header.stamp = self._node.get_clock().now().to_msg()
+        return header
+
+    def _watch_silence(self) -> None:
+        arrival = self._health.last_arrival_ns
+        silent_ns = time.monotonic_ns() - max(self._since_ns, arrival or 0)
+        if silent_ns < _SILENCE_NS:
+            self._warned = False
+        elif not self._warned:
+            self._warned = True
+            self._node.get_logger().warning(
+                f'no image for {silent_ns / 1e9:.0f} s: {self._publishers()}')
+
+    def _publishers(self) -> str:
+        """Say who publishes on the image topic, and why nothing of it arrives."""
+        topic = self._input.topic
+        publishers = self._node.get_publishers_info_by_topic(topic)
+        text = f'{topic} has {len(publishers)} publisher{"" if len(publishers) == 1 else "s"}'
+        for publisher in publishers:
+            name = f'{publisher.node_namespace.rstrip("/")}/{publisher.node_name}'
+            if publisher.topic_type != self._input.message_type:
+                text += (f'; {name} publishes {publisher.topic_type}, this node takes'
+                         f' {self._input.message_type} (see the parameter image_transport)')
+                continue
+            compatibility, reason = qos_check_compatible(
+                publisher.qos_profile, self._input.qos_profile)
+            if compatibility == QoSCompatibility.ERROR:
+                text += f'; the quality of service of {name} does not match: {reason.strip()}'
+        return text
+
+    def _images(self) -> DiagnosticStatus:
+        health = self._health
+        now_ns = time.monotonic_ns()
+        bad, lost = health.bad - self._reported[0], health.lost - self._reported[1]
+        self._reported = (health.bad, health.lost)
+        if self._warned:
+            level, message = DiagnosticStatus.STALE, 'no images'
+        elif bad:
+            level, message = DiagnosticStatus.ERROR, f'{bad} images could not be used'
+        elif lost:
+            level, message = DiagnosticStatus.WARN, f'{lost} images were lost'
+        elif not health.images:
+            level, message = DiagnosticStatus.OK, 'waiting for the first image'
+        else:
+            level, message = DiagnosticStatus.OK, 'images come'
+        values = {
+            'topic': self._input.topic,
+            'rate (Hz)': f'{0.0 if self._warned else health.rate(now_ns):.1f}',
+            'images': health.images,
+            'lost': health.lost,
+            'bad': health.bad,
+            'last error': health.last_error,
+            'p50 (ms)': f'{health.milliseconds(0.5):.2f}',
+            'p99 (ms)': f'{health.milliseconds(0.99):.2f}',
+            **{f'{stage.value} (us)': f'{health.microseconds(stage):.0f}' for stage in Stage},
+        }
+        return self._status('images', level, message, values)
+
+    def _measurement(self) -> DiagnosticStatus:
+        report = self._measured.report(self._estimator, self._health.response())
+        return self._status(
+            'measurement', bytes([report.level]), report.message, dict(report.values))
+
+    def _status(
+        self, name: str, level: bytes, message: str, values: dict[str, object],
+    ) -> DiagnosticStatus:
+        return DiagnosticStatus(
+            level=level, name=f'{self._node.get_fully_qualified_name()}: {name}',
+            message=message, hardware_id=self._input.topic,
+            values=[KeyValue(key=key, value=str(value)) for key, value in values.items()])

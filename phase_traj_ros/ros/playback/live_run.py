@@ -1,0 +1,128 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A recording through the real node in a process of its own, over real DDS."""
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+import os
+from pathlib import Path
+import signal
+import subprocess
+import sys
+
+from phase_traj_ros.errors import SourceError
+from phase_traj_ros.ros.playback.recorder import Recorder
+from phase_traj_ros.ros.spin import ros_context
+from rclpy.executors import SingleThreadedExecutor
+
+_DISCOVERY_S = 30.0
+_SILENCE_S = 20.0
+_STOP_S = 10.0
+
+
+@dataclass(frozen=True, slots=True)
+class LiveResult:
+    """What the node has published about a recording."""
+
+    movement: tuple[int, ...]
+    direction: tuple[int, ...]
+    chain_code: str
+    """The last text."""
+    path_poses: int
+    """Poses of the last path."""
+    exit_status: int
+    """The node's, after SIGINT."""
+
+
+def run_live(
+    recording: Path, *, pairs: int, threshold: float, rate: float = 10.0,
+    environment: Mapping[str, str] | None = None,
+) -> LiveResult:
+    """
+    Play ``recording`` to a node, both in processes of their own; gather what it publishes.
+
+    Every frame arrives: images are reliable with KEEP_ALL at both ends. A namespace of its own
+    keeps the run apart from whatever else is on the network.
+
+    Parameters
+    ----------
+    recording
+        Any source of frames.
+    pairs
+        How many pairs of frames to wait for.
+    threshold
+        The node's threshold in pixels per frame.
+    rate
+        How many times as fast as recorded to play.
+    environment
+        Variables for both processes, over those of this one.
+
+    Raises
+    ------
+    SourceError
+        A process fails, or nothing comes for some time.
+
+    """
+    namespace = f'/phase_traj_live_{os.getpid()}'
+    within = ['-r', f'__ns:={namespace}']
+    variables = {**os.environ, **(environment or {})}
+    node = [
+        'phase_traj_ros.ros.main', '--ros-args', *within, '-p', f'threshold:={threshold!r}',
+        *lossless_overrides(f'{namespace}/image')]
+    player = [
+        'phase_traj_ros.cli.main', 'play', str(recording), '--lossless', '--rate', str(rate),
+        '--wait', str(_DISCOVERY_S), '--ros-args', *within]
+    with ros_context(['--ros-args', *within]) as stop, _process(node, variables) as node_process:
+        recorder = Recorder()
+        executor = SingleThreadedExecutor()
+        executor.add_node(recorder)
+
+        def spin_once() -> None:
+            executor.spin_once(timeout_sec=0.1)
+            if stop.is_set():
+                raise KeyboardInterrupt
+            if node_process.poll() is not None:
+                raise SourceError(f'the node has ended with status {node_process.returncode}')
+
+        try:
+            recorder.connect(spin_once, _DISCOVERY_S)
+            with _process(player, variables) as player_process:
+                recorder.wait_for_pairs(pairs, spin_once, _DISCOVERY_S + _SILENCE_S)
+                if player_process.wait(_STOP_S) != 0:
+                    raise SourceError('the player has failed')
+        finally:
+            executor.shutdown()
+            recorder.destroy_node()
+        node_process.send_signal(signal.SIGINT)
+        return LiveResult(
+            tuple(recorder.movement), tuple(recorder.direction), recorder.chain_code[-1],
+            len(recorder.paths[-1].poses), node_process.wait(_STOP_S))
+
+
+def lossless_overrides(topic: str) -> list[str]:
+    """Return the ROS arguments that make a subscription to ``topic`` reliable and KEEP_ALL."""
+    policies = {'reliability': 'reliable', 'history': 'keep_all'}
+    return [
+        argument for policy, value in policies.items()
+        for argument in ('-p', f'qos_overrides.{topic}.subscription.{policy}:={value}')]
+
+
+@contextmanager
+def _process(
+    arguments: list[str], variables: Mapping[str, str],
+) -> Iterator['subprocess.Popen[bytes]']:
+    """Run a module of this package in a process of its own, which does not outlive the block."""
+    process = subprocess.Popen(
+        [sys.executable, '-m', *arguments], env=dict(variables), stdin=subprocess.DEVNULL,
+        stdout=subprocess.DEVNULL)
+    try:
+        yield process
+    finally:
+        if process.poll() is None:
+            process.terminate()
+            try:
+                process.wait(_STOP_S)
+            except subprocess.TimeoutExpired:
+                process.kill()
+                process.wait()

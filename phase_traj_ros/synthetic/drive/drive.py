@@ -1,0 +1,190 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A drive: a camera, where it is at every frame, what there is to see, and what is true of it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+import numpy.typing as npt
+from phase_traj_ros.errors import ParameterError
+from phase_traj_ros.synthetic.arrays import Floats, Ints
+from phase_traj_ros.synthetic.camera import Camera, KITTI_CAMERA, Pose
+from phase_traj_ros.synthetic.drive.plan import check, drive_plan, duration, Plan, Turn
+from phase_traj_ros.synthetic.scene.scene import Scene
+from phase_traj_ros.synthetic.town.ready import scene_along, street_grid
+
+#: The stamp of the first frame, in nanoseconds: a day in November 2023.
+EPOCH_NS = 1_700_000_000_000_000_000
+
+#: Streets that lie nearer to each other than this are joined, in metres.
+_SAME_STREET = 20.0
+#: Where the streets of a drive leave larger blocks than this, streets are put between.
+_LARGEST_BLOCK = 110.0
+
+
+@dataclass(frozen=True, slots=True)
+class TrueTurn:
+    """
+    A turn as it truly is.
+
+    It begins with the motion after frame ``start_frame`` and is done at ``end_frame``;
+    ``angle_deg`` is positive to the left.
+    """
+
+    start_frame: int
+    end_frame: int
+    angle_deg: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Drive:
+    """
+    A drive through a scene, seen by one camera.
+
+    ``stamps_ns``: (N,) integer nanoseconds; ``poses``: (N, 5) x, y in metres, yaw, pitch, roll in
+    radians (REP 103); ``turns``: the true turns, as far as they are known; ``build_scene``: makes
+    the scene, the same at every call.
+    """
+
+    name: str
+    stamps_ns: Ints
+    poses: Floats
+    camera: Camera
+    build_scene: Callable[[], Scene]
+    turns: tuple[TrueTurn, ...] = ()
+
+    def __post_init__(self) -> None:
+        """Check that the arrays match; make them read-only."""
+        if self.poses.shape != (len(self.stamps_ns), 5):
+            raise ParameterError(
+                f'a drive needs one pose (x, y, yaw, pitch, roll) for each of its '
+                f'{len(self.stamps_ns)} stamps, not an array of shape {self.poses.shape}')
+        if len(self.stamps_ns) > 1 and np.diff(self.stamps_ns).min() <= 0:
+            raise ParameterError('the stamps of a drive must rise from frame to frame')
+        for array in (self.stamps_ns, self.poses):
+            array.flags.writeable = False
+
+    def __len__(self) -> int:
+        """Return the number of frames."""
+        return len(self.stamps_ns)
+
+    def pose(self, frame: int) -> Pose:
+        """Return where the camera is at this frame."""
+        return Pose(*self.poses[frame].tolist())
+
+    def yaw_steps(self) -> Floats:
+        """Return how far the camera turns from each frame to the next, (N - 1,) radians."""
+        return np.diff(np.unwrap(self.poses[:, 2]))
+
+    def take(self, frames: npt.ArrayLike) -> Drive:
+        """
+        Return the drive with these frames only, indices that rise.
+
+        Turns that begin before the first of them or end after the last are left out.
+        """
+        index = np.asarray(frames, np.int64)
+        turns = tuple(
+            TrueTurn(
+                int(np.searchsorted(index, turn.start_frame, side='right')) - 1,
+                int(np.searchsorted(index, turn.end_frame)), turn.angle_deg)
+            for turn in self.turns
+            if len(index) and index[0] <= turn.start_frame and turn.end_frame <= index[-1])
+        return replace(
+            self, stamps_ns=self.stamps_ns[index], poses=self.poses[index], turns=turns)
+
+
+def _check_rate(rate_hz: float) -> None:
+    if not (np.isfinite(rate_hz) and rate_hz > 0):
+        raise ParameterError(f'{rate_hz} frames per second is no rate: give a positive number')
+
+
+def stamps_at(count: int, rate_hz: float) -> Ints:
+    """Return the stamps of ``count`` frames at a steady rate, in nanoseconds."""
+    _check_rate(rate_hz)
+    since: Ints = np.rint(np.arange(count) * (1e9 / rate_hz)).astype(np.int64)
+    return EPOCH_NS + since
+
+
+def _true_turns(plan: Plan, rate_hz: float) -> tuple[TrueTurn, ...]:
+    turns = []
+    begin = 0.0
+    for segment in plan:
+        end = begin + segment.seconds
+        if isinstance(segment, Turn):
+            turns.append(TrueTurn(
+                int(np.floor(begin * rate_hz + 1e-6)), int(np.ceil(end * rate_hz - 1e-6)),
+                segment.angle_deg))
+        begin = end
+    return tuple(turns)
+
+
+def _filled(lines: Sequence[float]) -> list[float]:
+    """Join streets that are almost one, and put more where the blocks are too large."""
+    streets: list[float] = []
+    for line in sorted(lines):
+        if streets and line - streets[-1] < _SAME_STREET:
+            continue
+        if streets and line - streets[-1] > _LARGEST_BLOCK:
+            between = int((line - streets[-1]) // (0.75 * _LARGEST_BLOCK))
+            streets += np.linspace(streets[-1], line, between + 2)[1:-1].tolist()
+        streets.append(line)
+    return streets
+
+
+def _grid_under(poses: Floats, plan: Plan, seed: int) -> Scene:
+    """Build a grid of streets under a drive that goes along x and y only."""
+    (x, y, yaw) = poses[:, :3].T
+    quarters = np.rint(yaw / (np.pi / 2))
+    straight = np.abs(yaw - quarters * np.pi / 2) < 1e-6
+    (along_x, along_y) = (straight & (quarters % 2 == 0), straight & (quarters % 2 == 1))
+    return street_grid(
+        _filled([*x[along_y], x.min() - 45.0, x.max() + 60.0]),
+        _filled([*y[along_x], y.min() - 75.0, y.max() + 65.0]),
+        seed=seed, clear_of=poses[:, :2])
+
+
+def plan_drive(
+    name: str, plan: Plan, *, rate_hz: float = 10.0, speed: float = 7.0,
+    camera: Camera = KITTI_CAMERA, seed: int = 0,
+) -> Drive:
+    """
+    Return the drive that follows a plan, at ``speed`` m/s where a segment has none of its own.
+
+    One frame is at the start and one after each 1 / rate up to the end: 24 s at 10 Hz are 241
+    frames. If all turns are multiples of 90 degrees the drive is through a grid of streets,
+    else along a street of its own. Raises `ParameterError` for a plan that cannot be driven.
+    """
+    check(plan, speed)
+    _check_rate(rate_hz)
+    stamps = stamps_at(int(np.floor(duration(plan) * rate_hz + 1e-6)) + 1, rate_hz)
+    flat = drive_plan(plan, np.arange(len(stamps)) / rate_hz, speed=speed)
+    poses = np.concatenate([flat, np.zeros((len(flat), 2))], axis=1)
+    if all(segment.angle_deg % 90 == 0 for segment in plan):
+        build_scene = partial(_grid_under, poses, plan, seed)
+    else:
+        build_scene = partial(scene_along, poses[:, :2], seed=seed)
+    return Drive(name, stamps, poses, camera, build_scene, _true_turns(plan, rate_hz))
+
+
+def pose_drive(
+    name: str, poses: npt.ArrayLike, *, rate_hz: float = 10.0, camera: Camera = KITTI_CAMERA,
+    seed: int = 0, turns: tuple[TrueTurn, ...] = (),
+) -> Drive:
+    """
+    Return the drive along any poses (N, 3 or 5): x, y, yaw[, pitch, roll], through a street.
+
+    Frames are ``rate_hz`` apart; metres and radians, REP 103.
+    """
+    given = np.array(poses, np.float64)
+    if given.ndim != 2 or given.shape[1] not in (3, 5) or not len(given):
+        raise ParameterError(
+            f'poses must be (N, 3) or (N, 5) with N of at least 1, not of shape {given.shape}')
+    full = np.zeros((len(given), 5))
+    full[:, :given.shape[1]] = given
+    return Drive(
+        name, stamps_at(len(full), rate_hz), full, camera,
+        partial(scene_along, full[:, :2], seed=seed), turns)

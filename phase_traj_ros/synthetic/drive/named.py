@@ -1,0 +1,52 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The drives that come with the package, by name."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from phase_traj_ros.errors import ParameterError
+from phase_traj_ros.synthetic.drive.drive import Drive, plan_drive
+from phase_traj_ros.synthetic.drive.plan import Straight, Turn
+
+#: On straights and in turns, in metres per second.
+_SPEED = 8.0
+_TURNING = 4.5
+
+
+def _turn(angle_deg: float) -> Turn:
+    return Turn(angle_deg, 3.0, _TURNING)
+
+
+def demo() -> Drive:
+    """Return 201 frames: left, right, left."""
+    return plan_drive('demo', [
+        Straight(3.0), _turn(90), Straight(3.2), _turn(-90), Straight(2.6), _turn(90),
+        Straight(2.2)], speed=_SPEED, seed=1)
+
+
+def paper_case_1() -> Drive:
+    """Return the paper's first case study: 241 frames, right, right."""
+    return plan_drive('paper_case_1', [
+        Straight(2.3), _turn(-90), Straight(4.9), _turn(-90), Straight(10.8)],
+        speed=_SPEED, seed=2)
+
+
+def paper_case_2() -> Drive:
+    """Return the paper's second case study: 200 frames, left, right, right."""
+    return plan_drive('paper_case_2', [
+        Straight(2.2), _turn(90), Straight(4.2), _turn(-90), Straight(2.5), _turn(-90),
+        Straight(2.0)], speed=_SPEED, seed=3)
+
+
+#: Makers of all drives, by name.
+DRIVES: dict[str, Callable[[], Drive]] = {
+    'demo': demo, 'paper_case_1': paper_case_1, 'paper_case_2': paper_case_2}
+
+
+def named_drive(name: str) -> Drive:
+    """Return the drive of this name; raises `ParameterError` for an unknown one."""
+    if name not in DRIVES:
+        raise ParameterError(f'there is no drive {name!r}: choose one of {", ".join(DRIVES)}')
+    return DRIVES[name]()

@@ -1,0 +1,128 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A drive written down as a few segments, and the smooth motion that follows from it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+import math
+from typing import TypeAlias
+
+import numpy as np
+from phase_traj_ros.errors import ParameterError
+from phase_traj_ros.synthetic.arrays import Floats
+
+#: At the beginning and the end of a turn, this share of it is spent turning in and out.
+_RAMP = 0.25
+#: A change of speed takes so long, in seconds.
+_SPEED_CHANGE = 1.0
+#: The path is integrated in steps of this length, in seconds.
+_STEP = 0.002
+
+
+@dataclass(frozen=True, slots=True)
+class Straight:
+    """Straight on for ``seconds``; ``speed`` in m/s, None for the drive's, 0 to stand still."""
+
+    seconds: float
+    speed: float | None = None
+
+    angle_deg = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Turn:
+    """
+    A turn by ``angle_deg``, positive to the left, within ``seconds``.
+
+    The yaw rate rises and falls smoothly and is constant between; its peak is 4 / 3 of its mean.
+    """
+
+    angle_deg: float
+    seconds: float = 3.0
+    speed: float | None = None
+
+
+Plan: TypeAlias = Sequence[Straight | Turn]
+
+
+def duration(plan: Plan) -> float:
+    """Return how long a plan takes, in seconds."""
+    return math.fsum(segment.seconds for segment in plan)
+
+
+def check(plan: Plan, speed: float) -> None:
+    """Raise `ParameterError` if the plan cannot be driven."""
+    if not plan:
+        raise ParameterError('a plan needs at least one segment')
+    for segment in plan:
+        if not (math.isfinite(segment.seconds) and segment.seconds > 0
+                and math.isfinite(segment.angle_deg)):
+            raise ParameterError(
+                f'{segment}: a segment takes a positive time and turns by a finite angle')
+        wanted = speed if segment.speed is None else segment.speed
+        if not (math.isfinite(wanted) and wanted >= 0):
+            raise ParameterError(f'{wanted} m/s is no speed: give a finite number, 0 or more')
+
+
+def _turned(progress: Floats) -> Floats:
+    """Return the share of a turn done after a share ``progress`` of its time."""
+    ramp = np.clip(progress / _RAMP, 0.0, 1.0)
+    out = np.clip((1.0 - progress) / _RAMP, 0.0, 1.0)
+    level = np.clip(progress, _RAMP, 1.0 - _RAMP) - _RAMP
+
+    def area(share: Floats) -> Floats:
+        """Return the integral of a raised cosine that rises from 0 to 1, up to ``share``."""
+        return _RAMP * (share / 2 - np.sin(math.pi * share) / (2 * math.pi))
+
+    done: Floats = area(ramp) + level + _RAMP / 2 - area(out)
+    return done / (1.0 - _RAMP)
+
+
+def _speeds(plan: Plan, speed: float) -> tuple[list[float], list[float]]:
+    """Return times and the speeds then, linear between: brake before, accelerate after."""
+    wanted = [speed if segment.speed is None else segment.speed for segment in plan]
+    (times, speeds) = ([0.0], [wanted[0]])
+    start = 0.0
+    for (before, after, old, new) in zip(plan, plan[1:], wanted, wanted[1:]):
+        start += before.seconds
+        if new < old:
+            (begin, end) = (start - min(_SPEED_CHANGE, before.seconds / 2), start)
+        else:
+            (begin, end) = (start, start + min(_SPEED_CHANGE, after.seconds / 2))
+        times += [begin, end]
+        speeds += [old, new]
+    return (times, speeds)
+
+
+def drive_plan(plan: Plan, times: Floats, *, speed: float) -> Floats:
+    """
+    Return where a vehicle is that follows a plan, (N, 3): x, y, yaw.
+
+    ``times`` (N,) are in seconds from the start, rising; before and after the plan the vehicle
+    goes straight on. It starts at the origin, along x. x and y in metres, yaw in radians.
+    ``speed`` in m/s is that of all segments that have none of their own; the vehicle brakes
+    before a slower segment and accelerates after a slower one.
+    """
+    check(plan, speed)
+    starts = np.concatenate([[0.0], np.cumsum([segment.seconds for segment in plan])])
+    # The middles of short steps, and their ends.
+    count = max(math.ceil(max(float(times[-1]), 0.0) / _STEP), 1)
+    ends = np.linspace(0.0, max(float(times[-1]), _STEP), count + 1)
+    middles = (ends[:-1] + ends[1:]) / 2
+
+    def yaw(at: Floats) -> Floats:
+        total = np.zeros(len(at))
+        for (start, segment) in zip(starts, plan):
+            if segment.angle_deg:
+                progress = np.clip((at - start) / segment.seconds, 0.0, 1.0)
+                total += math.radians(segment.angle_deg) * _turned(progress)
+        return total
+
+    step = np.interp(middles, *_speeds(plan, speed)) * (ends[1] - ends[0])
+    heading = yaw(middles)
+    path = [
+        np.interp(times, ends, np.concatenate([[0.0], np.cumsum(step * share)]))
+        for share in (np.cos(heading), np.sin(heading))]
+    return np.stack([*path, yaw(times)], axis=1)

@@ -1,0 +1,82 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Everything solid is made of panels: upright pieces of planes over lines on the ground."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, fields
+from typing import Any, NamedTuple
+
+import numpy as np
+from phase_traj_ros.synthetic.arrays import Floats, Ints
+
+
+class Panel(NamedTuple):
+    """
+    One upright panel.
+
+    From ``start`` to ``end`` (x, y) in metres, between the heights ``base`` and ``top``, cut out
+    by ``silhouette``. Its texture begins ``offset`` metres from the texture's left edge, at its
+    bottom, and is brightened by ``gain``. It is not drawn from farther away than ``reach``.
+    """
+
+    start: tuple[float, float]
+    end: tuple[float, float]
+    base: float
+    top: float
+    texture: int
+    offset: float = 0.0
+    silhouette: int = 0
+    gain: float = 1.0
+    reach: float = 300.0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Panels:
+    """Panels as arrays: ``start`` and ``end`` are (N, 2), all others (N,); see `Panel`."""
+
+    start: Floats
+    end: Floats
+    base: Floats
+    top: Floats
+    texture: Ints
+    offset: Floats
+    silhouette: Ints
+    gain: Floats
+    reach: Floats
+
+    @classmethod
+    def of(cls, panels: Iterable[Panel]) -> Panels:
+        """Join single panels."""
+        columns = list(zip(*panels)) or [()] * len(Panel._fields)
+        arrays: dict[str, Any] = {}
+        for (name, values) in zip(Panel._fields, columns):
+            kind = np.int64 if name in ('texture', 'silhouette') else np.float64
+            shape = (-1, 2) if name in ('start', 'end') else (-1,)
+            arrays[name] = np.array(values, kind).reshape(shape)
+            arrays[name].flags.writeable = False
+        return cls(**arrays)
+
+    def __len__(self) -> int:
+        """Return how many panels there are."""
+        return len(self.base)
+
+    def __getitem__(self, which: Ints) -> Panels:
+        """Return the panels of these indices."""
+        return Panels(*(getattr(self, field.name)[which] for field in fields(self)))
+
+    def lengths(self) -> Floats:
+        """Return the length of each panel along the ground, in metres."""
+        (dx, dy) = (self.end - self.start).T
+        lengths: Floats = np.hypot(dx, dy)
+        return lengths
+
+    def distance_to(self, x: float, y: float) -> Floats:
+        """Return the distance of each panel's footprint from a point on the ground, in metres."""
+        along = self.end - self.start
+        offset = np.array((x, y)) - self.start
+        share = (offset * along).sum(axis=1) / np.maximum((along * along).sum(axis=1), 1e-12)
+        gap = offset - np.clip(share, 0.0, 1.0)[:, None] * along
+        distances: Floats = np.hypot(gap[:, 0], gap[:, 1])
+        return distances

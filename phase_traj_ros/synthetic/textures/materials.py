@@ -1,0 +1,81 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""All textures and outlines that scenes are built from, made once per process."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import auto, Enum
+from functools import lru_cache
+
+import numpy as np
+from phase_traj_ros.synthetic.arrays import Bytes
+from phase_traj_ros.synthetic.textures import facades, surfaces
+from phase_traj_ros.synthetic.textures.atlas import Atlas, build_atlas
+from phase_traj_ros.synthetic.textures.noise import NoiseBank
+from phase_traj_ros.synthetic.textures.silhouettes import build_silhouettes, Silhouettes
+
+
+class Material(Enum):
+    """What a panel is made of."""
+
+    FACADE = auto()
+    TOWER = auto()
+    ROOF = auto()
+    FOLIAGE = auto()
+    MASONRY = auto()
+    BARK = auto()
+    CAR_SIDE = auto()
+    CAR_END = auto()
+
+
+@dataclass(frozen=True, slots=True)
+class _Recipe:
+    """How many textures of what size, in metres, at how many pixels per metre."""
+
+    draw: Callable[..., Bytes]
+    count: int
+    length: float
+    height: float
+    density: float
+
+
+# Dense enough not to look soft at the least distance, 7 m for a front and 4 m for a car.
+_RECIPES = {
+    Material.FACADE: _Recipe(facades.facade, 16, 16.0, 12.5, 56.0),
+    Material.TOWER: _Recipe(facades.facade, 6, 24.0, 22.0, 20.0),
+    Material.ROOF: _Recipe(surfaces.roof, 4, 16.0, 3.5, 40.0),
+    Material.FOLIAGE: _Recipe(surfaces.foliage, 4, 10.0, 8.0, 56.0),
+    Material.MASONRY: _Recipe(surfaces.masonry, 4, 16.0, 2.2, 64.0),
+    Material.BARK: _Recipe(surfaces.bark, 2, 0.8, 4.0, 80.0),
+    Material.CAR_SIDE: _Recipe(surfaces.car_side, 8, 4.6, 1.55, 90.0),
+    Material.CAR_END: _Recipe(surfaces.car_end, 6, 1.8, 1.55, 90.0),
+}
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Materials:
+    """The atlas of textures, which of them are of what material, and the outlines."""
+
+    atlas: Atlas
+    members: dict[Material, tuple[int, ...]]
+    silhouettes: Silhouettes
+
+
+@lru_cache(maxsize=2)
+def materials(seed: int) -> Materials:
+    """Return the materials of this seed; they are shared, and must not be written to."""
+    rng = np.random.default_rng((seed, 1))
+    noise = NoiseBank(rng)
+    pictures: list[Bytes] = []
+    densities: list[float] = []
+    members = {}
+    for (material, recipe) in _RECIPES.items():
+        members[material] = tuple(range(len(pictures), len(pictures) + recipe.count))
+        densities += [recipe.density] * recipe.count
+        pictures += [
+            recipe.draw(rng, noise, length=recipe.length, height=recipe.height,
+                        density=recipe.density)
+            for _ in range(recipe.count)]
+    return Materials(build_atlas(pictures, densities), members, build_silhouettes(rng))

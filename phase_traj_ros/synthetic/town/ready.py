@@ -1,0 +1,75 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Ready scenes: a grid of streets, or a street along any route."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import numpy.typing as npt
+from phase_traj_ros.synthetic.arrays import Floats
+from phase_traj_ros.synthetic.scene.panels import Panels
+from phase_traj_ros.synthetic.scene.scene import Scene
+from phase_traj_ros.synthetic.scene.sky import build_sky
+from phase_traj_ros.synthetic.textures.materials import materials
+from phase_traj_ros.synthetic.town.buildings import build, ROADWAY, Town
+from phase_traj_ros.synthetic.town.keep_out import KeepOut
+from phase_traj_ros.synthetic.town.paving import pave
+from phase_traj_ros.synthetic.town.streets import grid_streets, Street, streets_along
+
+#: Nothing solid comes nearer to any pose than this, in metres.
+CLEARANCE = 4.0
+#: Footprints are checked at points up to half a metre apart: so much is left for what is between.
+_BETWEEN = 0.3
+
+
+def _keep_out(streets: Sequence[Street], less: float | None) -> KeepOut:
+    """Keep the streets free: up to ``less`` before the houses, or the carriageways only."""
+    radii = [ROADWAY if less is None else street.half_width - less for street in streets]
+    return KeepOut(
+        np.concatenate([street.line for street in streets]),
+        np.concatenate([
+            np.full(len(street.line), radius) for (street, radius) in zip(streets, radii)]),
+        np.concatenate([
+            np.full(len(street.line), index) for (index, street) in enumerate(streets)]))
+
+
+def _scene(streets: Sequence[Street], clear_of: Floats, seed: int) -> Scene:
+    rng = np.random.default_rng((seed, 2))
+    angle = rng.uniform(0.0, 2 * np.pi)
+    town = Town(
+        rng=rng, materials=materials(0),
+        poses=KeepOut(clear_of, np.full(len(clear_of), CLEARANCE + _BETWEEN)),
+        corridors=_keep_out(streets, 0.6), roadways=_keep_out(streets, None),
+        sun=np.array([np.cos(angle), np.sin(angle)]))
+    build(town, streets)
+    return Scene(
+        panels=Panels.of(town.panels), materials=town.materials,
+        ground=pave(rng, streets, town.shadows), sky=build_sky(rng))
+
+
+def street_grid(
+    xs: Sequence[float], ys: Sequence[float], *, seed: int = 0,
+    clear_of: npt.ArrayLike = (),
+) -> Scene:
+    """
+    Return a town whose streets form a grid.
+
+    Streets run north and south at each of ``xs``, east and west at each of ``ys`` (metres), and on
+    beyond the outermost crossings. Nothing solid is within 4 m of the points ``clear_of`` (N, 2).
+    """
+    points = np.asarray(clear_of, np.float64).reshape(-1, 2)
+    return _scene(grid_streets(xs, ys), points, seed)
+
+
+def scene_along(poses_xy: npt.ArrayLike, *, seed: int = 0) -> Scene:
+    """
+    Return a town whose streets follow a route.
+
+    ``poses_xy`` (N, 2), metres, may cross itself, turn at any angle and stand still. The fronts
+    are 7 to 10 m from it on both sides, with side streets; nothing solid is within 4 m of any of
+    the points.
+    """
+    points = np.asarray(poses_xy, np.float64).reshape(-1, 2)
+    return _scene(streets_along(points, np.random.default_rng((seed, 3))), points, seed)

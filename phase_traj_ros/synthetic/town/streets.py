@@ -1,0 +1,192 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Where streets run: their middle lines, from grids or along a route."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+from phase_traj_ros.errors import ParameterError
+from phase_traj_ros.synthetic.arrays import Floats, Ints
+
+#: How far a street goes on beyond the end of a route or the last crossing, in metres.
+_BEYOND = 100.0
+#: Side streets are so long, and so far apart, in metres.
+_SIDE_LENGTH = (60.0, 110.0)
+_SIDE_SPACING = (70.0, 150.0)
+#: A side street that comes this near to the route again ends there; the route up to _OWN from
+#: where it leaves does not count. What is then too short is not built. In metres.
+_APART = 24.0
+_OWN = 64
+_SHORTEST = 40
+#: A route that turns by this much within 2 * _BEND metres turns at a crossing.
+_SHARP = np.radians(50.0)
+_BEND = 16
+
+#: Shorter steps of a route are put together, in metres.
+_STILL = 0.4
+#: A route that comes this near, in metres, to where it was more than _REVISIT metres before is
+#: in the same street again.
+_SAME_LANE = 6.0
+_REVISIT = 24
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Street:
+    """
+    A street.
+
+    ``line``: its middle, (N, 2) in metres, about a metre from point to point; ``half_width``: from
+    there to the fronts of the houses; ``again``: it runs where another street already is, so
+    that it is kept free and paved, but nothing is built along it.
+    """
+
+    line: Floats
+    half_width: float = 8.0
+    again: bool = False
+
+    def lengths(self) -> Floats:
+        """Return the length of the street up to each point, (N,)."""
+        (dx, dy) = np.diff(self.line, axis=0).T
+        return np.concatenate([[0.0], np.cumsum(np.hypot(dx, dy))])
+
+    def beside(self, along: Floats, left: float) -> Floats:
+        """Return the points (M, 2) ``along`` the street (M,), ``left`` of its middle."""
+        lengths = self.lengths()
+        ahead = np.gradient(self.line, axis=0)
+        (x, y, dx, dy) = (
+            np.interp(along, lengths, values) for values in (*self.line.T, *ahead.T))
+        scale = left / np.maximum(np.hypot(dx, dy), 1e-9)
+        return np.stack([x - dy * scale, y + dx * scale], axis=1)
+
+
+def evenly(points: npt.ArrayLike) -> Floats:
+    """Return a line through the points (N, 2) with about a metre from point to point."""
+    given = np.asarray(points, np.float64).reshape(-1, 2)
+    if not len(given) or not np.isfinite(given).all():
+        raise ParameterError('a route needs at least one point, and finite numbers only')
+    # A vehicle that stands has no direction; steps below _STILL are not followed.
+    kept = [given[0]]
+    for point in given[1:]:
+        if np.hypot(*(point - kept[-1])) > _STILL:
+            kept.append(point)
+    if len(kept) < 2:
+        kept.append(kept[0] + (1.0, 0.0))
+    line = np.stack(kept)
+    along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(line, axis=0).T))])
+    places = np.linspace(0.0, along[-1], max(round(along[-1]), 1) + 1)
+    return np.stack([np.interp(places, along, values) for values in line.T], axis=1)
+
+
+def grid_streets(
+    xs: Sequence[float], ys: Sequence[float], *, beyond: float = _BEYOND,
+) -> tuple[Street, ...]:
+    """
+    Return the streets of a grid.
+
+    One street runs north and south at each of ``xs``, one east and west at each of ``ys``, in
+    metres; all go on ``beyond`` the outermost crossings.
+    """
+    if not (len(xs) and len(ys)):
+        raise ParameterError('a street grid needs at least one street in each direction')
+    (west, east) = (min(xs) - beyond, max(xs) + beyond)
+    (south, north) = (min(ys) - beyond, max(ys) + beyond)
+    return (
+        *(Street(evenly([(west, y), (east, y)])) for y in ys),
+        *(Street(evenly([(x, south), (x, north)])) for x in xs))
+
+
+def _ray(start: Floats, direction: Floats, length: float) -> Floats:
+    unit = direction / max(float(np.hypot(*direction)), 1e-9)
+    return evenly([start, start + length * unit])
+
+
+def _straight_on(route: Floats) -> Floats:
+    """Continue the route at both of its ends."""
+    back = _ray(route[0], route[0] - route[min(8, len(route) - 1)], _BEYOND / 4)
+    on = _ray(route[-1], route[-1] - route[max(len(route) - 9, 0)], _BEYOND)
+    return np.concatenate([back[:0:-1], route, on[1:]])
+
+
+def _corners(route: Floats) -> Ints:
+    """Return where the route turns sharply, one index for each turn."""
+    ahead = np.gradient(route, axis=0)
+    heading = np.unwrap(np.arctan2(ahead[:, 1], ahead[:, 0]))
+    if len(heading) <= 2 * _BEND:
+        return np.zeros(0, np.int64)
+    change = np.abs(heading[2 * _BEND:] - heading[:-2 * _BEND])
+    corners: list[int] = []
+    for index in np.flatnonzero(change > _SHARP).tolist():
+        sharpest = change[max(index - _BEND, 0):index + _BEND + 1].max()
+        if change[index] >= sharpest and not (corners and index - corners[-1] < _BEND):
+            corners.append(index)
+    return np.array(corners, np.int64) + _BEND
+
+
+def _side(route: Floats, root: int, start: Floats, direction: Floats, length: float) -> Street:
+    """Return a side street that ends before it meets the route again, away from its root."""
+    line = _ray(start, direction, length)
+    around = route[np.hypot(*(route - start).T) < length + _APART]
+    own = route[max(root - _OWN, 0):root + _OWN + 1]
+    # Other passes through the same street are not met either.
+    elsewhere = around[_distances(around, own) > _SAME_LANE]
+    if len(elsewhere):
+        meets = np.flatnonzero(_distances(line, elsewhere) < _APART)
+        line = line[:meets[0]] if len(meets) else line
+    return Street(line)
+
+
+def _distances(points: Floats, line: Floats) -> Floats:
+    """Return how far each of the points (N, 2) is from the nearest of ``line`` (M, 2)."""
+    (dx, dy) = (points[:, None, :] - line[None, :, :]).transpose(2, 0, 1)
+    distances: Floats = np.sqrt((dx * dx + dy * dy).min(axis=1))
+    return distances
+
+
+def _pieces(route: Floats) -> list[Street]:
+    """Cut a route into the pieces where it is new and those where it has been before."""
+    been = np.zeros(len(route), bool)
+    for index in range(_REVISIT, len(route)):
+        (dx, dy) = (route[:index - _REVISIT + 1] - route[index]).T
+        been[index] = (dx * dx + dy * dy).min() < _SAME_LANE ** 2
+    edges = np.flatnonzero(np.diff(been)) + 1
+    pieces = []
+    for (first, last) in zip([0, *edges], [*edges, len(route)]):
+        # The pieces meet in one point.
+        line = route[first:last + 1]
+        if len(line) > 1:
+            pieces.append(Street(line, again=bool(been[first]) or len(line) < _REVISIT // 2))
+    return pieces
+
+
+def streets_along(points: npt.ArrayLike, rng: np.random.Generator) -> tuple[Street, ...]:
+    """
+    Return the street that follows a route (N, 2), in metres, and streets off it.
+
+    Where the route turns sharply, the streets it leaves and enters go on straight; side streets
+    leave it at random places. Where it runs along itself again there is but one street.
+    """
+    route = evenly(points)
+    sides: list[Street] = []
+    for corner in _corners(route).tolist():
+        (before, after) = (max(corner - _BEND, 0), min(corner + _BEND, len(route) - 1))
+        into = route[before] - route[max(before - 6, 0)]
+        out = route[min(after + 6, len(route) - 1)] - route[after]
+        for (start, direction) in ((route[before], into), (route[after], -out)):
+            length = 2 * _BEND + rng.uniform(*_SIDE_LENGTH)
+            sides.append(_side(route, corner, start, direction, length))
+    place = rng.uniform(0.2, 0.6) * _SIDE_SPACING[1]
+    while place < len(route) - 1:
+        index = int(place)
+        (dx, dy) = route[index + 1] - route[index]
+        for side in (-1.0, 1.0):
+            if rng.random() < 0.6:
+                sides.append(_side(
+                    route, index, route[index], side * np.array([-dy, dx]),
+                    rng.uniform(*_SIDE_LENGTH)))
+        place += rng.uniform(*_SIDE_SPACING)
+    return (
+        *_pieces(_straight_on(route)), *(side for side in sides if len(side.line) > _SHORTEST))

@@ -1,0 +1,89 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""From a scene, a camera and a pose to a picture."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+from phase_traj_ros.synthetic.arrays import as_bytes, Bytes, Floats, Ints, Singles
+from phase_traj_ros.synthetic.camera import Camera, level_view, Pose
+from phase_traj_ros.synthetic.scene.scene import Scene
+from phase_traj_ros.synthetic.textures.atlas import level_of
+from phase_traj_ros.synthetic.view.visibility import cut, Runs, Strips, visible
+
+#: The air between: after so many metres, all contrast has fallen to 1 / e.
+_VISIBILITY = 900.0
+_AIR = 190.0
+#: The blur of a lens in focus, in pixels.
+_LENS = 0.45
+
+
+def render(scene: Scene, camera: Camera, pose: Pose) -> Bytes:
+    """
+    Return what ``camera`` sees of ``scene`` from ``pose``, (height, width) uint8.
+
+    A pure function: the same arguments give the same picture. A tilted camera's picture is a
+    level one, rotated by the exact homography; a tilt far from level raises `ParameterError`.
+    """
+    if pose.pitch == 0 and pose.roll == 0:
+        level = _render_level(scene, camera, pose)
+        return as_bytes(cv2.GaussianBlur(level, (3, 3), _LENS))
+    # The interpolation blurs as much as the lens does.
+    (view, homography) = level_view(camera, pose.pitch, pose.roll)
+    return as_bytes(cv2.warpPerspective(
+        _render_level(scene, view, pose), homography, (camera.width, camera.height),
+        flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP, borderMode=cv2.BORDER_REPLICATE))
+
+
+def _render_level(scene: Scene, camera: Camera, pose: Pose) -> Bytes:
+    picture = np.empty((camera.height, camera.width), np.uint8)
+    scene.sky.draw(picture, camera, pose.yaw)
+    scene.ground.draw(picture, camera, pose)
+    strips = cut(scene.panels, scene.materials.silhouettes, camera, pose)
+    if len(strips.panel):
+        (walls, mask) = _draw_panels(scene, camera, strips, visible(strips, camera))
+        cv2.copyTo(walls, mask, picture)
+    return picture
+
+
+def _spread(values: Floats, length: Ints, camera: Camera) -> Singles:
+    """Give every pixel the value of its run; (width, height): a column is contiguous."""
+    spread: Singles = np.repeat(values.astype(np.float32), length)
+    return spread.reshape(camera.width, camera.height)
+
+
+def _draw_panels(
+    scene: Scene, camera: Camera, strips: Strips, runs: Runs,
+) -> tuple[Bytes, Bytes]:
+    """Return the panels' pixels, and a mask of where they are."""
+    (panels, atlas) = (scene.panels, scene.materials.atlas)
+    solid = runs.strip >= 0
+    # Runs of nothing look up some strip; the mask drops them.
+    panel = strips.panel[runs.strip]
+    (depth, along) = (strips.depth[runs.strip], strips.along[runs.strip])
+    texture = panels.texture[panel]
+    density = atlas.density[texture]
+
+    across = level_of(strips.stretch[runs.strip] * density)
+    upwards = level_of(depth / camera.focal * density)
+    offset = np.clip(panels.offset[panel] + along, 0.0, atlas.length[texture])
+    columns = atlas.columns(atlas.left[texture] + offset * density, across)
+    # The row in the atlas is linear in the row of the picture.
+    (step, at_horizon) = (depth / camera.focal, camera.above_ground - panels.base[panel])
+    top = atlas.rows(
+        atlas.bottom[texture] - (at_horizon + camera.cy * step) * density, upwards)
+    slope = step * density * 0.5 ** upwards
+
+    rows = _spread(slope, runs.length, camera)
+    rows *= np.arange(camera.height, dtype=np.float32)
+    rows += _spread(top, runs.length, camera)
+    walls = cv2.remap(
+        atlas.image, _spread(columns, runs.length, camera), rows, cv2.INTER_LINEAR,
+        borderMode=cv2.BORDER_REPLICATE).astype(np.float32)
+    clear = np.exp(-depth / _VISIBILITY)
+    walls *= _spread(clear * panels.gain[panel], runs.length, camera)
+    walls += _spread((1.0 - clear) * _AIR, runs.length, camera)
+    np.clip(walls, 0, 255, out=walls)
+    mask = np.repeat(solid.astype(np.uint8), runs.length).reshape(camera.width, camera.height)
+    return (as_bytes(cv2.transpose(walls.astype(np.uint8))), as_bytes(cv2.transpose(mask)))

@@ -1,0 +1,120 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Yaw from displacements, against an exact model of a camera that moves through points."""
+
+import math
+
+from hypothesis import given, settings, strategies as st
+import numpy as np
+from phase_traj_ros.core.heading.camera_motion import MotionFit, Travel
+import pytest
+
+DEVIATION = 0.25 / 256
+
+
+def rotation(yaw, pitch, roll):
+    """Return the camera's rotation, for the picture's axes (x right, y down, z forward)."""
+    (sy, sp, sr), (cy, cp, cr) = (f((yaw, pitch, roll)) for f in (np.sin, np.cos))
+    about_y = np.array([[cy, 0, -sy], [0, 1, 0], [sy, 0, cy]])
+    about_x = np.array([[1, 0, 0], [0, cp, -sp], [0, sp, cp]])
+    about_z = np.array([[cr, -sr, 0], [sr, cr, 0], [0, 0, 1]])
+    return about_y @ about_x @ about_z
+
+
+class World:
+    """Points all around, and what a camera sees of them before and after it has moved."""
+
+    def __init__(self, seed=0, count=160, far=60.0):
+        rng = np.random.default_rng(seed)
+        self.azimuths = rng.uniform(-0.7, 0.7, count)
+        self.slopes = rng.uniform(-0.3, 0.25, count)
+        self.distances = rng.uniform(5.0, far, count)
+        self.rng = rng
+
+    def displacements(self, *, yaw, pitch=0.0, roll=0.0, step=0.0, course=0.0, climb=0.0):
+        points = self.distances * np.stack(
+            [np.sin(self.azimuths), self.slopes, np.cos(self.azimuths)])
+        moved = step * np.array([math.sin(course), climb, math.cos(course)])
+        # What the camera has turned by, the points turn back by.
+        seen = rotation(yaw, pitch, roll).T @ (points - moved[:, None])
+        u = np.arctan2(seen[0], seen[2]) - self.azimuths
+        w = seen[1] / np.hypot(seen[0], seen[2]) - self.slopes
+        return u, w
+
+    def fit(self, **motion):
+        u, w = self.displacements(**motion)
+        fit = MotionFit(self.azimuths, self.slopes, deviation=DEVIATION)
+        return fit(u, w, np.ones_like(u), Travel())
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.floats(-0.08, 0.08), st.floats(-0.01, 0.01), st.floats(-0.01, 0.01),
+       st.floats(0.0, 1.2), st.floats(-0.06, 0.06))
+def test_finds_the_yaw_whatever_the_distances(yaw, pitch, roll, step, course):
+    motion = World().fit(yaw=yaw, pitch=pitch, roll=roll, step=step, course=course)
+    assert motion.yaw == pytest.approx(yaw, abs=0.03 * abs(yaw) + 3e-4)
+
+
+def test_left_is_positive_and_the_rest_is_right_too():
+    motion = World().fit(yaw=0.05, pitch=0.006, roll=-0.004, step=1.0, course=0.04)
+    assert motion.yaw == pytest.approx(0.05, abs=5e-4)
+    assert motion.pitch == pytest.approx(0.006, abs=5e-4)
+    assert motion.roll == pytest.approx(-0.004, abs=8e-4)
+    # Half-way between the frames, half of the yaw is done.
+    assert motion.travel.course == pytest.approx(0.04 + 0.05 / 2, abs=0.005)
+    assert motion.agreement > 0.9
+
+
+def test_the_mean_displacement_alone_would_be_wrong():
+    # Houses near by on the right, far ones on the left.
+    world = World()
+    world.distances = np.where(world.azimuths > 0, 6.0, 60.0)
+    u, _ = world.displacements(yaw=0.01, step=1.0)
+    assert abs(np.median(u) - 0.01) > 0.003
+    assert world.fit(yaw=0.01, step=1.0).yaw == pytest.approx(0.01, abs=3e-4)
+
+
+def test_other_traffic_does_not_matter():
+    world = World()
+    u, w = world.displacements(yaw=-0.03, step=0.8)
+    u[:40] += 0.05
+    fit = MotionFit(world.azimuths, world.slopes, deviation=DEVIATION)
+    motion = fit(u, w, np.ones_like(u), Travel())
+    assert motion.yaw == pytest.approx(-0.03, abs=1e-3)
+    assert motion.agreement == pytest.approx(0.75, abs=0.05)
+
+
+def test_noise_averages_out():
+    world = World()
+    u, w = world.displacements(yaw=0.02, step=0.8)
+    fit = MotionFit(world.azimuths, world.slopes, deviation=DEVIATION)
+    noises = world.rng.normal(0, DEVIATION, (30, 2, len(u)))
+    noisy = [
+        fit(u + across, w + down, np.ones_like(u), Travel()).yaw for across, down in noises]
+    assert np.mean(noisy) == pytest.approx(0.02, abs=2e-4)
+    assert np.std(noisy) < DEVIATION
+
+
+def test_standing_still_is_no_yaw():
+    motion = World().fit(yaw=0.0)
+    assert abs(motion.yaw) < 1e-6 and motion.agreement == 1.0
+
+
+def test_weights_count_and_nothing_is_nothing():
+    world = World()
+    u, w = world.displacements(yaw=0.02, step=0.5)
+    u[:100] = 0.3
+    weight = np.ones_like(u)
+    weight[:100] = 0.0
+    fit = MotionFit(world.azimuths, world.slopes, deviation=DEVIATION)
+    assert fit(u, w, weight, Travel()).yaw == pytest.approx(0.02, abs=5e-4)
+    assert fit(u, w, np.zeros_like(u), Travel()) is None
+
+
+def test_the_direction_of_travel_tends_to_straight_ahead():
+    travel = Travel(course=0.1, course_variance=1e-6)
+    later = travel.after(0.1)
+    assert 0.08 < later.course < 0.1
+    assert later.course_variance > travel.course_variance
+    assert travel.after(60.0).course == pytest.approx(0.0, abs=1e-9)
+    assert travel.after(60.0).course_variance == pytest.approx(Travel().course_variance)

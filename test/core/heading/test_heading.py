@@ -1,0 +1,121 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Adding up yaw, and bridging what is missing or cannot be."""
+
+import math
+
+from hypothesis import given, strategies as st
+from phase_traj_ros.core.heading.tracker import HeadingTracker
+import pytest
+
+
+def follow(yaws, interval=0.1):
+    tracker = HeadingTracker()
+    return tracker, [tracker.update(yaw, interval) for yaw in yaws]
+
+
+def test_adds_up_yaw_to_the_left():
+    tracker, steps = follow([0.01, 0.02, -0.005])
+    assert tracker.heading == pytest.approx(0.025)
+    assert steps[1].rate == pytest.approx(0.2)
+    assert [step.heading for step in steps] == pytest.approx([0.01, 0.03, 0.025])
+    assert not any(step.bridged for step in steps)
+    assert (tracker.pairs, tracker.bridged, tracker.bridged_share) == (3, 0, 0.0)
+
+
+def test_is_not_wrapped():
+    tracker, _ = follow([0.1] * 100)
+    assert tracker.heading == pytest.approx(10.0)
+
+
+def test_a_missing_pair_gets_the_mean_rate_of_its_neighbours():
+    tracker, steps = follow([0.02, None, 0.04])
+    assert steps[1].bridged and not steps[2].bridged
+    assert steps[1].yaw == pytest.approx(0.02, rel=0.1)
+    assert tracker.heading == pytest.approx(0.02 + 0.03 + 0.04)
+    assert tracker.bridged_share == pytest.approx(1 / 3)
+
+
+def test_what_is_missing_for_long_fades_out():
+    tracker, steps = follow([0.02] + [None] * 100)
+    assert tracker.heading < 0.02 + 0.2 * 1.001
+    assert abs(steps[-1].yaw) < 1e-4
+    # Then nobody knows what has happened; what is measured next is taken as it is.
+    before = tracker.heading
+    assert tracker.update(0.3, 0.1).bridged is False
+    assert tracker.heading == pytest.approx(before + 0.3)
+
+
+def test_one_wild_pair_is_not_believed():
+    tracker, steps = follow([0.02, 0.02, 0.35, 0.02, 0.02])
+    assert [step.bridged for step in steps] == [False, False, True, False, False]
+    assert tracker.heading == pytest.approx(0.1)
+
+
+def test_a_jump_that_lasts_is_believed_and_made_up_for():
+    tracker, steps = follow([0.0, 0.0, 0.3, 0.3, 0.3])
+    assert [step.bridged for step in steps] == [False, False, True, False, False]
+    assert tracker.heading == pytest.approx(0.9)
+
+
+def test_two_wild_pairs_that_contradict_each_other_are_not_believed():
+    tracker, steps = follow([0.0, 0.3, -0.3, 0.0])
+    assert [step.bridged for step in steps] == [False, True, True, False]
+    assert tracker.heading == pytest.approx(0.0)
+
+
+def test_a_long_interval_allows_a_larger_change():
+    tracker, steps = follow([0.0, 0.3], interval=0.5)
+    assert not steps[1].bridged
+    assert tracker.rate == pytest.approx(0.6)
+
+
+def test_a_brisk_turn_is_believed():
+    # 90 degrees in 1.6 seconds, with a rate that rises within 0.4 s.
+    rates = [0.0, 0.2, 0.66, 1.12, *[1.31] * 9, 1.12, 0.66, 0.2, 0.0]
+    _, steps = follow([rate / 10 for rate in rates])
+    assert not any(step.bridged for step in steps)
+
+
+def test_reset_starts_anew():
+    tracker, _ = follow([0.1, None])
+    tracker.reset()
+    assert (tracker.heading, tracker.rate, tracker.pairs, tracker.bridged) == (0.0, 0.0, 0, 0)
+    assert tracker.update(0.5, 0.1).bridged is False
+
+
+@given(st.lists(st.one_of(st.none(), st.floats(-3.0, 3.0)), max_size=60),
+       st.floats(0.01, 1.0))
+def test_steps_add_up_and_only_missing_or_doubted_pairs_are_bridged(yaws, interval):
+    tracker, steps = follow(yaws, interval)
+    assert math.isclose(sum(step.yaw for step in steps), tracker.heading, abs_tol=1e-6)
+    assert all(step.bridged for step, yaw in zip(steps, yaws) if yaw is None)
+    assert tracker.bridged == sum(step.bridged for step in steps)
+    assert all(math.isfinite(step.heading) and math.isfinite(step.rate) for step in steps)
+
+
+@given(st.lists(st.floats(-0.02, 0.02), min_size=1, max_size=60))
+def test_what_a_vehicle_can_do_is_never_bridged(yaws):
+    tracker, steps = follow(yaws)
+    assert not any(step.bridged for step in steps)
+    assert math.isclose(tracker.heading, sum(yaws), abs_tol=1e-9)
+
+
+@pytest.mark.parametrize(('yaw', 'interval'), [
+    (0.1, 0.0), (0.1, -1.0), (0.1, math.nan), (math.nan, 0.1), (math.inf, 0.1)])
+def test_refuses_nonsense_and_stays_as_it_was(yaw, interval):
+    tracker, _ = follow([0.1])
+    with pytest.raises(ValueError, match='give a finite number'):
+        tracker.update(yaw, interval)
+    assert (tracker.heading, tracker.pairs) == (0.1, 1)
+
+
+def test_a_jump_beyond_doubt_is_believed_at_once():
+    # As where every third frame was lost, and the stamps do not tell.
+    yaws = [math.radians(3.5 if index % 3 else 7.5) for index in range(30)]
+    sure, doubting = HeadingTracker(), HeadingTracker()
+    for yaw in yaws:
+        assert not sure.update(yaw, 0.1, certain=True).bridged
+        doubting.update(yaw, 0.1)
+    assert sure.heading == pytest.approx(sum(yaws))
+    assert doubting.bridged > 0

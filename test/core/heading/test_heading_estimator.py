@@ -1,0 +1,146 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What is known of the camera, and the heading of distorted ones."""
+
+from dataclasses import replace
+from functools import cache
+import math
+
+from far_scene import barrel, BARREL_COEFFICIENTS, fisheye, FISHEYE_COEFFICIENTS, render
+import numpy as np
+from phase_traj_ros.core.camera.model import CameraModel, Distortion
+from phase_traj_ros.core.camera.projection import focal_from_hfov
+from phase_traj_ros.core.heading.estimator import HeadingEstimator, Lens
+from phase_traj_ros.errors import FrameError
+import pytest
+
+TENTH = 100_000_000
+BARREL = CameraModel(
+    width=480, height=360, fx=250.0, fy=250.0, cx=240.0, cy=178.0, distortion=Distortion.BROWN,
+    coefficients=BARREL_COEFFICIENTS)
+FISHEYE = CameraModel(
+    width=480, height=360, fx=157.0, fy=157.0, cx=238.0, cy=181.0, distortion=Distortion.FISHEYE,
+    coefficients=FISHEYE_COEFFICIENTS)
+
+
+# Steered as vehicles are: a yaw rate that jumps is not believed.
+STEPS = (0.0, 0.5, 1.2, 2.0, 2.7, 3.0, 2.7, 2.0, 1.0, 0.0, -0.8, -1.5, -2.0, -1.5)
+HEADINGS = tuple(np.cumsum(STEPS))
+
+
+@cache
+def turning(name):
+    """Return the camera and the frames, of which the heading is HEADINGS in degrees."""
+    camera, radius = {'barrel': (BARREL, barrel), 'fisheye': (FISHEYE, fisheye)}[name]
+    return camera, [
+        render(camera, radius, math.radians(heading)) for heading in HEADINGS]
+
+
+def stepped(index):
+    """Return a value to compare with the yaw, in radians, of the frame of that index."""
+    return pytest.approx(math.radians(STEPS[index]), abs=0.001)
+
+
+def follow(estimator, frames):
+    """Return the heading in degrees after each of the frames."""
+    headings = []
+    for index, frame in enumerate(frames):
+        measured = estimator.measure(frame, 0.1)
+        if index:
+            estimator.add(measured, index * TENTH, 0.1)
+        else:
+            estimator.start(0)
+        headings.append(math.degrees(estimator.tracker.heading))
+    return np.array(headings)
+
+
+@pytest.mark.parametrize('upside_down', [False, True])
+@pytest.mark.parametrize('name', ['barrel', 'fisheye'])
+def test_heading_of_a_distorted_camera(name, upside_down):
+    camera, frames = turning(name)
+    if upside_down:
+        camera = camera.turned_180()
+        frames = [np.ascontiguousarray(frame[::-1, ::-1]) for frame in frames]
+    errors = []
+    for lens in (Lens(camera=camera), Lens(focal_px=camera.fx)):
+        estimator = HeadingEstimator(lens, rotate_180=upside_down)
+        errors.append(np.abs(follow(estimator, frames) - HEADINGS).max())
+    known, ignored = errors
+    assert known < 0.1
+    assert ignored > 1.0
+
+
+def test_shift_of_the_picture_is_that_of_its_middle():
+    camera, frames = turning('barrel')
+    estimator = HeadingEstimator(Lens(camera=replace(camera)))
+    assert estimator.focal_px == 0.0
+    assert estimator.measure(frames[3], 0.1) is None
+    assert estimator.focal_px == camera.fx
+    update = estimator.add(estimator.measure(frames[4], 0.1), TENTH, 0.1)
+    assert update.shift.dx == pytest.approx(camera.fx * math.tan(math.radians(STEPS[4])), abs=0.5)
+
+
+def test_what_is_given_counts_before_a_calibration():
+    shape = BARREL.shape
+    assert Lens(camera=BARREL).camera_for(shape) is BARREL
+    assert Lens(camera=BARREL).focal_for(480) == 250.0
+    for known in ({}, {'camera': BARREL}):
+        lens = Lens(focal_px=300.0, hfov_deg=90.0, **known)
+        assert lens.focal_for(480) == 300.0
+        assert lens.camera_for(shape) == CameraModel.pinhole(shape, 300.0)
+        lens = Lens(hfov_deg=80.0, **known)
+        assert lens.focal_for(480) == focal_from_hfov(80.0, 480)
+        assert lens.camera_for(shape) == CameraModel.pinhole(shape, focal_from_hfov(80.0, 480))
+    # And fit frames of any size.
+    assert Lens(focal_px=300.0, camera=BARREL).camera_for((100, 200)).shape == (100, 200)
+
+
+@pytest.mark.parametrize(('values', 'message'), [
+    ({}, 'neither focal_px nor hfov_deg nor a calibration'),
+    ({'camera': None}, 'give one of them'),
+    ({'focal_px': -1.0, 'camera': BARREL}, 'focal_px is -1'),
+    ({'focal_px': math.nan}, 'focal_px is nan'),
+    ({'focal_px': 1e300}, 'at most 1e'),
+    ({'hfov_deg': 5e-324}, 'hfov_deg is 5e-324'),
+    ({'hfov_deg': 180.0, 'camera': BARREL}, 'hfov_deg is 180'),
+])
+def test_refuses_what_cannot_be(values, message):
+    with pytest.raises(ValueError, match=message):
+        Lens(**values)
+
+
+def test_frames_of_another_size_than_the_calibration():
+    camera, frames = turning('barrel')
+    estimator = HeadingEstimator(Lens(camera=camera))
+    half = np.ascontiguousarray(frames[0][::2, ::2])
+    message = (r'frames of 240x180 pixels, but the calibration of the camera is for 480x360: '
+               'publish the camera_info that belongs to the images, or give focal_px')
+    with pytest.raises(FrameError, match=message):
+        estimator.measure(half, 0.1)
+    # As if it had never come.
+    assert estimator.measure(frames[0], 0.1) is None
+    with pytest.raises(FrameError, match=message):
+        estimator.measure(half, 0.1)
+    assert estimator.measure(frames[1], 0.1).yaw == stepped(1)
+
+
+@pytest.mark.parametrize('shape', [(0, 4), (40, 40, 3), (40,)])
+def test_what_is_no_frame(shape):
+    with pytest.raises(FrameError, match='give grey frames'):
+        HeadingEstimator(Lens(hfov_deg=80.0)).measure(np.zeros(shape, np.uint8), 0.1)
+
+
+def test_another_lens_while_running():
+    camera, frames = turning('barrel')
+    estimator = HeadingEstimator(Lens(focal_px=camera.fx))
+    wrong = follow(estimator, frames[:5])[-1]
+    estimator.use_lens(Lens(camera=camera))
+    assert estimator.lens == Lens(camera=camera)
+    # The heading so far is kept, and the next frame has none to be compared with.
+    assert math.degrees(estimator.tracker.heading) == wrong
+    assert estimator.measure(frames[5], 0.1) is None
+    assert math.degrees(estimator.tracker.heading) == wrong
+    assert estimator.measure(frames[6], 0.1).yaw == stepped(6)
+    # The same lens, read anew, changes nothing.
+    estimator.use_lens(Lens(camera=replace(camera)))
+    assert estimator.measure(frames[7], 0.1).yaw == stepped(7)

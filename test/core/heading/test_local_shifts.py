@@ -1,0 +1,77 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Displacements of blocks, on textures moved by known fractions of a pixel."""
+
+import numpy as np
+from phase_traj_ros.core.heading.local_shifts import BlockGrid
+import pytest
+from textures import pair
+
+SHAPE = (120, 360)
+
+
+def measure(dx, dy, expected=None, grid=None):
+    frames = pair(SHAPE, dx, dy)
+    grid = grid or BlockGrid(SHAPE)
+    return grid, grid.measure(*frames, expected=(dx, dy) if expected is None else expected)
+
+
+@pytest.mark.parametrize(('dx', 'dy'), [(0.0, 0.0), (3.4, -1.3), (-17.8, 0.6), (40.25, 2.5)])
+def test_measures_each_block_to_a_fraction_of_a_pixel(dx, dy):
+    _, shifts = measure(dx, dy, expected=(round(dx), 0))
+    sure = shifts.weight > 0.5
+    assert sure.sum() > 100
+    assert np.median(np.abs(shifts.dx[sure] - dx)) < 0.05
+    assert np.median(np.abs(shifts.dy[sure] - dy)) < 0.05
+
+
+def test_finds_what_is_not_quite_where_it_is_expected():
+    _, shifts = measure(14.0, 3.0, expected=(0.0, 0.0))
+    assert np.median(shifts.dx) == pytest.approx(14.0, abs=0.1)
+
+
+def test_blocks_without_texture_say_nothing():
+    first, second = pair(SHAPE, 2.0, 0.0)
+    first[:, :180] = second[:, :180] = 90
+    grid = BlockGrid(SHAPE)
+    shifts = grid.measure(first, second, expected=(2.0, 0.0))
+    left = grid.middles[:, 0] < 150
+    assert shifts.weight[left].max() == 0.0
+    assert np.median(shifts.weight[~left & (grid.middles[:, 0] > 210)]) > 0.5
+
+
+def test_blocks_that_do_not_count_are_left_out():
+    counts = np.ones(SHAPE, np.bool_)
+    counts[60:] = False
+    grid = BlockGrid(SHAPE, counts=counts)
+    assert len(grid.middles) == 80
+    assert grid.middles[:, 1].max() < 60
+
+
+def test_learns_what_is_fixed_to_the_camera_and_forgets_it():
+    grid, _ = measure(0.0, 0.0)
+    everywhere = np.ones(len(grid.middles), np.bool_)
+    fixed = grid.middles[:, 1] > 90
+    for step in range(8):
+        first, second = pair(SHAPE, 6.0, 0.0, seed=step)
+        first[80:] = second[80:]
+        shifts = grid.measure(first, second, expected=(6.0, 0.0))
+        grid.learn(shifts, everywhere)
+    assert grid.fixed[fixed].mean() > 0.9
+    assert not grid.fixed[grid.middles[:, 1] < 60].any()
+    assert grid.measure(first, second, expected=(6.0, 0.0)).weight[grid.fixed].max() == 0.0
+    for _ in range(8):
+        grid.learn(measure(6.0, 0.0, grid=grid)[1], everywhere)
+    assert not grid.fixed.any()
+
+
+def test_what_may_rest_is_not_taken_to_be_fixed():
+    grid, shifts = measure(0.0, 0.0)
+    for _ in range(20):
+        grid.learn(shifts, np.zeros(len(grid.middles), np.bool_))
+    assert not grid.fixed.any()
+    for _ in range(20):
+        grid.learn(shifts, np.ones(len(grid.middles), np.bool_))
+    assert grid.fixed.all()
+    grid.forget()
+    assert not grid.fixed.any()

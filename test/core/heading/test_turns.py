@@ -1,0 +1,167 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Turns as a driver would count them."""
+
+from dataclasses import astuple
+from itertools import accumulate, pairwise
+import math
+
+from hypothesis import given, strategies as st
+from phase_traj_ros.core.heading.turns import find_turns, Turn, TurnDetector
+import pytest
+
+PERIOD_NS = 100_000_000
+START_NS = 1_700_000_000_000_000_000
+STRAIGHT = [0.0] * 20
+
+
+def bend(angle, seconds, rate_hz=10):
+    pairs = round(seconds * rate_hz)
+    return [angle / pairs] * pairs
+
+
+def turns_of(yaws_deg, period_ns=PERIOD_NS, **options):
+    headings = [0.0, *accumulate(map(math.radians, yaws_deg))]
+    stamps = [START_NS + index * period_ns for index in range(len(headings))]
+    return find_turns(stamps, headings, **options)
+
+
+def angles(yaws_deg, **options):
+    return [round(turn.angle_deg, 3) for turn in turns_of(yaws_deg, **options)]
+
+
+@pytest.mark.parametrize(('plan', 'expected'), [
+    (STRAIGHT, []),
+    ([*STRAIGHT, *bend(90, 3), *STRAIGHT], [90]),
+    ([*STRAIGHT, *bend(-90, 3), *STRAIGHT], [-90]),
+    ([*bend(90, 3), *STRAIGHT, *bend(-90, 3)], [90, -90]),
+    # However large, it is one.
+    ([*STRAIGHT, *bend(180, 5), *STRAIGHT], [180]),
+    ([*STRAIGHT, *bend(-720, 20), *STRAIGHT], [-720]),
+    # Too little, too slow, or back again.
+    ([*STRAIGHT, *bend(59, 3), *STRAIGHT], []),
+    ([*STRAIGHT, *bend(90, 20), *STRAIGHT], []),
+    ([*STRAIGHT, *bend(50, 3), *bend(-50, 3), *STRAIGHT], []),
+    # An S of two turns is two turns.
+    ([*STRAIGHT, *bend(80, 3), *bend(-80, 3), *STRAIGHT], [80, -80]),
+    # A wait of a second at the crossing makes two of it, and each of them is too small.
+    ([*bend(45, 2), *[0.0] * 10, *bend(45, 2)], []),
+])
+def test_what_is_a_turn(plan, expected):
+    assert angles(plan) == pytest.approx(expected)
+
+
+def test_everything_of_a_turn():
+    plan = [*[0.1] * 20, 1.0, *[3.0] * 29, 6.0, 1.0, *STRAIGHT]
+    (turn,) = turns_of(plan)
+    assert (turn.start_frame, turn.end_frame) == (20, 52)
+    assert turn.start_ns == START_NS + 20 * PERIOD_NS
+    assert turn.end_ns == START_NS + 52 * PERIOD_NS
+    assert turn.angle_deg == pytest.approx(95.0)
+    assert turn.peak_rate_deg_s == pytest.approx(60.0)
+    assert turn.quarter_turns == 1
+
+
+@pytest.mark.parametrize(('angle', 'quarters'), [
+    (60, 1), (134, 1), (136, 2), (180, 2), (-60, -1), (-136, -2), (-360, -4), (44, 0)])
+def test_quarter_turns(angle, quarters):
+    assert Turn(0, 1, 0, 1, float(angle), 0.0).quarter_turns == quarters
+
+
+@pytest.mark.parametrize('dip', [
+    [0.0], [-4.0], [0.0] * 5, [-0.5] * 5, [0.2, -3.0, 0.2], [40.0, -37.0]])
+def test_dips_and_wrong_pairs_do_not_end_a_turn(dip):
+    plan = [*STRAIGHT, *bend(45, 1.5), *dip, *bend(45, 1.5), *STRAIGHT]
+    (turn,) = turns_of(plan)
+    assert turn.angle_deg == pytest.approx(90 + sum(dip))
+    assert (turn.start_frame, turn.end_frame) == (20, 50 + len(dip))
+
+
+def test_a_longer_dip_ends_it():
+    assert angles([*STRAIGHT, *bend(90, 3), *[0.0] * 6, *bend(90, 3)]) == [90, 90]
+    assert angles([*STRAIGHT, *bend(90, 3), *[0.0] * 5, *bend(90, 3)]) == [180]
+
+
+@pytest.mark.parametrize('rate_hz', [1, 2, 5, 10, 30, 60])
+def test_does_not_depend_on_the_frame_rate(rate_hz):
+    plan = [*[0.0] * 2 * rate_hz, *bend(90, 4, rate_hz), *[0.0] * 2 * rate_hz]
+    (turn,) = turns_of(plan, period_ns=1_000_000_000 // rate_hz)
+    assert turn.angle_deg == pytest.approx(90)
+    assert (turn.end_ns - turn.start_ns) / 1e9 == pytest.approx(4.0, rel=1e-6)
+    assert turn.peak_rate_deg_s == pytest.approx(22.5, rel=1e-6)
+
+
+def test_a_turn_that_is_not_over_counts_at_the_end():
+    assert angles([*STRAIGHT, *bend(70, 2)]) == [70]
+    assert angles([*STRAIGHT, *bend(50, 2)]) == []
+
+
+def test_is_told_half_a_second_after_its_end():
+    detector, heading, told = TurnDetector(), 0.0, []
+    for frame, yaw in enumerate([0.0, *STRAIGHT, *bend(90, 3), *STRAIGHT]):
+        heading += math.radians(yaw)
+        for turn in detector.update(START_NS + frame * PERIOD_NS, heading):
+            told.append((frame, turn))
+    ((frame, turn),) = told
+    assert turn.end_frame == 50
+    assert frame - turn.end_frame == 7
+    assert detector.finish() == []
+
+
+def test_reset_forgets_a_turn_under_way():
+    detector = TurnDetector()
+    for frame in range(40):
+        detector.update(frame * PERIOD_NS, math.radians(3.0 * frame))
+    detector.reset()
+    assert detector.finish() == []
+    detector.update(0, 0.0)
+    for frame in range(1, 31):
+        detector.update(frame * PERIOD_NS, math.radians(3.0 * frame))
+    (turn,) = detector.finish()
+    assert (turn.start_frame, turn.end_frame) == (0, 30)
+
+
+@given(st.lists(st.floats(-8.0, 8.0), max_size=150))
+def test_online_and_offline_find_the_same(yaws):
+    headings = [0.0, *accumulate(map(math.radians, yaws))]
+    detector, found = TurnDetector(), []
+    for frame, heading in enumerate(headings):
+        found += detector.update(START_NS + frame * PERIOD_NS, heading)
+    found += detector.finish()
+    assert sorted(found, key=lambda turn: turn.start_frame) == turns_of(yaws)
+
+
+@given(st.lists(st.floats(-8.0, 8.0), max_size=150))
+def test_turns_are_what_they_say(yaws):
+    headings = [0.0, *accumulate(yaws)]
+    turns = turns_of(yaws)
+    for turn in turns:
+        assert 0 <= turn.start_frame < turn.end_frame < len(headings)
+        net = headings[turn.end_frame] - headings[turn.start_frame]
+        assert turn.angle_deg == pytest.approx(net, abs=1e-6)
+        assert abs(turn.angle_deg) >= 60 - 1e-6
+        side = math.copysign(1, turn.peak_rate_deg_s)
+        # Its first and its last pair are beyond the least rate.
+        for pair in (turn.start_frame, turn.end_frame - 1):
+            assert side * yaws[pair] > 0.5 - 1e-6
+    for side in (1, -1):
+        same = [turn for turn in turns if turn.peak_rate_deg_s * side > 0]
+        assert all(one.end_frame <= two.start_frame for one, two in pairwise(same))
+
+
+@given(st.lists(st.floats(-8.0, 8.0), max_size=100))
+def test_mirrored_drives_have_mirrored_turns(yaws):
+    mirrored = turns_of([-yaw for yaw in yaws])
+    assert [astuple(turn)[:4] for turn in mirrored] == [
+        astuple(turn)[:4] for turn in turns_of(yaws)]
+    assert [-turn.angle_deg for turn in mirrored] == pytest.approx(
+        [turn.angle_deg for turn in turns_of(yaws)])
+
+
+def test_the_definition_can_be_changed():
+    plan = [*STRAIGHT, *bend(57, 3), *STRAIGHT]
+    assert angles(plan, min_angle_deg=55.0) == [57]
+    assert angles([*STRAIGHT, *bend(90, 30), *STRAIGHT], min_rate_deg_s=2.0) == [90]
+    for wrong in ({'min_angle_deg': 0.0}, {'min_rate_deg_s': math.nan}):
+        with pytest.raises(ValueError, match='finite number above 0'):
+            TurnDetector(**wrong)

@@ -1,0 +1,220 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Yaw, heading and turns from pictures: rendered drives whose truth is known, and KITTI."""
+
+from functools import cache
+import math
+
+import cv2
+import numpy as np
+from phase_traj_ros.core.camera.model import CameraModel
+from phase_traj_ros.core.camera.projection import CylinderProjection
+from phase_traj_ros.core.codes.from_heading import HeadingCode
+from phase_traj_ros.core.heading.tracker import HeadingTracker
+from phase_traj_ros.core.heading.turns import find_turns
+from phase_traj_ros.core.heading.yaw_meter import YawMeter
+from phase_traj_ros.errors import FrameError
+from phase_traj_ros.synthetic import (
+    Camera,
+    plan_drive,
+    poses_from_kitti,
+    render_drive,
+    Straight,
+    Turn,
+)
+import pytest
+
+CAMERA = Camera.with_field_of_view(320, 240, 70.0)
+PLAN = (
+    Straight(1.0), Turn(90, 2.5, 4.0), Straight(0.8), Turn(-100, 3.0, 4.0), Straight(1.0, 0.0),
+    Straight(1.0))
+
+
+@cache
+def rendered():
+    drive = plan_drive('left_right_wait', PLAN, rate_hz=10.0, speed=7.0, camera=CAMERA, seed=4)
+    return drive, list(render_drive(drive))
+
+
+def cylinder(shape, focal_px, **options):
+    return CylinderProjection(CameraModel.pinhole(shape, focal_px), **options)
+
+
+def follow(frames, stamps_ns, focal_px, **options):
+    """Return the headings in degrees, the tracker, the code and the turns of a drive."""
+    meter = YawMeter(cylinder(frames[0].shape, focal_px), **options)
+    tracker, code, headings = HeadingTracker(), HeadingCode(), [0.0]
+    meter.update(frames[0], 0.1)
+    for frame, interval_ns in zip(frames[1:], np.diff(stamps_ns).tolist()):
+        interval = interval_ns / 1e9
+        measured = meter.update(frame, interval)
+        step = tracker.update(measured.yaw, interval)
+        code.update(step.heading, step.rate)
+        headings.append(step.heading)
+    turns = find_turns(stamps_ns, headings)
+    return np.degrees(headings), tracker, code, turns
+
+
+def changes(code):
+    return [int(each) for each in code.movement if each in (0, 2)]
+
+
+def test_follows_a_rendered_drive():
+    drive, frames = rendered()
+    headings, tracker, code, turns = follow(frames, drive.stamps_ns.tolist(), CAMERA.focal)
+    error = headings - np.degrees(drive.poses[:, 2])
+    assert np.abs(error).max() < 1.5
+    assert np.sqrt(np.mean(np.diff(error) ** 2)) < 0.05
+    assert tracker.bridged == 0
+    assert [turn.angle_deg for turn in turns] == pytest.approx([90, -100], abs=3.0)
+    assert changes(code) == [0, 2]
+
+
+def test_follows_it_in_the_mirror():
+    drive, frames = rendered()
+    mirrored = [np.ascontiguousarray(frame[:, ::-1]) for frame in frames]
+    headings, _, code, _ = follow(mirrored, drive.stamps_ns.tolist(), CAMERA.focal)
+    assert np.abs(headings + np.degrees(drive.poses[:, 2])).max() < 1.5
+    assert changes(code) == [2, 0]
+
+
+def test_follows_it_when_frames_are_lost():
+    drive, frames = rendered()
+    kept = np.flatnonzero(np.random.default_rng(1).random(len(drive)) > 0.4)
+    headings, _, _, turns = follow(
+        [frames[index] for index in kept], drive.stamps_ns[kept].tolist(), CAMERA.focal)
+    truth = np.degrees(drive.poses[kept, 2] - drive.poses[kept[0], 2])
+    assert np.abs(headings - truth).max() < 3.0
+    assert len(turns) == 2
+
+
+@pytest.mark.parametrize('form', ['uint16', 'float32', 'upside_down'])
+def test_takes_all_kinds_of_frames(form):
+    drive, frames = rendered()
+    if form == 'upside_down':
+        projection = cylinder(frames[0].shape, CAMERA.focal, rotate_180=True)
+        frames = [np.ascontiguousarray(frame[::-1, ::-1]) for frame in frames]
+    else:
+        projection = cylinder(frames[0].shape, CAMERA.focal)
+        scale = {'uint16': 16, 'float32': 1 / 255}[form]
+        frames = [(frame * np.float32(scale)).astype(form) for frame in frames]
+    meter = YawMeter(projection)
+    yaws = [meter.update(frame, 0.1) for frame in frames[:40]]
+    assert yaws[0] is None
+    assert sum(each.yaw for each in yaws[1:]) == pytest.approx(
+        drive.poses[39, 2], abs=math.radians(1.0))
+
+
+def test_patterns_fixed_to_the_camera_do_not_hold_it():
+    drive, frames = rendered()
+    spoilt = []
+    rng = np.random.default_rng(0)
+    bonnet = cv2.GaussianBlur(rng.integers(0, 255, (60, 320)).astype(np.uint8), (5, 5), 0)
+    for frame in frames:
+        frame = frame.copy()
+        frame[:22, :130] = 0
+        cv2.putText(
+            frame, '12:34:56 CAM 1', (4, 16), cv2.FONT_HERSHEY_SIMPLEX, 0.45, 255, 1)
+        frame[-60:] = bonnet
+        spoilt.append(frame)
+    headings, _, _, turns = follow(spoilt, drive.stamps_ns.tolist(), CAMERA.focal)
+    assert np.abs(headings - np.degrees(drive.poses[:, 2])).max() < 4.0
+    assert len(turns) == 2
+
+
+def test_a_mask_takes_out_what_it_covers():
+    drive, frames = rendered()
+    mask = np.ones(frames[0].shape, np.float32)
+    mask[:, 100:220] = 0.0
+    rng = np.random.default_rng(0)
+    spoilt = [
+        np.where(mask > 0, frame, rng.integers(0, 255, frame.shape)).astype(np.uint8)
+        for frame in frames]
+    headings, _, _, turns = follow(spoilt, drive.stamps_ns.tolist(), CAMERA.focal, mask=mask)
+    assert np.abs(headings - np.degrees(drive.poses[:, 2])).max() < 6.0
+    assert len(turns) == 2
+
+
+def test_flicker_of_the_exposure_does_not_matter():
+    drive, frames = rendered()
+    flickering = [
+        cv2.convertScaleAbs(frame, alpha=0.8 + 0.25 * math.sin(1.7 * index))
+        for index, frame in enumerate(frames)]
+    headings, _, _, _ = follow(flickering, drive.stamps_ns.tolist(), CAMERA.focal)
+    assert np.abs(headings - np.degrees(drive.poses[:, 2])).max() < 2.5
+
+
+def test_nothing_to_see_is_no_measurement():
+    _, frames = rendered()
+    meter = YawMeter(cylinder(frames[0].shape, CAMERA.focal))
+    dark = np.zeros_like(frames[0])
+    assert meter.update(dark, 0.1) is None
+    assert meter.update(dark, 0.1).yaw is None
+    noise = np.random.default_rng(0).integers(0, 255, (2, *dark.shape)).astype(np.uint8)
+    meter.update(noise[0], 0.1)
+    unrelated = meter.update(noise[1], 0.1)
+    assert unrelated.yaw is None and not unrelated.refined
+
+
+def test_a_still_picture_is_no_yaw():
+    _, frames = rendered()
+    meter = YawMeter(cylinder(frames[0].shape, CAMERA.focal))
+    meter.update(frames[5], 0.1)
+    measured = meter.update(frames[5], 0.1)
+    assert measured.yaw == pytest.approx(0.0, abs=1e-6)
+    assert measured.agreement == 1.0 and measured.refined
+
+
+def test_a_frame_that_cannot_be_used_changes_nothing():
+    _, frames = rendered()
+    meter, other = (
+        YawMeter(cylinder(frames[0].shape, CAMERA.focal)) for _ in range(2))
+    meter.update(frames[10], 0.1)
+    other.update(frames[10], 0.1)
+    spoilt = frames[11].astype(np.float32)
+    spoilt[100, 100] = np.nan
+    with pytest.raises(FrameError):
+        meter.update(spoilt, 0.1)
+    assert meter.update(frames[11], 0.1) == other.update(frames[11], 0.1)
+
+
+def test_refuses_frames_and_masks_that_do_not_fit():
+    projection = cylinder((240, 320), CAMERA.focal)
+    with pytest.raises(FrameError, match='give grey frames'):
+        YawMeter(projection).update(np.zeros((240, 322), np.uint8), 0.1)
+    with pytest.raises(FrameError, match='give grey frames'):
+        YawMeter(projection, mask=np.ones((10, 10), np.float32))
+    almost_all = np.zeros((240, 320), np.float32)
+    almost_all[100:120, 150:170] = 1.0
+    with pytest.raises(FrameError, match='leaves too little'):
+        YawMeter(projection, mask=almost_all)
+
+
+def test_reset_starts_anew():
+    _, frames = rendered()
+    meter = YawMeter(cylinder(frames[0].shape, CAMERA.focal))
+    first = [meter.update(frame, 0.1) for frame in frames[:15]]
+    meter.reset()
+    assert [meter.update(frame, 0.1) for frame in frames[:15]] == first
+
+
+@pytest.mark.parametrize('mirrored', [False, True])
+@pytest.mark.parametrize(
+    ('clip', 'focal_px', 'expected'), [('00', 718.856, 1), ('06', 707.091, 0)])
+def test_kitti(kitti_root, clip, focal_px, expected, mirrored):
+    files = sorted((kitti_root / clip / 'image_0').glob('*.png'))
+    frames = [cv2.imread(str(file), cv2.IMREAD_GRAYSCALE) for file in files]
+    truth = np.degrees(poses_from_kitti(np.loadtxt(kitti_root / clip / 'poses.txt'))[:, 2])
+    truth -= truth[0]
+    stamps = np.rint(np.loadtxt(kitti_root / clip / 'times.txt') * 1e9).astype(int).tolist()
+    if mirrored:
+        frames = [np.ascontiguousarray(frame[:, ::-1]) for frame in frames]
+        truth = -truth
+    headings, tracker, code, turns = follow(frames, stamps, focal_px)
+    error = headings - truth
+    assert np.abs(error).max() < 2.5
+    assert abs(error[-1]) < 1.0
+    # KLT tracks of 1000 corners and an essential matrix: 0.065 and 0.077 degrees.
+    assert np.sqrt(np.mean(np.diff(error) ** 2)) < 0.07
+    assert tracker.bridged == 0
+    assert len(turns) == len(changes(code)) == expected

@@ -1,0 +1,188 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Many sources: names of folders, processes that die, and the table of how it went."""
+
+import csv
+import json
+import multiprocessing
+import os
+from pathlib import Path
+
+from fragile import killed_always, killed_once, never_returns, VARIABLE
+from phase_traj_ros.io.batch.many import (
+    failure,
+    folder_names,
+    Job,
+    Outcome,
+    remove_leftovers,
+    run_job,
+    Status,
+)
+from phase_traj_ros.io.batch.parallel import run_parallel
+from phase_traj_ros.io.batch.summary import COLUMNS, write_summary
+from phase_traj_ros.parameters import Parameters
+import pytest
+from rolled import MOVEMENT, SHIFTS, write_rolled
+
+pytest.importorskip('matplotlib')
+
+FILES = {'chain_code.json', 'shifts.csv', 'trajectory.png', 'trajectory.tum', 'turns.png'}
+
+
+@pytest.fixture
+def marks(tmp_path, monkeypatch):
+    """Return a folder in which processes that are killed leave a file."""
+    folder = tmp_path / 'marks'
+    folder.mkdir()
+    monkeypatch.setenv(VARIABLE, str(folder))
+    return folder
+
+
+@pytest.fixture
+def root(tmp_path):
+    folder = tmp_path / 'results'
+    folder.mkdir()
+    return folder
+
+
+def jobs_for(root, sources):
+    names = folder_names(sources)
+    return [
+        Job(source=source, root=root, folder=name, parameters=Parameters())
+        for source, name in zip(sources, names)]
+
+
+def files_in(folder):
+    return {path.name for path in folder.iterdir()}
+
+
+def test_a_job_tells_how_it_went(tmp_path, root):
+    [job] = jobs_for(root, [write_rolled(tmp_path / 'drive')])
+    seen = []
+    outcome = run_job(job, lambda done, expected: seen.append((done, expected)))
+    assert (outcome.status, outcome.frames, outcome.turns) == (Status.OK, len(SHIFTS) + 1, 2)
+    assert outcome.route == ((0, 0), (3, 0), (3, 4), (7, 4))
+    assert outcome.seconds > 0 and outcome.error == ''
+    assert files_in(root / 'drive') == FILES
+    assert seen == [(number, len(SHIFTS) + 1) for number in range(len(SHIFTS) + 1)]
+
+
+@pytest.mark.parametrize(('fault', 'error'), [
+    ('missing', 'does not exist'), ('root', 'a cluster has to share it'), ('bug', 'KeyError')])
+def test_whatever_goes_wrong_is_told_in_one_line(tmp_path, root, monkeypatch, fault, error):
+    source = write_rolled(tmp_path / 'drive')
+    if fault == 'missing':
+        source = tmp_path / 'none'
+    elif fault == 'root':
+        root = tmp_path / 'elsewhere'
+    else:
+        def broken(*args, **kwargs):
+            raise KeyError('a\nb')
+        monkeypatch.setattr('phase_traj_ros.io.batch.many.replay_source', broken)
+    [job] = jobs_for(root, [source])
+    outcome = run_job(job)
+    assert outcome.status is Status.FAILED and error in outcome.error
+    assert '\n' not in outcome.error
+    assert not job.output.exists()
+
+
+@pytest.mark.parametrize(('sources', 'names'), [
+    (['a/x.mcap', 'b/y.mp4'], ['x', 'y']),
+    (['a/x.mcap', 'b/X.mp4'], ['a-x', 'b-X']),
+    (['a/x.mcap', 'a/x.mp4', 'a/x.mcap'], ['a-x', 'a-x-2', 'a-x-3']),
+    (['00/image_0', '06/image_0', 'image_0.mp4'], ['00-image_0', '06-image_0', '{here}-image_0']),
+    (['summary.csv.mcap', 'x'], ['summary.csv-2', 'x']),
+    (['.', 'a/..'], ['{here}-{here}', '{here}-{here}-2']),
+    (['.hidden.mp4', 'new\nline.mp4'], ['hidden', 'new_line']),
+    ([f'{"long" * 60}.mp4'], ['long' * 20]),
+])
+def test_every_source_has_a_folder_of_its_own(tmp_path, monkeypatch, sources, names):
+    here = tmp_path / 'here'
+    (here / 'a').mkdir(parents=True)
+    monkeypatch.chdir(here)
+    found = folder_names(map(Path, sources), taken=('summary.csv', 'summary.html'))
+    if sources[0] == '.':
+        names = [f'{tmp_path.name}-here', f'{tmp_path.name}-here-2']
+    assert found == [name.format(here='here') for name in names]
+
+
+def test_a_process_that_is_killed_loses_nothing(tmp_path, root, marks):
+    sources = [write_rolled(tmp_path / name) for name in ('a', 'victim', 'b')]
+    jobs = jobs_for(root, sources)
+    progress = []
+    outcomes = {
+        outcome.folder: outcome for outcome in run_parallel(
+            jobs, workers=2, run=killed_once, on_progress=progress.append)}
+    assert len(list(marks.iterdir())) == 1
+    assert {name: each.status for name, each in outcomes.items()} == {
+        'a': Status.OK, 'victim': Status.OK, 'b': Status.OK}
+    assert progress[-1] == 3 and progress == sorted(progress)
+    remove_leftovers(jobs)
+    for name in ('a', 'victim', 'b'):
+        assert files_in(root / name) == FILES
+        code = json.loads((root / name / 'chain_code.json').read_text())
+        assert code['movement'] == MOVEMENT
+
+
+def test_a_source_that_kills_its_process_each_time_is_reported(tmp_path, root, marks):
+    sources = [write_rolled(tmp_path / name) for name in ('victim', 'a')]
+    jobs = jobs_for(root, sources)
+    outcomes = {
+        outcome.folder: outcome for outcome in run_parallel(
+            jobs, workers=1, run=killed_always)}
+    assert len(list(marks.iterdir())) == 2
+    assert outcomes['a'].status is Status.OK
+    assert outcomes['victim'].status is Status.FAILED and 'died 2 times' in outcomes[
+        'victim'].error
+    remove_leftovers(jobs)
+    assert files_in(root) == {'a'}
+
+
+def test_what_a_process_cannot_tell_is_reported_too(tmp_path, root):
+    jobs = jobs_for(root, [tmp_path / 'x', tmp_path / 'y'])
+    outcomes = list(run_parallel(jobs, workers=1, run=never_returns))
+    assert [outcome.error for outcome in outcomes] == ['RuntimeError: a fault of two lines'] * 2
+
+
+def test_an_interruption_ends_its_processes_and_what_they_were_writing(tmp_path, root):
+    # Long enough that it cannot be over before it is seen to have begun.
+    long = write_rolled(tmp_path / 'long', [0])
+    for number in range(2, 6000):
+        os.link(long / '0000.png', long / f'{number:04}.png')
+    jobs = jobs_for(root, [write_rolled(tmp_path / 'short'), long])
+
+    def interrupt(done):
+        if done > 1:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        list(run_parallel(jobs, workers=1, on_progress=interrupt))
+    assert multiprocessing.active_children() == []
+    assert files_in(root) == {'short'} and files_in(root / 'short') == FILES
+
+
+def test_the_summary(tmp_path):
+    (tmp_path / 'x <b>').mkdir()
+    (tmp_path / 'x <b>' / 'report.html').touch()
+    job = Job(source=Path('bad,"\n.mp4'), root=tmp_path, folder='bad', parameters=Parameters())
+    outcomes = [
+        Outcome(
+            source='x <b>.mp4', folder='x <b>', status=Status.OK, frames=9, turns=1, seconds=1.239,
+            route=((0, 0), (4, 0), (4, 4))),
+        failure(job, 'it is\n<i>bad</i>', seconds=0.5),
+        failure(job, 'not done', status=Status.INTERRUPTED),
+    ]
+    write_summary(outcomes, tmp_path)
+    with (tmp_path / 'summary.csv').open(newline='') as file:
+        rows = list(csv.reader(file))
+    assert rows == [
+        list(COLUMNS),
+        ['x <b>.mp4', 'x <b>', 'ok', '9', '1', '1.24', ''],
+        ['bad,"\n.mp4', 'bad', 'failed', '0', '0', '0.50', 'it is <i>bad</i>'],
+        ['bad,"\n.mp4', 'bad', 'interrupted', '0', '0', '0.00', 'not done']]
+    page = (tmp_path / 'summary.html').read_text()
+    assert '<a href="x%20%3Cb%3E/report.html">x &lt;b&gt;</a>' in page
+    assert '&lt;i&gt;bad&lt;/i&gt;' in page and '<i>' not in page and '{{' not in page
+    assert '<polyline points="40.0,40.0 40.0,0.0 0.0,0.0"/>' in page
+    assert sorted(path.name for path in tmp_path.iterdir()) == [
+        'summary.csv', 'summary.html', 'x <b>']

@@ -1,0 +1,86 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The offline replay."""
+
+import numpy as np
+from phase_traj_ros.errors import SourceError
+from phase_traj_ros.io.replay.run import replay
+from phase_traj_ros.io.sources.base import Frame, open_source
+from phase_traj_ros.parameters import Parameters
+import pytest
+
+RNG = np.random.default_rng(0)
+TEXTURE = RNG.integers(0, 256, (64, 100), dtype=np.uint8)
+
+
+def frames(positions, start=0):
+    return [
+        Frame(np.roll(TEXTURE, position, axis=1), start + index * 10**8)
+        for index, position in enumerate(positions)]
+
+
+def test_codes_and_updates_agree():
+    result = replay(frames([0, 0, 30, 30]), Parameters(), source='test')
+    assert result.frames == 4
+    assert result.movement == [1, 0, 1] == list(result.codes.movement)
+    assert result.direction == [1, 0, 0] == list(result.codes.direction)
+
+
+def test_after_time_goes_back_only_what_follows_counts():
+    result = replay(
+        frames([0, 0, 30, 30], start=10**10) + frames([0, 30]), Parameters(), source='test')
+    assert (result.frames, result.first_stamp_ns) == (2, 0)
+    assert result.movement == list(result.codes.movement) == [1]
+    assert result.counters.time_resets == 1
+
+
+def test_repeated_stamps_are_dropped():
+    doubled = [frame for frame in frames([0, 0, 30]) for _ in range(2)]
+    result = replay(doubled, Parameters(), source='test')
+    assert (result.frames, result.movement) == (3, [1, 0])
+    assert result.counters.repeated == 3
+
+
+@pytest.mark.parametrize('some', [[], frames([0]), frames([0]) * 5])
+def test_two_frames_are_needed(some):
+    with pytest.raises(SourceError, match='at least two'):
+        replay(some, Parameters(), source='test')
+
+
+def test_an_unusable_frame_is_named():
+    broken = [*frames([0, 0]), Frame(np.zeros((4, 4), np.uint8), 10**9)]
+    with pytest.raises(SourceError, match=r'test: frame 2: .*4x4'):
+        replay(broken, Parameters(), source='test')
+
+
+@pytest.mark.parametrize('threshold', [16.0, 20.0])
+def test_real_driving_around_two_corners(kitti_root, threshold):
+    result = replayed(kitti_root / '00', threshold)
+    # A right turn, then a left turn that has begun when the clip ends.
+    assert [run.code for run in result.codes.movement.runs] == [1, 2, 3, 1, 0, 3]
+    assert [run.code for run in result.codes.direction.runs] == [1, 2, 1]
+    begin = result.movement.index(2)
+    assert 90 <= begin <= 110
+    assert 180 <= result.movement.index(0) <= 198
+
+
+def test_real_driving_straight_on(kitti_root):
+    assert replayed(kitti_root / '06', 20.0).movement == [1] * 50
+
+
+def test_real_driving_seen_in_a_mirror(kitti_root):
+    result = replayed(kitti_root / '00', 20.0)
+    with open_source(kitti_root / '00') as source:
+        mirrored = replay(
+            (Frame(np.ascontiguousarray(frame.image[:, ::-1]), frame.stamp_ns)
+             for frame in source),
+            result.parameters, source='mirror')
+    mirror = {0: 2, 1: 1, 2: 0, 3: 3}
+    assert mirrored.movement == [mirror[code] for code in result.movement]
+    assert mirrored.direction == [mirror[code] for code in result.direction]
+
+
+def replayed(path, threshold):
+    parameters = Parameters().with_values({'threshold': threshold})
+    with open_source(path) as source:
+        return replay(source, parameters, source=source.description)

@@ -1,0 +1,341 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The offline replay where the camera, and perhaps the speed, are known."""
+
+from functools import lru_cache
+import json
+import math
+import re
+
+import numpy as np
+from phase_traj_ros.core import (
+    CodeSource,
+    Direction,
+    EstimatorSettings,
+    Freeman,
+    Shift,
+    TrajectoryEstimator,
+)
+from phase_traj_ros.core.camera.model import CameraModel
+from phase_traj_ros.core.heading.estimator import Lens
+from phase_traj_ros.core.heading.yaw_meter import YawMeasurement
+from phase_traj_ros.errors import ParameterError, SourceError
+from phase_traj_ros.io.batch.job import replay_source, Wanted
+from phase_traj_ros.io.messages.diagnostics import Level, MeasurementReporter
+from phase_traj_ros.io.replay.overview import turn_marks
+from phase_traj_ros.io.replay.run import replay
+from phase_traj_ros.io.results.figures import write_turn_picture
+from phase_traj_ros.io.results.snapshot import Snapshot
+from phase_traj_ros.io.results.thumbnails import HeadingTurnWatcher
+from phase_traj_ros.io.sources.base import Frame, open_source, Speed
+from phase_traj_ros.parameters import Parameters
+from phase_traj_ros.synthetic import named_drive, render_drive, write_drive_bag
+import pytest
+
+NARROW = {'code_source': 'heading'}
+
+
+@lru_cache
+def demo():
+    """Return the demo's drive up to the end of its second turn, and its frames."""
+    drive = named_drive('demo').take(range(135))
+    stamps = drive.stamps_ns.tolist()
+    return drive, [Frame(image, stamp) for image, stamp in zip(render_drive(drive), stamps)]
+
+
+def replayed(**values):
+    drive, frames = demo()
+    values.setdefault('focal_px', float(drive.camera.focal))
+    return replay(frames, Parameters(**values), source='the demo')
+
+
+@pytest.fixture(scope='module')
+def bag(tmp_path_factory):
+    path = tmp_path_factory.mktemp('bag') / 'demo'
+    write_drive_bag(named_drive('demo').take(range(60)), path)
+    return path
+
+
+def along(drive):
+    """Return where steps of length 1 along the true heading lead, (n, 2)."""
+    yaw = np.unwrap(drive.poses[:, 2])
+    middle = (yaw[1:] + yaw[:-1]) / 2 - yaw[0]
+    steps = np.stack([np.cos(middle), np.sin(middle)], axis=1)
+    return np.concatenate([np.zeros((1, 2)), np.cumsum(steps, axis=0)])
+
+
+def test_the_calibration_stands_in_for_the_focal_length():
+    drive, frames = demo()
+    height, width = frames[0].image.shape
+    camera = CameraModel(
+        width=width, height=height, fx=drive.camera.focal, fy=drive.camera.focal,
+        cx=(width - 1) / 2, cy=(height - 1) / 2)
+    calibrated = replay(frames, Parameters(**NARROW), source='the demo', camera=camera)
+    known = replayed(**NARROW)
+    assert calibrated.movement == known.movement
+    assert [update.heading for update in calibrated.updates] == [
+        update.heading for update in known.updates]
+    assert calibrated.focal_px == known.focal_px == pytest.approx(drive.camera.focal)
+    # Numbers that are given count before it.
+    wrong = replay(
+        frames, Parameters(focal_px=float(drive.camera.focal), **NARROW), source='the demo',
+        camera=CameraModel(width=width, height=height, fx=9.0, fy=9.0, cx=0.0, cy=0.0))
+    assert wrong.movement == known.movement
+
+
+@pytest.mark.parametrize('values', [
+    NARROW, {'path_from': 'heading'}, {'threshold_deg_s': 12.0}, {'speed': 5.0}])
+def test_without_any_word_of_the_camera_it_says_what_to_do(values):
+    with pytest.raises(ParameterError, match=r'the demo .*give focal_px or hfov_deg'):
+        replay(demo()[1], Parameters(**values), source='the demo')
+
+
+def test_eight_directions():
+    four, eight = replayed(**NARROW), replayed(connectivity=8, **NARROW)
+    assert [run.code for run in four.codes.direction.runs] == [
+        Direction.FORWARD, Direction.LEFT, Direction.FORWARD]
+    assert [run.code for run in eight.codes.direction.runs] == [
+        Freeman.FORWARD, Freeman.FORWARD_LEFT, Freeman.LEFT, Freeman.FORWARD_LEFT,
+        Freeman.FORWARD]
+    assert all(isinstance(code, Freeman) for code in eight.direction)
+    steps = np.diff([(update.tip.x, update.tip.y) for update in eight.updates], axis=0)
+    lengths = np.hypot(*steps.T)
+    assert np.all((lengths < 1e-9) | (abs(lengths - 1) < 1e-9))
+    assert len(eight.direction) == len(eight.movement) - eight.movement.count(3)
+
+
+def test_a_threshold_in_degrees_per_second_is_that_of_every_camera_and_rate():
+    drive, frames = demo()
+    by_rate = replayed(threshold_deg_s=13.0)
+    half = replay(
+        frames[::2], Parameters(threshold_deg_s=13.0, focal_px=float(drive.camera.focal)),
+        source='every other frame')
+    turns = [0, 2]
+    assert [code for code in by_rate.movement if code in turns] == turns
+    assert [code for code in half.movement if code in turns] == turns
+    # The same as with the threshold in pixels that this is for this camera and rate.
+    pixels = drive.camera.focal * math.tan(math.radians(1.3))
+    assert replayed(threshold=pixels).movement == by_rate.movement
+    assert replayed(threshold_deg_s=60.0).movement.count(1) == len(by_rate.movement)
+
+
+def test_a_path_from_the_heading_rounds_its_corners():
+    drive, _ = demo()
+    result = replayed(path_from='heading')
+    path = np.array([(0, 0), *((update.tip.x, update.tip.y) for update in result.updates)])
+    assert np.hypot(*np.diff(path, axis=0).T) == pytest.approx(np.ones(len(path) - 1))
+    assert np.abs(path - along(drive)).max() < 0.03 * np.ptp(path, axis=0).max()
+    codes = replayed()
+    assert codes.movement == result.movement
+    assert {update.tip.yaw for update in codes.updates} == {0.0, math.pi / 2}
+
+
+def test_a_constant_speed_gives_metres():
+    drive, _ = demo()
+    result = replayed(speed=7.0)
+    found = np.array([
+        (update.odometry.pose.x, update.odometry.pose.y) for update in result.updates])
+    true = 0.7 * along(drive)
+    assert np.abs(found - true[1:]).max() < 0.03 * np.ptp(true, axis=0).max()
+    assert [update.odometry.speed for update in result.updates] == pytest.approx(
+        [7.0] * len(result.updates))
+    # The path is still that of the codes, unless it is asked for, too.
+    assert {update.tip.yaw for update in result.updates} == {0.0, math.pi / 2}
+    drawn = replayed(speed=7.0, path_from='heading')
+    assert [(update.tip.x, update.tip.y) for update in drawn.updates] == [
+        (update.odometry.pose.x, update.odometry.pose.y) for update in drawn.updates]
+
+
+def test_speeds_that_come_as_it_drives():
+    drive, frames = demo()
+    parameters = Parameters(focal_px=float(drive.camera.focal), use_speed_topic=True)
+    stamps = [frame.stamp_ns for frame in frames]
+    # It drives, stands, reverses, and then nothing more is heard.
+    speeds = [
+        Speed(stamp, 5.0 if index < 40 else 0.0 if index < 60 else -1.0)
+        for index, stamp in enumerate(stamps[:80])]
+    result = replay(frames, parameters, source='the demo', speeds=iter(speeds))
+    given = [update.odometry for update in result.updates]
+    assert given[38].pose.x == pytest.approx(39 * 0.5, rel=0.02)
+    assert [each.speed for each in given[40:59]] == [0.0] * 19
+    assert given[70].speed == pytest.approx(-1.0)
+    # A speed holds for two and a half seconds, which is 25 pairs.
+    assert [each is None for each in given[79:]] == [False] * 25 + [True] * (len(given) - 104)
+    assert result.pairs_without_speed == len(given) - 104
+    # Whatever order they come in, and one from another time does no harm.
+    late = replay(
+        frames, parameters, source='the demo', speeds=[*speeds[::-1], Speed(10**18, 99.0)])
+    assert late.updates == result.updates
+
+
+def test_what_stands_still_does_not_go_on_at_a_constant_speed():
+    drive, frames = demo()
+    still = [Frame(frames[0].image, index * 10**8) for index in range(30)]
+    parameters = Parameters(
+        focal_px=float(drive.camera.focal), speed=5.0, still_frames=5, path_from='heading')
+    result = replay(still, parameters, source='a halt')
+    stood = [update for update in result.updates if update.status.value == 'still']
+    assert len(stood) >= 20
+    assert stood[-1].odometry.pose.x == stood[0].odometry.pose.x
+    assert stood[-1].odometry.speed == 0.0
+
+
+def test_a_bag_says_it_all(bag, tmp_path):
+    parameters = Parameters(use_speed_topic=True, path_from='heading', connectivity=8, **NARROW)
+    out = tmp_path / 'out'
+    with open_source(bag) as source:
+        result = replay_source(
+            source, parameters, Wanted(
+                output=out, report=True, bag_out=tmp_path / 'out.mcap', bag_debug_images=True,
+                animation=tmp_path / 'out.gif'), title='demo')
+    drive = named_drive('demo').take(range(60))
+    true = drive.poses[:, :2] - drive.poses[0, :2]
+    tips = np.array([(update.tip.x, update.tip.y) for update in result.updates])
+    assert np.abs(tips - true[1:]).max() < 0.03 * np.ptp(true, axis=0).max()
+    code = json.loads((out / 'chain_code.json').read_text())
+    assert (code['connectivity'], code['path_from']) == (8, 'heading')
+    assert code['focal_px'] == pytest.approx(drive.camera.focal)
+    assert 'direction_packed' not in code
+    assert set(code['direction']) <= {2, 3, 4}
+    last = (out / 'trajectory.tum').read_text().splitlines()[-1].split()
+    assert [float(value) for value in last[1:3]] == pytest.approx(tips[-1].tolist(), rel=1e-6)
+    with open_source(bag) as source, pytest.raises(SourceError, match=r'no .*on /nowhere.*/speed'):
+        replay_source(
+            source, parameters, Wanted(), title='demo', speed_topic='/nowhere')
+
+
+def test_turns_of_the_heading_are_those_in_pictures_and_reports(tmp_path):
+    # With eight directions a turn is two changes of the direction, and still one turn.
+    drive, frames = demo()
+    parameters = Parameters(focal_px=float(drive.camera.focal), connectivity=8, **NARROW)
+    watcher = HeadingTurnWatcher()
+    result = replay(frames, parameters, source='the demo', watchers=[watcher])
+    marks = turn_marks(result)
+    assert [mark.angle_deg for mark in marks] == [turn.angle_deg for turn in result.turns]
+    assert [mark.side.name for mark in marks] == ['LEFT', 'RIGHT']
+    assert sum(code in (0, 2) for code in result.movement) == 4
+    assert [turn.pair for turn in watcher.turns] == [mark.pair for mark in marks]
+    for turn, true in zip(watcher.turns, drive.turns):
+        shown = [number for number, _ in turn.spread(4)]
+        assert abs(shown[0] - true.start_frame) <= 4 and abs(shown[-1] - true.end_frame) <= 4
+    write_turn_picture(watcher.turns, result, tmp_path / 'turns.png')
+    assert (tmp_path / 'turns.png').stat().st_size > 10_000
+
+
+@pytest.mark.parametrize('values', [NARROW, {}])
+def test_a_camera_that_is_found_to_be_upside_down(values):
+    drive, frames = demo()
+    parameters = Parameters(focal_px=float(drive.camera.focal), **values)
+    estimator = TrajectoryEstimator(parameters.estimator_settings())
+    turned = parameters.with_values({'rotate_180': True})
+    headings = []
+    for index, frame in enumerate(frames[:70]):
+        if index == 1:
+            estimator.reconfigure(turned.estimator_settings())
+        update = estimator.update(
+            np.ascontiguousarray(frame.image[::-1, ::-1]), frame.stamp_ns)
+        if update is not None:
+            headings.append(math.degrees(update.heading.heading))
+    assert headings[-1] == pytest.approx(math.degrees(drive.poses[69, 2]), abs=3)
+    assert headings[-1] > 80
+
+
+def test_a_jump_back_in_time_leaves_nothing_behind():
+    drive, frames = demo()
+    parameters = Parameters(focal_px=float(drive.camera.focal), **NARROW)
+    once = replay(frames, parameters, source='once')
+    again = replay([*frames[:50], *frames], parameters, source='from the middle')
+    assert again.movement == once.movement
+    headings = [np.degrees([update.heading.heading for update in each.updates])
+                for each in (once, again)]
+    assert np.abs(headings[1] - headings[0]).max() < 0.5
+
+
+def test_frames_that_were_lost_unnoticed():
+    # A video whose stamps go on evenly though every fifth frame is missing, in turns, too.
+    drive, frames = demo()
+    kept = [index for index in range(len(frames)) if index % 5 != 2]
+    shown = [Frame(frames[index].image, number * 10**8) for number, index in enumerate(kept)]
+    parameters = Parameters(focal_px=float(drive.camera.focal), **NARROW)
+    result = replay(shown, parameters, source='a video')
+    truth = np.degrees(np.unwrap(drive.poses[kept, 2]))[1:]
+    found = np.degrees([update.heading.heading for update in result.updates])
+    assert np.abs(found - truth).max() < 3.0
+    assert not any(update.heading.bridged for update in result.updates)
+    assert [code for code in result.movement if code in (0, 2)] == [0, 2]
+
+
+def test_what_is_saved_says_what_it_is(tmp_path):
+    drive, frames = demo()
+    parameters = Parameters(focal_px=float(drive.camera.focal), connectivity=8, **NARROW)
+    estimator = TrajectoryEstimator(parameters.estimator_settings())
+    for frame in frames[:60]:
+        estimator.update(frame.image, frame.stamp_ns)
+    Snapshot.of(estimator, source='the demo').write(tmp_path / 'saved')
+    saved = json.loads((tmp_path / 'saved' / 'chain_code.json').read_text())
+    assert (saved['code_source'], saved['connectivity']) == ('heading', 8)
+    assert saved['heading_deg'] == pytest.approx(math.degrees(drive.poses[59, 2]), abs=3)
+    assert len(saved['direction_totals']) == 8
+    assert sum(saved['direction_totals']) == sum(count for _, count in saved['direction_runs'])
+
+
+def test_a_wrong_field_of_view_is_reported():
+    estimator = TrajectoryEstimator(EstimatorSettings(
+        lens=Lens(hfov_deg=55.0), code_source=CodeSource.HEADING))
+    noise = np.random.default_rng(0).integers(0, 256, (120, 160), dtype=np.uint8)
+    for stamp in (0, 10**8):
+        estimator.update(noise, stamp)
+    reporter = MeasurementReporter()
+    assert reporter.report(estimator, 0.1).level is Level.OK
+    # Six right angles, as seen by a camera of 80 degrees that is taken for one of 55.
+    wrong = math.tan(math.radians(55 / 2)) / math.tan(math.radians(80 / 2))
+    stamp, heading = 10**8, estimator.heading
+    for _ in range(6):
+        for yaw in [math.radians(90 * wrong / 30)] * 30 + [0.0] * 20:
+            stamp += 10**8
+            heading.add(
+                YawMeasurement(Shift(0.0, 0.0, 0.1), yaw, refined=True, agreement=1.0), stamp, 0.1)
+    report = reporter.report(estimator, 0.1)
+    assert report.level is Level.WARN
+    assert re.search('a field of view of (79|80|81) degrees, in use are 55', report.message)
+    assert 'from 6 turns' in report.values['field of view (deg)']
+
+
+def test_a_lens_has_to_be_foreseen():
+    with pytest.raises(ValueError, match='awaits_lens'):
+        TrajectoryEstimator().use_lens(Lens(hfov_deg=80.0))
+
+
+def test_what_is_no_bag_has_no_speeds(tmp_path, picture):
+    import cv2
+    for index in range(3):
+        cv2.imwrite(str(tmp_path / f'{index}.png'), picture())
+    with open_source(tmp_path) as source, pytest.raises(SourceError, match='is no bag'):
+        replay_source(
+            source, Parameters(hfov_deg=80.0, use_speed_topic=True), Wanted(), title='pictures')
+
+
+@pytest.mark.parametrize(('values', 'message'), [
+    ({'connectivity': 8}, 'takes code_source heading'),
+    ({'hfov_deg': 5e-324}, 'takes 0.1 or more, or 0'),
+    ({'connectivity': 6}, '4 to 8 in steps of 4'),
+    ({'speed': 1.0, 'use_speed_topic': True, 'focal_px': 9.0}, 'give one of them'),
+])
+def test_parameters_that_do_not_go_together(values, message):
+    with pytest.raises(ParameterError, match=message):
+        Parameters(**values)
+
+
+@pytest.mark.parametrize(('values', 'message'), [
+    ({'code_source': CodeSource.HEADING}, 'codes from the heading needs'),
+    ({'speed': 1.0}, 'odometry from a speed needs'),
+    ({'threshold_deg_s': 1.0}, 'degrees per second needs'),
+    ({'threshold_deg_s': -1.0}, 'threshold_deg_s is -1'),
+    ({'speed': math.nan}, 'speed is nan'),
+    ({'connectivity': 5}, 'connectivity is 5'),
+    ({'connectivity': 8}, 'right angles only'),
+    ({'speed': 1.0, 'awaits_speeds': True}, 'constant or comes'),
+])
+def test_settings_that_do_not_go_together(values, message):
+    with pytest.raises(ValueError, match=message):
+        EstimatorSettings(**values)

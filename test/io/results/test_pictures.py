@@ -1,0 +1,187 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Overview, thumbnails and the pictures made of them."""
+
+from pathlib import Path
+import xml.etree.ElementTree as ElementTree
+
+import cv2
+import numpy as np
+from phase_traj_ros.core import Movement
+from phase_traj_ros.core.path.thinning import Thinned
+from phase_traj_ros.io.replay.data_health import data_health
+from phase_traj_ros.io.replay.overview import overview
+from phase_traj_ros.io.replay.run import replay
+from phase_traj_ros.io.results.debug_picture import as_shown
+from phase_traj_ros.io.results.figures import write_trajectory_picture, write_turn_picture
+from phase_traj_ros.io.results.thumbnails import Thumbnails, TurnWatcher
+from phase_traj_ros.io.sources.base import Frame
+from phase_traj_ros.parameters import Parameters
+import pytest
+from rolled import RATE_NS, rolled_frames, SHIFTS, START_NS, TEXTURE
+
+
+@pytest.fixture(scope='module')
+def watched():
+    """Return a replay, and its thumbnails and turns."""
+    thumbnails, turns = Thumbnails(), TurnWatcher()
+    result = replay(
+        rolled_frames(), Parameters(), source='rolled', watchers=[thumbnails, turns])
+    return result, thumbnails, turns
+
+
+def svg_texts(path: Path):
+    """Return the comments of an SVG: matplotlib writes there what it draws as outlines."""
+    parser = ElementTree.XMLParser(target=ElementTree.TreeBuilder(insert_comments=True))
+    root = ElementTree.parse(path, parser).getroot()
+    return [each.text.strip() for each in root.iter() if each.tag is ElementTree.Comment]
+
+
+def test_overview(watched):
+    shown = overview(watched[0])
+    np.testing.assert_allclose(shown.seconds, 0.1 * np.arange(1, len(SHIFTS) + 1))
+    np.testing.assert_allclose(shown.dx, SHIFTS, atol=0.1)
+    assert shown.path[0].tolist() == [0, 0] and shown.path[-1].tolist() == [7, 4]
+    assert len(shown.path) == len(SHIFTS) + 1
+    left, right = shown.turns
+    assert (left.number, left.side, left.pair, left.end_pair) == (1, Movement.LEFT, 3, 5)
+    assert (left.start_s, left.end_s, left.corner) == (
+        pytest.approx(0.3), pytest.approx(0.6), (3, 0))
+    assert (right.number, right.side, right.pair, right.end_pair) == (2, Movement.RIGHT, 9, 10)
+    assert right.corner == (3, 4)
+
+
+def test_a_turn_under_way_at_the_end_ends_with_the_last_frame():
+    result = replay(rolled_frames([0, 0, 30, 30]), Parameters(), source='')
+    [turn] = overview(result).turns
+    assert (turn.pair, turn.end_pair, turn.end_s) == (2, 3, pytest.approx(0.4))
+
+
+def test_a_turn_goes_on_over_a_pair_that_cannot_be_judged():
+    frames = rolled_frames([0, 0, 30, 30, 30, 30, 0, 0])
+    dark = Frame(np.zeros((96, 160), np.uint8), frames[4].stamp_ns)
+    watcher = TurnWatcher()
+    result = replay(
+        [*frames[:4], dark, *frames[5:]], Parameters(), source='', watchers=[watcher])
+    assert [code.value for code in (update.status for update in result.updates)][2:6] == [
+        'ok', 'no_measurement', 'no_measurement', 'turning']
+    [turn] = overview(result).turns
+    assert (turn.pair, turn.end_pair) == (2, 5)
+    assert [number for number, _ in watcher.turns[0].frames.kept] == [2, 3, 6]
+
+
+def test_health_counts_what_is_missing():
+    frames = rolled_frames([0] * 12)
+    frames = [*frames[:4], *frames[5:8], frames[7], *frames[10:]]
+    frames[-1] = Frame(np.zeros((96, 160), np.uint8), frames[-1].stamp_ns)
+    result = replay(frames, Parameters(), source='')
+    health = data_health(result, overview(result))
+    assert (health.frames, health.seconds) == (10, pytest.approx(1.2))
+    assert (health.interval_s, health.longest_interval_s) == (
+        pytest.approx(0.1), pytest.approx(0.3))
+    assert (health.dropped, health.repeated, health.time_resets) == (3, 1, 0)
+    assert dict(health.statuses) == {'ok': 8, 'no_measurement': 1}
+    assert health.low_responses == 1 and health.response > 0.5
+
+
+@pytest.mark.parametrize('offered', [0, 1, 10, 11, 25, 1000])
+def test_thinned_is_bounded_and_evenly_spread(offered):
+    thinned = Thinned(10)
+    for item in range(offered):
+        thinned.offer(item if thinned.wants_next else None)
+    kept = thinned.kept
+    assert len(kept) <= 10
+    if offered:
+        assert kept[0] == 0 and len(set(np.diff(kept))) <= 1
+        assert offered <= 10 or len(kept) > 4
+
+
+def test_thumbnails_are_small_pictures_of_their_frames(watched):
+    result, thumbnails, _ = watched
+    assert [each.frame for each in thumbnails.kept] == list(range(result.frames))
+    for each, frame in zip(thumbnails.kept, rolled_frames()):
+        picture = cv2.imdecode(np.frombuffer(each.jpeg, np.uint8), cv2.IMREAD_UNCHANGED)
+        assert np.abs(picture.astype(int) - frame.image).mean() < 5
+
+
+def test_thumbnails_are_bounded_in_number_width_and_bytes():
+    frames = rolled_frames([0] * 60)
+    for bounds in ({'limit': 8}, {'max_bytes': 20_000}):
+        thumbnails = Thumbnails(width=100, **bounds)
+        replay(frames, Parameters(), source='', watchers=[thumbnails])
+        kept = thumbnails.kept
+        assert 4 <= len(kept) <= 9 and sum(len(each.jpeg) for each in kept) <= 20_000
+        assert kept[-1].frame > 40
+        picture = cv2.imdecode(np.frombuffer(kept[0].jpeg, np.uint8), cv2.IMREAD_UNCHANGED)
+        assert picture.shape == (60, 100)
+
+
+def test_when_time_goes_back_the_thumbnails_and_turns_begin_anew():
+    thumbnails, turns = Thumbnails(), TurnWatcher()
+    frames = rolled_frames(start_ns=START_NS + 10**12) + rolled_frames([0, 0, 30])
+    replay(frames, Parameters(), source='', watchers=[thumbnails, turns])
+    assert [each.frame for each in thumbnails.kept] == [0, 1, 2, 3]
+    assert [turn.pair for turn in turns.turns] == [2]
+
+
+def test_frames_of_a_turn_are_those_it_is_seen_in(watched):
+    _, _, turns = watched
+    assert [
+        [number for number, _ in turn.frames.kept] for turn in turns.turns] == [
+            [3, 4, 5, 6], [9, 10, 11]]
+    assert [number for number, _ in turns.turns[0].spread(3)] in ([3, 4, 6], [3, 5, 6])
+    number, picture = turns.turns[1].frames.kept[0]
+    assert (picture == rolled_frames()[number].image).all()
+
+
+def test_frames_of_turns_are_bounded():
+    watcher = TurnWatcher(limit=3)
+    frames = rolled_frames([0] + ([30] * 40 + [0]) * 5)
+    replay(frames, Parameters(), source='', watchers=[watcher])
+    assert [turn.pair for turn in watcher.turns] == [1, 42, 83]
+    assert all(6 <= len(turn.frames.kept) <= 12 for turn in watcher.turns)
+
+
+@pytest.mark.parametrize(('bits', 'rotate'), [(8, False), (10, True), (16, False)])
+def test_frames_are_shown_upright_in_eight_bits(bits, rotate):
+    image = (np.arange(64, dtype=np.uint32).reshape(8, 8) * (2**bits - 1) // 63).astype(
+        np.uint8 if bits == 8 else np.uint16)
+    shown = as_shown(image, rotate_180=rotate)
+    assert shown.dtype == np.uint8 and shown.flags.c_contiguous
+    assert sorted(shown[[0, -1], [0, -1]]) == [0, 255]
+    assert shown[0, 0] == (255 if rotate else 0)
+
+
+@pytest.mark.parametrize('suffix', ['png', 'svg'])
+def test_the_pictures(watched, tmp_path, suffix):
+    result, _, turns = watched
+    trajectory, strip = tmp_path / f'trajectory.{suffix}', tmp_path / f'turns.{suffix}'
+    truth = np.array([(0.0, 0.0), (30.0, 0.5), (31.0, 40.0), (70.0, 41.0)])
+    write_trajectory_picture(result, trajectory, truth=truth)
+    write_turn_picture(turns.turns, result, strip)
+    if suffix == 'png':
+        assert cv2.imread(str(trajectory)).std() > 10
+        assert cv2.imread(str(strip)).std() > 10
+    else:
+        texts = svg_texts(trajectory)
+        assert {'start', 'end', 'truth', '+T', '−T', 'backward 3', 'no change 3'} <= {*texts}
+        # Numbered on the path and above the shift.
+        assert texts.count('1') == texts.count('2') == 2
+        assert {'turn 1, left, 0.3 s', 'turn 2, right, 0.9 s', 'frame 11'} <= {*svg_texts(strip)}
+        again = tmp_path / 'again.svg'
+        write_trajectory_picture(result, again, truth=truth)
+        assert again.read_bytes() == trajectory.read_bytes()
+
+
+def test_a_strip_needs_a_turn(watched, tmp_path):
+    with pytest.raises(ValueError, match='no turns'):
+        write_turn_picture((), watched[0], tmp_path / 'turns.png')
+
+
+def test_a_long_drive_does_not_make_a_huge_svg(tmp_path):
+    # A dot of an SVG takes about 100 bytes, two for each pair.
+    frames = [
+        Frame(TEXTURE[:32, :32], START_NS + index * RATE_NS) for index in range(2100)]
+    result = replay(frames, Parameters(), source='')
+    write_trajectory_picture(result, tmp_path / 'long.svg')
+    assert (tmp_path / 'long.svg').stat().st_size < 250_000

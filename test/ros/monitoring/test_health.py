@@ -1,0 +1,50 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Accounting of what came and how long it took."""
+
+from phase_traj_ros.ros.monitoring.health import Health, LossCounter, Stage
+import pytest
+
+
+@pytest.mark.parametrize(('numbers', 'lost'), [
+    ([], 0), ([5], 0), ([1, 2, 3], 0), ([1, 2, 5, 6], 2), ([1, 100], 98),
+    ([9, 10, 1, 2], 0),          # the publisher has started anew
+    ([1, 10**6, 10**6 + 1], 0),  # another publisher
+    ([1, None, 9], 0),           # a middleware that does not number its messages
+])
+def test_losses_are_gaps_in_the_numbers(numbers, lost):
+    counter = LossCounter()
+    assert sum(counter.update(number) for number in numbers) == lost
+
+
+def test_rate_follows_the_newest_images_and_falls_when_they_stop():
+    health = Health()
+    assert health.rate(0) == 0.0
+    for index in range(300):
+        health.arrived(index * 50_000_000, lost=0)
+    now = 299 * 50_000_000
+    assert health.rate(now) == pytest.approx(20)
+    assert health.rate(now + 10**10) < 10
+
+
+def test_times():
+    health = Health()
+    assert (health.microseconds(Stage.CODE), health.milliseconds(0.99)) == (0.0, 0.0)
+    for index in range(1, 101):
+        health.took(Stage.CODE, index * 1000)
+        health.took_in_all(index * 1_000_000)
+    assert health.microseconds(Stage.CODE) == pytest.approx(50.5)
+    assert health.milliseconds(0.5) == pytest.approx(51)
+    assert health.milliseconds(0.99) == pytest.approx(100)
+
+
+def test_figures_are_bounded():
+    health = Health()
+    for index in range(5000):
+        health.arrived(index, lost=1)
+        health.took(Stage.CODE, index)
+        health.took_in_all(index)
+        health.responses.append(0.1)
+    assert (health.images, health.lost) == (5000, 5000)
+    assert health.microseconds(Stage.CODE) > 4
+    assert len(health.responses) == 1000

@@ -1,0 +1,116 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What the node publishes and what a bag written offline holds are the same."""
+
+from collections import defaultdict
+
+import cv2
+import numpy as np
+from phase_traj_ros.core import Movement, TrajectoryEstimator
+from phase_traj_ros.io.messages.pacing import Pace
+from phase_traj_ros.io.replay.run import replay
+from phase_traj_ros.io.results.bag import BagSink
+from phase_traj_ros.io.sources.base import Frame
+from phase_traj_ros.parameters import Parameters
+import pytest
+
+pytest.importorskip('rclpy')
+rosbag2 = pytest.importorskip('rosbags.rosbag2')
+typesys = pytest.importorskip('rosbags.typesys')
+
+STORE = typesys.get_typestore(typesys.Stores.ROS2_JAZZY)
+
+PER_PAIR = ('movement', 'direction', 'shift', 'response', 'status', 'pose')
+
+
+class Publisher:
+    """Keeps what is published, serialised as rosbags does it: ROS pads messages at the end."""
+
+    def __init__(self, kind):
+        package, name = kind.__module__.split('.')[0], kind.__name__
+        self.type = f'{package}/msg/{name}'
+        self.data = []
+
+    def publish(self, message):
+        from rclpy.serialization import serialize_message
+        read = STORE.deserialize_cdr(serialize_message(message), self.type)
+        self.data.append(bytes(STORE.serialize_cdr(read, self.type)))
+
+    def get_subscription_count(self):
+        return 1
+
+
+class Node:
+    """Stands in for a node: no DDS, and timers that never fire."""
+
+    def __init__(self):
+        self.publishers = {}
+
+    def create_publisher(self, kind, topic, *args, **kwargs):
+        made = self.publishers[topic.replace('~/', '')] = Publisher(kind)
+        return made
+
+    def create_timer(self, *args, **kwargs):
+        pass
+
+
+@pytest.fixture
+def frames():
+    rng = np.random.default_rng(3)
+    texture = cv2.GaussianBlur(rng.integers(0, 256, (96, 160), dtype=np.uint8), (0, 0), 1.5)
+    places = [0, 0, 0, 30, 60, 60, 60, 20, 20]
+    made = [
+        Frame(np.roll(texture, place, axis=1), 10**18 + index * 10**8)
+        for index, place in enumerate(places)]
+    # A pair that cannot be measured has a shift that is not a number.
+    made.append(Frame(made[-1].image[:80], 10**18 + 10**10))
+    return made
+
+
+@pytest.mark.parametrize('values', [
+    {}, {'focal_px': 300.0, 'speed': 5.0, 'path_from': 'heading', 'max_path_poses': 4}])
+def test_the_same_messages(frames, tmp_path, values):
+    from phase_traj_ros.ros.outputs.topics import Outputs
+    parameters = Parameters(step_length=2.5, frame_id='drawn', **values)
+    path = tmp_path / 'out.mcap'
+    with BagSink(path, parameters, source='', debug_images=True) as sink:
+        replay(frames, parameters, source='', watchers=[sink])
+    stored = defaultdict(list)
+    with rosbag2.Reader(path) as reader:
+        for connection, _, data in reader.messages():
+            stored[connection.topic.replace('/phase_traj/', '')].append(bytes(data))
+
+    node = Node()
+    estimator = TrajectoryEstimator(parameters.estimator_settings())
+    outputs = Outputs(node, estimator, parameters)
+    texts, movement = [], None
+    for frame in frames:
+        update = estimator.update(frame.image, frame.stamp_ns)
+        if update is not None:
+            outputs.publish(frame, update)
+            if update.step.movement is not movement:
+                movement = update.step.movement
+                texts.append(node.publishers['chain_code'].data[-1])
+    outputs.publish_state()
+
+    more = ('heading', 'heading_stamped', 'odom') if values else ()
+    for topic in (*PER_PAIR, *more, 'debug_image'):
+        assert node.publishers[topic].data == stored[topic], topic
+        assert stored[topic]
+    assert len(stored['movement']) == len(frames) - 1
+    assert {Movement.LEFT, Movement.RIGHT} <= {data[4] for data in stored['movement']}
+    # Texts at changes of the movement, and the last text and path, which come last in both.
+    assert texts and all(text in stored['chain_code'] for text in texts)
+    for topic in ('chain_code', 'path'):
+        assert node.publishers[topic].data[-1] == stored[topic][-1], topic
+
+
+def test_pace_lets_news_out_at_once_and_then_once_a_period():
+    pace = Pace(100)
+    assert not pace.is_due(0)
+    pace.changed()
+    assert pace.pending and pace.is_due(0)
+    pace.sent(0)
+    assert not pace.pending and not pace.is_due(500)
+    pace.changed()
+    assert pace.pending and not pace.is_due(99) and pace.is_due(100)

@@ -1,0 +1,41 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Work whose process is killed in the middle of it; other processes import this."""
+
+import os
+from pathlib import Path
+import signal
+
+from phase_traj_ros.io.batch.many import run_job
+
+# Named by whoever starts the processes, which inherit it.
+VARIABLE = 'PHASE_TRAJ_TEST_KILLED'
+
+
+def killed_once(job, progress=None):
+    """Kill this process at the fifth frame of the source 'victim', the first time."""
+    return run_job(job, _deadly(job, progress, always=False))
+
+
+def killed_always(job, progress=None):
+    """Kill this process at the fifth frame of the source 'victim', every time."""
+    return run_job(job, _deadly(job, progress, always=True))
+
+
+def never_returns(job, progress=None):
+    """Fail in a way that is not told in the outcome."""
+    raise RuntimeError('a fault\nof two lines')
+
+
+def _deadly(job, progress, *, always):
+    def step(done, expected):
+        marks = Path(os.environ[VARIABLE])
+        if job.source.name == 'victim' and done == 5 and (always or not any(marks.iterdir())):
+            # What is being written must be there to be left behind.
+            assert list(job.output.glob('.phase_traj-*'))
+            (marks / str(os.getpid())).touch()
+            os.kill(os.getpid(), signal.SIGKILL)
+        if progress is not None:
+            progress(done, expected)
+
+    return step

@@ -1,0 +1,139 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The test's side of a live run: a node of its own beside the one under test."""
+
+from array import array
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+from phase_traj_ros.ros.outputs.messages import to_time
+from phase_traj_ros.ros.playback.live_run import lossless_overrides
+from rcl_interfaces.srv import DescribeParameters, ListParameters, SetParameters
+import rclpy
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.parameter import Parameter
+from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
+from sensor_msgs.msg import Image
+
+LOSSLESS = QoSProfile(
+    history=HistoryPolicy.KEEP_ALL, depth=1, reliability=ReliabilityPolicy.RELIABLE)
+LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+TIMEOUT_S = 30
+
+
+class Live:
+    """Starts the node under test, feeds it and listens to it."""
+
+    def __init__(self, folder):
+        self._folder = folder
+        self._processes = []
+
+    def __enter__(self):
+        self.context = rclpy.Context()
+        rclpy.init(context=self.context)
+        self.node = rclpy.create_node('test', context=self.context)
+        self.executor = SingleThreadedExecutor(context=self.context)
+        self.executor.add_node(self.node)
+        return self
+
+    def __exit__(self, *_):
+        for process in self._processes:
+            process.kill()
+            process.wait()
+        self.executor.shutdown()
+        self.node.destroy_node()
+        self.context.try_shutdown()
+
+    def start(self, *ros_arguments, lossless=True, module='phase_traj_ros.ros.main'):
+        """Start a node; its log goes to a file, see log_of."""
+        overrides = lossless_overrides('/image') if lossless else []
+        log = self._folder / f'node{len(self._processes)}.log'
+        with log.open('wb') as file:
+            process = subprocess.Popen(
+                [sys.executable, '-m', module, '--ros-args', *overrides, *ros_arguments],
+                stdout=file, stderr=subprocess.STDOUT, stdin=subprocess.DEVNULL)
+        process.log = log
+        self._processes.append(process)
+        return process
+
+    def until(self, condition, *, process=None, timeout=TIMEOUT_S):
+        """Handle what comes until the condition holds."""
+        deadline = time.monotonic() + timeout
+        while not condition():
+            assert time.monotonic() < deadline, 'timed out; the log says:\n' + self.logs()
+            assert process is None or process.poll() is None, self.logs()
+            self.executor.spin_once(timeout_sec=0.05)
+
+    def spin(self, seconds):
+        """Handle what comes for some time."""
+        deadline = time.monotonic() + seconds
+        while time.monotonic() < deadline:
+            self.executor.spin_once(timeout_sec=0.02)
+
+    def logs(self):
+        """Return what all nodes started so far have logged."""
+        return '\n'.join(process.log.read_text() for process in self._processes)
+
+    def listen(self, kind, topic, qos=LOSSLESS):
+        """Return a list that the messages on a topic are appended to."""
+        received = []
+        self.node.create_subscription(kind, topic, received.append, qos)
+        return received
+
+    def camera(self, topic='image', qos=LOSSLESS, *, kind=Image):
+        """Return a publisher of images that the node under test has subscribed to."""
+        publisher = self.node.create_publisher(kind, topic, qos)
+        self.until(lambda: publisher.get_subscription_count() > 0)
+        return publisher
+
+    def call(self, kind, service, request):
+        """Call a service and return its answer."""
+        client = self.node.create_client(kind, service)
+        self.until(client.service_is_ready)
+        # An answer is lost now and then: the server may see the call before it sees who calls.
+        for _ in range(10):
+            future = client.call_async(request)
+            asked = time.monotonic()
+            while not future.done() and time.monotonic() < asked + 3:
+                self.executor.spin_once(timeout_sec=0.05)
+            if future.done():
+                return future.result()
+            client.remove_pending_request(future)
+        raise AssertionError(f'no answer from {service}')
+
+    def set_parameter(self, name, value):
+        """Set one parameter of the node under test; return the result."""
+        request = SetParameters.Request(
+            parameters=[Parameter(name, value=value).to_parameter_msg()])
+        return self.call(SetParameters, '/phase_traj/set_parameters', request).results[0]
+
+    def describe_parameters(self):
+        """Return the descriptors of all parameters of the node under test."""
+        names = self.call(
+            ListParameters, '/phase_traj/list_parameters', ListParameters.Request()).result.names
+        return self.call(
+            DescribeParameters, '/phase_traj/describe_parameters',
+            DescribeParameters.Request(names=names)).descriptors
+
+
+def stop(process, number=signal.SIGINT, timeout=10):
+    """Signal a process and return its exit status."""
+    process.send_signal(number)
+    return process.wait(timeout)
+
+
+def image(data, stamp_ns, encoding='mono8', *, shape=None, step=None, is_bigendian=False):
+    """Return an image message; data is an array, or bytes with a shape (height, width)."""
+    if isinstance(data, np.ndarray):
+        shape = data.shape[:2]
+        step = step or data.strides[0]
+        data = data.tobytes()
+    message = Image(
+        height=shape[0], width=shape[1], encoding=encoding, step=step,
+        is_bigendian=int(is_bigendian), data=array('B', data))
+    message.header.stamp = to_time(stamp_ns)
+    message.header.frame_id = 'camera'
+    return message
