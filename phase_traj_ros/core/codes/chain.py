@@ -4,11 +4,22 @@
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
+import math
 from typing import Any
 
 from phase_traj_ros.core.codes.codes import Direction, Movement
 from phase_traj_ros.core.codes.freeman import AnyDirection, Freeman
 from phase_traj_ros.core.codes.series import CodeSeries
+
+# Above this the vehicle yaws, radians per second.
+_YAWING = math.radians(5.0)
+
+
+def yawing(rate: float) -> Movement | None:
+    """Return to which side a vehicle yaws at a rate in radians per second; None if it does not."""
+    if abs(rate) <= _YAWING:
+        return None
+    return Movement.LEFT if rate > 0 else Movement.RIGHT
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,7 +10,7 @@ all. The same two series of codes as the paper's (see ``chain_code``), from a be
 
 import math
 
-from phase_traj_ros.core.codes.chain import ChainCode, Step
+from phase_traj_ros.core.codes.chain import ChainCode, Step, yawing
 from phase_traj_ros.core.codes.codes import Direction, Movement
 from phase_traj_ros.core.codes.freeman import AnyDirection, Freeman, to_four
 
@@ -19,8 +19,6 @@ CONNECTIVITIES = (4, 8)
 # in: 6 degrees of 90. A field of view that is 10 % too narrow makes three right angles to the same
 # side 36 degrees too small; they are still three as long as that and the hysteresis are below 45.
 _HYSTERESIS = 6.0 / 90.0
-# Above this the vehicle yaws, radians per second.
-_YAWING = math.radians(5.0)
 
 
 class HeadingCode(ChainCode):
@@ -101,9 +99,7 @@ class HeadingCode(ChainCode):
         if not (math.isfinite(heading) and math.isfinite(rate)):
             raise ValueError(
                 f'heading is {heading} and yaw rate {rate}: give finite numbers, or skip the pair')
-        self._turn = None
-        if abs(rate) > _YAWING:
-            self._turn = Movement.LEFT if rate > 0 else Movement.RIGHT
+        self._turn = yawing(rate)
         return self._append(self._judge(heading))
 
     def _judge(self, heading: float) -> Movement:

@@ -78,9 +78,19 @@ class TurnDetector:
     def reset(self) -> None:
         """Forget everything: the next frame is the first."""
         for side in self._sides:
-            side.turn = None
+            side.forget()
         self._frame = -1
         self._last: tuple[int, float] | None = None
+
+    @property
+    def quarters(self) -> int:
+        """
+        Return the quarter turns made so far, positive to the left.
+
+        A turn counts from the pair on which it reaches the least angle, and goes on counting while
+        it is under way. What has been counted stays.
+        """
+        return sum(side.quarters for side in self._sides)
 
     def update(self, stamp_ns: int, heading: float) -> list[Turn]:
         """
@@ -98,8 +108,11 @@ class TurnDetector:
         last, self._last = self._last, (stamp_ns, math.degrees(heading))
         if last is None:
             return []
-        return self._large_enough(
+        ended = self._large_enough(
             [side.update(self._frame, last, self._last) for side in self._sides])
+        for side in self._sides:
+            side.count(self._min_angle)
+        return ended
 
     def scale(self, factor: float) -> None:
         """Correct all headings so far, which turn out to be wrong by a factor."""
@@ -149,8 +162,23 @@ class _Side:
     def __init__(self, sign: int, min_rate: float) -> None:
         self._sign = sign
         self._min_rate = min_rate
+        self.forget()
+
+    def forget(self) -> None:
         self._start_heading = 0.0
         self.turn: Turn | None = None
+        self.quarters = 0
+        # Of these, those of the turn under way.
+        self._counted = 0
+
+    def count(self, min_angle: float) -> None:
+        """Count the quarters that the turn under way has reached."""
+        if self.turn is None or abs(self.turn.angle_deg) < min_angle:
+            return
+        further = self.turn.quarter_turns - self._counted
+        if further * self._sign > 0:
+            self.quarters += further
+            self._counted += further
 
     def scale(self, factor: float) -> None:
         self._start_heading *= factor
@@ -171,6 +199,7 @@ class _Side:
             return ended
         if self.turn is None:
             self._start_heading = before[1]
+            self._counted = 0
             self.turn = Turn(frame - 1, frame, before[0], after[0], after[1] - before[1], rate)
         else:
             peak = max(self.turn.peak_rate_deg_s, rate, key=abs)

@@ -1,0 +1,83 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""
+The chain code from the turns: a quarter turn is coded when the vehicle has made it.
+
+A turn counts from 60 degrees on, and changes the direction by as many quarters as its angle is
+right angles, rounded (see ``Turn.quarter_turns``). So a corner of 70 degrees and one of 110 are one
+quarter each, a U-turn is two, and a bend that is no turn changes nothing. An angle that is wrong by
+20 degrees, as with a field of view that is not known well, still gives the right code.
+"""
+
+import math
+
+from phase_traj_ros.core.codes.chain import ChainCode, Step, yawing
+from phase_traj_ros.core.codes.codes import Direction, Movement
+
+
+class TurnCode(ChainCode):
+    """
+    Turns the angle of the turn under way after each pair into a movement and a direction code.
+
+    The movement is ``LEFT`` or ``RIGHT`` for a pair that completes a quarter of a turn,
+    ``NO_CHANGE`` for the other pairs of a turn or a bend, and ``FORWARD`` otherwise. The direction
+    changes by a quarter per pair at most; where the turn is more than one ahead, the next pairs
+    follow.
+    """
+
+    def __init__(self, *, max_runs: int | None = None) -> None:
+        """Make a chain code that starts with ``FORWARD``; each series keeps ``max_runs`` runs."""
+        super().__init__(max_runs=max_runs)
+        self.reset()
+
+    @property
+    def directions(self) -> type[Direction]:
+        """Return which directions there are."""
+        return Direction
+
+    @property
+    def heading(self) -> Direction:
+        """Return the current direction."""
+        return self._heading
+
+    def reset(self) -> None:
+        """Start anew: no codes, direction ``FORWARD``, the next pair is the first."""
+        super().reset()
+        self._heading = Direction.FORWARD
+        self._quarters = 0
+
+    def update(self, quarters: int, rate: float) -> Step:
+        """
+        Judge the next pair of frames.
+
+        Parameters
+        ----------
+        quarters
+            Quarter turns made since the start, this pair included, positive to the left.
+        rate
+            Yaw rate in the pair, in radians per second, left positive.
+
+        Raises
+        ------
+        ValueError
+            The rate is NaN or infinite; nothing has changed.
+
+        """
+        if not math.isfinite(rate):
+            raise ValueError(f'yaw rate is {rate}: give a finite number, or skip the pair')
+        self._turn = yawing(rate)
+        return self._append(self._judge(quarters))
+
+    def _judge(self, quarters: int) -> Movement:
+        if not self._started:
+            self._started = True
+            return Movement.FORWARD
+        if quarters > self._quarters:
+            self._quarters += 1
+            self._heading = self._heading.turned_left()
+            return Movement.LEFT
+        if quarters < self._quarters:
+            self._quarters -= 1
+            self._heading = self._heading.turned_right()
+            return Movement.RIGHT
+        return Movement.FORWARD if self._turn is None else Movement.NO_CHANGE
