@@ -16,7 +16,7 @@ from typing import Any, cast
 
 from phase_traj_ros.core import EstimatorSettings, PAPER_THRESHOLD, View, Window
 from phase_traj_ros.core.camera.field_of_view import ASSUMED_HFOV_DEG
-from phase_traj_ros.core.camera.lens import Lens
+from phase_traj_ros.core.camera.given_lens import Lens
 from phase_traj_ros.core.camera.projection import LEAST_HFOV_DEG
 from phase_traj_ros.core.correlation.quality import GateSettings, StillnessSettings
 from phase_traj_ros.core.path.speed import MOST_SPEED

@@ -7,7 +7,7 @@ Knows neither ROS nor files. A frame goes through ``PhaseCorrelator`` (shift), `
 (codes) and ``ChainPath`` (trajectory); ``TrajectoryEstimator`` joins them for one camera.
 """
 
-from phase_traj_ros.core.camera.lens import Lens
+from phase_traj_ros.core.camera.given_lens import Lens
 from phase_traj_ros.core.camera.model import CameraModel, Distortion
 from phase_traj_ros.core.codes.chain import ChainCode, Step
 from phase_traj_ros.core.codes.codes import Direction, Movement, pack, unpack

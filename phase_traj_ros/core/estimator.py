@@ -9,7 +9,7 @@ import time
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from phase_traj_ros.core.camera.field_of_view import ASSUMED_HFOV_DEG
-from phase_traj_ros.core.camera.lens import Lens
+from phase_traj_ros.core.camera.given_lens import Lens
 from phase_traj_ros.core.codes.chain import ChainCode
 from phase_traj_ros.core.coding import make_coder
 from phase_traj_ros.core.correlation.phase_correlation import Frame, Shift

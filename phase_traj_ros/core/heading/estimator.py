@@ -8,7 +8,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 from phase_traj_ros.core.camera.field_of_view import FieldOfView, FieldOfViewEstimator, SURE
-from phase_traj_ros.core.camera.lens import Lens
+from phase_traj_ros.core.camera.given_lens import Lens
 from phase_traj_ros.core.camera.projection import (
     CylinderProjection,
     focal_from_hfov,

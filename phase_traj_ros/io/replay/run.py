@@ -15,7 +15,7 @@ from phase_traj_ros.core import (
     Update,
 )
 from phase_traj_ros.core.camera.field_of_view import FieldOfView
-from phase_traj_ros.core.camera.lens import Lens
+from phase_traj_ros.core.camera.given_lens import Lens
 from phase_traj_ros.core.camera.model import CameraModel
 from phase_traj_ros.core.camera.projection import threshold_px
 from phase_traj_ros.core.codes.freeman import AnyDirection

@@ -16,7 +16,7 @@ from phase_traj_ros.core import (
     Shift,
     TrajectoryEstimator,
 )
-from phase_traj_ros.core.camera.lens import Lens
+from phase_traj_ros.core.camera.given_lens import Lens
 from phase_traj_ros.core.camera.model import CameraModel
 from phase_traj_ros.core.heading.yaw_meter import YawMeasurement
 from phase_traj_ros.errors import ParameterError, SourceError
