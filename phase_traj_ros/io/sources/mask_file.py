@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from phase_traj_ros.core.correlation.mask import mask_weights
 from phase_traj_ros.errors import ParameterError, SourceError
-from phase_traj_ros.io.sources.folder import read_picture
+from phase_traj_ros.io.images.picture_file import read_picture
 from phase_traj_ros.parameters import Parameters
 
 
