@@ -7,13 +7,13 @@ import time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from phase_traj_ros.core import TrajectoryEstimator
 from phase_traj_ros.io.messages.diagnostics import MeasurementReporter
+from phase_traj_ros.io.messages.schedule import DIAGNOSTICS_PERIOD_NS
 from phase_traj_ros.ros.health import Health, Stage
 from phase_traj_ros.ros.inputs.image import ImageInput
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from rclpy.qos import qos_check_compatible, QoSCompatibility
 
-_PERIOD_S = 1.0
 _SILENCE_NS = 5 * 10**9
 
 
@@ -40,7 +40,9 @@ class Diagnostics:
         self._reported = (0, 0)
         self._measured = MeasurementReporter()
         # By a steady clock: it has to go on when simulated time stands still.
-        node.create_timer(_PERIOD_S, self._report, clock=Clock(clock_type=ClockType.STEADY_TIME))
+        node.create_timer(
+            DIAGNOSTICS_PERIOD_NS / 1e9, self._report,
+            clock=Clock(clock_type=ClockType.STEADY_TIME))
 
     def _report(self) -> None:
         self._watch_silence()

@@ -14,13 +14,10 @@ from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
-from phase_traj_ros.core import ChainCode, Corner, Shift, Update
+from phase_traj_ros.core import Corner, Shift, TrajectoryEstimator, Update
 from phase_traj_ros.core.codes.text import describe
 from phase_traj_ros.core.path.odometry import Odometry
 from phase_traj_ros.parameters import Parameters
-
-CHAIN_CODE_PERIOD_NS: Final = 10**9
-"""The chain code's text goes out when the movement changes, else at most this often."""
 
 _NANOSECONDS = 10**9
 # Variances of what is not measured, and of the speed to the side, which a vehicle hardly has.
@@ -120,6 +117,18 @@ class Messages:
                 vector=types['geometry_msgs/msg/Vector3'](
                     x=0.0, y=0.0, z=math.radians(turn.angle_deg)))
 
+    def of_all(
+        self, topic: Topic, estimator: TrajectoryEstimator, parameters: Parameters,
+    ) -> Any:
+        """Return the message about all pairs so far that goes out on CHAIN_CODE or PATH."""
+        if topic == CHAIN_CODE:
+            text = describe(
+                estimator.codes, frames=estimator.frames, max_runs=parameters.chain_code_runs)
+            return self._types['std_msgs/msg/String'](data=str(text))
+        return self.path(
+            estimator.path.points(parameters.max_path_poses), parameters.path_scale,
+            self.header(estimator.last_stamp_ns or 0, parameters.frame_id))
+
     def shift(self, shift: Shift | None, header: Any) -> Any:
         """Return the raw shift in pixels; NaN where the two frames cannot be compared."""
         dx, dy = (math.nan, math.nan) if shift is None else (shift.dx, shift.dy)
@@ -167,13 +176,6 @@ class Messages:
             self.pose(point, scale, self.header(point.stamp_ns, header.frame_id))
             for point in points
         ])
-
-    def chain_code(
-        self, codes: ChainCode, frames: int, parameters: Parameters,
-    ) -> Any:
-        """Return both codes as text, in a std_msgs/String."""
-        text = describe(codes, frames=frames, max_runs=parameters.chain_code_runs)
-        return self._types['std_msgs/msg/String'](data=str(text))
 
 
 def _covariance(*, x: float, y: float, yaw: float) -> NDArray[np.float64]:

@@ -7,7 +7,6 @@ from collections import defaultdict
 import cv2
 import numpy as np
 from phase_traj_ros.core import Movement, TrajectoryEstimator
-from phase_traj_ros.io.messages.pacing import Pace
 from phase_traj_ros.io.replay.run import replay
 from phase_traj_ros.io.results.bag import BagSink
 from phase_traj_ros.io.sources.base import Frame
@@ -103,14 +102,3 @@ def test_the_same_messages(frames, tmp_path, values):
     assert texts and all(text in stored['chain_code'] for text in texts)
     for topic in ('chain_code', 'path'):
         assert node.publishers[topic].data[-1] == stored[topic][-1], topic
-
-
-def test_pace_lets_news_out_at_once_and_then_once_a_period():
-    pace = Pace(100)
-    assert not pace.is_due(0)
-    pace.changed()
-    assert pace.pending and pace.is_due(0)
-    pace.sent(0)
-    assert not pace.pending and not pace.is_due(500)
-    pace.changed()
-    assert pace.pending and not pace.is_due(99) and pace.is_due(100)
