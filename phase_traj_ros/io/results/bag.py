@@ -193,12 +193,9 @@ class _Bag:
             self._write_diagnostics(stamp_ns)
 
     def add_picture(self, picture: Picture, stamp_ns: int) -> None:
-        height, width, _ = picture.shape
+        header = self._messages.header(stamp_ns, self._parameters.frame_id)
         self._file.write(
-            topic_name(DEBUG_IMAGE), stamp_ns, self._file.types.types['sensor_msgs/msg/Image'](
-                header=self._messages.header(stamp_ns, self._parameters.frame_id),
-                height=height, width=width, encoding='bgr8', is_bigendian=0, step=3 * width,
-                data=picture.reshape(-1)))
+            topic_name(DEBUG_IMAGE), stamp_ns, self._messages.picture(picture, header))
 
     def complete(self) -> None:
         last_ns = self._estimator.last_stamp_ns or 0
@@ -221,19 +218,10 @@ class _Bag:
         images = Report(Level.OK, 'images come', {
             'topic': self._source, 'images': str(counters.frames)})
         measured = self._measured.report(self._estimator, response)
-        self._file.write(DIAGNOSTICS, stamp_ns, self._file.types.types[_DIAGNOSTICS_TYPE](
-            header=self._messages.header(stamp_ns, ''),
-            status=[self._status('images', images), self._status('measurement', measured)]))
+        self._file.write(DIAGNOSTICS, stamp_ns, self._messages.diagnostics(
+            {'images': images, 'measurement': measured}, node=f'/{NODE_NAME}',
+            hardware_id=self._source, stamp=self._messages.time(stamp_ns)))
         self._diagnosed.sent(stamp_ns)
-
-    def _status(self, name: str, report: Report) -> Any:
-        types = self._file.types.types
-        return types['diagnostic_msgs/msg/DiagnosticStatus'](
-            level=int(report.level), name=f'/{NODE_NAME}: {name}', message=report.message,
-            hardware_id=self._source,
-            values=[
-                types['diagnostic_msgs/msg/KeyValue'](key=key, value=value)
-                for key, value in report.values.items()])
 
 
 def _types() -> Any:
