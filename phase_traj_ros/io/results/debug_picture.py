@@ -9,11 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 from phase_traj_ros.core import PAPER_THRESHOLD, TrajectoryEstimator, Update
 from phase_traj_ros.io.images.decoding import GreyImage
+from phase_traj_ros.io.results.palette import bgr, DARK, LIGHT
 from phase_traj_ros.io.sources.base import Frame
 
-_SHIFT = (60, 200, 255)
-_THRESHOLD = (90, 90, 255)
-_BAND = (200, 160, 60)
+_SHIFT, _THRESHOLD, _BAND = bgr(DARK.line), bgr(DARK.accent), bgr(LIGHT.line)
 _TEXT = (255, 255, 255)
 _FONT = cv2.FONT_HERSHEY_SIMPLEX
 _INSET_SHARE = 0.28
@@ -89,8 +88,8 @@ def _draw_text(picture: Picture, update: Update) -> None:
         f'dx {shift.dx:+.1f} dy {shift.dy:+.1f} response {shift.response:.3f}')
     movement, direction = update.step.movement, update.step.direction
     lines = (
-        f'movement {int(movement)} {movement.name.lower()}   direction {int(direction)}'
-        f' {direction.name.lower().replace("_", " ")}   {update.status.value}',
+        f'movement {int(movement)} {movement.label}   direction {int(direction)}'
+        f' {direction.label}   {update.status.value}',
         measured)
     scale = max(picture.shape[1] / 1600, 0.35)
     for index, line in enumerate(lines):
