@@ -14,7 +14,8 @@ import numpy as np
 from phase_traj_ros.cli.live_view import LiveView
 from phase_traj_ros.cli.main import main
 from phase_traj_ros.io.replay.run import replay
-from phase_traj_ros.io.sources.base import Frame, open_source
+from phase_traj_ros.io.sources.base import Frame
+from phase_traj_ros.io.sources.opening import open_source
 from phase_traj_ros.parameters import Parameters
 import pytest
 
