@@ -1,34 +1,66 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What is known of a camera, be it a number or a whole calibration."""
+"""What is known of a camera, and from where: numbers, a calibration, the drive, or a guess."""
 
 from dataclasses import dataclass
+from enum import Enum
+import math
 
+import numpy as np
+from phase_traj_ros.core.camera.estimate import CameraEstimate
+from phase_traj_ros.core.camera.lens import OneNumberLens, PINHOLE, radius
 from phase_traj_ros.core.camera.model import CameraModel, MOST_FOCAL_PX
 from phase_traj_ros.core.camera.projection import focal_from_hfov, LEAST_HFOV_DEG
 from phase_traj_ros.errors import FrameError
+
+_MOST_TILT_DEG = 60.0
+# Lenses that differ by less than this, as shares and in straightness, do not differ.
+_SAME_FOCAL, _SAME_STRAIGHTNESS = 0.01, 0.05
+
+
+class LensOrigin(Enum):
+    """Where the knowledge of a camera comes from."""
+
+    GIVEN = 'parameters'
+    """Numbers that the user gave."""
+    CALIBRATION = 'calibration'
+    """A calibration that comes with the images: camera_info or calib.txt."""
+    DRIVE = 'drive'
+    """Estimated from the turns of the drive."""
+    ASSUMED = 'assumed'
+    """A usual camera, as long as nothing else is known."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Lens:
     """
-    What is known of the camera: one of the three is enough.
+    What is known of the camera: one of the first four is enough, and the first one counts.
 
-    Numbers that are given count before a calibration, as whoever gives them knows why.
+    Numbers count before a calibration: a user who gives them has a reason.
 
     Raises
     ------
     ValueError
-        None is given, or one is out of its range.
+        None of the four is given, or a value is out of its range.
 
     """
 
     focal_px: float = 0.0
-    """Focal length in pixels of the full frame; 0 if not known."""
+    """Focal length in pixels of the full frame, per radian in its middle; 0 if not known."""
     hfov_deg: float = 0.0
     """Horizontal field of view in degrees, from edge to edge; counts where the above is 0."""
     camera: CameraModel | None = None
     """The calibration, for frames of one size; counts where both of the above are 0."""
+    estimate: CameraEstimate | None = None
+    """What drives have told."""
+    straightness: float = PINHOLE
+    """Of the lens, for the first two (see ``OneNumberLens``): 1 for a pinhole."""
+    pitch_deg: float = 0.0
+    """How far the camera looks down, in degrees."""
+    roll_deg: float = 0.0
+    """How far its right side hangs down, in degrees."""
+    assumed: bool = False
+    """Whether the numbers are a guess."""
 
     def __post_init__(self) -> None:
         """Check the values."""
@@ -40,22 +72,64 @@ class Lens:
             raise ValueError(
                 f'hfov_deg is {self.hfov_deg}: give degrees from {LEAST_HFOV_DEG} to below 180, or'
                 ' 0')
-        if self.focal_px == 0.0 and self.hfov_deg == 0.0 and self.camera is None:
+        if (self.focal_px == 0.0 and self.hfov_deg == 0.0 and self.camera is None
+                and self.estimate is None):
             raise ValueError(
                 'neither focal_px nor hfov_deg nor a calibration of the camera is known: give one'
                 ' of them')
+        for name, angle in (('pitch_deg', self.pitch_deg), ('roll_deg', self.roll_deg)):
+            if not abs(angle) <= _MOST_TILT_DEG:
+                raise ValueError(
+                    f'{name} is {angle}: give degrees from -{_MOST_TILT_DEG:g} to'
+                    f' {_MOST_TILT_DEG:g}')
+        OneNumberLens(1.0, self.straightness)
+
+    @property
+    def origin(self) -> LensOrigin:
+        """Return where the knowledge comes from."""
+        if self.assumed:
+            return LensOrigin.ASSUMED
+        if self.focal_px or self.hfov_deg:
+            return LensOrigin.GIVEN
+        return LensOrigin.DRIVE if self.camera is None else LensOrigin.CALIBRATION
 
     @property
     def calibrated(self) -> bool:
         """Return whether it is the calibration that counts."""
-        return self.focal_px == 0.0 and self.hfov_deg == 0.0
+        return self.origin is LensOrigin.CALIBRATION
+
+    @property
+    def tilt(self) -> float:
+        """
+        Return the cosine of the angle between the picture's vertical axis and the true one.
+
+        A camera that is tilted sees only this share of a turn as yaw.
+        """
+        pitch, roll = self.pitch_deg, self.roll_deg
+        if self.origin is LensOrigin.DRIVE and self.estimate is not None:
+            pitch, roll = self.estimate.pitch_deg, self.estimate.roll_deg
+        return math.cos(math.radians(pitch)) * math.cos(math.radians(roll))
 
     def focal_for(self, width: int) -> float:
         """Return the (horizontal) focal length in pixels for frames ``width`` pixels wide."""
-        if self.calibrated:
-            assert self.camera is not None
+        if self.focal_px:
+            return self.focal_px
+        if self.hfov_deg and self.straightness == PINHOLE:
+            return focal_from_hfov(self.hfov_deg, width)
+        if self.hfov_deg:
+            edge = np.array([math.radians(self.hfov_deg) / 2])
+            return width / 2 / float(radius(edge, self.straightness)[0])
+        if self.camera is not None:
             return self.camera.fx
-        return self.focal_px or focal_from_hfov(self.hfov_deg, width)
+        assert self.estimate is not None
+        return self.estimate.focal_px * width / self.estimate.width
+
+    def is_close_to(self, other: 'Lens', width: int) -> bool:
+        """Return whether another lens makes no difference to speak of for frames that wide."""
+        return (
+            abs(math.log(self.focal_for(width) / other.focal_for(width))) < _SAME_FOCAL
+            and abs(self._straightness - other._straightness) < _SAME_STRAIGHTNESS
+            and abs(self.tilt / other.tilt - 1.0) < _SAME_FOCAL)
 
     def camera_for(self, shape: tuple[int, int]) -> CameraModel:
         """
@@ -68,10 +142,16 @@ class Lens:
 
         """
         if not self.calibrated or self.camera is None:
-            return CameraModel.pinhole(shape, self.focal_for(shape[1]))
+            return OneNumberLens(self.focal_for(shape[1]), self._straightness).model(shape)
         if shape != self.camera.shape:
             raise FrameError(
                 f'frames of {shape[1]}x{shape[0]} pixels, but the calibration of the camera is for'
                 f' {self.camera.width}x{self.camera.height}: publish the camera_info that belongs'
                 ' to the images, or give focal_px')
         return self.camera
+
+    @property
+    def _straightness(self) -> float:
+        if self.origin is LensOrigin.DRIVE and self.estimate is not None:
+            return self.estimate.straightness
+        return self.straightness

@@ -7,13 +7,10 @@ import math
 
 import numpy as np
 from numpy.typing import NDArray
-from phase_traj_ros.core.camera.field_of_view import FieldOfView, FieldOfViewEstimator, SURE
+from phase_traj_ros.core.camera.field_of_view import FieldOfView, FieldOfViewEstimator
 from phase_traj_ros.core.camera.given_lens import Lens
-from phase_traj_ros.core.camera.projection import (
-    CylinderProjection,
-    focal_from_hfov,
-    hfov_from_focal,
-)
+from phase_traj_ros.core.camera.projection import CylinderProjection, hfov_from_focal
+from phase_traj_ros.core.camera.self_calibration import SelfCalibration
 from phase_traj_ros.core.correlation.mask import check_size
 from phase_traj_ros.core.correlation.phase_correlation import Frame, Shift
 from phase_traj_ros.core.heading.tracker import HeadingStep, HeadingTracker
@@ -42,7 +39,7 @@ class HeadingEstimator:
 
     def __init__(
         self, lens: Lens, *, rotate_180: bool = False, mask: NDArray[np.float32] | None = None,
-        calibrating: bool = False,
+        learning: SelfCalibration | None = None,
     ) -> None:
         """
         Make an estimator; the frames' size is learned from the first frame.
@@ -55,13 +52,16 @@ class HeadingEstimator:
             Whether it is mounted upside down.
         mask
             (H, W) from 0 to 1, how much each pixel of the frames counts.
-        calibrating
-            Whether the lens is a guess: once the turns tell the field of view with some certainty,
-            that is used in its place, and the heading so far is corrected.
+        learning
+            What learns the camera from the drive, where the lens is a guess: what it finds is used
+            instead, and the heading so far is corrected.
 
         """
         self._lens = lens
-        self._calibrating = calibrating
+        self._learning = learning
+        self._learned = False
+        # The newest frame, for a meter that takes over.
+        self._newest: Frame | None = None
         self._rotate_180 = rotate_180
         self._mask = mask
         self._meter: YawMeter | None = None
@@ -89,6 +89,11 @@ class HeadingEstimator:
         return self._lens
 
     @property
+    def learning(self) -> SelfCalibration | None:
+        """Return what learns the camera from the drive; None if it is known."""
+        return self._learning
+
+    @property
     def focal_px(self) -> float:
         """Return the (horizontal) focal length in pixels of the frames; 0 before the first."""
         return self._focal[0]
@@ -102,11 +107,17 @@ class HeadingEstimator:
         """
         Go on with another lens (nothing happens if it is the same).
 
-        The heading is kept, and the next frame has none to be compared with.
+        The heading is kept, and corrected if the lens so far was a guess. The next frame has none
+        to be compared with.
         """
-        if lens != self._lens:
-            self._lens = lens
-            self._meter = None
+        if lens == self._lens:
+            return
+        if self._learning is not None:
+            # What was in use so far was a guess.
+            self._correct_for(lens)
+            self._learning = self._newest = None
+        self._lens = lens
+        self._meter = None
 
     def turn_180(self, upside_down: bool) -> None:
         """Go on with the camera mounted this way up, as ``use_lens`` does."""
@@ -149,7 +160,14 @@ class HeadingEstimator:
         """
         if self._meter is None or frame.shape != self._shape:
             self._meter = self._make_meter(frame)
-        return self._meter.update(frame, interval)
+        measurement = self._meter.update(frame, interval)
+        if self._learning is not None:
+            self._newest = frame
+            shift = None if measurement is None else self._in_full_pixels(measurement.shift)
+            self._learned |= self._learning.update(
+                np.ascontiguousarray(frame[::-1, ::-1]) if self._rotate_180 else frame,
+                0.0 if shift is None else shift.dx, interval)
+        return measurement
 
     def start(self, stamp_ns: int) -> None:
         """Note the stamp of the first frame."""
@@ -163,28 +181,46 @@ class HeadingEstimator:
         if measurement is None:
             step = self._tracker.update(None, interval)
         else:
+            yaw = measurement.yaw
             step = self._tracker.update(
-                measurement.yaw, interval, certain=measurement.certain)
+                None if yaw is None else yaw / self._lens.tilt, interval,
+                certain=measurement.certain)
         turns = tuple(self._turns.update(stamp_ns, step.heading))
         for bend in self._bends.update(stamp_ns, step.heading):
-            self._learn(bend.angle_deg)
+            self._learn_from_bend(bend.angle_deg)
         shift = None if measurement is None else self._in_full_pixels(measurement.shift)
+        if self._learned:
+            self._adopt()
         return HeadingUpdate(step, shift, not step.bridged, turns)
 
-    def _learn(self, angle_deg: float) -> None:
-        """Learn from a turn what the field of view is."""
+    def _learn_from_bend(self, angle_deg: float) -> None:
+        """Learn from the angle of a bend what the field of view is."""
         if self._view is None:
             self._view = FieldOfViewEstimator()
         self._view.add(angle_deg, focal=self._focal[0] / self._shape[1])
-        if not self._calibrating:
+        if self._learning is not None:
+            self._learning.add_turn(angle_deg, focal_px=self._focal[0])
+
+    def _adopt(self) -> None:
+        """Go on with the camera that the drive has told, where that makes a difference."""
+        self._learned = False
+        if self._learning is None or self._newest is None:
             return
-        found = self._view.estimate
-        if found.sureness >= SURE:
-            self._calibrating = False
-            factor = self._focal[0] / focal_from_hfov(found.hfov_deg, self._shape[1])
-            for part in (self._tracker, self._turns, self._bends):
-                part.scale(factor)
-            self.use_lens(Lens(hfov_deg=found.hfov_deg))
+        lens = Lens(estimate=self._learning.estimate)
+        if lens.is_close_to(self._lens, self._newest.shape[1]):
+            return
+        self._correct_for(lens)
+        self._lens = lens
+        self._meter = self._make_meter(self._newest)
+        self._meter.update(self._newest, 0.0)
+
+    def _correct_for(self, lens: Lens) -> None:
+        """Correct all angles so far, which were measured with the wrong lens."""
+        if not self._shape:
+            return
+        factor = self._lens.focal_for(self._shape[1]) / lens.focal_for(self._shape[1])
+        for part in (self._tracker, self._turns, self._bends):
+            part.scale(factor * self._lens.tilt / lens.tilt)
 
     def _make_meter(self, frame: Frame) -> YawMeter:
         if frame.ndim != 2 or min(frame.shape) < 1:

@@ -10,6 +10,7 @@ However far it goes, it is one turn. The definition takes headings and stamps on
 for measured headings and for true ones alike.
 """
 
+from collections import deque
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 import math
@@ -17,6 +18,8 @@ import math
 MIN_RATE_DEG_S = 5.0
 MIN_ANGLE_DEG = 60.0
 LONGEST_DIP_NS = 500_000_000
+# Stretches kept for the case that all headings turn out to be wrong by a factor.
+_KEPT = 20
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,7 +75,8 @@ class TurnDetector:
                 raise ValueError(f'{name} is {value}: give a finite number above 0')
         self._min_angle = min_angle_deg
         # To either side for itself: a pair to the wrong side does not end a turn.
-        self._sides = (_Side(1, min_rate_deg_s), _Side(-1, min_rate_deg_s))
+        self._sides = tuple(
+            _Side(sign, min_rate_deg_s, min_angle_deg) for sign in (1, -1))
         self.reset()
 
     def reset(self) -> None:
@@ -109,13 +113,19 @@ class TurnDetector:
         if last is None:
             return []
         ended = self._large_enough(
-            [side.update(self._frame, last, self._last) for side in self._sides])
+            turn for side in self._sides
+            for turn in (*side.take_late(), side.update(self._frame, last, self._last)))
         for side in self._sides:
-            side.count(self._min_angle)
+            side.count()
         return ended
 
     def scale(self, factor: float) -> None:
-        """Correct all headings so far, which turn out to be wrong by a factor."""
+        """
+        Correct all headings so far, which turn out to be wrong by a factor.
+
+        A bend that turns out to have been a turn is returned by the next update; what was
+        returned before stays as it was.
+        """
         if self._last is not None:
             self._last = (self._last[0], self._last[1] * factor)
         for side in self._sides:
@@ -123,9 +133,9 @@ class TurnDetector:
 
     def finish(self) -> list[Turn]:
         """Return the turn under way, if it is large enough already, and forget everything."""
-        under_way = [side.turn for side in self._sides]
+        found = [turn for side in self._sides for turn in (*side.late, side.turn)]
         self.reset()
-        return self._large_enough(under_way)
+        return self._large_enough(found)
 
     def _large_enough(self, ended: Iterable[Turn | None]) -> list[Turn]:
         return [
@@ -159,33 +169,52 @@ def find_turns(
 class _Side:
     """The stretches in which the vehicle yaws to one side."""
 
-    def __init__(self, sign: int, min_rate: float) -> None:
+    def __init__(self, sign: int, min_rate: float, min_angle: float) -> None:
         self._sign = sign
         self._min_rate = min_rate
+        self._min_angle = min_angle
+        # The newest stretches that have ended, each with the quarters counted of it.
+        self._ended: deque[tuple[Turn, int]] = deque(maxlen=_KEPT)
         self.forget()
 
     def forget(self) -> None:
         self._start_heading = 0.0
         self.turn: Turn | None = None
+        self._ended.clear()
+        self.late: list[Turn] = []
         self.quarters = 0
         # Of these, those of the turn under way.
         self._counted = 0
 
-    def count(self, min_angle: float) -> None:
+    def count(self) -> None:
         """Count the quarters that the turn under way has reached."""
-        if self.turn is None or abs(self.turn.angle_deg) < min_angle:
-            return
-        further = self.turn.quarter_turns - self._counted
-        if further * self._sign > 0:
-            self.quarters += further
-            self._counted += further
+        if self.turn is not None:
+            self._counted = self._count(self.turn, self._counted)
+
+    def take_late(self) -> list[Turn]:
+        late, self.late = self.late, []
+        return late
 
     def scale(self, factor: float) -> None:
         self._start_heading *= factor
+        for _ in range(len(self._ended)):
+            before, counted = self._ended.popleft()
+            after = _scaled(before, factor)
+            if abs(before.angle_deg) < self._min_angle <= abs(after.angle_deg):
+                self.late.append(after)
+            self._ended.append((after, self._count(after, counted)))
         if self.turn is not None:
-            self.turn = replace(
-                self.turn, angle_deg=self.turn.angle_deg * factor,
-                peak_rate_deg_s=self.turn.peak_rate_deg_s * factor)
+            self.turn = _scaled(self.turn, factor)
+
+    def _count(self, turn: Turn, counted: int) -> int:
+        """Count the quarters of a turn beyond those counted; return how many are now."""
+        if abs(turn.angle_deg) < self._min_angle:
+            return counted
+        further = turn.quarter_turns - counted
+        if further * self._sign <= 0:
+            return counted
+        self.quarters += further
+        return turn.quarter_turns
 
     def update(
         self, frame: int, before: tuple[int, float], after: tuple[int, float],
@@ -195,6 +224,7 @@ class _Side:
         ended = None
         if self.turn is not None and before[0] - self.turn.end_ns > LONGEST_DIP_NS:
             ended, self.turn = self.turn, None
+            self._ended.append((ended, self._counted))
         if rate * self._sign <= self._min_rate:
             return ended
         if self.turn is None:
@@ -207,3 +237,9 @@ class _Side:
                 self.turn.start_frame, frame, self.turn.start_ns, after[0],
                 after[1] - self._start_heading, peak)
         return ended
+
+
+def _scaled(turn: Turn, factor: float) -> Turn:
+    return replace(
+        turn, angle_deg=turn.angle_deg * factor,
+        peak_rate_deg_s=turn.peak_rate_deg_s * factor)
