@@ -42,6 +42,10 @@ class CameraEstimate:
     """Of the lens: 1 for a pinhole, 0 for an equidistant fisheye (see ``lens``)."""
     straightness_deviation: float = 0.0
     """Its standard deviation."""
+    column_px: float = 0.0
+    """Column of the principal point, in pixels to the right of the middle of the picture."""
+    column_deviation_px: float = 0.0
+    """Its standard deviation."""
     pitch_deg: float = 0.0
     """How far the camera looks down, in degrees."""
     pitch_deviation_deg: float = math.degrees(Horizon().pitch_deviation)
@@ -106,12 +110,12 @@ class CameraEstimate:
     @property
     def model(self) -> CameraModel:
         """Return the model of the camera."""
-        return self.lens.model((self.height, self.width))
+        return self.lens.model((self.height, self.width), column=self.column_px)
 
     @property
     def hfov_deg(self) -> float:
         """Return the horizontal field of view in degrees, from edge to edge."""
-        return self.lens.hfov_deg(self.width)
+        return self.lens.hfov_deg(self.width, column=self.column_px)
 
     @property
     def focal_interval_px(self) -> tuple[float, float]:
@@ -154,11 +158,16 @@ def combined(estimates: Sequence[CameraEstimate]) -> CameraEstimate:
     straightness, straightness_deviation = _mean(
         [one.straightness for one in estimates],
         [one.straightness_deviation for one in estimates], _COMMON)
+    column, column_deviation = _mean(
+        [one.column_px * first.width / one.width for one in estimates],
+        [one.column_deviation_px * first.width / one.width for one in estimates],
+        0.0)
     horizon = combined_horizon([one.horizon for one in estimates])
     return CameraEstimate(
         width=first.width, height=first.height, focal_px=math.exp(log_focal),
         focal_deviation=deviation, straightness=straightness,
         straightness_deviation=straightness_deviation,
+        column_px=column, column_deviation_px=column_deviation,
         pitch_deg=math.degrees(horizon.pitch), roll_deg=math.degrees(horizon.roll),
         pitch_deviation_deg=math.degrees(horizon.pitch_deviation),
         roll_deviation_deg=math.degrees(horizon.roll_deviation),

@@ -17,6 +17,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 from phase_traj_ros.core.camera.lens import OneNumberLens, radius
+from phase_traj_ros.core.camera.robust_mean import RobustMean
 
 # What is known of cameras beforehand, radians: most are mounted nearly level.
 _PITCH, _ROLL = math.radians(8.0), math.radians(3.0)
@@ -25,8 +26,6 @@ _TURN_PITCH, _TURN_ROLL = math.radians(1.0), math.radians(2.0)
 # The same for the direction of travel, and how many pairs that follow each other tell no more
 # than one.
 _TRAVEL, _ALIKE = math.radians(0.5), 30.0
-# Farther off than this, in deviations, counts ever less.
-_FAR = 2.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,7 +68,7 @@ class HorizonEstimator:
 
     def __init__(self) -> None:
         """Make an estimator that has seen nothing."""
-        self._pitch, self._roll = _Mean(_PITCH), _Mean(_ROLL)
+        self._pitch, self._roll = RobustMean(_PITCH), RobustMean(_ROLL)
 
     def add_turn(self, down: NDArray[np.float64], deviation: float = 0.0) -> None:
         """
@@ -110,31 +109,9 @@ class HorizonEstimator:
             self._pitch.mean, self._roll.mean, self._pitch.deviation, self._roll.deviation)
 
 
-class _Mean:
-    """A mean of values with deviations, of which those far off count less."""
-
-    def __init__(self, deviation: float) -> None:
-        self._weight, self._sum = deviation ** -2, 0.0
-
-    @property
-    def mean(self) -> float:
-        return self._sum / self._weight
-
-    @property
-    def deviation(self) -> float:
-        return self._weight ** -0.5
-
-    def add(self, value: float, deviation: float) -> None:
-        variance = deviation * deviation
-        off = (value - self.mean) ** 2 / (variance + 1.0 / self._weight)
-        weight = 1.0 / (variance * max(1.0, off / _FAR ** 2))
-        self._weight += weight
-        self._sum += weight * value
-
-
 def combined(horizons: list[Horizon]) -> Horizon:
     """Return what several recordings of one camera tell together."""
-    pitch, roll = _Mean(_PITCH), _Mean(_ROLL)
+    pitch, roll = RobustMean(_PITCH), RobustMean(_ROLL)
     for horizon in horizons:
         pitch.add(horizon.pitch, horizon.pitch_deviation)
         roll.add(horizon.roll, horizon.roll_deviation)

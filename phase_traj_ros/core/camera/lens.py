@@ -13,7 +13,7 @@ has k = 1, a stereographic fisheye 1/4, an equidistant one 0, and an equisolid o
 its sign, k runs through all of them without a jump: r / f = a + k a^3 / 3 + ...
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 import math
 
 import numpy as np
@@ -115,22 +115,29 @@ class OneNumberLens:
                 f'straightness is {self.straightness}: give a number from {least} to {most}, 1 for'
                 ' a pinhole')
 
-    def hfov_deg(self, width: int) -> float:
-        """Return the horizontal field of view in degrees, from edge to edge, of a picture."""
-        edge = np.array([width / 2 / self.focal_px])
-        return min(math.degrees(2.0 * float(angle_at(edge, self.straightness)[0])), 360.0)
+    def hfov_deg(self, width: int, *, column: float = 0.0) -> float:
+        """
+        Return the horizontal field of view in degrees of a picture, from edge to edge.
 
-    def model(self, shape: tuple[int, int]) -> CameraModel:
+        ``column`` is that of the principal point, in pixels to the right of the middle.
+        """
+        edges = np.array([width / 2 - column, width / 2 + column]) / self.focal_px
+        angles = np.sign(edges) * angle_at(np.abs(edges), self.straightness)
+        return min(math.degrees(float(angles.sum())), 360.0)
+
+    def model(self, shape: tuple[int, int], *, column: float = 0.0) -> CameraModel:
         """
         Return the model of a camera with this lens, for pictures (H, W).
 
-        The principal point is in the middle. A lens that is nearly a pinhole is made one.
+        The principal point is ``column`` pixels to the right of the middle. A lens that is nearly
+        a pinhole is made one.
         """
-        pinhole = CameraModel.pinhole(shape, self.focal_px)
+        middle = CameraModel.pinhole(shape, self.focal_px)
+        pinhole = replace(middle, cx=middle.cx + column)
         if abs(self.straightness - PINHOLE) < _STRAIGHT:
             return pinhole
         height, width = shape
-        corner = np.array([math.hypot(height, width) / 2 / self.focal_px])
+        corner = np.array([math.hypot(height / 2, width / 2 + abs(column)) / self.focal_px])
         farthest = min(float(angle_at(corner, self.straightness)[0]), _FITTED_TO)
         # The pinhole's r grows beyond all measure: there the series holds up to its edge only.
         if self.straightness > 0.0:

@@ -17,6 +17,7 @@ from phase_traj_ros.core.camera.estimate import CameraEstimate
 from phase_traj_ros.core.camera.horizon import HorizonEstimator
 from phase_traj_ros.core.camera.lens import PINHOLE, STRAIGHTNESS_RANGE
 from phase_traj_ros.core.camera.right_angles import RightAngles
+from phase_traj_ros.core.camera.robust_mean import RobustMean
 from phase_traj_ros.core.camera.turn_fit import fit_turn, TurnFit, TurnTracks
 from phase_traj_ros.core.camera.turn_tracks import TurnFollower
 from phase_traj_ros.core.correlation.phase_correlation import Frame
@@ -34,12 +35,17 @@ _UNSURE, _WRONG, _FREEDOM = 2.5, (0.03, 0.05), 4.0
 _COMMON = 0.02
 # Fits of a higher cost per sight, or less sure of the focal length than this, are of no use.
 _MOST_COST, _LEAST_SURE = 3.0, 0.12
-# Guesses: focal length in widths, straightness.
-_GUESSES = ((0.23, 1.0), (0.45, 0.6), (0.9, 0.9))
+# Guesses: focal length and column of the principal point in widths, straightness between. Where
+# none fits well, the pictures may be cut out of larger ones.
+_GUESSES = ((0.23, 1.0, 0.0), (0.45, 0.6, 0.0), (0.9, 0.9, 0.0))
+_CUT_OUT = ((0.9, 0.9, -0.45), (0.9, 0.9, 0.45))
+# The principal point is in the middle but for this, and fits tell it but for this; in widths.
+_OFF_MIDDLE, _COLUMN_WRONG = 0.05, 0.015
 # From here on, the next fit starts at the estimate.
 _KNOWN, _GOOD_COST = 0.08, 2.0
-# The n-th fit is not made before so many frames times n squared: many turns tell no more.
-_FRAMES = 8
+# Of all fits but the first ones, the n-th is not tried before so many frames times n squared: many
+# turns tell no more.
+_FREE, _FRAMES = 4, 25
 _HORIZON = math.radians(0.2)
 
 
@@ -68,7 +74,8 @@ class SelfCalibration:
         self._log: NDArray[np.float64] = usual[:, None] + np.log(kinds)
         self._angles = RightAngles(_FOCALS)
         self._horizon = HorizonEstimator()
-        self._frames, self._fits = 0, 0
+        self._column = RobustMean(_OFF_MIDDLE)
+        self._frames, self._tried, self._fits = 0, 0, 0
         self._estimate: CameraEstimate | None = None
 
     def cut(self) -> None:
@@ -96,7 +103,7 @@ class SelfCalibration:
             self._shape = shape
             self.forget()
         self._frames += 1
-        wanted = self._frames >= _FRAMES * self._fits * self._fits
+        wanted = self._frames >= _FRAMES * max(0, self._tried + 1 - _FREE) ** 2
         return self._learn(self._follower.update(frame, shift_px, interval, wanted=wanted))
 
     def finish(self) -> bool:
@@ -155,7 +162,8 @@ class SelfCalibration:
         return CameraEstimate(
             width=width, height=height, focal_px=math.exp(focal) * width,
             focal_deviation=math.hypot(focal_deviation, _COMMON), straightness=straight,
-            straightness_deviation=straight_deviation,
+            straightness_deviation=straight_deviation, column_px=self._column.mean * width,
+            column_deviation_px=self._column.deviation * width,
             pitch_deg=math.degrees(horizon.pitch),
             pitch_deviation_deg=math.degrees(horizon.pitch_deviation),
             roll_deg=math.degrees(horizon.roll),
@@ -165,24 +173,32 @@ class SelfCalibration:
         """Fit a stretch of a turn, if there is one, and add what it tells."""
         if tracks is None or self._shape is None:
             return False
+        self._tried += 1
         fit = self._fit(tracks, self._shape[1])
         if fit is None:
             return False
         self._fits += 1
         self._log += _log_likelihood(fit, self._shape[1])
+        self._column.add(fit.column / self._shape[1], math.hypot(
+            _COLUMN_WRONG, _UNSURE * math.sqrt(fit.covariance[2, 2]) / self._shape[1]))
         self._horizon.add_turn(fit.down, _HORIZON / max(abs(math.sin(fit.angle)), 0.1))
         self._estimate = None
         return True
 
     def _fit(self, tracks: TurnTracks, width: int) -> TurnFit | None:
+        """Fit from what is known; where that fails, from ever more guesses."""
         fit = None
         if self._fits and self.estimate.focal_deviation < _KNOWN:
-            lens = self.estimate.lens
-            fit = fit_turn(tracks, [(lens.focal_px, lens.straightness)])
-        if fit is None or fit.cost > _GOOD_COST:
-            guessed = fit_turn(tracks, [(focal * width, k) for focal, k in _GUESSES])
-            if fit is None or (guessed is not None and guessed.cost < fit.cost):
-                fit = guessed
+            known = self.estimate
+            fit = fit_turn(
+                tracks, [(known.focal_px, known.straightness, known.column_px)], width=width)
+        for guesses in (_GUESSES, _CUT_OUT):
+            if fit is None or fit.cost > _GOOD_COST:
+                other = fit_turn(tracks, [
+                    (focal * width, straightness, column * width)
+                    for focal, straightness, column in guesses], width=width)
+                if fit is None or (other is not None and other.cost < fit.cost):
+                    fit = other
         if fit is None or fit.cost > _MOST_COST:
             return None
         return fit if math.sqrt(fit.covariance[0, 0]) < _LEAST_SURE else None
@@ -195,7 +211,7 @@ def _moments(density: NDArray[np.float64], values: NDArray[np.float64]) -> tuple
 
 def _log_likelihood(fit: TurnFit, width: int) -> NDArray[np.float64]:
     """Return how likely a fit is for each focal length and straightness of the grid."""
-    covariance = _UNSURE ** 2 * max(fit.cost, 1.0) * fit.covariance + np.diag(np.square(_WRONG))
+    covariance = _UNSURE ** 2 * max(fit.cost, 1.0) * fit.covariance[:2, :2] + np.diag(np.square(_WRONG))
     inverse = np.linalg.inv(covariance)
     focal = (_FOCALS - (fit.log_focal - math.log(width)))[:, None]
     straight = (_STRAIGHTS - fit.straightness)[None, :]

@@ -36,6 +36,8 @@ _START_NEARNESS = 0.03
 _AHEAD, _BEHIND = 1e4, -1e-3
 # What is known of the straightness beforehand: mean and deviation.
 _STRAIGHTNESS = (0.7, 0.6)
+# Of the principal point's column: deviation, in widths of the picture.
+_COLUMN = 0.05
 _FIRST_ITERATIONS, _ITERATIONS, _TRIES = 5, 14, 6
 _FARTHEST = (0.4, 0.5)
 _SETTLED, _LEAST_GAIN = (1e-3, 5e-3), 1e-2
@@ -73,8 +75,10 @@ class TurnFit:
 
     log_focal, straightness
         Of the lens: the logarithm of the focal length in pixels, and k of ``lens``.
+    column
+        Of the principal point, in pixels to the right of the middle of the picture.
     covariance
-        (2, 2) of these two, were there nothing but the points' errors.
+        (3, 3) of these three, were there nothing but the points' errors.
     cost
         Of a sight, on average: about 1 where the world stands still, and the lens is of the family.
     down
@@ -85,6 +89,7 @@ class TurnFit:
 
     log_focal: float
     straightness: float
+    column: float
     covariance: Numbers
     cost: float
     down: Numbers
@@ -97,21 +102,23 @@ class _State:
 
     log_focal: float
     straightness: float
+    column: float
     attitude: Numbers
     place: Numbers
     nearness: Numbers
 
 
 def fit_turn(
-    tracks: TurnTracks, guesses: Sequence[tuple[float, float]],
+    tracks: TurnTracks, guesses: Sequence[tuple[float, float, float]], *, width: int,
 ) -> TurnFit | None:
     """
     Return the lens that explains the tracks best, or None if none is found.
 
-    ``guesses`` are focal lengths in pixels and straightnesses to search from; of more than one,
-    all are followed a few steps, and the best of them to the end.
+    ``guesses`` are what to search from: focal length in pixels, straightness, and column of the
+    principal point, in pixels from the middle of the picture, which is ``width`` pixels wide. Of
+    more than one, all are followed a few steps, and the best of them to the end.
     """
-    problem = _Problem(tracks)
+    problem = _Problem(tracks, width)
     found = [problem.start(*guess) for guess in guesses]
     if len(found) > 1:
         found = [problem.search(state, _FIRST_ITERATIONS) for state in found]
@@ -122,7 +129,7 @@ def fit_turn(
 class _Problem:
     """The sights of one turn, sorted; what they and the vehicle say of a state."""
 
-    def __init__(self, tracks: TurnTracks) -> None:
+    def __init__(self, tracks: TurnTracks, width: int) -> None:
         count = int(tracks.point[-1]) + 1
         points = np.arange(count)
         first = np.searchsorted(tracks.point, points)
@@ -136,6 +143,7 @@ class _Problem:
         self._flow, self._deviation = tracks.flow, _POINT * tracks.reduction
         self._frames, self._points = len(tracks.flow), count
         self._sights = np.arange(len(used))
+        self._column = _COLUMN * width
 
     def search(self, state: _State, iterations: int) -> _State:
         """Go downhill by Levenberg's and Marquardt's method, from a state to a better one."""
@@ -170,7 +178,7 @@ class _Problem:
         """Return what a state says, and how well it is known; None if that cannot be told."""
         normal, mixed, own, _, _ = self._normal(state)
         try:
-            covariance = np.linalg.inv(normal - (mixed / own[:, None]).T @ mixed)[:2, :2]
+            covariance = np.linalg.inv(normal - (mixed / own[:, None]).T @ mixed)[:3, :3]
         except np.linalg.LinAlgError:
             return None
         axis = _rotation_vector(state.attitude[-1] @ state.attitude[0].T)
@@ -178,11 +186,11 @@ class _Problem:
         if angle == 0.0 or not (np.isfinite(covariance).all() and covariance[0, 0] > 0.0):
             return None
         return TurnFit(
-            state.log_focal, state.straightness, covariance,
+            state.log_focal, state.straightness, state.column, covariance,
             self.cost(state) / len(self._sights),
             axis / angle, angle)
 
-    def start(self, focal_px: float, straightness: float) -> _State:
+    def start(self, focal_px: float, straightness: float, column: float) -> _State:
         """Turn evenly about the picture's vertical axis, go on by one unit from frame to frame."""
         turned = np.zeros((self._frames, 3))
         turned[:, 1] = self._flow / focal_px
@@ -190,12 +198,13 @@ class _Problem:
         ahead = attitude[:, 2]
         place = np.zeros((self._frames, 3))
         place[1:] = np.cumsum((ahead[1:] + ahead[:-1]) / 2.0, axis=0)
-        return _State(math.log(focal_px), straightness, attitude, place,
+        return _State(math.log(focal_px), straightness, column, attitude, place,
                       np.full(self._points, _START_NEARNESS))
 
     def _directions(self, state: _State) -> tuple[Numbers, Numbers, Numbers, Numbers]:
         """Return rays in the base frame, base to frame, the way between, and where points are."""
-        ray = rays(self._based, math.exp(state.log_focal), state.straightness)
+        ray = rays(
+            self._based - (state.column, 0.0), math.exp(state.log_focal), state.straightness)
         there = state.attitude[self._frame]
         between = there @ state.attitude[self._base].transpose(0, 2, 1)
         way = _applied(there, state.place[self._base] - state.place[self._frame])
@@ -204,7 +213,8 @@ class _Problem:
 
     def _places(self, state: _State) -> Numbers:
         seen = self._directions(state)[3]
-        return places(seen, math.exp(state.log_focal), state.straightness)[0]
+        found = places(seen, math.exp(state.log_focal), state.straightness)[0]
+        return found + (state.column, 0.0)
 
     def cost(self, state: _State) -> float:
         """Return how badly a state explains the sights, and departs from what is usual."""
@@ -213,7 +223,10 @@ class _Problem:
         known = self._known(state)[0]
         behind = np.minimum(state.nearness, 0.0)
         near = state.nearness / _NEARNESS
-        cost = robust + float((known * known).sum() + _AHEAD * (behind @ behind) + near @ near)
+        mean, deviation = _STRAIGHTNESS
+        lens = ((state.straightness - mean) / deviation) ** 2 + (state.column / self._column) ** 2
+        cost = lens + robust + float(
+            (known * known).sum() + _AHEAD * (behind @ behind) + near @ near)
         return cost if math.isfinite(cost) else math.inf
 
     def _known(self, state: _State) -> tuple[Numbers, Numbers]:
@@ -237,13 +250,15 @@ class _Problem:
         focal = math.exp(state.log_focal)
         ray, between, way, seen = self._directions(state)
         found, change = places(seen, focal, state.straightness)
+        found += (state.column, 0.0)
         error = (found - self._seen) / self._deviation
         weight = 1.0 / (1.0 + (error * error).sum(axis=1) / 2.0)
         change /= self._deviation
         nearness = state.nearness[self._point]
         lens = [(self._places(other) - found) / (_DELTA * self._deviation) for other in (
             replace(state, log_focal=state.log_focal + _DELTA),
-            replace(state, straightness=state.straightness + _DELTA))]
+            replace(state, straightness=state.straightness + _DELTA),
+            replace(state, column=state.column + _DELTA))]
         # Of each sight, two rows: by frames, three rotations and three shifts each.
         rows = np.zeros((len(self._sights), 2, self._frames, 6))
         moved = (change @ state.attitude[self._frame]) * nearness[:, None, None]
@@ -277,12 +292,14 @@ class _Problem:
             rows[steps, row, steps + 1, axis] = 1.0 / _SHAKE
             rows[steps, row, steps, axis] = -1.0 / _SHAKE
         jacobian = rows[:, :, 1:].reshape(-1, 6 * (self._frames - 1))
-        normal = np.zeros((2 + jacobian.shape[1],) * 2)
-        normal[2:, 2:] = jacobian.T @ jacobian
-        gradient = np.concatenate([np.zeros(2), jacobian.T @ off.ravel()])
+        normal = np.zeros((3 + jacobian.shape[1],) * 2)
+        normal[3:, 3:] = jacobian.T @ jacobian
+        gradient = np.concatenate([np.zeros(3), jacobian.T @ off.ravel()])
         mean, deviation = _STRAIGHTNESS
         normal[1, 1] = deviation ** -2
         gradient[1] = (state.straightness - mean) / deviation ** 2
+        normal[2, 2] = self._column ** -2
+        gradient[2] = state.column / self._column ** 2
         return normal, gradient
 
 
@@ -290,13 +307,14 @@ def _moved(state: _State, step: Numbers, near: Numbers) -> _State:
     """Return the state a step farther."""
     focal, straight = (
         float(np.clip(value, -most, most)) for value, most in zip(step[:2], _FARTHEST))
-    frames = step[2:].reshape(-1, 6)
+    frames = step[3:].reshape(-1, 6)
     attitude, place = state.attitude.copy(), state.place.copy()
     attitude[1:] = _rotations(frames[:, :3]) @ attitude[1:]
     place[1:] += frames[:, 3:]
     return _State(
         state.log_focal + focal,
-        float(np.clip(state.straightness + straight, *STRAIGHTNESS_RANGE)), attitude, place,
+        float(np.clip(state.straightness + straight, *STRAIGHTNESS_RANGE)),
+        state.column + float(step[2]), attitude, place,
         np.maximum(state.nearness + near, _BEHIND))
 
 
