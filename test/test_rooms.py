@@ -189,6 +189,17 @@ def test_rooms_hold_nothing_but_their_docstring(modules):
             assert len(tree.body) == 1, name
 
 
+def test_errors_below_the_command_line_do_not_name_its_options(modules):
+    # Who calls from Python has no --topic to leave out.
+    assert [
+        f'{name}: {text.value}' for name, tree in modules.trees.items()
+        if not f'{name}.'.startswith(('cli.', 'ros.'))
+        for call in ast.walk(tree) if isinstance(call, ast.Call)
+        and isinstance(call.func, ast.Name) and call.func.id.endswith('Error')
+        for text in ast.walk(call) if isinstance(text, ast.Constant)
+        and isinstance(text.value, str) and re.search(r'(?<!\S)--[a-z]', text.value)] == []
+
+
 @pytest.fixture
 def made(tmp_path):
     """Return a function that makes a package: core with the rooms low and high, and io."""
