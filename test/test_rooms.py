@@ -189,6 +189,14 @@ def test_rooms_hold_nothing_but_their_docstring(modules):
             assert len(tree.body) == 1, name
 
 
+def test_the_tests_mirror_the_rooms():
+    tests = PACKAGE.parent / 'test'
+    folders = {file.parent.relative_to(tests) for file in tests.rglob('test_*.py')}
+    assert [
+        str(folder) for folder in sorted(folders - {Path('.'), Path('integration')})
+        if not (PACKAGE / folder / '__init__.py').is_file()] == []
+
+
 def test_errors_below_the_command_line_do_not_name_its_options(modules):
     # Who calls from Python has no --topic to leave out.
     assert [
