@@ -197,6 +197,30 @@ def test_the_tests_mirror_the_rooms():
         if not (PACKAGE / folder / '__init__.py').is_file()] == []
 
 
+def test_the_readme_shows_the_rooms(modules):
+    text = (PACKAGE.parent / 'README.md').read_text()
+    [shown] = re.findall(r'^    phase_traj_ros/\n((?:      .*\n)+)', text, re.MULTILINE)
+    pictured, room = [], ''
+    for line in shown.splitlines():
+        # A line is of one room and what it is for, or of several rooms inside the one above.
+        names = re.match(r'(?:\w+/ ?)+', line.strip())[0].replace('/', '').split()
+        if line.startswith(' ' * 8):
+            pictured += [f'{room}.{name}' for name in names]
+        else:
+            pictured += names
+            [room] = names
+
+    rooms = [
+        name for name in modules.files
+        if name and modules.is_room(name) and name.count('.') < 2]
+    assert sorted(pictured) == rooms
+    # In the order of the floors, so that what is said below the picture is true.
+    for folder in ('core', 'io', 'synthetic'):
+        inside = [name for name in pictured if name.startswith(f'{folder}.')]
+        floors = [_floor(FLOORS[folder], name.rpartition('.')[2]) for name in inside]
+        assert floors == sorted(floors), folder
+
+
 def test_errors_below_the_command_line_do_not_name_its_options(modules):
     # Who calls from Python has no --topic to leave out.
     assert [
