@@ -189,6 +189,49 @@ def test_rooms_hold_nothing_but_their_docstring(modules):
             assert len(tree.body) == 1, name
 
 
+def test_the_tests_mirror_the_rooms():
+    tests = PACKAGE.parent / 'test'
+    folders = {file.parent.relative_to(tests) for file in tests.rglob('test_*.py')}
+    assert [
+        str(folder) for folder in sorted(folders - {Path('.'), Path('integration')})
+        if not (PACKAGE / folder / '__init__.py').is_file()] == []
+
+
+def test_the_readme_shows_the_rooms(modules):
+    text = (PACKAGE.parent / 'README.md').read_text()
+    [shown] = re.findall(r'^    phase_traj_ros/\n((?:      .*\n)+)', text, re.MULTILINE)
+    pictured, room = [], ''
+    for line in shown.splitlines():
+        # A line is of one room and what it is for, or of several rooms inside the one above.
+        names = re.match(r'(?:\w+/ ?)+', line.strip())[0].replace('/', '').split()
+        if line.startswith(' ' * 8):
+            pictured += [f'{room}.{name}' for name in names]
+        else:
+            pictured += names
+            [room] = names
+
+    rooms = [
+        name for name in modules.files
+        if name and modules.is_room(name) and name.count('.') < 2]
+    assert sorted(pictured) == rooms
+    # In the order of the floors, so that what is said below the picture is true.
+    for folder in ('core', 'io', 'synthetic'):
+        inside = [name for name in pictured if name.startswith(f'{folder}.')]
+        floors = [_floor(FLOORS[folder], name.rpartition('.')[2]) for name in inside]
+        assert floors == sorted(floors), folder
+
+
+def test_errors_below_the_command_line_do_not_name_its_options(modules):
+    # Who calls from Python has no --topic to leave out.
+    assert [
+        f'{name}: {text.value}' for name, tree in modules.trees.items()
+        if not f'{name}.'.startswith(('cli.', 'ros.'))
+        for call in ast.walk(tree) if isinstance(call, ast.Call)
+        and isinstance(call.func, ast.Name) and call.func.id.endswith('Error')
+        for text in ast.walk(call) if isinstance(text, ast.Constant)
+        and isinstance(text.value, str) and re.search(r'(?<!\S)--[a-z]', text.value)] == []
+
+
 @pytest.fixture
 def made(tmp_path):
     """Return a function that makes a package: core with the rooms low and high, and io."""

@@ -88,11 +88,11 @@ def test_an_error_leaves_nothing_behind(folder, tmp_path, capsys):
 
 
 @pytest.mark.parametrize(('arguments', 'message'), [
-    (['--report'], '--report writes into the folder of --output'),
-    (['--svg'], '--svg writes into the folder of --output'),
+    (['--report'], 'report writes into the output folder'),
+    (['--svg'], 'svg writes into the output folder'),
     (['--bag-out', 'x.bag'], 'its name has to end in .mcap'),
     (['--animation', 'x.png'], 'its name has to end in .gif'),
-    (['--bag-debug-images'], '--bag-debug-images is about the bag of --bag-out'),
+    (['--bag-debug-images'], 'bag_debug_images is about the bag of bag_out'),
     (['{folder}'], 'several sources need --output DIR'),
     (['{folder}', '--output', '{out}', '--live'], '--live takes one source'),
     (['{folder}', '--output', '{out}', '--animation', 'x.gif'], '--animation takes one source'),

@@ -161,7 +161,7 @@ class Messages:
                 for name, report in reports.items()])
 
     def picture(self, picture: NDArray[np.uint8], header: Any) -> Any:
-        """Return a picture (H, W, 3) in the order blue, green, red as a sensor_msgs/Image."""
+        """Return a picture in the order blue, green, red, (H, W, 3), as a sensor_msgs/Image."""
         height, width, _ = picture.shape
         return self._types['sensor_msgs/msg/Image'](
             header=header, height=height, width=width, encoding='bgr8', is_bigendian=0,

@@ -63,7 +63,7 @@ class Animation:
         except ImportError:
             raise MissingDependencyError(
                 'animations need Pillow: install python3-pil (apt) or Pillow (pip), or leave out'
-                ' --animation') from None
+                ' animation') from None
         self._width = width
         self._scenes: Thinned[_Scene] = Thinned(limit)
 

@@ -115,7 +115,7 @@ class BagSink:
         if update.stamp_ns not in _STAMPS_NS:
             raise OutputError(
                 f'a bag cannot hold the stamp {update.stamp_ns / 1e9:.9f} s: it takes those from'
-                ' 0 to 2**31 seconds; leave out --bag-out')
+                ' 0 to 2**31 seconds; leave out bag_out')
         self._bag.add(update)
         if self._debug_images:
             self._bag.add_picture(draw(frame, update, estimator), update.stamp_ns)
@@ -231,7 +231,7 @@ def _types() -> Any:
     except ImportError as error:
         raise MissingDependencyError(
             f'writing bags needs the Python package rosbags, 0.11 or later ({error}): pip'
-            ' install -U rosbags (in a venv on Ubuntu 24.04), or leave out --bag-out') from None
+            ' install -U rosbags (in a venv on Ubuntu 24.04), or leave out bag_out') from None
     return get_typestore(Stores.ROS2_JAZZY)
 
 

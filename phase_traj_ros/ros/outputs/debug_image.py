@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""One picture that shows what the node sees and makes of it."""
+"""Publishes the debug picture while somebody subscribes to it."""
 
 from phase_traj_ros.core import TrajectoryEstimator, Update
 from phase_traj_ros.io.messages.published import DEBUG_IMAGE
