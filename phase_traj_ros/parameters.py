@@ -15,8 +15,8 @@ from functools import cache
 from typing import Any, cast
 
 from phase_traj_ros.core import EstimatorSettings, PAPER_THRESHOLD, View, Window
-from phase_traj_ros.core.camera.field_of_view import ASSUMED_HFOV_DEG
 from phase_traj_ros.core.camera.given_lens import Lens
+from phase_traj_ros.core.camera.lens import PINHOLE, STRAIGHTNESS_RANGE
 from phase_traj_ros.core.camera.projection import LEAST_HFOV_DEG
 from phase_traj_ros.core.correlation.quality import GateSettings, StillnessSettings
 from phase_traj_ros.core.path.speed import MOST_SPEED
@@ -57,15 +57,18 @@ class Parameters:
         1 << 26, 'Compressed images of more pixels are refused before they are decoded.',
         minimum=64, maximum=1 << 30, read_only=True)
     threshold: float = parameter(
-        PAPER_THRESHOLD, 'Horizontal shift between two frames from which a pair counts as a turn.',
-        unit='px/frame', **POSITIVE)
+        0.0, 'Horizontal shift between two frames from which a pair counts as a turn: the paper\'s'
+        f' rule. 0 leaves the choice to code_source, and is {PAPER_THRESHOLD:g} with shift.',
+        unit='px/frame', minimum=0.0, maximum=1e6)
     threshold_deg_s: float = parameter(
-        0.0, 'Yaw rate from which a pair counts as a turn, in the place of threshold: it is the'
+        0.0, 'Yaw rate from which a pair counts as a turn, instead of threshold: it is the'
         ' same for all cameras and frame rates. Takes a focal length; 0 uses threshold.',
         unit='deg/s', minimum=0.0, maximum=1000.0)
     code_source: str = parameter(
-        CodeSource.SHIFT.value, 'What the codes are made from: the shift against the threshold'
-        ' (the paper), or the heading, quantised, which takes a focal length.',
+        CodeSource.AUTO.value, 'What the codes are made from: the turns, with a camera that is'
+        ' learned from the drive where it is not known (auto); the shift against the threshold'
+        ' (the paper); or the heading, quantised, which takes a focal length. A threshold makes'
+        ' shift of auto.',
         choices=tuple(each.value for each in CodeSource), read_only=True)
     connectivity: int = parameter(
         4, 'Directions that the heading is quantised to: the four of the paper, or the eight of'
@@ -78,10 +81,23 @@ class Parameters:
         0.0, 'Horizontal field of view of the camera, which stands in for focal_px where that is'
         ' 0. Where both are 0 and a focal length is needed, that of camera_info is taken.',
         unit='deg', minimum=0.0, maximum=179.0, read_only=True)
+    lens_straightness: float = parameter(
+        PINHOLE, 'Kind of lens, with focal_px or hfov_deg: 1 for a pinhole, 0 for an equidistant'
+        ' fisheye. phase_traj calibrate tells it.', minimum=STRAIGHTNESS_RANGE[0],
+        maximum=STRAIGHTNESS_RANGE[1], read_only=True)
+    lens_offset: float = parameter(
+        0.0, 'How far the principal point is to the right of the middle, with focal_px or'
+        ' hfov_deg, in widths of the image.', minimum=-0.5, maximum=0.5, read_only=True)
+    camera_pitch_deg: float = parameter(
+        0.0, 'How far the camera looks down, with focal_px or hfov_deg.', unit='deg',
+        minimum=-60.0, maximum=60.0, read_only=True)
+    camera_roll_deg: float = parameter(
+        0.0, 'How far the right side of the camera hangs down, with focal_px or hfov_deg.',
+        unit='deg', minimum=-60.0, maximum=60.0, read_only=True)
     estimate_fov: bool = parameter(
-        False, 'Whether the field of view is estimated from the turns of the drive, where neither'
-        f' focal_px nor hfov_deg is given: {ASSUMED_HFOV_DEG:g} degrees until a few right angles'
-        ' have told it.', read_only=True)
+        False, 'Old name of what code_source auto does by itself: with another code source, whether'
+        ' the camera is learned from the drive where neither focal_px nor hfov_deg is given.',
+        read_only=True)
     rectified: bool = parameter(
         False, 'Whether the images are rectified: then P of camera_info holds for them, else K'
         ' and its distortion.', read_only=True)
@@ -141,8 +157,9 @@ class Parameters:
         1.0, 'Length drawn for each step of the path; a path from the heading with a speed is in'
         ' metres as it is.', unit='m', **POSITIVE)
     path_from: str = parameter(
-        PathSource.CODES.value, 'What the path is drawn from: the direction codes (the paper), or'
-        ' the measured heading, which takes a focal length.',
+        PathSource.AUTO.value, 'What the path is drawn from: the direction codes (the paper), or'
+        ' the measured heading, which takes a focal length. auto is the heading with code_source'
+        ' auto, else the codes.',
         choices=tuple(each.value for each in PathSource), read_only=True)
     speed: float = parameter(
         0.0, 'Speed of the vehicle, if it is constant: odom is published in metres, and a path'
@@ -189,10 +206,10 @@ class Parameters:
             raise ParameterError(
                 f"parameter 'hfov_deg' is {self.hfov_deg}: it takes {LEAST_HFOV_DEG} or more, or 0"
                 ' where it is not known')
-        if self.connectivity == 8 and not self.codes_from_heading:
+        if self.connectivity == 8 and self.codes_from is not CodeSource.HEADING:
             raise ParameterError(
-                "parameter 'connectivity' is 8: it takes code_source heading, as the shift tells"
-                ' right angles only')
+                "parameter 'connectivity' is 8: it takes code_source heading, as shift and turns"
+                ' tell right angles only')
         if self.speed > 0 and self.use_speed_topic:
             raise ParameterError(
                 "parameters 'speed' and 'use_speed_topic' are both set: the speed is either"
@@ -217,9 +234,27 @@ class Parameters:
         return replace(self, **cast('dict[str, Any]', dict(values)))
 
     @property
+    def codes_from(self) -> CodeSource:
+        """Return what the codes are made from: a threshold asks for the paper's rule."""
+        if self.code_source == CodeSource.AUTO.value and (
+                self.threshold > 0 or self.threshold_deg_s > 0):
+            return CodeSource.SHIFT
+        return CodeSource(self.code_source)
+
+    @property
     def codes_from_heading(self) -> bool:
-        """Return whether the codes are made from the heading, and not from the shift."""
-        return self.code_source == CodeSource.HEADING.value
+        """Return whether the codes are made from heading or turns, and not from the shift."""
+        return self.codes_from is not CodeSource.SHIFT
+
+    @property
+    def threshold_px(self) -> float:
+        """Return T in pixels per frame."""
+        return self.threshold or PAPER_THRESHOLD
+
+    @property
+    def path_from_heading(self) -> bool:
+        """Return whether the path is drawn from the heading, and not from the codes."""
+        return self.estimator_settings().draws_heading
 
     @property
     def measures_heading(self) -> bool:
@@ -239,13 +274,12 @@ class Parameters:
     @property
     def path_scale(self) -> float:
         """Return the metres that a unit of the path stands for."""
-        known = self.metric and self.path_from == PathSource.HEADING.value
-        return 1.0 if known else self.step_length
+        return 1.0 if self.metric and self.path_from_heading else self.step_length
 
     def estimator_settings(self) -> EstimatorSettings:
         """Return the settings of a live estimator, bounded in memory."""
         return EstimatorSettings(
-            threshold=self.threshold,
+            threshold=self.threshold_px,
             threshold_deg_s=self.threshold_deg_s,
             window=Window(self.window),
             view=View(
@@ -257,7 +291,7 @@ class Parameters:
             nominal_period=self.nominal_period,
             confirm_frames=self.confirm_frames,
             release_frames=self.release_frames,
-            code_source=CodeSource(self.code_source),
+            code_source=self.codes_from,
             connectivity=self.connectivity,
             lens=self._lens(),
             estimate_fov=self.estimate_fov,
@@ -277,7 +311,10 @@ class Parameters:
     def _lens(self) -> Lens | None:
         if self.focal_px == 0.0 and self.hfov_deg == 0.0:
             return None
-        return Lens(focal_px=self.focal_px, hfov_deg=self.hfov_deg)
+        return Lens(
+            focal_px=self.focal_px, hfov_deg=self.hfov_deg, straightness=self.lens_straightness,
+            offset=self.lens_offset, pitch_deg=self.camera_pitch_deg,
+            roll_deg=self.camera_roll_deg)
 
     def _gate(self) -> GateSettings | None:
         if self.min_significance == 0.0 and not self.look_past_zero:

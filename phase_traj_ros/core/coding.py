@@ -8,7 +8,8 @@ from phase_traj_ros.core.camera.projection import threshold_px
 from phase_traj_ros.core.codes.chain import ChainCode, Step
 from phase_traj_ros.core.codes.from_heading import HeadingCode
 from phase_traj_ros.core.codes.from_shift import DynamicChainCode
-from phase_traj_ros.core.heading.tracker import HeadingStep
+from phase_traj_ros.core.codes.from_turns import TurnCode
+from phase_traj_ros.core.heading.estimator import HeadingUpdate
 from phase_traj_ros.core.settings import CodeSource, EstimatorSettings
 
 
@@ -29,9 +30,7 @@ class Coder(Protocol):
     def reset(self) -> None:
         """Start anew, without any codes."""
 
-    def code(
-        self, dx: float, heading: HeadingStep | None, *, interval: float, focal_px: float | None,
-    ) -> Step:
+    def code(self, dx: float, heading: HeadingUpdate | None, interval: float) -> Step:
         """
         Code a measured pair.
 
@@ -43,8 +42,6 @@ class Coder(Protocol):
             What the pair adds to the heading, where that is measured.
         interval
             Seconds between the two frames.
-        focal_px
-            Focal length in pixels of the full frame, where it is known.
 
         """
 
@@ -78,13 +75,11 @@ class ShiftCoder:
         """Start anew, without any codes."""
         self._codes.reset()
 
-    def code(
-        self, dx: float, heading: HeadingStep | None, *, interval: float, focal_px: float | None,
-    ) -> Step:
+    def code(self, dx: float, heading: HeadingUpdate | None, interval: float) -> Step:
         """Code a measured pair, see ``Coder``."""
-        if self._settings.threshold_deg_s > 0 and focal_px is not None:
+        if self._settings.threshold_deg_s > 0 and heading is not None:
             self._codes.threshold = threshold_px(
-                self._settings.threshold_deg_s, focal_px, interval)
+                self._settings.threshold_deg_s, heading.focal_px, interval)
         elif self._settings.nominal_period > 0:
             # After a dropped frame the shift is that of two periods.
             dx *= self._settings.nominal_period / interval
@@ -115,16 +110,45 @@ class HeadingCoder:
         """Start anew, without any codes."""
         self._codes.reset()
 
-    def code(
-        self, dx: float, heading: HeadingStep | None, *, interval: float, focal_px: float | None,
-    ) -> Step:
+    def code(self, dx: float, heading: HeadingUpdate | None, interval: float) -> Step:
         """Code a measured pair, see ``Coder``."""
         assert heading is not None
-        return self._codes.update(heading.heading, heading.rate)
+        return self._codes.update(heading.step.heading, heading.step.rate)
+
+
+class TurnCoder:
+    """Codes the quarter turns."""
+
+    def __init__(self, settings: EstimatorSettings) -> None:
+        """Make a coder without any codes."""
+        self._codes = TurnCode(max_runs=settings.max_runs)
+
+    @property
+    def codes(self) -> ChainCode:
+        """Return both codes so far."""
+        return self._codes
+
+    @property
+    def threshold_px(self) -> None:
+        """Return None: the turns need no threshold."""
+
+    def reconfigure(self, settings: EstimatorSettings) -> None:
+        """Go on with other settings: none of those that can change is about the turns."""
+
+    def reset(self) -> None:
+        """Start anew, without any codes."""
+        self._codes.reset()
+
+    def code(self, dx: float, heading: HeadingUpdate | None, interval: float) -> Step:
+        """Code a measured pair, see ``Coder``."""
+        assert heading is not None
+        return self._codes.update(heading.quarters, heading.step.rate)
 
 
 def make_coder(settings: EstimatorSettings) -> Coder:
     """Return the coder for the code source of the settings."""
+    if settings.code_source is CodeSource.AUTO:
+        return TurnCoder(settings)
     if settings.code_source is CodeSource.HEADING:
         return HeadingCoder(settings)
     return ShiftCoder(settings)

@@ -6,10 +6,12 @@ from collections import deque
 from dataclasses import replace
 import time
 
+import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from phase_traj_ros.core.camera.field_of_view import ASSUMED_HFOV_DEG
 from phase_traj_ros.core.camera.given_lens import Lens
+from phase_traj_ros.core.camera.self_calibration import SelfCalibration
 from phase_traj_ros.core.codes.chain import ChainCode
 from phase_traj_ros.core.coding import make_coder
 from phase_traj_ros.core.correlation.phase_correlation import Frame, Shift
@@ -27,7 +29,7 @@ from phase_traj_ros.errors import FrameError
 # What is built from these at the start stays as it is.
 _SETTLED = {
     'code_source': 'the code source', 'connectivity': 'the connectivity',
-    'path_from': 'what the path is drawn from', 'measures_heading': 'whether heading is measured',
+    'draws_heading': 'what the path is drawn from', 'measures_heading': 'whether heading is measured',
     'metric': 'whether there is a speed'}
 
 
@@ -62,9 +64,9 @@ class TrajectoryEstimator:
         self._heading: HeadingEstimator | None = None
         if self._settings.lens is not None:
             self.use_lens(self._settings.lens)
-        elif self._settings.estimate_fov:
+        elif self._settings.learns_lens:
             self._heading = self._make_heading(
-                Lens(hfov_deg=ASSUMED_HFOV_DEG), calibrating=True)
+                Lens(hfov_deg=ASSUMED_HFOV_DEG, assumed=True), learning=self._learning())
         self._coder = make_coder(self._settings)
         self._route = Route(self._settings)
         self.counters = Counters()
@@ -171,7 +173,8 @@ class TrajectoryEstimator:
 
         """
         for name, words in _SETTLED.items():
-            if getattr(settings, name) != getattr(self._settings, name):
+            if (getattr(settings, name) != getattr(self._settings, name)
+                    and not self._switches_rule(settings)):
                 raise ValueError(
                     f'{words} is settled at the start, and this would change it: start anew with'
                     ' these settings')
@@ -182,7 +185,8 @@ class TrajectoryEstimator:
         Go on with other settings; codes and path are kept.
 
         If what is correlated changes, the next frame has none to be compared with. How much is
-        kept (``max_runs``, ``max_corners``) is chosen at the start and stays.
+        kept (``max_runs``, ``max_corners``) is chosen at the start and stays. From AUTO to SHIFT
+        and back, codes and path start anew.
 
         Raises
         ------
@@ -191,9 +195,14 @@ class TrajectoryEstimator:
 
         """
         self.check(settings)
+        switches = self._switches_rule(settings)
         self._settings = settings
         self._meter.reconfigure(settings)
         self._coder.reconfigure(settings)
+        if switches:
+            self._coder = make_coder(settings)
+            self._route = Route(settings, speeds=self._route.speeds)
+            self.reset()
         if self._heading is not None:
             self._heading.turn_180(settings.view.rotate_180)
 
@@ -254,14 +263,26 @@ class TrajectoryEstimator:
             self._heading.start(stamp_ns)
         return None
 
+    def _switches_rule(self, settings: EstimatorSettings) -> bool:
+        """Return whether settings ask for the paper's rule instead of the turns, or back."""
+        return {settings.code_source, self._settings.code_source} == {
+            CodeSource.AUTO, CodeSource.SHIFT} and (
+                self._heading is not None or not settings.measures_heading)
+
     @property
     def _by_heading(self) -> bool:
-        return self._settings.code_source is CodeSource.HEADING
+        return self._settings.code_source is not CodeSource.SHIFT
 
-    def _make_heading(self, lens: Lens, *, calibrating: bool = False) -> HeadingEstimator:
+    def _make_heading(
+        self, lens: Lens, *, learning: SelfCalibration | None = None,
+    ) -> HeadingEstimator:
         return HeadingEstimator(
             lens, rotate_180=self._settings.view.rotate_180, mask=self._meter.mask,
-            calibrating=calibrating)
+            learning=learning)
+
+    def _learning(self) -> SelfCalibration:
+        mask = self._meter.mask
+        return SelfCalibration(mask=None if mask is None else cv2.convertScaleAbs(mask, alpha=255))
 
     def _forget(self) -> None:
         self._coder.reset()
@@ -287,9 +308,7 @@ class TrajectoryEstimator:
         self.counters.count(status)
         if status is PairStatus.OK and judged is not None:
             step = self._coder.code(
-                self._settings.view.full_shift(judged).dx,
-                None if heading is None else heading.step, interval=interval,
-                focal_px=None if self._heading is None else self._heading.focal_px)
+                self._settings.view.full_shift(judged).dx, heading, interval)
         else:
             step = self.codes.skip(end_turn=status.ends_turn)
         status = status.coded(step)

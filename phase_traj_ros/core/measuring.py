@@ -76,7 +76,8 @@ class PairMeter:
         """Go on with other settings, which ``check`` has accepted."""
         before = self._settings
         self._settings = settings
-        if (settings.window, settings.view) != (before.window, before.view):
+        if (settings.window, settings.view, settings.code_source) != (
+                before.window, before.view, before.code_source):
             self._apply()
         elif (settings.gate, settings.stillness) != (before.gate, before.stillness):
             self._quality = self._make_quality()

@@ -8,16 +8,16 @@ from phase_traj_ros.core.path.heading_path import HeadingPath
 from phase_traj_ros.core.path.odometry import Odometer, Odometry
 from phase_traj_ros.core.path.speed import SpeedTrack
 from phase_traj_ros.core.path.trajectory import ChainPath, DrawnPath
-from phase_traj_ros.core.settings import EstimatorSettings, PathSource
+from phase_traj_ros.core.settings import EstimatorSettings
 from phase_traj_ros.core.status import PairStatus
 
 
 class Route:
     """Goes on with each pair of frames, along the direction or along the heading."""
 
-    def __init__(self, settings: EstimatorSettings) -> None:
+    def __init__(self, settings: EstimatorSettings, *, speeds: SpeedTrack | None = None) -> None:
         """Make a route that has not started; what it is made from stays as it is now."""
-        from_heading = settings.path_from is PathSource.HEADING
+        from_heading = settings.draws_heading
         self._chain_path = ChainPath(max_corners=settings.max_corners)
         self._odometer: Odometer | None = None
         if settings.metric:
@@ -31,7 +31,7 @@ class Route:
         if from_heading and self._heading_path is not None:
             self._drawn = self._heading_path
         self._constant_speed = None if settings.awaits_speeds else settings.speed
-        self.speeds = SpeedTrack(max_speeds=settings.max_speeds)
+        self.speeds = speeds or SpeedTrack(max_speeds=settings.max_speeds)
         """The vehicle's speeds, where they come as it drives."""
 
     @property

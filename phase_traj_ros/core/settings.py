@@ -17,6 +17,8 @@ from phase_traj_ros.core.correlation.windows import Window
 class PathSource(Enum):
     """What the path is drawn from."""
 
+    AUTO = 'auto'
+    """The heading where the codes come from the turns, else the codes."""
     CODES = 'codes'
     """A unit step along the direction for each direction code, as the paper has it."""
     HEADING = 'heading'
@@ -26,6 +28,8 @@ class PathSource(Enum):
 class CodeSource(Enum):
     """What the codes are made from."""
 
+    AUTO = 'auto'
+    """The turns; the camera is learned from the drive where it is not known."""
     SHIFT = 'shift'
     """The shift against the threshold, as the paper has it."""
     HEADING = 'heading'
@@ -55,12 +59,12 @@ class EstimatorSettings:
     lens: Lens | None = None
     """What is known of the camera; with it, heading and turns are measured."""
     estimate_fov: bool = False
-    """Whether its field of view is learned from the turns, where no lens is given."""
+    """Whether the camera is learned from the drive, where no lens is given; AUTO always does."""
     code_source: CodeSource = CodeSource.SHIFT
     """What the codes are made from; the heading takes a lens."""
     connectivity: int = 4
     """Directions that the heading is quantised to: 4, or 8 for Freeman's codes."""
-    path_from: PathSource = PathSource.CODES
+    path_from: PathSource = PathSource.AUTO
     """What the path is drawn from; the heading takes a lens."""
     speed: float = 0.0
     """Of the vehicle, in metres per second, where it is constant; 0: not known. Takes a lens."""
@@ -86,8 +90,8 @@ class EstimatorSettings:
         if self.connectivity not in CONNECTIVITIES:
             raise ValueError(f'connectivity is {self.connectivity}: give 4 or 8')
         if self.connectivity == 8 and self.code_source is not CodeSource.HEADING:
-            raise ValueError('the shift tells right angles only: a connectivity of 8 needs the'
-                             ' code source heading')
+            raise ValueError('shift and turns tell right angles only: a connectivity of 8 needs'
+                             ' the code source heading')
         if self.speed > 0 and self.awaits_speeds:
             raise ValueError('the speed is either constant or comes as it drives: give one')
         # Says what it refuses; the codes are made of these numbers.
@@ -99,8 +103,21 @@ class EstimatorSettings:
     def needs_lens(self) -> bool:
         """Return whether anything that is asked for takes a lens."""
         return (
-            self.code_source is CodeSource.HEADING or self.path_from is PathSource.HEADING
+            self.code_source is not CodeSource.SHIFT or self.draws_heading
             or self.threshold_deg_s > 0 or self.metric)
+
+    @property
+    def learns_lens(self) -> bool:
+        """Return whether the camera is learned from the drive."""
+        return self.lens is None and (
+            self.estimate_fov or self.code_source is CodeSource.AUTO)
+
+    @property
+    def draws_heading(self) -> bool:
+        """Return whether the path is drawn from the heading, and not from the codes."""
+        if self.path_from is PathSource.AUTO:
+            return self.code_source is CodeSource.AUTO
+        return self.path_from is PathSource.HEADING
 
     @property
     def awaits_lens(self) -> bool:
@@ -109,7 +126,7 @@ class EstimatorSettings:
 
         It has to come by ``TrajectoryEstimator.use_lens``; no frame counts before.
         """
-        return self.needs_lens and self.lens is None and not self.estimate_fov
+        return self.needs_lens and self.lens is None and not self.learns_lens
 
     @property
     def measures_heading(self) -> bool:

@@ -55,6 +55,8 @@ class Lens:
     """What drives have told."""
     straightness: float = PINHOLE
     """Of the lens, for the first two (see ``OneNumberLens``): 1 for a pinhole."""
+    offset: float = 0.0
+    """How far the principal point is to the right of the middle, in widths of the picture."""
     pitch_deg: float = 0.0
     """How far the camera looks down, in degrees."""
     roll_deg: float = 0.0
@@ -82,6 +84,8 @@ class Lens:
                 raise ValueError(
                     f'{name} is {angle}: give degrees from -{_MOST_TILT_DEG:g} to'
                     f' {_MOST_TILT_DEG:g}')
+        if not abs(self.offset) <= 0.5:
+            raise ValueError(f'offset is {self.offset}: give a share of the width, -0.5 to 0.5')
         OneNumberLens(1.0, self.straightness)
 
     @property
@@ -129,6 +133,7 @@ class Lens:
         return (
             abs(math.log(self.focal_for(width) / other.focal_for(width))) < _SAME_FOCAL
             and abs(self._straightness - other._straightness) < _SAME_STRAIGHTNESS
+            and abs(self._offset - other._offset) < _SAME_FOCAL
             and abs(self.tilt / other.tilt - 1.0) < _SAME_FOCAL)
 
     def camera_for(self, shape: tuple[int, int]) -> CameraModel:
@@ -142,7 +147,8 @@ class Lens:
 
         """
         if not self.calibrated or self.camera is None:
-            return OneNumberLens(self.focal_for(shape[1]), self._straightness).model(shape)
+            return OneNumberLens(self.focal_for(shape[1]), self._straightness).model(
+                shape, column=self._offset * shape[1])
         if shape != self.camera.shape:
             raise FrameError(
                 f'frames of {shape[1]}x{shape[0]} pixels, but the calibration of the camera is for'
@@ -155,3 +161,9 @@ class Lens:
         if self.origin is LensOrigin.DRIVE and self.estimate is not None:
             return self.estimate.straightness
         return self.straightness
+
+    @property
+    def _offset(self) -> float:
+        if self.origin is LensOrigin.DRIVE and self.estimate is not None:
+            return self.estimate.column_px / self.estimate.width
+        return self.offset

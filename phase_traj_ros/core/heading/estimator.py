@@ -7,6 +7,7 @@ import math
 
 import numpy as np
 from numpy.typing import NDArray
+from phase_traj_ros.core.camera.estimate import CameraEstimate
 from phase_traj_ros.core.camera.field_of_view import FieldOfView, FieldOfViewEstimator
 from phase_traj_ros.core.camera.given_lens import Lens
 from phase_traj_ros.core.camera.projection import CylinderProjection, hfov_from_focal
@@ -32,6 +33,10 @@ class HeadingUpdate:
     """Whether the yaw was measured, and not bridged."""
     turns: tuple[Turn, ...]
     """Turns that are known to have ended."""
+    quarters: int
+    """Quarter turns made so far, positive to the left."""
+    focal_px: float
+    """Focal length that the yaw was measured with, in pixels of the full frame."""
 
 
 class HeadingEstimator:
@@ -89,9 +94,11 @@ class HeadingEstimator:
         return self._lens
 
     @property
-    def learning(self) -> SelfCalibration | None:
-        """Return what learns the camera from the drive; None if it is known."""
-        return self._learning
+    def learned(self) -> CameraEstimate | None:
+        """Return what the drive has told of the camera; None before a turn, or if it is known."""
+        if self._learning is None or self._learning.turns == 0:
+            return None
+        return self._learning.estimate
 
     @property
     def focal_px(self) -> float:
@@ -146,6 +153,8 @@ class HeadingEstimator:
 
     def finish(self) -> list[Turn]:
         """Return the turn that is under way at the end, if it is one already."""
+        if self._learning is not None:
+            self._learning.finish()
         return self._turns.finish()
 
     def measure(self, frame: Frame, interval: float) -> YawMeasurement | None:
@@ -189,9 +198,11 @@ class HeadingEstimator:
         for bend in self._bends.update(stamp_ns, step.heading):
             self._learn_from_bend(bend.angle_deg)
         shift = None if measurement is None else self._in_full_pixels(measurement.shift)
+        update = HeadingUpdate(
+            step, shift, not step.bridged, turns, self._turns.quarters, self._focal[0])
         if self._learned:
             self._adopt()
-        return HeadingUpdate(step, shift, not step.bridged, turns)
+        return update
 
     def _learn_from_bend(self, angle_deg: float) -> None:
         """Learn from the angle of a bend what the field of view is."""

@@ -12,6 +12,8 @@ from typing import Final
 
 from phase_traj_ros.errors import ParameterError
 from phase_traj_ros.io.atomic import output_directory, output_file
+from phase_traj_ros.io.replay.camera import known_lens, learned_lens
+from phase_traj_ros.io.replay.kept import KeptFrames
 from phase_traj_ros.io.replay.run import Replay, replay, Watcher
 from phase_traj_ros.io.results.animation import Animation
 from phase_traj_ros.io.results.bag import BagSink, SUFFIX
@@ -24,7 +26,6 @@ from phase_traj_ros.io.results.files import write_results
 from phase_traj_ros.io.results.report.report import write_report
 from phase_traj_ros.io.results.thumbnails import HeadingTurnWatcher, Thumbnails, TurnWatcher
 from phase_traj_ros.io.sources.base import DEFAULT_SPEED_TOPIC, Frame, FrameSource
-from phase_traj_ros.io.sources.prefetch import prefetch
 from phase_traj_ros.parameters import Parameters
 
 REPORT: Final = 'report.html'
@@ -75,7 +76,7 @@ def replay_source(
     source: FrameSource, parameters: Parameters, wanted: Wanted, *, title: str,
     watchers: Sequence[Watcher] = (),
     through: Callable[[Iterable[Frame]], Iterable[Frame]] = iter,
-    speed_topic: str = DEFAULT_SPEED_TOPIC,
+    speed_topic: str = DEFAULT_SPEED_TOPIC, one_pass: bool = False,
 ) -> Replay:
     """
     Replay a source and write what is wanted, each file and folder whole or not at all.
@@ -83,6 +84,9 @@ def replay_source(
     ``title`` is the source's name, for the report. ``watchers`` see the frames and what they add,
     too; ``through`` takes the frames and yields them, as a progress bar does. ``speed_topic`` is
     the bag's topic of speeds, where the parameters ask for them.
+
+    A camera that nothing is known of is learned from a first pass over all frames, unless
+    ``one_pass`` has it learned on the way, as the node does.
 
     Raises
     ------
@@ -104,13 +108,15 @@ def replay_source(
             seen.append(stack.enter_context(BagSink(
                 stack.enter_context(output_file(wanted.bag_out)), parameters,
                 source=source.description, debug_images=wanted.bag_debug_images)))
-        camera = (
-            source.camera(rectified=parameters.rectified) if parameters.needs_camera else None)
+        frames = KeptFrames(source)
+        lens = known_lens(source, parameters)
+        if lens is None and not one_pass:
+            lens = learned_lens(through(frames.keeping()), parameters, source.description)
         speeds = source.speeds(speed_topic) if parameters.use_speed_topic else ()
-        with closing(prefetch(source)) as frames:
+        with closing(frames.once()) as again:
             result = replay(
-                through(frames), parameters, source=source.description, watchers=seen,
-                camera=camera, speeds=speeds)
+                through(again), parameters, source=source.description, watchers=seen,
+                lens=lens, speeds=speeds)
         for output in outputs:
             output.write(result)
     return result

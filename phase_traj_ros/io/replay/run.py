@@ -14,9 +14,9 @@ from phase_traj_ros.core import (
     TrajectoryEstimator,
     Update,
 )
+from phase_traj_ros.core.camera.estimate import CameraEstimate
 from phase_traj_ros.core.camera.field_of_view import FieldOfView
 from phase_traj_ros.core.camera.given_lens import Lens
-from phase_traj_ros.core.camera.model import CameraModel
 from phase_traj_ros.core.camera.projection import threshold_px
 from phase_traj_ros.core.codes.freeman import AnyDirection
 from phase_traj_ros.core.heading.turns import Turn
@@ -42,6 +42,10 @@ class Replay:
     """The focal length that heading and turns were measured with; None where they were not."""
     field_of_view: FieldOfView | None = None
     """What the turns tell of the field of view; None without any."""
+    lens: Lens | None = None
+    """What the camera was taken for at the end; None where heading and turns were not measured."""
+    learned: CameraEstimate | None = None
+    """What this pass has learned of the camera; None without a turn, or if it was known."""
 
     @property
     def pairs_without_speed(self) -> int:
@@ -56,7 +60,7 @@ class Replay:
         if self.parameters.codes_from_heading:
             return None
         if self.parameters.threshold_deg_s == 0.0 or self.focal_px is None:
-            return self.parameters.threshold
+            return self.parameters.threshold_px
         interval = median(update.interval_ns for update in self.updates) * 1e-9
         return threshold_px(self.parameters.threshold_deg_s, self.focal_px, interval)
 
@@ -88,15 +92,14 @@ class Watcher(Protocol):
 
 def replay(
     frames: Iterable[Frame], parameters: Parameters, *, source: str,
-    watchers: Sequence[Watcher] = (), camera: CameraModel | None = None,
-    speeds: Iterable[Speed] = (),
+    watchers: Sequence[Watcher] = (), lens: Lens | None = None, speeds: Iterable[Speed] = (),
 ) -> Replay:
     """
     Put all frames through an estimator, under the eyes of ``watchers``.
 
-    ``source`` is what they come from, for reports, and ``camera`` what that says of its camera,
-    which counts where the parameters leave it to a calibration. ``speeds`` are the vehicle's, in
-    any order, and count where the parameters ask for them.
+    ``source`` is what they come from, for reports. ``lens`` is what is known of its camera, and
+    counts where the parameters do not say it. ``speeds`` are the vehicle's, in any order, and
+    count where the parameters ask for them.
 
     Raises
     ------
@@ -107,12 +110,13 @@ def replay(
 
     """
     estimator = make_estimator(parameters, keep_all=True)
-    if parameters.needs_camera:
-        if camera is None:
-            raise ParameterError(
-                f'{source} does not say what its camera is like, and a focal length is needed:'
-                ' give focal_px or hfov_deg, or set estimate_fov')
-        estimator.use_lens(Lens(camera=camera))
+    if lens is not None and estimator.settings.lens is None and (
+            estimator.settings.measures_heading):
+        estimator.use_lens(lens)
+    elif estimator.settings.awaits_lens:
+        raise ParameterError(
+            f'{source} does not say what its camera is like, and a focal length is needed:'
+            ' give focal_px or hfov_deg, or code_source auto')
     # All at once, and in the order of their stamps: whatever comes late or twice in a bag.
     for speed in sorted(speeds, key=lambda each: each.stamp_ns):
         estimator.add_speed(speed.stamp_ns, speed.speed)
@@ -136,13 +140,16 @@ def replay(
         raise SourceError(
             f'{source}: {estimator.frames} frame{"" if estimator.frames == 1 else "s"}'
             ' to use, but a trajectory takes at least two, with different stamps')
-    if estimator.heading is not None:
-        turns += estimator.heading.finish()
+    heading = estimator.heading
+    if heading is None:
+        return Replay(
+            source, parameters, first_stamp_ns, tuple(updates), estimator.codes,
+            estimator.counters)
+    turns += heading.finish()
     return Replay(
         source, parameters, first_stamp_ns, tuple(updates), estimator.codes, estimator.counters,
-        tuple(sorted(turns, key=lambda turn: turn.start_frame)),
-        None if estimator.heading is None else estimator.heading.focal_px,
-        None if estimator.heading is None else estimator.heading.field_of_view)
+        tuple(sorted(turns, key=lambda turn: turn.start_frame)), heading.focal_px,
+        heading.field_of_view, heading.lens, heading.learned)
 
 
 def _update(

@@ -1,0 +1,47 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Frames kept in memory for a second pass, where there are not too many of them."""
+
+from collections.abc import Generator
+from contextlib import closing
+
+from phase_traj_ros.io.sources.base import Frame, FrameSource
+from phase_traj_ros.io.sources.prefetch import prefetch
+
+_MOST_BYTES = 512 << 20
+
+
+class KeptFrames:
+    """
+    The frames of a source, to be iterated over more than once.
+
+    A drive that fits into the memory set aside for it is decoded once, a longer one each time.
+    """
+
+    def __init__(self, source: FrameSource, *, most_bytes: int = _MOST_BYTES) -> None:
+        """Keep at most so many bytes of the frames of ``source``."""
+        self._source = source
+        self._most_bytes = most_bytes
+        self._kept: list[Frame] | None = None
+
+    def once(self) -> Generator[Frame, None, None]:
+        """Yield all frames, and forget them."""
+        kept, self._kept = self._kept, None
+        if kept is not None:
+            yield from kept
+            return
+        with closing(prefetch(self._source)) as frames:
+            yield from frames
+
+    def keeping(self) -> Generator[Frame, None, None]:
+        """Yield all frames, and keep them for the next time if they fit."""
+        kept: list[Frame] | None = []
+        size = 0
+        for frame in self.once():
+            if kept is not None:
+                kept.append(frame)
+                size += frame.image.nbytes
+                if size > self._most_bytes:
+                    kept = None
+            yield frame
+        self._kept = kept
