@@ -8,10 +8,9 @@ import json
 import re
 
 from browser import find_browser, opened_browser
-from far_scene import render
+from far_scene import turned_drive
 import numpy as np
 from phase_traj_ros.core import Axes, normalised, to_axes
-from phase_traj_ros.core.camera.model import CameraModel
 from phase_traj_ros.io.replay.overview import overview
 from phase_traj_ros.io.replay.run import replay
 from phase_traj_ros.io.results.figures import write_trajectory_picture
@@ -22,6 +21,7 @@ from phase_traj_ros.io.results.report.report import write_report
 from phase_traj_ros.io.results.thumbnails import Thumbnails
 from phase_traj_ros.io.sources.base import Frame
 from phase_traj_ros.parameters import Parameters
+from polyline import off
 import pytest
 from rolled import rolled_frames, SHIFTS
 
@@ -255,22 +255,10 @@ NOTE_LINES = """
 
 
 @pytest.fixture(scope='module')
-def corners():
-    """Return a camera, and its frames: it turns right, left, left and right again."""
-    camera = CameraModel.pinhole((160, 320), 190.0)
-    right, left = [-6] * 15, [6] * 15
-    yaws = [
-        *[0] * 8, *right, *[0] * 20, *left, *[0] * 8, *left, *[0] * 6, *right, *[0] * 8]
-    return camera, [
-        Frame(render(camera, np.tan, np.radians(heading)), index * 10**8)
-        for index, heading in enumerate(np.cumsum([0, *yaws]))]
-
-
-def off(points, line):
-    """Return how far the farthest of the points (n, 2) is from a line through others (m, 2)."""
-    places = np.linspace(0, len(line) - 1, 5000)
-    dense = np.stack([np.interp(places, range(len(line)), each) for each in line.T], axis=1)
-    return np.hypot(*(points[:, None] - dense[None]).transpose(2, 0, 1)).min(axis=1).max()
+def turned():
+    """Return the camera and the frames of a drive with turns to both sides."""
+    camera, pictures = turned_drive()
+    return camera, [Frame(picture, index * 10**8) for index, picture in enumerate(pictures)]
 
 
 @pytest.mark.parametrize('values', [
@@ -282,8 +270,8 @@ def off(points, line):
     {'code_source': 'heading', 'connectivity': 8, 'path_from': 'heading'},
     {'code_source': 'heading', 'connectivity': 8, 'path_from': 'heading', 'speed': 0.02},
 ], ids=lambda values: ', '.join(map(str, values.values())) or 'defaults')
-def test_the_path_is_the_one_that_is_written(browser, corners, tmp_path, values):
-    camera, frames = corners
+def test_the_path_is_the_one_that_is_written(browser, turned, tmp_path, values):
+    camera, frames = turned
     result = report(
         tmp_path / 'report.html', frames, parameters=Parameters(focal_px=camera.fx, **values))
     write_tum(result, tmp_path / 'trajectory.tum')
