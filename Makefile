@@ -28,7 +28,7 @@ demo:  ## Drive through a rendered street, live over DDS; results in out/demo
 	@.venv/bin/phase_traj demo --output out/demo
 
 test:  ## Run all tests; PYTEST_ARGS='-k name' selects some
-	@$(environment) .venv --extras ros,offline,test,evo
+	@$(environment) .venv --extras ros,offline,test
 	@.venv/bin/python -m pytest --timeout 300 $(PYTEST_ARGS)
 
 test-noble:  ## Run all tests with the versions of Ubuntu 24.04 (needs Python 3.12)

@@ -3,9 +3,8 @@
 """Offline replay: all frames of a source through the same estimator as the live node's."""
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from statistics import median
-from typing import Protocol
 
 from phase_traj_ros.core import (
     ChainCode,
@@ -80,7 +79,7 @@ class Replay:
         return [update.step.direction for update in self.updates if update.step.appended]
 
 
-class Watcher(Protocol):
+class Watcher:
     """Sees each frame of a replay and what it adds, as it goes; frames are not to be changed."""
 
     def start(self, frame: Frame, estimator: TrajectoryEstimator) -> None:
@@ -88,6 +87,9 @@ class Watcher(Protocol):
 
     def add(self, frame: Frame, update: Update, estimator: TrajectoryEstimator) -> None:
         """Take what a pair adds; ``frame`` is the second of the pair."""
+
+    def finish(self, turns: Sequence[Turn]) -> None:
+        """End after the last frame; ``turns`` are those under way there, which it ends."""
 
 
 def replay(
@@ -124,32 +126,39 @@ def replay(
     turns: list[Turn] = []
     first_stamp_ns = 0
     for number, frame in enumerate(frames):
+        repeated = frame.stamp_ns == estimator.last_stamp_ns
         update = _update(estimator, frame, number, source)
-        if estimator.frames == 1:
+        if update is not None:
+            updates.append(update)
+            turns += update.turns
+            for watcher in watchers:
+                watcher.add(frame, update, estimator)
+        elif not repeated:
             updates.clear()
             turns.clear()
             first_stamp_ns = frame.stamp_ns
             for watcher in watchers:
                 watcher.start(frame, estimator)
-        elif update is not None:
-            updates.append(update)
-            turns += update.turns
-            for watcher in watchers:
-                watcher.add(frame, update, estimator)
     if not updates:
         raise SourceError(
             f'{source}: {estimator.frames} frame{"" if estimator.frames == 1 else "s"}'
             ' to use, but a trajectory takes at least two, with different stamps')
     heading = estimator.heading
-    if heading is None:
-        return Replay(
-            source, parameters, first_stamp_ns, tuple(updates), estimator.codes,
-            estimator.counters)
-    turns += heading.finish()
-    return Replay(
+    under_way = [] if heading is None else sorted(heading.finish(), key=_start_frame)
+    for watcher in watchers:
+        watcher.finish(under_way)
+    found = Replay(
         source, parameters, first_stamp_ns, tuple(updates), estimator.codes, estimator.counters,
-        tuple(sorted(turns, key=lambda turn: turn.start_frame)), heading.focal_px,
-        heading.field_of_view, heading.lens, heading.learned)
+        tuple(sorted([*turns, *under_way], key=_start_frame)))
+    if heading is None:
+        return found
+    return replace(
+        found, focal_px=heading.focal_px, field_of_view=heading.field_of_view, lens=heading.lens,
+        learned=heading.learned)
+
+
+def _start_frame(turn: Turn) -> int:
+    return turn.start_frame
 
 
 def _update(

@@ -12,7 +12,7 @@ from typing import Final, TypeVar
 from phase_traj_ros.core.camera.model import CameraModel
 from phase_traj_ros.errors import SourceError
 from phase_traj_ros.io.images.decoding import GreyImage
-from phase_traj_ros.io.sources.selection import Selection, Selector, Verdict
+from phase_traj_ros.io.sources.selection import Choice, Selection, Selector
 
 DEFAULT_FPS: Final = 10.0
 """Frames per second where neither the source nor the user says."""
@@ -139,10 +139,10 @@ class FrameSource(ABC):
         selector = Selector(self._selection)
         with closing(self._candidates()) as candidates:
             for candidate in candidates:
-                verdict = selector.judge(candidate.stamp_ns)
-                if verdict is Verdict.STOP:
+                choice = selector.judge(candidate.stamp_ns)
+                if choice is Choice.STOP:
                     break
-                if verdict is Verdict.USE:
+                if choice is Choice.USE:
                     yield Frame(candidate.decode(), candidate.stamp_ns, candidate.encoding)
         if not selector.used:
             if not selector.seen:
@@ -167,6 +167,6 @@ def selected_count(stamps_ns: list[int], selection: Selection) -> int:
     """Return how many frames of the given stamps are selected."""
     selector = Selector(selection)
     for stamp_ns in stamps_ns:
-        if selector.judge(stamp_ns) is Verdict.STOP:
+        if selector.judge(stamp_ns) is Choice.STOP:
             break
     return selector.used
