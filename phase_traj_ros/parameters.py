@@ -252,9 +252,9 @@ class Parameters:
         return self.threshold or PAPER_THRESHOLD
 
     @property
-    def path_from_heading(self) -> bool:
-        """Return whether the path is drawn from the heading, and not from the codes."""
-        return self.estimator_settings().draws_heading
+    def drawn_from(self) -> PathSource:
+        """Return what the path is drawn from, CODES or HEADING."""
+        return self.estimator_settings().drawn_from
 
     @property
     def measures_heading(self) -> bool:
@@ -274,7 +274,8 @@ class Parameters:
     @property
     def path_scale(self) -> float:
         """Return the metres that a unit of the path stands for."""
-        return 1.0 if self.metric and self.path_from_heading else self.step_length
+        known = self.metric and self.drawn_from is PathSource.HEADING
+        return 1.0 if known else self.step_length
 
     def estimator_settings(self) -> EstimatorSettings:
         """Return the settings of a live estimator, bounded in memory."""

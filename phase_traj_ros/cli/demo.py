@@ -56,7 +56,7 @@ def run(options: Namespace) -> None:
     require_matplotlib()
     drive = named_drive(options.drive)
     parameters = Parameters().with_values(
-        {'threshold': _THRESHOLDS.get(drive.name, Parameters().threshold)})
+        {'threshold': _THRESHOLDS.get(drive.name, PAPER_THRESHOLD)})
     name = f'{drive.name}_bag'
     with output_directory(options.output) as directory:
         print(f'rendering {len(drive)} frames of the drive {drive.name!r} ...', flush=True)
@@ -64,7 +64,7 @@ def run(options: Namespace) -> None:
             write_drive_bag(drive, directory / name, progress=advance)
         print('playing them to the node, over DDS ...', flush=True)
         live = run_live(
-            directory / name, pairs=len(drive) - 1, threshold=parameters.threshold)
+            directory / name, pairs=len(drive) - 1, threshold=parameters.threshold_px)
         with open_source(directory / name) as source:
             offline = replay(source, parameters, source=str(options.output / name))
         if (list(live.movement), list(live.direction)) != (offline.movement, offline.direction):

@@ -7,7 +7,9 @@ Knows neither ROS nor files. A frame goes through ``PhaseCorrelator`` (shift), `
 (codes) and ``ChainPath`` (trajectory); ``TrajectoryEstimator`` joins them for one camera.
 """
 
-from phase_traj_ros.core.camera.given_lens import Lens
+from phase_traj_ros.core.camera.estimate import CameraEstimate
+from phase_traj_ros.core.camera.given_lens import Lens, LensOrigin
+from phase_traj_ros.core.camera.in_use import CameraInUse
 from phase_traj_ros.core.camera.model import CameraModel, Distortion
 from phase_traj_ros.core.codes.chain import ChainCode, Step
 from phase_traj_ros.core.codes.codes import Direction, Movement, pack, unpack
@@ -39,6 +41,8 @@ from phase_traj_ros.core.update import Counters, Update
 
 __all__ = [
     'Axes',
+    'CameraEstimate',
+    'CameraInUse',
     'CameraModel',
     'ChainCode',
     'ChainPath',
@@ -55,6 +59,7 @@ __all__ = [
     'HeadingCode',
     'HeadingStep',
     'Lens',
+    'LensOrigin',
     'Movement',
     'Odometry',
     'PAPER_THRESHOLD',

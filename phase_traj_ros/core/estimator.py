@@ -6,7 +6,6 @@ from collections import deque
 from dataclasses import replace
 import time
 
-import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from phase_traj_ros.core.camera.field_of_view import ASSUMED_HFOV_DEG
@@ -282,7 +281,7 @@ class TrajectoryEstimator:
 
     def _learning(self) -> SelfCalibration:
         mask = self._meter.mask
-        return SelfCalibration(mask=None if mask is None else cv2.convertScaleAbs(mask, alpha=255))
+        return SelfCalibration(mask=None if mask is None else (255 * mask).astype(np.uint8))
 
     def _forget(self) -> None:
         self._coder.reset()

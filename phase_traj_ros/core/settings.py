@@ -100,6 +100,11 @@ class EstimatorSettings:
             release_frames=self.release_frames, max_runs=self.max_runs)
 
     @property
+    def threshold_set(self) -> float | None:
+        """Return the threshold; None where the codes come from the turns, which need none."""
+        return None if self.code_source is CodeSource.AUTO else self.threshold
+
+    @property
     def needs_lens(self) -> bool:
         """Return whether anything that is asked for takes a lens."""
         return (
@@ -113,11 +118,16 @@ class EstimatorSettings:
             self.estimate_fov or self.code_source is CodeSource.AUTO)
 
     @property
+    def drawn_from(self) -> PathSource:
+        """Return what the path is drawn from, CODES or HEADING."""
+        if self.path_from is not PathSource.AUTO:
+            return self.path_from
+        return PathSource.HEADING if self.code_source is CodeSource.AUTO else PathSource.CODES
+
+    @property
     def draws_heading(self) -> bool:
         """Return whether the path is drawn from the heading, and not from the codes."""
-        if self.path_from is PathSource.AUTO:
-            return self.code_source is CodeSource.AUTO
-        return self.path_from is PathSource.HEADING
+        return self.drawn_from is PathSource.HEADING
 
     @property
     def awaits_lens(self) -> bool:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 import time
 
 import cv2
-from phase_traj_ros.core import Lens, Update
+from phase_traj_ros.core import CodeSource, Lens, Update
 from phase_traj_ros.core.camera.model import CameraModel
 from phase_traj_ros.io.replay.estimator import make_estimator
 from phase_traj_ros.io.sources.base import Frame
@@ -105,11 +105,13 @@ class PhaseTrajNode(Node):
 
     def _coded_from(self) -> str:
         values = self._values
+        if values.codes_from is CodeSource.AUTO:
+            return 'turns'
         if values.codes_from_heading:
             return f'heading, in {values.connectivity} directions'
         if values.threshold_deg_s > 0:
             return f'shift, threshold {values.threshold_deg_s:g} deg/s'
-        return f'shift, threshold {values.threshold:g} px/frame'
+        return f'shift, threshold {values.threshold_px:g} px/frame'
 
     def _on_camera(self, camera: CameraModel) -> None:
         self._estimator.use_lens(Lens(camera=camera))

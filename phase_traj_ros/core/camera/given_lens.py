@@ -10,7 +10,11 @@ import numpy as np
 from phase_traj_ros.core.camera.estimate import CameraEstimate
 from phase_traj_ros.core.camera.lens import OneNumberLens, PINHOLE, radius
 from phase_traj_ros.core.camera.model import CameraModel, MOST_FOCAL_PX
-from phase_traj_ros.core.camera.projection import focal_from_hfov, LEAST_HFOV_DEG
+from phase_traj_ros.core.camera.projection import (
+    focal_from_hfov,
+    hfov_from_focal,
+    LEAST_HFOV_DEG,
+)
 from phase_traj_ros.errors import FrameError
 
 _MOST_TILT_DEG = 60.0
@@ -127,6 +131,13 @@ class Lens:
             return self.camera.fx
         assert self.estimate is not None
         return self.estimate.focal_px * width / self.estimate.width
+
+    def hfov_for(self, width: int) -> float:
+        """Return the horizontal field of view in degrees for frames ``width`` pixels wide."""
+        if self._straightness == PINHOLE and self._offset == 0.0:
+            return hfov_from_focal(self.focal_for(width), width)
+        lens = OneNumberLens(self.focal_for(width), self._straightness)
+        return lens.hfov_deg(width, column=self._offset * width)
 
     def is_close_to(self, other: 'Lens', width: int) -> bool:
         """Return whether another lens makes no difference to speak of for frames that wide."""

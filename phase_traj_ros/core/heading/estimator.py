@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from phase_traj_ros.core.camera.estimate import CameraEstimate
 from phase_traj_ros.core.camera.field_of_view import FieldOfView, FieldOfViewEstimator
 from phase_traj_ros.core.camera.given_lens import Lens
-from phase_traj_ros.core.camera.projection import CylinderProjection, hfov_from_focal
+from phase_traj_ros.core.camera.in_use import CameraInUse
+from phase_traj_ros.core.camera.projection import CylinderProjection
 from phase_traj_ros.core.camera.self_calibration import SelfCalibration
 from phase_traj_ros.core.correlation.mask import check_size
 from phase_traj_ros.core.correlation.phase_correlation import Frame, Shift
@@ -106,9 +107,9 @@ class HeadingEstimator:
         return self._focal[0]
 
     @property
-    def hfov_deg(self) -> float:
-        """Return the horizontal field of view in degrees that this stands for; 0 at first."""
-        return hfov_from_focal(self._focal[0], self._shape[1]) if self._shape else 0.0
+    def camera(self) -> CameraInUse | None:
+        """Return what the camera is taken for now; None before the first frame."""
+        return CameraInUse.of(self._lens, self._shape[1]) if self._shape else None
 
     def use_lens(self, lens: Lens) -> None:
         """
@@ -174,7 +175,7 @@ class HeadingEstimator:
             self._newest = frame
             shift = None if measurement is None else self._in_full_pixels(measurement.shift)
             self._learned |= self._learning.update(
-                np.ascontiguousarray(frame[::-1, ::-1]) if self._rotate_180 else frame,
+                _upright(frame) if self._rotate_180 else frame,
                 0.0 if shift is None else shift.dx, interval)
         return measurement
 
@@ -251,3 +252,7 @@ class HeadingEstimator:
         return Shift(
             self._focal[0] * math.tan(yaw), shift.dy * (self._focal[1] / self._px_per_rad),
             shift.response)
+
+
+def _upright(frame: Frame) -> Frame:
+    return np.ascontiguousarray(frame[::-1, ::-1])  # type: ignore[return-value]

@@ -5,7 +5,7 @@
 from dataclasses import dataclass
 from enum import IntEnum
 
-from phase_traj_ros.core import Counters, TrajectoryEstimator
+from phase_traj_ros.core import Counters, LensOrigin, TrajectoryEstimator
 from phase_traj_ros.core.camera.field_of_view import FieldOfView, SURE
 from phase_traj_ros.core.heading.estimator import HeadingEstimator
 
@@ -48,6 +48,8 @@ class MeasurementReporter:
         wrong = None
         if heading is not None:
             values['bridged share'] = f'{heading.tracker.bridged_share:.3f}'
+            if heading.camera is not None:
+                values['camera'] = str(heading.camera)
             if heading.field_of_view is not None:
                 values['field of view (deg)'] = described(heading.field_of_view)
                 wrong = _contradiction(heading, heading.field_of_view)
@@ -79,11 +81,11 @@ def described(view: FieldOfView) -> str:
 
 def _contradiction(heading: HeadingEstimator, view: FieldOfView) -> str | None:
     """Say so where the turns tell another field of view than the one in use."""
-    if heading.lens.calibrated:
+    if heading.lens.origin is not LensOrigin.GIVEN:
         # It has been measured, and of a lens with distortion the width of the view is another.
         return None
-    used = heading.hfov_deg
-    if view.sureness < SURE or abs(view.hfov_deg / used - 1.0) <= _WRONG_VIEW:
+    used = 0.0 if heading.camera is None else heading.camera.hfov_deg
+    if used == 0.0 or view.sureness < SURE or abs(view.hfov_deg / used - 1.0) <= _WRONG_VIEW:
         return None
     return (
         f'the angles of the turns tell a field of view of {view.hfov_deg:.0f} degrees, in use are'

@@ -7,15 +7,16 @@ from dataclasses import dataclass, replace
 from statistics import median
 
 from phase_traj_ros.core import (
+    CameraEstimate,
+    CameraInUse,
     ChainCode,
     Counters,
+    Lens,
     Movement,
     TrajectoryEstimator,
     Update,
 )
-from phase_traj_ros.core.camera.estimate import CameraEstimate
 from phase_traj_ros.core.camera.field_of_view import FieldOfView
-from phase_traj_ros.core.camera.given_lens import Lens
 from phase_traj_ros.core.camera.projection import threshold_px
 from phase_traj_ros.core.codes.freeman import AnyDirection
 from phase_traj_ros.core.heading.turns import Turn
@@ -41,7 +42,7 @@ class Replay:
     """The focal length that heading and turns were measured with; None where they were not."""
     field_of_view: FieldOfView | None = None
     """What the turns tell of the field of view; None without any."""
-    lens: Lens | None = None
+    camera: CameraInUse | None = None
     """What the camera was taken for at the end; None where heading and turns were not measured."""
     learned: CameraEstimate | None = None
     """What this pass has learned of the camera; None without a turn, or if it was known."""
@@ -153,7 +154,7 @@ def replay(
     if heading is None:
         return found
     return replace(
-        found, focal_px=heading.focal_px, field_of_view=heading.field_of_view, lens=heading.lens,
+        found, focal_px=heading.focal_px, field_of_view=heading.field_of_view, camera=heading.camera,
         learned=heading.learned)
 
 

@@ -14,7 +14,7 @@ from typing import Any, TextIO
 import cv2
 import numpy as np
 import phase_traj_ros
-from phase_traj_ros.core import Corner, Direction, pack, Run, Update
+from phase_traj_ros.core import CameraInUse, Corner, Direction, pack, Run, Update
 from phase_traj_ros.core.heading.tracker import HeadingStep
 from phase_traj_ros.core.heading.turns import Turn
 from phase_traj_ros.io.replay.run import Replay
@@ -38,7 +38,7 @@ def write_chain_code(result: Replay, path: Path) -> None:
     content: dict[str, Any] = {
         'source': result.source,
         'frames': result.frames,
-        'threshold': result.parameters.threshold,
+        'threshold': result.parameters.estimator_settings().threshold_set,
         'movement': [int(code) for code in result.movement],
         'direction': [int(code) for code in result.direction],
         'movement_runs': run_pairs(result.codes.movement.runs),
@@ -70,11 +70,12 @@ def _heading_content(result: Replay) -> dict[str, Any]:
     if not headings:
         return {}
     return {
-        'code_source': result.parameters.code_source,
+        'code_source': result.parameters.codes_from.value,
         'connectivity': result.parameters.connectivity,
         'threshold_deg_s': result.parameters.threshold_deg_s,
-        'path_from': result.parameters.path_from,
+        'path_from': result.parameters.drawn_from.value,
         'focal_px': result.focal_px,
+        'camera': None if result.camera is None else camera_content(result.camera),
         'speed': result.parameters.speed,
         'heading_deg': [
             0.0, *(round(math.degrees(heading.heading), 4) for heading in headings)],
@@ -82,6 +83,11 @@ def _heading_content(result: Replay) -> dict[str, Any]:
         'turns': turn_list(result.turns),
         'field_of_view': None if result.field_of_view is None else asdict(result.field_of_view),
     }
+
+
+def camera_content(camera: CameraInUse) -> dict[str, Any]:
+    """Return what a drive was measured with as it stands in files."""
+    return {**asdict(camera), 'origin': camera.origin.value}
 
 
 def turn_list(turns: Iterable[Turn]) -> list[dict[str, float]]:

@@ -15,7 +15,14 @@ from phase_traj_ros.core.heading.estimator import HeadingEstimator
 from phase_traj_ros.core.heading.turns import Turn
 from phase_traj_ros.io.atomic import output_directory
 from phase_traj_ros.io.results.figures import write_path_picture
-from phase_traj_ros.io.results.files import run_pairs, tum_lines, turn_list, versions, write_json
+from phase_traj_ros.io.results.files import (
+    camera_content,
+    run_pairs,
+    tum_lines,
+    turn_list,
+    versions,
+    write_json,
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,11 +85,11 @@ class Snapshot:
         return {
             'source': self.source,
             'frames': self.frames,
-            'threshold': self.settings.threshold,
+            'threshold': self.settings.threshold_set,
             'code_source': self.settings.code_source.value,
             'connectivity': self.settings.connectivity,
             'threshold_deg_s': self.settings.threshold_deg_s,
-            'path_from': self.settings.path_from.value,
+            'path_from': self.settings.drawn_from.value,
             'movement_runs': run_pairs(self.movement_runs),
             'direction_runs': run_pairs(self.direction_runs),
             'movement_totals': self.movement_totals,
@@ -102,9 +109,11 @@ class _Heading:
     bridged_share: float
     focal_px: float
     field_of_view: FieldOfView | None
+    camera: dict[str, Any] | None
 
     @classmethod
     def of(cls, heading: HeadingEstimator) -> '_Heading':
         return cls(
             math.degrees(heading.tracker.heading), heading.tracker.bridged_share,
-            heading.focal_px, heading.field_of_view)
+            heading.focal_px, heading.field_of_view,
+            None if heading.camera is None else camera_content(heading.camera))
