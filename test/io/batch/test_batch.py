@@ -24,8 +24,6 @@ from phase_traj_ros.parameters import Parameters
 import pytest
 from rolled import MOVEMENT, SHIFTS, write_rolled
 
-pytest.importorskip('matplotlib')
-
 FILES = {'chain_code.json', 'shifts.csv', 'trajectory.png', 'trajectory.tum', 'turns.png'}
 
 

@@ -12,8 +12,6 @@ from phase_traj_ros.cli.main import main
 from phase_traj_ros.synthetic import named_drive, write_drive_bag
 import pytest
 
-pytest.importorskip('evo')
-
 
 @pytest.fixture(scope='module')
 def drive():

@@ -9,6 +9,8 @@ from pathlib import Path
 import re
 import sys
 
+from mcap import reader as mcap_reader
+from mcap_ros2 import decoder as mcap_ros2
 import numpy as np
 from phase_traj_ros.core.codes.text import parse
 from phase_traj_ros.errors import MissingDependencyError, OutputError, SourceError
@@ -18,10 +20,6 @@ from phase_traj_ros.io.sources.base import Frame
 from phase_traj_ros.parameters import Parameters
 import pytest
 from rolled import DIRECTION, MOVEMENT, RATE_NS, rolled_frames, SHIFTS, START_NS
-
-pytest.importorskip('rosbags')
-mcap_reader = pytest.importorskip('mcap.reader')
-mcap_ros2 = pytest.importorskip('mcap_ros2.decoder')
 
 TYPES = {
     '/phase_traj/movement': 'std_msgs/msg/UInt8',
