@@ -185,6 +185,16 @@ class Parameters:
                 raise ParameterError(
                     f'parameters {side}_from and {side}_to are {begin} and {end}: the first has'
                     ' to be smaller')
+        for name in ('frame_id', 'child_frame_id'):
+            frame = getattr(self, name)
+            if not frame or frame.startswith('/') or frame != frame.strip():
+                raise ParameterError(
+                    f'parameter {name!r} is {frame!r}: it takes the name of a frame, without a'
+                    ' slash in front')
+        if self.frame_id == self.child_frame_id and (self.publish_tf or self.metric):
+            raise ParameterError(
+                f"parameters 'frame_id' and 'child_frame_id' are both {self.frame_id!r}: the frame"
+                ' that the vehicle moves in and its own take two names')
         if 0 < self.hfov_deg < LEAST_HFOV_DEG:
             raise ParameterError(
                 f"parameter 'hfov_deg' is {self.hfov_deg}: it takes {LEAST_HFOV_DEG} or more, or 0"

@@ -4,6 +4,7 @@
 
 from collections.abc import Iterator, Mapping
 from pathlib import Path
+import re
 
 from phase_traj_ros.errors import ParameterError
 from phase_traj_ros.parameters import NODE_NAME, Parameters
@@ -48,6 +49,27 @@ def read_parameters(path: Path) -> Parameters:
         return Parameters().with_values(own)
     except ParameterError as error:
         raise ParameterError(f'{path}: {error}') from None
+
+
+def names_in(path: Path) -> list[str]:
+    """
+    Return the names of nodes that ``path`` has parameters for, such as ``/front/phase_traj``.
+
+    Raises
+    ------
+    ParameterError
+        The file cannot be read, or is not a ROS parameter file.
+
+    """
+    return [name for name, _ in _sections(path)]
+
+
+def names_node(pattern: str, full_name: str) -> bool:
+    """Tell whether a name in a parameter file, in which * and ** stand for others, is met."""
+    parts = [
+        {'**': r'(/[^/]+)*', '*': r'/[^/]+'}.get(part, f'/{re.escape(part)}')
+        for part in pattern.split('/') if part]
+    return re.fullmatch(''.join(parts), full_name) is not None
 
 
 def parse_assignment(text: str) -> tuple[str, object]:

@@ -120,7 +120,8 @@ class BagSink:
                 ' 0 to 2**31 seconds; leave out --bag-out')
         self._bag.add(update)
         if self._debug_images:
-            self._bag.add_picture(draw(frame, update, estimator), update.stamp_ns)
+            self._bag.add_picture(
+                draw(frame, update, estimator), update.stamp_ns, frame.frame_id)
 
 
 class _BagFile:
@@ -200,11 +201,11 @@ class _Bag:
         if self._diagnosed.is_due(stamp_ns):
             self._write_diagnostics(stamp_ns)
 
-    def add_picture(self, picture: Picture, stamp_ns: int) -> None:
+    def add_picture(self, picture: Picture, stamp_ns: int, frame_id: str) -> None:
         height, width, _ = picture.shape
         self._file.write(
             topic_name(DEBUG_IMAGE), stamp_ns, self._file.types.types['sensor_msgs/msg/Image'](
-                header=self._messages.header(stamp_ns, self._parameters.frame_id),
+                header=self._messages.header(stamp_ns, frame_id),
                 height=height, width=width, encoding='bgr8', is_bigendian=0, step=3 * width,
                 data=picture.reshape(-1)))
 

@@ -81,6 +81,10 @@ class _Header(Protocol):
     def stamp(self) -> Time:
         """When the image was taken."""
 
+    @property
+    def frame_id(self) -> str:
+        """Name of the camera's frame."""
+
 
 class _Stamped(Protocol):
     """A message with a header."""
@@ -217,7 +221,8 @@ class BagSource(FrameSource):
             for index, message in enumerate(chain(head, messages)):
                 yield Candidate(
                     rule.stamp_ns(message.header_stamp_ns, message.receive_ns),
-                    partial(self._decode, message.msg, index), encoding_of(message.msg))
+                    partial(self._decode, message.msg, index), encoding_of(message.msg),
+                    cast('_Stamped', message.msg).header.frame_id)
 
     def _decode(self, msg: object, index: int) -> GreyImage:
         try:

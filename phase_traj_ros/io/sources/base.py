@@ -31,6 +31,9 @@ DEFAULT_FPS: Final = 10.0
 DEFAULT_SPEED_TOPIC: Final = '/speed'
 """Topic of a bag that speeds are taken from: that of a node in the root namespace."""
 
+CAMERA_FRAME: Final = 'camera'
+"""Name of the camera's frame where the source gives none."""
+
 _MIN_FPS, _MAX_FPS = 0.001, 1e6
 _BAG2_SUFFIXES = ('.mcap', '.db3')
 _BAG1_SUFFIX = '.bag'
@@ -46,6 +49,8 @@ class Frame:
     stamp_ns: int
     encoding: str = ''
     """What the image was made from, where the source says so."""
+    frame_id: str = CAMERA_FRAME
+    """Name of the camera's frame in ROS."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,6 +68,7 @@ class Candidate:
     stamp_ns: int
     decode: Callable[[], GreyImage]
     encoding: str = ''
+    frame_id: str = CAMERA_FRAME
 
 
 class FrameSource(ABC):
@@ -158,7 +164,9 @@ class FrameSource(ABC):
                 if verdict is Verdict.STOP:
                     break
                 if verdict is Verdict.USE:
-                    yield Frame(candidate.decode(), candidate.stamp_ns, candidate.encoding)
+                    yield Frame(
+                        candidate.decode(), candidate.stamp_ns, candidate.encoding,
+                        candidate.frame_id)
         if not selector.used:
             if not selector.seen:
                 raise SourceError(f'{self._description}: no frame could be read')

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Publishes how the node fares on /diagnostics, and warns when no image comes."""
 
+import os
 import time
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
@@ -9,11 +10,14 @@ from phase_traj_ros.core import TrajectoryEstimator
 from phase_traj_ros.io.messages.diagnostics import MeasurementReporter
 from phase_traj_ros.ros.inputs.image import ImageInput
 from phase_traj_ros.ros.monitoring.health import Health, Stage
+from phase_traj_ros.ros.monitoring.losses import advice
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from rclpy.qos import qos_check_compatible, QoSCompatibility
+from rclpy.utilities import get_rmw_implementation_identifier
 
 _PERIOD_S = 1.0
+_THROTTLE_S = 60.0
 _SILENCE_NS = 5 * 10**9
 
 
@@ -93,6 +97,7 @@ class Diagnostics:
             level, message = DiagnosticStatus.ERROR, f'{bad} images could not be used'
         elif lost:
             level, message = DiagnosticStatus.WARN, f'{lost} images were lost'
+            self._warn_of_losses(lost)
         elif not health.images:
             level, message = DiagnosticStatus.OK, 'waiting for the first image'
         else:
@@ -109,6 +114,13 @@ class Diagnostics:
             **{f'{stage.value} (us)': f'{health.microseconds(stage):.0f}' for stage in Stage},
         }
         return self._status('images', level, message, values)
+
+    def _warn_of_losses(self, lost: int) -> None:
+        what = advice(
+            self._health.image_bytes, get_rmw_implementation_identifier(), os.environ)
+        self._node.get_logger().warning(
+            f'{lost} images on {self._input.topic} were lost in the last second: {what}',
+            throttle_duration_sec=_THROTTLE_S)
 
     def _measurement(self) -> DiagnosticStatus:
         report = self._measured.report(self._estimator, self._health.response())

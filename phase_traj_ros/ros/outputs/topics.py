@@ -70,7 +70,8 @@ class Outputs:
                 stamped = message.pose if topic == ODOMETRY.name else message
                 self._transform.publish(
                     message.header, stamped.pose, self.parameters.child_frame_id)
-        self._debug_image.publish(frame, update, self._header(update.stamp_ns))
+        self._debug_image.publish(
+            frame, update, MESSAGES.header(update.stamp_ns, frame.frame_id))
         self._text.changed()
         self._path_pending = True
         if update.step.movement is not self._last_movement:
