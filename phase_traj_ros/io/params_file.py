@@ -51,21 +51,30 @@ def read_parameters(path: Path) -> Parameters:
         raise ParameterError(f'{path}: {error}') from None
 
 
-def names_in(path: Path) -> list[str]:
+def values_for(path: Path, full_name: str) -> dict[str, object]:
     """
-    Return the names of nodes that ``path`` has parameters for, such as ``/front/phase_traj``.
+    Return what ``path`` gives to the node of that name, such as ``/front/phase_traj``.
+
+    In the file, ``*`` stands for one part of a name, ``**`` for any number of them, as in ROS.
+    Names of parameters are joined by dots; values are as they stand there.
 
     Raises
     ------
     ParameterError
-        The file cannot be read, or is not a ROS parameter file.
+        The file cannot be read, is not a ROS parameter file, or has nothing for this node.
 
     """
-    return [name for name, _ in _sections(path)]
+    sections = list(_sections(path))
+    own = [values for name, values in sections if _names_node(name, full_name)]
+    if not own:
+        others = ', '.join(name for name, _ in sections) or 'no node'
+        raise ParameterError(
+            f"{path} has parameters for {others}, not for {full_name}: put them under '/**:' or"
+            f" '{full_name}:', in '{_VALUES}:'")
+    return {name: value for values in own for name, value in _flatten(values)}
 
 
-def names_node(pattern: str, full_name: str) -> bool:
-    """Tell whether a name in a parameter file, in which * and ** stand for others, is met."""
+def _names_node(pattern: str, full_name: str) -> bool:
     parts = [
         {'**': r'(/[^/]+)*', '*': r'/[^/]+'}.get(part, f'/{re.escape(part)}')
         for part in pattern.split('/') if part]

@@ -30,7 +30,7 @@ class PhaseTrajLifecycleNode(LifecycleNode):
         """
         super().__init__(NODE_NAME, enable_logger_service=True)
         self._work: Work | None = None
-        self._live = LiveParameters(self, self._on_change)
+        self._live = LiveParameters(self, check=self._check, on_change=self._change)
 
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Make topics and services; refused where that cannot be done, with an error logged."""
@@ -87,6 +87,10 @@ class PhaseTrajLifecycleNode(LifecycleNode):
             self._work.close()
             self._work = None
 
-    def _on_change(self, values: Parameters) -> None:
+    def _check(self, values: Parameters) -> None:
+        if self._work is not None:
+            self._work.check(values)
+
+    def _change(self, values: Parameters) -> None:
         if self._work is not None:
             self._work.change(values)

@@ -4,7 +4,6 @@
 
 from collections.abc import Callable, Sequence
 
-from phase_traj_ros.errors import ParameterError
 from phase_traj_ros.parameters import Parameters, specs
 from phase_traj_ros.ros.declare import changed, declare_parameters, unknown_overrides
 from phase_traj_ros.ros.startup.overrides import check_overrides, explained, unused_overrides
@@ -17,9 +16,14 @@ from rclpy.parameter import Parameter
 class LiveParameters:
     """Declares the parameters; refuses what cannot be, and hands on what changes."""
 
-    def __init__(self, node: Node, on_change: Callable[[Parameters], None]) -> None:
+    def __init__(
+        self, node: Node, *, check: Callable[[Parameters], None],
+        on_change: Callable[[Parameters], None],
+    ) -> None:
         """
         Declare them on ``node``, which must not have made any topic yet.
+
+        Before they change, ``check`` may raise ValueError; ``on_change`` takes the new ones.
 
         Raises
         ------
@@ -28,6 +32,7 @@ class LiveParameters:
 
         """
         self._node = node
+        self._check_further = check
         self._on_change = on_change
         check_overrides(node)
         self._files = check_param_files(node)
@@ -51,13 +56,9 @@ class LiveParameters:
 
     def _check(self, updates: Sequence[Parameter]) -> SetParametersResult:
         try:
-            values = changed(self.values, updates)
-        except ParameterError as error:
+            self._check_further(changed(self.values, updates))
+        except ValueError as error:
             return SetParametersResult(successful=False, reason=str(error))
-        if values.measures_heading != self.values.measures_heading:
-            return SetParametersResult(successful=False, reason=(
-                "whether the heading is measured is settled at the start, and 'threshold_deg_s'"
-                ' decides that here: start the node anew with it, or with focal_px or hfov_deg'))
         return SetParametersResult(successful=True)
 
     def _apply(self, updates: Sequence[Parameter]) -> None:

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The live node."""
 
-from phase_traj_ros.parameters import NODE_NAME
+from phase_traj_ros.parameters import NODE_NAME, Parameters
 from phase_traj_ros.ros.live_parameters import LiveParameters
 from phase_traj_ros.ros.work import Work
 from rclpy.node import Node
@@ -26,12 +26,23 @@ class PhaseTrajNode(Node):
 
         """
         super().__init__(NODE_NAME, enable_logger_service=True)
-        self._live = LiveParameters(self, lambda values: self._work.change(values))
+        # What is declared before there is any work is not a change.
+        self._work: Work | None = None
+        self._live = LiveParameters(self, check=self._check, on_change=self._change)
         self._work = Work(self, self._live.values)
         self._work.start()
         self._live.tell()
 
     def destroy_node(self) -> None:
         """Take the node down."""
-        self._work.close()
+        if self._work is not None:
+            self._work.close()
         super().destroy_node()
+
+    def _check(self, values: Parameters) -> None:
+        if self._work is not None:
+            self._work.check(values)
+
+    def _change(self, values: Parameters) -> None:
+        if self._work is not None:
+            self._work.change(values)

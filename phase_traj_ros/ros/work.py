@@ -5,11 +5,10 @@
 import time
 
 import cv2
-from phase_traj_ros.core import TrajectoryEstimator, Update
+from phase_traj_ros.core import Lens, Update
 from phase_traj_ros.core.camera.model import CameraModel
-from phase_traj_ros.core.heading.estimator import Lens
+from phase_traj_ros.io.replay.estimator import make_estimator
 from phase_traj_ros.io.sources.base import Frame
-from phase_traj_ros.io.sources.mask_file import read_mask
 from phase_traj_ros.parameters import Parameters
 from phase_traj_ros.ros.inputs.camera import CameraInput
 from phase_traj_ros.ros.inputs.image import ImageInput, image_topic
@@ -49,8 +48,7 @@ class Work:
         self._node = node
         self._values = values
         self._use_threads()
-        self._estimator = TrajectoryEstimator(
-            values.estimator_settings(), mask=read_mask(values))
+        self._estimator = make_estimator(values)
         self._health = Health()
         self._camera: CameraInput | None = None
         self._speed: SpeedInput | None = None
@@ -93,6 +91,18 @@ class Work:
         """Take down what was made; the work is done."""
         self._saving.close()
         self._offered.destroy()
+
+    def check(self, values: Parameters) -> None:
+        """
+        Accept values of the parameters that the work can go on with.
+
+        Raises
+        ------
+        ValueError
+            It cannot.
+
+        """
+        self._estimator.check(values.estimator_settings())
 
     def change(self, values: Parameters) -> None:
         """Go on with other values of the parameters."""

@@ -6,8 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 import sys
 
-from phase_traj_ros.errors import ParameterError
-from phase_traj_ros.io.params_file import names_in, names_node
+from phase_traj_ros.io.params_file import values_for
 from rclpy.node import Node
 
 _FLAG = '--params-file'
@@ -31,9 +30,5 @@ def check_param_files(node: Node, arguments: Sequence[str] | None = None) -> lis
     files = param_files(sys.argv[1:] if arguments is None else arguments)
     full_name = node.get_fully_qualified_name()
     for file in files:
-        names = names_in(file)
-        if not any(names_node(name, full_name) for name in names):
-            raise ParameterError(
-                f"{file} has parameters for {', '.join(names)}, not for this node: put"
-                f" them under '/**:' or '{full_name}:', in 'ros__parameters:'")
+        values_for(file, full_name)
     return files
