@@ -70,7 +70,7 @@ def nodes(context):
         namespace=given.get('namespace', ''), output='screen',
         parameters=[*([str(file)] if file else []), *([own] if own else [])],
         # Ahead of the remappings of a parent, of which the first that fits holds.
-        ros_arguments=[*remappings(given), *log_level(given)],
+        ros_arguments=[*remappings(given), *log_level(given, full_name)],
         respawn=is_true(given, 'respawn'), respawn_delay=RESPAWN_DELAY_S)
     frame = str(known.get('frame_id', Parameters().frame_id))
     return [*([rviz(given, full_name, frame)] if is_true(given, 'rviz') else []), node]
@@ -114,9 +114,12 @@ def remappings(given):
     return [part for each in topics for part in ('-r', f'{each}:={given[each]}')]
 
 
-def log_level(given):
-    """Return the ROS arguments that set the level of the log."""
-    return ['--log-level', given['log_level']] if 'log_level' in given else []
+def log_level(given, full_name):
+    """Return the ROS arguments that set the level of the node's own log."""
+    if 'log_level' not in given:
+        return []
+    logger = full_name.strip('/').replace('/', '.')
+    return ['--log-level', f'{logger}:={given["log_level"]}']
 
 
 def image_topic(configured, given, namespace, known):

@@ -21,6 +21,8 @@ def run(
     program: str, description: str,
 ) -> int:
     """Run the node until ``stop`` is set; return the exit status."""
+    if stop.is_set():
+        return EXIT_OK
     try:
         with ros_context(arguments):
             check_arguments(program, description, arguments)
