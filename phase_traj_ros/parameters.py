@@ -37,6 +37,14 @@ class Transport(Enum):
     COMPRESSED = 'compressed'
 
 
+class SpeedType(Enum):
+    """What the vehicle's speed comes in."""
+
+    TWIST = 'twist'
+    TWIST_WITH_COVARIANCE = 'twist_with_covariance'
+    ODOMETRY = 'odometry'
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Parameters:
     """
@@ -151,6 +159,10 @@ class Parameters:
     use_speed_topic: bool = parameter(
         False, 'Whether the speed is taken from the topic speed, for the same purpose.',
         read_only=True)
+    speed_type: str = parameter(
+        SpeedType.TWIST.value, 'What comes on the topic speed: a TwistStamped, a'
+        ' TwistWithCovarianceStamped or an Odometry. A replay takes whichever the bag has.',
+        choices=tuple(each.value for each in SpeedType), read_only=True)
     max_path_poses: int = parameter(
         1000, 'Poses of the published path: corner points, oldest dropped first, and the tip; of a'
         ' path from the heading places of the whole way, thinned.',

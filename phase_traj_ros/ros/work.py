@@ -9,7 +9,7 @@ from phase_traj_ros.core import Lens, Update
 from phase_traj_ros.core.camera.model import CameraModel
 from phase_traj_ros.io.replay.estimator import make_estimator
 from phase_traj_ros.io.sources.base import Frame
-from phase_traj_ros.parameters import Parameters
+from phase_traj_ros.parameters import Parameters, SpeedType
 from phase_traj_ros.ros.inputs.camera import CameraInput
 from phase_traj_ros.ros.inputs.image import ImageInput, image_topic
 from phase_traj_ros.ros.inputs.speed import SpeedInput
@@ -71,7 +71,8 @@ class Work:
                 self._camera = CameraInput(
                     node, rectified=values.rectified, on_camera=self._on_camera)
             if values.use_speed_topic:
-                self._speed = SpeedInput(node, self._estimator.add_speed)
+                self._speed = SpeedInput(
+                    node, SpeedType(values.speed_type), self._estimator.add_speed)
             images = ImageInput(node, values, self._health, self._on_frame)
             Diagnostics(node, self._health, images, self._estimator)
         topics = [each.topic for each in (images, self._camera, self._speed) if each is not None]

@@ -13,7 +13,7 @@ import statistics
 from typing import Any, Final, TYPE_CHECKING
 
 from phase_traj_ros.core import Movement, TrajectoryEstimator, Update
-from phase_traj_ros.errors import MissingDependencyError, OutputError
+from phase_traj_ros.errors import OutputError, rosbags_missing
 from phase_traj_ros.io.messages.diagnostics import Level, MeasurementReporter, Report
 from phase_traj_ros.io.messages.pacing import Pace
 from phase_traj_ros.io.messages.published import (
@@ -260,9 +260,8 @@ def _types() -> Any:
         from rosbags.rosbag2 import CompressionMode, StoragePlugin  # noqa: F401
         from rosbags.typesys import get_typestore, Stores
     except ImportError as error:
-        raise MissingDependencyError(
-            f'writing bags needs the Python package rosbags, 0.11 or later ({error}): pip'
-            ' install -U rosbags (in a venv on Ubuntu 24.04), or leave out --bag-out') from None
+        raise rosbags_missing(
+            'writing bags', error, instead=', or leave out --bag-out') from None
     return get_typestore(Stores.ROS2_JAZZY)
 
 
