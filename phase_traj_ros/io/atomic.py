@@ -79,4 +79,4 @@ def _remove(folder: Path | None) -> None:
 
 def _output_error(target: Path, error: OSError) -> OutputError:
     reason = error.strerror or str(error)
-    return OutputError(f'cannot write to {target}: {reason}: choose another --output')
+    return OutputError(f'cannot write to {target}: {reason}: choose another place')

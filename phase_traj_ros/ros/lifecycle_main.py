@@ -12,7 +12,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run the managed node until SIGINT or SIGTERM; return the exit status."""
     with stop_on_signals() as stop:
         # Here, as they take a second, in which a signal may come.
-        from phase_traj_ros.ros.lifecycle_node import PhaseTrajLifecycleNode
+        from phase_traj_ros.ros.nodes.lifecycle_node import PhaseTrajLifecycleNode
         from phase_traj_ros.ros.startup.run import run
         return run(
             PhaseTrajLifecycleNode, stop, arguments, program='phase_traj_lifecycle_node',

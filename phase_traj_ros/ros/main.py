@@ -12,7 +12,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run the node until SIGINT or SIGTERM; return the exit status."""
     with stop_on_signals() as stop:
         # Here, as they take a second, in which a signal may come.
-        from phase_traj_ros.ros.node import PhaseTrajNode
+        from phase_traj_ros.ros.nodes.node import PhaseTrajNode
         from phase_traj_ros.ros.startup.run import run
         return run(
             PhaseTrajNode, stop, arguments, program='phase_traj_node',

@@ -170,7 +170,7 @@ class BagSource(FrameSource):
             raise SourceError(
                 f'{self._path} has no speed on {name}, that is, none of'
                 f' {", ".join(SPEED_TYPES.values())}; on other topics it has'
-                f' {_listed(there, none="none")}: choose one with --speed-topic, or give the'
+                f' {_listed(there, none="none")}: name one of them as the speed topic, or give the'
                 ' parameter speed')
         speed_of = SPEED_OF[types[0]]
         for message, receive_ns in self._messages_of(name, types[0]):
@@ -334,7 +334,7 @@ def _choose_topic(path: Path, topics: list[_Topic], wanted: str | None) -> _Topi
     filled = [each for each in images if each.count > 0] or images
     if len(filled) > 1:
         raise SourceError(
-            f'{path} has several image topics: {_listed(filled)}; choose one with --topic')
+            f'{path} has several image topics: {_listed(filled)}; name one as the topic')
     return filled[0]
 
 

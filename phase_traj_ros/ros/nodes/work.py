@@ -13,9 +13,9 @@ from phase_traj_ros.parameters import Parameters, SpeedType
 from phase_traj_ros.ros.inputs.camera import CameraInput
 from phase_traj_ros.ros.inputs.image import ImageInput, image_topic
 from phase_traj_ros.ros.inputs.speed import SpeedInput
-from phase_traj_ros.ros.made import Made
-from phase_traj_ros.ros.monitoring.diagnostics import Diagnostics
-from phase_traj_ros.ros.monitoring.health import Health, Stage
+from phase_traj_ros.ros.nodes.made import Made
+from phase_traj_ros.ros.diagnostics import Diagnostics
+from phase_traj_ros.ros.health import Health, Stage
 from phase_traj_ros.ros.outputs.topics import Outputs
 from phase_traj_ros.ros.saving import Saving
 from rclpy.node import Node

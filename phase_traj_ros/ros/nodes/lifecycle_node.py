@@ -4,9 +4,9 @@
 
 from phase_traj_ros.errors import PhaseTrajError
 from phase_traj_ros.parameters import NODE_NAME, Parameters
-from phase_traj_ros.ros.live_parameters import LiveParameters
+from phase_traj_ros.ros.nodes.live_parameters import LiveParameters
 from phase_traj_ros.ros.spin import names_explained
-from phase_traj_ros.ros.work import Work
+from phase_traj_ros.ros.nodes.work import Work
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 
 

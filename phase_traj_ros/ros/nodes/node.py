@@ -3,8 +3,8 @@
 """The live node."""
 
 from phase_traj_ros.parameters import NODE_NAME, Parameters
-from phase_traj_ros.ros.live_parameters import LiveParameters
-from phase_traj_ros.ros.work import Work
+from phase_traj_ros.ros.nodes.live_parameters import LiveParameters
+from phase_traj_ros.ros.nodes.work import Work
 from rclpy.node import Node
 
 

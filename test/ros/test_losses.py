@@ -4,7 +4,7 @@
 
 from pathlib import Path
 
-from phase_traj_ros.ros.monitoring.losses import advice, PROFILE
+from phase_traj_ros.ros.losses import advice, PROFILE
 import pytest
 
 FULL_HD = 1920 * 1080 * 3
@@ -15,7 +15,7 @@ def test_images_too_large_for_the_defaults_of_fast_dds():
     assert 'image of 6.2 MB' in text
     assert 'set FASTRTPS_DEFAULT_PROFILES_FILE=' in text
     assert PROFILE in text
-    assert (Path(__file__).resolve().parents[3] / PROFILE).is_file()
+    assert (Path(__file__).resolve().parents[2] / PROFILE).is_file()
 
 
 @pytest.mark.parametrize(('size', 'middleware', 'environment'), [
