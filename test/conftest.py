@@ -5,6 +5,7 @@
 import os
 from pathlib import Path
 
+from needs import lacking
 import pytest
 
 try:
@@ -16,6 +17,9 @@ else:
     settings.register_profile(
         'patient', deadline=None, suppress_health_check=[HealthCheck.too_slow])
     settings.load_profile('patient')
+
+
+collect_ignore = lacking()
 
 
 @pytest.fixture(scope='session')
