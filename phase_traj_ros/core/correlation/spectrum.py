@@ -17,8 +17,8 @@ _FACTORS = (2, 3, 5)
 _MULTIPLE = 8
 _LEAST_PADDING = 4
 _CRAMPED, _CROWDED = 256, 1024
-# Rows whitened at a time: few enough to stay in a core's own cache, enough to hide call costs.
-_BLOCK_ROWS = 64
+# Bins whitened at a time: few enough to stay in a core's own cache, enough to hide call costs.
+_BLOCK_BINS = 1 << 16
 
 
 def _is_smooth(number: int) -> bool:
@@ -67,7 +67,12 @@ class Whitener:
     def __init__(self, shape: tuple[int, int]) -> None:
         """Make the scratch space for spectra of ``shape`` (M, N), both even."""
         self._size = shape[0] * shape[1]
-        self._magnitude = np.empty((min(_BLOCK_ROWS, shape[0]), shape[1] // 2 - 1), np.float32)
+        columns = shape[1] // 2 - 1
+        rows = min(max(_BLOCK_BINS // max(columns, 1) // _MULTIPLE, 1) * _MULTIPLE, shape[0])
+        # One more number each: arrays that are aligned alike OpenCV writes past the cache, which
+        # takes twice as long.
+        parts = np.empty((3, rows * columns + 1), np.float32)
+        self._parts = parts[:, :-1].reshape(3, rows, columns)
         self._edges = np.empty((2, shape[0]), np.float32)
 
     def __call__(self, spectrum: NDArray[np.float32], floor: float) -> float:
@@ -79,18 +84,22 @@ class Whitener:
         bins lay below the floor.
         """
         weakest = np.inf
-        rows_at_once = len(self._magnitude)
+        rows_at_once, columns = self._parts.shape[1:]
         for first in range(0, len(spectrum), rows_at_once):
-            bins = spectrum[first:first + rows_at_once, 1:-1].view(np.complex64)
-            magnitude = self._magnitude[:len(bins)]
-            np.abs(bins, out=magnitude)
+            bins = spectrum[first:first + rows_at_once, 1:-1].reshape(-1, columns, 2)
+            # OpenCV's loops over real numbers are vectorised on every processor, numpy's over
+            # complex ones on few; taking the parts apart and together costs less than that.
+            real, imaginary, magnitude = self._parts[:, :len(bins)]
+            cv2.split(bins, (real, imaginary))
+            cv2.magnitude(real, imaginary, magnitude=magnitude)
             # Looking for weak bins costs a fifth of lifting them, and there hardly ever are any.
             weakest_here = float(magnitude.min())
             if weakest_here < floor:
                 np.maximum(magnitude, floor, out=magnitude)
             weakest = min(weakest, weakest_here)
-            np.reciprocal(magnitude, out=magnitude)
-            np.multiply(bins, magnitude, out=bins)
+            np.divide(real, magnitude, out=real)
+            np.divide(imaginary, magnitude, out=imaginary)
+            cv2.merge((real, imaginary), dst=bins)
         weakest = min(weakest, self._whiten_edges(spectrum, floor))
         return 1.0 if weakest >= floor else self._mean_square(spectrum)
 
