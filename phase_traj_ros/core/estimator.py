@@ -54,6 +54,8 @@ class TrajectoryEstimator:
         ------
         ValueError
             A setting is out of its range, or the mask leaves nothing.
+        MissingDependencyError
+            The library that is to compute the transforms is not installed.
 
         """
         self._settings = settings or EstimatorSettings()
@@ -184,10 +186,12 @@ class TrajectoryEstimator:
     def _make_heading(self, lens: Lens, *, calibrating: bool = False) -> HeadingEstimator:
         return HeadingEstimator(
             lens, rotate_180=self._settings.view.rotate_180, mask=self._mask,
-            calibrating=calibrating)
+            calibrating=calibrating, transform=self._settings.transform)
 
     def _make_correlator(self) -> PhaseCorrelator:
-        return PhaseCorrelator(window=self._settings.window, mask=self._view_mask())
+        return PhaseCorrelator(
+            window=self._settings.window, mask=self._view_mask(),
+            transform=self._settings.transform)
 
     def _make_quality(self) -> PairQuality:
         # The heading is measured otherwise, and has tests of its own.
