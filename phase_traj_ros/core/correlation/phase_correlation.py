@@ -15,7 +15,7 @@ import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from phase_traj_ros.core.correlation.mask import check_size, mask_weights
-from phase_traj_ros.core.correlation.spectrum import padded_shape, Whitener
+from phase_traj_ros.core.correlation.spectrum import CrossPhase, padded_shape
 from phase_traj_ros.core.correlation.transforms import find_transform, TransformLibrary
 from phase_traj_ros.core.correlation.windows import Window, window_2d
 from phase_traj_ros.errors import FrameError
@@ -54,7 +54,7 @@ class PhaseCorrelator:
     """
     Measures the shift between each frame and the one before it.
 
-    Keeps the previous frame's whitened spectrum, so that a frame costs one forward and one
+    Keeps the previous frame's spectrum, so that a frame costs one forward and one
     inverse transform. Nothing of a frame's size is allocated after the first frame.
     """
 
@@ -87,10 +87,8 @@ class PhaseCorrelator:
         self._mask = None if mask is None else mask_weights(mask)
         self._shape: tuple[int, int] | None = None
         self._primed = False
-        # Two arrays are all a pair needs, as every step is done in place: so they stay in the
-        # cache. One holds the last frame's whitened spectrum. The other one holds the last pair's
-        # map, until the next frame goes there; then they swap.
-        self._spectrum: NDArray[np.float32] = np.empty((0, 0), np.float32)
+        # Every step of a pair is done in place: here are the tapered frame, its spectrum, the
+        # cross-phase spectrum and the map, one after the other.
         self._map: NDArray[np.float32] = np.empty((0, 0), np.float32)
         self._energy = 0.0
         # Of the last pair: the height of the peak of identical frames as a share of the map's
@@ -129,7 +127,6 @@ class PhaseCorrelator:
         if frame.shape != self._shape:
             self._allocate(frame.shape)
         energy = self._transform(frame, mean, deviation)
-        self._spectrum, self._map = self._map, self._spectrum
         highest = math.sqrt(self._energy * energy)
         self._energy = energy
         if self._primed:
@@ -203,18 +200,16 @@ class PhaseCorrelator:
             self._window *= self._mask
             self._window_sum = float(self._window.sum(dtype=np.float64))
         self._window_rms = math.sqrt(float(np.mean(np.square(self._window))))
-        self._spectrum = np.zeros(padded, np.float32)
         self._map = np.zeros(padded, np.float32)
-        self._whiten = Whitener(padded)
+        self._cross = CrossPhase(padded)
         self._primed = False
 
     def _transform(self, frame: Frame, mean: float, deviation: float) -> float:
-        """Put the whitened spectrum of ``frame`` where the map was; return its energy."""
+        """Put the cross-phase spectrum of ``frame`` where the map was; return its energy."""
         height, width = frame.shape
         spectrum = self._map
         if deviation == 0.0:
-            spectrum.fill(0.0)
-            return 0.0
+            return self._nothing()
         tapered = spectrum[:height, :width]
         spectrum[height:] = 0.0
         spectrum[:height, width:] = 0.0
@@ -229,20 +224,23 @@ class PhaseCorrelator:
             rest = cv2.sumElems(tapered)[0] / self._window_sum
             cv2.scaleAdd(self._window, -rest, tapered, dst=tapered)
             if cv2.norm(tapered) <= _ROUNDING * spectrum_rms:
-                spectrum.fill(0.0)
-                return 0.0
+                return self._nothing()
         self._transforms.forward(spectrum, height)
-        return self._whiten(spectrum, _ROUNDING * spectrum_rms)
+        # Eq. 1 conjugates the current spectrum and so peaks at minus the displacement. Here the
+        # previous one is conjugated, which puts the peak at the displacement itself.
+        return self._cross(spectrum, _ROUNDING * spectrum_rms)
+
+    def _nothing(self) -> float:
+        """Take a frame without any content; return its energy."""
+        self._cross.clear()
+        return 0.0
 
     def _correlate(self, highest: float) -> Shift:
-        """Turn the previous frame's spectrum into the map; find its peak (eqs. 1 to 3)."""
+        """Turn the cross-phase spectrum into the map; find its peak (eqs. 2 and 3)."""
         self._highest = highest
         if highest == 0.0:
             self._map.fill(0.0)
             return Shift(0.0, 0.0, 0.0)
-        # Eq. 1 conjugates the current spectrum and so peaks at minus the displacement. The
-        # previous one is conjugated here, which puts the peak at the displacement itself.
-        cv2.mulSpectrums(self._spectrum, self._map, 0, self._map, conjB=True)
         self._unit = self._transforms.inverse(self._map)
         self._peak = row, column = divmod(int(self._map.argmax()), self._map.shape[1])
         return self._shift_at(row, column)
