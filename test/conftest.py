@@ -4,6 +4,7 @@
 
 import os
 from pathlib import Path
+import sys
 
 import pytest
 
@@ -16,6 +17,17 @@ else:
     settings.register_profile(
         'patient', deadline=None, suppress_health_check=[HealthCheck.too_slow])
     settings.load_profile('patient')
+
+
+def pytest_addoption(parser):
+    parser.addoption(
+        '--without-scipy', action='store_true', help='as if scipy were not installed')
+
+
+def pytest_configure(config):
+    if config.getoption('--without-scipy'):
+        for name in ('scipy', 'scipy.fft', 'scipy.fftpack'):
+            sys.modules[name] = None
 
 
 @pytest.fixture(scope='session')

@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Which library computes the transforms, and that it makes no difference to the answers."""
 
-from importlib.util import find_spec
 import sys
 
 import cv2
@@ -20,8 +19,14 @@ from phase_traj_ros.errors import MissingDependencyError
 from phase_traj_ros.synthetic import named_drive, render
 import pytest
 
+try:
+    find_transform(TransformLibrary.SCIPY)
+    HAS_SCIPY = True
+except MissingDependencyError:
+    HAS_SCIPY = False
+
 SHAPES = [(8, 8), (64, 80), (72, 16), (136, 250), (384, 1296)]
-needs_scipy = pytest.mark.skipif(find_spec('scipy') is None, reason='scipy is not installed')
+needs_scipy = pytest.mark.skipif(not HAS_SCIPY, reason='scipy is not installed')
 
 
 @pytest.fixture(autouse=True)
