@@ -15,6 +15,8 @@ BAGS = ['rosbags>=0.10']
 PLOT = ['matplotlib>=3.6']
 PROGRESS = ['tqdm']
 YAML = ['PyYAML']
+DASK = ['dask', 'distributed']
+EVO = ['evo']
 
 EXTRAS = {
     # ROS 2 Jazzy as wheels: Linux on x86_64 with glibc >= 2.28, CPython 3.10 to 3.13.
@@ -24,7 +26,7 @@ EXTRAS = {
     'plot': PLOT,
     'progress': PROGRESS,
     'yaml': YAML,
-    'dask': ['dask', 'distributed'],
+    'dask': DASK,
     'offline': VISION + BAGS + PLOT + PROGRESS + YAML,
     'test': [
         'pytest<9',
@@ -32,9 +34,11 @@ EXTRAS = {
         'hypothesis',
         'mcap',
         'mcap-ros2-support',
+        *DASK,
+        *EVO,
     ],
     'bench': ['scikit-image'],
-    'evo': ['evo'],
+    'evo': EVO,
     # The flake8 of Ubuntu 24.04, with the plugins that ament_flake8 of Jazzy asks for.
     'lint': [
         'ruff==0.17.*',
@@ -52,6 +56,8 @@ EXTRAS = {
         'flake8-import-order',
         'flake8-quotes',
     ],
+    # Resolves what tools/constraints.txt pins.
+    'pins': ['uv==0.13.*'],
     # The last setuptools with the commands that colcon calls.
     'colcon': ['colcon-common-extensions', 'ros-jazzy-ament-package==0.16.4', 'setuptools<80'],
 }
