@@ -17,8 +17,9 @@ from typing import Any, Protocol
 import cv2
 import numpy as np
 from phase_traj_ros.core import PhaseCorrelator
+from phase_traj_ros.core.camera.lens import Lens
 from phase_traj_ros.core.correlation.spectrum import padded_shape
-from phase_traj_ros.core.heading.estimator import HeadingEstimator, Lens
+from phase_traj_ros.core.heading.estimator import HeadingEstimator
 from phase_traj_ros.errors import MissingDependencyError
 from phase_traj_ros.synthetic import Camera
 

@@ -16,9 +16,9 @@ from typing import Any, cast
 
 from phase_traj_ros.core import EstimatorSettings, PAPER_THRESHOLD, View, Window
 from phase_traj_ros.core.camera.field_of_view import ASSUMED_HFOV_DEG
+from phase_traj_ros.core.camera.lens import Lens
 from phase_traj_ros.core.camera.projection import LEAST_HFOV_DEG
 from phase_traj_ros.core.correlation.quality import GateSettings, StillnessSettings
-from phase_traj_ros.core.heading.estimator import Lens
 from phase_traj_ros.core.path.speed import MOST_SPEED
 from phase_traj_ros.core.settings import CodeSource, PathSource
 from phase_traj_ros.errors import ParameterError
@@ -224,18 +224,12 @@ class Parameters:
     @property
     def measures_heading(self) -> bool:
         """Return whether heading and turns are measured."""
-        return (
-            self.focal_px > 0 or self.hfov_deg > 0 or self.estimate_fov or self.needs_camera)
+        return self.estimator_settings().measures_heading
 
     @property
     def needs_camera(self) -> bool:
         """Return whether the focal length has to come from the camera's calibration."""
-        wanted = (
-            self.codes_from_heading
-            or self.path_from == PathSource.HEADING.value or self.threshold_deg_s > 0
-            or self.metric)
-        known = self.focal_px > 0 or self.hfov_deg > 0 or self.estimate_fov
-        return wanted and not known
+        return self.estimator_settings().awaits_lens
 
     @property
     def metric(self) -> bool:
@@ -266,7 +260,6 @@ class Parameters:
             code_source=CodeSource(self.code_source),
             connectivity=self.connectivity,
             lens=self._lens(),
-            awaits_lens=self.needs_camera,
             estimate_fov=self.estimate_fov,
             path_from=PathSource(self.path_from),
             speed=self.speed,

@@ -6,12 +6,10 @@ from collections.abc import Sequence
 import time
 
 import cv2
-from phase_traj_ros.core import TrajectoryEstimator, Update
+from phase_traj_ros.core import Lens, Update
 from phase_traj_ros.core.camera.model import CameraModel
-from phase_traj_ros.core.heading.estimator import Lens
-from phase_traj_ros.errors import ParameterError
+from phase_traj_ros.io.replay.estimator import make_estimator
 from phase_traj_ros.io.sources.base import Frame
-from phase_traj_ros.io.sources.mask_file import read_mask
 from phase_traj_ros.parameters import NODE_NAME
 from phase_traj_ros.ros.declare import changed, declare_parameters, unknown_overrides
 from phase_traj_ros.ros.inputs.camera import CameraInput
@@ -49,8 +47,7 @@ class PhaseTrajNode(Node):
         super().__init__(NODE_NAME)
         self._values = declare_parameters(self)
         self._use_threads()
-        self._estimator = TrajectoryEstimator(
-            self._values.estimator_settings(), mask=read_mask(self._values))
+        self._estimator = make_estimator(self._values)
         self._health = Health()
         self._outputs = Outputs(self, self._estimator, self._values)
         # Of what comes at the same time, the executor hands over in the order of subscription.
@@ -139,13 +136,9 @@ class PhaseTrajNode(Node):
 
     def _check_parameters(self, updates: Sequence[Parameter]) -> SetParametersResult:
         try:
-            values = changed(self._values, updates)
-        except ParameterError as error:
+            self._estimator.check(changed(self._values, updates).estimator_settings())
+        except ValueError as error:
             return SetParametersResult(successful=False, reason=str(error))
-        if values.measures_heading != self._values.measures_heading:
-            return SetParametersResult(successful=False, reason=(
-                "whether the heading is measured is settled at the start, and 'threshold_deg_s'"
-                ' decides that here: start the node anew with it, or with focal_px or hfov_deg'))
         return SetParametersResult(successful=True)
 
     def _apply_parameters(self, updates: Sequence[Parameter]) -> None:

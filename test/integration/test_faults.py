@@ -414,6 +414,30 @@ def test_a_mask_hides_what_never_moves(live, run, tmp_path):
     assert [each.vector.x for each in node['shift']] == pytest.approx([20] * 4, abs=0.3)
 
 
+def test_a_band_that_the_mask_leaves_nothing_of_is_refused(live, run, tmp_path):
+    mask = np.full((120, 320), 255, np.uint8)
+    mask[60:] = 0
+    cv2.imwrite(str(tmp_path / 'mask.png'), mask)
+    masked = ('-p', f'mask_file:={tmp_path / "mask.png"}')
+    node = run(*masked)
+    send(node, [street()] * 2, [0.0, 0.1])
+    result = live.set_parameter('rows_from', 0.9)
+    assert not result.successful
+    assert 'within the band of rows and columns' in result.reason
+    send(node, [street()], [0.2])
+    live.until(lambda: complete(node, 2))
+
+
+def test_a_start_with_a_band_that_the_mask_leaves_nothing_of(live, tmp_path):
+    mask = np.full((120, 320), 255, np.uint8)
+    mask[60:] = 0
+    cv2.imwrite(str(tmp_path / 'mask.png'), mask)
+    process = live.start('-p', f'mask_file:={tmp_path / "mask.png"}', '-p', 'rows_from:=0.9')
+    assert process.wait(20) == 2
+    assert 'within the band of rows and columns' in live.logs()
+    assert 'Traceback' not in live.logs()
+
+
 def test_a_mask_that_cannot_be_read_is_said_at_once(live):
     process = live.start('-p', 'mask_file:=/does/not/exist.png')
     assert process.wait(20) == 2

@@ -22,8 +22,8 @@ from enum import IntEnum
 import re
 from typing import Any
 
+from phase_traj_ros.core.codes.chain import ChainCode
 from phase_traj_ros.core.codes.codes import Movement
-from phase_traj_ros.core.codes.from_shift import ChainCode
 from phase_traj_ros.core.codes.series import CodeSeries
 
 _NUMBER = r'(0|[1-9]\d*)'

@@ -73,7 +73,7 @@ class PhaseCorrelator:
         Raises
         ------
         ValueError
-            The mask is none (see ``mask_weights``).
+            The mask is not usable (see ``mask_shares``).
 
         """
         self._window_form = window
@@ -113,7 +113,8 @@ class PhaseCorrelator:
             holds NaN or infinity. The correlator is as it was before the call.
 
         """
-        mean, deviation = _check(frame)
+        _check_form(frame)
+        mean, deviation = _statistics(frame)
         if self._mask is not None:
             check_size(frame, self._mask)
         if frame.shape != self._shape:
@@ -244,16 +245,22 @@ class PhaseCorrelator:
         )
 
 
-def check_form(frame: Frame) -> None:
+def check_frame(frame: Frame) -> None:
     """
-    Make sure that a frame has a shape and a type that can be correlated.
+    Make sure that a frame can be correlated; a mask's size is not looked at.
 
     Raises
     ------
     FrameError
-        It has not.
+        The frame has another shape or type than it may have, or it holds NaN or infinity.
 
     """
+    _check_form(frame)
+    if frame.dtype == np.float32:
+        _statistics(frame)
+
+
+def _check_form(frame: Frame) -> None:
     if frame.ndim != 2:
         raise FrameError(f'frame has shape {frame.shape}: give a grey frame of shape (H, W)')
     if frame.dtype not in _DTYPES:
@@ -264,9 +271,8 @@ def check_form(frame: Frame) -> None:
             f'frame is {width}x{height} pixels: at least {_MIN_SIDE}x{_MIN_SIDE} are needed')
 
 
-def _check(frame: Frame) -> tuple[float, float]:
-    """Return mean and standard deviation of a frame that can be used."""
-    check_form(frame)
+def _statistics(frame: Frame) -> tuple[float, float]:
+    """Return mean and standard deviation of a frame; raise FrameError if they are not finite."""
     means, deviations = cv2.meanStdDev(frame)
     mean, deviation = float(means[0, 0]), float(deviations[0, 0])
     if not math.isfinite(mean + deviation):

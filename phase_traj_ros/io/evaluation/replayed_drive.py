@@ -18,7 +18,7 @@ from phase_traj_ros.core.codes.codes import Direction, Movement
 from phase_traj_ros.core.codes.freeman import AnyDirection, Freeman
 from phase_traj_ros.core.heading.turns import Turn
 from phase_traj_ros.core.path.trajectory import vertices
-from phase_traj_ros.core.update import PairStatus
+from phase_traj_ros.core.status import PairStatus
 from phase_traj_ros.errors import ResultError
 
 _NO_STEP = frozenset(status.value for status in PairStatus if not status.judged)

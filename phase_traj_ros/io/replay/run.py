@@ -3,7 +3,7 @@
 """Offline replay: all frames of a source through the same estimator as the live node's."""
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from statistics import median
 from typing import Protocol
 
@@ -15,14 +15,14 @@ from phase_traj_ros.core import (
     Update,
 )
 from phase_traj_ros.core.camera.field_of_view import FieldOfView
+from phase_traj_ros.core.camera.lens import Lens
 from phase_traj_ros.core.camera.model import CameraModel
 from phase_traj_ros.core.camera.projection import threshold_px
 from phase_traj_ros.core.codes.freeman import AnyDirection
-from phase_traj_ros.core.heading.estimator import Lens
 from phase_traj_ros.core.heading.turns import Turn
 from phase_traj_ros.errors import FrameError, ParameterError, SourceError
+from phase_traj_ros.io.replay.estimator import make_estimator
 from phase_traj_ros.io.sources.base import Frame, Speed
-from phase_traj_ros.io.sources.mask_file import read_mask
 from phase_traj_ros.parameters import Parameters
 
 
@@ -106,10 +106,7 @@ def replay(
         Parameters ask for the camera's calibration, and there is none.
 
     """
-    # Offline, everything is kept.
-    settings = replace(
-        parameters.estimator_settings(), max_runs=None, max_corners=None, max_speeds=None)
-    estimator = TrajectoryEstimator(settings, mask=read_mask(parameters))
+    estimator = make_estimator(parameters, keep_all=True)
     if parameters.needs_camera:
         if camera is None:
             raise ParameterError(

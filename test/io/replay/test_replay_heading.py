@@ -16,8 +16,8 @@ from phase_traj_ros.core import (
     Shift,
     TrajectoryEstimator,
 )
+from phase_traj_ros.core.camera.lens import Lens
 from phase_traj_ros.core.camera.model import CameraModel
-from phase_traj_ros.core.heading.estimator import Lens
 from phase_traj_ros.core.heading.yaw_meter import YawMeasurement
 from phase_traj_ros.errors import ParameterError, SourceError
 from phase_traj_ros.io.batch.job import replay_source, Wanted
@@ -301,8 +301,8 @@ def test_a_wrong_field_of_view_is_reported():
     assert 'from 6 turns' in report.values['field of view (deg)']
 
 
-def test_a_lens_has_to_be_foreseen():
-    with pytest.raises(ValueError, match='awaits_lens'):
+def test_a_lens_without_a_use_is_refused():
+    with pytest.raises(ValueError, match='needs a lens'):
         TrajectoryEstimator().use_lens(Lens(hfov_deg=80.0))
 
 
@@ -327,9 +327,6 @@ def test_parameters_that_do_not_go_together(values, message):
 
 
 @pytest.mark.parametrize(('values', 'message'), [
-    ({'code_source': CodeSource.HEADING}, 'codes from the heading needs'),
-    ({'speed': 1.0}, 'odometry from a speed needs'),
-    ({'threshold_deg_s': 1.0}, 'degrees per second needs'),
     ({'threshold_deg_s': -1.0}, 'threshold_deg_s is -1'),
     ({'speed': math.nan}, 'speed is nan'),
     ({'connectivity': 5}, 'connectivity is 5'),
