@@ -56,6 +56,8 @@ class TrajectoryEstimator:
         ------
         ValueError
             The mask is not usable (see ``mask_shares``), or it is empty within the view.
+        MissingDependencyError
+            The library that is to compute the transforms is not installed.
 
         """
         self._settings = settings or EstimatorSettings()
@@ -277,7 +279,7 @@ class TrajectoryEstimator:
     ) -> HeadingEstimator:
         return HeadingEstimator(
             lens, rotate_180=self._settings.view.rotate_180, mask=self._meter.mask,
-            learning=learning)
+            learning=learning, transform=self._settings.transform)
 
     def _learning(self) -> SelfCalibration:
         mask = self._meter.mask
