@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from phase_traj_ros.core.camera.field_of_view import ASSUMED_HFOV_DEG
 from phase_traj_ros.core.camera.given_lens import Lens
+from phase_traj_ros.core.camera.in_use import CameraInUse
 from phase_traj_ros.core.camera.self_calibration import SelfCalibration
 from phase_traj_ros.core.codes.chain import ChainCode
 from phase_traj_ros.core.coding import make_coder
@@ -28,7 +29,8 @@ from phase_traj_ros.errors import FrameError
 # What is built from these at the start stays as it is.
 _SETTLED = {
     'code_source': 'the code source', 'connectivity': 'the connectivity',
-    'draws_heading': 'what the path is drawn from', 'measures_heading': 'whether heading is measured',
+    'draws_heading': 'what the path is drawn from',
+    'measures_heading': 'whether heading is measured',
     'metric': 'whether there is a speed'}
 
 
@@ -74,6 +76,7 @@ class TrajectoryEstimator:
         self._turns: deque[Turn] = deque(maxlen=self._settings.max_runs)
         self.correlate_ns = 0
         """Nanoseconds that the last frame took to correlate."""
+        self._told: Lens | None = None
         self._frames = 0
         self._last_stamp_ns: int | None = None
 
@@ -264,15 +267,15 @@ class TrajectoryEstimator:
             self._heading.start(stamp_ns)
         return None
 
+    @property
+    def _by_heading(self) -> bool:
+        return self._settings.code_source is not CodeSource.SHIFT
+
     def _switches_rule(self, settings: EstimatorSettings) -> bool:
         """Return whether settings ask for the paper's rule instead of the turns, or back."""
         return {settings.code_source, self._settings.code_source} == {
             CodeSource.AUTO, CodeSource.SHIFT} and (
                 self._heading is not None or not settings.measures_heading)
-
-    @property
-    def _by_heading(self) -> bool:
-        return self._settings.code_source is not CodeSource.SHIFT
 
     def _make_heading(
         self, lens: Lens, *, learning: SelfCalibration | None = None,
@@ -319,7 +322,15 @@ class TrajectoryEstimator:
         assert tip is not None
         return Update(
             self._frames - 2, stamp_ns, interval_ns, self._shift(comparison, heading), step,
-            status, tip, turned, () if heading is None else heading.turns, odometry)
+            status, tip, turned, () if heading is None else heading.turns, self._news_of_camera(),
+            odometry)
+
+    def _news_of_camera(self) -> CameraInUse | None:
+        """Return the camera if it has changed since it was last told."""
+        if self._heading is None or self._heading.lens is self._told:
+            return None
+        self._told = self._heading.lens
+        return self._heading.camera
 
     def _follow(
         self, comparison: Comparison, worth: Worth | None, stamp_ns: int, interval: float,

@@ -4,6 +4,7 @@
 
 from dataclasses import asdict, dataclass, replace
 
+from phase_traj_ros.core.camera.in_use import CameraInUse
 from phase_traj_ros.core.codes.chain import Step
 from phase_traj_ros.core.correlation.phase_correlation import Shift
 from phase_traj_ros.core.heading.tracker import HeadingStep
@@ -33,6 +34,8 @@ class Update:
     """Yaw, yaw rate and heading, where a lens is given."""
     turns: tuple[Turn, ...] = ()
     """Turns that are now known to have ended, where a lens is given."""
+    camera: CameraInUse | None = None
+    """What the camera is taken for from now on, where that is new with this pair."""
     odometry: Odometry | None = None
     """Pose and motion in metres, where the speed is known, too."""
 

@@ -2,8 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """The node's parameter file, read without ROS."""
 
+from dataclasses import replace
 from pathlib import Path
 
+from phase_traj_ros.core import EstimatorSettings
 from phase_traj_ros.errors import ParameterError
 from phase_traj_ros.io.params_file import parse_assignment, read_parameters
 from phase_traj_ros.parameters import Parameters
@@ -22,8 +24,26 @@ def file(tmp_path):
     return write
 
 
-def test_paper_yaml_holds_the_defaults():
-    assert read_parameters(CONFIG / 'paper.yaml') == Parameters()
+def test_paper_yaml_is_the_papers_rule():
+    parameters = read_parameters(CONFIG / 'paper.yaml')
+    assert parameters == Parameters(code_source='shift', threshold=16.0)
+    assert parameters.estimator_settings() == replace(
+        EstimatorSettings(), max_runs=100_000, max_speeds=10_000, max_corners=999)
+
+
+@pytest.mark.parametrize(('values', 'codes_from', 'drawn_from'), [
+    ({}, 'auto', 'heading'),
+    ({'threshold': 9.0}, 'shift', 'codes'),
+    ({'threshold_deg_s': 9.0}, 'shift', 'codes'),
+    ({'code_source': 'shift'}, 'shift', 'codes'),
+    ({'code_source': 'heading', 'threshold': 9.0}, 'heading', 'codes'),
+    ({'path_from': 'codes'}, 'auto', 'codes'),
+    ({'threshold': 9.0, 'path_from': 'heading'}, 'shift', 'heading'),
+])
+def test_a_threshold_asks_for_the_papers_rule(values, codes_from, drawn_from):
+    parameters = Parameters(**values)
+    assert (parameters.codes_from.value, parameters.drawn_from.value) == (codes_from, drawn_from)
+    assert parameters.estimator_settings().code_source is parameters.codes_from
 
 
 @pytest.mark.parametrize(

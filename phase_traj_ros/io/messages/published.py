@@ -51,6 +51,7 @@ HEADING: Final = (
     Topic('heading', 'std_msgs/msg/Float64'),
     Topic('heading_stamped', 'geometry_msgs/msg/QuaternionStamped'),
     Topic('turn', 'geometry_msgs/msg/Vector3Stamped'),
+    Topic('camera', 'std_msgs/msg/String', latched=True),
 )
 """What it makes them for where the heading is measured, too."""
 
@@ -128,6 +129,8 @@ class Messages:
                 header=header, quaternion=self._yaw(update.heading.heading))
         if update.odometry is not None and wanted('odom'):
             yield 'odom', self.odometry(update.odometry, parameters.child_frame_id, header)
+        if update.camera is not None:
+            yield 'camera', types['std_msgs/msg/String'](data=str(update.camera))
         for turn in update.turns if update.turns and wanted('turn') else ():
             yield 'turn', types['geometry_msgs/msg/Vector3Stamped'](
                 header=self.header(turn.end_ns, parameters.frame_id),

@@ -67,8 +67,9 @@ class Work:
         """Listen to the camera, and to whatever else there is to know."""
         node, values = self._node, self._values
         # Of what comes at the same time, the executor hands over in the order of subscription.
+        settings = self._estimator.settings
         with self._listening:
-            if values.needs_camera:
+            if settings.awaits_lens or settings.learns_lens:
                 self._camera = CameraInput(
                     node, rectified=values.rectified, on_camera=self._on_camera)
             if values.use_speed_topic:
@@ -114,12 +115,16 @@ class Work:
         """Go on with other values of the parameters."""
         self._values = values
         self._outputs.parameters = values
+        coded_from = self._estimator.settings.code_source
         self._estimator.reconfigure(values.estimator_settings())
+        if self._estimator.settings.code_source is not coded_from:
+            self._outputs.publish_state()
+            self._node.get_logger().info(f'started anew, with codes from the {self._coded_from()}')
         self._use_threads()
 
     def _on_frame(self, frame: Frame) -> None:
         """Put one frame through the estimator; publish what it adds."""
-        if self._camera is not None:
+        if self._camera is not None and self._estimator.settings.awaits_lens:
             self._camera.require()
         began = time.perf_counter_ns()
         previous_ns = self._estimator.last_stamp_ns
@@ -133,6 +138,8 @@ class Work:
             self._outputs.publish_state()
         if update is None:
             return
+        if update.camera is not None:
+            self._node.get_logger().info(f'camera: {update.camera}')
         self._warn_without_speed(update)
         self._outputs.publish(frame, update)
         self._saving.record(update)

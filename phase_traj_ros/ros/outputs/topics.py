@@ -41,9 +41,10 @@ class Outputs:
         """Make the publishers on ``node``."""
         self.parameters = parameters
         self._estimator = estimator
-        self._per_pair = {
-            topic.name: _publisher(node, topic, _PER_PAIR) for topic in pair_topics(parameters)}
-        self._of_all = {topic: _publisher(node, topic, _LATCHED) for topic in (CHAIN_CODE, PATH)}
+        topics = pair_topics(parameters)
+        self._per_pair = {topic.name: _publisher(node, topic) for topic in topics}
+        self._latched = {topic.name for topic in topics if topic.latched}
+        self._of_all = {topic: _publisher(node, topic) for topic in (CHAIN_CODE, PATH)}
         self._debug_image = DebugImage(node, estimator)
         self._transform = TransformOutput(node) if parameters.publish_tf else None
         # Two poses in one frame would contradict each other: that in metres is the vehicle's.
@@ -71,7 +72,7 @@ class Outputs:
         """Tell whether anybody takes what is published on a topic of pairs."""
         if self._transform is not None and topic == self._placed_by:
             return True
-        return bool(self._per_pair[topic].get_subscription_count())
+        return topic in self._latched or bool(self._per_pair[topic].get_subscription_count())
 
     def publish_state(self) -> None:
         """Publish the chain code and the path as they are now, as after a reset."""
@@ -87,7 +88,7 @@ class Outputs:
         return MESSAGES.header(stamp_ns, self.parameters.frame_id)
 
 
-def _publisher(node: Node, topic: Topic, qos: QoSProfile) -> Publisher:
+def _publisher(node: Node, topic: Topic) -> Publisher:
     return node.create_publisher(
-        TYPES[topic.type], f'~/{topic.name}', qos,
+        TYPES[topic.type], f'~/{topic.name}', _LATCHED if topic.latched else _PER_PAIR,
         qos_overriding_options=QoSOverridingOptions.with_default_policies())
