@@ -224,18 +224,23 @@ def test_the_readme_shows_the_rooms(modules):
 
 def test_errors_below_the_command_line_do_not_name_its_options(modules):
     # Who calls from Python has no --topic to leave out.
-    options = '|'.join({
-        node.value for name, tree in modules.trees.items() if f'{name}.'.startswith('cli.')
-        for node in ast.walk(tree) if isinstance(node, ast.Constant)
-        and isinstance(node.value, str) and re.fullmatch(r'--[a-z-]+', node.value)})
+    options = {
+        node.value for name, tree in modules.trees.items() if name.startswith('cli.')
+        for node in _texts(tree) if re.fullmatch(r'--[a-z-]+', node.value)}
     assert '--topic' in options
+    named = re.compile(rf'(?<!\S)({"|".join(options)})(?![\w-])')
     assert [
-        f'{name}: {text.value}' for name, tree in modules.trees.items()
-        if not f'{name}.'.startswith(('cli.', 'ros.'))
+        f'{name}: {node.value}' for name, tree in modules.trees.items()
+        if not name.startswith(('cli.', 'ros.'))
         for call in ast.walk(tree) if isinstance(call, ast.Call)
         and isinstance(call.func, ast.Name) and call.func.id.endswith('Error')
-        for text in ast.walk(call) if isinstance(text, ast.Constant)
-        and isinstance(text.value, str) and re.search(rf'(?<!\S)({options})(?![\w-])', text.value)] == []
+        for node in _texts(call) if named.search(node.value)] == []
+
+
+def _texts(tree):
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Constant) and isinstance(node.value, str):
+            yield node
 
 
 @pytest.fixture

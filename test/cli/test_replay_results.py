@@ -14,7 +14,7 @@ import numpy as np
 from phase_traj_ros.cli.live_view import LiveView
 from phase_traj_ros.cli.main import main
 from phase_traj_ros.io.replay.run import replay
-from phase_traj_ros.io.sources.base import Frame
+from phase_traj_ros.io.sources.base import StampedFrame
 from phase_traj_ros.io.sources.opening import open_source
 from phase_traj_ros.parameters import Parameters
 import pytest
@@ -181,7 +181,7 @@ def viewed(screen, monkeypatch, *, size=(80, 24), total=8, title='drive'):
     rng = np.random.default_rng(1)
     texture = cv2.GaussianBlur(rng.integers(0, 256, (96, 160), dtype=np.uint8), (0, 0), 1.5)
     frames = [
-        Frame(np.roll(texture, place, axis=1), index * 10**8)
+        StampedFrame(np.roll(texture, place, axis=1), index * 10**8)
         for index, place in enumerate(PLACES)]
     with LiveView(
             screen, title=title, total=total, clock=lambda: 0.06 * next(times)) as view:
