@@ -44,13 +44,17 @@ def citation():
     return pytest.importorskip('yaml').safe_load((ROOT / 'CITATION.cff').read_text())
 
 
-def test_version_is_the_same_everywhere(setup_arguments, manifest, citation):
+def test_version_is_that_of_the_manifest_everywhere(setup_arguments, manifest, citation):
+    # ROS's release tool writes it into package.xml and setup.py, so both have to hold it.
+    version = manifest.findtext('version')
     changelog = (ROOT / 'CHANGELOG.rst').read_text()
 
-    assert setup_arguments['version'] == phase_traj_ros.__version__
-    assert manifest.findtext('version') == phase_traj_ros.__version__
-    assert citation['version'] == phase_traj_ros.__version__
-    assert re.search(rf'^{re.escape(phase_traj_ros.__version__)}\b', changelog, re.MULTILINE)
+    assert {
+        'setup.py': setup_arguments['version'],
+        'CITATION.cff': citation['version'],
+        'phase_traj_ros/__init__.py': phase_traj_ros.__version__,
+    } == dict.fromkeys(('setup.py', 'CITATION.cff', 'phase_traj_ros/__init__.py'), version)
+    assert re.search(rf'^{re.escape(version)}\b', changelog, re.MULTILINE)
 
 
 def test_name_is_the_same_everywhere(setup_arguments, manifest, citation):

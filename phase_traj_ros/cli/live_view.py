@@ -125,15 +125,11 @@ def _corners(estimator: TrajectoryEstimator) -> tuple[Corner, ...]:
 def _state(update: Update) -> str:
     movement, direction = update.step.movement, update.step.direction
     return (
-        f'pair {update.pair}  movement {int(movement)} {_word(movement.name)}'
-        f'  direction {int(direction)} {_word(direction.name)}  {update.status.value}')
+        f'pair {update.pair}  movement {int(movement)} {movement.label}'
+        f'  direction {int(direction)} {direction.label}  {update.status.value}')
 
 
 def _measured(update: Update) -> str:
     if update.shift is None:
         return 'no shift'
     return f'shift {update.shift.dx:+.1f} px  response {update.shift.response:.3f}'
-
-
-def _word(name: str) -> str:
-    return name.lower().replace('_', ' ')

@@ -12,11 +12,11 @@ from phase_traj_ros.io.replay.estimator import make_estimator
 from phase_traj_ros.io.sources.base import Frame
 from phase_traj_ros.parameters import NODE_NAME
 from phase_traj_ros.ros.declare import changed, declare_parameters, unknown_overrides
+from phase_traj_ros.ros.diagnostics import Diagnostics
+from phase_traj_ros.ros.health import Health, Stage
 from phase_traj_ros.ros.inputs.camera import CameraInput
 from phase_traj_ros.ros.inputs.image import ImageInput
 from phase_traj_ros.ros.inputs.speed import SpeedInput
-from phase_traj_ros.ros.monitoring.diagnostics import Diagnostics
-from phase_traj_ros.ros.monitoring.health import Health, Stage
 from phase_traj_ros.ros.outputs.topics import Outputs
 from phase_traj_ros.ros.saving import Saving
 from rcl_interfaces.msg import SetParametersResult

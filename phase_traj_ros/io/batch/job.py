@@ -60,13 +60,13 @@ class Wanted:
 
     def __post_init__(self) -> None:
         """Check that the choices go together."""
-        for name, chosen in (('--report', self.report), ('--svg', self.svg)):
+        for name, chosen in (('report', self.report), ('svg', self.svg)):
             if chosen and self.output is None:
-                raise ParameterError(f'{name} writes into the folder of --output: give one')
+                raise ParameterError(f'{name} writes into the output folder: give output')
         if self.bag_debug_images and self.bag_out is None:
-            raise ParameterError('--bag-debug-images is about the bag of --bag-out: give one')
+            raise ParameterError('bag_debug_images is about the bag of bag_out: give bag_out')
         for name, path, suffix in (
-                ('--bag-out', self.bag_out, SUFFIX), ('--animation', self.animation, '.gif')):
+                ('bag_out', self.bag_out, SUFFIX), ('animation', self.animation, '.gif')):
             if path is not None and path.suffix != suffix:
                 raise ParameterError(f'{name} is {path}: its name has to end in {suffix}')
 

@@ -18,7 +18,8 @@ from phase_traj_ros.errors import OutputError, PhaseTrajError
 from phase_traj_ros.io.batch.job import replay_source, Wanted
 from phase_traj_ros.io.replay.overview import turn_marks
 from phase_traj_ros.io.replay.run import Replay
-from phase_traj_ros.io.sources.base import DEFAULT_SPEED_TOPIC, Frame, open_source
+from phase_traj_ros.io.sources.base import DEFAULT_SPEED_TOPIC, Frame
+from phase_traj_ros.io.sources.opening import open_source
 from phase_traj_ros.io.sources.selection import EVERYTHING, Selection
 from phase_traj_ros.parameters import Parameters
 

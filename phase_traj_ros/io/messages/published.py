@@ -14,13 +14,11 @@ from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
-from phase_traj_ros.core import ChainCode, Corner, Shift, Update
+from phase_traj_ros.core import Corner, Shift, TrajectoryEstimator, Update
 from phase_traj_ros.core.codes.text import describe
 from phase_traj_ros.core.path.odometry import Odometry
+from phase_traj_ros.io.messages.diagnostics import Report
 from phase_traj_ros.parameters import Parameters
-
-CHAIN_CODE_PERIOD_NS: Final = 10**9
-"""The chain code's text goes out when the movement changes, else at most this often."""
 
 _NANOSECONDS = 10**9
 # Variances of what is not measured, and of the speed to the side, which a vehicle hardly has.
@@ -81,8 +79,9 @@ class Messages:
         Parameters
         ----------
         types
-            What builtin_interfaces, std_msgs, geometry_msgs and nav_msgs define, as far as it is
-            asked for.
+            What builtin_interfaces, std_msgs, geometry_msgs, nav_msgs, sensor_msgs and
+            diagnostic_msgs define, as far as it is asked for. A DiagnosticStatus is given its
+            level as a number, an Image its data as an array of bytes.
 
         """
         self._types = types
@@ -119,6 +118,54 @@ class Messages:
                 header=self.header(turn.end_ns, parameters.frame_id),
                 vector=types['geometry_msgs/msg/Vector3'](
                     x=0.0, y=0.0, z=math.radians(turn.angle_deg)))
+
+    def of_all(
+        self, topic: Topic, estimator: TrajectoryEstimator, parameters: Parameters,
+    ) -> Any:
+        """Return the message about all pairs so far that goes out on CHAIN_CODE or PATH."""
+        if topic == CHAIN_CODE:
+            text = describe(
+                estimator.codes, frames=estimator.frames, max_runs=parameters.chain_code_runs)
+            return self._types['std_msgs/msg/String'](data=str(text))
+        return self.path(
+            estimator.path.points(parameters.max_path_poses), parameters.path_scale,
+            self.header(estimator.last_stamp_ns or 0, parameters.frame_id))
+
+    def diagnostics(
+        self, reports: Mapping[str, Report], *, node: str, hardware_id: str, stamp: Any,
+    ) -> Any:
+        """
+        Return a diagnostic_msgs/DiagnosticArray.
+
+        Parameters
+        ----------
+        reports
+            What is said, by the names of the statuses.
+        node
+            Full name of the node.
+        hardware_id
+            Where the images come from.
+        stamp
+            A builtin_interfaces/Time.
+
+        """
+        types = self._types
+        return types['diagnostic_msgs/msg/DiagnosticArray'](
+            header=types['std_msgs/msg/Header'](stamp=stamp, frame_id=''),
+            status=[
+                types['diagnostic_msgs/msg/DiagnosticStatus'](
+                    level=int(report.level), name=f'{node}: {name}', message=report.message,
+                    hardware_id=hardware_id, values=[
+                        types['diagnostic_msgs/msg/KeyValue'](key=key, value=value)
+                        for key, value in report.values.items()])
+                for name, report in reports.items()])
+
+    def picture(self, picture: NDArray[np.uint8], header: Any) -> Any:
+        """Return a picture in the order blue, green, red, (H, W, 3), as a sensor_msgs/Image."""
+        height, width, _ = picture.shape
+        return self._types['sensor_msgs/msg/Image'](
+            header=header, height=height, width=width, encoding='bgr8', is_bigendian=0,
+            step=3 * width, data=picture.reshape(-1))
 
     def shift(self, shift: Shift | None, header: Any) -> Any:
         """Return the raw shift in pixels; NaN where the two frames cannot be compared."""
@@ -167,13 +214,6 @@ class Messages:
             self.pose(point, scale, self.header(point.stamp_ns, header.frame_id))
             for point in points
         ])
-
-    def chain_code(
-        self, codes: ChainCode, frames: int, parameters: Parameters,
-    ) -> Any:
-        """Return both codes as text, in a std_msgs/String."""
-        text = describe(codes, frames=frames, max_runs=parameters.chain_code_runs)
-        return self._types['std_msgs/msg/String'](data=str(text))
 
 
 def _covariance(*, x: float, y: float, yaw: float) -> NDArray[np.float64]:

@@ -186,7 +186,7 @@ class BagSource(FrameSource):
         if name not in [each.name for each in there]:
             raise SourceError(
                 f'{self._path} has no {SPEED_TYPE} on {name}; on other topics it has'
-                f' {_listed(there, none="none")}: choose one with --speed-topic, or give the'
+                f' {_listed(there, none="none")}: name one of them as the speed topic, or give the'
                 ' parameter speed')
         for message, receive_ns in self._messages_of(name, SPEED_TYPE):
             twist = cast('_TwistStamped', message)
@@ -345,7 +345,7 @@ def _choose_topic(path: Path, topics: list[_Topic], wanted: str | None) -> _Topi
     filled = [each for each in images if each.count > 0] or images
     if len(filled) > 1:
         raise SourceError(
-            f'{path} has several image topics: {_listed(filled)}; choose one with --topic')
+            f'{path} has several image topics: {_listed(filled)}; name one as the topic')
     return filled[0]
 
 

@@ -11,7 +11,7 @@ from phase_traj_ros.io.messages.image import encoding_of, msg_to_frame
 from phase_traj_ros.io.messages.stamps import StampRule, to_nanoseconds
 from phase_traj_ros.io.sources.base import Frame
 from phase_traj_ros.parameters import Parameters, Transport
-from phase_traj_ros.ros.monitoring.health import Health, LossCounter, Stage
+from phase_traj_ros.ros.health import Health, LossCounter, Stage
 from rclpy.node import Node
 from rclpy.qos import qos_profile_sensor_data, QoSProfile
 from rclpy.qos_overriding_options import QoSOverridingOptions

@@ -5,7 +5,8 @@
 import numpy as np
 from phase_traj_ros.errors import SourceError
 from phase_traj_ros.io.replay.run import replay, Watcher
-from phase_traj_ros.io.sources.base import Frame, open_source
+from phase_traj_ros.io.sources.base import Frame
+from phase_traj_ros.io.sources.opening import open_source
 from phase_traj_ros.parameters import Parameters
 import pytest
 

@@ -27,7 +27,8 @@ from phase_traj_ros.io.replay.run import replay
 from phase_traj_ros.io.results.figures import write_turn_picture
 from phase_traj_ros.io.results.snapshot import Snapshot
 from phase_traj_ros.io.results.thumbnails import HeadingTurnWatcher
-from phase_traj_ros.io.sources.base import Frame, open_source, Speed
+from phase_traj_ros.io.sources.base import Frame, Speed
+from phase_traj_ros.io.sources.opening import open_source
 from phase_traj_ros.parameters import Parameters
 from phase_traj_ros.synthetic import named_drive, render_drive, write_drive_bag
 import pytest

@@ -100,7 +100,7 @@ def several_topics(maker, path, drive_frame, right_messages=1):
 
 def test_several_image_topics(tmp_path, maker, drive_frame):
     path = several_topics(maker, tmp_path / 'bag', drive_frame)
-    with pytest.raises(SourceError, match=r'several image topics.*--topic') as caught:
+    with pytest.raises(SourceError, match=r'several image topics.*name one as') as caught:
         open_source(path)
     message = str(caught.value)
     assert '/left/image (sensor_msgs/msg/Image, 2 messages)' in message

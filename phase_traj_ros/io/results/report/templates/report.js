@@ -6,7 +6,7 @@
   const byId = (id) => document.getElementById(id);
   const pairs = data.seconds.length;
   const end = data.seconds[pairs - 1];
-  const MOVEMENT = ['left', 'forward', 'right', 'no change'];
+  const MOVEMENT = data.movements;
   const DIRECTION = data.directions;
   const MARGIN = { left: 72, right: 14 };
   const RIBBON = 16;
@@ -20,7 +20,7 @@
   if (data.heading) plots.push({ title: 'heading (°)', values: data.heading, height: 110 });
   const ribbons = [
     { title: 'movement', codes: data.movement,
-      colours: ['--left', '--forward', '--right', '--rest'] },
+      colours: data.movement_colours },
     { title: 'direction', codes: data.direction,
       colours: data.direction_colours },
   ];
