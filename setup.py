@@ -10,7 +10,10 @@ PACKAGE = 'phase_traj_ros'
 
 # On a ROS installation everything but rosbags comes from its packages (see package.xml), so
 # nothing below is a hard requirement: what is needed without one is in the extras.
-VISION = ['numpy>=1.26', 'opencv-python-headless>=4.6']
+# The wheels of OpenCV contain Intel's Fourier transforms on x86_64; elsewhere scipy's are faster.
+FFT = ['scipy>=1.10']
+VISION = ['numpy>=1.26', 'opencv-python-headless>=4.6'] + [
+    f'{each}; platform_machine == "aarch64"' for each in FFT]
 BAGS = ['rosbags>=0.10']
 PLOT = ['matplotlib>=3.6']
 PROGRESS = ['tqdm']
@@ -22,6 +25,7 @@ EXTRAS = {
     # ROS 2 Jazzy as wheels: Linux on x86_64 with glibc >= 2.28, CPython 3.10 to 3.13.
     'ros': ['ros-jazzy-rclpy[fastrtps]==7.1.6', 'ros-jazzy-common-interfaces==5.3.6'],
     'vision': VISION,
+    'fft': FFT,
     'bags': BAGS,
     'plot': PLOT,
     'progress': PROGRESS,
@@ -36,6 +40,7 @@ EXTRAS = {
         'mcap-ros2-support',
         *DASK,
         *EVO,
+        *FFT,
     ],
     'bench': ['scikit-image'],
     'evo': EVO,
@@ -88,6 +93,7 @@ setup(
         'console_scripts': [
             f'phase_traj = {PACKAGE}.cli.main:main',
             f'phase_traj_node = {PACKAGE}.ros.main:main',
+            f'phase_traj_lifecycle_node = {PACKAGE}.ros.lifecycle_main:main',
         ],
     },
     zip_safe=False,

@@ -122,10 +122,11 @@ def test_every_file_in_the_package_that_is_not_code_is_installed(setup_arguments
     assert files <= installed
 
 
-def test_both_programs_are_installed(setup_arguments):
+def test_all_programs_are_installed(setup_arguments):
     assert setup_arguments['entry_points']['console_scripts'] == [
         'phase_traj = phase_traj_ros.cli.main:main',
         'phase_traj_node = phase_traj_ros.ros.main:main',
+        'phase_traj_lifecycle_node = phase_traj_ros.ros.lifecycle_main:main',
     ]
 
 

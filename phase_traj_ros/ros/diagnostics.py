@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Publishes how the node fares on /diagnostics, and warns when no image comes."""
 
+import os
 import time
 
 from diagnostic_msgs.msg import DiagnosticArray
@@ -10,12 +11,15 @@ from phase_traj_ros.io.messages.diagnostics import Level, MeasurementReporter, R
 from phase_traj_ros.io.messages.schedule import DIAGNOSTICS_PERIOD_NS
 from phase_traj_ros.ros.health import Health, Stage
 from phase_traj_ros.ros.inputs.image import ImageInput
+from phase_traj_ros.ros.losses import advice
 from phase_traj_ros.ros.outputs.messages import MESSAGES
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from rclpy.qos import qos_check_compatible, QoSCompatibility
+from rclpy.utilities import get_rmw_implementation_identifier
 
 _SILENCE_NS = 5 * 10**9
+_THROTTLE_S = 60.0
 
 
 class Diagnostics:
@@ -94,6 +98,7 @@ class Diagnostics:
             level, message = Level.ERROR, f'{bad} images could not be used'
         elif lost:
             level, message = Level.WARN, f'{lost} images were lost'
+            self._warn_of_losses(lost)
         elif not health.images:
             level, message = Level.OK, 'waiting for the first image'
         else:
@@ -109,3 +114,10 @@ class Diagnostics:
             'p99 (ms)': f'{health.milliseconds(0.99):.2f}',
             **{f'{stage.value} (us)': f'{health.microseconds(stage):.0f}' for stage in Stage},
         })
+
+    def _warn_of_losses(self, lost: int) -> None:
+        what = advice(
+            self._health.image_bytes, get_rmw_implementation_identifier(), os.environ)
+        self._node.get_logger().warning(
+            f'{lost} images on {self._input.topic} were lost in the last second: {what}',
+            throttle_duration_sec=_THROTTLE_S)

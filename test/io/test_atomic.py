@@ -107,17 +107,13 @@ def test_what_older_results_left_goes_with_the_new_ones_in_place(tmp_path):
 
 def test_the_output_that_cannot_be_written_is_named(tmp_path):
     def fail():
-        results, picture = tmp_path / 'results', tmp_path / 'drive.gif'
-        with output_directory(results), output_file(picture), writing_to(results):
+        with (output_directory(tmp_path / 'results'), output_file(tmp_path / 'drive.gif'),
+              writing_to(tmp_path / 'results')):
             raise OSError(28, 'No space left on device')
 
     with pytest.raises(OutputError, match=r'cannot write to \S*results: No space left'):
         fail()
-
-    def fail_alone():
-        with output_file(tmp_path / 'drive.gif'):
-            raise OSError(28, 'No space left on device')
-
-    with pytest.raises(OutputError, match=r'cannot write to \S*drive\.gif: No space left'):
-        fail_alone()
+    with (pytest.raises(OutputError, match=r'cannot write to \S*drive\.gif: No space left'),
+          output_file(tmp_path / 'drive.gif')):
+        raise OSError(28, 'No space left on device')
     assert list(tmp_path.iterdir()) == []

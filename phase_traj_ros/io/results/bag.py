@@ -13,7 +13,7 @@ import statistics
 from typing import Any, Final, TYPE_CHECKING
 
 from phase_traj_ros.core import TrajectoryEstimator, Update
-from phase_traj_ros.errors import MissingDependencyError, OutputError
+from phase_traj_ros.errors import OutputError, rosbags_missing
 from phase_traj_ros.io.messages.diagnostics import Level, MeasurementReporter, Report
 from phase_traj_ros.io.messages.published import (
     CHAIN_CODE,
@@ -119,7 +119,8 @@ class BagSink(Watcher):
                 ' 0 to 2**31 seconds; leave out bag_out')
         self._bag.add(update)
         if self._debug_images:
-            self._bag.add_picture(draw(frame, update, estimator), update.stamp_ns)
+            self._bag.add_picture(
+                draw(frame, update, estimator), update.stamp_ns, frame.frame_id)
 
 
 class _BagFile:
@@ -193,8 +194,8 @@ class _Bag:
         if self._diagnosed.is_due(stamp_ns):
             self._write_diagnostics(stamp_ns)
 
-    def add_picture(self, picture: Picture, stamp_ns: int) -> None:
-        header = self._messages.header(stamp_ns, self._parameters.frame_id)
+    def add_picture(self, picture: Picture, stamp_ns: int, frame_id: str) -> None:
+        header = self._messages.header(stamp_ns, frame_id)
         self._file.write(
             topic_name(DEBUG_IMAGE), stamp_ns, self._messages.picture(picture, header))
 
@@ -230,9 +231,8 @@ def _types() -> Any:
         from rosbags.rosbag2 import CompressionMode, StoragePlugin  # noqa: F401
         from rosbags.typesys import get_typestore, Stores
     except ImportError as error:
-        raise MissingDependencyError(
-            f'writing bags needs the Python package rosbags, 0.11 or later ({error}): pip'
-            ' install -U rosbags (in a venv on Ubuntu 24.04), or leave out bag_out') from None
+        raise rosbags_missing(
+            'writing bags', error, instead=', or leave out bag_out') from None
     return get_typestore(Stores.ROS2_JAZZY)
 
 

@@ -15,6 +15,7 @@ import cv2
 import numpy as np
 import phase_traj_ros
 from phase_traj_ros.core import Corner, Direction, pack, Run, Update
+from phase_traj_ros.core.correlation.transforms import find_transform, TransformLibrary
 from phase_traj_ros.core.heading.tracker import HeadingStep
 from phase_traj_ros.core.heading.turns import Turn
 from phase_traj_ros.io.replay.run import Replay
@@ -52,7 +53,7 @@ def write_chain_code(result: Replay, path: Path) -> None:
         'repeated_frames': result.counters.repeated,
         'time_resets': result.counters.time_resets,
         'window': result.parameters.window,
-        'versions': versions(),
+        'versions': versions(TransformLibrary(result.parameters.transform)),
     }
     write_json(content, path)
 
@@ -159,13 +160,14 @@ def tum_lines(poses: Iterable[tuple[int, Corner]]) -> str:
     return ''.join(_tum_line(stamp_ns, corner) for stamp_ns, corner in poses)
 
 
-def versions() -> dict[str, str]:
-    """Return the versions that results depend on."""
+def versions(library: TransformLibrary) -> dict[str, str]:
+    """Return the versions that results depend on, with the transforms of ``library``."""
     return {
         'phase_traj_ros': phase_traj_ros.__version__,
         'python': platform.python_version(),
         'numpy': np.__version__,
         'opencv': cv2.__version__,
+        'transforms': find_transform(library).name,
     }
 
 

@@ -20,6 +20,9 @@ DEFAULT_FPS: Final = 10.0
 DEFAULT_SPEED_TOPIC: Final = '/speed'
 """Topic of a bag that speeds are taken from: that of a node in the root namespace."""
 
+CAMERA_FRAME: Final = 'camera'
+"""Name of the camera's frame where the source gives none."""
+
 _SourceT = TypeVar('_SourceT', bound='FrameSource')
 
 
@@ -31,6 +34,8 @@ class Frame:
     stamp_ns: int
     encoding: str = ''
     """What the image was made from, where the source says so."""
+    frame_id: str = CAMERA_FRAME
+    """Name of the camera's frame in ROS."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,6 +53,7 @@ class Candidate:
     stamp_ns: int
     decode: Callable[[], GreyImage]
     encoding: str = ''
+    frame_id: str = CAMERA_FRAME
 
 
 class FrameSource(ABC):
@@ -143,7 +149,9 @@ class FrameSource(ABC):
                 if choice is Choice.STOP:
                     break
                 if choice is Choice.USE:
-                    yield Frame(candidate.decode(), candidate.stamp_ns, candidate.encoding)
+                    yield Frame(
+                        candidate.decode(), candidate.stamp_ns, candidate.encoding,
+                        candidate.frame_id)
         if not selector.used:
             if not selector.seen:
                 raise SourceError(f'{self._description}: no frame could be read')

@@ -30,8 +30,9 @@ class Outputs:
     """
     Publishes what each pair of frames adds.
 
-    Codes, shift, response, status and pose go out with every pair, the chain code's text and the
-    path when the schedule says so.
+    Codes, shift, response, status and pose go out with every pair, as far as anybody subscribes:
+    nobody can have them later. The chain code's text and the path go out when the schedule says
+    so.
     """
 
     def __init__(
@@ -55,15 +56,22 @@ class Outputs:
 
     def publish(self, frame: Frame, update: Update) -> None:
         """Publish what one pair of frames adds; ``frame`` is the second of them."""
-        for topic, message in MESSAGES.of_pair(update, self.parameters):
+        for topic, message in MESSAGES.of_pair(update, self.parameters, self._is_wanted):
             self._per_pair[topic].publish(message)
             if self._transform is not None and topic == self._placed_by:
                 stamped = message.pose if topic == ODOMETRY.name else message
                 self._transform.publish(
                     message.header, stamped.pose, self.parameters.child_frame_id)
-        self._debug_image.publish(frame, update, self._header(update.stamp_ns))
+        self._debug_image.publish(
+            frame, update, MESSAGES.header(update.stamp_ns, frame.frame_id))
         self._schedule.add(update)
         self._publish_due()
+
+    def _is_wanted(self, topic: str) -> bool:
+        """Tell whether anybody takes what is published on a topic of pairs."""
+        if self._transform is not None and topic == self._placed_by:
+            return True
+        return bool(self._per_pair[topic].get_subscription_count())
 
     def publish_state(self) -> None:
         """Publish the chain code and the path as they are now, as after a reset."""

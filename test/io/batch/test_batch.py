@@ -28,8 +28,6 @@ from polyline import off
 import pytest
 from rolled import MOVEMENT, SHIFTS, write_rolled
 
-pytest.importorskip('matplotlib')
-
 FILES = {'chain_code.json', 'shifts.csv', 'trajectory.png', 'trajectory.tum', 'turns.png'}
 
 

@@ -14,14 +14,11 @@ from phase_traj_ros.io.results.bag import BagSink
 from phase_traj_ros.io.sources.base import Frame
 from phase_traj_ros.parameters import Parameters
 import pytest
-
-pytest.importorskip('rclpy')
-rosbag2 = pytest.importorskip('rosbags.rosbag2')
-typesys = pytest.importorskip('rosbags.typesys')
+from rosbags import rosbag2, typesys
 
 STORE = typesys.get_typestore(typesys.Stores.ROS2_JAZZY)
 
-PER_PAIR = ('movement', 'direction', 'shift', 'response', 'status', 'pose')
+PER_PAIR = ('movement', 'direction', 'shift', 'response', 'status', 'pose', 'pair')
 
 
 class Publisher:

@@ -20,6 +20,7 @@ from phase_traj_ros.core import (
     to_axes,
 )
 from phase_traj_ros.core.codes.freeman import to_four
+from phase_traj_ros.core.correlation.transforms import TransformLibrary
 from phase_traj_ros.io.replay.data_health import data_health, DataHealth, LOW_RESPONSE
 from phase_traj_ros.io.replay.overview import Overview, overview, TurnMark
 from phase_traj_ros.io.replay.run import Replay
@@ -88,7 +89,8 @@ def write_report(
         'picture': data_uri(picture.read_bytes(), picture.suffix),
         'data': script_json(_data(result, shown, thumbnails)),
         'footer': 'Made by ' + ', '.join(
-            f'{name} {version}' for name, version in versions().items()),
+            f'{name} {version}' for name, version in versions(
+                TransformLibrary(result.parameters.transform)).items()),
     }), path)
 
 
