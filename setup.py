@@ -61,6 +61,8 @@ EXTRAS = {
         'flake8-import-order',
         'flake8-quotes',
     ],
+    # Resolves what tools/constraints.txt pins.
+    'pins': ['uv==0.13.*'],
     # The last setuptools with the commands that colcon calls.
     'colcon': ['colcon-common-extensions', 'ros-jazzy-ament-package==0.16.4', 'setuptools<80'],
 }
