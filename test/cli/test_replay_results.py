@@ -13,6 +13,7 @@ import cv2
 import numpy as np
 from phase_traj_ros.cli.live_view import LiveView
 from phase_traj_ros.cli.main import main
+from phase_traj_ros.errors import ParameterError
 from phase_traj_ros.io.replay.run import replay
 from phase_traj_ros.io.sources.base import StampedFrame
 from phase_traj_ros.io.sources.opening import open_source
@@ -156,6 +157,20 @@ def test_without_a_cluster_nothing_is_made(folder, tmp_path, capsys, monkeypatch
         capsys, 'replay', folder, '--output', tmp_path / 'out', '--dask', 'tcp://127.0.0.1:9')
     assert 'phase_traj_ros[dask]' in message
     assert files_in(tmp_path) == {'drive'}
+
+
+def test_a_batch_that_fails_leaves_what_another_program_has_written(
+        folder, tmp_path, capsys, monkeypatch):
+    output = tmp_path / 'out'
+
+    def no_cluster(*_, **__):
+        (output / 'of another').touch()
+        raise ParameterError('no scheduler')
+
+    monkeypatch.setattr('phase_traj_ros.cli.replay_many.run_on_dask', no_cluster)
+    message = refused(capsys, 'replay', folder, '--output', output, '--dask', 'tcp://127.0.0.1:9')
+    assert 'no scheduler' in message
+    assert files_in(output) == {'of another'}
 
 
 class Screen(io.StringIO):
