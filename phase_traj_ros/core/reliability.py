@@ -8,6 +8,8 @@ from enum import Enum
 
 # Share of the pairs in which something moved that has to be trusted.
 _LEAST_TRUSTED = 0.5
+# Where a fixed pattern spoils this share, it may have held the others, too.
+_MOST_FIXED = 0.3
 # What spoils this share of the pairs is named as a reason.
 _NAMED = 0.2
 # So few pairs tell nothing.
@@ -163,8 +165,11 @@ class ReliabilityMonitor:
         """Return why most pairs cannot be trusted; empty if they can, or nothing has moved."""
         judged = pairs - self._counts[Evidence.STILL]
         # A few pairs that pass by while the vehicle stands do not spoil its standing.
-        if judged < _NAMED * pairs or self._counts[Evidence.TRUSTED] >= _LEAST_TRUSTED * judged:
+        if judged < _NAMED * pairs:
             return []
+        if self._counts[Evidence.TRUSTED] >= _LEAST_TRUSTED * judged:
+            held = self._counts[Evidence.FIXED] >= _MOST_FIXED * judged
+            return [Reason.VIEW_BLOCKED] if held else []
         spoilt = {kind: self._counts[kind] for kind in _REASONS}
         most = max(spoilt.values())
         named = [_REASONS[kind] for kind, count in spoilt.items()

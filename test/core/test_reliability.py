@@ -35,6 +35,8 @@ def summed_up(**pairs):
     ({'trusted': 30, 'blank': 60, 'jerked': 10}, (Reason.NOTHING_TO_SEE,)),
     ({'trusted': 20, 'jerked': 40, 'scattered': 40}, (Reason.NOT_ONE_MOTION, Reason.SHAKING)),
     ({'fixed': 100}, (Reason.VIEW_BLOCKED,)),
+    ({'trusted': 60, 'fixed': 40}, (Reason.VIEW_BLOCKED,)),
+    ({'trusted': 75, 'fixed': 25}, ()),
     ({'still': 100}, ()),
     ({'still': 95, 'fixed': 5}, ()),
     ({'still': 300, 'trusted': 30, 'scattered': 100}, (Reason.NOT_ONE_MOTION,)),

@@ -32,9 +32,11 @@ _STRIPS, _TELLING, _EVERYWHERE = 4, 0.1, 0.1
 _LEAST_CHANGE, _FULL_CHANGE = 0.2, 0.6
 # Where the picture has turned so far from sample to sample, in reduced pixels, all of it counts.
 _TURNED = 4.0
-# A shift no further than this from zero, in pixels, may be that of a fixed pattern: driving on
-# changes more of the picture than the second share, and standing less than the first.
+# A shift no further than this from zero, in pixels, may be that of a fixed pattern.
 _AT_ZERO = 0.75
+# Within so many seconds, driving changes more of the picture than the second share, however slow,
+# and standing less than the first.
+_LONG = 2.0
 _STANDING, _DRIVING = 0.1, 0.5
 # How far that is, in places.
 _ABOUT = 2
@@ -69,7 +71,9 @@ class FixedAreas:
     def interrupt(self) -> None:
         """Do not compare the next frame with those before; what is learned stays."""
         self._samples.interrupt()
-        self._changing, self._moving = 0.0, False
+        self._reference: NDArray[np.float32] | None = None
+        self._age = 0.0
+        self._changing, self._moving, self._held = 0.0, False, False
 
     @property
     def share(self) -> float:
@@ -109,8 +113,8 @@ class FixedAreas:
         """
         Return whether the newest shift is no evidence of driving straight on.
 
-        It is not where it is zero and only what is fixed can agree with it: a good part of the
-        picture changes, and most of it does not, or the blocks do not agree with each other.
+        It is not where it is zero and only what is fixed can agree with it: part of the picture
+        changes, and most of it does not for long, or the blocks do not agree with each other.
 
         Parameters
         ----------
@@ -120,9 +124,9 @@ class FixedAreas:
             Whether the parts of the picture agree with it, where they were asked.
 
         """
-        if abs(shift.dx) > _AT_ZERO or self._changing < _STANDING:
+        if abs(shift.dx) > _AT_ZERO:
             return False
-        return self._changing < _DRIVING or not agreed
+        return self._held or (self._changing >= _STANDING and not agreed)
 
     def weights(self) -> NDArray[np.uint8] | None:
         """
@@ -172,12 +176,13 @@ class FixedAreas:
         self._brightest = np.full(reduced, -np.inf, np.float32)
         self._fixed: NDArray[np.uint8] = np.zeros(reduced, np.uint8)
         self._share, self._left, self._black = 0.0, 1.0, 0.0
-        self._changing, self._moving = 0.0, False
+        self.interrupt()
 
     def _learn(self) -> bool:
         """Take the newest sample into the means, if the world moves; return whether it does."""
         changed, energy = self._samples.changes()
         closed = self._samples.by_places(self._fixed.astype(np.float32)) / np.float32(255)
+        self._watch(closed)
         if not self._moves(changed - changed * closed, energy - energy * closed):
             return False
         moved = np.full_like(changed, _FULL_CHANGE)
@@ -193,6 +198,18 @@ class FixedAreas:
         np.minimum(self._darkest + _RELAXING, picture, out=self._darkest)
         np.maximum(self._brightest - _RELAXING, picture, out=self._brightest)
         return True
+
+    def _watch(self, closed: NDArray[np.float32]) -> None:
+        """Look whether most of the picture has held still for long while some of it has not."""
+        if self._reference is not None:
+            changed, energy = self._samples.changes(self._reference)
+            total = float((energy - energy * closed).sum())
+            share = float((changed - changed * closed).sum()) / total if total > 0.0 else 0.0
+            self._age += self._samples.elapsed
+            if share < _DRIVING and self._age < _LONG:
+                return
+            self._held = _STANDING <= share < _DRIVING
+        self._reference, self._age = self._samples.gradients.copy(), 0.0
 
     def _moves(self, changed: NDArray[np.float32], energy: NDArray[np.float32]) -> bool:
         """Return whether it is the world that moves, and not what passes by in a part of it."""

@@ -46,6 +46,8 @@ class PictureSamples:
         self._before: NDArray[np.float32] = np.zeros((3, height, width), np.float32)
         self.turned = 0.0
         """How far the picture has moved sideways since the sample before, in reduced pixels."""
+        self.elapsed = 0.0
+        """Seconds since then."""
         self.blank = False
         """Whether the newest sample shows nothing but the sensor's noise."""
         self._turning = 0.0
@@ -62,7 +64,7 @@ class PictureSamples:
         if self._primed and self._waited < _PERIOD:
             return False
         self.turned = abs(self._turning) / (1 << self._halvings)
-        self._waited = self._turning = 0.0
+        self.elapsed, self._waited, self._turning = self._waited, 0.0, 0.0
         self.picture = self._reduced(frame)
         self._before, self.gradients = self.gradients, self._before
         self._differentiate()
@@ -70,12 +72,19 @@ class PictureSamples:
         primed, self._primed = self._primed, True
         return primed
 
-    def changes(self) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-        """Return, by places, what has changed of the gradients' energy, and that of both."""
-        step = self.gradients[:2] - self._before[:2]
+    def changes(
+        self, since: NDArray[np.float32] | None = None,
+    ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+        """
+        Return, by places, what has changed of the gradients' energy, and that of both samples.
+
+        It is the change since the sample before, or since the gradients given, (3, h, w).
+        """
+        before = self._before if since is None else since
+        step = self.gradients[:2] - before[:2]
         np.square(step, out=step)
         return (self.by_places(step[0] + step[1]),
-                self.by_places(self.gradients[2] + self._before[2]))
+                self.by_places(self.gradients[2] + before[2]))
 
     def by_places(self, values: NDArray[np.float32]) -> NDArray[np.float32]:
         """Return the means of values (h, w) over some thousand places."""

@@ -125,8 +125,8 @@ def doubted(frames, areas):
 
 
 @pytest.mark.parametrize(('drive', 'count', 'least', 'most'), [
-    ('straight', 0, 0.0, 0.0), ('straight', 60, 0.0, 0.1), ('straight', 400, 0.8, 1.0),
-    ('right', 0, 0.0, 0.0), ('right', 60, 0.0, 0.1), ('right', 400, 0.8, 1.0)])
+    ('straight', 0, 0.0, 0.0), ('straight', 60, 0.0, 0.1), ('straight', 400, 0.5, 1.0),
+    ('right', 0, 0.0, 0.0), ('right', 60, 0.0, 0.1), ('right', 400, 0.4, 1.0)])
 def test_zero_is_doubted_where_the_drops_leave_too_little(drive, count, least, most, request):
     frames = request.getfixturevalue(drive)
     areas = FixedAreas()
@@ -135,6 +135,16 @@ def test_zero_is_doubted_where_the_drops_leave_too_little(drive, count, least, m
     assert least <= doubted(wet, areas) <= most
     # What is not zero cannot be that of a drop.
     assert not areas.doubts(Shift(3.0, 0.0, 0.3))
+
+
+def test_a_vehicle_that_creeps_is_not_in_doubt(straight):
+    areas = FixedAreas()
+    slowly = 0.0
+    for frame in straight[:40]:
+        areas.update(frame, slowly)
+        assert not areas.doubts(Shift(0.2, 0.0, 0.3))
+        # At 0.8 m/s.
+        slowly = 6.0 / RATE / 0.8
 
 
 def test_a_vehicle_that_stands_is_not_in_doubt(right):
