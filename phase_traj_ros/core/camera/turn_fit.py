@@ -28,10 +28,11 @@ Indices = NDArray[np.int64]
 
 # Deviation of a followed point, in pixels of the picture it was looked for in.
 _POINT = 0.3
-# Of a step, which is one unit on average: along, and to the side and upwards; of the rotation
-# about the other axes, radians a step; of the nearness, in units of a step.
+# Of a step, which is one unit on average, as a share of what the time lets expect: along, and to
+# the side and upwards; of the rotation about the other axes, radians a step; of the nearness, in
+# units of a step.
 _STEP, _ASIDE, _SHAKE, _NEARNESS = 0.3, (0.15, 0.15), math.radians(1.5), 0.3
-_START_NEARNESS = 0.03
+_LEAST_STEP, _START_NEARNESS = 0.2, 0.03
 # Nothing is behind the camera: the weight of that, and how far it may be violated.
 _AHEAD, _BEHIND = 1e4, -1e-3
 # What is known of the straightness beforehand: mean and deviation.
@@ -57,6 +58,8 @@ class TurnTracks:
         (M, 2) where: column and row in pixels from the middle of the picture.
     flow
         (K,) how far the picture has moved to the right since the first frame, in pixels.
+    seconds
+        (K,) when the frames were taken, since the first of them.
     reduction
         How many pixels were averaged into one, along a side, to look for the points.
     """
@@ -65,6 +68,7 @@ class TurnTracks:
     frame: Indices
     place: Numbers
     flow: Numbers
+    seconds: Numbers
     reduction: int = 1
 
 
@@ -141,6 +145,8 @@ class _Problem:
         self._base, self._based = tracks.frame[middle[used]], tracks.place[middle[used]]
         self._starts = np.searchsorted(self._point, points)
         self._flow, self._deviation = tracks.flow, _POINT * tracks.reduction
+        steps = np.diff(tracks.seconds)
+        self._steps = np.maximum(steps / steps.mean(), _LEAST_STEP)
         self._frames, self._points = len(tracks.flow), count
         self._sights = np.arange(len(used))
         self._column = _COLUMN * width
@@ -191,13 +197,13 @@ class _Problem:
             axis / angle, angle)
 
     def start(self, focal_px: float, straightness: float, column: float) -> _State:
-        """Turn evenly about the picture's vertical axis, go on by one unit from frame to frame."""
+        """Turn about the picture's vertical axis, and go on evenly."""
         turned = np.zeros((self._frames, 3))
         turned[:, 1] = self._flow / focal_px
         attitude = _rotations(turned)
         ahead = attitude[:, 2]
         place = np.zeros((self._frames, 3))
-        place[1:] = np.cumsum((ahead[1:] + ahead[:-1]) / 2.0, axis=0)
+        place[1:] = np.cumsum((ahead[1:] + ahead[:-1]) / 2.0 * self._steps[:, None], axis=0)
         return _State(math.log(focal_px), straightness, column, attitude, place,
                       np.full(self._points, _START_NEARNESS))
 
@@ -237,6 +243,7 @@ class _Problem:
         right /= np.linalg.norm(right, axis=1, keepdims=True)
         axes = np.stack([
             ahead / _STEP, right / _ASIDE[0], np.cross(ahead, right) / _ASIDE[1]], axis=1)
+        axes /= self._steps[:, None, None]
         turned = state.attitude[1:] @ state.attitude[:-1].transpose(0, 2, 1)
         off = np.zeros((self._frames - 1, 5))
         off[:, :3] = _applied(axes, np.diff(state.place, axis=0))

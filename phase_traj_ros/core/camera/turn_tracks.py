@@ -3,8 +3,8 @@
 """
 Points of the picture, followed through a turn from step to step.
 
-A step is as long as the picture takes to move by a twentieth of its width; a stretch of some ten
-steps is kept. Where the picture does not turn, nothing is done.
+A step is as long as the picture takes to move by a twentieth of its width, but not so long that
+what is near has gone; a stretch of some ten steps is kept. Where the picture does not turn, nothing is done.
 """
 
 import math
@@ -21,8 +21,8 @@ Places = NDArray[np.float32]
 # All of these are in widths of the picture: how far it moves in a step; how far in a stretch; how
 # far at least for one that is of use; and how fast, per second, where it turns.
 _STEP, _STRETCH, _LEAST_STRETCH, _TURNING = 0.05, 0.6, 0.25, 0.03
-# No step takes longer, in seconds, and no pair moves the picture farther.
-_LONGEST, _FARTHEST = 1.5, 0.35
+# No step is longer than this, in seconds, and no pair moves the picture farther.
+_LONGEST, _FARTHEST = 0.4, 0.35
 _LEAST_STEPS, _MOST_STEPS = 4, 16
 # Wider pictures are reduced, by whole numbers, to this width at most.
 _WIDE, _WIDTH = 640, 480
@@ -113,7 +113,7 @@ class _Stretch:
         self._points, self._names = np.zeros((0, 2), np.float32), np.zeros(0, np.int64)
         self._count = 0
         self._sights: list[NDArray[np.float64]] = []
-        self._flow = [0.0]
+        self._flow, self._seconds = [0.0], [0.0]
         self._moved, self._since = 0.0, 0.0
         self._note()
 
@@ -121,11 +121,13 @@ class _Stretch:
         """Take the next frame; return whether the stretch goes on."""
         self._moved += shift_px / self._reduction
         self._since += interval
-        step = _STEP * self._width
-        if abs(self._moved) < step:
-            return self._since < _LONGEST
+        if abs(self._moved) < _STEP * self._width and self._since < _LONGEST:
+            return True
+        if abs(self._moved) < _TURNING * self._width * self._since:
+            return False
         if self._moved * self._flow[-1] < 0.0 or not self._follow(_reduced(frame)):
             return False
+        self._seconds.append(self._seconds[-1] + self._since)
         self._moved, self._since = 0.0, 0.0
         return (abs(self._flow[-1]) < _STRETCH * self._width
                 and len(self._flow) < _MOST_STEPS)
@@ -152,7 +154,7 @@ class _Stretch:
         return TurnTracks(
             point.astype(np.int64), sights[:, 1].astype(np.int64),
             (sights[:, 2:] - middle) * self._reduction, np.array(self._flow) * self._reduction,
-            self._reduction)
+            np.array(self._seconds), self._reduction)
 
     def _note(self) -> None:
         """Look for points where there are none, and note where all of them are."""
