@@ -88,9 +88,10 @@ class CameraEstimate:
         for name, value in values.items():
             if isinstance(value, bool) or not isinstance(value, int | float):
                 raise ValueError(f'{name} is {value!r}: give a number')
-            if name in ('width', 'height', 'turns') and value != int(value):
+            whole = name in ('width', 'height', 'turns')
+            if whole and not float(value).is_integer():
                 raise ValueError(f'{name} is {value!r}: give a whole number')
-            numbers[name] = int(value) if name in ('width', 'height', 'turns') else float(value)
+            numbers[name] = int(value) if whole else float(value)
         missing = sorted({'width', 'height', 'focal_px', 'focal_deviation'} - set(numbers))
         if missing:
             raise ValueError(f'{missing[0]} of the camera is missing: give it')

@@ -84,7 +84,7 @@ class TurnFit:
     covariance
         (3, 3) of these three, were there nothing but the points' errors.
     cost
-        Of a sight, on average: about 1 where the world stands still, and the lens is of the family.
+        Of a sight, on average: 1 or 2 where the world stands still and the lens is of the family.
     down
         (3,) the axis of the turn in picture axes (x right, y down, z forward), downwards.
     angle
@@ -161,7 +161,8 @@ class _Problem:
                 system = normal + damping * np.diag(np.diag(normal))
                 system -= (mixed / less[:, None]).T @ mixed
                 try:
-                    step = -np.linalg.solve(system, gradient - mixed.T @ (own_gradient / less))
+                    step: Numbers = np.asarray(-np.linalg.solve(
+                        system, gradient - mixed.T @ (own_gradient / less)), np.float64)
                 except np.linalg.LinAlgError:
                     return state
                 near = -(own_gradient + mixed @ step) / less
@@ -184,9 +185,10 @@ class _Problem:
         """Return what a state says, and how well it is known; None if that cannot be told."""
         normal, mixed, own, _, _ = self._normal(state)
         try:
-            covariance = np.linalg.inv(normal - (mixed / own[:, None]).T @ mixed)[:3, :3]
+            inverse = np.linalg.inv(normal - (mixed / own[:, None]).T @ mixed)
         except np.linalg.LinAlgError:
             return None
+        covariance = np.asarray(inverse[:3, :3], np.float64)
         axis = _rotation_vector(state.attitude[-1] @ state.attitude[0].T)
         angle = math.copysign(float(np.linalg.norm(axis)), float(axis[1]))
         if angle == 0.0 or not (np.isfinite(covariance).all() and covariance[0, 0] > 0.0):
@@ -220,7 +222,8 @@ class _Problem:
     def _places(self, state: _State) -> Numbers:
         seen = self._directions(state)[3]
         found = places(seen, math.exp(state.log_focal), state.straightness)[0]
-        return found + (state.column, 0.0)
+        found[:, 0] += state.column
+        return found
 
     def cost(self, state: _State) -> float:
         """Return how badly a state explains the sights, and departs from what is usual."""
@@ -257,7 +260,7 @@ class _Problem:
         focal = math.exp(state.log_focal)
         ray, between, way, seen = self._directions(state)
         found, change = places(seen, focal, state.straightness)
-        found += (state.column, 0.0)
+        found[:, 0] += state.column
         error = (found - self._seen) / self._deviation
         weight = 1.0 / (1.0 + (error * error).sum(axis=1) / 2.0)
         change /= self._deviation

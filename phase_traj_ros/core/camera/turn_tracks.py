@@ -4,7 +4,8 @@
 Points of the picture, followed through a turn from step to step.
 
 A step is as long as the picture takes to move by a twentieth of its width, but not so long that
-what is near has gone; a stretch of some ten steps is kept. Where the picture does not turn, nothing is done.
+what is near has gone; a stretch of some ten steps is kept. Where the picture does not turn,
+nothing is done.
 """
 
 import math
@@ -19,11 +20,13 @@ Bytes = NDArray[np.uint8]
 Places = NDArray[np.float32]
 
 # All of these are in widths of the picture: how far it moves in a step; how far in a stretch; how
-# far at least for one that is of use; and how fast, per second, where it turns.
-_STEP, _STRETCH, _LEAST_STRETCH, _TURNING = 0.05, 0.6, 0.25, 0.03
+# far at least for one that is of use; and how fast, per second, where it turns, on an average that
+# fades with so many seconds.
+_STEP, _STRETCH, _LEAST_STRETCH = 0.05, 0.6, 0.15
+_TURNING, _FADING = 0.025, 0.4
 # No step is longer than this, in seconds, and no pair moves the picture farther.
-_LONGEST, _FARTHEST = 0.4, 0.35
-_LEAST_STEPS, _MOST_STEPS = 4, 16
+_LONGEST, _FARTHEST = 0.3, 0.35
+_LEAST_STEPS, _MOST_STEPS = 4, 20
 # Wider pictures are reduced, by whole numbers, to this width at most.
 _WIDE, _WIDTH = 640, 480
 _POINTS, _KEPT, _LEAST_POINTS, _LEAST_SIGHTS = 130, 100, 30, 120
@@ -53,6 +56,7 @@ class TurnFollower:
         """Forget the stretch under way and the last frame."""
         self._last: Frame | None = None
         self._stretch: _Stretch | None = None
+        self._rate = 0.0
 
     def finish(self) -> TurnTracks | None:
         """Return the stretch under way if it is of use, and forget it."""
@@ -79,12 +83,16 @@ class TurnFollower:
         last, self._last = self._last, frame
         width = frame.shape[1]
         if last is None or last.shape != frame.shape or interval <= 0.0:
-            self._stretch = None
+            self._stretch, self._rate = None, 0.0
             return None
         if not abs(shift_px) < _FARTHEST * width:
             return self.finish()
+        kept = math.exp(-interval / _FADING)
+        self._rate = kept * self._rate + (1.0 - kept) * shift_px / interval
+        if abs(self._rate) < _TURNING * width:
+            return self.finish()
         if self._stretch is None:
-            if not wanted or abs(shift_px) < _TURNING * width * interval:
+            if not wanted:
                 return None
             self._stretch = _Stretch(_reduced(last), self._mask_for(last), _reduction(width))
         if self._stretch.go_on(frame, shift_px, interval):
@@ -123,9 +131,8 @@ class _Stretch:
         self._since += interval
         if abs(self._moved) < _STEP * self._width and self._since < _LONGEST:
             return True
-        if abs(self._moved) < _TURNING * self._width * self._since:
-            return False
-        if self._moved * self._flow[-1] < 0.0 or not self._follow(_reduced(frame)):
+        back = self._moved * self._flow[-1] < 0.0 and abs(self._moved) > _STEP * self._width
+        if back or not self._follow(_reduced(frame)):
             return False
         self._seconds.append(self._seconds[-1] + self._since)
         self._moved, self._since = 0.0, 0.0
@@ -219,4 +226,3 @@ def _reduced(frame: Frame) -> Bytes:
     return np.asarray(cv2.resize(
         frame[:height * times, :width * times], (width, height),
         interpolation=cv2.INTER_AREA), np.uint8)
-
