@@ -61,7 +61,7 @@ class CameraEstimate:
         """Check the values."""
         for field in fields(self):
             value = getattr(self, field.name)
-            if not math.isfinite(value) or 'deviation' in field.name and value < 0.0:
+            if not math.isfinite(value) or ('deviation' in field.name and value < 0.0):
                 raise ValueError(f'{field.name} is {value}: give a finite number')
         if min(self.width, self.height) < 1:
             raise ValueError(

@@ -42,7 +42,7 @@ _CUT_OUT = ((0.9, 0.9, -0.45), (0.9, 0.9, 0.45))
 # The principal point is in the middle but for this, and fits tell it but for this; in widths.
 _OFF_MIDDLE, _COLUMN_WRONG = 0.05, 0.015
 # From here on, the next fit starts at the estimate.
-_KNOWN, _GOOD_COST = 0.08, 2.0
+_KNOWN, _GOOD_COST = 0.08, 2.5
 # Of all fits but the first ones, the n-th is not tried before so many frames times n squared: many
 # turns tell no more.
 _FREE, _FRAMES = 4, 25

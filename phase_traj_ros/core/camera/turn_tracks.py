@@ -94,36 +94,26 @@ class TurnFollower:
         if self._stretch is None:
             if not wanted:
                 return None
-            self._stretch = _Stretch(_reduced(last), self._mask_for(last), _reduction(width))
+            self._stretch = _Stretch(last, self._mask)
         if self._stretch.go_on(frame, shift_px, interval):
             return None
         return self.finish()
-
-    def _mask_for(self, frame: Frame) -> Bytes:
-        small = _reduced(frame)
-        if self._mask is None or self._mask.shape != frame.shape:
-            return np.full(small.shape, 255, np.uint8)
-        seen = cv2.resize(
-            (self._mask > 127).astype(np.uint8), small.shape[::-1],
-            interpolation=cv2.INTER_NEAREST)
-        return np.asarray(cv2.erode(seen, np.ones(_WINDOW)) * 255, np.uint8)
 
 
 class _Stretch:
     """One stretch of a turn: the points seen in its steps so far."""
 
-    def __init__(self, first: Bytes, mask: Bytes, reduction: int) -> None:
-        self._mask, self._reduction = mask, reduction
-        self._height, self._width = first.shape
+    def __init__(self, first: Frame, mask: NDArray[np.uint8] | None) -> None:
+        self._reduction = _reduction(first.shape[1])
+        self._height, self._width = (side // self._reduction for side in first.shape)
         self._apart = max(_APART, round(self._width * _APART_SHARE))
         self._window = _WINDOW if self._width >= _SMALL else _SMALL_WINDOW
-        self._picture = first
+        self._first, self._mask = first, mask
         self._points, self._names = np.zeros((0, 2), np.float32), np.zeros(0, np.int64)
         self._count = 0
         self._sights: list[NDArray[np.float64]] = []
         self._flow, self._seconds = [0.0], [0.0]
         self._moved, self._since = 0.0, 0.0
-        self._note()
 
     def go_on(self, frame: Frame, shift_px: float, interval: float) -> bool:
         """Take the next frame; return whether the stretch goes on."""
@@ -131,6 +121,10 @@ class _Stretch:
         self._since += interval
         if abs(self._moved) < _STEP * self._width and self._since < _LONGEST:
             return True
+        if len(self._flow) == 1:
+            # Not before it has gone on for a step: most shakes do not.
+            self._picture, self._free = _reduced(self._first), self._seen()
+            self._note()
         back = self._moved * self._flow[-1] < 0.0 and abs(self._moved) > _STEP * self._width
         if back or not self._follow(_reduced(frame)):
             return False
@@ -163,9 +157,18 @@ class _Stretch:
             (sights[:, 2:] - middle) * self._reduction, np.array(self._flow) * self._reduction,
             np.array(self._seconds), self._reduction)
 
+    def _seen(self) -> Bytes:
+        """Return where there may be points: 255, else 0."""
+        if self._mask is None or self._mask.shape != self._first.shape:
+            return np.full((self._height, self._width), 255, np.uint8)
+        seen = cv2.resize(
+            (self._mask > 127).astype(np.uint8), (self._width, self._height),
+            interpolation=cv2.INTER_NEAREST)
+        return np.asarray(cv2.erode(seen, np.ones(_WINDOW)) * 255, np.uint8)
+
     def _note(self) -> None:
         """Look for points where there are none, and note where all of them are."""
-        free = self._mask.copy()
+        free = self._free.copy()
         for place in np.rint(self._points).astype(int).tolist():
             cv2.circle(free, place, self._apart, 0, -1)
         wanted = _POINTS - len(self._points)
