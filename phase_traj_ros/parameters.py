@@ -16,9 +16,10 @@ from typing import Any, cast
 
 from phase_traj_ros.core import EstimatorSettings, PAPER_THRESHOLD, View, Window
 from phase_traj_ros.core.camera.field_of_view import ASSUMED_HFOV_DEG
+from phase_traj_ros.core.camera.lens import Lens
 from phase_traj_ros.core.camera.projection import LEAST_HFOV_DEG
 from phase_traj_ros.core.correlation.quality import GateSettings, StillnessSettings
-from phase_traj_ros.core.heading.estimator import Lens
+from phase_traj_ros.core.correlation.transforms import TransformLibrary
 from phase_traj_ros.core.path.speed import MOST_SPEED
 from phase_traj_ros.core.settings import CodeSource, PathSource
 from phase_traj_ros.errors import ParameterError
@@ -35,6 +36,14 @@ class Transport(Enum):
 
     RAW = 'raw'
     COMPRESSED = 'compressed'
+
+
+class SpeedType(Enum):
+    """What the vehicle's speed comes in."""
+
+    TWIST = 'twist'
+    TWIST_WITH_COVARIANCE = 'twist_with_covariance'
+    ODOMETRY = 'odometry'
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -90,6 +99,10 @@ class Parameters:
         ' rows and columns, decimation and the tests of single pairs are about the shift; the'
         ' heading has its own.',
         choices=tuple(form.value for form in Window))
+    transform: str = parameter(
+        TransformLibrary.AUTO.value, 'Which library computes the Fourier transforms: OpenCV, scipy,'
+        ' or whichever of those installed is known to be the faster one. The codes are the same.',
+        choices=tuple(each.value for each in TransformLibrary), read_only=True)
     rows_from: float = parameter(
         0.0, 'First row used, as a fraction of the height from the top.',
         minimum=0.0, maximum=1.0)
@@ -151,6 +164,10 @@ class Parameters:
     use_speed_topic: bool = parameter(
         False, 'Whether the speed is taken from the topic speed, for the same purpose.',
         read_only=True)
+    speed_type: str = parameter(
+        SpeedType.TWIST.value, 'What comes on the topic speed: a TwistStamped, a'
+        ' TwistWithCovarianceStamped or an Odometry. A replay takes whichever the bag has.',
+        choices=tuple(each.value for each in SpeedType), read_only=True)
     max_path_poses: int = parameter(
         1000, 'Poses of the published path: corner points, oldest dropped first, and the tip; of a'
         ' path from the heading places of the whole way, thinned.',
@@ -185,6 +202,16 @@ class Parameters:
                 raise ParameterError(
                     f'parameters {side}_from and {side}_to are {begin} and {end}: the first has'
                     ' to be smaller')
+        for name in ('frame_id', 'child_frame_id'):
+            frame = getattr(self, name)
+            if not frame or frame.startswith('/') or frame != frame.strip():
+                raise ParameterError(
+                    f'parameter {name!r} is {frame!r}: it takes the name of a frame, without a'
+                    ' slash in front')
+        if self.frame_id == self.child_frame_id and (self.publish_tf or self.metric):
+            raise ParameterError(
+                f"parameters 'frame_id' and 'child_frame_id' are both {self.frame_id!r}: the frame"
+                ' that the vehicle moves in and its own take two names')
         if 0 < self.hfov_deg < LEAST_HFOV_DEG:
             raise ParameterError(
                 f"parameter 'hfov_deg' is {self.hfov_deg}: it takes {LEAST_HFOV_DEG} or more, or 0"
@@ -224,18 +251,12 @@ class Parameters:
     @property
     def measures_heading(self) -> bool:
         """Return whether heading and turns are measured."""
-        return (
-            self.focal_px > 0 or self.hfov_deg > 0 or self.estimate_fov or self.needs_camera)
+        return self.estimator_settings().measures_heading
 
     @property
     def needs_camera(self) -> bool:
         """Return whether the focal length has to come from the camera's calibration."""
-        wanted = (
-            self.codes_from_heading
-            or self.path_from == PathSource.HEADING.value or self.threshold_deg_s > 0
-            or self.metric)
-        known = self.focal_px > 0 or self.hfov_deg > 0 or self.estimate_fov
-        return wanted and not known
+        return self.estimator_settings().awaits_lens
 
     @property
     def metric(self) -> bool:
@@ -254,6 +275,7 @@ class Parameters:
             threshold=self.threshold,
             threshold_deg_s=self.threshold_deg_s,
             window=Window(self.window),
+            transform=TransformLibrary(self.transform),
             view=View(
                 rows=(self.rows_from, self.rows_to),
                 columns=(self.columns_from, self.columns_to),
@@ -266,7 +288,6 @@ class Parameters:
             code_source=CodeSource(self.code_source),
             connectivity=self.connectivity,
             lens=self._lens(),
-            awaits_lens=self.needs_camera,
             estimate_fov=self.estimate_fov,
             path_from=PathSource(self.path_from),
             speed=self.speed,

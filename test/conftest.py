@@ -4,7 +4,9 @@
 
 import os
 from pathlib import Path
+import sys
 
+from needs import lacking
 import pytest
 
 try:
@@ -16,6 +18,20 @@ else:
     settings.register_profile(
         'patient', deadline=None, suppress_health_check=[HealthCheck.too_slow])
     settings.load_profile('patient')
+
+
+collect_ignore = lacking()
+
+
+def pytest_addoption(parser):
+    parser.addoption(
+        '--without-scipy', action='store_true', help='as if scipy were not installed')
+
+
+def pytest_configure(config):
+    if config.getoption('--without-scipy'):
+        for name in ('scipy', 'scipy.fft', 'scipy.fftpack'):
+            sys.modules[name] = None
 
 
 @pytest.fixture(scope='session')

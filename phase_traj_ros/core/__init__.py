@@ -7,14 +7,22 @@ Knows neither ROS nor files. A frame goes through ``PhaseCorrelator`` (shift), `
 (codes) and ``ChainPath`` (trajectory); ``TrajectoryEstimator`` joins them for one camera.
 """
 
+from phase_traj_ros.core.camera.lens import Lens
+from phase_traj_ros.core.camera.model import CameraModel, Distortion
+from phase_traj_ros.core.codes.chain import ChainCode, Step
 from phase_traj_ros.core.codes.codes import Direction, Movement, pack, unpack
 from phase_traj_ros.core.codes.freeman import Freeman
-from phase_traj_ros.core.codes.from_shift import ChainCode, DynamicChainCode, PAPER_THRESHOLD, Step
+from phase_traj_ros.core.codes.from_heading import HeadingCode
+from phase_traj_ros.core.codes.from_shift import DynamicChainCode, PAPER_THRESHOLD
 from phase_traj_ros.core.codes.series import CodeSeries, Run
 from phase_traj_ros.core.correlation.phase_correlation import PhaseCorrelator, Shift
+from phase_traj_ros.core.correlation.quality import GateSettings, StillnessSettings
 from phase_traj_ros.core.correlation.view import View
 from phase_traj_ros.core.correlation.windows import Window
 from phase_traj_ros.core.estimator import TrajectoryEstimator
+from phase_traj_ros.core.heading.tracker import HeadingStep
+from phase_traj_ros.core.heading.turns import find_turns, Turn
+from phase_traj_ros.core.path.odometry import Odometry
 from phase_traj_ros.core.path.trajectory import (
     Axes,
     ChainPath,
@@ -26,10 +34,12 @@ from phase_traj_ros.core.path.trajectory import (
     yaw,
 )
 from phase_traj_ros.core.settings import CodeSource, EstimatorSettings, PathSource
-from phase_traj_ros.core.update import Counters, PairStatus, Update
+from phase_traj_ros.core.status import PairStatus
+from phase_traj_ros.core.update import Counters, Update
 
 __all__ = [
     'Axes',
+    'CameraModel',
     'ChainCode',
     'ChainPath',
     'CodeSeries',
@@ -37,10 +47,16 @@ __all__ = [
     'Corner',
     'Counters',
     'Direction',
+    'Distortion',
     'DynamicChainCode',
     'EstimatorSettings',
     'Freeman',
+    'GateSettings',
+    'HeadingCode',
+    'HeadingStep',
+    'Lens',
     'Movement',
+    'Odometry',
     'PAPER_THRESHOLD',
     'PairStatus',
     'PathSource',
@@ -48,10 +64,13 @@ __all__ = [
     'Run',
     'Shift',
     'Step',
+    'StillnessSettings',
     'TrajectoryEstimator',
+    'Turn',
     'Update',
     'View',
     'Window',
+    'find_turns',
     'normalised',
     'pack',
     'to_axes',

@@ -2,14 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """Where the vehicle has been: the drawn path, and in metres where a speed is known."""
 
-from phase_traj_ros.core.codes.from_shift import Step
+from phase_traj_ros.core.codes.chain import Step
 from phase_traj_ros.core.heading.tracker import HeadingStep
 from phase_traj_ros.core.path.heading_path import HeadingPath
 from phase_traj_ros.core.path.odometry import Odometer, Odometry
 from phase_traj_ros.core.path.speed import SpeedTrack
 from phase_traj_ros.core.path.trajectory import ChainPath, DrawnPath
 from phase_traj_ros.core.settings import EstimatorSettings, PathSource
-from phase_traj_ros.core.update import PairStatus
+from phase_traj_ros.core.status import PairStatus
 
 
 class Route:

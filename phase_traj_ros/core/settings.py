@@ -6,12 +6,13 @@ from dataclasses import dataclass, field
 from enum import Enum
 import math
 
+from phase_traj_ros.core.camera.lens import Lens
 from phase_traj_ros.core.codes.from_heading import CONNECTIVITIES
-from phase_traj_ros.core.codes.from_shift import PAPER_THRESHOLD
+from phase_traj_ros.core.codes.from_shift import DynamicChainCode, PAPER_THRESHOLD
 from phase_traj_ros.core.correlation.quality import GateSettings, StillnessSettings
+from phase_traj_ros.core.correlation.transforms import TransformLibrary
 from phase_traj_ros.core.correlation.view import View
 from phase_traj_ros.core.correlation.windows import Window
-from phase_traj_ros.core.heading.estimator import Lens
 
 
 class PathSource(Enum):
@@ -39,9 +40,11 @@ class EstimatorSettings:
     threshold: float = PAPER_THRESHOLD
     """T in pixels per frame."""
     threshold_deg_s: float = 0.0
-    """T as a yaw rate in degrees per second, in the place of the above; 0: none. Takes a lens."""
+    """T as a yaw rate in degrees per second, instead of the above; 0: none. Takes a lens."""
     window: Window = Window.SQRT_HANN
     """Taper of the frames."""
+    transform: TransformLibrary = TransformLibrary.AUTO
+    """Which library computes the Fourier transforms."""
     view: View = field(default_factory=View)
     """Which part of the frames is correlated, and at which scale."""
     max_gap: float = 0.0
@@ -54,8 +57,6 @@ class EstimatorSettings:
     """Pairs in a row that end a turn; 1 is the paper's."""
     lens: Lens | None = None
     """What is known of the camera; with it, heading and turns are measured."""
-    awaits_lens: bool = False
-    """Whether that is still to come (``TrajectoryEstimator.use_lens``): no frame counts before."""
     estimate_fov: bool = False
     """Whether its field of view is learned from the turns, where no lens is given."""
     code_source: CodeSource = CodeSource.SHIFT
@@ -92,20 +93,31 @@ class EstimatorSettings:
                              ' code source heading')
         if self.speed > 0 and self.awaits_speeds:
             raise ValueError('the speed is either constant or comes as it drives: give one')
-        if not self.measures_heading:
-            for needy, what in (
-                    (self.code_source is CodeSource.HEADING, 'codes from the heading'),
-                    (self.path_from is PathSource.HEADING, 'a path from the heading'),
-                    (self.threshold_deg_s > 0, 'a threshold in degrees per second'),
-                    (self.metric, 'odometry from a speed')):
-                if needy:
-                    raise ValueError(
-                        f'{what} needs the focal length or the field of view: give a lens')
+        # Says what it refuses; the codes are made of these numbers.
+        DynamicChainCode(
+            self.threshold, confirm_frames=self.confirm_frames,
+            release_frames=self.release_frames, max_runs=self.max_runs)
+
+    @property
+    def needs_lens(self) -> bool:
+        """Return whether anything that is asked for takes a lens."""
+        return (
+            self.code_source is CodeSource.HEADING or self.path_from is PathSource.HEADING
+            or self.threshold_deg_s > 0 or self.metric)
+
+    @property
+    def awaits_lens(self) -> bool:
+        """
+        Return whether a lens is needed that the settings neither give nor have estimated.
+
+        It has to come by ``TrajectoryEstimator.use_lens``; no frame counts before.
+        """
+        return self.needs_lens and self.lens is None and not self.estimate_fov
 
     @property
     def measures_heading(self) -> bool:
         """Return whether heading and turns are measured."""
-        return self.lens is not None or self.awaits_lens or self.estimate_fov
+        return self.lens is not None or self.estimate_fov or self.needs_lens
 
     @property
     def metric(self) -> bool:

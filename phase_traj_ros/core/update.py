@@ -1,38 +1,16 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What a pair of frames adds, how it came to its code, and what is counted."""
+"""What a pair of frames adds, and what is counted."""
 
 from dataclasses import asdict, dataclass, replace
-from enum import Enum
 
-from phase_traj_ros.core.codes.from_shift import Step
+from phase_traj_ros.core.codes.chain import Step
 from phase_traj_ros.core.correlation.phase_correlation import Shift
 from phase_traj_ros.core.heading.tracker import HeadingStep
 from phase_traj_ros.core.heading.turns import Turn
 from phase_traj_ros.core.path.odometry import Odometry
 from phase_traj_ros.core.path.trajectory import Corner
-
-
-class PairStatus(Enum):
-    """How a pair of frames came to its movement code."""
-
-    OK = 'ok'
-    """Measured and judged: forward, or the pair on which a turn begins."""
-    TURNING = 'turning'
-    """Measured; the turn that began earlier goes on."""
-    STILL = 'still'
-    """The vehicle stands: nothing but noise and passers-by moves in the picture."""
-    NO_MEASUREMENT = 'no_measurement'
-    """The two frames have nothing in common, or one of them shows nothing."""
-    GAP = 'gap'
-    """The time between the two frames was longer than allowed."""
-    REPRIMED = 'reprimed'
-    """The frame's size or encoding changed, or a setting: there is none to compare it with."""
-
-    @property
-    def judged(self) -> bool:
-        """Return whether the pair was measured and judged, so that a path goes on with it."""
-        return self in (PairStatus.OK, PairStatus.TURNING)
+from phase_traj_ros.core.status import PairStatus
 
 
 @dataclass(frozen=True, slots=True)

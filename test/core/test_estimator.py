@@ -4,18 +4,21 @@
 
 from dataclasses import replace
 
+import cv2
 import numpy as np
 from phase_traj_ros.core import (
     CodeSource,
     Direction,
     EstimatorSettings,
+    GateSettings,
+    Lens,
     Movement,
     PairStatus,
+    PathSource,
+    StillnessSettings,
     TrajectoryEstimator,
     View,
 )
-from phase_traj_ros.core.correlation.quality import StillnessSettings
-from phase_traj_ros.core.heading.estimator import Lens
 from phase_traj_ros.errors import FrameError
 import pytest
 from textures import pair
@@ -138,6 +141,119 @@ def test_the_threshold_is_checked():
         TrajectoryEstimator(EstimatorSettings(threshold=-1.0))
 
 
+@pytest.mark.parametrize('values', [
+    {'code_source': CodeSource.HEADING}, {'path_from': PathSource.HEADING}, {'speed': 1.0},
+    {'awaits_speeds': True}, {'threshold_deg_s': 1.0}])
+def test_what_needs_a_lens_awaits_it_where_none_is_given(values):
+    settings = EstimatorSettings(**values)
+    assert settings.needs_lens and settings.awaits_lens and settings.measures_heading
+    assert not replace(settings, lens=Lens(hfov_deg=80.0)).awaits_lens
+    assert not replace(settings, estimate_fov=True).awaits_lens
+    with pytest.raises(FrameError, match='nothing is known of the camera yet'):
+        TrajectoryEstimator(settings).update(FRAME, 0)
+
+
+def test_the_papers_settings_need_no_lens():
+    settings = EstimatorSettings()
+    assert not (settings.needs_lens or settings.awaits_lens or settings.measures_heading)
+
+
+def test_a_band_that_the_mask_leaves_nothing_of_is_refused_before_anything_changes():
+    mask = np.full(FRAME.shape, 255, np.uint8)
+    mask[40:] = 0
+    estimator = TrajectoryEstimator(mask=mask)
+    feed(estimator, [FRAME, FRAME])
+    empty = replace(estimator.settings, threshold=50.0, view=View(rows=(0.9, 1.0)))
+    for refuse in (estimator.check, estimator.reconfigure):
+        with pytest.raises(ValueError, match=r'0 everywhere.* within the band'):
+            refuse(empty)
+    assert estimator.settings == EstimatorSettings()
+    assert estimator.update(TURNED, 2 * STEP_NS).step.movement is Movement.LEFT
+    with pytest.raises(ValueError, match='within the band'):
+        TrajectoryEstimator(empty, mask=mask)
+
+
+@pytest.mark.parametrize('change', [
+    {'code_source': CodeSource.HEADING}, {'path_from': PathSource.HEADING},
+    {'code_source': CodeSource.HEADING, 'connectivity': 8}, {'lens': Lens(hfov_deg=80.0)},
+    {'speed': 1.0}])
+def test_what_is_settled_at_the_start_cannot_change(change):
+    estimator = TrajectoryEstimator()
+    feed(estimator, [FRAME, FRAME, TURNED])
+    with pytest.raises(ValueError, match='settled at the start'):
+        estimator.reconfigure(replace(estimator.settings, threshold=50.0, **change))
+    assert estimator.settings == EstimatorSettings()
+    assert len(estimator.codes.movement) == 2
+
+
+@pytest.mark.parametrize('name', ['confirm_frames', 'release_frames', 'max_runs'])
+def test_settings_refuse_what_the_codes_refuse(name):
+    with pytest.raises(ValueError, match=name):
+        EstimatorSettings(**{name: 0})
+
+
+def test_a_backward_stamp_starts_the_test_of_stillness_anew():
+    estimator = TrajectoryEstimator(EstimatorSettings(stillness=StillnessSettings(frames=3)))
+    first = feed(estimator, [FRAME] * 6)
+    second = feed(estimator, [FRAME] * 6)
+    assert estimator.counters.time_resets == 1
+    statuses = [[each.status for each in updates[1:]] for updates in (first, second)]
+    assert statuses[0] == [PairStatus.OK] * 2 + [PairStatus.STILL] * 3
+    assert statuses[1] == statuses[0]
+
+
+@pytest.mark.parametrize('lead_in', [0, 1])
+def test_the_first_pair_and_the_one_after_a_gap_look_past_zero(lead_in):
+    # The peak of a pattern that is fixed to the camera is the highest, but not significant.
+    rng = np.random.default_rng(0)
+    street = cv2.GaussianBlur(rng.uniform(0, 255, (120, 260)).astype(np.float32), (0, 0), 1.5)
+    fixed = np.zeros((120, 240), np.float32)
+    fixed[::24, ::24] = 100.0
+    frames = [np.ascontiguousarray(street[:, 20 - dx:260 - dx] + fixed) for dx in (0, 12)]
+    estimator = TrajectoryEstimator(EstimatorSettings(
+        max_gap=0.5, gate=GateSettings(min_significance=6.0, look_past_zero=True)))
+    feed(estimator, frames[:lead_in])
+    update = feed(estimator, frames, start_ns=10**10)[-1]
+    assert update.status is PairStatus.OK
+    assert update.shift.dx == pytest.approx(0.0, abs=0.1)
+    assert estimator.counters.gaps == lead_in
+
+
+def test_a_frame_refused_for_its_view_leaves_the_heading_as_it_was():
+    # Not a number at the lower edge, which the cylinder does not reach.
+    rng = np.random.default_rng(1)
+    wide = cv2.GaussianBlur(rng.uniform(0, 255, (400, 560)).astype(np.float32), (0, 0), 2.0)
+    frames = [np.ascontiguousarray(wide[:, 40 - 4 * k:520 - 4 * k]) for k in range(4)]
+    broken = frames[3].copy()
+    broken[-1, :] = np.nan
+    settings = EstimatorSettings(lens=Lens(hfov_deg=100.0))
+    headings = []
+    for with_broken in (False, True):
+        estimator = TrajectoryEstimator(settings)
+        feed(estimator, frames[:2])
+        if with_broken:
+            with pytest.raises(FrameError, match='NaN'):
+                estimator.update(broken, 2 * STEP_NS - 1)
+        update = estimator.update(frames[2], 2 * STEP_NS)
+        headings.append(update.heading.heading)
+    assert headings[0] == headings[1] != 0.0
+
+
+@pytest.mark.parametrize('scale', [1 / 255, 1, 30])
+def test_a_mask_counts_by_its_ratios_for_the_heading_too(scale):
+    rng = np.random.default_rng(2)
+    wide = cv2.GaussianBlur(rng.uniform(0, 255, (200, 360)).astype(np.float32), (0, 0), 2.0)
+    frames = [np.ascontiguousarray(wide[:, 20 - 4 * k:340 - 4 * k]) for k in range(3)]
+    mask = np.full((200, 320), 255.0 * scale).astype(np.uint16)
+    mask[160:] = 0
+    estimator = TrajectoryEstimator(EstimatorSettings(lens=Lens(hfov_deg=80.0)), mask=mask)
+    updates = feed(estimator, frames)
+    reference = TrajectoryEstimator(
+        EstimatorSettings(lens=Lens(hfov_deg=80.0)), mask=np.where(mask, 255, 0).astype(np.uint8))
+    expected = feed(reference, frames)
+    assert [each.heading for each in updates[1:]] == [each.heading for each in expected[1:]]
+
+
 def test_a_gap_keeps_the_direction_and_ends_the_turn():
     estimator = TrajectoryEstimator(EstimatorSettings(max_gap=0.5))
     feed(estimator, [FRAME, FRAME, TURNED])
@@ -212,7 +328,7 @@ def test_a_view_too_small_for_the_test_of_stillness_is_refused():
 def test_ten_thousand_pairs_of_flicker_stay_bounded():
     estimator = TrajectoryEstimator(EstimatorSettings(max_runs=50, max_corners=20))
     for index in range(10_000):
-        estimator._codes.update(100.0 if index % 3 else -100.0)
+        estimator.codes.update(100.0 if index % 3 else -100.0)
         estimator.path.append(estimator.codes.heading, index)
     assert len(estimator.codes.movement.runs) == len(estimator.codes.direction.runs) == 50
     assert len(estimator.path.corners) == 20

@@ -7,7 +7,7 @@ from dataclasses import dataclass, fields
 import math
 
 from phase_traj_ros.core.camera.horizon import combined as combined_horizon, Horizon
-from phase_traj_ros.core.camera.lens import OneNumberLens, PINHOLE
+from phase_traj_ros.core.camera.lens_family import OneNumberLens, PINHOLE
 from phase_traj_ros.core.camera.model import CameraModel
 
 # Of a normal distribution, 90 % are within so many deviations, and a share of the rest.
@@ -39,7 +39,7 @@ class CameraEstimate:
     focal_deviation: float
     """Standard deviation of its logarithm, that is, of the focal length as a share of it."""
     straightness: float = PINHOLE
-    """Of the lens: 1 for a pinhole, 0 for an equidistant fisheye (see ``lens``)."""
+    """Of the lens: 1 for a pinhole, 0 for an equidistant fisheye (see ``lens_family``)."""
     straightness_deviation: float = 0.0
     """Its standard deviation."""
     column_px: float = 0.0

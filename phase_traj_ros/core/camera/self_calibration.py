@@ -15,11 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 from phase_traj_ros.core.camera.estimate import CameraEstimate
 from phase_traj_ros.core.camera.horizon import HorizonEstimator
-from phase_traj_ros.core.camera.lens import PINHOLE, STRAIGHTNESS_RANGE
+from phase_traj_ros.core.camera.lens_family import PINHOLE, STRAIGHTNESS_RANGE
 from phase_traj_ros.core.camera.right_angles import RightAngles
 from phase_traj_ros.core.camera.robust_mean import RobustMean
-from phase_traj_ros.core.camera.turn_fit import fit_turn, TurnFit, TurnTracks
-from phase_traj_ros.core.camera.turn_tracks import TurnFollower
+from phase_traj_ros.core.camera.turn_fit import fit_turn, TurnFit
+from phase_traj_ros.core.camera.turn_tracks import TurnFollower, TurnTracks
 from phase_traj_ros.core.correlation.phase_correlation import Frame
 
 # The grid: logarithms of the focal length in widths of the picture, and straightnesses.

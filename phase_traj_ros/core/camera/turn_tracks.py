@@ -8,16 +8,18 @@ what is near has gone; a stretch of some ten steps is kept. Where the picture do
 nothing is done.
 """
 
+from dataclasses import dataclass
 import math
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from phase_traj_ros.core.camera.turn_fit import TurnTracks
 from phase_traj_ros.core.correlation.phase_correlation import Frame
 
 Bytes = NDArray[np.uint8]
 Places = NDArray[np.float32]
+Numbers = NDArray[np.float64]
+Indices = NDArray[np.int64]
 
 # All of these are in widths of the picture: how far it moves in a step; how far in a stretch; how
 # far at least for one that is of use; and how fast, per second, where it turns, on an average that
@@ -42,6 +44,33 @@ _BACK, _STILL, _MOVED = 0.4, 0.5, 3.0
 _FOLLOWED = 0.25
 # Pictures of other than 8 bits are brought to this brightness.
 _BRIGHTNESS = 100.0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TurnTracks:
+    """
+    Points followed over the K frames of a stretch of a turn: M sights of P points.
+
+    point
+        (M,) which point, 0 to P - 1, rising; each has three sights or more.
+    frame
+        (M,) in which frame, 0 to K - 1, rising for each point.
+    place
+        (M, 2) where: column and row in pixels from the middle of the picture.
+    flow
+        (K,) how far the picture has moved to the right since the first frame, in pixels.
+    seconds
+        (K,) when the frames were taken, since the first of them.
+    reduction
+        How many pixels were averaged into one, along a side, to look for the points.
+    """
+
+    point: Indices
+    frame: Indices
+    place: Numbers
+    flow: Numbers
+    seconds: Numbers
+    reduction: int = 1
 
 
 class TurnFollower:

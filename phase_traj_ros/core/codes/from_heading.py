@@ -9,12 +9,10 @@ all. The same two series of codes as the paper's (see ``chain_code``), from a be
 """
 
 import math
-from typing import Any
 
+from phase_traj_ros.core.codes.chain import ChainCode, Step
 from phase_traj_ros.core.codes.codes import Direction, Movement
 from phase_traj_ros.core.codes.freeman import AnyDirection, Freeman, to_four
-from phase_traj_ros.core.codes.from_shift import Step
-from phase_traj_ros.core.codes.series import CodeSeries
 
 CONNECTIVITIES = (4, 8)
 # How far, in sectors, the heading has to be past the border of two sectors to leave the one it is
@@ -25,7 +23,7 @@ _HYSTERESIS = 6.0 / 90.0
 _YAWING = math.radians(5.0)
 
 
-class HeadingCode:
+class HeadingCode(ChainCode):
     """
     Turns the heading after each pair of frames into a movement code and a direction code.
 
@@ -59,25 +57,13 @@ class HeadingCode:
         self._connectivity = connectivity
         self._sector = 2.0 * math.pi / connectivity
         self._border = self._sector * (0.5 + _HYSTERESIS)
-        self._movement: CodeSeries[Movement] = CodeSeries(max_runs=max_runs)
-        # Of the four directions, or of the eight.
-        self._direction: CodeSeries[Any] = CodeSeries(max_runs=max_runs)
+        super().__init__(max_runs=max_runs)
         self.reset()
 
     @property
     def connectivity(self) -> int:
         """Return how many directions there are, 4 or 8."""
         return self._connectivity
-
-    @property
-    def movement(self) -> CodeSeries[Movement]:
-        """Return the movement codes so far, one per pair of frames."""
-        return self._movement
-
-    @property
-    def direction(self) -> CodeSeries[Direction] | CodeSeries[Freeman]:
-        """Return the direction codes so far, one per pair that is not ``NO_CHANGE``."""
-        return self._direction
 
     @property
     def directions(self) -> type[Direction] | type[Freeman]:
@@ -87,21 +73,13 @@ class HeadingCode:
     @property
     def heading(self) -> AnyDirection:
         """Return the current direction."""
-        return self._heading
-
-    @property
-    def turn(self) -> Movement | None:
-        """Return to which side the vehicle yaws, ``LEFT`` or ``RIGHT``, or None."""
-        return self._turn
+        code = Freeman((Freeman.FORWARD + self._sectors * (8 // self._connectivity)) % 8)
+        return code if self._connectivity == 8 else to_four(code)
 
     def reset(self) -> None:
         """Start anew: no codes, direction ``FORWARD``, the next pair is the first."""
-        self._movement.clear()
-        self._direction.clear()
+        super().reset()
         self._sectors = 0
-        self._heading: AnyDirection = self.directions.FORWARD
-        self._turn: Movement | None = None
-        self._started = False
 
     def update(self, heading: float, rate: float) -> Step:
         """
@@ -128,17 +106,6 @@ class HeadingCode:
             self._turn = Movement.LEFT if rate > 0 else Movement.RIGHT
         return self._append(self._judge(heading))
 
-    def skip(self, *, end_turn: bool = False) -> Step:
-        """
-        Append ``NO_CHANGE`` for a pair that cannot be judged.
-
-        A turn under way stays under way, unless ``end_turn`` says that what comes next has
-        nothing to do with what came before.
-        """
-        if end_turn:
-            self._turn = None
-        return self._append(Movement.NO_CHANGE)
-
     def _judge(self, heading: float) -> Movement:
         if not self._started:
             self._started = True
@@ -151,12 +118,3 @@ class HeadingCode:
             self._sectors -= 1
             return Movement.RIGHT
         return Movement.FORWARD if self._turn is None else Movement.NO_CHANGE
-
-    def _append(self, movement: Movement) -> Step:
-        code = Freeman((Freeman.FORWARD + self._sectors * (8 // self._connectivity)) % 8)
-        self._heading = code if self._connectivity == 8 else to_four(code)
-        step = Step(movement, self._heading)
-        self._movement.append(movement)
-        if step.appended:
-            self._direction.append(self._heading)
-        return step

@@ -6,55 +6,15 @@ The dynamic chain code: from shifts to movements and directions.
 The paper's state machine; docs/method.md says how its words and its inequalities are read.
 """
 
-from dataclasses import dataclass
 import math
-from typing import Protocol
 
+from phase_traj_ros.core.codes.chain import ChainCode, Step
 from phase_traj_ros.core.codes.codes import Direction, Movement
-from phase_traj_ros.core.codes.freeman import AnyDirection, Freeman
-from phase_traj_ros.core.codes.series import CodeSeries
 
 PAPER_THRESHOLD = 16.0
 
 
-@dataclass(frozen=True, slots=True)
-class Step:
-    """What one pair of frames adds to the chain code."""
-
-    movement: Movement
-    direction: AnyDirection
-    """The direction after this pair, whether it was appended or not."""
-
-    @property
-    def appended(self) -> bool:
-        """Return whether the direction was appended to the direction code."""
-        return self.movement is not Movement.NO_CHANGE
-
-
-class ChainCode(Protocol):
-    """Both codes of a drive, whatever they were made from."""
-
-    @property
-    def movement(self) -> CodeSeries[Movement]:
-        """Return the movement codes so far, one per pair of frames."""
-
-    @property
-    def direction(self) -> CodeSeries[Direction] | CodeSeries[Freeman]:
-        """Return the direction codes so far, one per pair that is not ``NO_CHANGE``."""
-
-    @property
-    def directions(self) -> type[Direction] | type[Freeman]:
-        """Return which directions there are: the paper's four, or Freeman's eight."""
-
-    @property
-    def heading(self) -> AnyDirection:
-        """Return the current direction."""
-
-    def skip(self, *, end_turn: bool = False) -> Step:
-        """Append ``NO_CHANGE`` for a pair that cannot be judged."""
-
-
-class DynamicChainCode:
+class DynamicChainCode(ChainCode):
     """
     Turns the x-shift of each pair of frames into a movement code and a direction code.
 
@@ -93,11 +53,10 @@ class DynamicChainCode:
             The threshold is not a finite positive number, or one of the others is below 1.
 
         """
+        super().__init__(max_runs=max_runs)
         self.threshold = threshold
         self.confirm_frames = confirm_frames
         self.release_frames = release_frames
-        self._movement: CodeSeries[Movement] = CodeSeries(max_runs=max_runs)
-        self._direction: CodeSeries[Direction] = CodeSeries(max_runs=max_runs)
         self.reset()
 
     @property
@@ -130,16 +89,6 @@ class DynamicChainCode:
         self._release_frames = _at_least_one('release_frames', value)
 
     @property
-    def movement(self) -> CodeSeries[Movement]:
-        """Return the movement codes so far, one per pair of frames."""
-        return self._movement
-
-    @property
-    def direction(self) -> CodeSeries[Direction]:
-        """Return the direction codes so far, one per pair that is not ``NO_CHANGE``."""
-        return self._direction
-
-    @property
     def directions(self) -> type[Direction]:
         """Return which directions there are."""
         return Direction
@@ -149,17 +98,10 @@ class DynamicChainCode:
         """Return the current direction."""
         return self._heading
 
-    @property
-    def turn(self) -> Movement | None:
-        """Return the turn under way, ``LEFT`` or ``RIGHT``, or None."""
-        return self._turn
-
     def reset(self) -> None:
         """Start anew: no codes, direction ``FORWARD``, the next pair is the first."""
-        self._movement.clear()
-        self._direction.clear()
+        super().reset()
         self._heading = Direction.FORWARD
-        self._started = False
         self._end_turn()
 
     def update(self, dx: float) -> Step:
@@ -177,20 +119,8 @@ class DynamicChainCode:
             raise ValueError(f'shift is {dx}: give a finite number, or skip the pair')
         return self._append(self._judge(dx))
 
-    def skip(self, *, end_turn: bool = False) -> Step:
-        """
-        Append ``NO_CHANGE`` for a pair that cannot be judged.
-
-        It says neither that a turn goes on nor that it ends, and is not counted among the pairs
-        that confirm or release one. ``end_turn`` says that what comes next has nothing to do with
-        what came before: a turn under way, or about to be confirmed, is over.
-        """
-        if end_turn:
-            self._end_turn()
-        return self._append(Movement.NO_CHANGE)
-
     def _end_turn(self) -> None:
-        self._turn: Movement | None = None
+        super()._end_turn()
         # Pairs in a row that were not beyond the threshold on the side of the turn under way.
         self._off_turn = 0
         # The side on which the newest pair was beyond the threshold, and for how many in a row.
@@ -227,13 +157,6 @@ class DynamicChainCode:
         """Count a pair in mid-turn; return whether the turn ends with it."""
         self._off_turn = 0 if side is self._turn else self._off_turn + 1
         return self._off_turn >= self._release_frames
-
-    def _append(self, movement: Movement) -> Step:
-        step = Step(movement, self._heading)
-        self._movement.append(movement)
-        if step.appended:
-            self._direction.append(self._heading)
-        return step
 
 
 def _at_least_one(name: str, value: int) -> int:

@@ -60,7 +60,7 @@ class BlockMotion:
         Raises
         ------
         ValueError
-            The mask is none (see ``mask_weights``).
+            The mask is not usable (see ``mask_shares``).
 
         """
         self._mask = None if mask is None else mask_weights(mask)

@@ -14,31 +14,46 @@ from phase_traj_ros.errors import FrameError
 _FEATHER = 1 / 160
 
 
-def mask_weights(mask: ArrayLike) -> NDArray[np.float32]:
+def mask_shares(mask: ArrayLike) -> NDArray[np.float32]:
     """
-    Return the weights of a mask, (H, W) float32 in 0 to 1, with soft edges.
+    Return how much each pixel of a mask counts, (H, W) float32, from 0 to 1.
 
-    A mask says how much each pixel counts, in proportion to the largest of its values: 0 to 255,
-    0 to 1 and False to True all do. What has the weight 0 keeps it. Around it the weights rise
-    smoothly, as a hard edge would be a fixed pattern of its own: the picture's brightness ends
-    there in every frame.
+    It counts in proportion to the largest of the mask's values: 0 to 255, 0 to 65535, 0 to 1 and
+    False to True all do.
 
     Raises
     ------
     ValueError
-        The mask is not (H, W), holds a negative value, NaN or infinity, or leaves nothing.
+        The mask is not (H, W), holds a negative value, NaN or infinity, or is empty: 0 everywhere.
 
     """
     values = np.asarray(mask)
     if values.ndim != 2:
         raise ValueError(f'mask has shape {values.shape}: give a grey one of shape (H, W)')
-    weights = values.astype(np.float32)
-    largest = float(weights.max(initial=0.0))
-    if not (np.isfinite(weights).all() and weights.min(initial=0.0) >= 0.0):
+    shares = values.astype(np.float32)
+    largest = float(shares.max(initial=0.0))
+    if not (np.isfinite(shares).all() and shares.min(initial=0.0) >= 0.0):
         raise ValueError('mask holds NaN, infinity or a negative value: give 0 to 255, or 0 to 1')
     if largest == 0.0:
         raise ValueError('mask is 0 everywhere: nothing of the frames would be left')
-    weights /= largest
+    shares /= largest
+    return shares
+
+
+def mask_weights(mask: ArrayLike) -> NDArray[np.float32]:
+    """
+    Return the weights of a mask, (H, W) float32 in 0 to 1, with soft edges.
+
+    What has the weight 0 keeps it. Around it the weights rise smoothly, as a hard edge would be a
+    fixed pattern of its own: the picture's brightness ends there in every frame.
+
+    Raises
+    ------
+    ValueError
+        As ``mask_shares``.
+
+    """
+    weights = mask_shares(mask)
     counts = (weights > 0.0).astype(np.uint8)
     if not counts.all():
         distance = cv2.distanceTransform(counts, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)

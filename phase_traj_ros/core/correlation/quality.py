@@ -168,12 +168,15 @@ class StillnessDetector:
         return float(np.mean(np.hypot(mean[:, 0], mean[:, 1]) > limit))
 
 
-class Verdict(Enum):
-    """What a pair of frames is worth."""
+class Worth(Enum):
+    """What a pair of frames tells."""
 
     MEASURED = 'measured'
+    """How the view has moved."""
     STILL = 'still'
-    NO_MEASUREMENT = 'no_measurement'
+    """That the vehicle stands still."""
+    NOTHING = 'nothing'
+    """Nothing: the two frames have nothing in common, or one of them is constant."""
 
 
 class PairQuality:
@@ -208,7 +211,12 @@ class PairQuality:
         self.interrupt()
 
     def interrupt(self) -> None:
-        """Keep the newest frame, and forget how things stood before it, as after a gap."""
+        """
+        Keep the newest frame, and forget what was seen before it.
+
+        The next pair has the newest frame as its first one, but a gap, a change of encoding or a
+        jump of time lies between it and the pairs before.
+        """
         if self._detector is not None:
             self._detector.reset()
 
@@ -218,7 +226,7 @@ class PairQuality:
             self._has_pair = self._blocks.update(frame)
             self._width = frame.shape[1]
 
-    def judge(self, shift: Shift, correlator: PhaseCorrelator) -> tuple[Verdict, Shift]:
+    def judge(self, shift: Shift, correlator: PhaseCorrelator) -> tuple[Worth, Shift]:
         """
         Return what the pair is worth, and the shift that it is to be judged by.
 
@@ -228,11 +236,11 @@ class PairQuality:
             blocks = self._blocks if self._has_pair else None
             believed = self._gate.judge(shift, correlator, blocks)
             if believed is None:
-                return Verdict.NO_MEASUREMENT, shift
+                return Worth.NOTHING, shift
             shift = believed
         elif shift.response == 0.0:
-            return Verdict.NO_MEASUREMENT, shift
+            return Worth.NOTHING, shift
         if self._detector is not None and self._has_pair and self._detector.update(
                 self._blocks.flow(), self._width):
-            return Verdict.STILL, shift
-        return Verdict.MEASURED, shift
+            return Worth.STILL, shift
+        return Worth.MEASURED, shift

@@ -8,89 +8,21 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 from phase_traj_ros.core.camera.field_of_view import FieldOfView, FieldOfViewEstimator, SURE
-from phase_traj_ros.core.camera.model import CameraModel, MOST_FOCAL_PX
+from phase_traj_ros.core.camera.lens import Lens
 from phase_traj_ros.core.camera.projection import (
     CylinderProjection,
     focal_from_hfov,
     hfov_from_focal,
-    LEAST_HFOV_DEG,
 )
 from phase_traj_ros.core.correlation.mask import check_size
 from phase_traj_ros.core.correlation.phase_correlation import Frame, Shift
+from phase_traj_ros.core.correlation.transforms import TransformLibrary
 from phase_traj_ros.core.heading.tracker import HeadingStep, HeadingTracker
 from phase_traj_ros.core.heading.turns import Turn, TurnDetector
 from phase_traj_ros.core.heading.yaw_meter import YawMeasurement, YawMeter
 from phase_traj_ros.errors import FrameError
 
 _LEAST_BEND_DEG = 20.0
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Lens:
-    """
-    What is known of the camera: one of the three is enough.
-
-    Numbers that are given count before a calibration, as whoever gives them knows why.
-
-    Raises
-    ------
-    ValueError
-        None is given, or one is out of its range.
-
-    """
-
-    focal_px: float = 0.0
-    """Focal length in pixels of the full frame; 0 if not known."""
-    hfov_deg: float = 0.0
-    """Horizontal field of view in degrees, from edge to edge; counts where the above is 0."""
-    camera: CameraModel | None = None
-    """The calibration, for frames of one size; counts where both of the above are 0."""
-
-    def __post_init__(self) -> None:
-        """Check the values."""
-        if not 0.0 <= self.focal_px <= MOST_FOCAL_PX:
-            raise ValueError(
-                f'focal_px is {self.focal_px}: give a number of pixels, at most'
-                f' {MOST_FOCAL_PX:.0e}, or 0')
-        if self.hfov_deg != 0.0 and not LEAST_HFOV_DEG <= self.hfov_deg < 180.0:
-            raise ValueError(
-                f'hfov_deg is {self.hfov_deg}: give degrees from {LEAST_HFOV_DEG} to below 180, or'
-                ' 0')
-        if self.focal_px == 0.0 and self.hfov_deg == 0.0 and self.camera is None:
-            raise ValueError(
-                'neither focal_px nor hfov_deg nor a calibration of the camera is known: give one'
-                ' of them')
-
-    @property
-    def calibrated(self) -> bool:
-        """Return whether it is the calibration that counts."""
-        return self.focal_px == 0.0 and self.hfov_deg == 0.0
-
-    def focal_for(self, width: int) -> float:
-        """Return the (horizontal) focal length in pixels for frames ``width`` pixels wide."""
-        if self.calibrated:
-            assert self.camera is not None
-            return self.camera.fx
-        return self.focal_px or focal_from_hfov(self.hfov_deg, width)
-
-    def camera_for(self, shape: tuple[int, int]) -> CameraModel:
-        """
-        Return the model of the camera for frames of this shape, (H, W).
-
-        Raises
-        ------
-        FrameError
-            The calibration counts, and is for pictures of another size.
-
-        """
-        if not self.calibrated or self.camera is None:
-            return CameraModel.pinhole(shape, self.focal_for(shape[1]))
-        if shape != self.camera.shape:
-            raise FrameError(
-                f'frames of {shape[1]}x{shape[0]} pixels, but the calibration of the camera is for'
-                f' {self.camera.width}x{self.camera.height}: publish the camera_info that belongs'
-                ' to the images, or give focal_px')
-        return self.camera
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,8 +42,8 @@ class HeadingEstimator:
     """Measures the yaw of each pair, adds it up, and finds the turns."""
 
     def __init__(
-        self, lens: Lens, *, rotate_180: bool = False, mask: NDArray[np.uint8] | None = None,
-        calibrating: bool = False,
+        self, lens: Lens, *, rotate_180: bool = False, mask: NDArray[np.float32] | None = None,
+        calibrating: bool = False, transform: TransformLibrary = TransformLibrary.AUTO,
     ) -> None:
         """
         Make an estimator; the frames' size is learned from the first frame.
@@ -123,16 +55,19 @@ class HeadingEstimator:
         rotate_180
             Whether it is mounted upside down.
         mask
-            (H, W), how much each pixel of the frames counts.
+            (H, W) from 0 to 1, how much each pixel of the frames counts.
         calibrating
             Whether the lens is a guess: once the turns tell the field of view with some certainty,
             that is used in its place, and the heading so far is corrected.
+        transform
+            Which library computes the Fourier transforms.
 
         """
         self._lens = lens
         self._calibrating = calibrating
         self._rotate_180 = rotate_180
         self._mask = mask
+        self._transform = transform
         self._meter: YawMeter | None = None
         self._shape: tuple[int, ...] = ()
         self._focal = (0.0, 0.0)
@@ -262,8 +197,7 @@ class HeadingEstimator:
             check_size(frame, self._mask)
         camera = self._lens.camera_for((frame.shape[0], frame.shape[1]))
         projection = CylinderProjection(camera, rotate_180=self._rotate_180)
-        mask = None if self._mask is None else np.divide(self._mask, 255, dtype=np.float32)
-        meter = YawMeter(projection, mask=mask)
+        meter = YawMeter(projection, mask=self._mask, transform=self._transform)
         self._focal = (camera.fx, camera.fy)
         self._px_per_rad = projection.px_per_rad
         self._shape = frame.shape

@@ -18,7 +18,7 @@ from phase_traj_ros.core.codes.codes import Direction, Movement
 from phase_traj_ros.core.codes.freeman import AnyDirection, Freeman
 from phase_traj_ros.core.heading.turns import Turn
 from phase_traj_ros.core.path.trajectory import vertices
-from phase_traj_ros.core.update import PairStatus
+from phase_traj_ros.core.status import PairStatus
 from phase_traj_ros.errors import ResultError
 
 _NO_STEP = frozenset(status.value for status in PairStatus if not status.judged)
@@ -115,8 +115,8 @@ def read_replay(directory: Path) -> ReplayedDrive:
             turns=_read_turns(content.get('turns')), path=_read_path(directory))
     except OSError as error:
         raise ResultError(
-            f'{directory} holds no replay ({error.strerror}: {error.filename}): write one with'
-            ' phase_traj replay --output') from None
+            f'{directory} does not hold a replay ({error.strerror}: {error.filename}): replay'
+            ' the drive with it as the output folder') from None
     except (
             ArithmeticError, AttributeError, KeyError, TypeError, ValueError, csv.Error,
     ) as error:

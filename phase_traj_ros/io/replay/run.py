@@ -3,9 +3,8 @@
 """Offline replay: all frames of a source through the same estimator as the live node's."""
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from statistics import median
-from typing import Protocol
 
 from phase_traj_ros.core import (
     ChainCode,
@@ -15,14 +14,14 @@ from phase_traj_ros.core import (
     Update,
 )
 from phase_traj_ros.core.camera.field_of_view import FieldOfView
+from phase_traj_ros.core.camera.lens import Lens
 from phase_traj_ros.core.camera.model import CameraModel
 from phase_traj_ros.core.camera.projection import threshold_px
 from phase_traj_ros.core.codes.freeman import AnyDirection
-from phase_traj_ros.core.heading.estimator import Lens
 from phase_traj_ros.core.heading.turns import Turn
 from phase_traj_ros.errors import FrameError, ParameterError, SourceError
+from phase_traj_ros.io.replay.estimator import make_estimator
 from phase_traj_ros.io.sources.base import Frame, Speed
-from phase_traj_ros.io.sources.mask_file import read_mask
 from phase_traj_ros.parameters import Parameters
 
 
@@ -76,7 +75,7 @@ class Replay:
         return [update.step.direction for update in self.updates if update.step.appended]
 
 
-class Watcher(Protocol):
+class Watcher:
     """Sees each frame of a replay and what it adds, as it goes; frames are not to be changed."""
 
     def start(self, frame: Frame, estimator: TrajectoryEstimator) -> None:
@@ -84,6 +83,9 @@ class Watcher(Protocol):
 
     def add(self, frame: Frame, update: Update, estimator: TrajectoryEstimator) -> None:
         """Take what a pair adds; ``frame`` is the second of the pair."""
+
+    def finish(self, turns: Sequence[Turn]) -> None:
+        """End after the last frame; ``turns`` are those under way there, which it ends."""
 
 
 def replay(
@@ -106,10 +108,7 @@ def replay(
         Parameters ask for the camera's calibration, and there is none.
 
     """
-    # Offline, everything is kept.
-    settings = replace(
-        parameters.estimator_settings(), max_runs=None, max_corners=None, max_speeds=None)
-    estimator = TrajectoryEstimator(settings, mask=read_mask(parameters))
+    estimator = make_estimator(parameters, keep_all=True)
     if parameters.needs_camera:
         if camera is None:
             raise ParameterError(
@@ -123,29 +122,36 @@ def replay(
     turns: list[Turn] = []
     first_stamp_ns = 0
     for number, frame in enumerate(frames):
+        repeated = frame.stamp_ns == estimator.last_stamp_ns
         update = _update(estimator, frame, number, source)
-        if estimator.frames == 1:
+        if update is not None:
+            updates.append(update)
+            turns += update.turns
+            for watcher in watchers:
+                watcher.add(frame, update, estimator)
+        elif not repeated:
             updates.clear()
             turns.clear()
             first_stamp_ns = frame.stamp_ns
             for watcher in watchers:
                 watcher.start(frame, estimator)
-        elif update is not None:
-            updates.append(update)
-            turns += update.turns
-            for watcher in watchers:
-                watcher.add(frame, update, estimator)
     if not updates:
         raise SourceError(
             f'{source}: {estimator.frames} frame{"" if estimator.frames == 1 else "s"}'
             ' to use, but a trajectory takes at least two, with different stamps')
-    if estimator.heading is not None:
-        turns += estimator.heading.finish()
+    under_way = [] if estimator.heading is None else sorted(
+        estimator.heading.finish(), key=_start_frame)
+    for watcher in watchers:
+        watcher.finish(under_way)
     return Replay(
         source, parameters, first_stamp_ns, tuple(updates), estimator.codes, estimator.counters,
-        tuple(sorted(turns, key=lambda turn: turn.start_frame)),
+        tuple(sorted([*turns, *under_way], key=_start_frame)),
         None if estimator.heading is None else estimator.heading.focal_px,
         None if estimator.heading is None else estimator.heading.field_of_view)
+
+
+def _start_frame(turn: Turn) -> int:
+    return turn.start_frame
 
 
 def _update(

@@ -4,30 +4,28 @@
 
 from pathlib import Path
 
-import numpy as np
-from numpy.typing import NDArray
-from phase_traj_ros.core.correlation.mask import mask_weights
+from phase_traj_ros.core.correlation.mask import mask_shares
 from phase_traj_ros.errors import ParameterError, SourceError
-from phase_traj_ros.io.sources.folder import read_picture
+from phase_traj_ros.io.images.decoding import GreyImage
+from phase_traj_ros.io.images.picture_file import read_picture
 from phase_traj_ros.parameters import Parameters
 
 
-def read_mask(parameters: Parameters) -> NDArray[np.uint8] | None:
+def read_mask(parameters: Parameters) -> GreyImage | None:
     """
-    Return the mask of ``mask_file``, (H, W) uint8, or None where none is named.
+    Return the mask of ``mask_file``, (H, W) uint8 or uint16, or None where none is named.
 
     Raises
     ------
     ParameterError
-        It cannot be read, or leaves nothing of the frames.
+        The file cannot be read, or the mask is empty: black everywhere.
 
     """
     if not parameters.mask_file:
         return None
     try:
         picture = read_picture(Path(parameters.mask_file))
-        mask_weights(picture)
+        mask_shares(picture)
     except (SourceError, ValueError) as error:
         raise ParameterError(f'mask_file: {error}') from None
-    shades = picture if picture.dtype == np.uint8 else picture >> 8
-    return shades.astype(np.uint8)
+    return picture

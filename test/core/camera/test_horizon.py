@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 from phase_traj_ros.core.camera.horizon import combined, Horizon, HorizonEstimator
-from phase_traj_ros.core.camera.lens import OneNumberLens
+from phase_traj_ros.core.camera.lens_family import OneNumberLens
 from phase_traj_ros.synthetic.camera import BODY_TO_PICTURE, rotation
 import pytest
 

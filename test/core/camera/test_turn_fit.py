@@ -5,8 +5,9 @@
 import math
 
 import numpy as np
-from phase_traj_ros.core.camera.lens import places
-from phase_traj_ros.core.camera.turn_fit import fit_turn, TurnTracks
+from phase_traj_ros.core.camera.lens_family import places
+from phase_traj_ros.core.camera.turn_fit import fit_turn
+from phase_traj_ros.core.camera.turn_tracks import TurnTracks
 from phase_traj_ros.synthetic.camera import BODY_TO_PICTURE, rotation
 import pytest
 

@@ -13,7 +13,7 @@ from phase_traj_ros.core.correlation.quality import (
     PairQuality,
     StillnessDetector,
     StillnessSettings,
-    Verdict,
+    Worth,
 )
 import pytest
 from textures import pair
@@ -22,7 +22,7 @@ SHAPE = (240, 320)
 WIDTH = 1000
 LIMIT = 2e-4 * WIDTH
 FRAMES = 4
-MEASURED, STILL, NOTHING = Verdict
+MEASURED, STILL, NOTHING = Worth
 
 
 def verdicts(frames, **options):

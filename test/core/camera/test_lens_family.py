@@ -6,7 +6,7 @@ import math
 
 from hypothesis import given, strategies as st
 import numpy as np
-from phase_traj_ros.core.camera.lens import angle_at, OneNumberLens, places, radius, rays
+from phase_traj_ros.core.camera.lens_family import angle_at, OneNumberLens, places, radius, rays
 from phase_traj_ros.core.camera.model import Distortion
 import pytest
 

@@ -1,0 +1,94 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Both codes of a drive while they grow, whatever rule makes them."""
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import Any
+
+from phase_traj_ros.core.codes.codes import Direction, Movement
+from phase_traj_ros.core.codes.freeman import AnyDirection, Freeman
+from phase_traj_ros.core.codes.series import CodeSeries
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """What one pair of frames adds to the chain code."""
+
+    movement: Movement
+    direction: AnyDirection
+    """The direction after this pair, whether it was appended or not."""
+
+    @property
+    def appended(self) -> bool:
+        """Return whether the direction was appended to the direction code."""
+        return self.movement is not Movement.NO_CHANGE
+
+
+class ChainCode(ABC):
+    """
+    Two series of codes: a movement for every pair of frames, and the directions.
+
+    A direction is appended for each movement other than ``NO_CHANGE``. So for n frames there are
+    n - 1 movements, and as many directions as movements other than ``NO_CHANGE``.
+    """
+
+    def __init__(self, *, max_runs: int | None) -> None:
+        self._movement: CodeSeries[Movement] = CodeSeries(max_runs=max_runs)
+        # Of the four directions, or of the eight.
+        self._direction: CodeSeries[Any] = CodeSeries(max_runs=max_runs)
+        self._turn: Movement | None = None
+        self._started = False
+
+    @property
+    def movement(self) -> CodeSeries[Movement]:
+        """Return the movement codes so far, one per pair of frames."""
+        return self._movement
+
+    @property
+    def direction(self) -> CodeSeries[Direction] | CodeSeries[Freeman]:
+        """Return the direction codes so far, one per pair that is not ``NO_CHANGE``."""
+        return self._direction
+
+    @property
+    @abstractmethod
+    def directions(self) -> type[Direction] | type[Freeman]:
+        """Return which directions there are: the paper's four, or Freeman's eight."""
+
+    @property
+    @abstractmethod
+    def heading(self) -> AnyDirection:
+        """Return the current direction."""
+
+    @property
+    def turn(self) -> Movement | None:
+        """Return the turn under way, ``LEFT`` or ``RIGHT``, or None."""
+        return self._turn
+
+    def reset(self) -> None:
+        """Start anew: no codes, direction ``FORWARD``, the next pair is the first."""
+        self._movement.clear()
+        self._direction.clear()
+        self._turn = None
+        self._started = False
+
+    def skip(self, *, end_turn: bool = False) -> Step:
+        """
+        Append ``NO_CHANGE`` for a pair that cannot be judged.
+
+        It says neither that a turn goes on nor that it ends. ``end_turn`` says that what comes
+        next has nothing to do with what came before: a turn under way is over.
+        """
+        if end_turn:
+            self._end_turn()
+        return self._append(Movement.NO_CHANGE)
+
+    def _end_turn(self) -> None:
+        self._turn = None
+
+    def _append(self, movement: Movement) -> Step:
+        step = Step(movement, self.heading)
+        self._movement.append(movement)
+        if step.appended:
+            self._direction.append(self.heading)
+        return step

@@ -1,0 +1,130 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""From what a pair of frames has given to its codes, by the rule that the settings choose."""
+
+from typing import Protocol
+
+from phase_traj_ros.core.camera.projection import threshold_px
+from phase_traj_ros.core.codes.chain import ChainCode, Step
+from phase_traj_ros.core.codes.from_heading import HeadingCode
+from phase_traj_ros.core.codes.from_shift import DynamicChainCode
+from phase_traj_ros.core.heading.tracker import HeadingStep
+from phase_traj_ros.core.settings import CodeSource, EstimatorSettings
+
+
+class Coder(Protocol):
+    """Codes measured pairs; the others are skipped."""
+
+    @property
+    def codes(self) -> ChainCode:
+        """Return both codes so far."""
+
+    @property
+    def threshold_px(self) -> float | None:
+        """Return T of the newest pair in pixels per frame; None if the rule has none."""
+
+    def reconfigure(self, settings: EstimatorSettings) -> None:
+        """Go on with other settings; the codes so far are kept."""
+
+    def reset(self) -> None:
+        """Start anew, without any codes."""
+
+    def code(
+        self, dx: float, heading: HeadingStep | None, *, interval: float, focal_px: float | None,
+    ) -> Step:
+        """
+        Code a measured pair.
+
+        Parameters
+        ----------
+        dx
+            Shift in pixels of the full frame, positive to the right.
+        heading
+            What the pair adds to the heading, where that is measured.
+        interval
+            Seconds between the two frames.
+        focal_px
+            Focal length in pixels of the full frame, where it is known.
+
+        """
+
+
+class ShiftCoder:
+    """Codes the shift against the threshold, as the paper has it."""
+
+    def __init__(self, settings: EstimatorSettings) -> None:
+        """Make a coder without any codes."""
+        self._codes = DynamicChainCode(settings.threshold, max_runs=settings.max_runs)
+        self.reconfigure(settings)
+
+    @property
+    def codes(self) -> ChainCode:
+        """Return both codes so far."""
+        return self._codes
+
+    @property
+    def threshold_px(self) -> float | None:
+        """Return T of the newest pair in pixels per frame."""
+        return self._codes.threshold
+
+    def reconfigure(self, settings: EstimatorSettings) -> None:
+        """Go on with other settings; the codes so far are kept."""
+        self._settings = settings
+        self._codes.threshold = settings.threshold
+        self._codes.confirm_frames = settings.confirm_frames
+        self._codes.release_frames = settings.release_frames
+
+    def reset(self) -> None:
+        """Start anew, without any codes."""
+        self._codes.reset()
+
+    def code(
+        self, dx: float, heading: HeadingStep | None, *, interval: float, focal_px: float | None,
+    ) -> Step:
+        """Code a measured pair, see ``Coder``."""
+        if self._settings.threshold_deg_s > 0 and focal_px is not None:
+            self._codes.threshold = threshold_px(
+                self._settings.threshold_deg_s, focal_px, interval)
+        elif self._settings.nominal_period > 0:
+            # After a dropped frame the shift is that of two periods.
+            dx *= self._settings.nominal_period / interval
+        return self._codes.update(dx)
+
+
+class HeadingCoder:
+    """Codes the quantised heading."""
+
+    def __init__(self, settings: EstimatorSettings) -> None:
+        """Make a coder without any codes."""
+        self._codes = HeadingCode(
+            connectivity=settings.connectivity, max_runs=settings.max_runs)
+
+    @property
+    def threshold_px(self) -> None:
+        """Return None: the heading needs no threshold."""
+
+    @property
+    def codes(self) -> ChainCode:
+        """Return both codes so far."""
+        return self._codes
+
+    def reconfigure(self, settings: EstimatorSettings) -> None:
+        """Go on with other settings: none of those that can change is about the heading."""
+
+    def reset(self) -> None:
+        """Start anew, without any codes."""
+        self._codes.reset()
+
+    def code(
+        self, dx: float, heading: HeadingStep | None, *, interval: float, focal_px: float | None,
+    ) -> Step:
+        """Code a measured pair, see ``Coder``."""
+        assert heading is not None
+        return self._codes.update(heading.heading, heading.rate)
+
+
+def make_coder(settings: EstimatorSettings) -> Coder:
+    """Return the coder for the code source of the settings."""
+    if settings.code_source is CodeSource.HEADING:
+        return HeadingCoder(settings)
+    return ShiftCoder(settings)

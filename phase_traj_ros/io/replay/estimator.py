@@ -1,0 +1,31 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The estimator that the parameters ask for, with the mask that they name."""
+
+from dataclasses import replace
+
+from phase_traj_ros.core import TrajectoryEstimator
+from phase_traj_ros.errors import ParameterError
+from phase_traj_ros.io.sources.mask_file import read_mask
+from phase_traj_ros.parameters import Parameters
+
+
+def make_estimator(parameters: Parameters, *, keep_all: bool = False) -> TrajectoryEstimator:
+    """
+    Return an estimator, bounded in memory unless it is to keep everything.
+
+    Raises
+    ------
+    ParameterError
+        The mask cannot be read, or it is empty within the band of rows and columns.
+
+    """
+    settings = parameters.estimator_settings()
+    if keep_all:
+        settings = replace(settings, max_runs=None, max_corners=None, max_speeds=None)
+    try:
+        return TrajectoryEstimator(settings, mask=read_mask(parameters))
+    except ParameterError:
+        raise
+    except ValueError as error:
+        raise ParameterError(str(error)) from None

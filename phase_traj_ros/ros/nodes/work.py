@@ -1,0 +1,179 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What a node of this package does, whether it is managed or not: images in, codes and path out."""
+
+import time
+
+import cv2
+from phase_traj_ros.core import Lens, Update
+from phase_traj_ros.core.camera.model import CameraModel
+from phase_traj_ros.core.correlation.transforms import find_transform, transform_hint
+from phase_traj_ros.io.replay.estimator import make_estimator
+from phase_traj_ros.io.sources.base import Frame
+from phase_traj_ros.parameters import Parameters, SpeedType
+from phase_traj_ros.ros.diagnostics import Diagnostics
+from phase_traj_ros.ros.health import Health, Stage
+from phase_traj_ros.ros.inputs.camera import CameraInput
+from phase_traj_ros.ros.inputs.image import ImageInput, image_topic
+from phase_traj_ros.ros.inputs.speed import SpeedInput
+from phase_traj_ros.ros.nodes.made import Made
+from phase_traj_ros.ros.outputs.topics import Outputs
+from phase_traj_ros.ros.saving import Saving
+from rclpy.node import Node
+from std_srvs.srv import Trigger
+
+_THROTTLE_S = 5.0
+
+
+class Work:
+    """
+    A thin adapter between ROS and ``TrajectoryEstimator``.
+
+    Made, it offers topics and services; started, it listens, until it is stopped.
+    """
+
+    def __init__(self, node: Node, values: Parameters) -> None:
+        """
+        Make publishers and services on ``node``.
+
+        Raises
+        ------
+        ParameterError
+            The name of a topic is not allowed, or the mask cannot be used.
+        OutputError
+            Shifts are to be recorded and cannot be.
+        MissingDependencyError
+            What a parameter asks for is not installed.
+
+        """
+        self._node = node
+        self._values = values
+        self._use_threads()
+        self._estimator = make_estimator(values)
+        self._health = Health()
+        self._camera: CameraInput | None = None
+        self._speed: SpeedInput | None = None
+        self._offered = Made(node)
+        self._listening = Made(node)
+        with self._offered:
+            self._outputs = Outputs(node, self._estimator, values)
+            self._saving = Saving(
+                node, values, self._estimator, lambda: image_topic(node, self._values))
+            node.create_service(Trigger, '~/reset', self._on_reset)
+        # Whoever subscribes before the first image learns that none has come.
+        self._outputs.publish_state()
+
+    def start(self) -> None:
+        """Listen to the camera, and to whatever else there is to know."""
+        node, values = self._node, self._values
+        # Of what comes at the same time, the executor hands over in the order of subscription.
+        with self._listening:
+            if values.needs_camera:
+                self._camera = CameraInput(
+                    node, rectified=values.rectified, on_camera=self._on_camera)
+            if values.use_speed_topic:
+                self._speed = SpeedInput(
+                    node, SpeedType(values.speed_type), self._estimator.add_speed)
+            images = ImageInput(node, values, self._health, self._on_frame)
+            Diagnostics(node, self._health, images, self._estimator)
+        topics = [each.topic for each in (images, self._camera, self._speed) if each is not None]
+        node.get_logger().info(
+            f'listening to {", ".join(topics)}, codes from the {self._coded_from()},'
+            f' transforms by {find_transform(self._estimator.settings.transform).name}')
+        hint = transform_hint(self._estimator.settings.transform)
+        if hint:
+            node.get_logger().info(hint)
+
+    def stop(self) -> None:
+        """Listen no more."""
+        self._listening.destroy()
+
+    def restart(self) -> None:
+        """Start anew: where the vehicle has gone in the meantime is not known."""
+        self._estimator.reset()
+        self._outputs.publish_state()
+
+    def close(self) -> None:
+        """Take down what was made; the work is done."""
+        self._saving.close()
+        self._offered.destroy()
+
+    def check(self, values: Parameters) -> None:
+        """
+        Accept values of the parameters that the work can go on with.
+
+        Raises
+        ------
+        ValueError
+            It cannot.
+
+        """
+        self._estimator.check(values.estimator_settings())
+
+    def change(self, values: Parameters) -> None:
+        """Go on with other values of the parameters."""
+        self._values = values
+        self._outputs.parameters = values
+        self._estimator.reconfigure(values.estimator_settings())
+        self._use_threads()
+
+    def _on_frame(self, frame: Frame) -> None:
+        """Put one frame through the estimator; publish what it adds."""
+        if self._camera is not None:
+            self._camera.require()
+        began = time.perf_counter_ns()
+        previous_ns = self._estimator.last_stamp_ns
+        resets = self._estimator.counters.time_resets
+        update = self._estimator.update(frame.image, frame.stamp_ns, encoding=frame.encoding)
+        estimated = time.perf_counter_ns()
+        if self._estimator.counters.time_resets > resets and previous_ns is not None:
+            self._node.get_logger().warning(
+                f'time went back by {(previous_ns - frame.stamp_ns) / 1e9:.3f} s, from'
+                f' {previous_ns / 1e9:.3f} to {frame.stamp_ns / 1e9:.3f}: started anew')
+            self._outputs.publish_state()
+        if update is None:
+            return
+        self._warn_without_speed(update)
+        self._outputs.publish(frame, update)
+        self._saving.record(update)
+        if update.shift is not None:
+            self._health.responses.append(update.shift.response)
+        correlate_ns = self._estimator.correlate_ns
+        self._health.took(Stage.CORRELATE, correlate_ns)
+        self._health.took(Stage.CODE, estimated - began - correlate_ns)
+        self._health.took(Stage.PUBLISH, time.perf_counter_ns() - estimated)
+
+    def _coded_from(self) -> str:
+        values = self._values
+        if values.codes_from_heading:
+            return f'heading, in {values.connectivity} directions'
+        if values.threshold_deg_s > 0:
+            return f'shift, threshold {values.threshold_deg_s:g} deg/s'
+        return f'shift, threshold {values.threshold:g} px/frame'
+
+    def _on_camera(self, camera: CameraModel) -> None:
+        self._estimator.use_lens(Lens(camera=camera))
+
+    def _warn_without_speed(self, update: Update) -> None:
+        if self._speed is None or update.odometry is not None:
+            return
+        newest_ns = self._estimator.newest_speed_ns
+        known = 'none has come yet'
+        if newest_ns is not None:
+            apart_s = (update.stamp_ns - newest_ns) / 1e9
+            known = f'the newest is {abs(apart_s):.3f} s {"older" if apart_s > 0 else "newer"}'
+        self._node.get_logger().warning(
+            f'no speed on {self._speed.topic} for the time of an image ({known}): odom does not go'
+            ' on', throttle_duration_sec=_THROTTLE_S)
+
+    def _on_reset(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        frames = self._estimator.frames
+        self.restart()
+        response.success = True
+        response.message = f'started anew after {frames} frames'
+        self._node.get_logger().info(response.message)
+        return response
+
+    def _use_threads(self) -> None:
+        # OpenCV takes a negative number as leave to choose.
+        cv2.setNumThreads(self._values.threads or -1)
