@@ -38,6 +38,8 @@ class Mount:
     """Nose down positive."""
     roll_deg: float = 0.0
     """Right side down positive."""
+    yaw_deg: float = 0.0
+    """To the left positive."""
     ahead: float = 0.0
     """Metres ahead of the point of the vehicle that goes where it heads, the rear axle."""
     overlay: Callable[[Frame], Frame] | None = None
@@ -72,6 +74,10 @@ MOUNTS = {
         _wide(320, 240, 120, fisheye=EQUISOLID), 20.0, ahead=0.3),
     '640×480, fisheye of 110°, 10 Hz': Mount(
         _wide(640, 480, 110, fisheye=STEREOGRAPHIC), 10.0, roll_deg=3.0, ahead=1.5),
+    '160×120, fisheye of 150°, 20 Hz': Mount(
+        _wide(160, 120, 150, fisheye=EQUIDISTANT), 20.0, pitch_deg=5.0, ahead=0.3),
+    '480×270, 75°, 15 Hz, turned by 6°': Mount(
+        _wide(480, 270, 75), 15.0, pitch_deg=2.0, yaw_deg=6.0, ahead=1.5),
 }
 
 _LAP = Turn(360, 14, 5)
@@ -137,9 +143,10 @@ def ride(plan: str, mount: str, *, seed: int = 23) -> Ride:
     poses = drive.poses.copy()
     poses[:, 0] += sits.ahead * np.cos(poses[:, 2])
     poses[:, 1] += sits.ahead * np.sin(poses[:, 2])
-    poses[:, 3:] = np.radians((sits.pitch_deg, sits.roll_deg))
-    drive = replace(drive, poses=poses)
     # The least angle that may count, so that those between are among them.
     turns = find_turns(
         drive.stamps_ns.tolist(), np.unwrap(poses[:, 2]), min_angle_deg=BETWEEN[0][0])
+    poses[:, 2] += np.radians(sits.yaw_deg)
+    poses[:, 3:] = np.radians((sits.pitch_deg, sits.roll_deg))
+    drive = replace(drive, poses=poses)
     return Ride(drive.name, sits, drive, tuple(turns))

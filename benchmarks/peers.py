@@ -17,7 +17,7 @@ from typing import Any, Protocol
 import cv2
 import numpy as np
 from phase_traj_ros.core import PhaseCorrelator
-from phase_traj_ros.core.camera.given_lens import Lens
+from phase_traj_ros.core.camera.lens import Lens
 from phase_traj_ros.core.correlation.spectrum import padded_shape
 from phase_traj_ros.core.correlation.transforms import find_transform, OpenCvTransform
 from phase_traj_ros.core.heading.estimator import HeadingEstimator

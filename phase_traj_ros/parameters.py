@@ -15,8 +15,8 @@ from functools import cache
 from typing import Any, cast
 
 from phase_traj_ros.core import EstimatorSettings, PAPER_THRESHOLD, View, Window
-from phase_traj_ros.core.camera.given_lens import Lens
-from phase_traj_ros.core.camera.lens import PINHOLE, STRAIGHTNESS_RANGE
+from phase_traj_ros.core.camera.lens import Lens
+from phase_traj_ros.core.camera.lens_family import PINHOLE, STRAIGHTNESS_RANGE
 from phase_traj_ros.core.camera.projection import LEAST_HFOV_DEG
 from phase_traj_ros.core.correlation.quality import GateSettings, StillnessSettings
 from phase_traj_ros.core.correlation.transforms import TransformLibrary

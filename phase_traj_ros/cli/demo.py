@@ -10,7 +10,7 @@ from typing import Any
 from phase_traj_ros.cli.options import add_command
 from phase_traj_ros.cli.progress import counter
 from phase_traj_ros.cli.report import print_codes
-from phase_traj_ros.core import Direction
+from phase_traj_ros.core import Direction, PAPER_THRESHOLD
 from phase_traj_ros.errors import MissingDependencyError, ResultError
 from phase_traj_ros.io.atomic import output_directory
 from phase_traj_ros.io.replay.run import Replay, replay

@@ -8,8 +8,8 @@ Knows neither ROS nor files. A frame goes through ``PhaseCorrelator`` (shift), `
 """
 
 from phase_traj_ros.core.camera.estimate import CameraEstimate
-from phase_traj_ros.core.camera.given_lens import Lens, LensOrigin
 from phase_traj_ros.core.camera.in_use import CameraInUse
+from phase_traj_ros.core.camera.lens import Lens, LensOrigin
 from phase_traj_ros.core.camera.model import CameraModel, Distortion
 from phase_traj_ros.core.codes.chain import ChainCode, Step
 from phase_traj_ros.core.codes.codes import Direction, Movement, pack, unpack

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from enum import Enum
 import math
 
-from phase_traj_ros.core.camera.given_lens import Lens
+from phase_traj_ros.core.camera.lens import Lens
 from phase_traj_ros.core.codes.from_heading import CONNECTIVITIES
 from phase_traj_ros.core.codes.from_shift import DynamicChainCode, PAPER_THRESHOLD
 from phase_traj_ros.core.correlation.quality import GateSettings, StillnessSettings

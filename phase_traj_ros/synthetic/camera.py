@@ -104,7 +104,8 @@ def fisheye_radius(angle: npt.ArrayLike, fisheye: Fisheye) -> Floats:
     """Return r / f at each angle from the optical axis, in radians."""
     given = np.asarray(angle, np.float64)
     square = given * given
-    series: Floats = np.polynomial.polynomial.polyval(square, (1.0, *fisheye))
+    (k1, k2, k3, k4) = fisheye
+    series: Floats = 1.0 + square * (k1 + square * (k2 + square * (k3 + square * k4)))
     return given * series
 
 

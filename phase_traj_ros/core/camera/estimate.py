@@ -7,7 +7,7 @@ from dataclasses import dataclass, fields
 import math
 
 from phase_traj_ros.core.camera.horizon import combined as combined_horizon, Horizon
-from phase_traj_ros.core.camera.lens import OneNumberLens, PINHOLE
+from phase_traj_ros.core.camera.lens_family import OneNumberLens, PINHOLE
 from phase_traj_ros.core.camera.model import CameraModel
 
 # Of a normal distribution, 90 % are within so many deviations, and a share of the rest.
@@ -39,7 +39,7 @@ class CameraEstimate:
     focal_deviation: float
     """Standard deviation of its logarithm, that is, of the focal length as a share of it."""
     straightness: float = PINHOLE
-    """Of the lens: 1 for a pinhole, 0 for an equidistant fisheye (see ``lens``)."""
+    """Of the lens: 1 for a pinhole, 0 for an equidistant fisheye (see ``lens_family``)."""
     straightness_deviation: float = 0.0
     """Its standard deviation."""
     column_px: float = 0.0
@@ -61,7 +61,7 @@ class CameraEstimate:
         """Check the values."""
         for field in fields(self):
             value = getattr(self, field.name)
-            if not math.isfinite(value) or 'deviation' in field.name and value < 0.0:
+            if not math.isfinite(value) or ('deviation' in field.name and value < 0.0):
                 raise ValueError(f'{field.name} is {value}: give a finite number')
         if min(self.width, self.height) < 1:
             raise ValueError(
@@ -88,9 +88,10 @@ class CameraEstimate:
         for name, value in values.items():
             if isinstance(value, bool) or not isinstance(value, int | float):
                 raise ValueError(f'{name} is {value!r}: give a number')
-            if name in ('width', 'height', 'turns') and value != int(value):
+            whole = name in ('width', 'height', 'turns')
+            if whole and not float(value).is_integer():
                 raise ValueError(f'{name} is {value!r}: give a whole number')
-            numbers[name] = int(value) if name in ('width', 'height', 'turns') else float(value)
+            numbers[name] = int(value) if whole else float(value)
         missing = sorted({'width', 'height', 'focal_px', 'focal_deviation'} - set(numbers))
         if missing:
             raise ValueError(f'{missing[0]} of the camera is missing: give it')

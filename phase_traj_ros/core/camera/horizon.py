@@ -16,7 +16,7 @@ import math
 
 import numpy as np
 from numpy.typing import NDArray
-from phase_traj_ros.core.camera.lens import OneNumberLens, radius
+from phase_traj_ros.core.camera.lens_family import OneNumberLens, radius
 from phase_traj_ros.core.camera.robust_mean import RobustMean
 
 # What is known of cameras beforehand, radians: most are mounted nearly level.

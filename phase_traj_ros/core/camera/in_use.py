@@ -4,7 +4,7 @@
 
 from dataclasses import dataclass
 
-from phase_traj_ros.core.camera.given_lens import Lens, LensOrigin
+from phase_traj_ros.core.camera.lens import Lens, LensOrigin
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -1,152 +1,180 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""
-Lenses from the pinhole to strong fisheyes, with one number for what lies between.
+"""What is known of a camera, and from where: numbers, a calibration, the drive, or a guess."""
 
-A direction at the angle a from the optical axis is seen at the distance
-
-    r = f tan(sqrt(k) a) / sqrt(k)
-
-from the principal point, which for k <= 0 reads f a and f tanh(sqrt(-k) a) / sqrt(-k). f is the
-focal length, in pixels per radian in the middle of the picture; k is the straightness. A pinhole
-has k = 1, a stereographic fisheye 1/4, an equidistant one 0, and an equisolid one about -1/8. With
-its sign, k runs through all of them without a jump: r / f = a + k a^3 / 3 + ...
-"""
-
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from enum import Enum
 import math
 
 import numpy as np
-from numpy.typing import NDArray
-from phase_traj_ros.core.camera.model import CameraModel, Distortion, MOST_FOCAL_PX
+from phase_traj_ros.core.camera.estimate import CameraEstimate
+from phase_traj_ros.core.camera.lens_family import OneNumberLens, PINHOLE, radius
+from phase_traj_ros.core.camera.model import CameraModel, MOST_FOCAL_PX
+from phase_traj_ros.core.camera.projection import (
+    focal_from_hfov,
+    hfov_from_focal,
+    LEAST_HFOV_DEG,
+)
+from phase_traj_ros.errors import FrameError
 
-Numbers = NDArray[np.float64]
-
-PINHOLE = 1.0
-"""The straightness of a lens that keeps straight lines straight."""
-STRAIGHTNESS_RANGE = (-1.0, 1.3)
-"""What lenses are looked for, beyond the strongest fisheyes and the pinhole."""
-
-# Nearer to 0, the series is exact to the last digit but one.
-_SMALL = 1e-6
-# Directions farther from the axis are not told apart.
-_WIDEST = 1.55
-# So near to a pinhole, distortion makes no difference to the yaw.
-_STRAIGHT = 0.02
-# The series of a calibration is fitted at so many angles, up to 85 degrees at most.
-_FITTED, _FITTED_TO = 200, math.radians(85.0)
+_MOST_TILT_DEG = 60.0
+# Lenses that differ by less than this, as shares and in straightness, do not differ.
+_SAME_FOCAL, _SAME_STRAIGHTNESS = 0.01, 0.05
 
 
-def radius(angle: Numbers, straightness: float) -> Numbers:
-    """Return r / f at each angle from the optical axis in radians."""
-    root = math.sqrt(abs(straightness))
-    if root * root < _SMALL:
-        return angle + straightness * angle ** 3 / 3.0
-    if straightness > 0.0:
-        return np.asarray(np.tan(np.minimum(root * angle, _WIDEST)) / root, np.float64)
-    return np.asarray(np.tanh(root * angle) / root, np.float64)
+class LensOrigin(Enum):
+    """Where the knowledge of a camera comes from."""
+
+    GIVEN = 'parameters'
+    """Numbers that the user gave."""
+    CALIBRATION = 'calibration'
+    """A calibration that comes with the images: camera_info or calib.txt."""
+    DRIVE = 'drive'
+    """Estimated from the turns of the drive."""
+    ASSUMED = 'assumed'
+    """A usual camera, as long as nothing else is known."""
 
 
-def angle_at(distance: Numbers, straightness: float) -> Numbers:
-    """Return the angle from the optical axis in radians at each r / f; undoes ``radius``."""
-    root = math.sqrt(abs(straightness))
-    if root * root < _SMALL:
-        return distance - straightness * distance ** 3 / 3.0
-    if straightness > 0.0:
-        return np.asarray(np.arctan(root * distance) / root, np.float64)
-    return np.asarray(np.arctanh(np.minimum(root * distance, 0.999)) / root, np.float64)
-
-
-def rays(places: Numbers, focal_px: float, straightness: float) -> Numbers:
-    """Return unit vectors (N, 3) of places (N, 2), in pixels from the principal point."""
-    distance = np.hypot(places[:, 0], places[:, 1]) / focal_px
-    angle = angle_at(distance, straightness)
-    scale = np.where(distance > 1e-9, np.sin(angle) / np.maximum(distance, 1e-12), 1.0) / focal_px
-    return np.stack([places[:, 0] * scale, places[:, 1] * scale, np.cos(angle)], axis=1)
-
-
-def places(directions: Numbers, focal_px: float, straightness: float) -> tuple[Numbers, Numbers]:
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Lens:
     """
-    Return where directions (N, 3) are seen, and how that changes with them.
+    What is known of the camera: one of the first four is enough, and the first one counts.
 
-    The places (N, 2) are in pixels from the principal point, their derivatives are (N, 2, 3).
-    """
-    x, y, z = directions.T
-    aside = np.hypot(x, y)
-    seen = radius(np.arctan2(aside, z), straightness)
-    outwards = np.maximum(aside, 1e-9)
-    across = np.where(aside > 1e-9, seen / outwards, 1.0 / np.maximum(z, 1e-9))
-    # dr/da = 1 + k r^2, for any k.
-    steep = (1.0 + straightness * seen * seen) / (aside * aside + z * z)
-    ux, uy, along = x / outwards, y / outwards, steep * z
-    change = np.empty((len(directions), 2, 3))
-    change[:, 0, 0] = ux * ux * along + uy * uy * across
-    change[:, 1, 1] = uy * uy * along + ux * ux * across
-    change[:, 0, 1] = change[:, 1, 0] = ux * uy * (along - across)
-    change[:, 0, 2], change[:, 1, 2] = -ux * steep * aside, -uy * steep * aside
-    return focal_px * directions[:, :2] * across[:, None], focal_px * change
-
-
-@dataclass(frozen=True, slots=True)
-class OneNumberLens:
-    """
-    A lens of this family, for pictures of any size.
+    Numbers count before a calibration: a user who gives them has a reason.
 
     Raises
     ------
     ValueError
-        A number is out of its range.
+        None of the four is given, or a value is out of its range.
 
     """
 
-    focal_px: float
-    """Focal length in pixels per radian in the middle of the picture."""
+    focal_px: float = 0.0
+    """Focal length in pixels of the full frame, per radian in its middle; 0 if not known."""
+    hfov_deg: float = 0.0
+    """Horizontal field of view in degrees, from edge to edge; counts where the above is 0."""
+    camera: CameraModel | None = None
+    """The calibration, for frames of one size; counts where both of the above are 0."""
+    estimate: CameraEstimate | None = None
+    """What drives have told."""
     straightness: float = PINHOLE
+    """Of the lens, for the first two (see ``OneNumberLens``): 1 for a pinhole."""
+    offset: float = 0.0
+    """How far the principal point is to the right of the middle, in widths of the picture."""
+    pitch_deg: float = 0.0
+    """How far the camera looks down, in degrees."""
+    roll_deg: float = 0.0
+    """How far its right side hangs down, in degrees."""
+    assumed: bool = False
+    """Whether the numbers are a guess."""
 
     def __post_init__(self) -> None:
         """Check the values."""
-        if not 0.0 < self.focal_px <= MOST_FOCAL_PX:
+        if not 0.0 <= self.focal_px <= MOST_FOCAL_PX:
             raise ValueError(
-                f'focal_px is {self.focal_px}: give a number of pixels above 0, at most'
-                f' {MOST_FOCAL_PX:.0e}')
-        least, most = STRAIGHTNESS_RANGE
-        if not least <= self.straightness <= most:
+                f'focal_px is {self.focal_px}: give a number of pixels, at most'
+                f' {MOST_FOCAL_PX:.0e}, or 0')
+        if self.hfov_deg != 0.0 and not LEAST_HFOV_DEG <= self.hfov_deg < 180.0:
             raise ValueError(
-                f'straightness is {self.straightness}: give a number from {least} to {most}, 1 for'
-                ' a pinhole')
+                f'hfov_deg is {self.hfov_deg}: give degrees from {LEAST_HFOV_DEG} to below 180, or'
+                ' 0')
+        if (self.focal_px == 0.0 and self.hfov_deg == 0.0 and self.camera is None
+                and self.estimate is None):
+            raise ValueError(
+                'neither focal_px nor hfov_deg nor a calibration of the camera is known: give one'
+                ' of them')
+        for name, angle in (('pitch_deg', self.pitch_deg), ('roll_deg', self.roll_deg)):
+            if not abs(angle) <= _MOST_TILT_DEG:
+                raise ValueError(
+                    f'{name} is {angle}: give degrees from -{_MOST_TILT_DEG:g} to'
+                    f' {_MOST_TILT_DEG:g}')
+        if not abs(self.offset) <= 0.5:
+            raise ValueError(f'offset is {self.offset}: give a share of the width, -0.5 to 0.5')
+        OneNumberLens(1.0, self.straightness)
 
-    def hfov_deg(self, width: int, *, column: float = 0.0) -> float:
-        """
-        Return the horizontal field of view in degrees of a picture, from edge to edge.
+    @property
+    def origin(self) -> LensOrigin:
+        """Return where the knowledge comes from."""
+        if self.assumed:
+            return LensOrigin.ASSUMED
+        if self.focal_px or self.hfov_deg:
+            return LensOrigin.GIVEN
+        return LensOrigin.DRIVE if self.camera is None else LensOrigin.CALIBRATION
 
-        ``column`` is that of the principal point, in pixels to the right of the middle.
-        """
-        edges = np.array([width / 2 - column, width / 2 + column]) / self.focal_px
-        angles = np.sign(edges) * angle_at(np.abs(edges), self.straightness)
-        return min(math.degrees(float(angles.sum())), 360.0)
+    @property
+    def calibrated(self) -> bool:
+        """Return whether it is the calibration that counts."""
+        return self.origin is LensOrigin.CALIBRATION
 
-    def model(self, shape: tuple[int, int], *, column: float = 0.0) -> CameraModel:
+    @property
+    def tilt(self) -> float:
         """
-        Return the model of a camera with this lens, for pictures (H, W).
+        Return the cosine of the angle between the picture's vertical axis and the true one.
 
-        The principal point is ``column`` pixels to the right of the middle. A lens that is nearly
-        a pinhole is made one.
+        A camera that is tilted sees only this share of a turn as yaw.
         """
-        middle = CameraModel.pinhole(shape, self.focal_px)
-        pinhole = replace(middle, cx=middle.cx + column)
-        if abs(self.straightness - PINHOLE) < _STRAIGHT:
-            return pinhole
-        height, width = shape
-        corner = np.array([math.hypot(height / 2, width / 2 + abs(column)) / self.focal_px])
-        farthest = min(float(angle_at(corner, self.straightness)[0]), _FITTED_TO)
-        # The pinhole's r grows beyond all measure: there the series holds up to its edge only.
-        if self.straightness > 0.0:
-            farthest = min(farthest, 0.95 * _WIDEST / math.sqrt(self.straightness))
-        angle = np.linspace(farthest / _FITTED, farthest, _FITTED)
-        powers = angle[:, None] ** np.array([3, 5, 7, 9])
-        rest = radius(angle, self.straightness) - angle
-        found = np.linalg.lstsq(powers, rest, rcond=None)[0]
-        return CameraModel(
-            width=width, height=height, fx=self.focal_px, fy=self.focal_px, cx=pinhole.cx,
-            cy=pinhole.cy, distortion=Distortion.FISHEYE,
-            coefficients=tuple(float(value) for value in found))
+        pitch, roll = self.pitch_deg, self.roll_deg
+        if self.origin is LensOrigin.DRIVE and self.estimate is not None:
+            pitch, roll = self.estimate.pitch_deg, self.estimate.roll_deg
+        return math.cos(math.radians(pitch)) * math.cos(math.radians(roll))
+
+    def focal_for(self, width: int) -> float:
+        """Return the (horizontal) focal length in pixels for frames ``width`` pixels wide."""
+        if self.focal_px:
+            return self.focal_px
+        if self.hfov_deg and self.straightness == PINHOLE:
+            return focal_from_hfov(self.hfov_deg, width)
+        if self.hfov_deg:
+            edge = np.array([math.radians(self.hfov_deg) / 2])
+            return width / 2 / float(radius(edge, self.straightness)[0])
+        if self.camera is not None:
+            return self.camera.fx
+        assert self.estimate is not None
+        return self.estimate.focal_px * width / self.estimate.width
+
+    def hfov_for(self, width: int) -> float:
+        """Return the horizontal field of view in degrees for frames ``width`` pixels wide."""
+        if self._straightness == PINHOLE and self._offset == 0.0:
+            return hfov_from_focal(self.focal_for(width), width)
+        lens = OneNumberLens(self.focal_for(width), self._straightness)
+        return lens.hfov_deg(width, column=self._offset * width)
+
+    def is_close_to(self, other: 'Lens', width: int) -> bool:
+        """Return whether another lens makes no difference to speak of for frames that wide."""
+        return (
+            abs(math.log(self.focal_for(width) / other.focal_for(width))) < _SAME_FOCAL
+            and abs(self._straightness - other._straightness) < _SAME_STRAIGHTNESS
+            and abs(self._offset - other._offset) < _SAME_FOCAL
+            and abs(self.tilt / other.tilt - 1.0) < _SAME_FOCAL)
+
+    def camera_for(self, shape: tuple[int, int]) -> CameraModel:
+        """
+        Return the model of the camera for frames of this shape, (H, W).
+
+        Raises
+        ------
+        FrameError
+            The calibration counts, and is for pictures of another size.
+
+        """
+        if not self.calibrated or self.camera is None:
+            return OneNumberLens(self.focal_for(shape[1]), self._straightness).model(
+                shape, column=self._offset * shape[1])
+        if shape != self.camera.shape:
+            raise FrameError(
+                f'frames of {shape[1]}x{shape[0]} pixels, but the calibration of the camera is for'
+                f' {self.camera.width}x{self.camera.height}: publish the camera_info that belongs'
+                ' to the images, or give focal_px')
+        return self.camera
+
+    @property
+    def _straightness(self) -> float:
+        if self.origin is LensOrigin.DRIVE and self.estimate is not None:
+            return self.estimate.straightness
+        return self.straightness
+
+    @property
+    def _offset(self) -> float:
+        if self.origin is LensOrigin.DRIVE and self.estimate is not None:
+            return self.estimate.column_px / self.estimate.width
+        return self.offset

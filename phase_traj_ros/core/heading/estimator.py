@@ -7,12 +7,12 @@ import math
 
 import numpy as np
 from numpy.typing import NDArray
+from phase_traj_ros.core.calibration.self_calibration import SelfCalibration
 from phase_traj_ros.core.camera.estimate import CameraEstimate
 from phase_traj_ros.core.camera.field_of_view import FieldOfView, FieldOfViewEstimator
-from phase_traj_ros.core.camera.given_lens import Lens
 from phase_traj_ros.core.camera.in_use import CameraInUse
+from phase_traj_ros.core.camera.lens import Lens
 from phase_traj_ros.core.camera.projection import CylinderProjection
-from phase_traj_ros.core.camera.self_calibration import SelfCalibration
 from phase_traj_ros.core.correlation.mask import check_size
 from phase_traj_ros.core.correlation.phase_correlation import Frame, Shift
 from phase_traj_ros.core.correlation.transforms import TransformLibrary

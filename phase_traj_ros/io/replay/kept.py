@@ -5,7 +5,7 @@
 from collections.abc import Generator
 from contextlib import closing
 
-from phase_traj_ros.io.sources.base import Frame, FrameSource
+from phase_traj_ros.io.sources.base import StampedFrame, FrameSource
 from phase_traj_ros.io.sources.prefetch import prefetch
 
 _MOST_BYTES = 512 << 20
@@ -22,9 +22,9 @@ class KeptFrames:
         """Keep at most so many bytes of the frames of ``source``."""
         self._source = source
         self._most_bytes = most_bytes
-        self._kept: list[Frame] | None = None
+        self._kept: list[StampedFrame] | None = None
 
-    def once(self) -> Generator[Frame, None, None]:
+    def once(self) -> Generator[StampedFrame, None, None]:
         """Yield all frames, and forget them."""
         kept, self._kept = self._kept, None
         if kept is not None:
@@ -33,9 +33,9 @@ class KeptFrames:
         with closing(prefetch(self._source)) as frames:
             yield from frames
 
-    def keeping(self) -> Generator[Frame, None, None]:
+    def keeping(self) -> Generator[StampedFrame, None, None]:
         """Yield all frames, and keep them for the next time if they fit."""
-        kept: list[Frame] | None = []
+        kept: list[StampedFrame] | None = []
         size = 0
         for frame in self.once():
             if kept is not None:

@@ -8,7 +8,7 @@ import math
 
 from far_scene import barrel, BARREL_COEFFICIENTS, fisheye, FISHEYE_COEFFICIENTS, render
 import numpy as np
-from phase_traj_ros.core.camera.given_lens import Lens
+from phase_traj_ros.core.camera.lens import Lens
 from phase_traj_ros.core.camera.model import CameraModel, Distortion
 from phase_traj_ros.core.camera.projection import focal_from_hfov
 from phase_traj_ros.core.heading.estimator import HeadingEstimator

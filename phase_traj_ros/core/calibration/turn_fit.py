@@ -21,17 +21,26 @@ import math
 
 import numpy as np
 from numpy.typing import NDArray
-from phase_traj_ros.core.camera.lens import places, rays, STRAIGHTNESS_RANGE
+from phase_traj_ros.core.calibration.algebra import (
+    applied,
+    crossed,
+    product,
+    rotation_vector,
+    rotations,
+    times,
+)
+from phase_traj_ros.core.calibration.turn_tracks import TurnTracks
+from phase_traj_ros.core.camera.lens_family import places, rays, STRAIGHTNESS_RANGE
 
 Numbers = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 # Deviation of a followed point, in pixels of the picture it was looked for in.
 _POINT = 0.3
-# Of a step, which is one unit on average: along, and to the side and upwards; of the rotation
-# about the other axes, radians a step; of the nearness, in units of a step.
+# Of a step, which is one unit on average, as a share of what the time lets expect: along, and to
+# the side and upwards; of the rotation about the other axes, radians a step; of the nearness, in
+# units of a step.
 _STEP, _ASIDE, _SHAKE, _NEARNESS = 0.3, (0.15, 0.15), math.radians(1.5), 0.3
-_START_NEARNESS = 0.03
+_LEAST_STEP, _START_NEARNESS = 0.2, 0.03
 # Nothing is behind the camera: the weight of that, and how far it may be violated.
 _AHEAD, _BEHIND = 1e4, -1e-3
 # What is known of the straightness beforehand: mean and deviation.
@@ -45,42 +54,18 @@ _DELTA = 1e-4
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class TurnTracks:
-    """
-    Points followed over the K frames of a stretch of a turn: M sights of P points.
-
-    point
-        (M,) which point, 0 to P - 1, rising; each has three sights or more.
-    frame
-        (M,) in which frame, 0 to K - 1, rising for each point.
-    place
-        (M, 2) where: column and row in pixels from the middle of the picture.
-    flow
-        (K,) how far the picture has moved to the right since the first frame, in pixels.
-    reduction
-        How many pixels were averaged into one, along a side, to look for the points.
-    """
-
-    point: Indices
-    frame: Indices
-    place: Numbers
-    flow: Numbers
-    reduction: int = 1
-
-
-@dataclass(frozen=True, slots=True, eq=False)
 class TurnFit:
     """
     What a stretch of a turn tells of the lens.
 
     log_focal, straightness
-        Of the lens: the logarithm of the focal length in pixels, and k of ``lens``.
+        Of the lens: the logarithm of the focal length in pixels, and k of ``lens_family``.
     column
         Of the principal point, in pixels to the right of the middle of the picture.
     covariance
         (3, 3) of these three, were there nothing but the points' errors.
     cost
-        Of a sight, on average: about 1 where the world stands still, and the lens is of the family.
+        Of a sight, on average: 1 or 2 where the world stands still and the lens is of the family.
     down
         (3,) the axis of the turn in picture axes (x right, y down, z forward), downwards.
     angle
@@ -141,6 +126,8 @@ class _Problem:
         self._base, self._based = tracks.frame[middle[used]], tracks.place[middle[used]]
         self._starts = np.searchsorted(self._point, points)
         self._flow, self._deviation = tracks.flow, _POINT * tracks.reduction
+        steps = np.diff(tracks.seconds)
+        self._steps = np.maximum(steps / steps.mean(), _LEAST_STEP)
         self._frames, self._points = len(tracks.flow), count
         self._sights = np.arange(len(used))
         self._column = _COLUMN * width
@@ -153,12 +140,13 @@ class _Problem:
             for _ in range(_TRIES):
                 less = own * (1.0 + damping)
                 system = normal + damping * np.diag(np.diag(normal))
-                system -= (mixed / less[:, None]).T @ mixed
+                system -= product(mixed / less[:, None], mixed)
                 try:
-                    step = -np.linalg.solve(system, gradient - mixed.T @ (own_gradient / less))
+                    step: Numbers = np.asarray(-np.linalg.solve(
+                        system, gradient - times(mixed.T, own_gradient / less)), np.float64)
                 except np.linalg.LinAlgError:
                     return state
-                near = -(own_gradient + mixed @ step) / less
+                near = -(own_gradient + times(mixed, step)) / less
                 trial = _moved(state, step, near)
                 found = self.cost(trial)
                 if found < cost:
@@ -178,10 +166,11 @@ class _Problem:
         """Return what a state says, and how well it is known; None if that cannot be told."""
         normal, mixed, own, _, _ = self._normal(state)
         try:
-            covariance = np.linalg.inv(normal - (mixed / own[:, None]).T @ mixed)[:3, :3]
+            inverse = np.linalg.inv(normal - product(mixed / own[:, None], mixed))
         except np.linalg.LinAlgError:
             return None
-        axis = _rotation_vector(state.attitude[-1] @ state.attitude[0].T)
+        covariance = np.asarray(inverse[:3, :3], np.float64)
+        axis = rotation_vector(state.attitude[-1] @ state.attitude[0].T)
         angle = math.copysign(float(np.linalg.norm(axis)), float(axis[1]))
         if angle == 0.0 or not (np.isfinite(covariance).all() and covariance[0, 0] > 0.0):
             return None
@@ -191,13 +180,13 @@ class _Problem:
             axis / angle, angle)
 
     def start(self, focal_px: float, straightness: float, column: float) -> _State:
-        """Turn evenly about the picture's vertical axis, go on by one unit from frame to frame."""
+        """Turn about the picture's vertical axis, and go on evenly."""
         turned = np.zeros((self._frames, 3))
         turned[:, 1] = self._flow / focal_px
-        attitude = _rotations(turned)
+        attitude = rotations(turned)
         ahead = attitude[:, 2]
         place = np.zeros((self._frames, 3))
-        place[1:] = np.cumsum((ahead[1:] + ahead[:-1]) / 2.0, axis=0)
+        place[1:] = np.cumsum((ahead[1:] + ahead[:-1]) / 2.0 * self._steps[:, None], axis=0)
         return _State(math.log(focal_px), straightness, column, attitude, place,
                       np.full(self._points, _START_NEARNESS))
 
@@ -207,14 +196,15 @@ class _Problem:
             self._based - (state.column, 0.0), math.exp(state.log_focal), state.straightness)
         there = state.attitude[self._frame]
         between = there @ state.attitude[self._base].transpose(0, 2, 1)
-        way = _applied(there, state.place[self._base] - state.place[self._frame])
-        seen = _applied(between, ray) + state.nearness[self._point][:, None] * way
+        way = applied(there, state.place[self._base] - state.place[self._frame])
+        seen = applied(between, ray) + state.nearness[self._point][:, None] * way
         return ray, between, way, seen
 
     def _places(self, state: _State) -> Numbers:
         seen = self._directions(state)[3]
         found = places(seen, math.exp(state.log_focal), state.straightness)[0]
-        return found + (state.column, 0.0)
+        found[:, 0] += state.column
+        return found
 
     def cost(self, state: _State) -> float:
         """Return how badly a state explains the sights, and departs from what is usual."""
@@ -237,9 +227,10 @@ class _Problem:
         right /= np.linalg.norm(right, axis=1, keepdims=True)
         axes = np.stack([
             ahead / _STEP, right / _ASIDE[0], np.cross(ahead, right) / _ASIDE[1]], axis=1)
+        axes /= self._steps[:, None, None]
         turned = state.attitude[1:] @ state.attitude[:-1].transpose(0, 2, 1)
         off = np.zeros((self._frames - 1, 5))
-        off[:, :3] = _applied(axes, np.diff(state.place, axis=0))
+        off[:, :3] = applied(axes, np.diff(state.place, axis=0))
         off[:, 0] -= 1.0 / _STEP
         off[:, 3] = (turned[:, 2, 1] - turned[:, 1, 2]) / (2.0 * _SHAKE)
         off[:, 4] = (turned[:, 1, 0] - turned[:, 0, 1]) / (2.0 * _SHAKE)
@@ -250,7 +241,7 @@ class _Problem:
         focal = math.exp(state.log_focal)
         ray, between, way, seen = self._directions(state)
         found, change = places(seen, focal, state.straightness)
-        found += (state.column, 0.0)
+        found[:, 0] += state.column
         error = (found - self._seen) / self._deviation
         weight = 1.0 / (1.0 + (error * error).sum(axis=1) / 2.0)
         change /= self._deviation
@@ -262,8 +253,8 @@ class _Problem:
         # Of each sight, two rows: by frames, three rotations and three shifts each.
         rows = np.zeros((len(self._sights), 2, self._frames, 6))
         moved = (change @ state.attitude[self._frame]) * nearness[:, None, None]
-        rows[self._sights, :, self._frame, :3] = -change @ _crossed(seen)
-        rows[self._sights, :, self._base, :3] = change @ between @ _crossed(ray)
+        rows[self._sights, :, self._frame, :3] = -change @ crossed(seen)
+        rows[self._sights, :, self._base, :3] = change @ between @ crossed(ray)
         rows[self._sights, :, self._frame, 3:] = -moved
         rows[self._sights, :, self._base, 3:] = moved
         # The first frame stays where it is.
@@ -273,8 +264,8 @@ class _Problem:
         weighted = jacobian * weight[:, None, None]
         flat, columns = weighted.reshape(-1, weighted.shape[2]), jacobian.shape[2]
         known, known_gradient = self._known_normal(state)
-        normal = flat.T @ jacobian.reshape(-1, columns) + known
-        gradient = flat.T @ error.ravel() + known_gradient
+        normal = product(flat, jacobian.reshape(-1, columns)) + known
+        gradient = times(flat.T, error.ravel()) + known_gradient
         mixed = np.add.reduceat(
             (weighted * own[:, :, None]).sum(axis=1), self._starts, axis=0)
         points = np.add.reduceat(weight * (own * own).sum(axis=1), self._starts)
@@ -293,8 +284,8 @@ class _Problem:
             rows[steps, row, steps, axis] = -1.0 / _SHAKE
         jacobian = rows[:, :, 1:].reshape(-1, 6 * (self._frames - 1))
         normal = np.zeros((3 + jacobian.shape[1],) * 2)
-        normal[3:, 3:] = jacobian.T @ jacobian
-        gradient = np.concatenate([np.zeros(3), jacobian.T @ off.ravel()])
+        normal[3:, 3:] = product(jacobian, jacobian)
+        gradient = np.concatenate([np.zeros(3), times(jacobian.T, off.ravel())])
         mean, deviation = _STRAIGHTNESS
         normal[1, 1] = deviation ** -2
         gradient[1] = (state.straightness - mean) / deviation ** 2
@@ -309,40 +300,10 @@ def _moved(state: _State, step: Numbers, near: Numbers) -> _State:
         float(np.clip(value, -most, most)) for value, most in zip(step[:2], _FARTHEST))
     frames = step[3:].reshape(-1, 6)
     attitude, place = state.attitude.copy(), state.place.copy()
-    attitude[1:] = _rotations(frames[:, :3]) @ attitude[1:]
+    attitude[1:] = rotations(frames[:, :3]) @ attitude[1:]
     place[1:] += frames[:, 3:]
     return _State(
         state.log_focal + focal,
         float(np.clip(state.straightness + straight, *STRAIGHTNESS_RANGE)),
         state.column + float(step[2]), attitude, place,
         np.maximum(state.nearness + near, _BEHIND))
-
-
-def _applied(matrices: Numbers, vectors: Numbers) -> Numbers:
-    result: Numbers = (matrices @ vectors[:, :, None])[:, :, 0]
-    return result
-
-
-def _crossed(vectors: Numbers) -> Numbers:
-    """Return the matrices (N, 3, 3) whose product with w is the cross product of v and w."""
-    x, y, z = vectors.T
-    nothing = np.zeros_like(x)
-    return np.stack([nothing, -z, y, z, nothing, -x, -y, x, nothing], axis=1).reshape(-1, 3, 3)
-
-
-def _rotations(vectors: Numbers) -> Numbers:
-    """Return the rotations (N, 3, 3) about vectors (N, 3) by their lengths (Rodrigues)."""
-    angle = np.linalg.norm(vectors, axis=1)
-    crossed = _crossed(vectors / np.maximum(angle, 1e-12)[:, None])
-    sine, cosine = np.sin(angle)[:, None, None], np.cos(angle)[:, None, None]
-    result: Numbers = np.eye(3) + sine * crossed + (1.0 - cosine) * (crossed @ crossed)
-    return result
-
-
-def _rotation_vector(matrix: Numbers) -> Numbers:
-    """Return the axis of a rotation by less than half a turn, as long as its angle."""
-    axis = np.array([matrix[2, 1] - matrix[1, 2], matrix[0, 2] - matrix[2, 0],
-                     matrix[1, 0] - matrix[0, 1]])
-    length = float(np.linalg.norm(axis))
-    angle = math.atan2(length, float(np.trace(matrix)) - 1.0)
-    return axis * (angle / length if length > 0.0 else 0.0)

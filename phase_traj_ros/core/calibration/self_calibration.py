@@ -13,13 +13,13 @@ import math
 
 import numpy as np
 from numpy.typing import NDArray
+from phase_traj_ros.core.calibration.right_angles import RightAngles
+from phase_traj_ros.core.calibration.turn_fit import fit_turn, TurnFit
+from phase_traj_ros.core.calibration.turn_tracks import TurnFollower, TurnTracks
 from phase_traj_ros.core.camera.estimate import CameraEstimate
 from phase_traj_ros.core.camera.horizon import HorizonEstimator
-from phase_traj_ros.core.camera.lens import PINHOLE, STRAIGHTNESS_RANGE
-from phase_traj_ros.core.camera.right_angles import RightAngles
+from phase_traj_ros.core.camera.lens_family import PINHOLE, STRAIGHTNESS_RANGE
 from phase_traj_ros.core.camera.robust_mean import RobustMean
-from phase_traj_ros.core.camera.turn_fit import fit_turn, TurnFit, TurnTracks
-from phase_traj_ros.core.camera.turn_tracks import TurnFollower
 from phase_traj_ros.core.correlation.phase_correlation import Frame
 
 # The grid: logarithms of the focal length in widths of the picture, and straightnesses.
@@ -42,11 +42,13 @@ _CUT_OUT = ((0.9, 0.9, -0.45), (0.9, 0.9, 0.45))
 # The principal point is in the middle but for this, and fits tell it but for this; in widths.
 _OFF_MIDDLE, _COLUMN_WRONG = 0.05, 0.015
 # From here on, the next fit starts at the estimate.
-_KNOWN, _GOOD_COST = 0.08, 2.0
+_KNOWN, _GOOD_COST = 0.08, 2.5
 # Of all fits but the first ones, the n-th is not tried before so many frames times n squared: many
 # turns tell no more.
 _FREE, _FRAMES = 4, 25
-_HORIZON = math.radians(0.2)
+# How far a vehicle pitches and rolls between the ends of a turn, in radians; the smaller the turn,
+# the farther that moves its axis.
+_SWAYS = math.radians(1.2)
 
 
 class SelfCalibration:
@@ -57,7 +59,7 @@ class SelfCalibration:
     """
 
     def __init__(self, *, mask: NDArray[np.uint8] | None = None) -> None:
-        """Make one that has seen nothing; ``mask`` (H, W) is 0 where nothing is to be looked at."""
+        """Make one that has seen nothing; ``mask`` (H, W) is 0 where it is not to look."""
         self._follower = TurnFollower(mask=mask)
         self._shape: tuple[int, int] | None = None
         self.forget()
@@ -181,7 +183,8 @@ class SelfCalibration:
         self._log += _log_likelihood(fit, self._shape[1])
         self._column.add(fit.column / self._shape[1], math.hypot(
             _COLUMN_WRONG, _UNSURE * math.sqrt(fit.covariance[2, 2]) / self._shape[1]))
-        self._horizon.add_turn(fit.down, _HORIZON / max(abs(math.sin(fit.angle)), 0.1))
+        chord = 2.0 * max(abs(math.sin(fit.angle / 2.0)), 0.05)
+        self._horizon.add_turn(fit.down, _SWAYS / chord)
         self._estimate = None
         return True
 
@@ -211,7 +214,8 @@ def _moments(density: NDArray[np.float64], values: NDArray[np.float64]) -> tuple
 
 def _log_likelihood(fit: TurnFit, width: int) -> NDArray[np.float64]:
     """Return how likely a fit is for each focal length and straightness of the grid."""
-    covariance = _UNSURE ** 2 * max(fit.cost, 1.0) * fit.covariance[:2, :2] + np.diag(np.square(_WRONG))
+    covariance = _UNSURE ** 2 * max(fit.cost, 1.0) * fit.covariance[:2, :2]
+    covariance = covariance + np.diag(np.square(_WRONG))
     inverse = np.linalg.inv(covariance)
     focal = (_FOCALS - (fit.log_focal - math.log(width)))[:, None]
     straight = (_STRAIGHTS - fit.straightness)[None, :]

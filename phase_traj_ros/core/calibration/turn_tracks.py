@@ -3,27 +3,32 @@
 """
 Points of the picture, followed through a turn from step to step.
 
-A step is as long as the picture takes to move by a twentieth of its width; a stretch of some ten
-steps is kept. Where the picture does not turn, nothing is done.
+A step is as long as the picture takes to move by a twentieth of its width, but not so long that
+what is near has gone; a stretch of some ten steps is kept. Where the picture does not turn,
+nothing is done.
 """
 
+from dataclasses import dataclass
 import math
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from phase_traj_ros.core.camera.turn_fit import TurnTracks
 from phase_traj_ros.core.correlation.phase_correlation import Frame
 
 Bytes = NDArray[np.uint8]
 Places = NDArray[np.float32]
+Numbers = NDArray[np.float64]
+Indices = NDArray[np.int64]
 
 # All of these are in widths of the picture: how far it moves in a step; how far in a stretch; how
-# far at least for one that is of use; and how fast, per second, where it turns.
-_STEP, _STRETCH, _LEAST_STRETCH, _TURNING = 0.05, 0.6, 0.25, 0.03
-# No step takes longer, in seconds, and no pair moves the picture farther.
-_LONGEST, _FARTHEST = 1.5, 0.35
-_LEAST_STEPS, _MOST_STEPS = 4, 16
+# far at least for one that is of use; and how fast, per second, where it turns, on an average that
+# fades with so many seconds.
+_STEP, _STRETCH, _LEAST_STRETCH = 0.05, 0.6, 0.15
+_TURNING, _FADING = 0.025, 0.4
+# No step is longer than this, in seconds, and no pair moves the picture farther.
+_LONGEST, _FARTHEST = 0.3, 0.35
+_LEAST_STEPS, _MOST_STEPS = 4, 20
 # Wider pictures are reduced, by whole numbers, to this width at most.
 _WIDE, _WIDTH = 640, 480
 _POINTS, _KEPT, _LEAST_POINTS, _LEAST_SIGHTS = 130, 100, 30, 120
@@ -41,6 +46,33 @@ _FOLLOWED = 0.25
 _BRIGHTNESS = 100.0
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class TurnTracks:
+    """
+    Points followed over the K frames of a stretch of a turn: M sights of P points.
+
+    point
+        (M,) which point, 0 to P - 1, rising; each has three sights or more.
+    frame
+        (M,) in which frame, 0 to K - 1, rising for each point.
+    place
+        (M, 2) where: column and row in pixels from the middle of the picture.
+    flow
+        (K,) how far the picture has moved to the right since the first frame, in pixels.
+    seconds
+        (K,) when the frames were taken, since the first of them.
+    reduction
+        How many pixels were averaged into one, along a side, to look for the points.
+    """
+
+    point: Indices
+    frame: Indices
+    place: Numbers
+    flow: Numbers
+    seconds: Numbers
+    reduction: int = 1
+
+
 class TurnFollower:
     """Follows points through turns; its memory is that of one stretch."""
 
@@ -53,6 +85,7 @@ class TurnFollower:
         """Forget the stretch under way and the last frame."""
         self._last: Frame | None = None
         self._stretch: _Stretch | None = None
+        self._rate = 0.0
 
     def finish(self) -> TurnTracks | None:
         """Return the stretch under way if it is of use, and forget it."""
@@ -79,53 +112,52 @@ class TurnFollower:
         last, self._last = self._last, frame
         width = frame.shape[1]
         if last is None or last.shape != frame.shape or interval <= 0.0:
-            self._stretch = None
+            self._stretch, self._rate = None, 0.0
             return None
         if not abs(shift_px) < _FARTHEST * width:
             return self.finish()
+        kept = math.exp(-interval / _FADING)
+        self._rate = kept * self._rate + (1.0 - kept) * shift_px / interval
+        if abs(self._rate) < _TURNING * width:
+            return self.finish()
         if self._stretch is None:
-            if not wanted or abs(shift_px) < _TURNING * width * interval:
+            if not wanted:
                 return None
-            self._stretch = _Stretch(_reduced(last), self._mask_for(last), _reduction(width))
+            self._stretch = _Stretch(last, self._mask)
         if self._stretch.go_on(frame, shift_px, interval):
             return None
         return self.finish()
-
-    def _mask_for(self, frame: Frame) -> Bytes:
-        small = _reduced(frame)
-        if self._mask is None or self._mask.shape != frame.shape:
-            return np.full(small.shape, 255, np.uint8)
-        seen = cv2.resize(
-            (self._mask > 127).astype(np.uint8), small.shape[::-1],
-            interpolation=cv2.INTER_NEAREST)
-        return np.asarray(cv2.erode(seen, np.ones(_WINDOW)) * 255, np.uint8)
 
 
 class _Stretch:
     """One stretch of a turn: the points seen in its steps so far."""
 
-    def __init__(self, first: Bytes, mask: Bytes, reduction: int) -> None:
-        self._mask, self._reduction = mask, reduction
-        self._height, self._width = first.shape
+    def __init__(self, first: Frame, mask: NDArray[np.uint8] | None) -> None:
+        self._reduction = _reduction(first.shape[1])
+        self._height, self._width = (side // self._reduction for side in first.shape)
         self._apart = max(_APART, round(self._width * _APART_SHARE))
         self._window = _WINDOW if self._width >= _SMALL else _SMALL_WINDOW
-        self._picture = first
+        self._first, self._mask = first, mask
         self._points, self._names = np.zeros((0, 2), np.float32), np.zeros(0, np.int64)
         self._count = 0
         self._sights: list[NDArray[np.float64]] = []
-        self._flow = [0.0]
+        self._flow, self._seconds = [0.0], [0.0]
         self._moved, self._since = 0.0, 0.0
-        self._note()
 
     def go_on(self, frame: Frame, shift_px: float, interval: float) -> bool:
         """Take the next frame; return whether the stretch goes on."""
         self._moved += shift_px / self._reduction
         self._since += interval
-        step = _STEP * self._width
-        if abs(self._moved) < step:
-            return self._since < _LONGEST
-        if self._moved * self._flow[-1] < 0.0 or not self._follow(_reduced(frame)):
+        if abs(self._moved) < _STEP * self._width and self._since < _LONGEST:
+            return True
+        if len(self._flow) == 1:
+            # Not before it has gone on for a step: most shakes do not.
+            self._picture, self._free = _reduced(self._first), self._seen()
+            self._note()
+        back = self._moved * self._flow[-1] < 0.0 and abs(self._moved) > _STEP * self._width
+        if back or not self._follow(_reduced(frame)):
             return False
+        self._seconds.append(self._seconds[-1] + self._since)
         self._moved, self._since = 0.0, 0.0
         return (abs(self._flow[-1]) < _STRETCH * self._width
                 and len(self._flow) < _MOST_STEPS)
@@ -152,11 +184,20 @@ class _Stretch:
         return TurnTracks(
             point.astype(np.int64), sights[:, 1].astype(np.int64),
             (sights[:, 2:] - middle) * self._reduction, np.array(self._flow) * self._reduction,
-            self._reduction)
+            np.array(self._seconds), self._reduction)
+
+    def _seen(self) -> Bytes:
+        """Return where there may be points: 255, else 0."""
+        if self._mask is None or self._mask.shape != self._first.shape:
+            return np.full((self._height, self._width), 255, np.uint8)
+        seen = cv2.resize(
+            (self._mask > 127).astype(np.uint8), (self._width, self._height),
+            interpolation=cv2.INTER_NEAREST)
+        return np.asarray(cv2.erode(seen, np.ones(_WINDOW)) * 255, np.uint8)
 
     def _note(self) -> None:
         """Look for points where there are none, and note where all of them are."""
-        free = self._mask.copy()
+        free = self._free.copy()
         for place in np.rint(self._points).astype(int).tolist():
             cv2.circle(free, place, self._apart, 0, -1)
         wanted = _POINTS - len(self._points)
@@ -217,4 +258,3 @@ def _reduced(frame: Frame) -> Bytes:
     return np.asarray(cv2.resize(
         frame[:height * times, :width * times], (width, height),
         interpolation=cv2.INTER_AREA), np.uint8)
-
