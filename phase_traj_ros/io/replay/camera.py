@@ -35,7 +35,9 @@ def known_lens(source: FrameSource, parameters: Parameters) -> Lens | None:
     return None if camera is None else Lens(camera=camera)
 
 
-def learned_lens(frames: Iterable[StampedFrame], parameters: Parameters, source: str) -> Lens | None:
+def learned_lens(
+    frames: Iterable[StampedFrame], parameters: Parameters, source: str,
+) -> Lens | None:
     """
     Return what a pass over all frames tells of the camera; None if nothing does, or need not.
 
