@@ -92,8 +92,8 @@ class Parameters:
         ' heading has its own.',
         choices=tuple(form.value for form in Window))
     transform: str = parameter(
-        TransformLibrary.AUTO.value, 'Which library computes the Fourier transforms: OpenCV, scipy,'
-        ' or whichever of those installed is known to be the faster one. The codes are the same.',
+        TransformLibrary.AUTO.value, 'Which library computes the Fourier transforms: OpenCV,'
+        ' scipy, or whichever of those installed is known to be faster. The codes are the same.',
         choices=tuple(each.value for each in TransformLibrary), read_only=True)
     rows_from: float = parameter(
         0.0, 'First row used, as a fraction of the height from the top.',
