@@ -30,13 +30,7 @@ EXTRAS = {
     'yaml': YAML,
     'dask': ['dask', 'distributed'],
     'offline': VISION + BAGS + PLOT + PROGRESS + YAML,
-    'test': [
-        'pytest<9',
-        'pytest-timeout',
-        'hypothesis',
-        'mcap',
-        'mcap-ros2-support',
-    ] + FFT,
+    'test': ['pytest<9', 'pytest-timeout', 'hypothesis', 'mcap', 'mcap-ros2-support', *FFT],
     'bench': ['scikit-image'],
     'evo': ['evo'],
     # The flake8 of Ubuntu 24.04, with the plugins that ament_flake8 of Jazzy asks for.
