@@ -30,7 +30,7 @@ demo:  ## Drive through a rendered street, live over DDS; results in out/demo
 	@.venv/bin/phase_traj demo --output out/demo
 
 test:  ## Run all tests; PYTEST_ARGS='-k name' selects some
-	@$(environment) .venv --extras ros,offline,test,evo
+	@$(environment) .venv --extras ros,offline,test
 	@.venv/bin/python -m pytest --timeout 300 $(PYTEST_ARGS)
 
 # With scipy, then what depends on it without.
@@ -61,8 +61,12 @@ robustness:  ## Measure robustness to noise against peers; writes docs/robustnes
 	@$(environment) .venv --extras ros,offline
 	@.venv/bin/python benchmarks/robustness.py
 
-pins:  ## Renew tools/constraints.txt (needs Python 3.10, 3.11, 3.12 and 3.13)
-	@$(boot) tools/update_pins.py
+pins:  ## Renew tools/constraints.txt, for every Python at once
+	@$(environment) .venv-pins --extras pins
+	@.venv-pins/bin/uv --system-certs pip compile --quiet --upgrade --universal \
+		--python-version 3.10 --no-annotate --no-emit-package setuptools \
+		--custom-compile-command 'make pins' --output-file tools/constraints.txt setup.py \
+		$(addprefix --extra ,ros offline test bench lint colcon)
 
 clean:  ## Remove environments, caches, builds and the demo's results
 	@rm -rf .venv .venv-* *.egg-info build install log out/demo

@@ -18,6 +18,8 @@ BAGS = ['rosbags>=0.10']
 PLOT = ['matplotlib>=3.6']
 PROGRESS = ['tqdm']
 YAML = ['PyYAML']
+DASK = ['dask', 'distributed']
+EVO = ['evo']
 
 EXTRAS = {
     # ROS 2 Jazzy as wheels: Linux on x86_64 with glibc >= 2.28, CPython 3.10 to 3.13.
@@ -28,11 +30,20 @@ EXTRAS = {
     'plot': PLOT,
     'progress': PROGRESS,
     'yaml': YAML,
-    'dask': ['dask', 'distributed'],
+    'dask': DASK,
     'offline': VISION + BAGS + PLOT + PROGRESS + YAML,
-    'test': ['pytest<9', 'pytest-timeout', 'hypothesis', 'mcap', 'mcap-ros2-support', *FFT],
+    'test': [
+        'pytest<9',
+        'pytest-timeout',
+        'hypothesis',
+        'mcap',
+        'mcap-ros2-support',
+        *DASK,
+        *EVO,
+        *FFT,
+    ],
     'bench': ['scikit-image'],
-    'evo': ['evo'],
+    'evo': EVO,
     # The flake8 of Ubuntu 24.04, with the plugins that ament_flake8 of Jazzy asks for.
     'lint': [
         'ruff==0.17.*',
@@ -50,6 +61,8 @@ EXTRAS = {
         'flake8-import-order',
         'flake8-quotes',
     ],
+    # Resolves what tools/constraints.txt pins.
+    'pins': ['uv==0.13.*'],
     # The last setuptools with the commands that colcon calls.
     'colcon': ['colcon-common-extensions', 'ros-jazzy-ament-package==0.16.4', 'setuptools<80'],
 }
@@ -82,6 +95,7 @@ setup(
         'console_scripts': [
             f'phase_traj = {PACKAGE}.cli.main:main',
             f'phase_traj_node = {PACKAGE}.ros.main:main',
+            f'phase_traj_lifecycle_node = {PACKAGE}.ros.lifecycle_main:main',
         ],
     },
     zip_safe=False,

@@ -49,20 +49,23 @@ def kitti_root() -> Path | None:
     return root if (root / '00' / 'image_0').is_dir() else None
 
 
+def kitti_camera(source: FolderSource) -> Camera:
+    """Return the calibrated camera of a clip, to render with."""
+    model = source.camera(rectified=True)
+    return replace(
+        KITTI_CAMERA, width=model.width, height=model.height, focal=model.fx, cx=model.cx,
+        cy=model.cy)
+
+
 def kitti_clip(sequence: str, *, first: int = 0, count: int | None = None) -> Clip | None:
     """Return a clip of the KITTI odometry benchmark; None where it is not at hand."""
     root = kitti_root()
     if root is None:
         return None
     folder = root / sequence
-    frames = [frame.image for frame in FolderSource(folder / 'image_0')]
-    projection = next(
-        line for line in (folder / 'calib.txt').read_text().splitlines() if line.startswith('P0'))
-    matrix = np.array(projection.split()[1:], float).reshape(3, 4)
-    height, width = frames[0].shape
-    camera = replace(
-        KITTI_CAMERA, width=width, height=height, focal=matrix[0, 0], cx=matrix[0, 2],
-        cy=matrix[1, 2])
+    source = FolderSource(folder / 'image_0')
+    frames = [frame.image for frame in source]
+    camera = kitti_camera(source)
     yaw = poses_from_kitti(np.loadtxt(folder / 'poses.txt'))[:, 2]
     chosen = slice(first, None if count is None else first + count)
     return Clip(f'KITTI {sequence}', camera, frames[chosen], yaw[chosen])

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
-from clips import kitti_root
+from clips import kitti_camera, kitti_root
 import cv2
 import numpy as np
 from phase_traj_ros.io.sources.folder import FolderSource
@@ -98,19 +98,13 @@ def real_rides() -> list[Ride]:
     rides = []
     for sequence in REAL:
         folder = root / sequence
-        source = list(FolderSource(folder / 'image_0'))
-        projection = next(
-            line for line in (folder / 'calib.txt').read_text().splitlines()
-            if line.startswith('P0'))
-        matrix = np.array(projection.split()[1:], float).reshape(3, 4)
-        height, width = source[0].image.shape
-        camera = replace(
-            KITTI_CAMERA, width=width, height=height, focal=matrix[0, 0], cx=matrix[0, 2],
-            cy=matrix[1, 2])
+        source = FolderSource(folder / 'image_0')
+        taken = list(source)
+        camera = kitti_camera(source)
         poses = poses_from_kitti(np.loadtxt(folder / 'poses.txt'))
-        frames = [frame.image for frame in source]
+        frames = [frame.image for frame in taken]
         ride = Ride(
-            f'KITTI {sequence}', camera, [frame.stamp_ns for frame in source], poses[:, 2],
+            f'KITTI {sequence}', camera, [frame.stamp_ns for frame in taken], poses[:, 2],
             poses[:, :2], lambda frames=frames: frames)
         rides += [ride, ride.mirrored()]
     return rides

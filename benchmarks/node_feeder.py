@@ -16,6 +16,7 @@ import numpy as np
 from phase_traj_ros.io.sources.base import Frame, index_stamp_ns
 from phase_traj_ros.ros.playback.player import FramePlayer
 from phase_traj_ros.ros.spin import ros_context
+from phase_traj_ros.ros.startup.signals import stop_on_signals
 from phase_traj_ros.synthetic import KITTI_CAMERA
 
 _FRAMES = 20
@@ -32,9 +33,9 @@ def main() -> None:
     """Run the program."""
     rate, count = float(sys.argv[1]), int(sys.argv[2])
     clip = rendered_clip(KITTI_CAMERA, count=_FRAMES)
-    with ros_context(sys.argv[3:]) as stop:
+    with stop_on_signals() as stop, ros_context(sys.argv[3:]):
         player = FramePlayer(lossless=True)
-        player.wait_for_subscriber(stop, _DISCOVERY_S)
+        player.wait_for_subscribers(stop, _DISCOVERY_S)
         player.play(stamped(clip.there_and_back(count), rate), stop)
         player.wait_for_acknowledgement()
         player.destroy_node()

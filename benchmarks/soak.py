@@ -19,6 +19,7 @@ from phase_traj_ros.io import Frame
 from phase_traj_ros.ros.playback.live_run import lossless_overrides
 from phase_traj_ros.ros.playback.player import FramePlayer
 from phase_traj_ros.ros.spin import ros_context
+from phase_traj_ros.ros.startup.signals import stop_on_signals
 
 _FRAMES = 20_000
 _UPDATES = 10_000_000
@@ -50,9 +51,9 @@ def soak_node():
     node = subprocess.Popen([
         sys.executable, '-m', 'phase_traj_ros.ros.main', '--ros-args',
         *lossless_overrides('/image')])
-    with ros_context([]) as stop:
+    with stop_on_signals() as stop, ros_context([]):
         player = FramePlayer(lossless=True)
-        player.wait_for_subscriber(stop, 30.0)
+        player.wait_for_subscribers(stop, 30.0)
 
         def stream():
             for index in range(_FRAMES):

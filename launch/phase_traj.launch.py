@@ -6,56 +6,157 @@ Start the node for one camera.
 For example::
 
     ros2 launch phase_traj_ros phase_traj.launch.py image:=/front_camera/image_raw
+
+Only what is given is passed on to the node, so that a launch file which includes this one can set
+everything else. What makes no sense is found before anything is started.
 """
 
+from pathlib import Path
+
+from ament_index_python.packages import get_package_prefix, PackageNotFoundError
 from launch import LaunchDescription
-from launch.actions import DeclareLaunchArgument
-from launch.conditions import IfCondition
-from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
+from launch.actions import DeclareLaunchArgument, OpaqueFunction
 from launch_ros.actions import Node
-from launch_ros.parameter_descriptions import ParameterValue
-from launch_ros.substitutions import FindPackageShare
+from launch_ros.utilities.namespace_utils import make_namespace_absolute, prefix_namespace
+from phase_traj_ros.io.params_file import values_for
+from phase_traj_ros.parameters import NODE_NAME, Parameters, Transport
+
+CONFIG = Path(__file__).resolve().parent.parent / 'config'
+
+ARGUMENTS = {
+    'image': 'Image topic of the forward camera.',
+    'camera_info': 'Topic of its calibration, if that is not beside the images.',
+    'speed': "Topic of the vehicle's speed, or a constant speed in m/s.",
+    'params_file': 'ROS parameter file of the node, or the name of one in config/.',
+    'output_dir': 'Folder for ~/save and record_shifts.',
+    'namespace': 'Namespace of the node.',
+    'name': 'Name of the node.',
+    'use_sim_time': 'Take the time from /clock: true or false.',
+    'reliable': 'Subscribe to the images reliably, and keep them all: true or false.',
+    'respawn': 'Start the node again when it has ended: true or false.',
+    'log_level': 'debug, info, warn, error or fatal.',
+    'rviz': 'Show image, path and pose in RViz: true or false.',
+}
+RESPAWN_DELAY_S = 2.0
+SHOWN = ('debug_image', 'path', 'pose')
 
 
 def generate_launch_description():
-    """Return the node and its arguments."""
-    arguments = [
-        DeclareLaunchArgument(
-            'image', default_value='image', description='Image topic of the forward camera.'),
-        DeclareLaunchArgument(
-            'params_file',
-            default_value=PathJoinSubstitution(
-                [FindPackageShare('phase_traj_ros'), 'config', 'paper.yaml']),
-            description='ROS parameter file of the node.'),
-        DeclareLaunchArgument(
-            'namespace', default_value='', description='Namespace of the node.'),
-        DeclareLaunchArgument(
-            'use_sim_time', default_value='false', description='Take the time from /clock.'),
-        DeclareLaunchArgument(
-            'rviz', default_value='false', description='Show image, path and pose in RViz.'),
-    ]
-    sim_time = {'use_sim_time': ParameterValue(
-        LaunchConfiguration('use_sim_time'), value_type=bool)}
+    """Return the arguments, and what makes the nodes of them."""
+    return LaunchDescription([
+        *(DeclareLaunchArgument(name, default_value='', description=text)
+          for name, text in ARGUMENTS.items()),
+        OpaqueFunction(function=nodes)])
+
+
+def nodes(context):
+    """Return the nodes that the arguments ask for; raise before there is any."""
+    configured = context.launch_configurations
+    given = {name: configured[name] for name in ARGUMENTS if configured.get(name)}
+    name = given.get('name', NODE_NAME)
+    namespace = make_namespace_absolute(
+        prefix_namespace(configured.get('ros_namespace'), given.get('namespace')) or '/')
+    full_name = f'{namespace.rstrip("/")}/{name}'
+    file = params_file(given['params_file']) if 'params_file' in given else None
+    # In the order in which they reach the node: the later one holds.
+    known = dict(each for each in configured.get('global_params', [])
+                 if isinstance(each, tuple))
+    known.update(values_for(file, full_name) if file else {})
+    own = own_parameters(given)
+    if is_true(given, 'reliable'):
+        own.update(reliable(image_topic(configured, given, namespace, known)))
     node = Node(
-        package='phase_traj_ros',
-        executable='phase_traj_node',
-        name='phase_traj',
-        namespace=LaunchConfiguration('namespace'),
-        parameters=[LaunchConfiguration('params_file'), sim_time],
-        remappings=[('image', LaunchConfiguration('image'))],
-        output='screen',
-    )
-    rviz = Node(
-        package='rviz2',
-        executable='rviz2',
-        name='rviz2',
-        arguments=['-d', PathJoinSubstitution(
-            [FindPackageShare('phase_traj_ros'), 'config', 'phase_traj.rviz'])],
-        parameters=[sim_time],
+        package='phase_traj_ros', executable='phase_traj_node', name=name,
+        namespace=given.get('namespace', ''), output='screen',
+        parameters=[*([str(file)] if file else []), *([own] if own else [])],
+        # Ahead of the remappings of a parent, of which the first that fits holds.
+        ros_arguments=[*remappings(given), *log_level(given, full_name)],
+        respawn=is_true(given, 'respawn'), respawn_delay=RESPAWN_DELAY_S)
+    frame = str(known.get('frame_id', Parameters().frame_id))
+    return [*([rviz(given, full_name, frame)] if is_true(given, 'rviz') else []), node]
+
+
+def params_file(given):
+    """Return the file that is given by its path, or by its name in config/."""
+    for path in (Path(given), CONFIG / given):
+        if path.is_file():
+            return path.resolve()
+    names = ', '.join(sorted(path.name for path in CONFIG.glob('*.yaml')))
+    raise RuntimeError(f'params_file {given!r} does not exist; in config/ there are {names}')
+
+
+def own_parameters(given):
+    """Return the parameters that have an argument of their own."""
+    own = {}
+    if 'use_sim_time' in given:
+        own['use_sim_time'] = is_true(given, 'use_sim_time')
+    if 'output_dir' in given:
+        own['output_dir'] = given['output_dir']
+    if 'speed' in given:
+        constant = constant_speed(given)
+        own.update({'use_speed_topic': True} if constant is None else {'speed': constant})
+    return own
+
+
+def constant_speed(given):
+    """Return the speed where it is a number and not a topic, else None."""
+    try:
+        return float(given['speed'])
+    except ValueError:
+        return None
+
+
+def remappings(given):
+    """Return the ROS arguments that remap the topics given."""
+    topics = [each for each in ('image', 'camera_info') if each in given]
+    if 'speed' in given and constant_speed(given) is None:
+        topics.append('speed')
+    return [part for each in topics for part in ('-r', f'{each}:={given[each]}')]
+
+
+def log_level(given, full_name):
+    """Return the ROS arguments that set the level of the node's own log."""
+    if 'log_level' not in given:
+        return []
+    logger = full_name.strip('/').replace('/', '.')
+    return ['--log-level', f'{logger}:={given["log_level"]}']
+
+
+def image_topic(configured, given, namespace, known):
+    """Return the full name of the topic that the images will come on."""
+    remapped = dict(reversed(configured.get('ros_remaps', [])))
+    topic = given.get('image') or remapped.get('image', 'image')
+    topic = topic if topic.startswith('/') else f'{namespace.rstrip("/")}/{topic}'
+    compressed = str(known.get('image_transport')) == Transport.COMPRESSED.value
+    return f'{topic}/compressed' if compressed else topic
+
+
+def reliable(topic):
+    """Return the parameters that make the subscription lose nothing."""
+    prefix = f'qos_overrides.{topic}.subscription'
+    return {f'{prefix}.reliability': 'reliable', f'{prefix}.history': 'keep_all'}
+
+
+def rviz(given, full_name, frame):
+    """Return RViz, showing the topics of that node in that frame."""
+    try:
+        get_package_prefix('rviz2')
+    except PackageNotFoundError:
+        raise RuntimeError(
+            'rviz is true, but the package rviz2 is not installed: sudo apt install'
+            ' ros-$ROS_DISTRO-rviz2, or leave rviz out') from None
+    own = {'use_sim_time': is_true(given, 'use_sim_time')} if 'use_sim_time' in given else {}
+    return Node(
+        package='rviz2', executable='rviz2', name='rviz2',
+        arguments=['-d', str(CONFIG / 'phase_traj.rviz'), '-f', frame],
+        parameters=[own] if own else [],
         # The file names the topics of a node without namespace.
-        remappings=[
-            (f'/phase_traj/{topic}', [LaunchConfiguration('namespace'), f'/phase_traj/{topic}'])
-            for topic in ('debug_image', 'path', 'pose')],
-        condition=IfCondition(LaunchConfiguration('rviz')),
-    )
-    return LaunchDescription([*arguments, node, rviz])
+        remappings=[(f'/{NODE_NAME}/{topic}', f'{full_name}/{topic}') for topic in SHOWN])
+
+
+def is_true(given, name):
+    """Return whether the argument is given as true."""
+    value = given.get(name, 'false').lower()
+    if value not in ('true', 'false', '1', '0'):
+        raise RuntimeError(f'{name} is {given[name]!r}: it takes true or false')
+    return value in ('true', '1')

@@ -7,6 +7,8 @@ Every message says in one line what was wrong and what to do about it: the comma
 it as it is, and the node logs it as it is.
 """
 
+import sys
+
 
 class PhaseTrajError(Exception):
     """Base class of all errors this package raises on purpose."""
@@ -38,3 +40,24 @@ class ResultError(PhaseTrajError):
 
 class MissingDependencyError(PhaseTrajError, ImportError):
     """An optional dependency is needed for what was asked, and is not installed."""
+
+
+def rosbags_missing(what: str, error: ImportError, *, instead: str = '') -> MissingDependencyError:
+    """
+    Return the error that says what to install, and for which interpreter.
+
+    Parameters
+    ----------
+    what
+        What needs it, as the beginning of a sentence.
+    error
+        What the import has said.
+    instead
+        What else would do, as a further sentence part.
+
+    """
+    # With ros2 run, the interpreter is the one that colcon has run with, whatever is activated.
+    return MissingDependencyError(
+        f'{what} needs the Python package rosbags, 0.11 or later ({error}): install it for the'
+        f' interpreter that runs this, {sys.executable} -m pip install rosbags (with'
+        f' --user --break-system-packages where that is the system\'s own){instead}')

@@ -54,13 +54,18 @@ class Spec:
         return _ROS_TYPES[type(self.default)]
 
     @property
+    def is_open(self) -> bool:
+        """Return whether any finite number above 0 goes: such a range tells a tool nothing."""
+        return self.minimum == sys.float_info.min
+
+    @property
     def allowed(self) -> str:
         """Return the range or the choices in words, empty where any value goes."""
         if self.choices:
             return 'one of ' + ', '.join(self.choices)
         if self.minimum is None:
             return ''
-        if self.minimum == sys.float_info.min:
+        if self.is_open:
             return 'a finite number above 0'
         if self.step > 1:
             return f'{self.minimum:.12g} to {self.maximum:.12g} in steps of {self.step}'

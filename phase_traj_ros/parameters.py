@@ -38,6 +38,14 @@ class Transport(Enum):
     COMPRESSED = 'compressed'
 
 
+class SpeedType(Enum):
+    """What the vehicle's speed comes in."""
+
+    TWIST = 'twist'
+    TWIST_WITH_COVARIANCE = 'twist_with_covariance'
+    ODOMETRY = 'odometry'
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Parameters:
     """
@@ -156,6 +164,10 @@ class Parameters:
     use_speed_topic: bool = parameter(
         False, 'Whether the speed is taken from the topic speed, for the same purpose.',
         read_only=True)
+    speed_type: str = parameter(
+        SpeedType.TWIST.value, 'What comes on the topic speed: a TwistStamped, a'
+        ' TwistWithCovarianceStamped or an Odometry. A replay takes whichever the bag has.',
+        choices=tuple(each.value for each in SpeedType), read_only=True)
     max_path_poses: int = parameter(
         1000, 'Poses of the published path: corner points, oldest dropped first, and the tip; of a'
         ' path from the heading places of the whole way, thinned.',
@@ -190,6 +202,16 @@ class Parameters:
                 raise ParameterError(
                     f'parameters {side}_from and {side}_to are {begin} and {end}: the first has'
                     ' to be smaller')
+        for name in ('frame_id', 'child_frame_id'):
+            frame = getattr(self, name)
+            if not frame or frame.startswith('/') or frame != frame.strip():
+                raise ParameterError(
+                    f'parameter {name!r} is {frame!r}: it takes the name of a frame, without a'
+                    ' slash in front')
+        if self.frame_id == self.child_frame_id and (self.publish_tf or self.metric):
+            raise ParameterError(
+                f"parameters 'frame_id' and 'child_frame_id' are both {self.frame_id!r}: the frame"
+                ' that the vehicle moves in and its own take two names')
         if 0 < self.hfov_deg < LEAST_HFOV_DEG:
             raise ParameterError(
                 f"parameter 'hfov_deg' is {self.hfov_deg}: it takes {LEAST_HFOV_DEG} or more, or 0"

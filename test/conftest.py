@@ -6,6 +6,7 @@ import os
 from pathlib import Path
 import sys
 
+from needs import lacking
 import pytest
 
 try:
@@ -17,6 +18,9 @@ else:
     settings.register_profile(
         'patient', deadline=None, suppress_health_check=[HealthCheck.too_slow])
     settings.load_profile('patient')
+
+
+collect_ignore = lacking()
 
 
 def pytest_addoption(parser):

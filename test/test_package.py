@@ -44,13 +44,17 @@ def citation():
     return pytest.importorskip('yaml').safe_load((ROOT / 'CITATION.cff').read_text())
 
 
-def test_version_is_the_same_everywhere(setup_arguments, manifest, citation):
+def test_version_is_that_of_the_manifest_everywhere(setup_arguments, manifest, citation):
+    # ROS's release tool writes it into package.xml and setup.py, so both have to hold it.
+    version = manifest.findtext('version')
     changelog = (ROOT / 'CHANGELOG.rst').read_text()
 
-    assert setup_arguments['version'] == phase_traj_ros.__version__
-    assert manifest.findtext('version') == phase_traj_ros.__version__
-    assert citation['version'] == phase_traj_ros.__version__
-    assert re.search(rf'^{re.escape(phase_traj_ros.__version__)}\b', changelog, re.MULTILINE)
+    assert {
+        'setup.py': setup_arguments['version'],
+        'CITATION.cff': citation['version'],
+        'phase_traj_ros/__init__.py': phase_traj_ros.__version__,
+    } == dict.fromkeys(('setup.py', 'CITATION.cff', 'phase_traj_ros/__init__.py'), version)
+    assert re.search(rf'^{re.escape(version)}\b', changelog, re.MULTILINE)
 
 
 def test_name_is_the_same_everywhere(setup_arguments, manifest, citation):
@@ -118,10 +122,11 @@ def test_every_file_in_the_package_that_is_not_code_is_installed(setup_arguments
     assert files <= installed
 
 
-def test_both_programs_are_installed(setup_arguments):
+def test_all_programs_are_installed(setup_arguments):
     assert setup_arguments['entry_points']['console_scripts'] == [
         'phase_traj = phase_traj_ros.cli.main:main',
         'phase_traj_node = phase_traj_ros.ros.main:main',
+        'phase_traj_lifecycle_node = phase_traj_ros.ros.lifecycle_main:main',
     ]
 
 
@@ -145,6 +150,29 @@ def test_every_imported_ros_package_is_declared(manifest):
         or name in {'rclpy', 'launch', 'launch_ros', 'tf2_ros', 'cv_bridge'}}
 
     assert ros <= declared
+
+
+def names_of(requirements):
+    """Return the names of distributions, as package indexes compare them."""
+    found = (re.match(r'[A-Za-z0-9._-]+', each) for each in requirements)
+    return {re.sub('[-_.]+', '-', each.group()).lower() for each in found if each}
+
+
+def test_what_tests_ask_for_is_installed_and_pinned(setup_arguments):
+    extras = setup_arguments['extras_require']
+    asked = {
+        name for path in (ROOT / 'test').rglob('*.py')
+        for name in re.findall(r"importorskip\('(\w+)", path.read_text())}
+    # Every environment that setup_env.py makes has setuptools, whatever the extras.
+    known = names_of(
+        each for requirements in extras.values() for each in requirements) - {'setuptools'}
+    makefile = (ROOT / 'Makefile').read_text()
+    pins = (ROOT / 'tools' / 'constraints.txt').read_text().splitlines()
+    for target in ('test', 'test-noble', 'colcon'):
+        [chosen] = re.findall(rf'^{target}:.*\n.* --extras (\S+)', makefile, re.MULTILINE)
+        installed = names_of(each for name in chosen.split(',') for each in extras[name])
+        assert names_of(asked) & known <= installed, target
+        assert installed - {'setuptools'} <= names_of(pins), target
 
 
 @pytest.mark.parametrize('path', CODE, ids=lambda path: str(path.relative_to(ROOT)))

@@ -18,6 +18,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from xml.etree import ElementTree
 
 ROOT = Path(__file__).resolve().parent.parent
 PACKAGE = 'phase_traj_ros'
@@ -25,6 +26,8 @@ NOT_SOURCE = shutil.ignore_patterns(
     '.git', '.venv*', '.hypothesis', '.*_cache', '__pycache__', '*.egg-info',
     'build', 'install', 'log', 'out')
 NODE_TIMEOUT_S = 60.0
+# What a ROS installation adds to pytest's collection.
+ROS_PLUGINS = ('launch_testing', 'launch_ros', 'launch_pytest')
 
 
 class CheckError(Exception):
@@ -133,6 +136,22 @@ def check_colcon(workspace: Path, source: Path, environment: dict[str, str]) -> 
     results = workspace / 'build' / PACKAGE / 'pytest.xml'
     require(results)  # without any, the next command would find nothing wrong
     colcon('test-result', '--verbose', workspace=workspace, environment=installed)
+    check_all_ran(results, source, installed)
+
+
+def check_all_ran(results: Path, source: Path, environment: dict[str, str]) -> None:
+    """Fail if fewer tests ran than pytest finds by itself, without the plugins of ROS."""
+    done = subprocess.run(
+        [sys.executable, '-m', 'pytest', '--collect-only', '-q', '-m', 'not integration',
+         *(argument for plugin in ROS_PLUGINS for argument in ('-p', f'no:{plugin}'))],
+        cwd=source, env=environment, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
+        check=True, text=True)
+    expected = sum('::' in line for line in done.stdout.splitlines())
+    ran = sum(
+        int(suite.get('tests', 0)) for suite in ElementTree.parse(results).iter('testsuite'))
+    if not 0 < expected <= ran:
+        raise CheckError(f'colcon test ran {ran} tests, and pytest collects {expected}')
+    say(f'{ran} tests ran')
 
 
 def check_pip(workspace: Path, source: Path, environment: dict[str, str]) -> None:

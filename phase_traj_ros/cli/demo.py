@@ -16,7 +16,7 @@ from phase_traj_ros.io.atomic import output_directory
 from phase_traj_ros.io.replay.run import Replay, replay
 from phase_traj_ros.io.results.figures import require_matplotlib
 from phase_traj_ros.io.results.files import write_results
-from phase_traj_ros.io.sources.base import open_source
+from phase_traj_ros.io.sources.opening import open_source
 from phase_traj_ros.parameters import Parameters
 from phase_traj_ros.synthetic import Drive, DRIVES, named_drive, write_drive_bag
 

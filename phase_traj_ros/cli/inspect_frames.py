@@ -10,8 +10,8 @@ from phase_traj_ros.cli.options import add_command
 from phase_traj_ros.core import PhaseCorrelator
 from phase_traj_ros.errors import FrameError
 from phase_traj_ros.io.atomic import output_file
+from phase_traj_ros.io.images.picture_file import read_picture
 from phase_traj_ros.io.results.figures import require_matplotlib, write_correlation_picture
-from phase_traj_ros.io.sources.folder import read_picture
 
 _EPILOG = """
 dx is the displacement of the picture's content from A to B in pixels, positive to the right: the

@@ -10,6 +10,7 @@ import time
 from typing import TextIO
 
 from phase_traj_ros.core import Corner, Movement, TrajectoryEstimator, Update
+from phase_traj_ros.io.replay.run import Watcher
 from phase_traj_ros.io.results.path_text import path_lines
 from phase_traj_ros.io.sources.base import Frame
 
@@ -21,7 +22,7 @@ _KEPT_CORNERS = 100_000
 _HIDE_CURSOR, _SHOW_CURSOR = '\x1b[?25l', '\x1b[?25h'
 
 
-class LiveView:
+class LiveView(Watcher):
     """
     Watches a replay: progress, codes, response, and the path as it grows.
 
@@ -75,9 +76,6 @@ class LiveView:
             self._stream.write(_SHOW_CURSOR)
         self._stream.flush()
 
-    def start(self, frame: Frame, estimator: TrajectoryEstimator) -> None:
-        """Begin with the first frame."""
-
     def add(self, frame: Frame, update: Update, estimator: TrajectoryEstimator) -> None:
         """Take what a pair adds."""
         self._newest = update, estimator
@@ -127,15 +125,11 @@ def _corners(estimator: TrajectoryEstimator) -> tuple[Corner, ...]:
 def _state(update: Update) -> str:
     movement, direction = update.step.movement, update.step.direction
     return (
-        f'pair {update.pair}  movement {int(movement)} {_word(movement.name)}'
-        f'  direction {int(direction)} {_word(direction.name)}  {update.status.value}')
+        f'pair {update.pair}  movement {int(movement)} {movement.label}'
+        f'  direction {int(direction)} {direction.label}  {update.status.value}')
 
 
 def _measured(update: Update) -> str:
     if update.shift is None:
         return 'no shift'
     return f'shift {update.shift.dx:+.1f} px  response {update.shift.response:.3f}'
-
-
-def _word(name: str) -> str:
-    return name.lower().replace('_', ' ')

@@ -7,7 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from phase_traj_ros.io.params_file import parse_assignment, read_parameters
-from phase_traj_ros.io.sources.base import FrameSource, open_source
+from phase_traj_ros.io.sources.base import FrameSource
+from phase_traj_ros.io.sources.opening import open_source
 from phase_traj_ros.io.sources.selection import Selection
 from phase_traj_ros.parameters import Parameters
 

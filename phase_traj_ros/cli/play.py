@@ -15,11 +15,16 @@ from phase_traj_ros.core.camera.model import CameraModel
 from phase_traj_ros.errors import (
     CalibrationError,
     MissingDependencyError,
+    OutputError,
     ParameterError,
     SourceError,
 )
 from phase_traj_ros.io.sources.base import Frame, FrameSource
 from phase_traj_ros.io.sources.prefetch import prefetch
+
+_WAIT_S, _WAIT_LOSSLESS_S = 5.0, 30.0
+# Nobody waits for longer; the system takes no infinite time.
+_LONGEST_DELAY_S = 1e6
 
 _EPILOG = f"""
 {SOURCE_HELP}
@@ -47,13 +52,17 @@ def add_parser(commands: Any) -> None:
     parser.add_argument('--loop', action='store_true', help='begin again at the end')
     parser.add_argument(
         '--lossless', action='store_true',
-        help='publish reliably with KEEP_ALL, begin when somebody has subscribed, and end when'
+        help='publish reliably with KEEP_ALL, fail where nobody subscribes, and end when'
              ' everything has been received')
     parser.add_argument(
         '--image-topic', metavar='NAME', default='image', help='publish here (default: image)')
     parser.add_argument(
-        '--wait', metavar='S', type=float, default=30.0,
-        help='seconds to wait for a subscriber with --lossless (default 30)')
+        '--wait', metavar='S', type=float,
+        help='longest time in seconds to wait for a subscriber before the first frame (default'
+             f' {_WAIT_S:g}, with --lossless {_WAIT_LOSSLESS_S:g})')
+    parser.add_argument(
+        '--delay', metavar='S', type=float, default=0.0,
+        help='seconds to wait after that, such as for a recorder to start (default 0)')
     parser.add_argument(
         '--ros-args', nargs=REMAINDER, default=[], metavar='...',
         help='arguments for ROS, such as -r __ns:=/front; they come last')
@@ -64,23 +73,35 @@ def run(options: Namespace) -> None:
     """Run the command."""
     if not (math.isfinite(options.rate) and options.rate > 0):
         raise ParameterError(f'--rate is {options.rate}: give a finite number above 0')
-    if not options.wait >= 0:
-        raise ParameterError(f'--wait is {options.wait}: give a number of seconds, 0 or more')
+    if options.wait is None:
+        options.wait = _WAIT_LOSSLESS_S if options.lossless else _WAIT_S
+    for name in ('wait', 'delay'):
+        if not getattr(options, name) >= 0:
+            raise ParameterError(
+                f'--{name} is {getattr(options, name)}: give a number of seconds, 0 or more')
     try:
         from phase_traj_ros.ros.playback.player import FramePlayer
-        from phase_traj_ros.ros.spin import ros_context
+        from phase_traj_ros.ros.playback.reception import Reception
+        from phase_traj_ros.ros.spin import names_explained, ros_context
+        from phase_traj_ros.ros.startup.signals import stop_on_signals
     except ImportError as error:
         raise MissingDependencyError(
             f'playing needs rclpy ({error}): source a ROS 2 installation, or install'
             ' phase_traj_ros[ros]') from None
-    with source_of(options) as source, ros_context(['--ros-args', *options.ros_args]) as stop:
-        player = FramePlayer(
-            topic=options.image_topic, lossless=options.lossless,
-            camera=_camera_of(source, rectified=False),
-            rectified=_camera_of(source, rectified=True))
+    with (source_of(options) as source, stop_on_signals() as stop,
+            ros_context(['--ros-args', *options.ros_args])):
+        with names_explained():
+            player = FramePlayer(
+                topic=options.image_topic, lossless=options.lossless,
+                camera=_camera_of(source, rectified=False),
+                rectified=_camera_of(source, rectified=True))
         try:
-            if options.lossless:
-                player.wait_for_subscriber(stop, options.wait)
+            reception = Reception(player, player.topic)
+            if not player.wait_for_subscribers(stop, options.wait):
+                _nobody_listens(player.topic, options)
+            stop.wait(min(options.delay, _LONGEST_DELAY_S))
+            if not options.lossless:
+                reception.begin(stop)
             total = None if options.loop else source.frame_count
             with closing(prefetch(_frames(source, loop=options.loop))) as frames:
                 published = player.play(
@@ -88,9 +109,22 @@ def run(options: Namespace) -> None:
                     rate=options.rate)
             if not stop.is_set():
                 player.wait_for_acknowledgement()
+                for node, got in reception.missed(published, stop).items():
+                    print(f'warning: {node} got {got} of them: best effort loses what comes too'
+                          ' fast or is too large; --lossless loses nothing (see --help)',
+                          file=sys.stderr)
         finally:
             player.destroy_node()
     print(f'published {published} frames')
+
+
+def _nobody_listens(topic: str, options: Namespace) -> None:
+    problem = (f'nobody has subscribed to {topic} within {options.wait:g} s with a matching'
+               ' quality of service: start the node, and remap its image to this topic')
+    if options.lossless:
+        raise OutputError(f'{problem}, and for --lossless set its qos_overrides to reliable')
+    if options.wait > 0:
+        print(f'warning: {problem}', file=sys.stderr)
 
 
 def _camera_of(source: FrameSource, *, rectified: bool) -> CameraModel | None:

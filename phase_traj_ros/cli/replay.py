@@ -46,7 +46,8 @@ def add_parser(commands: Any) -> None:
     add_parameters(parser)
     parser.add_argument(
         '--speed-topic', metavar='TOPIC', default=DEFAULT_SPEED_TOPIC,
-        help='topic of geometry_msgs/TwistStamped in a bag, for use_speed_topic (default'
+        help='topic of a bag with the speed, a TwistStamped, TwistWithCovarianceStamped or'
+             ' Odometry, for use_speed_topic (default'
              f' {DEFAULT_SPEED_TOPIC})')
     parser.add_argument(
         '--output', metavar='DIR', type=Path, help='write the results here (default: only print)')

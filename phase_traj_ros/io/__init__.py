@@ -11,7 +11,8 @@ from phase_traj_ros.io.messages.image import (
     to_grey,
 )
 from phase_traj_ros.io.messages.stamps import StampRule, to_nanoseconds
-from phase_traj_ros.io.sources.base import DEFAULT_FPS, Frame, FrameSource, open_source
+from phase_traj_ros.io.sources.base import DEFAULT_FPS, Frame, FrameSource
+from phase_traj_ros.io.sources.opening import open_source
 from phase_traj_ros.io.sources.prefetch import prefetch
 from phase_traj_ros.io.sources.selection import EVERYTHING, Selection
 

@@ -4,6 +4,7 @@
 
 from collections.abc import Iterator, Mapping
 from pathlib import Path
+import re
 
 from phase_traj_ros.errors import ParameterError
 from phase_traj_ros.parameters import NODE_NAME, Parameters
@@ -48,6 +49,36 @@ def read_parameters(path: Path) -> Parameters:
         return Parameters().with_values(own)
     except ParameterError as error:
         raise ParameterError(f'{path}: {error}') from None
+
+
+def values_for(path: Path, full_name: str) -> dict[str, object]:
+    """
+    Return what ``path`` gives to the node of that name, such as ``/front/phase_traj``.
+
+    In the file, ``*`` stands for one part of a name, ``**`` for any number of them, as in ROS.
+    Names of parameters are joined by dots; values are as they stand there.
+
+    Raises
+    ------
+    ParameterError
+        The file cannot be read, is not a ROS parameter file, or has nothing for this node.
+
+    """
+    sections = list(_sections(path))
+    own = [values for name, values in sections if _names_node(name, full_name)]
+    if not own:
+        others = ', '.join(name for name, _ in sections) or 'no node'
+        raise ParameterError(
+            f"{path} has parameters for {others}, not for {full_name}: put them under '/**:' or"
+            f" '{full_name}:', in '{_VALUES}:'")
+    return {name: value for values in own for name, value in _flatten(values)}
+
+
+def _names_node(pattern: str, full_name: str) -> bool:
+    parts = [
+        {'**': r'(/[^/]+)*', '*': r'/[^/]+'}.get(part, f'/{re.escape(part)}')
+        for part in pattern.split('/') if part]
+    return re.fullmatch(''.join(parts), full_name) is not None
 
 
 def parse_assignment(text: str) -> tuple[str, object]:

@@ -8,6 +8,7 @@ from typing import Any
 from phase_traj_ros.errors import ParameterError
 from phase_traj_ros.parameter_spec import Spec
 from phase_traj_ros.parameters import Parameters, specs
+from phase_traj_ros.ros.startup.overrides import PREFIX
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
 from rclpy.exceptions import (
     InvalidParameterTypeException,
@@ -51,7 +52,7 @@ def unknown_overrides(node: Node) -> list[str]:
     """Return the names given at the start that nobody has declared: most likely misspelt."""
     return sorted(
         name for name in node._parameter_overrides
-        if not node.has_parameter(name) and not name.startswith('qos_overrides.'))
+        if not node.has_parameter(name) and not name.startswith(PREFIX))
 
 
 def _declare(node: Node, spec: Spec) -> object:
@@ -72,7 +73,7 @@ def _descriptor(spec: Spec) -> ParameterDescriptor:
         additional_constraints=spec.allowed,
         read_only=spec.read_only,
     )
-    if spec.minimum is not None and spec.maximum is not None:
+    if spec.minimum is not None and spec.maximum is not None and not spec.is_open:
         if spec.type == 'double':
             descriptor.floating_point_range = [FloatingPointRange(
                 from_value=spec.minimum, to_value=spec.maximum)]

@@ -2,26 +2,21 @@
 # SPDX-License-Identifier: Apache-2.0
 """Entry point of the executable ``phase_traj_node``."""
 
+from collections.abc import Sequence
 import sys
 
-from phase_traj_ros.errors import PhaseTrajError
-from phase_traj_ros.parameters import NODE_NAME
-from phase_traj_ros.ros.node import PhaseTrajNode
-from phase_traj_ros.ros.spin import ros_context, spin
-from rclpy.logging import get_logger
-
-EXIT_BAD_INPUT = 2
+from phase_traj_ros.ros.startup.signals import stop_on_signals
 
 
-def main(arguments: list[str] | None = None) -> int:
+def main(arguments: Sequence[str] | None = None) -> int:
     """Run the node until SIGINT or SIGTERM; return the exit status."""
-    try:
-        with ros_context(arguments) as stop:
-            spin(PhaseTrajNode, stop)
-    except PhaseTrajError as error:
-        get_logger(NODE_NAME).fatal(str(error))
-        return EXIT_BAD_INPUT
-    return 0
+    with stop_on_signals() as stop:
+        # Here, as they take a second, in which a signal may come.
+        from phase_traj_ros.ros.nodes.node import PhaseTrajNode
+        from phase_traj_ros.ros.startup.run import run
+        return run(
+            PhaseTrajNode, stop, arguments, program='phase_traj_node',
+            description='Codes the trajectory of a vehicle from the images of its camera.')
 
 
 if __name__ == '__main__':

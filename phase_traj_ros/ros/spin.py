@@ -4,17 +4,17 @@
 Runs a node until it is told to stop.
 
 rclpy's own signal handlers shut the context down under a callback that is still running, which
-then ends in a traceback now and then. Here a signal only sets an event; the callback under way
-finishes, and the node is taken down in order.
+then ends in a traceback now and then. Here a signal only sets an event (``stop_on_signals``); the
+callback under way finishes, and the node is taken down in order.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-import signal
 from threading import Event
 
 from phase_traj_ros.errors import ParameterError
 import rclpy
+from rclpy.exceptions import NameValidationException
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
@@ -24,9 +24,9 @@ _POLL_S = 0.2
 
 
 @contextmanager
-def ros_context(arguments: list[str] | None = None) -> Iterator[Event]:
+def ros_context(arguments: Sequence[str] | None = None) -> Iterator[None]:
     """
-    Initialise rclpy; yield the event that SIGINT and SIGTERM set; shut down on leaving.
+    Initialise rclpy; shut it down on leaving.
 
     Raises
     ------
@@ -34,29 +34,53 @@ def ros_context(arguments: list[str] | None = None) -> Iterator[Event]:
         ROS cannot make sense of the arguments.
 
     """
-    stop = Event()
-    handlers = {
-        number: signal.signal(number, lambda *_: stop.set())
-        for number in (signal.SIGINT, signal.SIGTERM)
-    }
     try:
-        rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
-        yield stop
+        rclpy.init(
+            args=None if arguments is None else list(arguments),
+            signal_handler_options=SignalHandlerOptions.NO)
+        yield
     except (rclpy_implementation.RCLError, rclpy_implementation.UnknownROSArgsError) as error:
         if rclpy.ok():
             raise
         # What follows is where in the C sources it was noticed.
         reason = ' '.join(str(error).split(', at /')[0].split())
-        raise ParameterError(f'{reason}: see the arguments behind --ros-args') from None
+        raise ParameterError(f'{reason}: see the arguments after --ros-args') from None
     finally:
         rclpy.try_shutdown()
-        for number, handler in handlers.items():
-            signal.signal(number, handler)
+
+
+@contextmanager
+def names_explained() -> Iterator[None]:
+    """
+    Say in one line what is wrong with the name of a node or a topic.
+
+    Raises
+    ------
+    ParameterError
+        In the place of what rclpy raises, whose message has several lines.
+
+    """
+    try:
+        yield
+    except NameValidationException as error:
+        # 'Invalid topic name: why:', the name in quotes, and a pointer to the letter.
+        what, name, *_ = str(error).splitlines()
+        raise ParameterError(f'{name.strip()}: {what.rstrip(":")[:1].lower()}'
+                             f'{what.rstrip(":")[1:]}') from None
 
 
 def spin(make_node: Callable[[], Node], stop: Event) -> None:
-    """Make a node and run its callbacks until ``stop`` is set; then take it down."""
-    node = make_node()
+    """
+    Make a node and run its callbacks until ``stop`` is set; then take it down.
+
+    Raises
+    ------
+    ParameterError
+        Its name, or that of a topic, is not allowed.
+
+    """
+    with names_explained():
+        node = make_node()
     executor = SingleThreadedExecutor()
     executor.add_node(node)
     try:

@@ -153,7 +153,7 @@ def test_play_refuses_times_that_cannot_be(folder, option, value):
 
 @pytest.mark.parametrize(('arguments', 'message'), [
     (['/does/not/exist'], 'does not exist'),
-    (['{folder}', '--topic', '/image'], 'leave out --topic'),
+    (['{folder}', '--topic', '/image'], 'leave out topic'),
     (['{folder}', '--every', '0'], 'every must be a whole number'),
     (['{folder}', '--start', '60'], 'no frame is selected'),
     (['{folder}', '--duration', '0.1'], '1 frame to use, but a trajectory takes at least two'),

@@ -14,7 +14,8 @@ import numpy as np
 from phase_traj_ros.cli.live_view import LiveView
 from phase_traj_ros.cli.main import main
 from phase_traj_ros.io.replay.run import replay
-from phase_traj_ros.io.sources.base import Frame, open_source
+from phase_traj_ros.io.sources.base import Frame
+from phase_traj_ros.io.sources.opening import open_source
 from phase_traj_ros.parameters import Parameters
 import pytest
 
@@ -87,11 +88,11 @@ def test_an_error_leaves_nothing_behind(folder, tmp_path, capsys):
 
 
 @pytest.mark.parametrize(('arguments', 'message'), [
-    (['--report'], '--report writes into the folder of --output'),
-    (['--svg'], '--svg writes into the folder of --output'),
+    (['--report'], 'report writes into the output folder'),
+    (['--svg'], 'svg writes into the output folder'),
     (['--bag-out', 'x.bag'], 'its name has to end in .mcap'),
     (['--animation', 'x.png'], 'its name has to end in .gif'),
-    (['--bag-debug-images'], '--bag-debug-images is about the bag of --bag-out'),
+    (['--bag-debug-images'], 'bag_debug_images is about the bag of bag_out'),
     (['{folder}'], 'several sources need --output DIR'),
     (['{folder}', '--output', '{out}', '--live'], '--live takes one source'),
     (['{folder}', '--output', '{out}', '--animation', 'x.gif'], '--animation takes one source'),

@@ -11,7 +11,7 @@ from live import LOSSLESS
 import numpy as np
 from phase_traj_ros.core.codes.text import parse
 from phase_traj_ros.io.replay.run import replay
-from phase_traj_ros.io.sources.base import open_source
+from phase_traj_ros.io.sources.opening import open_source
 from phase_traj_ros.io.sources.selection import Selection
 from phase_traj_ros.parameters import Parameters
 from phase_traj_ros.ros.playback.live_run import run_live

@@ -5,6 +5,7 @@
 import math
 import signal
 
+from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped, Vector3Stamped
 from live import image, LATCHED, LOSSLESS, stop
 from nav_msgs.msg import Path
@@ -305,3 +306,21 @@ def test_a_signal_while_idle_ends_the_node_in_order(live, number):
     live.until(lambda: 'listening to /image' in live.logs())
     assert stop(process, number, timeout=2) == 0
     assert 'Traceback' not in live.logs()
+
+
+def test_pairs_can_be_synchronised_with_the_images(live, topics, connected):
+    pairs = live.listen(DiagnosticArray, 'phase_traj/pair')
+    live.until(lambda: live.node.count_publishers('phase_traj/pair') == 1)
+    answer = live.call(Trigger, 'phase_traj/reset', Trigger.Request())
+    assert answer.success
+    publish(connected[1], rolled(DRIVE))
+    live.until(lambda: complete(topics, 9) and len(pairs) == 9)
+    assert stamps(pairs) == stamps(topics['shift'])
+    told = [{each.key: each.value for each in pair.status[0].values} for pair in pairs]
+    assert [int(each['movement']) for each in told] == MOVEMENT
+    assert [int(each['direction']) for each in told if each['direction']] == DIRECTION
+    assert [float(each['dx']) for each in told] == [each.vector.x for each in topics['shift']]
+    assert [float(each['response']) for each in told] == [
+        pytest.approx(each.data, rel=1e-6) for each in topics['response']]
+    assert [pair.status[0].message for pair in pairs] == [
+        'turning' if code == 3 else 'ok' for code in MOVEMENT]

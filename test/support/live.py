@@ -47,13 +47,15 @@ class Live:
         self.node.destroy_node()
         self.context.try_shutdown()
 
-    def start(self, *ros_arguments, lossless=True, module='phase_traj_ros.ros.main'):
-        """Start a node; its log goes to a file, see log_of."""
+    def start(
+            self, *ros_arguments, lossless=True, module='phase_traj_ros.ros.main', arguments=None):
+        """Start a node; its log goes to a file. ``arguments`` are instead of those for ROS."""
         overrides = lossless_overrides('/image') if lossless else []
         log = self._folder / f'node{len(self._processes)}.log'
         with log.open('wb') as file:
             process = subprocess.Popen(
-                [sys.executable, '-m', module, '--ros-args', *overrides, *ros_arguments],
+                [sys.executable, '-m', module,
+                 *(arguments or ['--ros-args', *overrides, *ros_arguments])],
                 stdout=file, stderr=subprocess.STDOUT, stdin=subprocess.DEVNULL)
         process.log = log
         self._processes.append(process)

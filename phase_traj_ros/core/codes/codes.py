@@ -8,7 +8,16 @@ from enum import IntEnum
 _CODES_PER_BYTE = 4
 
 
-class Movement(IntEnum):
+class Code(IntEnum):
+    """What all codes have."""
+
+    @property
+    def label(self) -> str:
+        """Return the code's name for people, such as ``no change``."""
+        return self.name.lower().replace('_', ' ')
+
+
+class Movement(Code):
     """What the vehicle does in one pair of frames (the paper's dynamic chain code, MSCC)."""
 
     LEFT = 0
@@ -17,7 +26,7 @@ class Movement(IntEnum):
     NO_CHANGE = 3
 
 
-class Direction(IntEnum):
+class Direction(Code):
     """Heading relative to the start, in quarter turns (the actual chain code, ISCC)."""
 
     LEFT = 0

@@ -11,14 +11,13 @@ geometric configurations", 1961, with the start heading up, 2 (in brackets, the 
     5      6 (3)   7
 """
 
-from enum import IntEnum
 from types import MappingProxyType
 from typing import TypeAlias
 
-from phase_traj_ros.core.codes.codes import Direction
+from phase_traj_ros.core.codes.codes import Code, Direction
 
 
-class Freeman(IntEnum):
+class Freeman(Code):
     """Heading relative to the start, in steps of 45 degrees, counter-clockwise."""
 
     RIGHT = 0

@@ -5,23 +5,24 @@
 from collections import Counter, deque
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from enum import IntEnum
 from itertools import chain, repeat
 from types import MappingProxyType
 from typing import Any, Generic, TypeVar
 
-Code = TypeVar('Code', bound=IntEnum)
+from phase_traj_ros.core.codes.codes import Code
+
+CodeT = TypeVar('CodeT', bound=Code)
 
 
 @dataclass(frozen=True, slots=True)
-class Run(Generic[Code]):
+class Run(Generic[CodeT]):
     """The same code, ``count`` times in a row."""
 
-    code: Code
+    code: CodeT
     count: int
 
 
-class CodeSeries(Generic[Code]):
+class CodeSeries(Generic[CodeT]):
     """
     Codes in the order they came, run-length encoded.
 
@@ -33,11 +34,11 @@ class CodeSeries(Generic[Code]):
         """Make an empty series that keeps ``max_runs`` runs, or all of them."""
         if max_runs is not None and max_runs < 1:
             raise ValueError(f'max_runs is {max_runs}: give at least 1')
-        self._runs: deque[Run[Code]] = deque(maxlen=max_runs)
-        self._totals: Counter[Code] = Counter()
+        self._runs: deque[Run[CodeT]] = deque(maxlen=max_runs)
+        self._totals: Counter[CodeT] = Counter()
         self._length = 0
 
-    def append(self, code: Code) -> None:
+    def append(self, code: CodeT) -> None:
         """Add one code at the end."""
         last = self._runs[-1] if self._runs else None
         if last is not None and last.code is code:
@@ -54,26 +55,21 @@ class CodeSeries(Generic[Code]):
         self._length = 0
 
     @property
-    def runs(self) -> tuple[Run[Code], ...]:
+    def runs(self) -> tuple[Run[CodeT], ...]:
         """Return the runs kept, oldest first."""
         return tuple(self._runs)
 
-    def last_runs(self, count: int) -> tuple[Run[Code], ...]:
+    def last_runs(self, count: int) -> tuple[Run[CodeT], ...]:
         """Return the newest ``count`` runs, oldest first."""
         first = max(len(self._runs) - count, 0)
         return tuple(self._runs[index] for index in range(first, len(self._runs)))
 
     @property
-    def forgotten(self) -> int:
-        """Return how many of the oldest codes are no longer kept."""
-        return self._length - sum(run.count for run in self._runs)
-
-    @property
-    def totals(self) -> Mapping[Code, int]:
+    def totals(self) -> Mapping[CodeT, int]:
         """Return how often each code was appended, forgotten ones included."""
         return MappingProxyType(self._totals)
 
-    def totals_of(self, codes: type[IntEnum]) -> tuple[int, ...]:
+    def totals_of(self, codes: type[Code]) -> tuple[int, ...]:
         """Return how often each of ``codes`` was appended, from the lowest one on."""
         counts: Mapping[Any, int] = self._totals
         return tuple(counts.get(code, 0) for code in sorted(codes))
@@ -82,6 +78,6 @@ class CodeSeries(Generic[Code]):
         """Return how many codes were appended, forgotten ones included."""
         return self._length
 
-    def __iter__(self) -> Iterator[Code]:
+    def __iter__(self) -> Iterator[CodeT]:
         """Iterate over the codes kept, oldest first."""
         return chain.from_iterable(repeat(run.code, run.count) for run in self._runs)

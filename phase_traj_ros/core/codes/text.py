@@ -18,12 +18,11 @@ directions the brackets of the second series go on to 7, and so do its codes. Fo
 """
 
 from dataclasses import dataclass
-from enum import IntEnum
 import re
 from typing import Any
 
 from phase_traj_ros.core.codes.chain import ChainCode
-from phase_traj_ros.core.codes.codes import Movement
+from phase_traj_ros.core.codes.codes import Code, Movement
 from phase_traj_ros.core.codes.series import CodeSeries
 
 _NUMBER = r'(0|[1-9]\d*)'
@@ -100,7 +99,7 @@ def parse(text: str) -> ChainCodeText:
 
 
 def _series_text(
-    series: CodeSeries[Any], codes: type[IntEnum], max_runs: int | None,
+    series: CodeSeries[Any], codes: type[Code], max_runs: int | None,
 ) -> SeriesText:
     runs = series.runs if max_runs is None else series.last_runs(max_runs)
     kept = sum(run.count for run in runs)

@@ -58,12 +58,10 @@ class Travel:
 
 @dataclass(frozen=True, slots=True)
 class CameraMotion:
-    """How the camera has turned between two frames, in radians, and how well that is known."""
+    """How the camera has turned between two frames, in radians, and how many blocks say so."""
 
     yaw: float
     """Left positive."""
-    yaw_deviation: float
-    """Standard deviation, were the blocks' errors independent."""
     pitch: float
     roll: float
     travel: Travel
@@ -146,8 +144,7 @@ class MotionFit:
         covariance = inverse * self._deviation ** 2
         agreeing = float(weight[error < (_OUTLIER * self._deviation) ** 2].sum())
         return CameraMotion(
-            yaw=float(state[_YAW]), yaw_deviation=math.sqrt(max(covariance[_YAW, _YAW], 0.0)),
-            pitch=float(state[_PITCH]), roll=float(state[_ROLL]),
+            yaw=float(state[_YAW]), pitch=float(state[_PITCH]), roll=float(state[_ROLL]),
             travel=Travel(float(state[_B]), float(state[_C]),
                           float(covariance[_B, _B]), float(covariance[_C, _C])),
             agreeing=agreeing, agreement=agreeing / float(weight.sum()))

@@ -47,19 +47,20 @@ def run_on_dask(
         from distributed import as_completed, Client
     except ImportError as error:
         raise MissingDependencyError(
-            f'--dask needs dask and distributed ({error}): install phase_traj_ros[dask]') from None
+            f'a dask cluster needs dask and distributed ({error}): install phase_traj_ros[dask]'
+        ) from None
     try:
         client = Client(address, timeout=_ANSWER_S)
     except (OSError, ValueError) as error:
         raise ParameterError(
-            f'--dask {address}: no scheduler answers there ({error}); start one with'
+            f'dask at {address}: no scheduler answers there ({error}); start one with'
             ' dask-scheduler, or check the address') from None
     with client:
         try:
             client.wait_for_workers(1, timeout=_ANSWER_S)
         except TimeoutError:
             raise ParameterError(
-                f'--dask {address}: the scheduler has no workers; start some with dask-worker'
+                f'dask at {address}: the scheduler has no workers; start some with dask-worker'
             ) from None
         # Not pure: the same source is replayed again if it is asked for again.
         futures = {client.submit(run, job, pure=False): job for job in jobs}

@@ -19,6 +19,7 @@ from phase_traj_ros.io.results.report.page import (
     definitions,
     filled,
     Markup,
+    style,
     table,
     template,
     write_page,
@@ -60,7 +61,7 @@ def _row(outcome: Outcome) -> list[str]:
 def _page(outcomes: Sequence[Outcome], directory: Path) -> str:
     done = [outcome for outcome in outcomes if outcome.status is Status.OK]
     return filled(template('summary.html'), {
-        'style': Markup(template('style.css')),
+        'style': style(),
         'facts': definitions([
             ('sources', str(len(outcomes))),
             ('done', str(len(done))),

@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 from phase_traj_ros.errors import ResultError, SourceError
-from phase_traj_ros.io.sources.folder import read_times, TIMES_FILE
+from phase_traj_ros.io.sources.times_file import read_times, TIMES_FILE
 
 _KITTI_COLUMNS, _TUM_COLUMNS = 12, 8
 _NANO = 1_000_000_000

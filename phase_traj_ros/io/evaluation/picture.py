@@ -15,14 +15,10 @@ from phase_traj_ros.io.evaluation.ground_truth import MatchedTruth
 from phase_traj_ros.io.evaluation.replayed_drive import ReplayedDrive
 from phase_traj_ros.io.evaluation.scores import aligned, true_turns
 from phase_traj_ros.io.results.figures import new_figure, save
+from phase_traj_ros.io.results.palette import LIGHT
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes as Plot
-
-_INK = '#1f2933'
-_PATH = '#0b6e99'
-_ACCENT = '#d1495b'
-_MUTED = '#9aa5b1'
 
 
 def write_evaluation_picture(
@@ -62,14 +58,14 @@ def _draw_path(
     extent = max(float(np.ptp(shown, axis=0).max()), 1e-9)
     if behind is not None:
         fitted = (to_axes(aligned(behind, points), Axes.FIGURE) - shown[0]) / extent
-        plot.plot(fitted[:, 0], fitted[:, 1], color=_MUTED, linewidth=3, alpha=0.5)
+        plot.plot(fitted[:, 0], fitted[:, 1], color=LIGHT.muted, linewidth=3, alpha=0.5)
     shown = normalised(shown)
-    plot.plot(shown[:, 0], shown[:, 1], color=_PATH, linewidth=2, solid_capstyle='round')
-    plot.plot(*shown[0], 'o', color=_INK)
-    plot.plot(*shown[-1], 's', color=_ACCENT)
+    plot.plot(shown[:, 0], shown[:, 1], color=LIGHT.line, linewidth=2, solid_capstyle='round')
+    plot.plot(*shown[0], 'o', color=LIGHT.ink)
+    plot.plot(*shown[-1], 's', color=LIGHT.accent)
     plot.set_aspect('equal', adjustable='datalim')
     plot.set_title(title, loc='left', fontsize=9)
-    plot.grid(color=_MUTED, alpha=0.3)
+    plot.grid(color=LIGHT.muted, alpha=0.3)
     plot.tick_params(labelsize=8)
     plot.margins(0.15)
 
@@ -80,17 +76,17 @@ def _draw_headings(
     begin = true.stamps_ns[0]
     seconds = (true.stamps_ns - begin) / 1e9
     measured = heading[true.frames] - heading[true.frames[0]]
-    plot.plot(seconds, np.degrees(true.headings), color=_MUTED, linewidth=3, label='true')
-    plot.plot(seconds, np.degrees(measured), color=_PATH, linewidth=1.2, label='measured')
+    plot.plot(seconds, np.degrees(true.headings), color=LIGHT.muted, linewidth=3, label='true')
+    plot.plot(seconds, np.degrees(measured), color=LIGHT.line, linewidth=1.2, label='measured')
     for turns, color, (low, high), name in (
-            (true_turns(true), _MUTED, (0.0, 0.03), 'true turns'),
-            (drive.turns or (), _ACCENT, (0.03, 0.06), 'turns found')):
+            (true_turns(true), LIGHT.muted, (0.0, 0.03), 'true turns'),
+            (drive.turns or (), LIGHT.accent, (0.03, 0.06), 'turns found')):
         for number, turn in enumerate(turns):
             plot.axvspan(
                 (turn.start_ns - begin) / 1e9, (turn.end_ns - begin) / 1e9, low, high,
                 color=color, linewidth=0, label=None if number else name)
     plot.set_title('heading (degrees, left positive)', loc='left', fontsize=9)
     plot.set_xlabel('seconds', fontsize=8)
-    plot.grid(color=_MUTED, alpha=0.3)
+    plot.grid(color=LIGHT.muted, alpha=0.3)
     plot.tick_params(labelsize=8)
     plot.legend(frameon=False, fontsize=8)

@@ -115,8 +115,8 @@ def read_replay(directory: Path) -> ReplayedDrive:
             turns=_read_turns(content.get('turns')), path=_read_path(directory))
     except OSError as error:
         raise ResultError(
-            f'{directory} holds no replay ({error.strerror}: {error.filename}): write one with'
-            ' phase_traj replay --output') from None
+            f'{directory} does not hold a replay ({error.strerror}: {error.filename}): replay'
+            ' the drive with it as the output folder') from None
     except (
             ArithmeticError, AttributeError, KeyError, TypeError, ValueError, csv.Error,
     ) as error:

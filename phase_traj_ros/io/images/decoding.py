@@ -8,7 +8,12 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 from phase_traj_ros.errors import FrameError
-from phase_traj_ros.io.images.header import check_complete, read_header, recognise
+from phase_traj_ros.io.images.header import (
+    check_complete,
+    PictureHeader,
+    read_header,
+    recognise,
+)
 
 GreyImage: TypeAlias = npt.NDArray[np.uint8] | npt.NDArray[np.uint16]
 """A grey image, (H, W), uint8 or uint16."""
@@ -17,12 +22,14 @@ DEFAULT_MAX_PIXELS: Final = 2 ** 26
 """Largest picture that is decoded unless the caller says otherwise: 67 million pixels."""
 
 
-def decode_picture(data: bytes, *, max_pixels: int = DEFAULT_MAX_PIXELS) -> GreyImage:
+def decode_picture(
+    data: bytes, *, max_pixels: int = DEFAULT_MAX_PIXELS,
+) -> tuple[GreyImage, PictureHeader]:
     """
     Decode a JPEG or PNG picture to grey, (H, W), uint8, or uint16 for a PNG of 16 bits.
 
-    Raises FrameError, before anything is decoded, for another container, for a picture of more
-    than max_pixels pixels and for one that is cut off or damaged.
+    Its header is returned, too. Raises FrameError, before anything is decoded, for another
+    container, for a picture of more than max_pixels pixels and for one that is cut off or damaged.
     """
     header = read_header(data)
     if header.width * header.height > max_pixels:
@@ -30,7 +37,7 @@ def decode_picture(data: bytes, *, max_pixels: int = DEFAULT_MAX_PIXELS) -> Grey
             f'the {header.container.value} picture of {header.width}x{header.height} is larger '
             f'than the limit of {max_pixels} pixels')
     check_complete(data, header)
-    return _decode(data)
+    return _decode(data), header
 
 
 def decode_picture_file(data: bytes) -> GreyImage:
@@ -43,7 +50,8 @@ def decode_picture_file(data: bytes) -> GreyImage:
     if not data:
         raise FrameError('it is empty')
     if recognise(data) is not None:
-        return decode_picture(data)
+        image, _ = decode_picture(data)
+        return image
     return _decode(data)
 
 

@@ -43,15 +43,14 @@ class PictureHeader:
     """
     What the header of a compressed picture says.
 
-    width and height are in pixels, bit_depth in bits per sample, channels counts the samples of a
-    decoded pixel, and end is the offset in bytes of the first byte behind the header.
+    width and height are in pixels, channels counts the samples of a decoded pixel, and end is the
+    offset in bytes of the first byte after the header.
     """
 
     container: Container
     width: int
     height: int
     channels: int
-    bit_depth: int
     end: int
 
 
@@ -114,9 +113,9 @@ def _jpeg_header(data: bytes) -> PictureHeader:
                 break
             if position + 8 > len(data):
                 raise cut_off
-            bits, height, width, channels = struct.unpack_from('>BHHB', data, position + 2)
+            height, width, channels = struct.unpack_from('>HHB', data, position + 3)
             return PictureHeader(
-                Container.JPEG, width, height, channels, bits, position + length)
+                Container.JPEG, width, height, channels, position + length)
         if length < 2:
             break
         position += length
@@ -128,12 +127,12 @@ def _png_header(data: bytes) -> PictureHeader:
     end = start + 25
     if len(data) < end:
         raise FrameError('the PNG picture is cut off in its header')
-    length, kind, width, height, bits, colour = struct.unpack_from('>I4sIIBB', data, start)
+    length, kind, width, height, colour = struct.unpack_from('>I4sIIxB', data, start)
     (checksum,) = struct.unpack_from('>I', data, end - 4)
     if (length != 13 or kind != b'IHDR' or colour not in _PNG_CHANNELS
             or checksum != zlib.crc32(data[start + 4:end - 4])):
         raise FrameError('the PNG picture has a damaged header')
-    return PictureHeader(Container.PNG, width, height, _PNG_CHANNELS[colour], bits, end)
+    return PictureHeader(Container.PNG, width, height, _PNG_CHANNELS[colour], end)
 
 
 def _check_png_chunks(data: bytes) -> None:

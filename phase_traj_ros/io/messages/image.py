@@ -16,7 +16,6 @@ import numpy as np
 import numpy.typing as npt
 from phase_traj_ros.errors import FrameError
 from phase_traj_ros.io.images.decoding import decode_picture, DEFAULT_MAX_PIXELS, GreyImage
-from phase_traj_ros.io.images.header import read_header
 
 
 class ImageMessage(Protocol):
@@ -180,13 +179,13 @@ def decode_compressed(
     data = _buffer(msg.data).tobytes()
     name = str(getattr(msg, 'format', ''))
     try:
-        image = decode_picture(data, max_pixels=max_pixels)
+        image, header = decode_picture(data, max_pixels=max_pixels)
     except FrameError as error:
         raise FrameError(
             f'the compressed image (format {name[:40]!r}) cannot be used: {error}') from error
     layout = _LAYOUTS.get(name.partition(';')[0].strip())
     if (layout is not None and layout.conversion is _Conversion.MOSAIC
-            and read_header(data).channels == 1 and min(image.shape) >= _MIN_MOSAIC_SIDE):
+            and header.channels == 1 and min(image.shape) >= _MIN_MOSAIC_SIDE):
         return cast('GreyImage', cv2.cvtColor(image, layout.code))
     return image
 

@@ -14,13 +14,11 @@ from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
-from phase_traj_ros.core import ChainCode, Corner, Shift, Update
+from phase_traj_ros.core import Corner, Shift, TrajectoryEstimator, Update
 from phase_traj_ros.core.codes.text import describe
 from phase_traj_ros.core.path.odometry import Odometry
-from phase_traj_ros.parameters import Parameters
-
-CHAIN_CODE_PERIOD_NS: Final = 10**9
-"""The chain code's text goes out when the movement changes, else at most this often."""
+from phase_traj_ros.io.messages.diagnostics import Level, Report
+from phase_traj_ros.parameters import NODE_NAME, Parameters
 
 _NANOSECONDS = 10**9
 # Variances of what is not measured, and of the speed to the side, which a vehicle hardly has.
@@ -45,6 +43,7 @@ PER_PAIR: Final = (
     Topic('response', 'std_msgs/msg/Float32'),
     Topic('status', 'std_msgs/msg/String'),
     Topic('pose', 'geometry_msgs/msg/PoseStamped'),
+    Topic('pair', 'diagnostic_msgs/msg/DiagnosticArray'),
 )
 """What ``Messages.of_pair`` makes messages for."""
 
@@ -81,8 +80,9 @@ class Messages:
         Parameters
         ----------
         types
-            What builtin_interfaces, std_msgs, geometry_msgs and nav_msgs define, as far as it is
-            asked for.
+            What builtin_interfaces, std_msgs, geometry_msgs, nav_msgs, sensor_msgs and
+            diagnostic_msgs define, as far as it is asked for. A DiagnosticStatus is given its
+            level as a number, an Image its data as an array of bytes.
 
         """
         self._types = types
@@ -96,29 +96,110 @@ class Messages:
         """Return a std_msgs/Header."""
         return self._types['std_msgs/msg/Header'](stamp=self.time(stamp_ns), frame_id=frame_id)
 
-    def of_pair(self, update: Update, parameters: Parameters) -> Iterator[tuple[str, Any]]:
-        """Yield the names of topics and the messages that go out with a pair, see PER_PAIR."""
+    def of_pair(
+        self, update: Update, parameters: Parameters,
+        wanted: Callable[[str], bool] = lambda _: True,
+    ) -> Iterator[tuple[str, Any]]:
+        """
+        Yield the names of topics and the messages that go out with a pair, see PER_PAIR.
+
+        Only those are made whose names are ``wanted``: making one takes longer than sending it.
+        """
         types, step = self._types, update.step
         header = self.header(update.stamp_ns, parameters.frame_id)
-        yield 'movement', types['std_msgs/msg/UInt8'](data=int(step.movement))
-        if step.appended:
+        if wanted('movement'):
+            yield 'movement', types['std_msgs/msg/UInt8'](data=int(step.movement))
+        if step.appended and wanted('direction'):
             yield 'direction', types['std_msgs/msg/UInt8'](data=int(step.direction))
-        yield 'shift', self.shift(update.shift, header)
-        response = 0.0 if update.shift is None else update.shift.response
-        yield 'response', types['std_msgs/msg/Float32'](data=response)
-        yield 'status', types['std_msgs/msg/String'](data=update.status.value)
-        yield 'pose', self.pose(update.tip, parameters.path_scale, header)
-        if update.heading is not None:
+        if wanted('shift'):
+            yield 'shift', self.shift(update.shift, header)
+        if wanted('response'):
+            yield 'response', types['std_msgs/msg/Float32'](data=_response(update.shift))
+        if wanted('status'):
+            yield 'status', types['std_msgs/msg/String'](data=update.status.value)
+        if wanted('pose'):
+            yield 'pose', self.pose(update.tip, parameters.path_scale, header)
+        if wanted('pair'):
+            yield 'pair', self.pair(update)
+        if update.heading is not None and wanted('heading'):
             yield 'heading', types['std_msgs/msg/Float64'](data=update.heading.heading)
+        if update.heading is not None and wanted('heading_stamped'):
             yield 'heading_stamped', types['geometry_msgs/msg/QuaternionStamped'](
                 header=header, quaternion=self._yaw(update.heading.heading))
-        if update.odometry is not None:
+        if update.odometry is not None and wanted('odom'):
             yield 'odom', self.odometry(update.odometry, parameters.child_frame_id, header)
-        for turn in update.turns:
+        for turn in update.turns if update.turns and wanted('turn') else ():
             yield 'turn', types['geometry_msgs/msg/Vector3Stamped'](
                 header=self.header(turn.end_ns, parameters.frame_id),
                 vector=types['geometry_msgs/msg/Vector3'](
                     x=0.0, y=0.0, z=math.radians(turn.angle_deg)))
+
+    def pair(self, update: Update) -> Any:
+        """
+        Return what is told of a pair without a stamp elsewhere, in a DiagnosticArray.
+
+        It is the one standard message that has a stamp, names and words, so that what belongs to
+        a pair stays together and can be synchronised with images. The direction is empty where
+        none is appended.
+        """
+        step, shift = update.step, update.shift
+        report = Report(Level.OK, update.status.value, {
+            'movement': str(int(step.movement)),
+            'direction': str(int(step.direction)) if step.appended else '',
+            'dx': str(math.nan if shift is None else shift.dx),
+            'dy': str(math.nan if shift is None else shift.dy),
+            'response': str(_response(shift)),
+        })
+        return self.diagnostics(
+            {'pair': report}, node=NODE_NAME, hardware_id='', stamp=self.time(update.stamp_ns))
+
+    def of_all(
+        self, topic: Topic, estimator: TrajectoryEstimator, parameters: Parameters,
+    ) -> Any:
+        """Return the message about all pairs so far that goes out on CHAIN_CODE or PATH."""
+        if topic == CHAIN_CODE:
+            text = describe(
+                estimator.codes, frames=estimator.frames, max_runs=parameters.chain_code_runs)
+            return self._types['std_msgs/msg/String'](data=str(text))
+        return self.path(
+            estimator.path.points(parameters.max_path_poses), parameters.path_scale,
+            self.header(estimator.last_stamp_ns or 0, parameters.frame_id))
+
+    def diagnostics(
+        self, reports: Mapping[str, Report], *, node: str, hardware_id: str, stamp: Any,
+    ) -> Any:
+        """
+        Return a diagnostic_msgs/DiagnosticArray.
+
+        Parameters
+        ----------
+        reports
+            What is said, by the names of the statuses.
+        node
+            Full name of the node.
+        hardware_id
+            Where the images come from.
+        stamp
+            A builtin_interfaces/Time.
+
+        """
+        types = self._types
+        return types['diagnostic_msgs/msg/DiagnosticArray'](
+            header=types['std_msgs/msg/Header'](stamp=stamp, frame_id=''),
+            status=[
+                types['diagnostic_msgs/msg/DiagnosticStatus'](
+                    level=int(report.level), name=f'{node}: {name}', message=report.message,
+                    hardware_id=hardware_id, values=[
+                        types['diagnostic_msgs/msg/KeyValue'](key=key, value=value)
+                        for key, value in report.values.items()])
+                for name, report in reports.items()])
+
+    def picture(self, picture: NDArray[np.uint8], header: Any) -> Any:
+        """Return a picture in the order blue, green, red, (H, W, 3), as a sensor_msgs/Image."""
+        height, width, _ = picture.shape
+        return self._types['sensor_msgs/msg/Image'](
+            header=header, height=height, width=width, encoding='bgr8', is_bigendian=0,
+            step=3 * width, data=picture.reshape(-1))
 
     def shift(self, shift: Shift | None, header: Any) -> Any:
         """Return the raw shift in pixels; NaN where the two frames cannot be compared."""
@@ -168,12 +249,9 @@ class Messages:
             for point in points
         ])
 
-    def chain_code(
-        self, codes: ChainCode, frames: int, parameters: Parameters,
-    ) -> Any:
-        """Return both codes as text, in a std_msgs/String."""
-        text = describe(codes, frames=frames, max_runs=parameters.chain_code_runs)
-        return self._types['std_msgs/msg/String'](data=str(text))
+
+def _response(shift: Shift | None) -> float:
+    return 0.0 if shift is None else shift.response
 
 
 def _covariance(*, x: float, y: float, yaw: float) -> NDArray[np.float64]:

@@ -17,8 +17,9 @@ from phase_traj_ros.core import Axes, to_axes, TrajectoryEstimator, Update
 from phase_traj_ros.core.path.thinning import Thinned
 from phase_traj_ros.errors import MissingDependencyError
 from phase_traj_ros.io.replay.overview import Overview, overview
-from phase_traj_ros.io.replay.run import Replay
+from phase_traj_ros.io.replay.run import Replay, Watcher
 from phase_traj_ros.io.results.debug_picture import Picture
+from phase_traj_ros.io.results.palette import LIGHT, rgb
 from phase_traj_ros.io.results.thumbnails import small
 from phase_traj_ros.io.sources.base import Frame
 
@@ -29,8 +30,8 @@ _PANEL = 150
 _GREYS = 16
 _BLENDS = 5
 # Red, green, blue.
-_PAPER, _INK = (255, 255, 255), (31, 41, 51)
-_LINE, _FAINT_LINE, _ACCENT = (11, 110, 153), (200, 222, 232), (209, 73, 91)
+_PAPER, _INK = rgb(LIGHT.card), rgb(LIGHT.ink)
+_LINE, _FAINT_LINE, _ACCENT = rgb(LIGHT.line), rgb(LIGHT.tint), rgb(LIGHT.accent)
 _FONT = cv2.FONT_HERSHEY_SIMPLEX
 # Milliseconds that a picture is shown at least, at most, and the last one.
 _SHORTEST_MS, _LONGEST_MS, _LAST_MS = 40, 200, 1500
@@ -44,7 +45,7 @@ class _Scene:
     picture: Picture
 
 
-class Animation:
+class Animation(Watcher):
     """Watches a replay and draws it as an animated GIF of bounded length and size."""
 
     def __init__(self, *, width: int = _WIDTH, limit: int = _FRAMES) -> None:
@@ -62,7 +63,7 @@ class Animation:
         except ImportError:
             raise MissingDependencyError(
                 'animations need Pillow: install python3-pil (apt) or Pillow (pip), or leave out'
-                ' --animation') from None
+                ' animation') from None
         self._width = width
         self._scenes: Thinned[_Scene] = Thinned(limit)
 
@@ -137,8 +138,8 @@ class _Canvas:
         movement, direction = update.step.movement, update.step.direction
         shift = 'not measured' if update.shift is None else f'{update.shift.dx:+.0f} px'
         for row, (name, text) in enumerate((
-                ('movement', f'{int(movement)} {movement.name.lower().replace("_", " ")}'),
-                ('direction', f'{int(direction)} {direction.name.lower().replace("_", " ")}'),
+                ('movement', f'{int(movement)} {movement.label}'),
+                ('direction', f'{int(direction)} {direction.label}'),
                 ('shift', shift))):
             for column, word in ((8, name), (90, text)):
                 place = (column, 18 + 17 * row)

@@ -12,19 +12,19 @@ import shutil
 import statistics
 from typing import Any, Final, TYPE_CHECKING
 
-from phase_traj_ros.core import Movement, TrajectoryEstimator, Update
-from phase_traj_ros.errors import MissingDependencyError, OutputError
+from phase_traj_ros.core import TrajectoryEstimator, Update
+from phase_traj_ros.errors import OutputError, rosbags_missing
 from phase_traj_ros.io.messages.diagnostics import Level, MeasurementReporter, Report
-from phase_traj_ros.io.messages.pacing import Pace
 from phase_traj_ros.io.messages.published import (
     CHAIN_CODE,
-    CHAIN_CODE_PERIOD_NS,
     DEBUG_IMAGE,
     Messages,
     pair_topics,
     PATH,
     Topic,
 )
+from phase_traj_ros.io.messages.schedule import DIAGNOSTICS_PERIOD_NS, Pace, Schedule
+from phase_traj_ros.io.replay.run import Watcher
 from phase_traj_ros.io.results.debug_picture import draw, Picture
 from phase_traj_ros.io.sources.base import Frame
 from phase_traj_ros.parameters import NODE_NAME, Parameters
@@ -36,7 +36,6 @@ SUFFIX: Final = '.mcap'
 DIAGNOSTICS: Final = '/diagnostics'
 
 _DIAGNOSTICS_TYPE = 'diagnostic_msgs/msg/DiagnosticArray'
-_DIAGNOSTICS_PERIOD_NS = 10**9
 _RESPONSES = 1000
 # builtin_interfaces/Time counts seconds in 32 bits, with a sign that rosbag2 cannot store.
 _STAMPS_NS = range(2**31 * 10**9)
@@ -47,7 +46,7 @@ def topic_name(topic: Topic) -> str:
     return f'/{NODE_NAME}/{topic.name}'
 
 
-class BagSink:
+class BagSink(Watcher):
     """
     Writes the node's topics as it would publish them, by the stamps of the images.
 
@@ -117,10 +116,11 @@ class BagSink:
         if update.stamp_ns not in _STAMPS_NS:
             raise OutputError(
                 f'a bag cannot hold the stamp {update.stamp_ns / 1e9:.9f} s: it takes those from'
-                ' 0 to 2**31 seconds; leave out --bag-out')
+                ' 0 to 2**31 seconds; leave out bag_out')
         self._bag.add(update)
         if self._debug_images:
-            self._bag.add_picture(draw(frame, update, estimator), update.stamp_ns)
+            self._bag.add_picture(
+                draw(frame, update, estimator), update.stamp_ns, frame.frame_id)
 
 
 class _BagFile:
@@ -174,10 +174,8 @@ class _Bag:
         self._parameters = parameters
         self._estimator = estimator
         self._source = source
-        self._last_movement: Movement | None = None
-        self._text = Pace(CHAIN_CODE_PERIOD_NS)
-        self._path = Pace(round(1e9 / parameters.path_rate))
-        self._diagnosed = Pace(_DIAGNOSTICS_PERIOD_NS)
+        self._schedule = Schedule(parameters.path_rate)
+        self._diagnosed = Pace(DIAGNOSTICS_PERIOD_NS)
         self._diagnosed.sent(start_ns)
         self._responses: deque[float] = deque(maxlen=_RESPONSES)
         self._measured = MeasurementReporter()
@@ -190,30 +188,20 @@ class _Bag:
             self._file.write(f'/{NODE_NAME}/{topic}', stamp_ns, message)
         if update.shift is not None:
             self._responses.append(update.shift.response)
-        for pace in (self._text, self._path, self._diagnosed):
-            pace.changed()
-        if update.step.movement is not self._last_movement or self._text.is_due(stamp_ns):
-            self._last_movement = update.step.movement
-            self._write_text(stamp_ns)
-        if self._path.is_due(stamp_ns):
-            self._write_path(stamp_ns)
+        self._schedule.add(update)
+        self._write(self._schedule.take(stamp_ns), stamp_ns)
+        self._diagnosed.changed()
         if self._diagnosed.is_due(stamp_ns):
             self._write_diagnostics(stamp_ns)
 
-    def add_picture(self, picture: Picture, stamp_ns: int) -> None:
-        height, width, _ = picture.shape
+    def add_picture(self, picture: Picture, stamp_ns: int, frame_id: str) -> None:
+        header = self._messages.header(stamp_ns, frame_id)
         self._file.write(
-            topic_name(DEBUG_IMAGE), stamp_ns, self._file.types.types['sensor_msgs/msg/Image'](
-                header=self._messages.header(stamp_ns, self._parameters.frame_id),
-                height=height, width=width, encoding='bgr8', is_bigendian=0, step=3 * width,
-                data=picture.reshape(-1)))
+            topic_name(DEBUG_IMAGE), stamp_ns, self._messages.picture(picture, header))
 
     def complete(self) -> None:
         last_ns = self._estimator.last_stamp_ns or 0
-        if self._text.pending:
-            self._write_text(last_ns)
-        if self._path.pending:
-            self._write_path(last_ns)
+        self._write(self._schedule.take_rest(last_ns), last_ns)
         if self._diagnosed.pending:
             self._write_diagnostics(last_ns)
         self._file.complete()
@@ -221,17 +209,10 @@ class _Bag:
     def discard(self) -> None:
         self._file.discard()
 
-    def _write_text(self, stamp_ns: int) -> None:
-        self._file.write(topic_name(CHAIN_CODE), stamp_ns, self._messages.chain_code(
-            self._estimator.codes, self._estimator.frames, self._parameters))
-        self._text.sent(stamp_ns)
-
-    def _write_path(self, stamp_ns: int) -> None:
-        points = self._estimator.path.points(self._parameters.max_path_poses)
-        header = self._messages.header(stamp_ns, self._parameters.frame_id)
-        self._file.write(topic_name(PATH), stamp_ns, self._messages.path(
-            points, self._parameters.path_scale, header))
-        self._path.sent(stamp_ns)
+    def _write(self, topics: Iterable[Topic], stamp_ns: int) -> None:
+        for topic in topics:
+            self._file.write(topic_name(topic), stamp_ns, self._messages.of_all(
+                topic, self._estimator, self._parameters))
 
     def _write_diagnostics(self, stamp_ns: int) -> None:
         counters = self._estimator.counters
@@ -239,19 +220,10 @@ class _Bag:
         images = Report(Level.OK, 'images come', {
             'topic': self._source, 'images': str(counters.frames)})
         measured = self._measured.report(self._estimator, response)
-        self._file.write(DIAGNOSTICS, stamp_ns, self._file.types.types[_DIAGNOSTICS_TYPE](
-            header=self._messages.header(stamp_ns, ''),
-            status=[self._status('images', images), self._status('measurement', measured)]))
+        self._file.write(DIAGNOSTICS, stamp_ns, self._messages.diagnostics(
+            {'images': images, 'measurement': measured}, node=f'/{NODE_NAME}',
+            hardware_id=self._source, stamp=self._messages.time(stamp_ns)))
         self._diagnosed.sent(stamp_ns)
-
-    def _status(self, name: str, report: Report) -> Any:
-        types = self._file.types.types
-        return types['diagnostic_msgs/msg/DiagnosticStatus'](
-            level=int(report.level), name=f'/{NODE_NAME}: {name}', message=report.message,
-            hardware_id=self._source,
-            values=[
-                types['diagnostic_msgs/msg/KeyValue'](key=key, value=value)
-                for key, value in report.values.items()])
 
 
 def _types() -> Any:
@@ -259,9 +231,8 @@ def _types() -> Any:
         from rosbags.rosbag2 import CompressionMode, StoragePlugin  # noqa: F401
         from rosbags.typesys import get_typestore, Stores
     except ImportError as error:
-        raise MissingDependencyError(
-            f'writing bags needs the Python package rosbags, 0.11 or later ({error}): pip'
-            ' install -U rosbags (in a venv on Ubuntu 24.04), or leave out --bag-out') from None
+        raise rosbags_missing(
+            'writing bags', error, instead=', or leave out bag_out') from None
     return get_typestore(Stores.ROS2_JAZZY)
 
 

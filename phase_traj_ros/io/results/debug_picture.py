@@ -9,12 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 from phase_traj_ros.core import PAPER_THRESHOLD, TrajectoryEstimator, Update
 from phase_traj_ros.io.images.decoding import GreyImage
+from phase_traj_ros.io.results.palette import bgr, DARK, LIGHT, Rgb
 from phase_traj_ros.io.sources.base import Frame
 
-_SHIFT = (60, 200, 255)
-_THRESHOLD = (90, 90, 255)
-_BAND = (200, 160, 60)
-_TEXT = (255, 255, 255)
+_SHIFT, _THRESHOLD, _BAND = bgr(DARK.line), bgr(DARK.accent), bgr(LIGHT.line)
+_TEXT, _RIM = (255, 255, 255), (0, 0, 0)
 _FONT = cv2.FONT_HERSHEY_SIMPLEX
 _INSET_SHARE = 0.28
 
@@ -89,11 +88,19 @@ def _draw_text(picture: Picture, update: Update) -> None:
         f'dx {shift.dx:+.1f} dy {shift.dy:+.1f} response {shift.response:.3f}')
     movement, direction = update.step.movement, update.step.direction
     lines = (
-        f'movement {int(movement)} {movement.name.lower()}   direction {int(direction)}'
-        f' {direction.name.lower().replace("_", " ")}   {update.status.value}',
+        f'movement {int(movement)} {movement.label}   direction {int(direction)}'
+        f' {direction.label}   {update.status.value}',
         measured)
     scale = max(picture.shape[1] / 1600, 0.35)
     for index, line in enumerate(lines):
-        place = (8, round((index + 1) * 34 * scale))
-        cv2.putText(picture, line, place, _FONT, scale, (0, 0, 0), 3, cv2.LINE_AA)
-        cv2.putText(picture, line, place, _FONT, scale, _TEXT, 1, cv2.LINE_AA)
+        column, row = 8, round((index + 1) * 34 * scale)
+        # Moved, not thicker: from OpenCV 5 on, thicker letters are wider.
+        for right, down in ((-1, -1), (-1, 1), (1, -1), (1, 1)):
+            _write(picture, line, (column + right, row + down), scale, _RIM)
+        _write(picture, line, (column, row), scale, _TEXT)
+
+
+def _write(
+    picture: Picture, line: str, place: tuple[int, int], scale: float, colour: Rgb,
+) -> None:
+    cv2.putText(picture, line, place, _FONT, scale, colour, 1, cv2.LINE_AA)

@@ -5,7 +5,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from enum import IntEnum
 from pathlib import Path
 from threading import Lock
 from typing import Literal, TYPE_CHECKING
@@ -13,21 +12,18 @@ from typing import Literal, TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 from phase_traj_ros.core import Axes, Movement, normalised, Shift, to_axes
+from phase_traj_ros.core.codes.codes import Code
 from phase_traj_ros.errors import MissingDependencyError
 from phase_traj_ros.io.images.decoding import GreyImage
 from phase_traj_ros.io.replay.overview import Overview, overview, turn_marks, TurnMark
 from phase_traj_ros.io.replay.run import Replay
+from phase_traj_ros.io.results.palette import LIGHT
 from phase_traj_ros.io.results.thumbnails import TurnFrames
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes as Plot
     from matplotlib.figure import Figure
 
-_INK = '#1f2933'
-_PATH = '#0b6e99'
-_ACCENT = '#d1495b'
-_MUTED = '#9aa5b1'
-_FAINT = '#6b7682'
 _DPI = 150
 _SETTINGS = Lock()
 # Frames of each turn in the film strip.
@@ -74,13 +70,13 @@ def write_trajectory_picture(
         plots[2], shown.seconds[appended], result.direction, _names(result.codes.directions))
     _title(plots[2], f'direction: {len(result.direction)} codes')
     if shown.heading_deg is not None:
-        plots[3].plot(shown.seconds, shown.heading_deg, color=_PATH, linewidth=1)
-        plots[3].grid(axis='y', color=_MUTED, alpha=0.3)
+        plots[3].plot(shown.seconds, shown.heading_deg, color=LIGHT.line, linewidth=1)
+        plots[3].grid(axis='y', color=LIGHT.muted, alpha=0.3)
         _title(plots[3], 'heading (degrees, left positive)')
     _number_times(shift, shown.turns)
     for plot in plots:
         for mark in shown.turns:
-            plot.axvspan(mark.start_s, mark.end_s, color=_PATH, alpha=0.10, linewidth=0)
+            plot.axvspan(mark.start_s, mark.end_s, color=LIGHT.line, alpha=0.10, linewidth=0)
         plot.tick_params(labelbottom=plot is plots[-1], labelsize=8)
     plots[-1].set_xlabel('seconds since the first frame', fontsize=9)
     save(figure, path)
@@ -112,14 +108,14 @@ def write_turn_picture(turns: Sequence[TurnFrames], result: Replay, path: Path) 
         mark, top = marks[turn.pair], row * (high + line)
         plot.text(
             gap, top + line - 0.07,
-            f'turn {mark.number}, {mark.side.name.lower()}, {mark.start_s:.1f} s', fontsize=9)
+            f'turn {mark.number}, {mark.side.label}, {mark.start_s:.1f} s', fontsize=9)
         for column, (number, picture) in enumerate(turn.spread(_STRIP)):
             left, right = gap + column * step, (column + 1) * step
             plot.imshow(
                 picture, cmap='gray', vmin=0, vmax=255,
                 extent=(left, right, top + line + high, top + line))
             plot.text(
-                right, top + line - 0.07, f'frame {number}', fontsize=7, color=_FAINT,
+                right, top + line - 0.07, f'frame {number}', fontsize=7, color=LIGHT.faint,
                 ha='right')
     plot.set_xlim(0, width)
     plot.set_ylim(height, 0)
@@ -154,7 +150,8 @@ def write_correlation_picture(
         np.sqrt(np.maximum(correlation, 0)), cmap='magma', extent=extent,
         interpolation='nearest')
     plots[2].plot(
-        shift.dx, shift.dy, 'o', markersize=14, markerfacecolor='none', markeredgecolor=_ACCENT)
+        shift.dx, shift.dy, 'o', markersize=14, markerfacecolor='none',
+        markeredgecolor=LIGHT.accent)
     plots[2].set_title(
         f'correlation map: dx {shift.dx:+.2f} px, dy {shift.dy:+.2f} px,'
         f' response {shift.response:.3f}', loc='left', fontsize=9)
@@ -213,14 +210,14 @@ def _draw_trajectory(
     points = normalised(to_axes(path, Axes.FIGURE))
     if truth is not None:
         true = normalised(to_axes(truth, Axes.FIGURE))
-        plot.plot(true[:, 0], true[:, 1], color=_MUTED, linewidth=4, alpha=0.6, label='truth')
-    plot.plot(points[:, 0], points[:, 1], color=_PATH, linewidth=2, solid_capstyle='round')
-    plot.plot(*points[0], 'o', color=_INK, label='start')
-    plot.plot(*points[-1], 's', color=_ACCENT, label='end')
+        plot.plot(true[:, 0], true[:, 1], color=LIGHT.muted, linewidth=4, alpha=0.6, label='truth')
+    plot.plot(points[:, 0], points[:, 1], color=LIGHT.line, linewidth=2, solid_capstyle='round')
+    plot.plot(*points[0], 'o', color=LIGHT.ink, label='start')
+    plot.plot(*points[-1], 's', color=LIGHT.accent, label='end')
     _number_turns(plot, points, turns)
     plot.set_aspect('equal', adjustable='datalim')
     _title(plot, 'trajectory, normalised, start heading up')
-    plot.grid(color=_MUTED, alpha=0.3)
+    plot.grid(color=LIGHT.muted, alpha=0.3)
     plot.tick_params(labelsize=8)
     plot.margins(0.15)
     plot.legend(frameon=False, fontsize=8)
@@ -234,15 +231,15 @@ def _number_turns(
         plot.annotate(
             str(mark.number), points[mark.pair], fontsize=8, color='white', ha='center',
             va='center', zorder=5,
-            bbox={'boxstyle': 'circle,pad=0.25', 'facecolor': _PATH, 'edgecolor': 'white'})
+            bbox={'boxstyle': 'circle,pad=0.25', 'facecolor': LIGHT.line, 'edgecolor': 'white'})
 
 
 def _draw_shift(plot: Plot, shown: Overview, threshold: float | None) -> None:
-    plot.axhline(0, color=_MUTED, linewidth=0.6)
+    plot.axhline(0, color=LIGHT.muted, linewidth=0.6)
     if threshold is not None:
         _draw_threshold(plot, threshold)
-    plot.plot(shown.seconds, shown.dx, color=_PATH, linewidth=1)
-    plot.grid(axis='y', color=_MUTED, alpha=0.3)
+    plot.plot(shown.seconds, shown.dx, color=LIGHT.line, linewidth=1)
+    plot.grid(axis='y', color=LIGHT.muted, alpha=0.3)
     # Room for the numbers of the turns.
     plot.margins(y=0.16)
     known = '' if threshold is None else f', T = {threshold:.3g}'
@@ -251,17 +248,18 @@ def _draw_shift(plot: Plot, shown: Overview, threshold: float | None) -> None:
 
 def _draw_threshold(plot: Plot, threshold: float) -> None:
     for side, sign in ((1, '+'), (-1, '−')):
-        plot.axhline(side * threshold, color=_ACCENT, linewidth=0.9, linestyle='--')
+        plot.axhline(side * threshold, color=LIGHT.accent, linewidth=0.9, linestyle='--')
         plot.annotate(
             f'{sign}T', (1.005, side * threshold), xycoords=('axes fraction', 'data'),
-            color=_ACCENT, fontsize=8, va='center')
+            color=LIGHT.accent, fontsize=8, va='center')
 
 
 def _number_times(plot: Plot, turns: Sequence[TurnMark]) -> None:
     for mark in turns[::_every(turns)]:
         plot.annotate(
             str(mark.number), ((mark.start_s + mark.end_s) / 2, 0.97),
-            xycoords=('data', 'axes fraction'), ha='center', va='top', fontsize=8, color=_PATH)
+            xycoords=('data', 'axes fraction'), ha='center', va='top', fontsize=8,
+            color=LIGHT.line)
 
 
 def _draw_codes(
@@ -270,12 +268,12 @@ def _draw_codes(
     values = np.asarray(codes)
     many = len(values) > _MANY
     plot.step(
-        seconds, values, where='post', color=_MUTED, linewidth=0.8, rasterized=many)
+        seconds, values, where='post', color=LIGHT.muted, linewidth=0.8, rasterized=many)
     # In an SVG every dot is an element of its own.
-    plot.scatter(seconds, values, s=7, color=_PATH, zorder=3, rasterized=many)
+    plot.scatter(seconds, values, s=7, color=LIGHT.line, zorder=3, rasterized=many)
     plot.set_yticks(range(len(names)), names)
     plot.set_ylim(-0.4, len(names) - 0.6)
-    plot.grid(axis='y', color=_MUTED, alpha=0.3)
+    plot.grid(axis='y', color=LIGHT.muted, alpha=0.3)
 
 
 def _every(turns: Sequence[TurnMark]) -> int:
@@ -287,5 +285,5 @@ def _title(plot: Plot, text: str) -> None:
     plot.set_title(text, loc='left', fontsize=9)
 
 
-def _names(codes: type[IntEnum]) -> list[str]:
-    return [f'{code.name.lower().replace("_", " ")} {int(code)}' for code in sorted(codes)]
+def _names(codes: type[Code]) -> list[str]:
+    return [f'{code.label} {int(code)}' for code in sorted(codes)]

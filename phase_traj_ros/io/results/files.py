@@ -16,12 +16,14 @@ import numpy as np
 import phase_traj_ros
 from phase_traj_ros.core import Corner, Direction, pack, Run, Update
 from phase_traj_ros.core.correlation.transforms import find_transform, TransformLibrary
+from phase_traj_ros.core.heading.tracker import HeadingStep
 from phase_traj_ros.core.heading.turns import Turn
 from phase_traj_ros.io.replay.run import Replay
 from phase_traj_ros.io.results.figures import write_trajectory_picture
 
 CSV_COLUMNS = (
-    'pair', 'stamp', 'interval', 'dx', 'dy', 'response', 'movement', 'direction', 'status')
+    'pair', 'stamp', 'interval', 'dx', 'dy', 'response', 'movement', 'direction', 'status',
+    'heading_deg', 'yaw_deg', 'bridged')
 
 
 def write_results(result: Replay, directory: Path) -> None:
@@ -111,7 +113,9 @@ class ShiftTable:
     Rows of CSV, one per pair of frames.
 
     Stamps and intervals in seconds, shifts in pixels; dx, dy and response are empty where the two
-    frames could not be compared, the direction is empty where none was appended.
+    frames could not be compared, the direction is empty where none was appended. Heading and yaw
+    in degrees, left positive, and 1 where the yaw was bridged instead of measured, else 0; the
+    three are empty where no heading is measured.
     """
 
     def __init__(self, file: TextIO) -> None:
@@ -127,7 +131,16 @@ class ShiftTable:
         self._writer.writerow((
             update.pair, _seconds(update.stamp_ns), _seconds(update.interval_ns), *measured,
             int(update.step.movement),
-            int(update.step.direction) if update.step.appended else '', update.status.value))
+            int(update.step.direction) if update.step.appended else '', update.status.value,
+            *_heading_cells(update.heading)))
+
+
+def _heading_cells(heading: HeadingStep | None) -> tuple[object, object, object]:
+    if heading is None:
+        return '', '', ''
+    return (
+        f'{math.degrees(heading.heading):.4f}', f'{math.degrees(heading.yaw):.4f}',
+        int(heading.bridged))
 
 
 def write_tum(result: Replay, path: Path) -> None:

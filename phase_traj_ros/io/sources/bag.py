@@ -1,17 +1,18 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
 """
-Frames from bags of ROS 2 and ROS 1, without ROS.
+Frames from bags of ROS 2 and ROS 1, without ROS: rosbags reads them, else rosbag2_py.
 
 Only images, the calibration of their camera and speeds are ever deserialised, with the definitions
 that ROS itself has had for them since they exist. So a bag opens whatever else is in it.
 """
 
-from collections.abc import Callable, Generator, Iterator
+from collections.abc import Callable, Generator, Iterable, Iterator
 from contextlib import closing, contextmanager
 from dataclasses import dataclass
 from enum import Enum
 from functools import partial
+from importlib.util import find_spec
 from itertools import chain, islice
 from pathlib import Path
 from typing import cast, Protocol, TYPE_CHECKING
@@ -23,13 +24,17 @@ from phase_traj_ros.errors import (
     FrameError,
     MissingDependencyError,
     PhaseTrajError,
+    rosbags_missing,
     SourceError,
 )
 from phase_traj_ros.io.images.decoding import GreyImage
 from phase_traj_ros.io.messages.camera_info import camera_from_info, CAMERA_INFO_TYPE
 from phase_traj_ros.io.messages.image import encoding_of, msg_to_frame
+from phase_traj_ros.io.messages.speed import SPEED_OF, SPEED_TYPES
 from phase_traj_ros.io.messages.stamps import StampRule, Time, to_nanoseconds
+from phase_traj_ros.io.sources import rosbag2_reader
 from phase_traj_ros.io.sources.base import Candidate, FrameSource, Speed
+from phase_traj_ros.io.sources.rosbag2_reader import Connection as Connection2, Rosbag2Reader
 from phase_traj_ros.io.sources.selection import EVERYTHING, Selection
 from phase_traj_ros.topics import camera_info_topic
 
@@ -38,7 +43,6 @@ if TYPE_CHECKING:
     from rosbags.rosbag1 import Reader as Reader1
     from rosbags.rosbag2 import Reader as Reader2
 
-SPEED_TYPE = 'geometry_msgs/msg/TwistStamped'
 IMAGE_TYPES = ('sensor_msgs/msg/Image', 'sensor_msgs/msg/CompressedImage')
 
 _MAX_LISTED_TOPICS = 20
@@ -81,6 +85,10 @@ class _Header(Protocol):
     def stamp(self) -> Time:
         """When the image was taken."""
 
+    @property
+    def frame_id(self) -> str:
+        """Name of the camera's frame."""
+
 
 class _Stamped(Protocol):
     """A message with a header."""
@@ -88,30 +96,6 @@ class _Stamped(Protocol):
     @property
     def header(self) -> _Header:
         """Stamp and frame."""
-
-
-class _Linear(Protocol):
-    """The field of geometry_msgs/Vector3 that is used."""
-
-    @property
-    def x(self) -> float:
-        """Forward."""
-
-
-class _Twist(Protocol):
-    """The field of geometry_msgs/Twist that is used."""
-
-    @property
-    def linear(self) -> _Linear:
-        """Velocity."""
-
-
-class _TwistStamped(_Stamped, Protocol):
-    """A stamped velocity."""
-
-    @property
-    def twist(self) -> _Twist:
-        """Velocity and rates."""
 
 
 class BagSource(FrameSource):
@@ -123,7 +107,7 @@ class BagSource(FrameSource):
     the driver left them zero (see StampRule).
 
     Raises SourceError if the bag cannot be read or the topic is not clear, and
-    MissingDependencyError where rosbags is not installed.
+    MissingDependencyError where neither rosbags nor, for a ROS 2 bag, rosbag2_py is installed.
     """
 
     def __init__(
@@ -134,7 +118,9 @@ class BagSource(FrameSource):
         selection: Selection = EVERYTHING,
     ) -> None:
         self._path = path
-        self._kind = _Kind.ROS1 if path.suffix.lower() == '.bag' else _Kind.ROS2
+        # A ROS 2 bag is a directory, whatever its name ends in; one of ROS 1 is a file.
+        is_file = path.suffix.lower() == '.bag' and not path.is_dir()
+        self._kind = _Kind.ROS1 if is_file else _Kind.ROS2
         self._deserialise = _deserialiser(self._kind)
         with self._errors_explained(), self._reader() as reader:
             topics = _topics_of(reader.connections)
@@ -173,25 +159,28 @@ class BagSource(FrameSource):
 
     def speeds(self, topic: str) -> Iterator[Speed]:
         """
-        Yield the speeds on a topic of geometry_msgs/TwistStamped, by the stamps of their headers.
+        Yield the speeds on a topic of one of SPEED_TYPES, by the stamps of their headers.
 
         Where a header has none, the time of reception stands in. Those that cannot be
         (NaN, thousands of metres per second) are left out. Raises SourceError.
         """
         name = topic if topic.startswith('/') else f'/{topic}'
         with self._errors_explained(), self._reader() as reader:
-            there = [each for each in _topics_of(reader.connections) if each.msgtype == SPEED_TYPE]
-        if name not in [each.name for each in there]:
+            there = [each for each in _topics_of(reader.connections) if each.msgtype in SPEED_OF]
+        types = [each.msgtype for each in there if each.name == name]
+        if not types:
             raise SourceError(
-                f'{self._path} has no {SPEED_TYPE} on {name}; on other topics it has'
-                f' {_listed(there, none="none")}: choose one with --speed-topic, or give the'
+                f'{self._path} has no speed on {name}, that is, none of'
+                f' {", ".join(SPEED_TYPES.values())}; on other topics it has'
+                f' {_listed(there, none="none")}: name one of them as the speed topic, or give the'
                 ' parameter speed')
-        for message, receive_ns in self._messages_of(name, SPEED_TYPE):
-            twist = cast('_TwistStamped', message)
-            speed = float(twist.twist.linear.x)
+        speed_of = SPEED_OF[types[0]]
+        for message, receive_ns in self._messages_of(name, types[0]):
+            speed = speed_of(message)
             # As the node does, which says so; a bag cannot be mended.
             if is_speed(speed):
-                yield Speed(to_nanoseconds(twist.header.stamp) or receive_ns, speed)
+                stamp = cast('_Stamped', message).header.stamp
+                yield Speed(to_nanoseconds(stamp) or receive_ns, speed)
 
     def _messages_of(
         self, topic: str, msgtype: str,
@@ -217,7 +206,8 @@ class BagSource(FrameSource):
             for index, message in enumerate(chain(head, messages)):
                 yield Candidate(
                     rule.stamp_ns(message.header_stamp_ns, message.receive_ns),
-                    partial(self._decode, message.msg, index), encoding_of(message.msg))
+                    partial(self._decode, message.msg, index), encoding_of(message.msg),
+                    cast('_Stamped', message.msg).header.frame_id)
 
     def _decode(self, msg: object, index: int) -> GreyImage:
         try:
@@ -257,10 +247,12 @@ class BagSource(FrameSource):
                 f'{self._path}: its index has {self._topic.count} messages on '
                 f'{self._topic.name}, but none can be read; {self._hint()}')
 
-    def _reader(self) -> 'Reader1 | Reader2':
+    def _reader(self) -> 'Reader1 | Reader2 | Rosbag2Reader':
         if self._kind is _Kind.ROS1:
             from rosbags.rosbag1 import Reader as Reader1
             return Reader1(self._path)
+        if self._deserialise is rosbag2_reader.deserialise:
+            return Rosbag2Reader(self._path)
         from rosbags.rosbag2 import Reader as Reader2
         if not self._path.is_dir() and not _opens_single_files():
             raise MissingDependencyError(
@@ -307,9 +299,10 @@ def _deserialiser(kind: _Kind) -> Callable[[bytes, str], object]:
         import rosbags.rosbag2  # noqa: F401
         return get_typestore(Stores.ROS2_JAZZY).deserialize_cdr
     except ImportError as error:
-        raise MissingDependencyError(
-            f'reading bags needs the Python package rosbags ({error}): pip install rosbags (in a '
-            'venv on Ubuntu 24.04), or install phase_traj_ros[bags]') from error
+        if kind is _Kind.ROS2 and find_spec('rosbag2_py') is not None:
+            return rosbag2_reader.deserialise
+        raise rosbags_missing('reading bags', error, instead=(
+            ', or source a ROS that has rosbag2_py (bags of ROS 2 only)')) from error
 
 
 def _opens_single_files() -> bool:
@@ -318,7 +311,7 @@ def _opens_single_files() -> bool:
     return hasattr(reader, 'DirectoryReader')
 
 
-def _topics_of(connections: 'list[Connection]') -> list[_Topic]:
+def _topics_of(connections: 'Iterable[Connection | Connection2]') -> list[_Topic]:
     """Sum up the connections (a topic has one per publisher, and perhaps several types)."""
     counts: dict[tuple[str, str], int] = {}
     for connection in connections:
@@ -343,7 +336,7 @@ def _choose_topic(path: Path, topics: list[_Topic], wanted: str | None) -> _Topi
     filled = [each for each in images if each.count > 0] or images
     if len(filled) > 1:
         raise SourceError(
-            f'{path} has several image topics: {_listed(filled)}; choose one with --topic')
+            f'{path} has several image topics: {_listed(filled)}; name one as the topic')
     return filled[0]
 
 

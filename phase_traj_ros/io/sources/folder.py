@@ -3,15 +3,13 @@
 """Frames from a folder of pictures, such as a sequence of the KITTI odometry dataset."""
 
 from collections.abc import Generator
-from decimal import Decimal
 from functools import partial
 from pathlib import Path
 import re
-from typing import Final
 
 from phase_traj_ros.core.camera.model import CameraModel
-from phase_traj_ros.errors import FrameError, SourceError
-from phase_traj_ros.io.images.decoding import decode_picture_file, GreyImage
+from phase_traj_ros.errors import SourceError
+from phase_traj_ros.io.images.picture_file import PICTURE_SUFFIXES, read_picture
 from phase_traj_ros.io.sources.base import (
     Candidate,
     DEFAULT_FPS,
@@ -19,22 +17,11 @@ from phase_traj_ros.io.sources.base import (
     index_stamp_ns,
     selected_count,
 )
+from phase_traj_ros.io.sources.calib_file import kitti_camera, KITTI_CAMERAS
 from phase_traj_ros.io.sources.selection import EVERYTHING, Selection
+from phase_traj_ros.io.sources.times_file import find_times, stamps_of_pictures
 
-PICTURE_SUFFIXES: Final = (
-    '.png', '.jpg', '.jpeg', '.bmp', '.tif', '.tiff', '.pgm', '.ppm', '.webp')
-"""What makes a file a picture, whatever the case."""
-
-TIMES_FILE: Final = 'times.txt'
-"""Name of the file with the stamp of each picture, in seconds, one per line."""
-
-CALIBRATION_FILE: Final = 'calib.txt'
-"""Name of the file with the projection matrices of a KITTI sequence, ``P0:`` to ``P3:``."""
-
-# The grey cameras of KITTI first, the left one of each pair before the right one.
-_KITTI_CAMERAS = ('image_0', 'image_2', 'image_1', 'image_3')
 _BAG_SUFFIXES = ('.mcap', '.db3')
-_MAX_SECONDS = Decimal(2 ** 63 // 10 ** 9)
 
 
 class FolderSource(FrameSource):
@@ -57,15 +44,14 @@ class FolderSource(FrameSource):
         fps: float | None = None,
     ) -> None:
         folder, self._pictures = _find_pictures(path)
-        self._folder = folder
-        times = None if fps is not None else _find_times(folder)
+        times = None if fps is not None else find_times(folder)
         if times is None:
             rate = DEFAULT_FPS if fps is None else fps
             self._stamps = [index_stamp_ns(index, rate) for index in range(len(self._pictures))]
             origin = f'{rate:g} frames per second'
             origin += ' assumed' if fps is None else ''
         else:
-            self._stamps = _stamps_from_times(self._pictures, times)
+            self._stamps = stamps_of_pictures(self._pictures, times)
             origin = f'stamps from {times}'
         super().__init__(
             description=f'{folder} ({len(self._pictures)} pictures, {origin})',
@@ -79,21 +65,7 @@ class FolderSource(FrameSource):
         It is that of the line P0 to P3 in calib.txt, beside the folder image_0 to image_3 that
         the pictures are in. They are rectified, whatever ``rectified`` says. Raises SourceError.
         """
-        # resolve() first: "." has no name.
-        folder = self._folder.resolve()
-        calibration = folder.parent / CALIBRATION_FILE
-        if folder.name not in _KITTI_CAMERAS or not calibration.is_file():
-            return None
-        name = f'P{folder.name[-1]}'
-        height, width = read_picture(self._pictures[0]).shape
-        try:
-            matrix = _read_matrix(calibration, name)
-            return CameraModel(
-                width=width, height=height, fx=matrix[0], fy=matrix[5], cx=matrix[2],
-                cy=matrix[6])
-        except ValueError as error:
-            raise SourceError(
-                f'{calibration}, {name}: {error}; correct it, or give focal_px') from error
+        return kitti_camera(self._pictures[0])
 
     def _candidates(self) -> Generator[Candidate, None, None]:
         for picture, stamp_ns in zip(self._pictures, self._stamps, strict=True):
@@ -125,7 +97,7 @@ def _find_pictures(path: Path) -> tuple[Path, list[Path]]:
     pictures = _pictures_in(path)
     if pictures:
         return path, pictures
-    for camera in _KITTI_CAMERAS:
+    for camera in KITTI_CAMERAS:
         folder = path / camera
         if folder.is_dir():
             pictures = _pictures_in(folder)
@@ -139,78 +111,3 @@ def _find_pictures(path: Path) -> tuple[Path, list[Path]]:
     raise SourceError(
         f'{path} holds no pictures ({", ".join(kind[1:] for kind in PICTURE_SUFFIXES)}), and no '
         'metadata.yaml of a ROS 2 bag')
-
-
-def _find_times(folder: Path) -> Path | None:
-    # resolve() first: the parent of "." would be "." again.
-    for place in (folder, folder.resolve().parent):
-        times = place / TIMES_FILE
-        if times.is_file():
-            return times
-    return None
-
-
-def _stamps_from_times(pictures: list[Path], times: Path) -> list[int]:
-    """Return the stamp of each picture in nanoseconds."""
-    stamps = read_times(times)
-    if len(stamps) == len(pictures):
-        return stamps
-    numbers = [int(stem) if re.fullmatch('[0-9]+', stem := picture.stem) else None
-               for picture in pictures]
-    chosen = [
-        stamps[number] for number in numbers if number is not None and number < len(stamps)]
-    if len(chosen) != len(pictures):
-        raise SourceError(
-            f'{times} has {len(stamps)} lines for {len(pictures)} pictures, and their names are '
-            'no line numbers; give --fps to do without it')
-    return chosen
-
-
-def read_times(path: Path) -> list[int]:
-    """
-    Read a file with a time in seconds on each line, to whole nanoseconds, exactly rounded.
-
-    Blank lines at the end are ignored. Raises SourceError.
-    """
-    try:
-        lines = path.read_text(encoding='ascii').rstrip().splitlines()
-    except (OSError, ValueError) as error:
-        raise SourceError(f'{path} cannot be read: {error}') from error
-    stamps = []
-    for number, line in enumerate(lines, 1):
-        try:
-            seconds = Decimal(line.strip())
-            fits = abs(seconds) < _MAX_SECONDS
-        except ArithmeticError:
-            fits = False
-        if not fits:
-            raise SourceError(
-                f'{path}, line {number}: {line.strip()[:40]!r} is not a time in seconds; correct '
-                'it, or give --fps to do without the file')
-        stamps.append(round(seconds * 1_000_000_000))
-    return stamps
-
-
-def _read_matrix(path: Path, name: str) -> list[float]:
-    """Return the 12 numbers of a line ``name: ...``; raises ValueError."""
-    try:
-        lines = path.read_text(encoding='ascii').splitlines()
-    except OSError as error:
-        raise SourceError(f'{path} cannot be read: {error.strerror}') from error
-    except ValueError as error:
-        raise ValueError('the file is no text') from error
-    found = [line.partition(':')[2].split() for line in lines if line.startswith(f'{name}:')]
-    if not found:
-        raise ValueError(f'there is no line {name!r}')
-    if len(found[0]) != 12:
-        raise ValueError(f'the line has {len(found[0])} numbers, not 12')
-    return [float(word) for word in found[0]]
-
-
-def read_picture(path: Path) -> GreyImage:
-    try:
-        return decode_picture_file(path.read_bytes())
-    except OSError as error:
-        raise SourceError(f'{path} cannot be read: {error.strerror}') from error
-    except FrameError as error:
-        raise SourceError(f'{path} cannot be used: {error}') from error

@@ -55,7 +55,7 @@ EVERYTHING: Final = Selection()
 """All frames."""
 
 
-class Verdict(Enum):
+class Choice(Enum):
     """What becomes of a frame: used, left out, or left out with all that follow it."""
 
     USE = auto()
@@ -85,7 +85,7 @@ class Selector:
         self.span_ns = 0
         """Latest stamp so far, from the first frame's on."""
 
-    def judge(self, stamp_ns: int) -> Verdict:
+    def judge(self, stamp_ns: int) -> Choice:
         """Judge the next frame by its stamp in nanoseconds."""
         if self._first_ns is None:
             self._first_ns = stamp_ns
@@ -95,12 +95,12 @@ class Selector:
         end = self._selection.end_ns
         if end is not None and elapsed >= end:
             self._behind_in_a_row += 1
-            return Verdict.STOP if self._behind_in_a_row > self.PATIENCE else Verdict.SKIP
+            return Choice.STOP if self._behind_in_a_row > self.PATIENCE else Choice.SKIP
         self._behind_in_a_row = 0
         if elapsed < self._selection.start_ns and self._selection.start_ns:
-            return Verdict.SKIP
+            return Choice.SKIP
         self._inside += 1
         if (self._inside - 1) % self._selection.every:
-            return Verdict.SKIP
+            return Choice.SKIP
         self.used += 1
-        return Verdict.USE
+        return Choice.USE

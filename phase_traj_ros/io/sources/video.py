@@ -13,8 +13,8 @@ from typing import cast
 import cv2
 from phase_traj_ros.errors import SourceError
 from phase_traj_ros.io.images.decoding import GreyImage
+from phase_traj_ros.io.images.picture_file import PICTURE_SUFFIXES
 from phase_traj_ros.io.sources.base import Candidate, DEFAULT_FPS, FrameSource, index_stamp_ns
-from phase_traj_ros.io.sources.folder import PICTURE_SUFFIXES
 from phase_traj_ros.io.sources.selection import EVERYTHING, Selection
 
 _MAX_CONTAINER_FPS = 1000.0

@@ -11,7 +11,7 @@ from phase_traj_ros.io.messages.image import encoding_of, msg_to_frame
 from phase_traj_ros.io.messages.stamps import StampRule, to_nanoseconds
 from phase_traj_ros.io.sources.base import Frame
 from phase_traj_ros.parameters import Parameters, Transport
-from phase_traj_ros.ros.monitoring.health import Health, LossCounter, Stage
+from phase_traj_ros.ros.health import Health, LossCounter, Stage
 from rclpy.node import Node
 from rclpy.qos import qos_profile_sensor_data, QoSProfile
 from rclpy.qos_overriding_options import QoSOverridingOptions
@@ -19,6 +19,13 @@ from sensor_msgs.msg import CompressedImage, Image
 
 IMAGE_TOPIC = 'image'
 _THROTTLE_S = 5.0
+
+
+def image_topic(node: Node, parameters: Parameters) -> str:
+    """Return the full name of the topic that the images come on, as remapped."""
+    # The name is resolved first, so that a remapping of image holds for compressed ones, too.
+    suffix = '/compressed' if _is_compressed(parameters) else ''
+    return str(node.resolve_topic_name(IMAGE_TOPIC)) + suffix
 
 
 class ImageInput:
@@ -39,11 +46,9 @@ class ImageInput:
         self._max_pixels = parameters.max_pixels
         self._stamps = StampRule()
         self._losses = LossCounter()
-        compressed = parameters.image_transport == Transport.COMPRESSED.value
-        # The name is resolved first, so that a remapping of image holds for both.
-        topic = node.resolve_topic_name(IMAGE_TOPIC) + ('/compressed' if compressed else '')
+        compressed = _is_compressed(parameters)
         self._subscription = node.create_subscription(
-            CompressedImage if compressed else Image, topic,
+            CompressedImage if compressed else Image, image_topic(node, parameters),
             self._on_message,  # type: ignore[arg-type]  # it may take the message's info, too
             qos_profile_sensor_data,
             qos_overriding_options=QoSOverridingOptions.with_default_policies())
@@ -61,7 +66,8 @@ class ImageInput:
 
     def _on_message(self, message: Any, info: Mapping[str, Any]) -> None:
         self._health.arrived(
-            time.monotonic_ns(), lost=self._losses.update(info['publication_sequence_number']))
+            time.monotonic_ns(), lost=self._losses.update(info['publication_sequence_number']),
+            size=len(message.data))
         waited_ns = time.time_ns() - info['received_timestamp']
         began = time.perf_counter_ns()
         try:
@@ -69,7 +75,8 @@ class ImageInput:
             converted = time.perf_counter_ns()
             stamp_ns = self._stamps.stamp_ns(
                 to_nanoseconds(message.header.stamp), self._node.get_clock().now().nanoseconds)
-            self._on_frame(Frame(image, stamp_ns, encoding_of(message)))
+            self._on_frame(Frame(
+                image, stamp_ns, encoding_of(message), message.header.frame_id))
         except FrameError as error:
             self._health.rejected(str(error))
             self._node.get_logger().error(
@@ -80,3 +87,7 @@ class ImageInput:
         self._health.took(Stage.RECEIVE, waited_ns)
         self._health.took(Stage.CONVERT, converted - began)
         self._health.took_in_all(waited_ns + time.perf_counter_ns() - began)
+
+
+def _is_compressed(parameters: Parameters) -> bool:
+    return parameters.image_transport == Transport.COMPRESSED.value

@@ -1,10 +1,12 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""One picture that shows what the node sees and makes of it."""
+"""Publishes the debug picture while somebody subscribes to it."""
 
 from phase_traj_ros.core import TrajectoryEstimator, Update
+from phase_traj_ros.io.messages.published import DEBUG_IMAGE
 from phase_traj_ros.io.results.debug_picture import draw
 from phase_traj_ros.io.sources.base import Frame
+from phase_traj_ros.ros.outputs.messages import MESSAGES
 from rclpy.node import Node
 from rclpy.qos import qos_profile_sensor_data
 from rclpy.qos_overriding_options import QoSOverridingOptions
@@ -19,16 +21,12 @@ class DebugImage:
         """Make the publisher on ``node``."""
         self._estimator = estimator
         self._publisher = node.create_publisher(
-            Image, '~/debug_image', qos_profile_sensor_data,
+            Image, f'~/{DEBUG_IMAGE.name}', qos_profile_sensor_data,
             qos_overriding_options=QoSOverridingOptions.with_default_policies())
 
     def publish(self, frame: Frame, update: Update, header: Header) -> None:
         """Draw and publish one pair, if there is anybody to see it."""
         if self._publisher.get_subscription_count() == 0:
             return
-        picture = draw(frame, update, self._estimator)
-        height, width, _ = picture.shape
-        message = Image(
-            header=header, height=height, width=width, encoding='bgr8', step=3 * width)
-        message.data.frombytes(picture.data.cast('B'))
-        self._publisher.publish(message)
+        self._publisher.publish(
+            MESSAGES.picture(draw(frame, update, self._estimator), header))

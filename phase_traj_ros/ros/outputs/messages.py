@@ -6,6 +6,7 @@ from types import MappingProxyType
 from typing import Any
 
 from builtin_interfaces.msg import Time
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from geometry_msgs.msg import (
     Point,
     Pose,
@@ -19,11 +20,30 @@ from geometry_msgs.msg import (
     Vector3Stamped,
 )
 from nav_msgs.msg import Odometry, Path
+import numpy as np
+from numpy.typing import NDArray
 from phase_traj_ros.io.messages.published import Messages
+from sensor_msgs.msg import Image
 from std_msgs.msg import Float32, Float64, Header, String, UInt8
+
+
+def _status(*, level: int, **fields: Any) -> DiagnosticStatus:
+    """Make a status; rclpy has its level as a byte."""
+    return DiagnosticStatus(level=bytes([level]), **fields)
+
+
+def _image(*, data: NDArray[np.uint8], **fields: Any) -> Image:
+    """Make an image; rclpy would take its data one by one."""
+    message = Image(**fields)
+    message.data.frombytes(data.data)
+    return message
+
 
 TYPES = MappingProxyType({
     'builtin_interfaces/msg/Time': Time,
+    'diagnostic_msgs/msg/DiagnosticArray': DiagnosticArray,
+    'diagnostic_msgs/msg/DiagnosticStatus': _status,
+    'diagnostic_msgs/msg/KeyValue': KeyValue,
     'geometry_msgs/msg/Point': Point,
     'geometry_msgs/msg/Pose': Pose,
     'geometry_msgs/msg/PoseStamped': PoseStamped,
@@ -36,13 +56,14 @@ TYPES = MappingProxyType({
     'geometry_msgs/msg/Vector3Stamped': Vector3Stamped,
     'nav_msgs/msg/Odometry': Odometry,
     'nav_msgs/msg/Path': Path,
+    'sensor_msgs/msg/Image': _image,
     'std_msgs/msg/Float32': Float32,
     'std_msgs/msg/Float64': Float64,
     'std_msgs/msg/Header': Header,
     'std_msgs/msg/String': String,
     'std_msgs/msg/UInt8': UInt8,
 })
-"""Classes of messages by the names of their types."""
+"""What makes messages, by the names of their types."""
 
 MESSAGES = Messages(TYPES)
 

@@ -4,16 +4,9 @@
 
 from typing import Any
 
-from phase_traj_ros.core import Movement, TrajectoryEstimator, Update
-from phase_traj_ros.io.messages.pacing import Pace
-from phase_traj_ros.io.messages.published import (
-    CHAIN_CODE,
-    CHAIN_CODE_PERIOD_NS,
-    ODOMETRY,
-    pair_topics,
-    PATH,
-    Topic,
-)
+from phase_traj_ros.core import TrajectoryEstimator, Update
+from phase_traj_ros.io.messages.published import CHAIN_CODE, ODOMETRY, pair_topics, PATH, Topic
+from phase_traj_ros.io.messages.schedule import Schedule
 from phase_traj_ros.io.sources.base import Frame
 from phase_traj_ros.parameters import Parameters
 from phase_traj_ros.ros.outputs.debug_image import DebugImage
@@ -29,15 +22,17 @@ from rclpy.qos_overriding_options import QoSOverridingOptions
 _PER_PAIR = QoSProfile(depth=100)
 # Whoever subscribes late gets the last one at once.
 _LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+# How soon news that had to wait goes out once it may.
+_FLUSH_S = 0.1
 
 
 class Outputs:
     """
     Publishes what each pair of frames adds.
 
-    Codes, shift, response, status and pose go out with every pair. The chain code's text goes out
-    when the movement changes, else at most once a second; the path at most at ``path_rate``, and
-    both only when there is news.
+    Codes, shift, response, status and pose go out with every pair, as far as anybody subscribes:
+    nobody can have them later. The chain code's text and the path go out when the schedule says
+    so.
     """
 
     def __init__(
@@ -48,59 +43,45 @@ class Outputs:
         self._estimator = estimator
         self._per_pair = {
             topic.name: _publisher(node, topic, _PER_PAIR) for topic in pair_topics(parameters)}
-        self._chain_code = _publisher(node, CHAIN_CODE, _LATCHED)
-        self._path = _publisher(node, PATH, _LATCHED)
+        self._of_all = {topic: _publisher(node, topic, _LATCHED) for topic in (CHAIN_CODE, PATH)}
         self._debug_image = DebugImage(node, estimator)
         self._transform = TransformOutput(node) if parameters.publish_tf else None
         # Two poses in one frame would contradict each other: that in metres is the vehicle's.
         self._placed_by = ODOMETRY.name if parameters.metric else 'pose'
-        self._last_movement: Movement | None = None
-        self._text = Pace(CHAIN_CODE_PERIOD_NS)
-        self._path_pending = False
-        # Steady clocks: under simulated time a paused clock must not hold back the last path.
+        self._schedule = Schedule(parameters.path_rate)
+        # A steady clock: under simulated time a paused one must not hold back the last path.
         self._clock = Clock(clock_type=ClockType.STEADY_TIME)
-        node.create_timer(0.1, self._flush_text, clock=self._clock)
-        node.create_timer(1.0 / parameters.path_rate, self._flush_path, clock=self._clock)
+        node.create_timer(
+            min(_FLUSH_S, 1.0 / parameters.path_rate), self._publish_due, clock=self._clock)
 
     def publish(self, frame: Frame, update: Update) -> None:
         """Publish what one pair of frames adds; ``frame`` is the second of them."""
-        for topic, message in MESSAGES.of_pair(update, self.parameters):
+        for topic, message in MESSAGES.of_pair(update, self.parameters, self._is_wanted):
             self._per_pair[topic].publish(message)
             if self._transform is not None and topic == self._placed_by:
                 stamped = message.pose if topic == ODOMETRY.name else message
                 self._transform.publish(
                     message.header, stamped.pose, self.parameters.child_frame_id)
-        self._debug_image.publish(frame, update, self._header(update.stamp_ns))
-        self._text.changed()
-        self._path_pending = True
-        if update.step.movement is not self._last_movement:
-            self._last_movement = update.step.movement
-            self._publish_text()
+        self._debug_image.publish(
+            frame, update, MESSAGES.header(update.stamp_ns, frame.frame_id))
+        self._schedule.add(update)
+        self._publish_due()
+
+    def _is_wanted(self, topic: str) -> bool:
+        """Tell whether anybody takes what is published on a topic of pairs."""
+        if self._transform is not None and topic == self._placed_by:
+            return True
+        return bool(self._per_pair[topic].get_subscription_count())
 
     def publish_state(self) -> None:
         """Publish the chain code and the path as they are now, as after a reset."""
-        self._last_movement = None
-        self._publish_text()
-        self._publish_path()
+        self._schedule.restart()
+        self._publish_due()
 
-    def _flush_text(self) -> None:
-        if self._text.is_due(self._clock.now().nanoseconds):
-            self._publish_text()
-
-    def _flush_path(self) -> None:
-        if self._path_pending:
-            self._publish_path()
-
-    def _publish_text(self) -> None:
-        self._chain_code.publish(MESSAGES.chain_code(
-            self._estimator.codes, self._estimator.frames, self.parameters))
-        self._text.sent(self._clock.now().nanoseconds)
-
-    def _publish_path(self) -> None:
-        points = self._estimator.path.points(self.parameters.max_path_poses)
-        header = self._header(self._estimator.last_stamp_ns or 0)
-        self._path.publish(MESSAGES.path(points, self.parameters.path_scale, header))
-        self._path_pending = False
+    def _publish_due(self) -> None:
+        for topic in self._schedule.take(self._clock.now().nanoseconds):
+            self._of_all[topic].publish(
+                MESSAGES.of_all(topic, self._estimator, self.parameters))
 
     def _header(self, stamp_ns: int) -> Any:
         return MESSAGES.header(stamp_ns, self.parameters.frame_id)

@@ -14,6 +14,7 @@ import sys
 from phase_traj_ros.errors import SourceError
 from phase_traj_ros.ros.playback.recorder import Recorder
 from phase_traj_ros.ros.spin import ros_context
+from phase_traj_ros.ros.startup.signals import stop_on_signals
 from rclpy.executors import SingleThreadedExecutor
 
 _DISCOVERY_S = 30.0
@@ -73,7 +74,8 @@ def run_live(
     player = [
         'phase_traj_ros.cli.main', 'play', str(recording), '--lossless', '--rate', str(rate),
         '--wait', str(_DISCOVERY_S), '--ros-args', *within]
-    with ros_context(['--ros-args', *within]) as stop, _process(node, variables) as node_process:
+    with (stop_on_signals() as stop, ros_context(['--ros-args', *within]),
+            _process(node, variables) as node_process):
         recorder = Recorder()
         executor = SingleThreadedExecutor()
         executor.add_node(recorder)

@@ -13,6 +13,7 @@ from phase_traj_ros.errors import OutputError
 from phase_traj_ros.io.messages.camera_info import camera_info_fields
 from phase_traj_ros.io.sources.base import Frame
 from phase_traj_ros.ros.outputs.messages import to_time
+from phase_traj_ros.ros.playback.matching import wait_until_known
 from phase_traj_ros.topics import camera_info_topic
 from rclpy.duration import Duration
 from rclpy.node import Node
@@ -68,23 +69,25 @@ class FramePlayer(Node):
                 CameraInfo, camera_info_topic(self._images.topic_name), qos)
         self._clock_publisher = self.create_publisher(Clock, '/clock', QoSProfile(depth=10))
 
-    def wait_for_subscriber(self, stop: Event, timeout_s: float) -> None:
+    @property
+    def topic(self) -> str:
+        """Return the full name of the topic of the images."""
+        return str(self._images.topic_name)
+
+    def wait_for_subscribers(self, stop: Event, timeout_s: float) -> bool:
         """
-        Return when somebody listens, or when ``stop`` is set.
+        Return when somebody listens and knows this player, or when ``stop`` is set.
 
-        Raises
-        ------
-        OutputError
-            Nobody does within the time, with a matching quality of service.
-
+        Tell whether somebody does, with a matching quality of service, within the time.
         """
         deadline = time.monotonic() + timeout_s
-        while self._images.get_subscription_count() == 0 and not stop.wait(_POLL_S):
-            if time.monotonic() > deadline:
-                raise OutputError(
-                    f'nobody has subscribed to {self._images.topic_name} within {timeout_s:g} s'
-                    ' with a matching quality of service: start the node, remap its image to'
-                    ' this topic, and for --lossless set its qos_overrides to reliable')
+        while self._images.get_subscription_count() == 0:
+            if time.monotonic() >= deadline:
+                return False
+            if stop.wait(_POLL_S):
+                return True
+        wait_until_known(self, self.topic, stop)
+        return True
 
     def play(self, frames: Iterable[Frame], stop: Event, *, rate: float = 1.0) -> int:
         """

@@ -13,7 +13,7 @@ import tempfile
 from typing import Any, TYPE_CHECKING
 
 import numpy as np
-from phase_traj_ros.errors import MissingDependencyError, OutputError
+from phase_traj_ros.errors import OutputError, rosbags_missing
 from phase_traj_ros.synthetic.arrays import Bytes
 from phase_traj_ros.synthetic.camera import Camera, Pose, quaternion
 from phase_traj_ros.synthetic.drive.drive import Drive
@@ -125,8 +125,7 @@ def write_drive_bag(
         from rosbags.rosbag2 import StoragePlugin, Writer
         from rosbags.typesys import get_typestore, Stores
     except ImportError as error:
-        raise MissingDependencyError(
-            'writing a bag needs the rosbags library: pip install rosbags') from error
+        raise rosbags_missing('writing a bag', error) from error
     store = get_typestore(Stores.ROS2_JAZZY)
     messages = _Messages(store, drive.camera)
     with (_completed(Path(path)) as place,

@@ -215,7 +215,7 @@ def test_the_command_does_without_heading(replayed, tmp_path, capsys):
 
 
 def test_refuses_what_is_no_replay(replayed, tmp_path):
-    with pytest.raises(ResultError, match='holds no replay'):
+    with pytest.raises(ResultError, match='does not hold a replay'):
         read_replay(tmp_path)
     for changed in ({'movement': [1, 1]}, {'direction': [9]}, {'status': None},
                     {'heading_deg': [0.0]}, {'heading_deg': 0.0}, {'turns': [{}]},

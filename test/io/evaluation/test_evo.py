@@ -12,12 +12,11 @@ from phase_traj_ros.cli.main import main
 from phase_traj_ros.synthetic import named_drive, write_drive_bag
 import pytest
 
-pytest.importorskip('evo')
-
 
 @pytest.fixture(scope='module')
 def drive():
-    """Return the demo's drive up to the end of its second turn."""
+    """Return the demo's drive up to the end of its second turn; skip without evo."""
+    pytest.importorskip('evo')
     return named_drive('demo').take(range(135))
 
 

@@ -9,6 +9,9 @@ import cv2
 import numpy as np
 from phase_traj_ros.errors import FrameError
 from phase_traj_ros.io import decode_compressed, ENCODINGS, msg_to_frame, to_grey
+from phase_traj_ros.io.images import decoding
+from phase_traj_ros.io.images.header import read_header
+from phase_traj_ros.io.messages import image
 import pytest
 
 BAYER = ['rggb', 'bggr', 'gbrg', 'grbg']
@@ -212,6 +215,20 @@ def test_compressed_mosaic_is_converted(picture):
     # Already converted by the sender:
     result = decode_compressed(compressed('.png', bgr, 'bayer_grbg8; png compressed bgr8'))
     assert np.abs(result.astype(float) - grey).max() <= 1
+
+
+def test_the_header_of_a_compressed_image_is_read_once(picture, monkeypatch):
+    read = []
+
+    def counted(data):
+        read.append(data)
+        return read_header(data)
+
+    for module in (decoding, image):
+        monkeypatch.setattr(module, 'read_header', counted, raising=False)
+    pixels = mosaic(picture(48, 64), 'grbg')
+    decode_compressed(compressed('.jpg', pixels, 'bayer_grbg8; jpeg compressed bayer_grbg8'))
+    assert len(read) == 1
 
 
 @pytest.mark.parametrize('suffix', ['.png', '.jpg'])

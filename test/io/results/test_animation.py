@@ -12,10 +12,9 @@ from phase_traj_ros.io.results.animation import Animation
 from phase_traj_ros.io.results.path_text import path_lines
 from phase_traj_ros.io.sources.base import Frame
 from phase_traj_ros.parameters import Parameters
+from PIL import Image
 import pytest
 from rolled import rolled_frames, SHIFTS
-
-Image = pytest.importorskip('PIL.Image')
 
 
 def animated(path, frames, *, max_bytes=10**7, **options):

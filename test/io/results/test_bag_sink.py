@@ -9,6 +9,8 @@ from pathlib import Path
 import re
 import sys
 
+from mcap import reader as mcap_reader
+from mcap_ros2 import decoder as mcap_ros2
 import numpy as np
 from phase_traj_ros.core.codes.text import parse
 from phase_traj_ros.errors import MissingDependencyError, OutputError, SourceError
@@ -19,10 +21,6 @@ from phase_traj_ros.parameters import Parameters
 import pytest
 from rolled import DIRECTION, MOVEMENT, RATE_NS, rolled_frames, SHIFTS, START_NS
 
-pytest.importorskip('rosbags')
-mcap_reader = pytest.importorskip('mcap.reader')
-mcap_ros2 = pytest.importorskip('mcap_ros2.decoder')
-
 TYPES = {
     '/phase_traj/movement': 'std_msgs/msg/UInt8',
     '/phase_traj/direction': 'std_msgs/msg/UInt8',
@@ -30,6 +28,7 @@ TYPES = {
     '/phase_traj/response': 'std_msgs/msg/Float32',
     '/phase_traj/status': 'std_msgs/msg/String',
     '/phase_traj/pose': 'geometry_msgs/msg/PoseStamped',
+    '/phase_traj/pair': 'diagnostic_msgs/msg/DiagnosticArray',
     '/phase_traj/chain_code': 'std_msgs/msg/String',
     '/phase_traj/path': 'nav_msgs/msg/Path',
     '/diagnostics': 'diagnostic_msgs/msg/DiagnosticArray',
@@ -99,9 +98,9 @@ def test_every_pair_is_in_it_once(bag):
     stamps = [START_NS + (index + 1) * RATE_NS for index in range(pairs)]
     assert [message.data for message in found['movement']] == MOVEMENT
     assert [message.data for message in found['direction']] == DIRECTION
-    for name in ('movement', 'shift', 'response', 'status', 'pose', 'debug_image'):
+    for name in ('movement', 'shift', 'response', 'status', 'pose', 'pair', 'debug_image'):
         assert found.log_times[f'/phase_traj/{name}'] == stamps, name
-    for name in ('shift', 'pose', 'debug_image'):
+    for name in ('shift', 'pose', 'pair', 'debug_image'):
         assert [ns(message.header.stamp) for message in found[name]] == stamps, name
     assert {message.header.frame_id for message in found['pose']} == {'phase_traj'}
     updates = result.updates
@@ -253,4 +252,6 @@ def test_everything_the_foxglove_layout_names_is_in_such_a_bag(tmp_path):
         path['value'] for panel in layout['configById'].values()
         for path in panel.get('paths', ())]
     assert all(text in named or re.fullmatch(r'-?\d+', text) for text in plotted)
-    assert {text.split('.')[0] for text in named} == {*TYPES, *DEBUG, '/phase_traj/heading'}
+    # What is in a pair is on topics of its own, too.
+    assert {text.split('.')[0] for text in named} == {
+        *TYPES, *DEBUG, '/phase_traj/heading'} - {'/phase_traj/pair'}

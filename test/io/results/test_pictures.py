@@ -7,12 +7,12 @@ import xml.etree.ElementTree as ElementTree
 
 import cv2
 import numpy as np
-from phase_traj_ros.core import Movement
+from phase_traj_ros.core import Movement, TrajectoryEstimator
 from phase_traj_ros.core.path.thinning import Thinned
 from phase_traj_ros.io.replay.data_health import data_health
 from phase_traj_ros.io.replay.overview import overview
 from phase_traj_ros.io.replay.run import replay
-from phase_traj_ros.io.results.debug_picture import as_shown
+from phase_traj_ros.io.results.debug_picture import as_shown, draw
 from phase_traj_ros.io.results.figures import write_trajectory_picture, write_turn_picture
 from phase_traj_ros.io.results.thumbnails import Thumbnails, TurnWatcher
 from phase_traj_ros.io.sources.base import Frame
@@ -49,6 +49,21 @@ def test_overview(watched):
         pytest.approx(0.3), pytest.approx(0.6), (3, 0))
     assert (right.number, right.side, right.pair, right.end_pair) == (2, Movement.RIGHT, 9, 10)
     assert right.corner == (3, 4)
+
+
+def test_the_text_of_the_debug_picture_has_a_rim_as_wide_as_itself():
+    grey = [np.full((480, 1280), shade, np.uint8) for shade in (128, 129)]
+    estimator = TrajectoryEstimator(Parameters().estimator_settings())
+    estimator.update(grey[0], 0)
+    update = estimator.update(grey[1], RATE_NS)
+
+    above = draw(Frame(grey[1], RATE_NS), update, estimator)[:100]
+    text, rim = (above > 230).all(axis=2), (above < 30).all(axis=2)
+
+    assert text.any()
+    text_columns, rim_columns = (np.flatnonzero(each.any(axis=0)) for each in (text, rim))
+    assert rim_columns[0] < text_columns[0] and text_columns[-1] < rim_columns[-1]
+    assert rim_columns[-1] - text_columns[-1] <= 3
 
 
 def test_a_turn_under_way_at_the_end_ends_with_the_last_frame():

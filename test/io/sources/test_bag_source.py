@@ -49,6 +49,13 @@ def test_single_file(tmp_path, maker):
     assert len(stamps_of(file)) == 5
 
 
+@pytest.mark.parametrize('name', ['drive.bag', 'DRIVE.BAG', 'drive.mcap'])
+def test_a_directory_is_a_bag_of_ros_2_whatever_its_name(tmp_path, mcap_maker, name):
+    with open_source(mcap_maker.drive(tmp_path / name)) as source:
+        assert 'ROS 2 bag' in source.description
+        assert len(list(source)) == 5
+
+
 def test_single_file_of_an_old_rosbags(tmp_path, maker, monkeypatch):
     from rosbags.rosbag2 import reader
     file = maker.single_file(maker.drive(tmp_path / 'bag'))
@@ -93,7 +100,7 @@ def several_topics(maker, path, drive_frame, right_messages=1):
 
 def test_several_image_topics(tmp_path, maker, drive_frame):
     path = several_topics(maker, tmp_path / 'bag', drive_frame)
-    with pytest.raises(SourceError, match=r'several image topics.*--topic') as caught:
+    with pytest.raises(SourceError, match=r'several image topics.*name one as') as caught:
         open_source(path)
     message = str(caught.value)
     assert '/left/image (sensor_msgs/msg/Image, 2 messages)' in message

@@ -8,7 +8,9 @@ import numpy as np
 from phase_traj_ros.core.camera.model import CameraModel
 from phase_traj_ros.errors import SourceError
 from phase_traj_ros.io import open_source, Selection
-from phase_traj_ros.io.sources.folder import natural_key, PICTURE_SUFFIXES, read_times
+from phase_traj_ros.io.images.picture_file import PICTURE_SUFFIXES
+from phase_traj_ros.io.sources.folder import natural_key
+from phase_traj_ros.io.sources.times_file import read_times
 import pytest
 
 TENTH = 100_000_000
@@ -135,7 +137,7 @@ def test_times_by_number(tmp_path):
 def test_times_that_do_not_fit(tmp_path, names, lines):
     folder = fill(tmp_path / 'x', names)
     (tmp_path / 'times.txt').write_text('1.0\n' * lines)
-    with pytest.raises(SourceError, match=f'{lines} lines for {len(names)} pictures.*--fps'):
+    with pytest.raises(SourceError, match=f'{lines} lines for {len(names)} pictures.*fps'):
         open_source(folder)
     assert len(read(folder, fps=5)[0]) == len(names)
 

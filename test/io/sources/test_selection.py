@@ -4,7 +4,7 @@
 
 from hypothesis import given, strategies as st
 from phase_traj_ros.errors import ParameterError
-from phase_traj_ros.io.sources.selection import Selection, Selector, Verdict
+from phase_traj_ros.io.sources.selection import Choice, Selection, Selector
 import pytest
 
 TENTH = 100_000_000
@@ -15,10 +15,10 @@ def selected(selection, stamps):
     selector = Selector(selection)
     used = []
     for index, stamp in enumerate(stamps):
-        verdict = selector.judge(stamp)
-        if verdict is Verdict.STOP:
+        choice = selector.judge(stamp)
+        if choice is Choice.STOP:
             break
-        if verdict is Verdict.USE:
+        if choice is Choice.USE:
             used.append(index)
     assert selector.used == len(used)
     return used
@@ -70,7 +70,7 @@ def test_glitch_does_not_end_the_stretch():
 def test_reading_ends_soon_after_the_stretch():
     selector = Selector(Selection(duration=1.0))
     stamps = iter(range(0, 10 ** 15, TENTH))
-    while selector.judge(next(stamps)) is not Verdict.STOP:
+    while selector.judge(next(stamps)) is not Choice.STOP:
         pass
     assert selector.used == 10
     assert selector.seen == 10 + Selector.PATIENCE + 1

@@ -7,20 +7,18 @@ from collections import defaultdict
 import cv2
 import numpy as np
 from phase_traj_ros.core import Movement, TrajectoryEstimator
-from phase_traj_ros.io.messages.pacing import Pace
+from phase_traj_ros.io.messages.diagnostics import Level, Report
+from phase_traj_ros.io.messages.published import Messages
 from phase_traj_ros.io.replay.run import replay
 from phase_traj_ros.io.results.bag import BagSink
 from phase_traj_ros.io.sources.base import Frame
 from phase_traj_ros.parameters import Parameters
 import pytest
-
-pytest.importorskip('rclpy')
-rosbag2 = pytest.importorskip('rosbags.rosbag2')
-typesys = pytest.importorskip('rosbags.typesys')
+from rosbags import rosbag2, typesys
 
 STORE = typesys.get_typestore(typesys.Stores.ROS2_JAZZY)
 
-PER_PAIR = ('movement', 'direction', 'shift', 'response', 'status', 'pose')
+PER_PAIR = ('movement', 'direction', 'shift', 'response', 'status', 'pose', 'pair')
 
 
 class Publisher:
@@ -105,12 +103,20 @@ def test_the_same_messages(frames, tmp_path, values):
         assert node.publishers[topic].data[-1] == stored[topic][-1], topic
 
 
-def test_pace_lets_news_out_at_once_and_then_once_a_period():
-    pace = Pace(100)
-    assert not pace.is_due(0)
-    pace.changed()
-    assert pace.pending and pace.is_due(0)
-    pace.sent(0)
-    assert not pace.pending and not pace.is_due(500)
-    pace.changed()
-    assert pace.pending and not pace.is_due(99) and pace.is_due(100)
+def test_the_same_diagnostics():
+    from diagnostic_msgs.msg import DiagnosticArray
+    from phase_traj_ros.ros.outputs.messages import MESSAGES
+    reports = {
+        'images': Report(Level.STALE, 'no images', {'topic': '/image', 'images': '0'}),
+        'measurement': Report(Level.OK, 'nothing to measure', {})}
+    live = Publisher(DiagnosticArray)
+
+    made = []
+    for messages in (MESSAGES, Messages(STORE.types)):
+        made.append(messages.diagnostics(
+            reports, node='/here', hardware_id='/image', stamp=messages.time(10**18 + 5)))
+    live.publish(made[0])
+
+    assert live.data == [bytes(STORE.serialize_cdr(made[1], made[1].__msgtype__))]
+    assert [status.name for status in made[1].status] == ['/here: images', '/here: measurement']
+    assert [status.level for status in made[1].status] == [3, 0]

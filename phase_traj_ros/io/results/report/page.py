@@ -11,6 +11,8 @@ import json
 from pathlib import Path
 import re
 
+from phase_traj_ros.io.results.palette import DARK, LIGHT
+
 _TOKEN = re.compile(r'\{\{(\w+)\}\}')
 _SUFFIX_TYPES = {'.png': 'image/png', '.jpg': 'image/jpeg', '.svg': 'image/svg+xml'}
 
@@ -34,6 +36,12 @@ def template(name: str) -> str:
     """Return a file of the folder templates."""
     templates = files('phase_traj_ros.io.results.report').joinpath('templates')
     return templates.joinpath(name).read_text(encoding='utf-8')
+
+
+def style() -> Markup:
+    """Return the style sheet of all pages, in colours for light and for dark screens."""
+    return Markup(filled(template('style.css'), {
+        'light': Markup(LIGHT.css()), 'dark': Markup(DARK.css())}))
 
 
 def filled(page: str, values: Mapping[str, Cell]) -> str:

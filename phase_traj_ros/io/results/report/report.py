@@ -10,7 +10,15 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from phase_traj_ros.core import CodeSeries, Direction, Freeman, Movement
+from phase_traj_ros.core import (
+    Axes,
+    CodeSeries,
+    Direction,
+    Freeman,
+    Movement,
+    normalised,
+    to_axes,
+)
 from phase_traj_ros.core.codes.freeman import to_four
 from phase_traj_ros.core.correlation.transforms import TransformLibrary
 from phase_traj_ros.io.replay.data_health import data_health, DataHealth, LOW_RESPONSE
@@ -24,6 +32,7 @@ from phase_traj_ros.io.results.report.page import (
     filled,
     Markup,
     script_json,
+    style,
     table,
     template,
     write_page,
@@ -32,10 +41,15 @@ from phase_traj_ros.io.results.thumbnails import Thumbnail
 from phase_traj_ros.parameter_spec import Spec
 from phase_traj_ros.parameters import Parameters, specs
 
+# Names of the palette's colours, by code.
+_MOVEMENT_COLOURS = {
+    Movement.LEFT: '--left', Movement.FORWARD: '--forward', Movement.RIGHT: '--right',
+    Movement.NO_CHANGE: '--rest'}
+_REMARKS = {Movement.NO_CHANGE: ' (a turn that goes on, or nothing to judge)'}
 _LEGEND = (
-    ('left', '--left'), ('forward', '--forward'), ('right', '--right'),
-    ('no change (a turn that goes on, or nothing to judge)', '--rest'),
-    ('backward', '--backward'))
+    *((code.label + _REMARKS.get(code, ''), colour)
+      for code, colour in _MOVEMENT_COLOURS.items()),
+    (Direction.BACKWARD.label, '--backward'))
 
 
 def write_report(
@@ -64,7 +78,7 @@ def write_report(
     write_page(filled(template('report.html'), {
         'title': title,
         'source': result.source,
-        'style': Markup(template('style.css')),
+        'style': style(),
         'script': Markup(template('report.js')),
         'facts': definitions(_facts(result, shown, health)),
         'legend': _legend(),
@@ -116,7 +130,7 @@ def _turns(turns: Sequence[TurnMark]) -> Markup:
     for index, turn in enumerate(turns):
         row: list[Cell] = [
             Markup(f'<button type="button" data-turn="{index}">{turn.number}</button>'),
-            turn.side.name.lower(), f'{turn.start_s:.2f}', f'{turn.end_s:.2f}',
+            turn.side.label, f'{turn.start_s:.2f}', f'{turn.end_s:.2f}',
             f'{turn.pair} to {turn.end_pair + 1}']
         if measured:
             row.append('' if turn.angle_deg is None else f'{turn.angle_deg:+.1f}°')
@@ -184,6 +198,10 @@ def _data(
         'heading': None if shown.heading_deg is None else _numbers(shown.heading_deg, 2),
         'movement': ''.join(str(int(update.step.movement)) for update in result.updates),
         'direction': ''.join(str(int(update.step.direction)) for update in result.updates),
+        'movements': [code.label for code in _MOVEMENT_COLOURS],
+        'movement_colours': list(_MOVEMENT_COLOURS.values()),
+        # Its unit does not matter to a picture; one that is normalised needs few digits.
+        'path': np.round(normalised(to_axes(shown.path, Axes.FIGURE)), 4).tolist(),
         'statuses': names,
         'status': [places[update.status.value] for update in result.updates],
         'threshold': result.threshold_px,
@@ -191,7 +209,7 @@ def _data(
         'low_response': LOW_RESPONSE,
         'turns': [{
             'number': turn.number,
-            'side': 'left' if turn.side is Movement.LEFT else 'right',
+            'side': turn.side.label,
             'pair': turn.pair, 'end': turn.end_pair,
             'start': round(turn.start_s, 4), 'stop': round(turn.end_s, 4),
         } for turn in shown.turns],
@@ -205,8 +223,8 @@ def _directions(codes: type[Direction] | type[Freeman]) -> dict[str, list[str]]:
     each = sorted(codes)
     four = [to_four(code) if isinstance(code, Freeman) else code for code in each]
     return {
-        'directions': [code.name.lower().replace('_', ' ') for code in each],
-        'direction_colours': [f'--{code.name.lower()}' for code in four],
+        'directions': [code.label for code in each],
+        'direction_colours': [f'--{code.label}' for code in four],
     }
 
 

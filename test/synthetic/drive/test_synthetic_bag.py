@@ -10,8 +10,6 @@ from phase_traj_ros.errors import MissingDependencyError, OutputError
 from phase_traj_ros.synthetic import Camera, plan_drive, render, Straight, Turn, write_drive_bag
 import pytest
 
-pytest.importorskip('rosbags')
-
 SMALL = Camera.with_field_of_view(161, 95, 80.0)
 
 

@@ -138,11 +138,11 @@ def test_bad_rate(folder, fps):
 
 
 def test_options_that_do_not_fit(tmp_path, mcap_maker, folder, video):
-    with pytest.raises(SourceError, match=r'is a bag: .* leave out --fps'):
+    with pytest.raises(SourceError, match=r'is a bag: .* leave out fps'):
         open_source(mcap_maker.drive(tmp_path / 'bag'), fps=10)
-    with pytest.raises(SourceError, match=r'is a folder, .* leave out --topic'):
+    with pytest.raises(SourceError, match=r'is a folder, .* leave out topic'):
         open_source(folder, topic='/image')
-    with pytest.raises(SourceError, match=r'is a video, .* leave out --topic'):
+    with pytest.raises(SourceError, match=r'is a video, .* leave out topic'):
         open_source(video, topic='/image')
 
 

@@ -2,19 +2,24 @@
 # SPDX-License-Identifier: Apache-2.0
 """Publishes how the node fares on /diagnostics, and warns when no image comes."""
 
+import os
 import time
 
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from diagnostic_msgs.msg import DiagnosticArray
 from phase_traj_ros.core import TrajectoryEstimator
-from phase_traj_ros.io.messages.diagnostics import MeasurementReporter
+from phase_traj_ros.io.messages.diagnostics import Level, MeasurementReporter, Report
+from phase_traj_ros.io.messages.schedule import DIAGNOSTICS_PERIOD_NS
+from phase_traj_ros.ros.health import Health, Stage
 from phase_traj_ros.ros.inputs.image import ImageInput
-from phase_traj_ros.ros.monitoring.health import Health, Stage
+from phase_traj_ros.ros.losses import advice
+from phase_traj_ros.ros.outputs.messages import MESSAGES
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from rclpy.qos import qos_check_compatible, QoSCompatibility
+from rclpy.utilities import get_rmw_implementation_identifier
 
-_PERIOD_S = 1.0
 _SILENCE_NS = 5 * 10**9
+_THROTTLE_S = 60.0
 
 
 class Diagnostics:
@@ -40,20 +45,20 @@ class Diagnostics:
         self._reported = (0, 0)
         self._measured = MeasurementReporter()
         # By a steady clock: it has to go on when simulated time stands still.
-        node.create_timer(_PERIOD_S, self._report, clock=Clock(clock_type=ClockType.STEADY_TIME))
+        node.create_timer(
+            DIAGNOSTICS_PERIOD_NS / 1e9, self._report,
+            clock=Clock(clock_type=ClockType.STEADY_TIME))
 
     def _report(self) -> None:
         self._watch_silence()
-        self._publisher.publish(DiagnosticArray(
-            header=self._stamped(), status=[self._images(), self._measurement()]))
+        self._publisher.publish(MESSAGES.diagnostics(
+            {'images': self._images(),
+             'measurement': self._measured.report(self._estimator, self._health.response())},
+            node=self._node.get_fully_qualified_name(), hardware_id=self._input.topic,
+            stamp=self._node.get_clock().now().to_msg()))
         self._node.get_logger().debug(
             'microseconds per image: ' + ', '.join(
                 f'{stage.value} {self._health.microseconds(stage):.0f}' for stage in Stage))
-
-    def _stamped(self):  # type: ignore[no-untyped-def]
-        header = DiagnosticArray().header
-        header.stamp = self._node.get_clock().now().to_msg()
-        return header
 
     def _watch_silence(self) -> None:
         arrival = self._health.last_arrival_ns
@@ -82,43 +87,37 @@ class Diagnostics:
                 text += f'; the quality of service of {name} does not match: {reason.strip()}'
         return text
 
-    def _images(self) -> DiagnosticStatus:
+    def _images(self) -> Report:
         health = self._health
         now_ns = time.monotonic_ns()
         bad, lost = health.bad - self._reported[0], health.lost - self._reported[1]
         self._reported = (health.bad, health.lost)
         if self._warned:
-            level, message = DiagnosticStatus.STALE, 'no images'
+            level, message = Level.STALE, 'no images'
         elif bad:
-            level, message = DiagnosticStatus.ERROR, f'{bad} images could not be used'
+            level, message = Level.ERROR, f'{bad} images could not be used'
         elif lost:
-            level, message = DiagnosticStatus.WARN, f'{lost} images were lost'
+            level, message = Level.WARN, f'{lost} images were lost'
+            self._warn_of_losses(lost)
         elif not health.images:
-            level, message = DiagnosticStatus.OK, 'waiting for the first image'
+            level, message = Level.OK, 'waiting for the first image'
         else:
-            level, message = DiagnosticStatus.OK, 'images come'
-        values = {
+            level, message = Level.OK, 'images come'
+        return Report(level, message, {
             'topic': self._input.topic,
             'rate (Hz)': f'{0.0 if self._warned else health.rate(now_ns):.1f}',
-            'images': health.images,
-            'lost': health.lost,
-            'bad': health.bad,
+            'images': str(health.images),
+            'lost': str(health.lost),
+            'bad': str(health.bad),
             'last error': health.last_error,
             'p50 (ms)': f'{health.milliseconds(0.5):.2f}',
             'p99 (ms)': f'{health.milliseconds(0.99):.2f}',
             **{f'{stage.value} (us)': f'{health.microseconds(stage):.0f}' for stage in Stage},
-        }
-        return self._status('images', level, message, values)
+        })
 
-    def _measurement(self) -> DiagnosticStatus:
-        report = self._measured.report(self._estimator, self._health.response())
-        return self._status(
-            'measurement', bytes([report.level]), report.message, dict(report.values))
-
-    def _status(
-        self, name: str, level: bytes, message: str, values: dict[str, object],
-    ) -> DiagnosticStatus:
-        return DiagnosticStatus(
-            level=level, name=f'{self._node.get_fully_qualified_name()}: {name}',
-            message=message, hardware_id=self._input.topic,
-            values=[KeyValue(key=key, value=str(value)) for key, value in values.items()])
+    def _warn_of_losses(self, lost: int) -> None:
+        what = advice(
+            self._health.image_bytes, get_rmw_implementation_identifier(), os.environ)
+        self._node.get_logger().warning(
+            f'{lost} images on {self._input.topic} were lost in the last second: {what}',
+            throttle_duration_sec=_THROTTLE_S)

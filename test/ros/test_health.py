@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Accounting of what came and how long it took."""
 
-from phase_traj_ros.ros.monitoring.health import Health, LossCounter, Stage
+from phase_traj_ros.ros.health import Health, LossCounter, Stage
 import pytest
 
 

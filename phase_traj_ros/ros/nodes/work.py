@@ -1,8 +1,7 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The live node: images in, codes and path out."""
+"""What a node of this package does, whether it is managed or not: images in, codes and path out."""
 
-from collections.abc import Sequence
 import time
 
 import cv2
@@ -11,76 +10,112 @@ from phase_traj_ros.core.camera.model import CameraModel
 from phase_traj_ros.core.correlation.transforms import find_transform, transform_hint
 from phase_traj_ros.io.replay.estimator import make_estimator
 from phase_traj_ros.io.sources.base import Frame
-from phase_traj_ros.parameters import NODE_NAME
-from phase_traj_ros.ros.declare import changed, declare_parameters, unknown_overrides
+from phase_traj_ros.parameters import Parameters, SpeedType
+from phase_traj_ros.ros.diagnostics import Diagnostics
+from phase_traj_ros.ros.health import Health, Stage
 from phase_traj_ros.ros.inputs.camera import CameraInput
-from phase_traj_ros.ros.inputs.image import ImageInput
+from phase_traj_ros.ros.inputs.image import ImageInput, image_topic
 from phase_traj_ros.ros.inputs.speed import SpeedInput
-from phase_traj_ros.ros.monitoring.diagnostics import Diagnostics
-from phase_traj_ros.ros.monitoring.health import Health, Stage
+from phase_traj_ros.ros.nodes.made import Made
 from phase_traj_ros.ros.outputs.topics import Outputs
 from phase_traj_ros.ros.saving import Saving
-from rcl_interfaces.msg import SetParametersResult
 from rclpy.node import Node
-from rclpy.parameter import Parameter
 from std_srvs.srv import Trigger
 
 _THROTTLE_S = 5.0
 
 
-class PhaseTrajNode(Node):
-    """A thin adapter between ROS and ``TrajectoryEstimator``."""
+class Work:
+    """
+    A thin adapter between ROS and ``TrajectoryEstimator``.
 
-    def __init__(self) -> None:
+    Made, it offers topics and services; started, it listens, until it is stopped.
+    """
+
+    def __init__(self, node: Node, values: Parameters) -> None:
         """
-        Declare the parameters and start listening.
+        Make publishers and services on ``node``.
 
         Raises
         ------
         ParameterError
-            A parameter given at the start is not allowed.
+            The name of a topic is not allowed, or the mask cannot be used.
         OutputError
             Shifts are to be recorded and cannot be.
         MissingDependencyError
             What a parameter asks for is not installed.
 
         """
-        super().__init__(NODE_NAME)
-        self._values = declare_parameters(self)
+        self._node = node
+        self._values = values
         self._use_threads()
-        self._estimator = make_estimator(self._values)
+        self._estimator = make_estimator(values)
         self._health = Health()
-        self._outputs = Outputs(self, self._estimator, self._values)
-        # Of what comes at the same time, the executor hands over in the order of subscription.
         self._camera: CameraInput | None = None
-        if self._values.needs_camera:
-            self._camera = CameraInput(
-                self, rectified=self._values.rectified, on_camera=self._on_camera)
         self._speed: SpeedInput | None = None
-        if self._values.use_speed_topic:
-            self._speed = SpeedInput(self, self._estimator.add_speed)
-        self._input = ImageInput(self, self._values, self._health, self._on_frame)
-        self._diagnostics = Diagnostics(self, self._health, self._input, self._estimator)
-        self._saving = Saving(self, self._values, self._estimator, lambda: self._input.topic)
-        self.create_service(Trigger, '~/reset', self._on_reset)
-        self.add_on_set_parameters_callback(self._check_parameters)
-        self.add_post_set_parameters_callback(self._apply_parameters)
-        for name in unknown_overrides(self):
-            self.get_logger().warning(
-                f'there is no parameter {name!r}: it was given at the start and has no effect')
-        topics = [
-            each.topic for each in (self._input, self._camera, self._speed) if each is not None]
-        self.get_logger().info(
+        self._offered = Made(node)
+        self._listening = Made(node)
+        with self._offered:
+            self._outputs = Outputs(node, self._estimator, values)
+            self._saving = Saving(
+                node, values, self._estimator, lambda: image_topic(node, self._values))
+            node.create_service(Trigger, '~/reset', self._on_reset)
+        # Whoever subscribes before the first image learns that none has come.
+        self._outputs.publish_state()
+
+    def start(self) -> None:
+        """Listen to the camera, and to whatever else there is to know."""
+        node, values = self._node, self._values
+        # Of what comes at the same time, the executor hands over in the order of subscription.
+        with self._listening:
+            if values.needs_camera:
+                self._camera = CameraInput(
+                    node, rectified=values.rectified, on_camera=self._on_camera)
+            if values.use_speed_topic:
+                self._speed = SpeedInput(
+                    node, SpeedType(values.speed_type), self._estimator.add_speed)
+            images = ImageInput(node, values, self._health, self._on_frame)
+            Diagnostics(node, self._health, images, self._estimator)
+        topics = [each.topic for each in (images, self._camera, self._speed) if each is not None]
+        node.get_logger().info(
             f'listening to {", ".join(topics)}, codes from the {self._coded_from()},'
             f' transforms by {find_transform(self._estimator.settings.transform).name}')
         hint = transform_hint(self._estimator.settings.transform)
         if hint:
-            self.get_logger().info(hint)
+            node.get_logger().info(hint)
 
-    def destroy_node(self) -> None:
-        """Take the node down."""
+    def stop(self) -> None:
+        """Listen no more."""
+        self._listening.destroy()
+
+    def restart(self) -> None:
+        """Start anew: where the vehicle has gone in the meantime is not known."""
+        self._estimator.reset()
+        self._outputs.publish_state()
+
+    def close(self) -> None:
+        """Take down what was made; the work is done."""
         self._saving.close()
-        super().destroy_node()
+        self._offered.destroy()
+
+    def check(self, values: Parameters) -> None:
+        """
+        Accept values of the parameters that the work can go on with.
+
+        Raises
+        ------
+        ValueError
+            It cannot.
+
+        """
+        self._estimator.check(values.estimator_settings())
+
+    def change(self, values: Parameters) -> None:
+        """Go on with other values of the parameters."""
+        self._values = values
+        self._outputs.parameters = values
+        self._estimator.reconfigure(values.estimator_settings())
+        self._use_threads()
 
     def _on_frame(self, frame: Frame) -> None:
         """Put one frame through the estimator; publish what it adds."""
@@ -92,7 +127,7 @@ class PhaseTrajNode(Node):
         update = self._estimator.update(frame.image, frame.stamp_ns, encoding=frame.encoding)
         estimated = time.perf_counter_ns()
         if self._estimator.counters.time_resets > resets and previous_ns is not None:
-            self.get_logger().warning(
+            self._node.get_logger().warning(
                 f'time went back by {(previous_ns - frame.stamp_ns) / 1e9:.3f} s, from'
                 f' {previous_ns / 1e9:.3f} to {frame.stamp_ns / 1e9:.3f}: started anew')
             self._outputs.publish_state()
@@ -125,32 +160,19 @@ class PhaseTrajNode(Node):
         newest_ns = self._estimator.newest_speed_ns
         known = 'none has come yet'
         if newest_ns is not None:
-            known = f'the newest is {(update.stamp_ns - newest_ns) / 1e9:+.3f} s older'
-        self.get_logger().warning(
+            apart_s = (update.stamp_ns - newest_ns) / 1e9
+            known = f'the newest is {abs(apart_s):.3f} s {"older" if apart_s > 0 else "newer"}'
+        self._node.get_logger().warning(
             f'no speed on {self._speed.topic} for the time of an image ({known}): odom does not go'
             ' on', throttle_duration_sec=_THROTTLE_S)
 
     def _on_reset(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         frames = self._estimator.frames
-        self._estimator.reset()
-        self._outputs.publish_state()
+        self.restart()
         response.success = True
         response.message = f'started anew after {frames} frames'
-        self.get_logger().info(response.message)
+        self._node.get_logger().info(response.message)
         return response
-
-    def _check_parameters(self, updates: Sequence[Parameter]) -> SetParametersResult:
-        try:
-            self._estimator.check(changed(self._values, updates).estimator_settings())
-        except ValueError as error:
-            return SetParametersResult(successful=False, reason=str(error))
-        return SetParametersResult(successful=True)
-
-    def _apply_parameters(self, updates: Sequence[Parameter]) -> None:
-        self._values = changed(self._values, updates)
-        self._outputs.parameters = self._values
-        self._estimator.reconfigure(self._values.estimator_settings())
-        self._use_threads()
 
     def _use_threads(self) -> None:
         # OpenCV takes a negative number as leave to choose.

@@ -52,6 +52,8 @@ class Health:
     """Images received, bad ones included."""
     lost: int = 0
     """Images published but not handled: lost on the way, or replaced by newer ones."""
+    image_bytes: int = 0
+    """Size of the newest image as it came."""
     bad: int = 0
     """Images that could not be used."""
     last_error: str = ''
@@ -64,10 +66,11 @@ class Health:
     _totals: deque[int] = field(default_factory=lambda: deque(maxlen=_KEPT))
     _arrivals: deque[int] = field(default_factory=lambda: deque(maxlen=100))
 
-    def arrived(self, now_ns: int, *, lost: int) -> None:
-        """Count an image; ``now_ns`` by a steady clock."""
+    def arrived(self, now_ns: int, *, lost: int, size: int = 0) -> None:
+        """Count an image of ``size`` bytes; ``now_ns`` by a steady clock."""
         self.images += 1
         self.lost += lost
+        self.image_bytes = size
         self.last_arrival_ns = now_ns
         self._arrivals.append(now_ns)
 

@@ -1,0 +1,61 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Reads calib.txt, the cameras of a KITTI sequence."""
+
+from pathlib import Path
+from typing import Final
+
+from phase_traj_ros.core.camera.model import CameraModel
+from phase_traj_ros.errors import SourceError
+from phase_traj_ros.io.images.picture_file import read_picture
+
+CALIBRATION_FILE: Final = 'calib.txt'
+"""Name of the file with the projection matrices of a KITTI sequence, ``P0:`` to ``P3:``."""
+
+KITTI_CAMERAS: Final = ('image_0', 'image_2', 'image_1', 'image_3')
+"""Folders of a sequence: the grey cameras first, the left one of each pair before the right."""
+
+
+def kitti_camera(picture: Path) -> CameraModel | None:
+    """
+    Return the model of the camera that has taken a picture of a KITTI sequence.
+
+    It is that of the line P0 to P3 in the calib.txt beside the folder, image_0 to image_3, that
+    the picture is in; None where there is no such folder or file. The pictures are rectified.
+
+    Raises
+    ------
+    SourceError
+        calib.txt or the picture cannot be read, or the line cannot be used.
+
+    """
+    # resolve() first: "." has no name.
+    folder = picture.parent.resolve()
+    calibration = folder.parent / CALIBRATION_FILE
+    if folder.name not in KITTI_CAMERAS or not calibration.is_file():
+        return None
+    name = f'P{folder.name[-1]}'
+    height, width = read_picture(picture).shape
+    try:
+        matrix = _read_matrix(calibration, name)
+        return CameraModel(
+            width=width, height=height, fx=matrix[0], fy=matrix[5], cx=matrix[2], cy=matrix[6])
+    except ValueError as error:
+        raise SourceError(
+            f'{calibration}, {name}: {error}; correct it, or give focal_px') from error
+
+
+def _read_matrix(path: Path, name: str) -> list[float]:
+    """Return the 12 numbers of a line ``name: ...``; raises ValueError."""
+    try:
+        lines = path.read_text(encoding='ascii').splitlines()
+    except OSError as error:
+        raise SourceError(f'{path} cannot be read: {error.strerror}') from error
+    except ValueError as error:
+        raise ValueError('the file is no text') from error
+    found = [line.partition(':')[2].split() for line in lines if line.startswith(f'{name}:')]
+    if not found:
+        raise ValueError(f'there is no line {name!r}')
+    if len(found[0]) != 12:
+        raise ValueError(f'the line has {len(found[0])} numbers, not 12')
+    return [float(word) for word in found[0]]

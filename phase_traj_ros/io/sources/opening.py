@@ -1,0 +1,91 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""
+Opens whatever frames come from: a bag, a video or a folder of pictures.
+
+A source is iterated over::
+
+    with open_source('drive.mcap') as source:
+        for frame in source:
+            estimator.update(frame.image, frame.stamp_ns)
+"""
+
+import math
+from os import PathLike
+from pathlib import Path
+
+from phase_traj_ros.errors import ParameterError, SourceError
+from phase_traj_ros.io.sources.base import FrameSource
+from phase_traj_ros.io.sources.selection import EVERYTHING, Selection
+
+_MIN_FPS, _MAX_FPS = 0.001, 1e6
+_BAG2_SUFFIXES = ('.mcap', '.db3')
+_BAG1_SUFFIX = '.bag'
+
+
+def open_source(
+    path: str | PathLike[str],
+    *,
+    topic: str | None = None,
+    selection: Selection = EVERYTHING,
+    fps: float | None = None,
+) -> FrameSource:
+    """
+    Open a bag, a video or a folder of pictures, recognised by what path is.
+
+    A directory with metadata.yaml and a .mcap or .db3 file are ROS 2 bags, a .bag file is one of
+    ROS 1, a directory with pictures (or a KITTI sequence) is a folder, any other file a video.
+
+    Parameters
+    ----------
+    path
+        The bag, video or folder.
+    topic
+        The image topic of a bag; needed where it has several.
+    selection
+        Which frames to use.
+    fps
+        Frames per second of a video or folder, instead of the stamps that it may have.
+
+    Raises
+    ------
+    SourceError
+        path is missing, unreadable or empty, or topic does not fit it.
+    ParameterError
+        fps is not a finite number from 0.001 to 1,000,000.
+    MissingDependencyError
+        path is a bag, and the package that reads bags is not installed.
+
+    """
+    path = Path(path)
+    if fps is not None and not (math.isfinite(fps) and _MIN_FPS <= fps <= _MAX_FPS):
+        raise ParameterError(f'fps must be a number from {_MIN_FPS} to {_MAX_FPS:.0f}, not {fps}')
+    try:
+        is_directory = path.is_dir()
+        is_bag = (
+            path.suffix.lower() in (*_BAG2_SUFFIXES, _BAG1_SUFFIX) if not is_directory
+            else (path / 'metadata.yaml').exists())
+        if not path.exists():
+            raise SourceError(f'{path} does not exist')
+        if not is_directory and not path.is_file():
+            raise SourceError(f'{path} is neither a file nor a directory')
+        if not is_directory and path.stat().st_size == 0:
+            raise SourceError(f'{path} is empty')
+    except (OSError, ValueError) as error:
+        raise SourceError(f'{path} cannot be read: {error}') from error
+
+    # Imported here, so that only what is used needs to be there, and is waited for.
+    if is_bag:
+        if fps is not None:
+            raise SourceError(f'{path} is a bag: its images have stamps; leave out fps')
+        from phase_traj_ros.io.sources.bag import BagSource
+        return BagSource(path, topic=topic, selection=selection)
+    if topic is not None:
+        raise SourceError(
+            f'{path} is a {"folder" if is_directory else "video"}, not a bag: it has no topics; '
+            'leave out topic')
+    if is_directory:
+        from phase_traj_ros.io.sources.folder import FolderSource
+        return FolderSource(path, selection=selection, fps=fps)
+    from phase_traj_ros.io.sources.video import VideoSource
+    return VideoSource(path, selection=selection, fps=fps)

@@ -1,0 +1,71 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Reads times.txt, the stamps of the pictures or poses beside it."""
+
+from decimal import Decimal
+from pathlib import Path
+import re
+from typing import Final
+
+from phase_traj_ros.errors import SourceError
+
+TIMES_FILE: Final = 'times.txt'
+"""Name of the file with the stamp of each picture, in seconds, one per line."""
+
+_MAX_SECONDS = Decimal(2 ** 63 // 10 ** 9)
+
+
+def find_times(folder: Path) -> Path | None:
+    """Return the times.txt in the folder or beside it, None where there is none."""
+    # resolve() first: the parent of "." would be "." again.
+    for place in (folder, folder.resolve().parent):
+        times = place / TIMES_FILE
+        if times.is_file():
+            return times
+    return None
+
+
+def read_times(path: Path) -> list[int]:
+    """
+    Read a file with a time in seconds on each line, to whole nanoseconds, exactly rounded.
+
+    Blank lines at the end are ignored. Raises SourceError.
+    """
+    try:
+        lines = path.read_text(encoding='ascii').rstrip().splitlines()
+    except (OSError, ValueError) as error:
+        raise SourceError(f'{path} cannot be read: {error}') from error
+    stamps = []
+    for number, line in enumerate(lines, 1):
+        try:
+            seconds = Decimal(line.strip())
+            fits = abs(seconds) < _MAX_SECONDS
+        except ArithmeticError:
+            fits = False
+        if not fits:
+            raise SourceError(
+                f'{path}, line {number}: {line.strip()[:40]!r} is not a time in seconds; correct '
+                'it, or give fps to do without the file')
+        stamps.append(round(seconds * 1_000_000_000))
+    return stamps
+
+
+def stamps_of_pictures(pictures: list[Path], times: Path) -> list[int]:
+    """
+    Return the stamp of each picture in nanoseconds, from a times.txt.
+
+    Line by line where there are as many lines as pictures, else from the line whose number, from
+    0 on, is the picture's name. Raises SourceError where neither fits.
+    """
+    stamps = read_times(times)
+    if len(stamps) == len(pictures):
+        return stamps
+    numbers = [int(stem) if re.fullmatch('[0-9]+', stem := picture.stem) else None
+               for picture in pictures]
+    chosen = [
+        stamps[number] for number in numbers if number is not None and number < len(stamps)]
+    if len(chosen) != len(pictures):
+        raise SourceError(
+            f'{times} has {len(stamps)} lines for {len(pictures)} pictures, and their names are '
+            'not line numbers; give fps to do without it')
+    return chosen

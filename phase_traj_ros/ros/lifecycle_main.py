@@ -1,0 +1,23 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Entry point of the executable ``phase_traj_lifecycle_node``."""
+
+from collections.abc import Sequence
+import sys
+
+from phase_traj_ros.ros.startup.signals import stop_on_signals
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the managed node until SIGINT or SIGTERM; return the exit status."""
+    with stop_on_signals() as stop:
+        # Here, as they take a second, in which a signal may come.
+        from phase_traj_ros.ros.nodes.lifecycle_node import PhaseTrajLifecycleNode
+        from phase_traj_ros.ros.startup.run import run
+        return run(
+            PhaseTrajLifecycleNode, stop, arguments, program='phase_traj_lifecycle_node',
+            description='The same as phase_traj_node, as a managed node.')
+
+
+if __name__ == '__main__':
+    sys.exit(main())

@@ -1,0 +1,68 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The parameters of a node while it runs."""
+
+from collections.abc import Callable, Sequence
+
+from phase_traj_ros.parameters import Parameters, specs
+from phase_traj_ros.ros.declare import changed, declare_parameters, unknown_overrides
+from phase_traj_ros.ros.startup.overrides import check_overrides, explained, unused_overrides
+from phase_traj_ros.ros.startup.param_files import check_param_files
+from rcl_interfaces.msg import SetParametersResult
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+
+
+class LiveParameters:
+    """Declares the parameters; refuses what cannot be, and hands on what changes."""
+
+    def __init__(
+        self, node: Node, *, check: Callable[[Parameters], None],
+        on_change: Callable[[Parameters], None],
+    ) -> None:
+        """
+        Declare them on ``node``, which must not have made any topic yet.
+
+        Before they change, ``check`` may raise ValueError; ``on_change`` takes the new ones.
+
+        Raises
+        ------
+        ParameterError
+            What the node was started with is not allowed, or not about this node.
+
+        """
+        self._node = node
+        self._check_further = check
+        self._on_change = on_change
+        check_overrides(node)
+        self._files = check_param_files(node)
+        self.values = declare_parameters(node)
+        node.add_on_set_parameters_callback(self._check)
+        node.add_post_set_parameters_callback(self._apply)
+
+    def tell(self) -> None:
+        """Log what the node runs with, and what it was given in vain; once it has its topics."""
+        log = self._node.get_logger()
+        for name in unknown_overrides(self._node):
+            log.warning(
+                f'there is no parameter {name!r}: it was given at the start and has no effect')
+        for name in unused_overrides(self._node):
+            log.warning(explained(self._node, name))
+        own = [
+            f'{spec.name} {value!r}' for spec in specs()
+            if (value := getattr(self.values, spec.name)) != spec.default]
+        files = ', '.join(map(str, self._files)) or 'no parameter file'
+        log.info(f'parameters, with {files}: ' + (', '.join(own) or 'all at their defaults'))
+
+    def _check(self, updates: Sequence[Parameter]) -> SetParametersResult:
+        try:
+            self._check_further(changed(self.values, updates))
+        except ValueError as error:
+            return SetParametersResult(successful=False, reason=str(error))
+        return SetParametersResult(successful=True)
+
+    def _apply(self, updates: Sequence[Parameter]) -> None:
+        values = changed(self.values, updates)
+        if values != self.values:
+            self.values = values
+            self._on_change(values)

@@ -1,0 +1,57 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The arguments of an executable that are not ROS's own: there are none but ``--help``."""
+
+from argparse import ArgumentParser, RawDescriptionHelpFormatter
+from collections.abc import Sequence
+import sys
+from typing import NoReturn
+
+from phase_traj_ros.errors import ParameterError
+from rclpy.utilities import remove_ros_args
+
+_EPILOG = """\
+Everything is given by ROS arguments, for example:
+
+  ros2 run phase_traj_ros {program} --ros-args -r image:=/camera/image_raw -p threshold:=12.0
+  ros2 run phase_traj_ros {program} --ros-args --params-file FILE --log-level debug
+
+ros2 param describe tells what each parameter of the running node means.
+"""
+
+
+class _Parser(ArgumentParser):
+    def error(self, message: str) -> NoReturn:
+        raise ParameterError(message)
+
+
+def check_arguments(program: str, description: str, arguments: Sequence[str] | None) -> None:
+    """
+    Accept ROS arguments; print the help and exit with status 0 where that is asked for.
+
+    Parameters
+    ----------
+    program
+        Name of the executable.
+    description
+        What it does, in a sentence.
+    arguments
+        Those after the program's name; None for those of the process.
+
+    Raises
+    ------
+    ParameterError
+        There is an argument that is not ROS's.
+
+    """
+    given = list(sys.argv[1:] if arguments is None else arguments)
+    parser = _Parser(
+        prog=program, usage=f'{program} [-h] [--ros-args ...]', description=description,
+        epilog=_EPILOG.format(program=program), formatter_class=RawDescriptionHelpFormatter)
+    _, unknown = parser.parse_known_args(remove_ros_args(given))
+    if not unknown:
+        return
+    hint = 'see --help'
+    if ':=' in unknown[0]:
+        hint = f"assignments come after --ros-args, as in '--ros-args -p {unknown[0]}'"
+    raise ParameterError(f'unknown argument {unknown[0]!r}: {hint}')

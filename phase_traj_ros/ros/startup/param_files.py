@@ -1,0 +1,34 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The parameter files that a node was started with, and whether they are about it."""
+
+from collections.abc import Sequence
+from pathlib import Path
+import sys
+
+from phase_traj_ros.io.params_file import values_for
+from rclpy.node import Node
+
+_FLAG = '--params-file'
+
+
+def param_files(arguments: Sequence[str]) -> list[Path]:
+    """Return the files that are given among the ROS arguments."""
+    return [Path(value) for flag, value in zip(arguments, arguments[1:]) if flag == _FLAG]
+
+
+def check_param_files(node: Node, arguments: Sequence[str] | None = None) -> list[Path]:
+    """
+    Return the files that ``node`` was started with.
+
+    Raises
+    ------
+    ParameterError
+        One has nothing for this node, so that it would run with the defaults.
+
+    """
+    files = param_files(sys.argv[1:] if arguments is None else arguments)
+    full_name = node.get_fully_qualified_name()
+    for file in files:
+        values_for(file, full_name)
+    return files

@@ -1,0 +1,91 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The managed node, through its services."""
+
+from lifecycle_msgs.msg import State, Transition
+from lifecycle_msgs.srv import ChangeState, GetState
+from live import image, LATCHED, stop
+import numpy as np
+import pytest
+from std_msgs.msg import String, UInt8
+
+SECOND = 1_000_000_000
+
+
+@pytest.fixture
+def managed(live):
+    """Return the means to start a managed node, to ask its state and to change it."""
+    class Managed:
+        def start(self, *arguments):
+            self.process = live.start(*arguments, module='phase_traj_ros.ros.lifecycle_main')
+            self.state()
+
+        def state(self):
+            return live.call(
+                GetState, '/phase_traj/get_state', GetState.Request()).current_state.id
+
+        def change(self, transition):
+            request = ChangeState.Request(transition=Transition(id=transition))
+            return live.call(ChangeState, '/phase_traj/change_state', request).success
+
+    return Managed()
+
+
+def show(camera, positions, start_ns):
+    frame = np.kron(
+        np.random.default_rng(0).integers(0, 256, (24, 40), np.uint8), np.ones((4, 4), np.uint8))
+    for index, position in enumerate(positions):
+        camera.publish(image(np.roll(frame, position, axis=1), start_ns + index * SECOND // 10))
+
+
+def topics(live):
+    return {name for name, _ in live.node.get_publisher_names_and_types_by_node('phase_traj', '/')}
+
+
+def test_configure_activate_deactivate_cleanup_and_again(live, managed):
+    managed.start()
+    assert managed.state() == State.PRIMARY_STATE_UNCONFIGURED
+    for start_ns in (100 * SECOND, 200 * SECOND):
+        assert '/phase_traj/movement' not in topics(live)
+        assert managed.change(Transition.TRANSITION_CONFIGURE)
+        live.until(lambda: '/phase_traj/movement' in topics(live))
+        assert live.node.count_subscribers('/image') == 0
+        movement = live.listen(UInt8, 'phase_traj/movement')
+        texts = live.listen(String, 'phase_traj/chain_code', LATCHED)
+        for activation in range(2):
+            movement.clear()
+            assert managed.change(Transition.TRANSITION_ACTIVATE)
+            assert managed.state() == State.PRIMARY_STATE_ACTIVE
+            camera = live.camera()
+            live.until(lambda: texts and texts[-1].data.startswith('frames 0;'))
+            show(camera, [0, 0, 30, 60, 60], start_ns + activation * 10 * SECOND)
+            live.until(lambda: len(movement) == 4, process=managed.process)
+            # Each activation starts anew: its first pair is forward.
+            assert [each.data for each in movement] == [1, 0, 3, 1]
+            assert managed.change(Transition.TRANSITION_DEACTIVATE)
+            live.until(lambda: camera.get_subscription_count() == 0)
+            live.node.destroy_publisher(camera)
+        assert managed.change(Transition.TRANSITION_CLEANUP)
+        live.until(lambda: '/phase_traj/movement' not in topics(live))
+        for subscription in list(live.node.subscriptions):
+            live.node.destroy_subscription(subscription)
+    assert managed.state() == State.PRIMARY_STATE_UNCONFIGURED
+    assert stop(managed.process) == 0
+    assert 'Traceback' not in live.logs()
+
+
+def test_what_cannot_be_configured_stays_unconfigured(live, managed):
+    managed.start('-p', 'mask_file:=/does/not/exist.png')
+    assert not managed.change(Transition.TRANSITION_CONFIGURE)
+    assert managed.state() == State.PRIMARY_STATE_UNCONFIGURED
+    assert '/does/not/exist.png' in live.logs()
+    assert topics(live) & {'/phase_traj/movement', '/phase_traj/path'} == set()
+
+
+def test_shutdown_ends_it_whatever_it_does(live, managed):
+    managed.start()
+    assert managed.change(Transition.TRANSITION_CONFIGURE)
+    assert managed.change(Transition.TRANSITION_ACTIVATE)
+    assert managed.change(Transition.TRANSITION_ACTIVE_SHUTDOWN)
+    assert managed.state() == State.PRIMARY_STATE_FINALIZED
+    assert stop(managed.process) == 0

@@ -1,0 +1,65 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Recordings on real topics."""
+
+import subprocess
+import sys
+
+import cv2
+from live import LATCHED
+import numpy as np
+import pytest
+from std_msgs.msg import String
+
+
+@pytest.fixture
+def recording(tmp_path):
+    """Return a folder of pictures."""
+    rng = np.random.default_rng(0)
+    texture = np.kron(rng.integers(0, 256, (24, 40), np.uint8), np.ones((4, 4), np.uint8))
+    folder = tmp_path / 'pictures'
+    folder.mkdir()
+    for index in range(20):
+        cv2.imwrite(str(folder / f'{index:03}.png'), np.roll(texture, 2 * index, axis=1))
+    return folder
+
+
+def play(recording, *options):
+    return subprocess.run(
+        [sys.executable, '-m', 'phase_traj_ros.cli.main', 'play', str(recording), *options],
+        capture_output=True, text=True, timeout=60, check=False)
+
+
+def test_no_frame_is_lost_at_the_start(live, recording):
+    live.start(lossless=False)
+    texts = live.listen(String, 'phase_traj/chain_code', LATCHED)
+    live.until(lambda: texts)
+    done = play(recording, '--rate', '2')
+    assert (done.returncode, done.stderr, done.stdout) == (0, '', 'published 20 frames\n')
+    live.until(lambda: texts[-1].data.startswith('frames 20;'))
+
+
+def test_frames_that_come_too_fast_are_counted(live, recording):
+    # A queue of one, and frames as fast as they can be published.
+    live.start('-p', 'qos_overrides./image.subscription.depth:=1', '-p', 'hfov_deg:=80.0',
+               lossless=False)
+    live.until(lambda: 'listening' in live.logs())
+    done = play(recording, '--rate', '1e9')
+    assert done.returncode == 0
+    assert 'warning: /phase_traj got ' in done.stderr
+    assert '--lossless loses nothing' in done.stderr
+
+
+def test_where_nobody_subscribes_it_is_said(recording, domain):
+    done = play(recording, '--rate', '1000', '--wait', '0.1')
+    assert done.returncode == 0
+    assert 'warning: nobody has subscribed to /image within 0.1 s' in done.stderr
+    assert 'published 20 frames' in done.stdout
+
+
+@pytest.mark.parametrize('topic', ['/front-camera/image_raw', 'bad topic', '/'])
+def test_a_name_that_no_topic_can_have(recording, domain, topic):
+    done = play(recording, '--image-topic', topic)
+    assert (done.returncode, done.stdout) == (2, '')
+    assert done.stderr.startswith(f"phase_traj: error: '{topic}': invalid topic name: ")
+    assert len(done.stderr.splitlines()) == 1

@@ -1,0 +1,38 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The vehicle's speed in each of the messages that tell it."""
+
+from geometry_msgs.msg import TwistWithCovarianceStamped
+from live import image
+from nav_msgs.msg import Odometry
+import numpy as np
+from phase_traj_ros.ros.outputs.messages import to_time
+import pytest
+
+SECOND = 1_000_000_000
+
+
+@pytest.mark.parametrize(('speed_type', 'kind'), [
+    ('twist_with_covariance', TwistWithCovarianceStamped), ('odometry', Odometry)])
+def test_odometry_has_the_speed(live, speed_type, kind):
+    process = live.start(
+        '-p', 'use_speed_topic:=true', '-p', f'speed_type:={speed_type}', '-p', 'hfov_deg:=80.0')
+    camera, speed = live.camera(), live.camera('/speed', kind=kind)
+    odometry = live.listen(Odometry, 'phase_traj/odom')
+    texture = np.random.default_rng(0).integers(0, 256, (96, 160), np.uint8)
+    sent = 0
+
+    def answered():
+        # Who publishes odom may know this subscriber a moment later than it knows the camera.
+        nonlocal sent
+        message = kind()
+        message.header.stamp = to_time((sent + 10) * SECOND // 10)
+        message.twist.twist.linear.x = 7.0
+        speed.publish(message)
+        camera.publish(image(texture, (sent + 10) * SECOND // 10))
+        sent += 1
+        live.spin(0.05)
+        return odometry
+
+    live.until(answered, process=process)
+    assert odometry[-1].twist.twist.linear.x == pytest.approx(7.0)

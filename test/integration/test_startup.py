@@ -1,0 +1,124 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""How the node starts and ends: what it was given, and signals."""
+
+from pathlib import Path
+import signal
+import subprocess
+import sys
+import time
+
+from live import LATCHED, stop
+import pytest
+from rcl_interfaces.msg import LoggerLevel
+from rcl_interfaces.srv import SetLoggerLevels
+from std_msgs.msg import String
+
+
+@pytest.mark.parametrize(('arguments', 'message'), [
+    (['--foo'], "unknown argument '--foo': see --help"),
+    (['threshold:=3'], "'--ros-args -p threshold:=3'"),
+    (['--ros-args', '-p', 'qos_overrides./image.subscription.reliability:=relibale'],
+     "is 'relibale': it takes one of reliable, best_effort"),
+    (['--ros-args', '-p', 'qos_overrides./image.subscription.depth:=abc'],
+     "is 'abc': it takes an integer from 1"),
+    (['--ros-args', '-p', 'qos_overrides./image.subscription.relibility:=reliable'],
+     "there is no policy 'relibility': did you mean 'reliability'?"),
+    (['--ros-args', '-p', 'publish_tf:=true', '-p', 'child_frame_id:=phase_traj'],
+     "'frame_id' and 'child_frame_id' are both 'phase_traj'"),
+    (['--ros-args', '-p', 'frame_id:=/map'], "'frame_id' is '/map'"),
+    (['--ros-args', '-r', 'image:=/front-camera/image'], 'image:=/front-camera/image'),
+])
+def test_what_makes_no_sense_is_refused_in_a_line(live, arguments, message):
+    process = live.start(lossless=False, arguments=arguments)
+    assert process.wait(20) == 2
+    said = [line for line in live.logs().splitlines() if '[rcl]' not in line]
+    assert len(said) == 1
+    assert message in said[0]
+
+
+def test_help_is_printed(live):
+    process = live.start(lossless=False, arguments=['--help'])
+    assert process.wait(20) == 0
+    assert 'usage: phase_traj_node' in live.logs()
+
+
+def test_an_override_of_another_topic_has_no_effect_and_that_is_said(live):
+    live.start('-p', 'qos_overrides./imag.subscription.depth:=9', lossless=False)
+    live.until(lambda: "did you mean 'qos_overrides./image.subscription.depth'" in live.logs())
+
+
+def params(path, name, text='{threshold: 9.0}'):
+    path.write_text(f'{name}:\n  ros__parameters: {text}\n')
+    return ['--params-file', str(path)]
+
+
+@pytest.mark.parametrize(('name', 'namespace'), [
+    ('phase_traj', '/front'), ('/front/phase_traj', '/'), ('other', '/')])
+def test_a_parameter_file_for_another_node_is_refused(live, tmp_path, name, namespace):
+    process = live.start(*params(tmp_path / 'a.yaml', name), '-r', f'__ns:={namespace}')
+    assert process.wait(20) == 2
+    assert f'not for {namespace.rstrip("/")}/phase_traj: put them under' in live.logs()
+
+
+def test_the_node_says_what_it_runs_with(live, tmp_path):
+    file = params(tmp_path / 'a.yaml', '/**/phase_traj')
+    live.start(*file, '-p', 'max_gap:=1.0', '-r', '__ns:=/front')
+    live.until(lambda: f'parameters, with {file[1]}: threshold 9.0, max_gap 1.0' in live.logs())
+
+
+def test_a_frame_is_refused_at_run_time(live):
+    live.start('-p', 'speed:=8.0', '-p', 'hfov_deg:=80.0')
+    for name, value in (
+            ('frame_id', ''), ('frame_id', '/map'), ('child_frame_id', 'phase_traj')):
+        result = live.set_parameter(name, value)
+        assert not result.successful
+        assert 'frame_id' in result.reason
+    assert live.set_parameter('frame_id', 'odom').successful
+
+
+def test_the_chain_code_is_there_before_the_first_image(live):
+    live.start()
+    texts = live.listen(String, 'phase_traj/chain_code', LATCHED)
+    live.until(lambda: texts)
+    assert texts[0].data.startswith('frames 0;')
+
+
+def test_the_level_of_the_log_changes_while_the_node_runs(live):
+    live.start()
+    request = SetLoggerLevels.Request(levels=[LoggerLevel(name='phase_traj', level=10)])
+    answer = live.call(SetLoggerLevels, '/phase_traj/set_logger_levels', request)
+    assert [each.successful for each in answer.results] == [True]
+    live.until(lambda: 'microseconds per image' in live.logs())
+
+
+@pytest.mark.parametrize('module', [
+    'phase_traj_ros.ros.main', 'phase_traj_ros.ros.lifecycle_main'])
+def test_any_number_of_signals_ends_it_in_order(live, module):
+    process = live.start(module=module)
+    live.until(lambda: any(
+        name == 'phase_traj' for name in live.node.get_node_names()), process=process)
+    until = time.monotonic() + 20
+    while process.poll() is None and time.monotonic() < until:
+        process.send_signal(signal.SIGINT)
+        time.sleep(0.01)
+    assert process.returncode == 0
+    assert 'Traceback' not in live.logs()
+
+
+def catches(pid, number):
+    """Tell whether a process has a handler of its own for a signal."""
+    status = Path(f'/proc/{pid}/status').read_text()
+    [mask] = [line.split()[1] for line in status.splitlines() if line.startswith('SigCgt')]
+    return int(mask, 16) >> (number - 1) & 1
+
+
+def test_a_signal_while_modules_are_imported_ends_it_in_order():
+    process = subprocess.Popen(
+        [sys.executable, '-m', 'phase_traj_ros.ros.main'], stderr=subprocess.PIPE, text=True)
+    # Python itself has a handler for SIGINT, but none for SIGTERM.
+    while not catches(process.pid, signal.SIGTERM):
+        assert process.poll() is None
+    assert stop(process, signal.SIGINT, timeout=30) == 0
+    assert process.stderr.read() == ''
+    process.stderr.close()

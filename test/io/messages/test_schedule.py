@@ -1,0 +1,72 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""When the chain code's text and the path go out."""
+
+from types import SimpleNamespace
+
+from phase_traj_ros.core import Movement
+from phase_traj_ros.io.messages.published import CHAIN_CODE, PATH
+from phase_traj_ros.io.messages.schedule import Pace, Schedule
+
+TENTH = 10**8
+
+
+def pair(movement):
+    return SimpleNamespace(step=SimpleNamespace(movement=movement))
+
+
+def sent(schedule, movements):
+    """Return what goes out with each of the pairs, a tenth of a second apart."""
+    taken = []
+    for index, movement in enumerate(movements):
+        schedule.add(pair(movement))
+        taken.append(schedule.take(index * TENTH))
+    return taken
+
+
+def test_pace_lets_news_out_at_once_and_then_once_a_period():
+    pace = Pace(100)
+    assert not pace.is_due(0)
+    pace.changed()
+    assert pace.pending and pace.is_due(0)
+    pace.sent(0)
+    assert not pace.pending and not pace.is_due(500)
+    pace.changed()
+    assert pace.pending and not pace.is_due(99) and pace.is_due(100)
+
+
+def test_urgent_news_does_not_wait():
+    pace = Pace(100)
+    pace.sent(0)
+    pace.changed(urgent=True)
+    assert pace.is_due(1)
+    pace.sent(1)
+    pace.changed()
+    assert not pace.is_due(100) and pace.is_due(101)
+
+
+def test_text_goes_out_when_the_movement_changes_else_once_a_second():
+    movements = [Movement.FORWARD] * 15 + [Movement.LEFT] + [Movement.NO_CHANGE] * 14
+    taken = sent(Schedule(path_rate=2.0), movements)
+    assert [index for index, topics in enumerate(taken) if CHAIN_CODE in topics] == [
+        0, 10, 15, 16, 26]
+    assert [index for index, topics in enumerate(taken) if PATH in topics] == [
+        0, 5, 10, 15, 20, 25]
+
+
+def test_what_had_to_wait_goes_out_later_and_at_the_end():
+    schedule = Schedule(path_rate=2.0)
+    sent(schedule, [Movement.FORWARD] * 2)
+    assert schedule.take(4 * TENTH) == ()
+    assert schedule.take(5 * TENTH) == (PATH,)
+    assert schedule.take_rest(6 * TENTH) == (CHAIN_CODE,)
+    assert schedule.take_rest(7 * TENTH) == () and schedule.take(10**12) == ()
+
+
+def test_a_new_start_goes_out_at_once():
+    schedule = Schedule(path_rate=0.1)
+    sent(schedule, [Movement.FORWARD] * 2)
+    schedule.restart()
+    assert schedule.take(2 * TENTH) == (CHAIN_CODE, PATH)
+    schedule.add(pair(Movement.FORWARD))
+    assert schedule.take(3 * TENTH) == (CHAIN_CODE,)

@@ -1,0 +1,28 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""
+What a file of tests needs, where the package itself does without.
+
+A file that lacks something is not collected. No file may skip itself while it is imported:
+launch_testing, whose plugin is part of every ROS installation, imports the files during
+collection, and such a skip would end it all.
+"""
+
+from importlib.util import find_spec
+
+NEEDS = {
+    'io/batch/test_batch.py': ('matplotlib',),
+    'io/evaluation/test_evo.py': ('evo', 'rosbags'),
+    'io/results/test_animation.py': ('matplotlib', 'PIL'),
+    'io/results/test_bag_sink.py': ('rosbags', 'mcap', 'mcap_ros2'),
+    'ros/outputs/test_outputs_agree.py': ('rclpy', 'rosbags'),
+    'synthetic/test_synthetic_bag.py': ('rosbags',),
+}
+"""Modules by the file that imports them, relative to the folder of all tests."""
+
+
+def lacking():
+    """Return the files that cannot be imported here."""
+    return [
+        file for file, modules in NEEDS.items()
+        if not all(find_spec(module) for module in modules)]

@@ -1,0 +1,49 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""All tests are collected, on a ROS installation, too."""
+
+import ast
+from pathlib import Path
+
+from needs import NEEDS
+import pytest
+
+HERE = Path(__file__).resolve().parent
+FILES = sorted(HERE.rglob('test_*.py'))
+SKIPS = {'importorskip', 'skip', 'xfail', 'exit', 'fail'}
+
+
+def run_on_import(node):
+    """Yield the parts of a module that run when it is imported."""
+    for child in ast.iter_child_nodes(node):
+        if not isinstance(child, (ast.FunctionDef, ast.AsyncFunctionDef, ast.Lambda)):
+            yield child
+            yield from run_on_import(child)
+        else:
+            for decorator in getattr(child, 'decorator_list', []):
+                yield from ast.walk(decorator)
+
+
+def skips(source):
+    """Return the calls by which a module that is imported would skip itself."""
+    return [
+        ast.unparse(node.func) for node in run_on_import(ast.parse(source))
+        if isinstance(node, ast.Call) and ast.unparse(node.func).split('.')[-1] in SKIPS
+        and '.mark.' not in ast.unparse(node.func)]
+
+
+@pytest.mark.parametrize('path', FILES, ids=lambda path: path.name)
+def test_no_file_skips_itself_while_it_is_imported(path):
+    # launch_testing imports it during collection, which would end there with '1 skipped'.
+    assert skips(path.read_text(encoding='utf-8')) == []
+
+
+def test_what_that_looks_for():
+    assert skips("import pytest\nevo = pytest.importorskip('evo')\n") == ['pytest.importorskip']
+    assert skips("if True:\n    pytest.skip('', allow_module_level=True)") == ['pytest.skip']
+    assert skips("@pytest.mark.skip('why')\ndef test():\n    pytest.importorskip('evo')\n") == []
+
+
+@pytest.mark.parametrize('file', NEEDS)
+def test_what_files_need_is_said_of_files_that_are_there(file):
+    assert HERE / file in FILES
