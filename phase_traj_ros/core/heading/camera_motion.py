@@ -23,6 +23,7 @@ that the direction of travel of a vehicle is never far from straight ahead.
 from dataclasses import dataclass
 import math
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -141,9 +142,9 @@ class MotionFit:
             normal = (known[:_ERROR] * factor).reshape(_ERROR, -1) @ known.reshape(
                 _ERROR + 1, -1).T
             gradient = normal[:, _ERROR] + trust * (state - prior)
-            try:
-                inverse = np.linalg.inv(normal[:, :_ERROR] + np.diag(trust))
-            except np.linalg.LinAlgError:
+            # OpenCV's, as LAPACK's may wake threads: for so little they take as long as the rest.
+            solvable, inverse = cv2.invert(normal[:, :_ERROR] + np.diag(trust))
+            if not solvable:
                 return None
             state -= inverse @ gradient
         covariance = inverse * variance
