@@ -28,7 +28,7 @@ WHEELS, SYSTEM = 'wheels', 'system'
 TITLE = "## The distribution's OpenCV"
 _DOCUMENT, _KEPT = ROOT / 'docs' / 'benchmarks.md', ROOT / 'docs' / 'benchmarks.json'
 _FRAMES, _ROUNDS, _WARM_UP = 40, 120, 5
-_HEADING = 'heading'
+_HEADING = 'heading, cylinder and blocks'
 
 INTRODUCTION = paragraphs("""
     The same step with the OpenCV of PyPI's wheels (`make bench`) and with that of the
