@@ -4,6 +4,8 @@
 # The Python to use: make PYTHON=/usr/bin/python3.12 test
 PYTHON ?=
 PYTEST_ARGS ?=
+# The Python that `make bench-system` measures, as the distribution or a ROS has it.
+SYSTEM_PYTHON ?= /usr/bin/python3
 
 # Any Python that can run tools/setup_env.py, which finds one that suits, or says what to do.
 boot := $(shell for each in $(PYTHON) python3 python3.13 python3.12 python3.11 python3.10; do \
@@ -17,7 +19,7 @@ environment = $(or $(boot),$(error No Python found: install Python 3.10 to 3.13 
 unexport _ROS_WHEELS_BOOTSTRAP_COMPLETE
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-noble lint colcon bench robustness pins clean
+.PHONY: help demo test test-noble lint colcon bench bench-system robustness pins clean
 
 help:  ## Show this list
 	@sed -n 's/^\([a-z-]*\):.*## /\1 /p' $(MAKEFILE_LIST) \
@@ -28,13 +30,17 @@ demo:  ## Drive through a rendered street, live over DDS; results in out/demo
 	@.venv/bin/phase_traj demo --output out/demo
 
 test:  ## Run all tests; PYTEST_ARGS='-k name' selects some
-	@$(environment) .venv --extras ros,offline,test,evo
+	@$(environment) .venv --extras ros,offline,test
 	@.venv/bin/python -m pytest --timeout 300 $(PYTEST_ARGS)
 
+# With scipy, then what depends on it without.
 test-noble:  ## Run all tests with the versions of Ubuntu 24.04 (needs Python 3.12)
 	@$(environment) .venv-noble --extras ros,offline,test --wheels --python-version 3.12 \
 		--constraints tools/constraints-noble.txt
 	@.venv-noble/bin/python -m pytest --timeout 300 $(PYTEST_ARGS)
+ifeq ($(PYTEST_ARGS),)
+	@.venv-noble/bin/python -m pytest --timeout 300 --without-scipy test/core/correlation
+endif
 
 lint:  ## Run ruff, mypy, ament_flake8 and ament_pep257
 	@$(environment) .venv --extras ros,offline,test,lint
@@ -48,12 +54,19 @@ bench:  ## Measure speed against peers, side by side; writes docs/benchmarks.md
 	@$(environment) .venv --extras ros,offline,bench
 	@.venv/bin/python benchmarks/run.py
 
+bench-system:  ## Measure speed on the distribution's Python and OpenCV, for docs/benchmarks.md
+	@$(SYSTEM_PYTHON) benchmarks/installations.py
+
 robustness:  ## Measure robustness to noise against peers; writes docs/robustness.md
 	@$(environment) .venv --extras ros,offline
 	@.venv/bin/python benchmarks/robustness.py
 
-pins:  ## Renew tools/constraints.txt (needs Python 3.10, 3.11, 3.12 and 3.13)
-	@$(boot) tools/update_pins.py
+pins:  ## Renew tools/constraints.txt, for every Python at once
+	@$(environment) .venv-pins --extras pins
+	@.venv-pins/bin/uv --system-certs pip compile --quiet --upgrade --universal \
+		--python-version 3.10 --no-annotate --no-emit-package setuptools \
+		--custom-compile-command 'make pins' --output-file tools/constraints.txt setup.py \
+		$(addprefix --extra ,ros offline test bench lint colcon)
 
 clean:  ## Remove environments, caches, builds and the demo's results
 	@rm -rf .venv .venv-* *.egg-info build install log out/demo

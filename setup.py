@@ -10,21 +10,27 @@ PACKAGE = 'phase_traj_ros'
 
 # On a ROS installation everything but rosbags comes from its packages (see package.xml), so
 # nothing below is a hard requirement: what is needed without one is in the extras.
-VISION = ['numpy>=1.26', 'opencv-python-headless>=4.6']
+# The wheels of OpenCV contain Intel's Fourier transforms on x86_64; elsewhere scipy's are faster.
+FFT = ['scipy>=1.10']
+VISION = ['numpy>=1.26', 'opencv-python-headless>=4.6'] + [
+    f'{each}; platform_machine == "aarch64"' for each in FFT]
 BAGS = ['rosbags>=0.10']
 PLOT = ['matplotlib>=3.6']
 PROGRESS = ['tqdm']
 YAML = ['PyYAML']
+DASK = ['dask', 'distributed']
+EVO = ['evo']
 
 EXTRAS = {
     # ROS 2 Jazzy as wheels: Linux on x86_64 with glibc >= 2.28, CPython 3.10 to 3.13.
     'ros': ['ros-jazzy-rclpy[fastrtps]==7.1.6', 'ros-jazzy-common-interfaces==5.3.6'],
     'vision': VISION,
+    'fft': FFT,
     'bags': BAGS,
     'plot': PLOT,
     'progress': PROGRESS,
     'yaml': YAML,
-    'dask': ['dask', 'distributed'],
+    'dask': DASK,
     'offline': VISION + BAGS + PLOT + PROGRESS + YAML,
     'test': [
         'pytest<9',
@@ -32,9 +38,12 @@ EXTRAS = {
         'hypothesis',
         'mcap',
         'mcap-ros2-support',
+        *DASK,
+        *EVO,
+        *FFT,
     ],
     'bench': ['scikit-image'],
-    'evo': ['evo'],
+    'evo': EVO,
     # The flake8 of Ubuntu 24.04, with the plugins that ament_flake8 of Jazzy asks for.
     'lint': [
         'ruff==0.17.*',
@@ -52,6 +61,8 @@ EXTRAS = {
         'flake8-import-order',
         'flake8-quotes',
     ],
+    # Resolves what tools/constraints.txt pins.
+    'pins': ['uv==0.13.*'],
     # The last setuptools with the commands that colcon calls.
     'colcon': ['colcon-common-extensions', 'ros-jazzy-ament-package==0.16.4', 'setuptools<80'],
 }

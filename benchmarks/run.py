@@ -8,6 +8,7 @@ from collections.abc import Callable
 import sys
 import time
 
+import installations
 import memory
 import node_throughput
 import options
@@ -37,6 +38,7 @@ def sections() -> dict[str, Callable[[], str]]:
     """Return what is measured, each with a word for who waits."""
     return {
         'step against peers': lambda: speed.section(*speed.measure()),
+        'installations': installations.wheels_section,
         'padded sizes': sizes.section,
         'options': options.section,
         'memory': lambda: memory.section(memory.measure()),

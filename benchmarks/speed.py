@@ -39,7 +39,8 @@ INTRODUCTION = paragraphs("""
     (upsample factor 1, no window) gets the frames as they are, and in a second row as float32.
     KLT is 1000 corners tracked into the next frame, ORB 1000 features matched with cross-check;
     both end in an essential matrix by RANSAC, decomposed into the rotation. The bare transforms
-    are one forward and one inverse `cv2.dft` of the padded size, with `dst=`.
+    are one forward and one inverse transform of the padded size by the library that the step uses
+    (`cv2.dft` with `dst=`, scipy in place).
     """)
 
 

@@ -19,6 +19,7 @@ from phase_traj_ros.core.camera.field_of_view import ASSUMED_HFOV_DEG
 from phase_traj_ros.core.camera.lens import Lens
 from phase_traj_ros.core.camera.projection import LEAST_HFOV_DEG
 from phase_traj_ros.core.correlation.quality import GateSettings, StillnessSettings
+from phase_traj_ros.core.correlation.transforms import TransformLibrary
 from phase_traj_ros.core.path.speed import MOST_SPEED
 from phase_traj_ros.core.settings import CodeSource, PathSource
 from phase_traj_ros.errors import ParameterError
@@ -98,6 +99,10 @@ class Parameters:
         ' rows and columns, decimation and the tests of single pairs are about the shift; the'
         ' heading has its own.',
         choices=tuple(form.value for form in Window))
+    transform: str = parameter(
+        TransformLibrary.AUTO.value, 'Which library computes the Fourier transforms: OpenCV, scipy,'
+        ' or whichever of those installed is known to be the faster one. The codes are the same.',
+        choices=tuple(each.value for each in TransformLibrary), read_only=True)
     rows_from: float = parameter(
         0.0, 'First row used, as a fraction of the height from the top.',
         minimum=0.0, maximum=1.0)
@@ -270,6 +275,7 @@ class Parameters:
             threshold=self.threshold,
             threshold_deg_s=self.threshold_deg_s,
             window=Window(self.window),
+            transform=TransformLibrary(self.transform),
             view=View(
                 rows=(self.rows_from, self.rows_to),
                 columns=(self.columns_from, self.columns_to),

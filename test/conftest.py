@@ -4,6 +4,7 @@
 
 import os
 from pathlib import Path
+import sys
 
 from needs import lacking
 import pytest
@@ -20,6 +21,17 @@ else:
 
 
 collect_ignore = lacking()
+
+
+def pytest_addoption(parser):
+    parser.addoption(
+        '--without-scipy', action='store_true', help='as if scipy were not installed')
+
+
+def pytest_configure(config):
+    if config.getoption('--without-scipy'):
+        for name in ('scipy', 'scipy.fft', 'scipy.fftpack'):
+            sys.modules[name] = None
 
 
 @pytest.fixture(scope='session')

@@ -152,6 +152,29 @@ def test_every_imported_ros_package_is_declared(manifest):
     assert ros <= declared
 
 
+def names_of(requirements):
+    """Return the names of distributions, as package indexes compare them."""
+    found = (re.match(r'[A-Za-z0-9._-]+', each) for each in requirements)
+    return {re.sub('[-_.]+', '-', each.group()).lower() for each in found if each}
+
+
+def test_what_tests_ask_for_is_installed_and_pinned(setup_arguments):
+    extras = setup_arguments['extras_require']
+    asked = {
+        name for path in (ROOT / 'test').rglob('*.py')
+        for name in re.findall(r"importorskip\('(\w+)", path.read_text())}
+    # Every environment that setup_env.py makes has setuptools, whatever the extras.
+    known = names_of(
+        each for requirements in extras.values() for each in requirements) - {'setuptools'}
+    makefile = (ROOT / 'Makefile').read_text()
+    pins = (ROOT / 'tools' / 'constraints.txt').read_text().splitlines()
+    for target in ('test', 'test-noble', 'colcon'):
+        [chosen] = re.findall(rf'^{target}:.*\n.* --extras (\S+)', makefile, re.MULTILINE)
+        installed = names_of(each for name in chosen.split(',') for each in extras[name])
+        assert names_of(asked) & known <= installed, target
+        assert installed - {'setuptools'} <= names_of(pins), target
+
+
 @pytest.mark.parametrize('path', CODE, ids=lambda path: str(path.relative_to(ROOT)))
 def test_file_starts_with_the_licence(path):
     # A linter's note may stand behind the first line.

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import argparse
 import contextlib
-from dataclasses import dataclass
+import fcntl
 import hashlib
 import json
 import os
@@ -25,227 +25,12 @@ import signal
 import subprocess
 import sys
 
-try:
-    import fcntl
-except ImportError:  # Windows: there are no wheels for it, which is said further down
-    fcntl = None
+from find_python import (
+    child_environment, find_for_wheels, find_of_ros, Interpreter, probe, SetupError)
 
 ROOT = Path(__file__).resolve().parent.parent
 PACKAGE = 'phase_traj_ros'
 STAMP = 'phase_traj_env.json'
-
-WHEEL_PYTHONS = ('3.12', '3.13', '3.11', '3.10')
-WHEEL_GLIBC = (2, 28)
-# The order in which interpreters are tried: the usual one first.
-CANDIDATES = ('python3', *(f'python{version}' for version in WHEEL_PYTHONS), '/usr/bin/python3')
-
-ROS_MODULES = (
-    'rclpy', 'builtin_interfaces', 'diagnostic_msgs', 'geometry_msgs', 'nav_msgs',
-    'rcl_interfaces', 'rosgraph_msgs', 'sensor_msgs', 'std_msgs', 'std_srvs',
-)
-
-# Runs in every interpreter considered, however old.
-PROBE = r"""
-import json, platform, struct, sys, sysconfig
-
-def lacks(names):
-    missing = []
-    for name in names:
-        try:
-            __import__(name)
-        except Exception:
-            missing.append(name)
-    return missing
-
-print(json.dumps({
-    # That of the base installation, should this be an activated environment, which may be the
-    # very one that is about to be replaced.
-    'executable': getattr(sys, '_base_executable', sys.executable),
-    'version': list(sys.version_info[:3]),
-    'implementation': platform.python_implementation(),
-    'free_threaded': bool(sysconfig.get_config_var('Py_GIL_DISABLED')),
-    'bits': 8 * struct.calcsize('P'),
-    'system': platform.system(),
-    'machine': platform.machine(),
-    'libc': list(platform.libc_ver()),
-    'lacks_venv': lacks(['venv', 'ensurepip']),
-    'lacks': lacks(sys.argv[1:]),
-}))
-"""
-
-
-class SetupError(Exception):
-    """The environment cannot be made; the message says why, and what to do."""
-
-
-@dataclass(frozen=True)
-class Interpreter:
-    """A Python that runs, and what its probe found."""
-
-    name: str
-    facts: dict
-
-    @property
-    def path(self) -> str:
-        """Return the executable itself, not the shim or link it was found by."""
-        return self.facts['executable']
-
-    @property
-    def version(self) -> str:
-        """Return the full version, such as 3.12.3."""
-        return '.'.join(map(str, self.facts['version']))
-
-    @property
-    def minor_version(self) -> str:
-        """Return the version as in `python3.12`."""
-        return '.'.join(map(str, self.facts['version'][:2]))
-
-    def __str__(self) -> str:
-        return f'{self.name} (Python {self.version})'
-
-
-def child_environment() -> dict[str, str]:
-    """Return the environment for child processes, without what would misdirect them."""
-    environment = dict(os.environ)
-    # The ROS wheels of an activated environment mark their own set-up as done, which would
-    # keep those of the new one from doing theirs. The other two would install elsewhere.
-    for name in ('_ROS_WHEELS_BOOTSTRAP_COMPLETE', 'PIP_USER', 'PIP_TARGET'):
-        environment.pop(name, None)
-    environment['PIP_DISABLE_PIP_VERSION_CHECK'] = '1'
-    return environment
-
-
-def probe(name: str, modules: tuple[str, ...] = ()) -> Interpreter | None:
-    """Return the interpreter of that name or path, or None if it does not run."""
-    path = shutil.which(name)
-    if path is None:
-        return None
-    try:
-        done = subprocess.run(
-            [path, '-c', PROBE, *modules], env=child_environment(), stdin=subprocess.DEVNULL,
-            stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, timeout=60, check=True)
-        # Some installations print greetings first.
-        return Interpreter(name, json.loads(done.stdout.decode().splitlines()[-1]))
-    except (OSError, subprocess.SubprocessError, ValueError, IndexError):
-        return None
-
-
-def behind_shims(version: str) -> list[str]:
-    """
-    Return the interpreters of that version (such as 3.12) that pyenv has, but has not enabled.
-
-    pyenv puts a `python3.12` on PATH for every version it has; those which are not enabled fail.
-    """
-    shim = shutil.which(f'python{version}')
-    if shim is None or Path(shim).parent.name != 'shims':
-        return []
-    versions = Path(shim).parent.parent / 'versions'
-    return [str(path) for path in sorted(versions.glob(f'{version}.*/bin/python{version}'))]
-
-
-def venv_advice(interpreter: Interpreter) -> str:
-    """Return how to get the venv module for an interpreter."""
-    return ('it has no venv module (Debian and Ubuntu: sudo apt install '
-            f'python{interpreter.minor_version}-venv)')
-
-
-def wheels_refuse_platform(interpreter: Interpreter) -> str | None:
-    """Return why there are no ROS wheels for this platform, or None if there are."""
-    facts = interpreter.facts
-    libc, libc_version = facts['libc']
-    if facts['system'] != 'Linux':
-        return f'for {facts["system"]}, only for Linux'
-    if facts['machine'] != 'x86_64':
-        return f'for {facts["machine"]}, only for x86_64'
-    if libc != 'glibc':
-        return 'for this C library, only for glibc'
-    if tuple(int(part) for part in libc_version.split('.')[:2]) < WHEEL_GLIBC:
-        return f'for glibc {libc_version}, only for 2.28 and newer'
-    return None
-
-
-def wheels_refuse(interpreter: Interpreter, version: str | None) -> str | None:
-    """Return why the ROS wheels cannot be used with this interpreter, or None if they can."""
-    facts = interpreter.facts
-    wanted = WHEEL_PYTHONS if version is None else (version,)
-    if interpreter.minor_version not in wanted:
-        return f'not {version}' if version else 'there are no ROS wheels for this version'
-    if facts['implementation'] != 'CPython':
-        return f'it is {facts["implementation"]}, not CPython'
-    if facts['free_threaded']:
-        return 'it is the free-threaded build'
-    if facts['bits'] != 64:
-        return 'it is a 32-bit build'
-    if facts['lacks_venv']:
-        return venv_advice(interpreter)
-    return None
-
-
-def find_for_wheels(asked: str, version: str | None) -> Interpreter:
-    """
-    Return an interpreter for the ROS wheels.
-
-    asked: the name or path of the interpreter to use, or '' for the first that suits.
-    version: the only one that will do, such as '3.12'.
-    """
-    if os.environ.get('ROS_DISTRO'):
-        raise SetupError(
-            f'ROS wheels are wanted here, and ROS {os.environ["ROS_DISTRO"]} is sourced.\n'
-            'What to do: run this again in a shell where no ROS is sourced.')
-    if asked:
-        names = [asked]
-    else:
-        names = [*CANDIDATES] if version is None else [f'python{version}', 'python3']
-        for each in WHEEL_PYTHONS if version is None else [version]:
-            names += behind_shims(each)
-
-    refusals = []
-    for name in names:
-        interpreter = probe(name)
-        if interpreter is None:
-            if asked:
-                refusals.append(f'{name}: it does not run')
-            continue
-        reason = wheels_refuse_platform(interpreter)
-        if reason is not None:
-            raise SetupError(
-                f'there are no ROS 2 wheels {reason}.\n'
-                'What to do: install ROS 2 Jazzy (https://docs.ros.org/en/jazzy), source its '
-                'setup file\nand run this again; or work in its container image, ros:jazzy.')
-        reason = wheels_refuse(interpreter, version)
-        if reason is None:
-            return interpreter
-        refusals.append(f'{interpreter}: {reason}')
-
-    wanted = version or '3.10 to 3.13'
-    raise SetupError('\n'.join([
-        f'no suitable Python found: CPython {wanted} with its venv module is needed.',
-        *(f'  {refusal}' for refusal in dict.fromkeys(refusals)),
-        f'What to do: install one, or name the one to use (make PYTHON=/path/to/'
-        f'python{version or "3.12"} ...);',
-        'or source the setup file of a ROS 2 Jazzy installation, which is then used instead.']))
-
-
-def find_of_ros(asked: str) -> Interpreter:
-    """Return the interpreter of the ROS that is sourced."""
-    distro = os.environ['ROS_DISTRO']
-    lacking = []
-    for name in [asked] if asked else ['python3', '/usr/bin/python3']:
-        interpreter = probe(name, ROS_MODULES)
-        if interpreter is None:
-            continue
-        if interpreter.facts['lacks']:
-            missing = ', '.join(interpreter.facts['lacks'])
-            lacking.append(f'  {interpreter} cannot import {missing}')
-        elif interpreter.facts['lacks_venv']:
-            raise SetupError(f'{interpreter} cannot be used: {venv_advice(interpreter)}.')
-        else:
-            return interpreter
-    raise SetupError('\n'.join([
-        f'ROS {distro} is sourced, but cannot be used:',
-        *(lacking or ['  there is no Python that runs']),
-        'What to do: source a ROS 2 that has these packages, or run this again in a shell where '
-        'no ROS\nis sourced: ROS then comes as wheels.']))
 
 
 def pins_digest(constraints: str) -> str:
@@ -260,8 +45,7 @@ def pins_digest(constraints: str) -> str:
 def locked():
     """Let only one of several runs of this script work at a time, for `make -j`."""
     with open(__file__, 'rb') as lock:
-        if fcntl is not None:
-            fcntl.flock(lock, fcntl.LOCK_EX)
+        fcntl.flock(lock, fcntl.LOCK_EX)
         yield
 
 

@@ -10,6 +10,7 @@ import time
 from typing import TextIO
 
 from phase_traj_ros.core import Corner, Movement, TrajectoryEstimator, Update
+from phase_traj_ros.io.replay.run import Watcher
 from phase_traj_ros.io.results.path_text import path_lines
 from phase_traj_ros.io.sources.base import Frame
 
@@ -21,7 +22,7 @@ _KEPT_CORNERS = 100_000
 _HIDE_CURSOR, _SHOW_CURSOR = '\x1b[?25l', '\x1b[?25h'
 
 
-class LiveView:
+class LiveView(Watcher):
     """
     Watches a replay: progress, codes, response, and the path as it grows.
 
@@ -74,9 +75,6 @@ class LiveView:
         if self._terminal:
             self._stream.write(_SHOW_CURSOR)
         self._stream.flush()
-
-    def start(self, frame: Frame, estimator: TrajectoryEstimator) -> None:
-        """Begin with the first frame."""
 
     def add(self, frame: Frame, update: Update, estimator: TrajectoryEstimator) -> None:
         """Take what a pair adds."""

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Entry point of the program ``phase_traj``."""
 
-from argparse import ArgumentParser
+from argparse import Action, ArgumentParser, Namespace
 from collections.abc import Sequence
 import os
 import sys
@@ -31,6 +31,23 @@ class _Parser(ArgumentParser):
         self.exit(EXIT_BAD_INPUT, f'{self.prog}: error: {message}: see {self.prog} --help\n')
 
 
+class _Version(Action):
+    """Tells the version, and what of the installation makes results and speed."""
+
+    def __call__(
+        self, parser: ArgumentParser, namespace: Namespace, values: object,
+        option_string: str | None = None,
+    ) -> NoReturn:
+        from phase_traj_ros.core.correlation.transforms import (
+            find_transform, transform_hint, TransformLibrary)
+        print(f'phase_traj_ros {phase_traj_ros.__version__}')
+        print(f'transforms: {find_transform(TransformLibrary.AUTO).name}')
+        hint = transform_hint(TransformLibrary.AUTO)
+        if hint:
+            print(hint)
+        parser.exit(EXIT_OK)
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line; return the exit status."""
     for name, value in _QUIET.items():
@@ -48,7 +65,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser = _Parser(
         prog='phase_traj', description='Chain codes of a trajectory from a forward camera.')
     parser.add_argument(
-        '--version', action='version', version=f'phase_traj_ros {phase_traj_ros.__version__}')
+        '--version', action=_Version, nargs=0,
+        help='show the version, and the library of the transforms, and exit')
     commands = parser.add_subparsers(title='commands', required=True, metavar='COMMAND')
     for command in (replay, evaluate, calibrate, play, inspect_frames, demo):
         command.add_parser(commands)

@@ -55,6 +55,8 @@ class TrajectoryEstimator:
         ------
         ValueError
             The mask is not usable (see ``mask_shares``), or it is empty within the view.
+        MissingDependencyError
+            The library that is to compute the transforms is not installed.
 
         """
         self._settings = settings or EstimatorSettings()
@@ -261,7 +263,7 @@ class TrajectoryEstimator:
     def _make_heading(self, lens: Lens, *, calibrating: bool = False) -> HeadingEstimator:
         return HeadingEstimator(
             lens, rotate_180=self._settings.view.rotate_180, mask=self._meter.mask,
-            calibrating=calibrating)
+            calibrating=calibrating, transform=self._settings.transform)
 
     def _forget(self) -> None:
         self._coder.reset()

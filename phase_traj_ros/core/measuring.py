@@ -144,7 +144,8 @@ class PairMeter:
         settings = self._settings
         self._view_mask: Frame | None = (
             None if self._mask is None else settings.view.of(self._mask))
-        self._correlator = PhaseCorrelator(window=settings.window, mask=self._view_mask)
+        self._correlator = PhaseCorrelator(
+            window=settings.window, mask=self._view_mask, transform=settings.transform)
         self._quality = self._make_quality()
 
     def _make_quality(self) -> PairQuality:

@@ -10,6 +10,7 @@ from phase_traj_ros.core.camera.lens import Lens
 from phase_traj_ros.core.codes.from_heading import CONNECTIVITIES
 from phase_traj_ros.core.codes.from_shift import DynamicChainCode, PAPER_THRESHOLD
 from phase_traj_ros.core.correlation.quality import GateSettings, StillnessSettings
+from phase_traj_ros.core.correlation.transforms import TransformLibrary
 from phase_traj_ros.core.correlation.view import View
 from phase_traj_ros.core.correlation.windows import Window
 
@@ -42,6 +43,8 @@ class EstimatorSettings:
     """T as a yaw rate in degrees per second, instead of the above; 0: none. Takes a lens."""
     window: Window = Window.SQRT_HANN
     """Taper of the frames."""
+    transform: TransformLibrary = TransformLibrary.AUTO
+    """Which library computes the Fourier transforms."""
     view: View = field(default_factory=View)
     """Which part of the frames is correlated, and at which scale."""
     max_gap: float = 0.0

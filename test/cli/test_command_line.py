@@ -13,6 +13,7 @@ import cv2
 import numpy as np
 import phase_traj_ros
 from phase_traj_ros.core import unpack
+from phase_traj_ros.core.correlation.transforms import find_transform
 import pytest
 
 POSITIONS = [0, 0, 30, 60, 60, 20, 20, 20]
@@ -67,6 +68,7 @@ def test_replay_writes_everything(folder, tmp_path):
         assert unpack(packed, len(code[name])) == code[name]
     assert code['status'] == ['ok', 'ok', 'turning', 'ok', 'ok', 'ok', 'ok']
     assert code['versions']['phase_traj_ros'] == phase_traj_ros.__version__
+    assert code['versions']['transforms'] == find_transform().name
     assert str(folder) in code['source']
 
     rows = list(csv.DictReader((output / 'shifts.csv').open()))
@@ -125,7 +127,9 @@ def test_inspect_draws_the_correlation_map(folder, tmp_path):
 
 
 def test_version_and_help():
-    assert run('--version').stdout == f'phase_traj_ros {phase_traj_ros.__version__}\n'
+    first, second = run('--version').stdout.splitlines()[:2]
+    assert first == f'phase_traj_ros {phase_traj_ros.__version__}'
+    assert second == f'transforms: {find_transform().name}'
     assert 'replay' in run('--help').stdout
     for command in ('replay', 'evaluate', 'play', 'inspect', 'demo'):
         result = run(command, '--help')

@@ -11,6 +11,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import Vector3Stamped
 from live import image, LOSSLESS, stop
 import numpy as np
+from phase_traj_ros.io.results.files import CSV_COLUMNS
 from phase_traj_ros.ros.outputs.messages import to_time
 from phase_traj_ros.ros.playback.live_run import lossless_overrides
 import pytest
@@ -235,7 +236,8 @@ def test_saving_without_a_folder_is_refused_with_a_reason(live, run):
 
 def test_saving_while_running(live, run, tmp_path):
     folder = tmp_path / 'kept' / 'here'
-    node = run('-p', f'output_dir:={folder}', '-p', 'record_shifts:=true')
+    node = run(
+        '-p', f'output_dir:={folder}', '-p', 'record_shifts:=true', '-p', 'hfov_deg:=80.0')
     send(node, rolled([0, 0, 30, 30, 30]), [0, 0.1, 0.2, 0.3, 0.4])
     live.until(lambda: complete(node, 4))
     answer = live.call(Trigger, 'phase_traj/save', Trigger.Request())
@@ -243,7 +245,11 @@ def test_saving_while_running(live, run, tmp_path):
     written = {path.name for path in folder.iterdir()}
     rows, = written - {'chain_code.json', 'trajectory.tum', 'trajectory.png'}
     # The rows are there while the node still runs, so a kill loses none of them.
-    assert len((folder / rows).read_text().splitlines()) == 5
+    head, *lines = [line.split(',') for line in (folder / rows).read_text().splitlines()]
+    assert tuple(head) == CSV_COLUMNS and len(lines) == 4
+    # With all that was measured: heading, yaw, and whether that was bridged.
+    assert {line[-1] for line in lines} <= {'0', '1'}
+    assert abs(sum(float(line[-2]) for line in lines) - float(lines[-1][-3])) < 0.001
     text = (folder / 'chain_code.json').read_text()
     assert '"movement_runs": [[1, 1], [0, 1], [1, 2]]' in text
     assert '"frames": 5' in text

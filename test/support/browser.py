@@ -60,8 +60,12 @@ class Browser:
         self._number = 0
         self.events = []
 
-    def page(self, path, *, width=1200, height=2400):
-        """Open a file in a new tab; return a Page when it has loaded."""
+    def page(self, path, *, width=1200, height=2400, before=''):
+        """
+        Open a file in a new tab; return a Page when it has loaded.
+
+        ``before`` is a script that runs ahead of those of the page.
+        """
         target = self.call('Target.createTarget', url='about:blank')['targetId']
         session = self.call('Target.attachToTarget', targetId=target, flatten=True)['sessionId']
         page = Page(self, session)
@@ -70,6 +74,7 @@ class Browser:
         page.call(
             'Emulation.setDeviceMetricsOverride', width=width, height=height,
             deviceScaleFactor=1, mobile=False)
+        page.call('Page.addScriptToEvaluateOnNewDocument', source=before)
         self.events.clear()
         page.call('Page.navigate', url=Path(path).as_uri())
         deadline = time.monotonic() + _PATIENCE_S

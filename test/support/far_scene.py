@@ -11,6 +11,7 @@ from functools import cache
 
 import cv2
 import numpy as np
+from phase_traj_ros.core.camera.model import CameraModel
 import textures
 
 #: Lenses of OpenCV's two models; the functions below write out the radius in the picture (in focal
@@ -69,3 +70,16 @@ def render(camera, radius, heading):
     picture = cv2.remap(
         _scene(), columns, rows, cv2.INTER_LINEAR, borderMode=cv2.BORDER_WRAP)
     return np.where(seen, picture, 0).round().astype(np.uint8)
+
+
+def turned_drive():
+    """
+    Return a camera and the pictures of a drive: it turns right, left, left and right again.
+
+    Each turn is a right angle, at 6 degrees a frame, and the drive ends as it has begun.
+    """
+    camera = CameraModel.pinhole((160, 320), 190.0)
+    right, left = [-6] * 15, [6] * 15
+    yaws = [
+        0, *[0] * 8, *right, *[0] * 20, *left, *[0] * 8, *left, *[0] * 6, *right, *[0] * 8]
+    return camera, [render(camera, np.tan, np.radians(heading)) for heading in np.cumsum(yaws)]

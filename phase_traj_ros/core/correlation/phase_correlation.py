@@ -15,7 +15,8 @@ import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from phase_traj_ros.core.correlation.mask import check_size, mask_weights
-from phase_traj_ros.core.correlation.spectrum import padded_shape, Whitener
+from phase_traj_ros.core.correlation.spectrum import CrossPhase, padded_shape
+from phase_traj_ros.core.correlation.transforms import find_transform, TransformLibrary
 from phase_traj_ros.core.correlation.windows import Window, window_2d
 from phase_traj_ros.errors import FrameError
 
@@ -53,12 +54,13 @@ class PhaseCorrelator:
     """
     Measures the shift between each frame and the one before it.
 
-    Keeps the previous frame's whitened spectrum, so that a frame costs one forward and one
+    Keeps the previous frame's spectrum, so that a frame costs one forward and one
     inverse transform. Nothing of a frame's size is allocated after the first frame.
     """
 
     def __init__(
         self, *, window: Window = Window.SQRT_HANN, mask: ArrayLike | None = None,
+        transform: TransformLibrary = TransformLibrary.AUTO,
     ) -> None:
         """
         Make a correlator; the frames' size is learned from the first frame.
@@ -69,25 +71,30 @@ class PhaseCorrelator:
             Taper of the frames.
         mask
             How much each pixel counts, (H, W) from 0 to 1 or from 0 to 255; None for all alike.
+        transform
+            Which library computes the transforms.
 
         Raises
         ------
         ValueError
             The mask is not usable (see ``mask_shares``).
+        MissingDependencyError
+            That library is not installed.
 
         """
+        self._transforms = find_transform(transform)
         self._window_form = window
         self._mask = None if mask is None else mask_weights(mask)
         self._shape: tuple[int, int] | None = None
         self._primed = False
-        # Two arrays are all a pair needs, as every step is done in place: so they stay in the
-        # cache. One holds the last frame's whitened spectrum. The other one holds the last pair's
-        # map, until the next frame goes there; then they swap.
-        self._spectrum: NDArray[np.float32] = np.empty((0, 0), np.float32)
+        # Every step of a pair is done in place: here are the tapered frame, its spectrum, the
+        # cross-phase spectrum and the map, one after the other.
         self._map: NDArray[np.float32] = np.empty((0, 0), np.float32)
         self._energy = 0.0
-        # What the map is to be divided by, or 0 if there is none, and where its peak is.
-        self._norm = 0.0
+        # Of the last pair: the height of the peak of identical frames as a share of the map's
+        # unit, 0 if there is no map; that unit; and where the peak is.
+        self._highest = 0.0
+        self._unit = 1.0
         self._peak = (0, 0)
 
     def reset(self) -> None:
@@ -120,12 +127,11 @@ class PhaseCorrelator:
         if frame.shape != self._shape:
             self._allocate(frame.shape)
         energy = self._transform(frame, mean, deviation)
-        self._spectrum, self._map = self._map, self._spectrum
-        norm = math.sqrt(self._energy * energy) * self._map.size
+        highest = math.sqrt(self._energy * energy)
         self._energy = energy
         if self._primed:
-            return self._correlate(norm)
-        self._primed, self._norm = True, 0.0
+            return self._correlate(highest)
+        self._primed, self._highest = True, 0.0
         return None
 
     def correlation_map(self) -> NDArray[np.float32]:
@@ -136,7 +142,7 @@ class PhaseCorrelator:
         frames peak at 1. Meaningful after ``update`` has returned a shift.
         """
         centred = np.fft.fftshift(self._map)
-        return cast('NDArray[np.float32]', centred / np.float32(self._map.size))
+        return cast('NDArray[np.float32]', centred / np.float32(self._unit))
 
     def significance(self, shift: Shift) -> float:
         """
@@ -148,12 +154,13 @@ class PhaseCorrelator:
         is). Unlike the peak's height, the sum keeps what forward motion spreads around it.
         Meaningful for shifts measured on the last pair; 0 where nothing was correlated.
         """
-        if self._norm == 0.0:
+        if self._highest == 0.0:
             return 0.0
         reach = max(round(_REACH * math.sqrt(self._window.size)), 1)
         near = self._near((round(shift.dy), round(shift.dx)), reach)
         values = self._map[near]
-        return float(values.sum(dtype=np.float64)) / math.sqrt(self._norm * values.size)
+        typical = self._unit * math.sqrt(self._highest * values.size / self._map.size)
+        return float(values.sum(dtype=np.float64)) / typical
 
     def second_peak(self, *, apart: int) -> Shift:
         """
@@ -164,7 +171,7 @@ class PhaseCorrelator:
         nothing positive there, or nothing at all. Meaningful after ``update`` has returned a
         shift; calls change nothing and allocate nothing of a frame's size.
         """
-        if self._norm == 0.0:
+        if self._highest == 0.0:
             return Shift(0.0, 0.0, 0.0)
         near = self._near(self._peak, apart)
         saved = self._map[near]
@@ -193,18 +200,16 @@ class PhaseCorrelator:
             self._window *= self._mask
             self._window_sum = float(self._window.sum(dtype=np.float64))
         self._window_rms = math.sqrt(float(np.mean(np.square(self._window))))
-        self._spectrum = np.zeros(padded, np.float32)
         self._map = np.zeros(padded, np.float32)
-        self._whiten = Whitener(padded)
+        self._cross = CrossPhase(padded)
         self._primed = False
 
     def _transform(self, frame: Frame, mean: float, deviation: float) -> float:
-        """Put the whitened spectrum of ``frame`` where the map was; return its energy."""
+        """Put the cross-phase spectrum of ``frame`` where the map was; return its energy."""
         height, width = frame.shape
         spectrum = self._map
         if deviation == 0.0:
-            spectrum.fill(0.0)
-            return 0.0
+            return self._nothing()
         tapered = spectrum[:height, :width]
         spectrum[height:] = 0.0
         spectrum[:height, width:] = 0.0
@@ -219,21 +224,24 @@ class PhaseCorrelator:
             rest = cv2.sumElems(tapered)[0] / self._window_sum
             cv2.scaleAdd(self._window, -rest, tapered, dst=tapered)
             if cv2.norm(tapered) <= _ROUNDING * spectrum_rms:
-                spectrum.fill(0.0)
-                return 0.0
-        cv2.dft(spectrum, dst=spectrum)
-        return self._whiten(spectrum, _ROUNDING * spectrum_rms)
+                return self._nothing()
+        self._transforms.forward(spectrum, height)
+        # Eq. 1 conjugates the current spectrum and so peaks at minus the displacement. Here the
+        # previous one is conjugated, which puts the peak at the displacement itself.
+        return self._cross(spectrum, _ROUNDING * spectrum_rms)
 
-    def _correlate(self, norm: float) -> Shift:
-        """Turn the previous frame's spectrum into the map; find its peak (eqs. 1 to 3)."""
-        self._norm = norm
-        if norm == 0.0:
+    def _nothing(self) -> float:
+        """Take a frame without any content; return its energy."""
+        self._cross.clear()
+        return 0.0
+
+    def _correlate(self, highest: float) -> Shift:
+        """Turn the cross-phase spectrum into the map; find its peak (eqs. 2 and 3)."""
+        self._highest = highest
+        if highest == 0.0:
             self._map.fill(0.0)
             return Shift(0.0, 0.0, 0.0)
-        # Eq. 1 conjugates the current spectrum and so peaks at minus the displacement. The
-        # previous one is conjugated here, which puts the peak at the displacement itself.
-        cv2.mulSpectrums(self._spectrum, self._map, 0, self._map, conjB=True)
-        cv2.dft(self._map, dst=self._map, flags=cv2.DFT_INVERSE)
+        self._unit = self._transforms.inverse(self._map)
         self._peak = row, column = divmod(int(self._map.argmax()), self._map.shape[1])
         return self._shift_at(row, column)
 
@@ -241,7 +249,7 @@ class PhaseCorrelator:
         return Shift(
             dx=_refine(self._map[row], column),
             dy=_refine(self._map[:, column], row),
-            response=min(float(self._map[row, column]) / self._norm, 1.0),
+            response=min(float(self._map[row, column]) / (self._unit * self._highest), 1.0),
         )
 
 

@@ -1,7 +1,7 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
 """
-Real 2-D spectra in OpenCV's packed layout, and the operations phase correlation needs on them.
+Real 2-D spectra in OpenCV's packed layout, and what phase correlation does with them.
 
 ``cv2.dft`` keeps the spectrum of a real (M, N) array in an array of the same size. With both
 sides even, columns 1 to N-2 hold pairs (real, imaginary) of the column frequencies 1 to N/2-1;
@@ -17,8 +17,8 @@ _FACTORS = (2, 3, 5)
 _MULTIPLE = 8
 _LEAST_PADDING = 4
 _CRAMPED, _CROWDED = 256, 1024
-# Rows whitened at a time: few enough to stay in a core's own cache, enough to hide call costs.
-_BLOCK_ROWS = 64
+# Bins whitened at a time: few enough to stay in a core's own cache, enough to hide call costs.
+_BLOCK_BINS = 1 << 16
 
 
 def _is_smooth(number: int) -> bool:
@@ -61,55 +61,89 @@ def padded_shape(shape: tuple[int, int]) -> tuple[int, int]:
     return padded_side(shape[0]), padded_side(shape[1])
 
 
-class Whitener:
-    """Scales every bin of a packed spectrum to magnitude 1, in place, without allocating."""
+class CrossPhase:
+    """
+    Turns the spectrum of each frame into its cross-phase spectrum with the frame before (eq. 1).
+
+    Every bin of both is scaled to magnitude 1, and the one before is conjugated. It is all done
+    block by block, in place; nothing of a spectrum's size is allocated after the start.
+    """
 
     def __init__(self, shape: tuple[int, int]) -> None:
-        """Make the scratch space for spectra of ``shape`` (M, N), both even."""
+        """Make the scratch space for spectra of ``shape`` (M, N), both even, with none before."""
         self._size = shape[0] * shape[1]
-        self._magnitude = np.empty((min(_BLOCK_ROWS, shape[0]), shape[1] // 2 - 1), np.float32)
-        self._edges = np.empty((2, shape[0]), np.float32)
+        columns = shape[1] // 2 - 1
+        rows = min(max(_BLOCK_BINS // max(columns, 1) // _MULTIPLE, 1) * _MULTIPLE, shape[0])
+        # One more number each: arrays that are aligned alike OpenCV writes past the cache, which
+        # takes twice as long.
+        scratch = np.empty((5, rows * columns + 1), np.float32)
+        self._scratch = scratch[:, :-1].reshape(5, rows, columns)
+        # Of the frame before, at magnitude 1: real and imaginary part of the bins between the
+        # edges, and the two edges as they are packed.
+        self._parts = np.zeros((2, shape[0], columns), np.float32)
+        self._edges = np.zeros((2, shape[0]), np.float32)
+
+    def clear(self) -> None:
+        """Take a spectrum that holds nothing."""
+        self._parts.fill(0.0)
+        self._edges.fill(0.0)
 
     def __call__(self, spectrum: NDArray[np.float32], floor: float) -> float:
         """
-        Whiten ``spectrum`` (M, N) in place.
+        Take the next spectrum, (M, N); put its product with the conjugate of the last one there.
 
         Bins weaker than ``floor`` hold rounding noise rather than picture: they are divided by
-        the floor and so stay weak. Return the mean squared magnitude after whitening: 1 unless
-        bins lay below the floor.
+        the floor and so stay weak. Return the mean squared magnitude of the spectrum after the
+        scaling: 1 unless bins lay below the floor.
         """
         weakest = np.inf
-        rows_at_once = len(self._magnitude)
+        rows_at_once, columns = self._scratch.shape[1:]
         for first in range(0, len(spectrum), rows_at_once):
-            bins = spectrum[first:first + rows_at_once, 1:-1].view(np.complex64)
-            magnitude = self._magnitude[:len(bins)]
-            np.abs(bins, out=magnitude)
+            bins = spectrum[first:first + rows_at_once, 1:-1].reshape(-1, columns, 2)
+            before = self._parts[:, first:first + rows_at_once]
+            # OpenCV's and numpy's loops over real numbers are vectorised on every processor,
+            # those over complex ones on few; taking the parts apart costs less than that.
+            real, imaginary, magnitude, *cross = self._scratch[:, :len(bins)]
+            cv2.split(bins, (real, imaginary))
+            cv2.magnitude(real, imaginary, magnitude=magnitude)
             # Looking for weak bins costs a fifth of lifting them, and there hardly ever are any.
             weakest_here = float(magnitude.min())
             if weakest_here < floor:
                 np.maximum(magnitude, floor, out=magnitude)
             weakest = min(weakest, weakest_here)
-            np.reciprocal(magnitude, out=magnitude)
-            np.multiply(bins, magnitude, out=bins)
-        weakest = min(weakest, self._whiten_edges(spectrum, floor))
-        return 1.0 if weakest >= floor else self._mean_square(spectrum)
+            np.divide(real, magnitude, out=real)
+            np.divide(imaginary, magnitude, out=imaginary)
+            np.multiply(real, before[0], out=cross[0])
+            cross[0] += np.multiply(imaginary, before[1], out=magnitude)
+            np.multiply(imaginary, before[0], out=cross[1])
+            cross[1] -= np.multiply(real, before[1], out=magnitude)
+            before[0], before[1] = real, imaginary
+            cv2.merge(cross, dst=bins)
+        weakest = min(weakest, self._cross_edges(spectrum, floor))
+        return 1.0 if weakest >= floor else self._mean_square()
 
-    def _whiten_edges(self, spectrum: NDArray[np.float32], floor: float) -> float:
-        edges = self._edges
-        edges[0] = spectrum[:, 0]
-        edges[1] = spectrum[:, -1]
+    def _cross_edges(self, spectrum: NDArray[np.float32], floor: float) -> float:
+        edges = np.ascontiguousarray(spectrum[:, ::spectrum.shape[1] - 1].T)
         weakest = np.inf
-        for bins in (edges[:, 1:-1].view(np.complex64), edges[:, ::edges.shape[1] - 1]):
+        for bins, before in zip(_lines(edges), _lines(self._edges)):
             magnitude = np.abs(bins)
             weakest = min(weakest, float(magnitude.min()))
             np.divide(bins, np.maximum(magnitude, np.float32(floor)), out=bins)
-        spectrum[:, 0] = edges[0]
-        spectrum[:, -1] = edges[1]
+            last = np.conjugate(before)
+            before[...] = bins
+            bins *= last
+        spectrum[:, ::spectrum.shape[1] - 1] = edges.T
         return weakest
 
-    def _mean_square(self, spectrum: NDArray[np.float32]) -> float:
-        # A packed pair stands for two conjugate bins, so it counts twice; the edges' four real
-        # numbers stand for themselves.
-        twice = cv2.norm(spectrum, cv2.NORM_L2SQR) * 2
-        corners = spectrum[::len(spectrum) - 1, ::spectrum.shape[1] - 1]
-        return (twice - float(np.square(corners, dtype=np.float64).sum())) / self._size
+    def _mean_square(self) -> float:
+        # A pair stands for two conjugate bins, so it counts twice; the edges' four real numbers
+        # stand for themselves.
+        parts = cv2.norm(self._parts.reshape(-1, self._parts.shape[2]), cv2.NORM_L2SQR)
+        corners = float(np.square(_lines(self._edges)[1], dtype=np.float64).sum())
+        edges = cv2.norm(self._edges, cv2.NORM_L2SQR)
+        return (2 * (parts + edges) - corners) / self._size
+
+
+def _lines(edges: NDArray[np.float32]) -> tuple[NDArray[np.complex64], NDArray[np.float32]]:
+    """Return the complex and the real bins of the two edges (2, M)."""
+    return edges[:, 1:-1].view(np.complex64), edges[:, ::edges.shape[1] - 1]

@@ -16,6 +16,7 @@ from phase_traj_ros.core.camera.projection import (
 )
 from phase_traj_ros.core.correlation.mask import check_size
 from phase_traj_ros.core.correlation.phase_correlation import Frame, Shift
+from phase_traj_ros.core.correlation.transforms import TransformLibrary
 from phase_traj_ros.core.heading.tracker import HeadingStep, HeadingTracker
 from phase_traj_ros.core.heading.turns import Turn, TurnDetector
 from phase_traj_ros.core.heading.yaw_meter import YawMeasurement, YawMeter
@@ -42,7 +43,7 @@ class HeadingEstimator:
 
     def __init__(
         self, lens: Lens, *, rotate_180: bool = False, mask: NDArray[np.float32] | None = None,
-        calibrating: bool = False,
+        calibrating: bool = False, transform: TransformLibrary = TransformLibrary.AUTO,
     ) -> None:
         """
         Make an estimator; the frames' size is learned from the first frame.
@@ -58,12 +59,15 @@ class HeadingEstimator:
         calibrating
             Whether the lens is a guess: once the turns tell the field of view with some certainty,
             that is used in its place, and the heading so far is corrected.
+        transform
+            Which library computes the Fourier transforms.
 
         """
         self._lens = lens
         self._calibrating = calibrating
         self._rotate_180 = rotate_180
         self._mask = mask
+        self._transform = transform
         self._meter: YawMeter | None = None
         self._shape: tuple[int, ...] = ()
         self._focal = (0.0, 0.0)
@@ -193,7 +197,7 @@ class HeadingEstimator:
             check_size(frame, self._mask)
         camera = self._lens.camera_for((frame.shape[0], frame.shape[1]))
         projection = CylinderProjection(camera, rotate_180=self._rotate_180)
-        meter = YawMeter(projection, mask=self._mask)
+        meter = YawMeter(projection, mask=self._mask, transform=self._transform)
         self._focal = (camera.fx, camera.fy)
         self._px_per_rad = projection.px_per_rad
         self._shape = frame.shape

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from phase_traj_ros.core.camera.projection import CylinderProjection
 from phase_traj_ros.core.correlation.phase_correlation import Frame, PhaseCorrelator, Shift
+from phase_traj_ros.core.correlation.transforms import TransformLibrary
 from phase_traj_ros.core.correlation.windows import Window
 from phase_traj_ros.core.heading.camera_motion import CameraMotion, MotionFit, Travel
 from phase_traj_ros.core.heading.local_shifts import BlockGrid, BlockShifts
@@ -80,6 +81,7 @@ class YawMeter:
     def __init__(
         self, projection: CylinderProjection, *, window: Window = Window.SQRT_HANN,
         mask: NDArray[np.float32] | None = None,
+        transform: TransformLibrary = TransformLibrary.AUTO,
     ) -> None:
         """
         Make a meter for frames of the size that ``projection`` takes.
@@ -92,6 +94,8 @@ class YawMeter:
             Taper of the cylinder's pictures before they are correlated.
         mask
             How much each pixel of the frames counts, (H, W) from 0 to 1; None for all alike.
+        transform
+            Which library computes the Fourier transforms.
 
         Raises
         ------
@@ -108,7 +112,7 @@ class YawMeter:
         if len(self._grid.middles) < _LEAST_BLOCKS:
             raise FrameError('the mask leaves too little of the frames to measure yaw: give one'
                              ' that covers less')
-        self._correlator = PhaseCorrelator(window=window, mask=mask)
+        self._correlator = PhaseCorrelator(window=window, mask=mask, transform=transform)
         columns, rows = self._grid.middles.T
         scale = projection.px_per_rad
         azimuths = np.interp(columns, np.arange(projection.shape[1]), projection.azimuths)

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Final
 
 from phase_traj_ros.errors import ParameterError
-from phase_traj_ros.io.atomic import output_directory, output_file
+from phase_traj_ros.io.atomic import output_directory, output_file, writing_to
 from phase_traj_ros.io.replay.run import Replay, replay, Watcher
 from phase_traj_ros.io.results.animation import Animation
 from phase_traj_ros.io.results.bag import BagSink, SUFFIX
@@ -95,10 +95,12 @@ def replay_source(
         if wanted.output is not None:
             require_matplotlib()
             outputs.append(_Folder(
-                stack.enter_context(output_directory(wanted.output)), wanted, title,
-                parameters))
+                stack.enter_context(output_directory(wanted.output, obsolete=_OPTIONAL)),
+                wanted.output, wanted, title, parameters))
         if wanted.animation is not None:
-            outputs.append(_Gif(Animation(), stack.enter_context(output_file(wanted.animation))))
+            outputs.append(_Gif(
+                stack.enter_context(output_file(wanted.animation)), wanted.animation,
+                Animation()))
         seen = [*watchers, *(watcher for output in outputs for watcher in output.watchers)]
         if wanted.bag_out is not None:
             seen.append(stack.enter_context(BagSink(
@@ -112,7 +114,9 @@ def replay_source(
                 through(frames), parameters, source=source.description, watchers=seen,
                 camera=camera, speeds=speeds)
         for output in outputs:
-            output.write(result)
+            # All outputs are open: a fault in writing one of them is not a fault of another.
+            with writing_to(output.target):
+                output.write(result)
     return result
 
 
@@ -120,8 +124,9 @@ class _Folder:
     """What goes into the folder of --output."""
 
     def __init__(
-        self, staging: Path, wanted: Wanted, title: str, parameters: Parameters,
+        self, staging: Path, target: Path, wanted: Wanted, title: str, parameters: Parameters,
     ) -> None:
+        self.target = target
         self._staging = staging
         self._wanted = wanted
         self._title = title
@@ -143,22 +148,19 @@ class _Folder:
             write_report(
                 result, self._staging / REPORT, title=self._title,
                 picture=self._staging / 'trajectory.png', thumbnails=self._thumbnails.kept)
-        assert self._wanted.output is not None
-        for name in _OPTIONAL:
-            if not (self._staging / name).exists():
-                (self._wanted.output / name).unlink(missing_ok=True)
 
 
 class _Gif:
     """The animated picture of --animation."""
 
-    def __init__(self, animation: Animation, path: Path) -> None:
+    def __init__(self, staged: Path, target: Path, animation: Animation) -> None:
+        self.target = target
+        self._staged = staged
         self._animation = animation
-        self._path = path
 
     @property
     def watchers(self) -> tuple[Watcher, ...]:
         return (self._animation,)
 
     def write(self, result: Replay) -> None:
-        self._animation.write(result, self._path)
+        self._animation.write(result, self._staged)

@@ -12,6 +12,8 @@ from pathlib import Path
 import shutil
 import time
 
+import cv2
+import numpy as np
 from phase_traj_ros.errors import OutputError, PhaseTrajError
 from phase_traj_ros.io.batch.job import replay_source, Wanted
 from phase_traj_ros.io.replay.overview import turn_marks
@@ -22,6 +24,8 @@ from phase_traj_ros.io.sources.selection import EVERYTHING, Selection
 from phase_traj_ros.parameters import Parameters
 
 _LONGEST_NAME = 80
+# By how much a route may be off, as a share of its size: the summary draws it 40 pixels wide.
+_ROUTE_DETAIL = 1 / 80
 
 
 class Status(Enum):
@@ -80,7 +84,7 @@ class Outcome:
     error: str = ''
     """What went wrong, in one line."""
     route: tuple[tuple[float, float], ...] = ()
-    """Corners of the drawn path, in its unit, REP 103 axes."""
+    """The drawn path, thinned for a small picture, in its unit, REP 103 axes."""
 
 
 Progress = Callable[[int, 'int | None'], object]
@@ -180,12 +184,8 @@ def _replay(job: Job, progress: Progress | None) -> Replay:
 
 
 def _route(result: Replay) -> tuple[tuple[float, float], ...]:
-    corners: list[tuple[float, float]] = [(0, 0)]
-    previous = None
-    for update in result.updates:
-        if previous is not None and update.tip.yaw != previous.tip.yaw:
-            corners.append((previous.tip.x, previous.tip.y))
-        previous = update
-    if previous is not None:
-        corners.append((previous.tip.x, previous.tip.y))
-    return tuple(corners)
+    """Return as few points of the drawn path as show it in a small picture."""
+    path = np.array([(0, 0), *((each.tip.x, each.tip.y) for each in result.updates)], np.float32)
+    finest = float(np.ptp(path, axis=0).max()) * _ROUTE_DETAIL
+    points = cv2.approxPolyDP(path.reshape(-1, 1, 2), finest, closed=False)
+    return tuple((float(x), float(y)) for x, y in points.reshape(-1, 2))

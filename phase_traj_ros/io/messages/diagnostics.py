@@ -7,6 +7,7 @@ from enum import IntEnum
 
 from phase_traj_ros.core import Counters, TrajectoryEstimator
 from phase_traj_ros.core.camera.field_of_view import FieldOfView, SURE
+from phase_traj_ros.core.correlation.transforms import find_transform
 from phase_traj_ros.core.heading.estimator import HeadingEstimator
 
 # Below this share of measured pairs, since the last report, something is wrong with the view.
@@ -44,7 +45,7 @@ class MeasurementReporter:
     def report(self, estimator: TrajectoryEstimator, response: float) -> Report:
         """Return what there is to say; ``response`` is the median of the newest pairs."""
         counters, heading = estimator.counters, estimator.heading
-        values = {}
+        values = {'transforms': find_transform(estimator.settings.transform).name}
         wrong = None
         if heading is not None:
             values['bridged share'] = f'{heading.tracker.bridged_share:.3f}'

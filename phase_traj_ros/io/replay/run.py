@@ -5,7 +5,6 @@
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from statistics import median
-from typing import Protocol
 
 from phase_traj_ros.core import (
     ChainCode,
@@ -76,7 +75,7 @@ class Replay:
         return [update.step.direction for update in self.updates if update.step.appended]
 
 
-class Watcher(Protocol):
+class Watcher:
     """Sees each frame of a replay and what it adds, as it goes; frames are not to be changed."""
 
     def start(self, frame: Frame, estimator: TrajectoryEstimator) -> None:
@@ -84,6 +83,9 @@ class Watcher(Protocol):
 
     def add(self, frame: Frame, update: Update, estimator: TrajectoryEstimator) -> None:
         """Take what a pair adds; ``frame`` is the second of the pair."""
+
+    def finish(self, turns: Sequence[Turn]) -> None:
+        """End after the last frame; ``turns`` are those under way there, which it ends."""
 
 
 def replay(
@@ -120,29 +122,36 @@ def replay(
     turns: list[Turn] = []
     first_stamp_ns = 0
     for number, frame in enumerate(frames):
+        repeated = frame.stamp_ns == estimator.last_stamp_ns
         update = _update(estimator, frame, number, source)
-        if estimator.frames == 1:
+        if update is not None:
+            updates.append(update)
+            turns += update.turns
+            for watcher in watchers:
+                watcher.add(frame, update, estimator)
+        elif not repeated:
             updates.clear()
             turns.clear()
             first_stamp_ns = frame.stamp_ns
             for watcher in watchers:
                 watcher.start(frame, estimator)
-        elif update is not None:
-            updates.append(update)
-            turns += update.turns
-            for watcher in watchers:
-                watcher.add(frame, update, estimator)
     if not updates:
         raise SourceError(
             f'{source}: {estimator.frames} frame{"" if estimator.frames == 1 else "s"}'
             ' to use, but a trajectory takes at least two, with different stamps')
-    if estimator.heading is not None:
-        turns += estimator.heading.finish()
+    under_way = [] if estimator.heading is None else sorted(
+        estimator.heading.finish(), key=_start_frame)
+    for watcher in watchers:
+        watcher.finish(under_way)
     return Replay(
         source, parameters, first_stamp_ns, tuple(updates), estimator.codes, estimator.counters,
-        tuple(sorted(turns, key=lambda turn: turn.start_frame)),
+        tuple(sorted([*turns, *under_way], key=_start_frame)),
         None if estimator.heading is None else estimator.heading.focal_px,
         None if estimator.heading is None else estimator.heading.field_of_view)
+
+
+def _start_frame(turn: Turn) -> int:
+    return turn.start_frame
 
 
 def _update(

@@ -17,7 +17,7 @@ from phase_traj_ros.core import Axes, to_axes, TrajectoryEstimator, Update
 from phase_traj_ros.core.path.thinning import Thinned
 from phase_traj_ros.errors import MissingDependencyError
 from phase_traj_ros.io.replay.overview import Overview, overview
-from phase_traj_ros.io.replay.run import Replay
+from phase_traj_ros.io.replay.run import Replay, Watcher
 from phase_traj_ros.io.results.debug_picture import Picture
 from phase_traj_ros.io.results.palette import LIGHT, rgb
 from phase_traj_ros.io.results.thumbnails import small
@@ -45,7 +45,7 @@ class _Scene:
     picture: Picture
 
 
-class Animation:
+class Animation(Watcher):
     """Watches a replay and draws it as an animated GIF of bounded length and size."""
 
     def __init__(self, *, width: int = _WIDTH, limit: int = _FRAMES) -> None:

@@ -24,6 +24,7 @@ from phase_traj_ros.io.messages.published import (
     Topic,
 )
 from phase_traj_ros.io.messages.schedule import DIAGNOSTICS_PERIOD_NS, Pace, Schedule
+from phase_traj_ros.io.replay.run import Watcher
 from phase_traj_ros.io.results.debug_picture import draw, Picture
 from phase_traj_ros.io.sources.base import Frame
 from phase_traj_ros.parameters import NODE_NAME, Parameters
@@ -45,7 +46,7 @@ def topic_name(topic: Topic) -> str:
     return f'/{NODE_NAME}/{topic.name}'
 
 
-class BagSink:
+class BagSink(Watcher):
     """
     Writes the node's topics as it would publish them, by the stamps of the images.
 

@@ -15,12 +15,15 @@ import cv2
 import numpy as np
 import phase_traj_ros
 from phase_traj_ros.core import Corner, Direction, pack, Run, Update
+from phase_traj_ros.core.correlation.transforms import find_transform, TransformLibrary
+from phase_traj_ros.core.heading.tracker import HeadingStep
 from phase_traj_ros.core.heading.turns import Turn
 from phase_traj_ros.io.replay.run import Replay
 from phase_traj_ros.io.results.figures import write_trajectory_picture
 
 CSV_COLUMNS = (
-    'pair', 'stamp', 'interval', 'dx', 'dy', 'response', 'movement', 'direction', 'status')
+    'pair', 'stamp', 'interval', 'dx', 'dy', 'response', 'movement', 'direction', 'status',
+    'heading_deg', 'yaw_deg', 'bridged')
 
 
 def write_results(result: Replay, directory: Path) -> None:
@@ -50,7 +53,7 @@ def write_chain_code(result: Replay, path: Path) -> None:
         'repeated_frames': result.counters.repeated,
         'time_resets': result.counters.time_resets,
         'window': result.parameters.window,
-        'versions': versions(),
+        'versions': versions(TransformLibrary(result.parameters.transform)),
     }
     write_json(content, path)
 
@@ -110,7 +113,9 @@ class ShiftTable:
     Rows of CSV, one per pair of frames.
 
     Stamps and intervals in seconds, shifts in pixels; dx, dy and response are empty where the two
-    frames could not be compared, the direction is empty where none was appended.
+    frames could not be compared, the direction is empty where none was appended. Heading and yaw
+    in degrees, left positive, and 1 where the yaw was bridged instead of measured, else 0; the
+    three are empty where no heading is measured.
     """
 
     def __init__(self, file: TextIO) -> None:
@@ -126,7 +131,16 @@ class ShiftTable:
         self._writer.writerow((
             update.pair, _seconds(update.stamp_ns), _seconds(update.interval_ns), *measured,
             int(update.step.movement),
-            int(update.step.direction) if update.step.appended else '', update.status.value))
+            int(update.step.direction) if update.step.appended else '', update.status.value,
+            *_heading_cells(update.heading)))
+
+
+def _heading_cells(heading: HeadingStep | None) -> tuple[object, object, object]:
+    if heading is None:
+        return '', '', ''
+    return (
+        f'{math.degrees(heading.heading):.4f}', f'{math.degrees(heading.yaw):.4f}',
+        int(heading.bridged))
 
 
 def write_tum(result: Replay, path: Path) -> None:
@@ -146,13 +160,14 @@ def tum_lines(poses: Iterable[tuple[int, Corner]]) -> str:
     return ''.join(_tum_line(stamp_ns, corner) for stamp_ns, corner in poses)
 
 
-def versions() -> dict[str, str]:
-    """Return the versions that results depend on."""
+def versions(library: TransformLibrary) -> dict[str, str]:
+    """Return the versions that results depend on, with the transforms of ``library``."""
     return {
         'phase_traj_ros': phase_traj_ros.__version__,
         'python': platform.python_version(),
         'numpy': np.__version__,
         'opencv': cv2.__version__,
+        'transforms': find_transform(library).name,
     }
 
 

@@ -90,7 +90,7 @@ class Snapshot:
             'counters': dict(self.counters),
             'turns': turn_list(self.turns),
             **({} if self.heading is None else asdict(self.heading)),
-            'versions': versions(),
+            'versions': versions(self.settings.transform),
         }
 
 

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Small copies of the frames of a replay, kept within bounds however long it is."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 import math
 from typing import cast
@@ -11,6 +12,7 @@ import numpy as np
 from phase_traj_ros.core import Movement, PairStatus, TrajectoryEstimator, Update
 from phase_traj_ros.core.heading.turns import LONGEST_DIP_NS, MIN_RATE_DEG_S, Turn
 from phase_traj_ros.core.path.thinning import Thinned
+from phase_traj_ros.io.replay.run import Watcher
 from phase_traj_ros.io.results.debug_picture import as_shown, Picture
 from phase_traj_ros.io.sources.base import Frame
 
@@ -27,7 +29,7 @@ class Thumbnail:
     jpeg: bytes
 
 
-class Thumbnails:
+class Thumbnails(Watcher):
     """
     Watches a replay and keeps thumbnails of frames that are evenly spread over it.
 
@@ -88,7 +90,7 @@ class TurnFrames:
         return tuple(kept[place] for place in places)
 
 
-class TurnWatcher:
+class TurnWatcher(Watcher):
     """Watches a replay and keeps a few frames of each turn of the codes, up to ``limit`` turns."""
 
     def __init__(self, *, width: int = 480, limit: int = 12) -> None:
@@ -176,6 +178,11 @@ class HeadingTurnWatcher(TurnWatcher):
                 self._stretches[left] = self._begin(last, update, estimator)
         for stretch in self._stretches.values():
             self._keep(stretch, frame, update.pair + 1, estimator)
+
+    def finish(self, turns: Sequence[Turn]) -> None:
+        """Keep the turns that end with the replay."""
+        for turn in turns:
+            self._ended(turn)
 
     def _ended(self, turn: Turn) -> None:
         stretch = self._stretches.pop(turn.angle_deg > 0, None)

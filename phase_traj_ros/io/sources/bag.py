@@ -117,7 +117,9 @@ class BagSource(FrameSource):
         selection: Selection = EVERYTHING,
     ) -> None:
         self._path = path
-        self._kind = _Kind.ROS1 if path.suffix.lower() == '.bag' else _Kind.ROS2
+        # A ROS 2 bag is a directory, whatever its name ends in; one of ROS 1 is a file.
+        is_file = path.suffix.lower() == '.bag' and not path.is_dir()
+        self._kind = _Kind.ROS1 if is_file else _Kind.ROS2
         self._deserialise = _deserialiser(self._kind)
         with self._errors_explained(), self._reader() as reader:
             topics = _topics_of(reader.connections)

@@ -5,8 +5,8 @@
 from phase_traj_ros.errors import PhaseTrajError
 from phase_traj_ros.parameters import NODE_NAME, Parameters
 from phase_traj_ros.ros.nodes.live_parameters import LiveParameters
-from phase_traj_ros.ros.spin import names_explained
 from phase_traj_ros.ros.nodes.work import Work
+from phase_traj_ros.ros.spin import names_explained
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 
 

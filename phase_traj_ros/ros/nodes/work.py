@@ -7,15 +7,16 @@ import time
 import cv2
 from phase_traj_ros.core import Lens, Update
 from phase_traj_ros.core.camera.model import CameraModel
+from phase_traj_ros.core.correlation.transforms import find_transform, transform_hint
 from phase_traj_ros.io.replay.estimator import make_estimator
 from phase_traj_ros.io.sources.base import Frame
 from phase_traj_ros.parameters import Parameters, SpeedType
+from phase_traj_ros.ros.diagnostics import Diagnostics
+from phase_traj_ros.ros.health import Health, Stage
 from phase_traj_ros.ros.inputs.camera import CameraInput
 from phase_traj_ros.ros.inputs.image import ImageInput, image_topic
 from phase_traj_ros.ros.inputs.speed import SpeedInput
 from phase_traj_ros.ros.nodes.made import Made
-from phase_traj_ros.ros.diagnostics import Diagnostics
-from phase_traj_ros.ros.health import Health, Stage
 from phase_traj_ros.ros.outputs.topics import Outputs
 from phase_traj_ros.ros.saving import Saving
 from rclpy.node import Node
@@ -77,7 +78,11 @@ class Work:
             Diagnostics(node, self._health, images, self._estimator)
         topics = [each.topic for each in (images, self._camera, self._speed) if each is not None]
         node.get_logger().info(
-            f'listening to {", ".join(topics)}, codes from the {self._coded_from()}')
+            f'listening to {", ".join(topics)}, codes from the {self._coded_from()},'
+            f' transforms by {find_transform(self._estimator.settings.transform).name}')
+        hint = transform_hint(self._estimator.settings.transform)
+        if hint:
+            node.get_logger().info(hint)
 
     def stop(self) -> None:
         """Listen no more."""

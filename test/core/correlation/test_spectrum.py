@@ -1,11 +1,11 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Transform sizes and whitening in the packed layout."""
+"""Transform sizes, and cross-phase spectra in the packed layout."""
 
 import cv2
 from hypothesis import given, strategies as st
 import numpy as np
-from phase_traj_ros.core.correlation.spectrum import padded_side, Whitener
+from phase_traj_ros.core.correlation.spectrum import CrossPhase, padded_side
 import pytest
 
 
@@ -31,14 +31,28 @@ def test_padded_sides_are_pinned(length, side):
     assert padded_side(length) == side
 
 
-@pytest.mark.parametrize('shape', [(8, 8), (64, 80), (72, 16), (136, 250)])
-def test_whitening_scales_every_bin_to_one(shape):
-    picture = np.random.default_rng(0).normal(size=shape).astype(np.float32)
-    spectrum = cv2.dft(picture)
-    assert Whitener(shape)(spectrum, 1e-6) == 1.0
-    whitened = np.fft.fft2(cv2.dft(spectrum, flags=cv2.DFT_INVERSE | cv2.DFT_SCALE))
-    expected = np.fft.fft2(picture)
-    np.testing.assert_allclose(whitened, expected / np.abs(expected), atol=1e-3)
+@pytest.mark.parametrize('shape', [(8, 8), (64, 80), (72, 16), (136, 250), (720, 640)])
+def test_cross_phase_is_the_product_of_unit_spectra(shape):
+    rng = np.random.default_rng(0)
+    pictures = [rng.normal(size=shape).astype(np.float32) for _ in range(3)]
+    units = [spectrum / np.abs(spectrum) for spectrum in map(np.fft.fft2, pictures)]
+    cross = CrossPhase(shape)
+    for number, picture in enumerate(pictures):
+        spectrum = cv2.dft(picture)
+        assert cross(spectrum, 1e-6) == 1.0
+        product = np.fft.fft2(cv2.dft(spectrum, flags=cv2.DFT_INVERSE | cv2.DFT_SCALE))
+        expected = units[number] * np.conj(units[number - 1]) if number else 0.0
+        np.testing.assert_allclose(product, expected, atol=1e-3)
+
+
+def test_after_a_spectrum_without_content_the_product_is_zero():
+    spectra = [cv2.dft(np.random.default_rng(seed).normal(size=(64, 80)).astype(np.float32))
+               for seed in (0, 1)]
+    cross = CrossPhase((64, 80))
+    cross(spectra[0], 1e-6)
+    cross.clear()
+    cross(spectra[1], 1e-6)
+    assert not spectra[1].any()
 
 
 def test_bins_below_the_floor_stay_weak_and_are_counted():
@@ -47,6 +61,6 @@ def test_bins_below_the_floor_stay_weak_and_are_counted():
     full = np.fft.rfft2(rng.normal(size=shape))
     full[:, 20:] *= 1e-9
     spectrum = cv2.dft(np.fft.irfft2(full, shape).astype(np.float32))
-    energy = Whitener(shape)(spectrum, 1.0)
+    energy = CrossPhase(shape)(spectrum, 1.0)
     # Column frequencies 0 to 19 survive; all but the first stand for two bins each.
     assert energy == pytest.approx((1 + 2 * 19) / 80, abs=0.01)

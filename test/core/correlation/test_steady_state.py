@@ -8,6 +8,8 @@ import tracemalloc
 import cv2
 import numpy as np
 from phase_traj_ros.core import PhaseCorrelator
+from phase_traj_ros.core.correlation.transforms import find_transform, TransformLibrary
+from phase_traj_ros.errors import MissingDependencyError
 import pytest
 
 # Large enough that numpy's own conversion buffers, 64 KiB each, are far below a quarter of it.
@@ -48,8 +50,13 @@ def allocated_by_each_update(correlator, frames):
 @pytest.mark.parametrize('make_frames', [
     partial(noise, np.uint8), partial(noise, np.uint16), partial(noise, np.float32), stripes,
     constant], ids=['uint8', 'uint16', 'float32', 'stripes', 'constant'])
-def test_an_update_allocates_nothing_of_a_frames_size(make_frames):
-    correlator = PhaseCorrelator()
+@pytest.mark.parametrize('library', [TransformLibrary.OPENCV, TransformLibrary.SCIPY])
+def test_an_update_allocates_nothing_of_a_frames_size(make_frames, library):
+    try:
+        find_transform(library)
+    except MissingDependencyError:
+        pytest.skip('scipy is not installed')
+    correlator = PhaseCorrelator(transform=library)
     frames = make_frames()
     # The first frame and the first pair make whatever is made once.
     for frame in frames:

@@ -8,7 +8,10 @@ import multiprocessing
 import os
 from pathlib import Path
 
+import cv2
+from far_scene import turned_drive
 from fragile import killed_always, killed_once, never_returns, VARIABLE
+import numpy as np
 from phase_traj_ros.io.batch.many import (
     failure,
     folder_names,
@@ -21,6 +24,7 @@ from phase_traj_ros.io.batch.many import (
 from phase_traj_ros.io.batch.parallel import run_parallel
 from phase_traj_ros.io.batch.summary import COLUMNS, write_summary
 from phase_traj_ros.parameters import Parameters
+from polyline import off
 import pytest
 from rolled import MOVEMENT, SHIFTS, write_rolled
 
@@ -63,6 +67,24 @@ def test_a_job_tells_how_it_went(tmp_path, root):
     assert outcome.seconds > 0 and outcome.error == ''
     assert files_in(root / 'drive') == FILES
     assert seen == [(number, len(SHIFTS) + 1) for number in range(len(SHIFTS) + 1)]
+
+
+def test_a_route_along_the_heading_has_few_points_too(tmp_path, root):
+    camera, pictures = turned_drive()
+    (tmp_path / 'drive').mkdir()
+    for index, picture in enumerate(pictures):
+        cv2.imwrite(str(tmp_path / 'drive' / f'{index:04}.png'), picture)
+    routes = {}
+    for path_from in ('codes', 'heading'):
+        parameters = Parameters(focal_px=camera.fx, path_from=path_from)
+        job = Job(
+            source=tmp_path / 'drive', root=root, folder=path_from, parameters=parameters)
+        routes[path_from] = np.array(run_job(job).route)
+        drawn = np.loadtxt(job.output / 'trajectory.tum')[:, 1:3]
+        assert off(drawn, routes[path_from]) < 0.02 * np.ptp(drawn, axis=0).max()
+    # Four corners, each of them rounded.
+    assert len(routes['codes']) == 6
+    assert 6 < len(routes['heading']) <= 20
 
 
 @pytest.mark.parametrize(('fault', 'error'), [

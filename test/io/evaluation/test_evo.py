@@ -15,7 +15,8 @@ import pytest
 
 @pytest.fixture(scope='module')
 def drive():
-    """Return the demo's drive up to the end of its second turn."""
+    """Return the demo's drive up to the end of its second turn; skip without evo."""
+    pytest.importorskip('evo')
     return named_drive('demo').take(range(135))
 
 

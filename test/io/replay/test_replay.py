@@ -4,7 +4,7 @@
 
 import numpy as np
 from phase_traj_ros.errors import SourceError
-from phase_traj_ros.io.replay.run import replay
+from phase_traj_ros.io.replay.run import replay, Watcher
 from phase_traj_ros.io.sources.base import Frame
 from phase_traj_ros.io.sources.opening import open_source
 from phase_traj_ros.parameters import Parameters
@@ -40,6 +40,38 @@ def test_repeated_stamps_are_dropped():
     result = replay(doubled, Parameters(), source='test')
     assert (result.frames, result.movement) == (3, [1, 0])
     assert result.counters.repeated == 3
+
+
+class Diary(Watcher):
+    """Writes down what a watcher is told."""
+
+    def __init__(self):
+        self.told = []
+
+    def start(self, frame, estimator):
+        self.told.append(('start', frame.stamp_ns))
+
+    def add(self, frame, update, estimator):
+        self.told.append((update.pair, frame.stamp_ns))
+
+    def finish(self, turns):
+        self.told.append(('finish', *turns))
+
+
+def test_watchers_are_started_once_whatever_frames_are_repeated():
+    doubled = [frame for frame in frames([0, 0, 30]) for _ in range(3)]
+    diary = Diary()
+    replay(doubled, Parameters(), source='test', watchers=[diary])
+    assert diary.told == [('start', 0), (0, 10**8), (1, 2 * 10**8), ('finish',)]
+
+
+def test_watchers_begin_anew_where_time_goes_back():
+    diary = Diary()
+    replay(
+        frames([0, 0], start=10**10) + frames([0, 30]), Parameters(), source='test',
+        watchers=[diary])
+    assert diary.told == [
+        ('start', 10**10), (0, 10**10 + 10**8), ('start', 0), (0, 10**8), ('finish',)]
 
 
 @pytest.mark.parametrize('some', [[], frames([0]), frames([0]) * 5])

@@ -223,6 +223,34 @@ def test_turns_of_the_heading_are_those_in_pictures_and_reports(tmp_path):
     assert (tmp_path / 'turns.png').stat().st_size > 10_000
 
 
+def test_a_turn_that_is_under_way_at_the_end_is_in_lists_and_pictures(tmp_path):
+    # The first turn alone, cut off before it could be known to have ended.
+    drive, _ = demo()
+    write_drive_bag(drive.take(range(drive.turns[0].end_frame + 1)), tmp_path / 'bag')
+    parameters = Parameters(focal_px=float(drive.camera.focal), **NARROW)
+    with open_source(tmp_path / 'bag') as source:
+        result = replay_source(
+            source, parameters, Wanted(output=tmp_path / 'out'), title='a turn')
+    assert not any(update.turns for update in result.updates)
+    [turn] = result.turns
+    [listed] = json.loads((tmp_path / 'out' / 'chain_code.json').read_text())['turns']
+    assert listed['start_frame'] == turn.start_frame
+    assert [mark.side.name for mark in turn_marks(result)] == ['LEFT']
+    assert (tmp_path / 'out' / 'turns.png').stat().st_size > 10_000
+
+
+def test_watchers_learn_of_the_turn_under_way_at_the_end():
+    drive, frames = demo()
+    watcher = HeadingTurnWatcher()
+    result = replay(
+        frames[:drive.turns[0].end_frame + 1],
+        Parameters(focal_px=float(drive.camera.focal), **NARROW), source='', watchers=[watcher])
+    [kept], [turn] = watcher.turns, result.turns
+    shown = [number for number, _ in kept.spread(4)]
+    assert kept.pair == turn.start_frame
+    assert abs(shown[0] - turn.start_frame) <= 4 and abs(shown[-1] - turn.end_frame) <= 4
+
+
 @pytest.mark.parametrize('values', [NARROW, {}])
 def test_a_camera_that_is_found_to_be_upside_down(values):
     drive, frames = demo()

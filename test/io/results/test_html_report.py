@@ -8,16 +8,20 @@ import json
 import re
 
 from browser import find_browser, opened_browser
+from far_scene import turned_drive
 import numpy as np
+from phase_traj_ros.core import Axes, normalised, to_axes
 from phase_traj_ros.io.replay.overview import overview
 from phase_traj_ros.io.replay.run import replay
 from phase_traj_ros.io.results.figures import write_trajectory_picture
+from phase_traj_ros.io.results.files import write_tum
 from phase_traj_ros.io.results.report import report as html_report
 from phase_traj_ros.io.results.report.page import filled, Markup, script_json, table
 from phase_traj_ros.io.results.report.report import write_report
 from phase_traj_ros.io.results.thumbnails import Thumbnails
 from phase_traj_ros.io.sources.base import Frame
 from phase_traj_ros.parameters import Parameters
+from polyline import off
 import pytest
 from rolled import rolled_frames, SHIFTS
 
@@ -233,6 +237,61 @@ def test_with_a_heading_there_is_one_more_plot(browser, tmp_path, monkeypatch):
     assert page.complaints() == []
     assert page.box('#plots')[3] > 400
     assert re.fullmatch(r'\d+\.\d°', readout(page)['heading'])
+
+
+# Notes the lines that are drawn on the map, as they are stroked.
+NOTE_LINES = """
+    (() => {
+      const pen = CanvasRenderingContext2D.prototype;
+      const { beginPath, lineTo, stroke } = pen;
+      let line = [];
+      pen.beginPath = function () { line = []; return beginPath.call(this); };
+      pen.lineTo = function (x, y) { line.push([x, y]); return lineTo.call(this, x, y); };
+      pen.stroke = function () {
+        if (this.canvas.id === 'map' && line.length) window.drawn = line;
+        return stroke.call(this);
+      };
+    })();"""
+
+
+@pytest.fixture(scope='module')
+def turned():
+    """Return the camera and the frames of a drive with turns to both sides."""
+    camera, pictures = turned_drive()
+    return camera, [Frame(picture, index * 10**8) for index, picture in enumerate(pictures)]
+
+
+@pytest.mark.parametrize('values', [
+    {},
+    {'path_from': 'heading'},
+    {'code_source': 'heading'},
+    {'code_source': 'heading', 'path_from': 'heading'},
+    {'code_source': 'heading', 'connectivity': 8},
+    {'code_source': 'heading', 'connectivity': 8, 'path_from': 'heading'},
+    {'code_source': 'heading', 'connectivity': 8, 'path_from': 'heading', 'speed': 0.02},
+], ids=lambda values: ', '.join(map(str, values.values())) or 'defaults')
+def test_the_path_is_the_one_that_is_written(browser, turned, tmp_path, values):
+    camera, frames = turned
+    result = report(
+        tmp_path / 'report.html', frames, parameters=Parameters(focal_px=camera.fx, **values))
+    write_tum(result, tmp_path / 'trajectory.tum')
+    written = np.loadtxt(tmp_path / 'trajectory.tum')[:, 1:3]
+    written = normalised(to_axes(written, Axes.FIGURE))
+    page = browser.page(tmp_path / 'report.html', before=NOTE_LINES)
+    assert page.complaints() == []
+    drawn = np.array(page.run('window.drawn')) * (1, -1)
+    assert np.ptp(drawn, axis=0).max() > 200
+    drawn = normalised(drawn)
+    assert off(written, drawn) < 0.01 and off(drawn, written) < 0.01
+    assert drawn[-1] == pytest.approx(written[-1], abs=0.01)
+    # It goes to the right, and less far back to the left.
+    assert 0.05 < written[-1, 0] < written[:, 0].max() - 0.05
+    page.run("document.getElementById('plots').focus()")
+    page.press('End')
+    last = result.updates[-1].step.direction
+    assert readout(page)['direction'] == f'{int(last)} forward'
+    codes = {int(update.step.direction) for update in result.updates}
+    assert codes == ({0, 1, 2, 3, 4} if 'connectivity' in values else {0, 1, 2})
 
 
 def test_pieces_of_pages():

@@ -49,6 +49,13 @@ def test_single_file(tmp_path, maker):
     assert len(stamps_of(file)) == 5
 
 
+@pytest.mark.parametrize('name', ['drive.bag', 'DRIVE.BAG', 'drive.mcap'])
+def test_a_directory_is_a_bag_of_ros_2_whatever_its_name(tmp_path, mcap_maker, name):
+    with open_source(mcap_maker.drive(tmp_path / name)) as source:
+        assert 'ROS 2 bag' in source.description
+        assert len(list(source)) == 5
+
+
 def test_single_file_of_an_old_rosbags(tmp_path, maker, monkeypatch):
     from rosbags.rosbag2 import reader
     file = maker.single_file(maker.drive(tmp_path / 'bag'))

@@ -10,8 +10,17 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from phase_traj_ros.core import CodeSeries, Direction, Freeman, Movement
+from phase_traj_ros.core import (
+    Axes,
+    CodeSeries,
+    Direction,
+    Freeman,
+    Movement,
+    normalised,
+    to_axes,
+)
 from phase_traj_ros.core.codes.freeman import to_four
+from phase_traj_ros.core.correlation.transforms import TransformLibrary
 from phase_traj_ros.io.replay.data_health import data_health, DataHealth, LOW_RESPONSE
 from phase_traj_ros.io.replay.overview import Overview, overview, TurnMark
 from phase_traj_ros.io.replay.run import Replay
@@ -80,7 +89,8 @@ def write_report(
         'picture': data_uri(picture.read_bytes(), picture.suffix),
         'data': script_json(_data(result, shown, thumbnails)),
         'footer': 'Made by ' + ', '.join(
-            f'{name} {version}' for name, version in versions().items()),
+            f'{name} {version}' for name, version in versions(
+                TransformLibrary(result.parameters.transform)).items()),
     }), path)
 
 
@@ -190,6 +200,8 @@ def _data(
         'direction': ''.join(str(int(update.step.direction)) for update in result.updates),
         'movements': [code.label for code in _MOVEMENT_COLOURS],
         'movement_colours': list(_MOVEMENT_COLOURS.values()),
+        # Its unit does not matter to a picture; one that is normalised needs few digits.
+        'path': np.round(normalised(to_axes(shown.path, Axes.FIGURE)), 4).tolist(),
         'statuses': names,
         'status': [places[update.status.value] for update in result.updates],
         'threshold': result.threshold_px,

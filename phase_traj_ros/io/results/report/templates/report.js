@@ -240,16 +240,7 @@
   }
 
   // The drawn path, a vertex per frame, in the axes of the figure: forward is up, left is left.
-  const STEPS = [[-1, 0], [0, 1], [1, 0], [0, -1]];
-  const path = [[0, 0]];
-  const corners = [0];
-  for (let pair = 0; pair < pairs; pair += 1) {
-    const [x, y] = path[pair];
-    const [dx, dy] = data.movement[pair] === '3' ? [0, 0] : STEPS[data.direction[pair]];
-    path.push([x + dx, y + dy]);
-    if (pair > 0 && data.direction[pair] !== data.direction[pair - 1]) corners.push(pair);
-  }
-  corners.push(pairs);
+  const path = data.path;
   const extent = [0, 1].map((axis) => path.reduce(
     ([low, high], vertex) => [Math.min(low, vertex[axis]), Math.max(high, vertex[axis])],
     [0, 0]));
@@ -266,7 +257,14 @@
     pen.lineJoin = 'round';
     pen.strokeStyle = colours['--line'];
     pen.beginPath();
-    for (const index of corners) pen.lineTo(...place(index));
+    let drawn = [-Infinity, -Infinity];
+    for (let index = 0; index <= pairs; index += 1) {
+      const vertex = place(index);
+      // Many vertices of a long drive fall on the same pixel.
+      if (index < pairs && Math.hypot(vertex[0] - drawn[0], vertex[1] - drawn[1]) < 0.5) continue;
+      pen.lineTo(...vertex);
+      drawn = vertex;
+    }
     pen.stroke();
     const dot = (index, radius, fill, rim) => {
       pen.beginPath();

@@ -1,0 +1,125 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""
+A step with the wheels' OpenCV and with the distribution's, side by side in docs/benchmarks.md.
+
+Two OpenCVs cannot be loaded into one process. So each is measured by itself against what its own
+OpenCV takes for the same thing, and the ratios are compared. What was measured last of either is
+kept in docs/benchmarks.json. Run as a program, this measures the Python it is run with, as the
+distribution's, and puts the result into docs/benchmarks.md.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+import json
+from pathlib import Path
+import sys
+from typing import Any
+
+# The distribution's Python does not have the package installed.
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
+
+from clips import Clip, usual_clips
+import cv2
+import numpy as np
+from peers import BareTransforms, Heading, OpenCv, Ours
+from phase_traj_ros.core.correlation.transforms import find_transform
+from report import disturbance, paragraphs, ROOT, table, verdict
+from timing import bystanders, prepare, take_turns
+
+WHEELS, SYSTEM = 'wheels', 'system'
+TITLE = "## The distribution's OpenCV"
+_DOCUMENT, _KEPT = ROOT / 'docs' / 'benchmarks.md', ROOT / 'docs' / 'benchmarks.json'
+_FRAMES, _ROUNDS, _WARM_UP = 40, 120, 5
+
+INTRODUCTION = paragraphs("""
+    The same step with the OpenCV of PyPI's wheels (`make bench`) and with that of the
+    distribution (`make bench-system`: its Python, its OpenCV and its scipy as they are), each
+    side by side with its own peers: *peer* is `cv2.phaseCorrelate`, or one forward and one
+    inverse transform of the padded size by the library that the step uses. *Heading* is the
+    cylinder with its step and its blocks, and has no peer.
+    """)
+
+#: The peers, and the largest ratio aimed at on the distribution's OpenCV at the three sizes.
+PEERS: dict[str, tuple[Callable[[Clip], Any], tuple[float | None, ...]]] = {
+    'cv2.phaseCorrelate': (lambda _: OpenCv(), (0.36, 0.36, 0.40)),
+    'bare transforms': (lambda clip: BareTransforms(clip.shape), (1.6, 1.6, None)),
+}
+
+
+def measure() -> dict[str, Any]:
+    """Return what this installation is, and the medians of all contestants at each size."""
+    results: dict[str, Any] = {
+        'python': sys.version.split()[0], 'numpy': np.__version__, 'opencv': cv2.__version__,
+        'transforms': find_transform().name, 'frames': []}
+    with bystanders() as watched:
+        for clip in usual_clips(_FRAMES):
+            contestants = {'step': Ours().update, 'heading': Heading(clip.camera).update}
+            contestants |= {name: make(clip).update for name, (make, _) in PEERS.items()}
+            timed = take_turns(
+                contestants, clip.there_and_back(_ROUNDS + _WARM_UP), warm_up=_WARM_UP)
+            height, width = clip.shape
+            results['frames'].append({
+                'frame': f'{height}×{width}, {clip.name}',
+                'ms': {name: round(each.ms, 3) for name, each in timed.items()}})
+    results['meanwhile'] = disturbance(watched)
+    return results
+
+
+def keep(name: str, results: dict[str, Any]) -> None:
+    """Keep what was measured of an installation, in the place of what was known of it."""
+    known = kept() | {name: results}
+    _KEPT.write_text(json.dumps(known, indent=1, ensure_ascii=False) + '\n', encoding='utf-8')
+
+
+def kept() -> dict[str, Any]:
+    """Return what was measured last of each installation."""
+    return json.loads(_KEPT.read_text(encoding='utf-8')) if _KEPT.exists() else {}
+
+
+def section(installations: dict[str, Any]) -> str:
+    """Return both columns as Markdown."""
+    names = [name for name in (WHEELS, SYSTEM) if name in installations]
+    lines = [
+        '- *{}*: Python {python}, numpy {numpy}, OpenCV {opencv}; transforms by {transforms}. '
+        '{meanwhile}'.format(name, **installations[name]) for name in names]
+    header = ['frame', 'against']
+    for name in names:
+        header += [f'{name}: step, ms', 'peer, ms', 'ratio']
+    rows = []
+    for index, each in enumerate(installations[names[-1]]['frames']):
+        for peer in (*PEERS, 'heading'):
+            row: list[str] = [each['frame'], peer]
+            for name in names:
+                ms = installations[name]['frames'][index]['ms']
+                row += [f'{ms["heading"]:.2f}', '', ''] if peer == 'heading' else [
+                    f'{ms["step"]:.2f}', f'{ms[peer]:.2f}', f'{ms["step"] / ms[peer]:.3f}']
+            limit = None if peer == 'heading' else PEERS[peer][1][index]
+            ratio = float(row[-1] or 0)
+            rows.append([*row, '' if limit is None else f'{limit:g}', verdict(ratio, limit)])
+    return '\n\n'.join([TITLE, INTRODUCTION, paragraphs('\n\n'.join(lines)),
+                        table([*header, 'at most', 'met'], rows)])
+
+
+def wheels_section() -> str:
+    """Measure this environment as that of the wheels; return both columns as Markdown."""
+    keep(WHEELS, measure())
+    return section(kept())
+
+
+def main() -> None:
+    """Run the program."""
+    prepare()
+    keep(SYSTEM, measure())
+    text = section(kept())
+    print(text)
+    before, found, after = _DOCUMENT.read_text(encoding='utf-8').partition(TITLE)
+    rest = after.partition('\n## ')[2]
+    _DOCUMENT.write_text(
+        f'{before}{text}\n\n## {rest}' if found else f'{before}\n{text}\n', encoding='utf-8')
+    print(f'written to {_DOCUMENT.relative_to(ROOT)}')
+
+
+if __name__ == '__main__':
+    main()

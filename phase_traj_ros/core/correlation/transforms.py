@@ -1,0 +1,167 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""
+The Fourier transforms, and which library computes them.
+
+OpenCV's own transforms take four times as long as Intel's, which its wheels for x86_64 contain;
+scipy's lie between. docs/transforms.md has the measurements and the reasons. All of them work in
+place, on the packed layout that ``phase_traj_ros.core.correlation.spectrum`` describes, so that
+nothing else depends on the library.
+"""
+
+from enum import Enum
+from functools import cache
+import importlib
+from typing import Any, Protocol
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from phase_traj_ros.errors import MissingDependencyError
+
+
+class TransformLibrary(Enum):
+    """Which library computes the transforms."""
+
+    AUTO = 'auto'
+    """OpenCV where it contains Intel's transforms or where there is no scipy, else scipy."""
+    OPENCV = 'opencv'
+    SCIPY = 'scipy'
+
+
+class Transform(Protocol):
+    """The two transforms of a real array (M, N) float32, both sides even, in place."""
+
+    @property
+    def name(self) -> str:
+        """Return the library with its version, and what of it is used."""
+
+    def forward(self, picture: NDArray[np.float32], rows: int) -> None:
+        """Turn ``picture``, of which only the first ``rows`` are not 0, into its spectrum."""
+
+    def inverse(self, spectrum: NDArray[np.float32]) -> float:
+        """Turn ``spectrum`` into its picture times the factor that is returned."""
+
+
+class OpenCvTransform:
+    """``cv2.dft``, which packs spectra by itself."""
+
+    @property
+    def name(self) -> str:
+        """Return the version of OpenCV, and whose transforms it contains."""
+        return f'OpenCV {cv2.__version__} ({"Intel IPP" if opencv_has_intels() else "its own"})'
+
+    def forward(self, picture: NDArray[np.float32], rows: int) -> None:  # noqa: ARG002
+        """Transform all rows: telling OpenCV of the empty ones keeps it from Intel's library."""
+        cv2.dft(picture, dst=picture)
+
+    def inverse(self, spectrum: NDArray[np.float32]) -> float:
+        """Leave the division by the size, which would take time, to the caller."""
+        cv2.dft(spectrum, dst=spectrum, flags=cv2.DFT_INVERSE)
+        return float(spectrum.size)
+
+
+class ScipyTransform:
+    """
+    pocketfft, which scipy contains: first along the rows, then down the columns.
+
+    ``scipy.fftpack`` packs a real line as OpenCV does, and in place; ``scipy.fft`` would allocate.
+    """
+
+    def __init__(self) -> None:
+        """
+        Import scipy.
+
+        Raises
+        ------
+        MissingDependencyError
+            It is not installed.
+
+        """
+        try:
+            self._version = importlib.import_module('scipy').__version__
+            self._complex: Any = importlib.import_module('scipy.fft')
+            self._real: Any = importlib.import_module('scipy.fftpack')
+        except ImportError as error:
+            raise MissingDependencyError(
+                'the transforms of scipy are asked for, and scipy is not installed: install'
+                ' python3-scipy (apt) or scipy (pip), or set transform to auto') from error
+
+    @property
+    def name(self) -> str:
+        """Return the version of scipy."""
+        return f'scipy {self._version}'
+
+    def forward(self, picture: NDArray[np.float32], rows: int) -> None:
+        """Transform the rows that are not empty, and all columns."""
+        self._real.rfft(picture[:rows], axis=1, overwrite_x=True)
+        self._real.rfft(_ends(picture), axis=0, overwrite_x=True)
+        self._complex.fft(_pairs(picture), axis=0, overwrite_x=True)
+
+    def inverse(self, spectrum: NDArray[np.float32]) -> float:
+        """Transform all columns, and all rows."""
+        self._complex.ifft(_pairs(spectrum), axis=0, overwrite_x=True)
+        self._real.irfft(_ends(spectrum), axis=0, overwrite_x=True)
+        self._real.irfft(spectrum, axis=1, overwrite_x=True)
+        return 1.0
+
+
+def _pairs(packed: NDArray[np.float32]) -> NDArray[np.complex64]:
+    """Return the bins of the columns' frequencies 1 to N/2-1, (M, N/2-1)."""
+    return packed[:, 1:-1].view(np.complex64)
+
+
+def _ends(packed: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return the first and the last column, which hold the frequencies 0 and N/2, (M, 2)."""
+    return packed[:, ::packed.shape[1] - 1]
+
+
+def opencv_has_intels() -> bool:
+    """
+    Return whether OpenCV was built with Intel's library.
+
+    Whether that is in use at the moment (it can be switched off) does not matter: what is chosen
+    must not depend on it.
+    """
+    return hasattr(cv2, 'ipp') and cv2.ipp.getIppVersion() != 'disabled'
+
+
+def scipy_is_installed() -> bool:
+    """Return whether scipy can be imported."""
+    try:
+        ScipyTransform()
+    except MissingDependencyError:
+        return False
+    return True
+
+
+def transform_hint(library: TransformLibrary) -> str:
+    """Return what would make ``library`` faster, empty where nothing is known to."""
+    transform = find_transform(library)
+    if isinstance(transform, ScipyTransform) or opencv_has_intels():
+        return ''
+    if library is TransformLibrary.OPENCV and scipy_is_installed():
+        return 'scipy transforms twice as fast as this OpenCV: set transform to auto'
+    return ('scipy transforms twice as fast as this OpenCV: install python3-scipy (apt) or scipy'
+            ' (pip)')
+
+
+@cache
+def find_transform(library: TransformLibrary = TransformLibrary.AUTO) -> Transform:
+    """
+    Return the transforms of ``library``.
+
+    What AUTO stands for depends on what is installed, and on nothing else: one installation gives
+    the same shifts at all times.
+
+    Raises
+    ------
+    MissingDependencyError
+        scipy is asked for and is not installed.
+
+    """
+    if library is TransformLibrary.SCIPY:
+        return ScipyTransform()
+    if library is TransformLibrary.AUTO and not opencv_has_intels() and scipy_is_installed():
+        return ScipyTransform()
+    return OpenCvTransform()

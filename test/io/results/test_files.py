@@ -1,0 +1,59 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The table of shifts: a row per pair holds all that was measured."""
+
+import csv
+import json
+
+from far_scene import turned_drive
+import numpy as np
+from phase_traj_ros.io.evaluation.replayed_drive import read_replay
+from phase_traj_ros.io.replay.run import replay
+from phase_traj_ros.io.results.files import CSV_COLUMNS, write_results
+from phase_traj_ros.io.sources.base import Frame
+from phase_traj_ros.parameters import Parameters
+import pytest
+
+BLIND = 18
+"""A frame in the middle of the first turn that shows nothing."""
+
+
+@pytest.fixture(scope='module')
+def drive():
+    camera, pictures = turned_drive()
+    pictures[BLIND] = np.zeros_like(pictures[BLIND])
+    return camera, [Frame(picture, index * 10**8) for index, picture in enumerate(pictures)]
+
+
+def written(drive, folder, **values):
+    result = replay(drive[1], Parameters(**values), source='a drive')
+    write_results(result, folder)
+    with (folder / 'shifts.csv').open(encoding='utf-8', newline='') as file:
+        return list(csv.DictReader(file))
+
+
+def test_columns_keep_their_names_and_order():
+    assert CSV_COLUMNS == (
+        'pair', 'stamp', 'interval', 'dx', 'dy', 'response', 'movement', 'direction', 'status',
+        'heading_deg', 'yaw_deg', 'bridged')
+
+
+@pytest.mark.parametrize('code_source', ['shift', 'heading'])
+def test_heading_yaw_and_what_was_bridged(drive, tmp_path, code_source):
+    rows = written(drive, tmp_path, focal_px=drive[0].fx, code_source=code_source)
+    heading, yaw = ([float(row[name]) for row in rows] for name in ('heading_deg', 'yaw_deg'))
+    content = json.loads((tmp_path / 'chain_code.json').read_text())
+    assert [0.0, *heading] == content['heading_deg']
+    np.testing.assert_allclose(np.cumsum(yaw), heading, atol=0.01)
+    assert min(heading) == pytest.approx(-90, abs=3) and max(heading) == pytest.approx(90, abs=3)
+    bridged = [int(row['pair']) for row in rows if row['bridged'] == '1']
+    assert {BLIND - 1, BLIND} <= set(bridged)
+    assert len(bridged) == round(content['bridged_share'] * len(rows))
+    assert {row['bridged'] for row in rows} == {'0', '1'}
+    np.testing.assert_allclose(np.degrees(read_replay(tmp_path).heading)[1:], heading)
+
+
+def test_without_a_camera_the_new_columns_are_empty(drive, tmp_path):
+    rows = written(drive, tmp_path)
+    assert {(row['heading_deg'], row['yaw_deg'], row['bridged']) for row in rows} == {('', '', '')}
+    assert len(read_replay(tmp_path).stamps_ns) == len(rows) + 1
