@@ -9,6 +9,7 @@ import math
 import cv2
 import numpy as np
 from phase_traj_ros.core.calibration.self_calibration import SelfCalibration
+from phase_traj_ros.core.correlation.phase_correlation import PhaseCorrelator
 from phase_traj_ros.synthetic import Camera, plan_drive, render_drive, Straight, Turn
 from phase_traj_ros.synthetic.camera import EQUIDISTANT
 import pytest

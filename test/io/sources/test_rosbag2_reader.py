@@ -117,7 +117,7 @@ def test_a_single_file_says_how_it_is_stored(file, opened):
 
 def test_a_broken_bag(bag, opened):
     (bag / 'metadata.yaml').write_text('nothing')
-    with pytest.raises(SourceError, match='cannot be read as a ROS 2 bag .*No storage'):
+    with pytest.raises(SourceError, match=r'cannot be read as a ROS 2 bag .*No storage'):
         open_source(bag)
 
 
