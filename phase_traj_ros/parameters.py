@@ -66,8 +66,9 @@ class Parameters:
         1 << 26, 'Compressed images of more pixels are refused before they are decoded.',
         minimum=64, maximum=1 << 30, read_only=True)
     threshold: float = parameter(
-        0.0, 'Horizontal shift between two frames from which a pair counts as a turn: the paper\'s'
-        f' rule. 0 leaves the choice to code_source, and is {PAPER_THRESHOLD:g} with shift.',
+        0.0, 'Horizontal shift between two frames from which a pair counts as a turn, by the rule'
+        f' of the paper. 0 leaves the choice to code_source, and is {PAPER_THRESHOLD:g} with'
+        ' shift.',
         unit='px/frame', minimum=0.0, maximum=1e6)
     threshold_deg_s: float = parameter(
         0.0, 'Yaw rate from which a pair counts as a turn, instead of threshold: it is the'
@@ -118,7 +119,8 @@ class Parameters:
         choices=tuple(form.value for form in Window))
     transform: str = parameter(
         TransformLibrary.AUTO.value, 'Which library computes the Fourier transforms: OpenCV,'
-        ' scipy, or whichever of those installed is known to be the faster one. The codes are the same.',
+        ' scipy, or whichever of those installed is known to be the faster one. The codes are'
+        ' the same.',
         choices=tuple(each.value for each in TransformLibrary), read_only=True)
     rows_from: float = parameter(
         0.0, 'First row used, as a fraction of the height from the top.',

@@ -139,6 +139,7 @@ def test_the_timer_runs_while_there_is_news_that_waits(frames):
     timer = Timer()
 
     class OneTimer(Node):
+
         def create_timer(self, *args, **kwargs):
             return timer
 
@@ -158,10 +159,12 @@ def test_nothing_is_made_for_nobody(frames):
     from phase_traj_ros.ros.outputs.topics import Outputs
 
     class Alone(Publisher):
+
         def get_subscription_count(self):
             return 0
 
     class Lonely(Node):
+
         def create_publisher(self, kind, topic, *args, **kwargs):
             made = self.publishers[topic.replace('~/', '')] = Alone(kind)
             return made
