@@ -13,7 +13,7 @@ import sys
 
 from clips import rendered_clip
 import numpy as np
-from phase_traj_ros.io.sources.base import Frame, index_stamp_ns
+from phase_traj_ros.io.sources.base import index_stamp_ns, StampedFrame
 from phase_traj_ros.ros.playback.player import FramePlayer
 from phase_traj_ros.ros.spin import ros_context
 from phase_traj_ros.ros.startup.signals import stop_on_signals
@@ -23,10 +23,10 @@ _FRAMES = 20
 _DISCOVERY_S = 30.0
 
 
-def stamped(images: Iterator[np.ndarray], rate: float) -> Iterator[Frame]:
+def stamped(images: Iterator[np.ndarray], rate: float) -> Iterator[StampedFrame]:
     """Yield frames whose stamps are ``rate`` to the second, from the first second on."""
     for number, image in enumerate(images):
-        yield Frame(image, 10 ** 9 + index_stamp_ns(number, rate))
+        yield StampedFrame(image, 10 ** 9 + index_stamp_ns(number, rate))
 
 
 def main() -> None:

@@ -22,7 +22,7 @@ from memory import resident
 import numpy as np
 from phase_traj_ros.io.batch.job import replay_source, Wanted
 from phase_traj_ros.io.replay.run import replay
-from phase_traj_ros.io.sources.base import Frame, index_stamp_ns
+from phase_traj_ros.io.sources.base import index_stamp_ns, StampedFrame
 from phase_traj_ros.io.sources.folder import FolderSource
 from phase_traj_ros.io.sources.prefetch import prefetch
 from phase_traj_ros.parameters import Parameters
@@ -107,12 +107,12 @@ def measure_growth() -> Growth:
     clip = rendered_clip(_SMALL, count=20)
     seen: list[int] = []
 
-    def frames() -> Iterator[Frame]:
+    def frames() -> Iterator[StampedFrame]:
         for number, image in enumerate(clip.there_and_back(_LONG)):
             if number in (_EARLY, _LONG - 1):
                 seen.append(resident())
             # A copy, as each frame of a file is a new one.
-            yield Frame(image.copy(), index_stamp_ns(number, 10.0))
+            yield StampedFrame(image.copy(), index_stamp_ns(number, 10.0))
 
     with closing(prefetch(frames())) as ahead:
         result = replay(ahead, Parameters(), source='rendered')

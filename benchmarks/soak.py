@@ -15,7 +15,7 @@ import time
 
 import numpy as np
 from phase_traj_ros.core import DynamicChainCode
-from phase_traj_ros.io import Frame
+from phase_traj_ros.io import StampedFrame
 from phase_traj_ros.ros.playback.live_run import lossless_overrides
 from phase_traj_ros.ros.playback.player import FramePlayer
 from phase_traj_ros.ros.spin import ros_context
@@ -59,7 +59,7 @@ def soak_node():
             for index in range(_FRAMES):
                 if index % (_FRAMES // 10) == 0:
                     print(f'{index:>9} frames: {resident_mib(node.pid):6.1f} MiB', flush=True)
-                yield Frame(frames[index % len(frames)], index * 10**9)
+                yield StampedFrame(frames[index % len(frames)], index * 10**9)
 
         player.play(stream(), stop, rate=_RATE_HZ)
         player.wait_for_acknowledgement()

@@ -12,7 +12,7 @@ from typing import TextIO
 from phase_traj_ros.core import Corner, Movement, TrajectoryEstimator, Update
 from phase_traj_ros.io.replay.run import Watcher
 from phase_traj_ros.io.results.path_text import path_lines
-from phase_traj_ros.io.sources.base import Frame
+from phase_traj_ros.io.sources.base import StampedFrame
 
 _PERIOD_S = 0.1
 _PATH_ROWS = 14
@@ -76,7 +76,7 @@ class LiveView(Watcher):
             self._stream.write(_SHOW_CURSOR)
         self._stream.flush()
 
-    def add(self, frame: Frame, update: Update, estimator: TrajectoryEstimator) -> None:
+    def add(self, frame: StampedFrame, update: Update, estimator: TrajectoryEstimator) -> None:
         """Take what a pair adds."""
         self._newest = update, estimator
         if not self._terminal:

@@ -19,7 +19,7 @@ from phase_traj_ros.errors import (
     ParameterError,
     SourceError,
 )
-from phase_traj_ros.io.sources.base import Frame, FrameSource
+from phase_traj_ros.io.sources.base import FrameSource, StampedFrame
 from phase_traj_ros.io.sources.prefetch import prefetch
 
 _WAIT_S, _WAIT_LOSSLESS_S = 5.0, 30.0
@@ -137,7 +137,7 @@ def _camera_of(source: FrameSource, *, rectified: bool) -> CameraModel | None:
         return None
 
 
-def _frames(source: FrameSource, *, loop: bool) -> Iterator[Frame]:
+def _frames(source: FrameSource, *, loop: bool) -> Iterator[StampedFrame]:
     yield from source
     while loop:
         yield from source

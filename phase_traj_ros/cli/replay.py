@@ -24,7 +24,7 @@ from phase_traj_ros.cli.report import print_codes
 from phase_traj_ros.io.batch.job import replay_source, Wanted
 from phase_traj_ros.io.messages.diagnostics import described
 from phase_traj_ros.io.replay.run import Replay
-from phase_traj_ros.io.sources.base import DEFAULT_SPEED_TOPIC, Frame
+from phase_traj_ros.io.sources.base import DEFAULT_SPEED_TOPIC, StampedFrame
 
 _EPILOG = f"""
 {SOURCE_HELP}
@@ -89,7 +89,7 @@ def run(options: Namespace) -> int | None:
                     source, parameters, wanted, title=title, watchers=[view],
                     through=watch.over, speed_topic=options.speed_topic)
         else:
-            def shown(frames: Iterable[Frame]) -> Iterator[Frame]:
+            def shown(frames: Iterable[StampedFrame]) -> Iterator[StampedFrame]:
                 return watch.over(progress(frames, total=source.frame_count, title=title))
 
             result = replay_source(
@@ -108,7 +108,7 @@ class _Stopwatch:
     def __init__(self) -> None:
         self.seconds = 0.0
 
-    def over(self, frames: Iterable[Frame]) -> Iterator[Frame]:
+    def over(self, frames: Iterable[StampedFrame]) -> Iterator[StampedFrame]:
         began = time.monotonic()
         yield from frames
         self.seconds = time.monotonic() - began

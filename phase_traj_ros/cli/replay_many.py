@@ -4,7 +4,7 @@
 
 from argparse import ArgumentParser, Namespace
 from collections.abc import Callable, Generator, Mapping
-from contextlib import closing
+from contextlib import closing, suppress
 import os
 from pathlib import Path
 
@@ -57,7 +57,9 @@ def replay_many(options: Namespace) -> int | None:
         raise
     except PhaseTrajError:
         if made:
-            options.output.rmdir()
+            # Another program may have written into it meanwhile.
+            with suppress(OSError):
+                options.output.rmdir()
         raise
     rows = _summarise(jobs, outcomes, options.output)
     for row in rows:

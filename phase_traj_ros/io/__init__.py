@@ -11,7 +11,7 @@ from phase_traj_ros.io.messages.image import (
     to_grey,
 )
 from phase_traj_ros.io.messages.stamps import StampRule, to_nanoseconds
-from phase_traj_ros.io.sources.base import DEFAULT_FPS, Frame, FrameSource
+from phase_traj_ros.io.sources.base import DEFAULT_FPS, FrameSource, StampedFrame
 from phase_traj_ros.io.sources.opening import open_source
 from phase_traj_ros.io.sources.prefetch import prefetch
 from phase_traj_ros.io.sources.selection import EVERYTHING, Selection
@@ -21,11 +21,11 @@ __all__ = [
     'DEFAULT_MAX_PIXELS',
     'ENCODINGS',
     'EVERYTHING',
-    'Frame',
     'FrameSource',
     'GreyImage',
     'Selection',
     'StampRule',
+    'StampedFrame',
     'decode_compressed',
     'encoding_of',
     'msg_to_frame',

@@ -13,17 +13,28 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 import math
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
+import numpy.typing as npt
 from phase_traj_ros.errors import ParameterError
 from phase_traj_ros.synthetic.arrays import Floats
 
 #: Takes body axes (x forward, y left, z up) to picture axes (x right, y down, z forward).
 BODY_TO_PICTURE = np.array([[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]])
 
+#: Fisheyes, as coefficients k1 to k4 of r = f (a + k1 a^3 + k2 a^5 + k3 a^7 + k4 a^9), where a is
+#: the angle from the optical axis and r the distance from the principal point: the series of
+#: r = 2 f tan(a / 2), r = f a and r = 2 f sin(a / 2).
+STEREOGRAPHIC = (1 / 12, 1 / 120, 17 / 20160, 31 / 362880)
+EQUIDISTANT = (0.0, 0.0, 0.0, 0.0)
+EQUISOLID = (-1 / 24, 1 / 1920, -1 / 322560, 1 / 92897280)
+
 #: A rotated view is cut out of a level one; beyond this slope of a ray it would be huge.
 _STEEPEST = 1.5
+
+
+Fisheye: TypeAlias = tuple[float, float, float, float]
 
 
 class Pose(NamedTuple):
@@ -39,9 +50,10 @@ class Pose(NamedTuple):
 @dataclass(frozen=True, slots=True)
 class Camera:
     """
-    An ideal pinhole camera, rectified, with square pixels.
+    An ideal camera with square pixels: a pinhole, or a fisheye where it has coefficients.
 
-    Lengths in the picture are in pixels, ``above_ground`` is in metres.
+    Lengths in the picture are in pixels, ``above_ground`` is in metres, ``fisheye`` is as
+    ``EQUIDISTANT``.
     """
 
     width: int = 1241
@@ -50,6 +62,7 @@ class Camera:
     cx: float = 607.1928
     cy: float = 185.2157
     above_ground: float = 1.65
+    fisheye: Fisheye | None = None
 
     def __post_init__(self) -> None:
         """Refuse what is no camera."""
@@ -65,14 +78,17 @@ class Camera:
     @classmethod
     def with_field_of_view(
         cls, width: int, height: int, hfov_deg: float, *, above_ground: float = 1.65,
+        fisheye: Fisheye | None = None,
     ) -> Camera:
         """Return a camera that sees ``hfov_deg`` from edge to edge, centred."""
         if not 0 < hfov_deg < 160:
             raise ParameterError(
                 f'a field of view of {hfov_deg} degrees cannot be drawn on a plane: '
                 'give one between 0 and 160')
-        focal = width / 2 / math.tan(math.radians(hfov_deg) / 2)
-        return cls(width, height, focal, (width - 1) / 2, (height - 1) / 2, above_ground)
+        half = math.radians(hfov_deg) / 2
+        radius = math.tan(half) if fisheye is None else float(fisheye_radius(half, fisheye))
+        return cls(width, height, width / 2 / radius, (width - 1) / 2, (height - 1) / 2,
+                   above_ground, fisheye)
 
     def matrix(self) -> Floats:
         """Return the 3 x 3 camera matrix K."""
@@ -82,6 +98,15 @@ class Camera:
 
 #: The left grey camera of the KITTI odometry benchmark (sequences 00 to 02).
 KITTI_CAMERA = Camera()
+
+
+def fisheye_radius(angle: npt.ArrayLike, fisheye: Fisheye) -> Floats:
+    """Return r / f at each angle from the optical axis, in radians."""
+    given = np.asarray(angle, np.float64)
+    square = given * given
+    (k1, k2, k3, k4) = fisheye
+    series: Floats = 1.0 + square * (k1 + square * (k2 + square * (k3 + square * k4)))
+    return given * series
 
 
 def rotation(yaw: float, pitch: float, roll: float) -> Floats:

@@ -6,7 +6,7 @@ import numpy as np
 from phase_traj_ros.cli.demo import check_turns
 from phase_traj_ros.errors import ResultError
 from phase_traj_ros.io.replay.run import replay
-from phase_traj_ros.io.sources.base import Frame
+from phase_traj_ros.io.sources.base import StampedFrame
 from phase_traj_ros.parameters import Parameters
 from phase_traj_ros.synthetic import named_drive
 import pytest
@@ -20,7 +20,7 @@ def driven(turns, count=201):
     for frame, dx in turns.items():
         shifts[frame:frame + 20] = dx
     return replay(
-        (Frame(np.roll(TEXTURE, position, axis=1), index)
+        (StampedFrame(np.roll(TEXTURE, position, axis=1), index)
          for index, position in enumerate(np.cumsum(shifts))), Parameters(), source='test')
 
 

@@ -13,8 +13,9 @@ import cv2
 import numpy as np
 from phase_traj_ros.cli.live_view import LiveView
 from phase_traj_ros.cli.main import main
+from phase_traj_ros.errors import ParameterError
 from phase_traj_ros.io.replay.run import replay
-from phase_traj_ros.io.sources.base import Frame
+from phase_traj_ros.io.sources.base import StampedFrame
 from phase_traj_ros.io.sources.opening import open_source
 from phase_traj_ros.parameters import Parameters
 import pytest
@@ -158,6 +159,20 @@ def test_without_a_cluster_nothing_is_made(folder, tmp_path, capsys, monkeypatch
     assert files_in(tmp_path) == {'drive'}
 
 
+def test_a_batch_that_fails_leaves_what_another_program_has_written(
+        folder, tmp_path, capsys, monkeypatch):
+    output = tmp_path / 'out'
+
+    def no_cluster(*_, **__):
+        (output / 'of another').touch()
+        raise ParameterError('no scheduler')
+
+    monkeypatch.setattr('phase_traj_ros.cli.replay_many.run_on_dask', no_cluster)
+    message = refused(capsys, 'replay', folder, '--output', output, '--dask', 'tcp://127.0.0.1:9')
+    assert 'no scheduler' in message
+    assert files_in(output) == {'of another'}
+
+
 class Screen(io.StringIO):
     """A terminal, or a file."""
 
@@ -181,7 +196,7 @@ def viewed(screen, monkeypatch, *, size=(80, 24), total=8, title='drive'):
     rng = np.random.default_rng(1)
     texture = cv2.GaussianBlur(rng.integers(0, 256, (96, 160), dtype=np.uint8), (0, 0), 1.5)
     frames = [
-        Frame(np.roll(texture, place, axis=1), index * 10**8)
+        StampedFrame(np.roll(texture, place, axis=1), index * 10**8)
         for index, place in enumerate(PLACES)]
     with LiveView(
             screen, title=title, total=total, clock=lambda: 0.06 * next(times)) as view:

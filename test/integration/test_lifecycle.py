@@ -16,6 +16,7 @@ SECOND = 1_000_000_000
 def managed(live):
     """Return the means to start a managed node, to ask its state and to change it."""
     class Managed:
+
         def start(self, *arguments):
             self.process = live.start(*arguments, module='phase_traj_ros.ros.lifecycle_main')
             self.state()

@@ -21,7 +21,7 @@ import numpy as np
 from phase_traj_ros.cli.main import main
 from phase_traj_ros.io.messages.camera_info import camera_from_info
 from phase_traj_ros.io.replay.run import replay
-from phase_traj_ros.io.sources.base import Frame, Speed
+from phase_traj_ros.io.sources.base import Speed, StampedFrame
 from phase_traj_ros.parameters import Parameters
 from phase_traj_ros.ros.outputs.messages import to_time
 from phase_traj_ros.synthetic import named_drive, render_drive
@@ -132,7 +132,8 @@ def test_calibration_and_speed_come_on_topics(live, drive, tmp_path):
     # And all of it as a replay has it.
     model = camera_from_info(calibration(drive), rectified=False)
     result = replay(
-        [Frame(frame, stamp, 'mono8') for frame, stamp in zip(frames, drive.stamps_ns.tolist())],
+        [StampedFrame(frame, stamp, 'mono8')
+         for frame, stamp in zip(frames, drive.stamps_ns.tolist())],
         Parameters(**values), source='the same', camera=model, speeds=[
             Speed(stamp, way / 0.1)
             for stamp, way in zip(drive.stamps_ns.tolist(), steps.tolist())])

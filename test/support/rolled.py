@@ -6,7 +6,7 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-from phase_traj_ros.io.sources.base import Frame
+from phase_traj_ros.io.sources.base import StampedFrame
 
 RATE_NS = 10**8
 START_NS = 1_700_000_000 * 10**9
@@ -23,7 +23,7 @@ def rolled_frames(shifts=SHIFTS, *, start_ns=START_NS, rate_ns=RATE_NS):
     """Return frames, one more than ``shifts``; each is moved by its shift against the last."""
     places = np.cumsum([0, *shifts])
     return [
-        Frame(np.roll(TEXTURE, int(place), axis=1), start_ns + index * rate_ns)
+        StampedFrame(np.roll(TEXTURE, int(place), axis=1), start_ns + index * rate_ns)
         for index, place in enumerate(places)]
 
 

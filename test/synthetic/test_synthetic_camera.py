@@ -6,7 +6,16 @@ from hypothesis import given, strategies as st
 import numpy as np
 from phase_traj_ros.errors import ParameterError
 from phase_traj_ros.synthetic import Camera, KITTI_CAMERA, Pose
-from phase_traj_ros.synthetic.camera import BODY_TO_PICTURE, level_view, quaternion, rotation
+from phase_traj_ros.synthetic.camera import (
+    BODY_TO_PICTURE,
+    EQUIDISTANT,
+    EQUISOLID,
+    fisheye_radius,
+    level_view,
+    quaternion,
+    rotation,
+    STEREOGRAPHIC,
+)
 import pytest
 
 TILT = st.floats(-0.15, 0.15)
@@ -64,3 +73,16 @@ def test_what_is_no_camera_is_refused(wrong):
 def test_a_field_of_view_that_no_plane_holds_is_refused(hfov):
     with pytest.raises(ParameterError, match='field of view'):
         Camera.with_field_of_view(320, 240, hfov)
+
+
+@pytest.mark.parametrize(('fisheye', 'known'), [
+    (STEREOGRAPHIC, lambda a: 2 * np.tan(a / 2)), (EQUIDISTANT, lambda a: a),
+    (EQUISOLID, lambda a: 2 * np.sin(a / 2))])
+def test_the_fisheyes_are_what_they_are_called(fisheye, known):
+    angle = np.linspace(0, np.radians(70), 20)
+    np.testing.assert_allclose(fisheye_radius(angle, fisheye), known(angle), rtol=1e-4)
+
+
+def test_the_field_of_view_of_a_fisheye_is_from_edge_to_edge():
+    camera = Camera.with_field_of_view(320, 240, 120.0, fisheye=EQUIDISTANT)
+    assert camera.focal == pytest.approx(160 / np.radians(60))

@@ -23,7 +23,7 @@ from phase_traj_ros.io.results.figures import (
 from phase_traj_ros.io.results.files import write_results
 from phase_traj_ros.io.results.report.report import write_report
 from phase_traj_ros.io.results.thumbnails import HeadingTurnWatcher, Thumbnails, TurnWatcher
-from phase_traj_ros.io.sources.base import DEFAULT_SPEED_TOPIC, Frame, FrameSource
+from phase_traj_ros.io.sources.base import DEFAULT_SPEED_TOPIC, FrameSource, StampedFrame
 from phase_traj_ros.io.sources.prefetch import prefetch
 from phase_traj_ros.parameters import Parameters
 
@@ -74,7 +74,7 @@ class Wanted:
 def replay_source(
     source: FrameSource, parameters: Parameters, wanted: Wanted, *, title: str,
     watchers: Sequence[Watcher] = (),
-    through: Callable[[Iterable[Frame]], Iterable[Frame]] = iter,
+    through: Callable[[Iterable[StampedFrame]], Iterable[StampedFrame]] = iter,
     speed_topic: str = DEFAULT_SPEED_TOPIC,
 ) -> Replay:
     """

@@ -18,7 +18,7 @@ from phase_traj_ros.errors import OutputError, PhaseTrajError
 from phase_traj_ros.io.batch.job import replay_source, Wanted
 from phase_traj_ros.io.replay.overview import turn_marks
 from phase_traj_ros.io.replay.run import Replay
-from phase_traj_ros.io.sources.base import DEFAULT_SPEED_TOPIC, Frame
+from phase_traj_ros.io.sources.base import DEFAULT_SPEED_TOPIC, StampedFrame
 from phase_traj_ros.io.sources.opening import open_source
 from phase_traj_ros.io.sources.selection import EVERYTHING, Selection
 from phase_traj_ros.parameters import Parameters
@@ -172,7 +172,7 @@ def _replay(job: Job, progress: Progress | None) -> Replay:
             f'the folder {job.root} is not there: a cluster has to share it between its machines')
     with open_source(
             job.source, topic=job.topic, selection=job.selection, fps=job.fps) as source:
-        def counted(frames: Iterable[Frame]) -> Iterator[Frame]:
+        def counted(frames: Iterable[StampedFrame]) -> Iterator[StampedFrame]:
             for number, frame in enumerate(frames):
                 if progress is not None:
                     progress(number, source.frame_count)

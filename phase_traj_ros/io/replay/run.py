@@ -21,7 +21,7 @@ from phase_traj_ros.core.codes.freeman import AnyDirection
 from phase_traj_ros.core.heading.turns import Turn
 from phase_traj_ros.errors import FrameError, ParameterError, SourceError
 from phase_traj_ros.io.replay.estimator import make_estimator
-from phase_traj_ros.io.sources.base import Frame, Speed
+from phase_traj_ros.io.sources.base import Speed, StampedFrame
 from phase_traj_ros.parameters import Parameters
 
 
@@ -78,10 +78,10 @@ class Replay:
 class Watcher:
     """Sees each frame of a replay and what it adds, as it goes; frames are not to be changed."""
 
-    def start(self, frame: Frame, estimator: TrajectoryEstimator) -> None:
+    def start(self, frame: StampedFrame, estimator: TrajectoryEstimator) -> None:
         """Begin with the first frame, or anew with the one whose stamp went back."""
 
-    def add(self, frame: Frame, update: Update, estimator: TrajectoryEstimator) -> None:
+    def add(self, frame: StampedFrame, update: Update, estimator: TrajectoryEstimator) -> None:
         """Take what a pair adds; ``frame`` is the second of the pair."""
 
     def finish(self, turns: Sequence[Turn]) -> None:
@@ -89,7 +89,7 @@ class Watcher:
 
 
 def replay(
-    frames: Iterable[Frame], parameters: Parameters, *, source: str,
+    frames: Iterable[StampedFrame], parameters: Parameters, *, source: str,
     watchers: Sequence[Watcher] = (), camera: CameraModel | None = None,
     speeds: Iterable[Speed] = (),
 ) -> Replay:
@@ -155,7 +155,7 @@ def _start_frame(turn: Turn) -> int:
 
 
 def _update(
-    estimator: TrajectoryEstimator, frame: Frame, number: int, source: str,
+    estimator: TrajectoryEstimator, frame: StampedFrame, number: int, source: str,
 ) -> Update | None:
     try:
         return estimator.update(frame.image, frame.stamp_ns, encoding=frame.encoding)

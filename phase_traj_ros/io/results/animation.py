@@ -21,7 +21,7 @@ from phase_traj_ros.io.replay.run import Replay, Watcher
 from phase_traj_ros.io.results.debug_picture import Picture
 from phase_traj_ros.io.results.palette import LIGHT, rgb
 from phase_traj_ros.io.results.thumbnails import small
-from phase_traj_ros.io.sources.base import Frame
+from phase_traj_ros.io.sources.base import StampedFrame
 
 _WIDTH = 440
 _FRAMES = 120
@@ -67,11 +67,11 @@ class Animation(Watcher):
         self._width = width
         self._scenes: Thinned[_Scene] = Thinned(limit)
 
-    def start(self, frame: Frame, estimator: TrajectoryEstimator) -> None:
+    def start(self, frame: StampedFrame, estimator: TrajectoryEstimator) -> None:
         """Begin with the first frame."""
         self._scenes.clear()
 
-    def add(self, frame: Frame, update: Update, estimator: TrajectoryEstimator) -> None:
+    def add(self, frame: StampedFrame, update: Update, estimator: TrajectoryEstimator) -> None:
         """Take the second frame of a pair."""
         wanted = self._scenes.wants_next
         self._scenes.offer(

@@ -26,7 +26,7 @@ from phase_traj_ros.io.messages.published import (
 from phase_traj_ros.io.messages.schedule import DIAGNOSTICS_PERIOD_NS, Pace, Schedule
 from phase_traj_ros.io.replay.run import Watcher
 from phase_traj_ros.io.results.debug_picture import draw, Picture
-from phase_traj_ros.io.sources.base import Frame
+from phase_traj_ros.io.sources.base import StampedFrame
 from phase_traj_ros.parameters import NODE_NAME, Parameters
 
 if TYPE_CHECKING:
@@ -93,7 +93,7 @@ class BagSink(Watcher):
         else:
             self._bag.discard()
 
-    def start(self, frame: Frame, estimator: TrajectoryEstimator) -> None:
+    def start(self, frame: StampedFrame, estimator: TrajectoryEstimator) -> None:
         """Begin a bag, in the place of the one begun before."""
         if self._bag is not None:
             self._bag.discard()
@@ -102,7 +102,7 @@ class BagSink(Watcher):
             Messages(self._types.types), self._parameters, estimator, source=self._source,
             start_ns=frame.stamp_ns)
 
-    def add(self, frame: Frame, update: Update, estimator: TrajectoryEstimator) -> None:
+    def add(self, frame: StampedFrame, update: Update, estimator: TrajectoryEstimator) -> None:
         """
         Write what a pair adds.
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from phase_traj_ros.core import PAPER_THRESHOLD, TrajectoryEstimator, Update
 from phase_traj_ros.io.images.decoding import GreyImage
 from phase_traj_ros.io.results.palette import bgr, DARK, LIGHT, Rgb
-from phase_traj_ros.io.sources.base import Frame
+from phase_traj_ros.io.sources.base import StampedFrame
 
 _SHIFT, _THRESHOLD, _BAND = bgr(DARK.line), bgr(DARK.accent), bgr(LIGHT.line)
 _TEXT, _RIM = (255, 255, 255), (0, 0, 0)
@@ -32,7 +32,7 @@ def as_shown(image: GreyImage, *, rotate_180: bool) -> Picture:
     return cast('Picture', np.ascontiguousarray(image[::-1, ::-1] if rotate_180 else image))
 
 
-def draw(frame: Frame, update: Update, estimator: TrajectoryEstimator) -> Picture:
+def draw(frame: StampedFrame, update: Update, estimator: TrajectoryEstimator) -> Picture:
     """
     Return a BGR picture (H, W, 3) of the upright frame.
 

@@ -14,7 +14,7 @@ from phase_traj_ros.core.heading.turns import LONGEST_DIP_NS, MIN_RATE_DEG_S, Tu
 from phase_traj_ros.core.path.thinning import Thinned
 from phase_traj_ros.io.replay.run import Watcher
 from phase_traj_ros.io.results.debug_picture import as_shown, Picture
-from phase_traj_ros.io.sources.base import Frame
+from phase_traj_ros.io.sources.base import StampedFrame
 
 _JPEG_QUALITY = 72
 _PER_TURN = 12
@@ -49,16 +49,16 @@ class Thumbnails(Watcher):
         """Return the thumbnails, in order."""
         return self._thinned.kept
 
-    def start(self, frame: Frame, estimator: TrajectoryEstimator) -> None:
+    def start(self, frame: StampedFrame, estimator: TrajectoryEstimator) -> None:
         """Begin with the first frame."""
         self._thinned.clear()
         self._take(frame, 0, estimator)
 
-    def add(self, frame: Frame, update: Update, estimator: TrajectoryEstimator) -> None:
+    def add(self, frame: StampedFrame, update: Update, estimator: TrajectoryEstimator) -> None:
         """Take the second frame of a pair."""
         self._take(frame, update.pair + 1, estimator)
 
-    def _take(self, frame: Frame, number: int, estimator: TrajectoryEstimator) -> None:
+    def _take(self, frame: StampedFrame, number: int, estimator: TrajectoryEstimator) -> None:
         if not self._thinned.wants_next:
             self._thinned.offer(None)
             return
@@ -99,19 +99,19 @@ class TurnWatcher(Watcher):
         self._limit = limit
         self._turns: list[TurnFrames] = []
         self._open: TurnFrames | None = None
-        self._last: Frame | None = None
+        self._last: StampedFrame | None = None
 
     @property
     def turns(self) -> tuple[TurnFrames, ...]:
         """Return the turns kept, the first of the replay, in order."""
         return tuple(self._turns)
 
-    def start(self, frame: Frame, estimator: TrajectoryEstimator) -> None:
+    def start(self, frame: StampedFrame, estimator: TrajectoryEstimator) -> None:
         """Begin with the first frame."""
         self._turns = []
         self._open, self._last = None, frame
 
-    def add(self, frame: Frame, update: Update, estimator: TrajectoryEstimator) -> None:
+    def add(self, frame: StampedFrame, update: Update, estimator: TrajectoryEstimator) -> None:
         """Take the second frame of a pair."""
         last, self._last = self._last, frame
         if update.step.movement in (Movement.LEFT, Movement.RIGHT):
@@ -128,14 +128,16 @@ class TurnWatcher(Watcher):
         if self._open is not None:
             self._keep(self._open, frame, update.pair + 1, estimator)
 
-    def _begin(self, first: Frame, update: Update, estimator: TrajectoryEstimator) -> TurnFrames:
+    def _begin(
+        self, first: StampedFrame, update: Update, estimator: TrajectoryEstimator,
+    ) -> TurnFrames:
         """Return the frames of what may be a turn, which begins with the first of a pair."""
         begun = TurnFrames(update.pair)
         self._keep(begun, first, update.pair, estimator)
         return begun
 
     def _keep(
-        self, turn: TurnFrames, frame: Frame, number: int, estimator: TrajectoryEstimator,
+        self, turn: TurnFrames, frame: StampedFrame, number: int, estimator: TrajectoryEstimator,
     ) -> None:
         wanted = turn.frames.wants_next
         turn.frames.offer(
@@ -155,12 +157,12 @@ class HeadingTurnWatcher(TurnWatcher):
         self._stretches: dict[bool, TurnFrames] = {}
         self._yawed_ns: dict[bool, int] = {}
 
-    def start(self, frame: Frame, estimator: TrajectoryEstimator) -> None:
+    def start(self, frame: StampedFrame, estimator: TrajectoryEstimator) -> None:
         """Begin with the first frame."""
         super().start(frame, estimator)
         self._stretches.clear()
 
-    def add(self, frame: Frame, update: Update, estimator: TrajectoryEstimator) -> None:
+    def add(self, frame: StampedFrame, update: Update, estimator: TrajectoryEstimator) -> None:
         """Take the second frame of a pair."""
         last, self._last = self._last, frame
         for turn in update.turns:
@@ -190,7 +192,7 @@ class HeadingTurnWatcher(TurnWatcher):
             self._turns.append(TurnFrames(turn.start_frame, stretch.frames, turn.end_frame))
 
 
-def small(frame: Frame, estimator: TrajectoryEstimator, width: int) -> Picture:
+def small(frame: StampedFrame, estimator: TrajectoryEstimator, width: int) -> Picture:
     """Return an upright 8-bit copy of a frame, at most ``width`` pixels wide."""
     picture = as_shown(frame.image, rotate_180=estimator.settings.view.rotate_180)
     rows, columns = picture.shape

@@ -27,7 +27,7 @@ _SourceT = TypeVar('_SourceT', bound='FrameSource')
 
 
 @dataclass(frozen=True, slots=True)
-class Frame:
+class StampedFrame:
     """A grey image, (H, W), uint8 or uint16, and the time it was taken at, in nanoseconds."""
 
     image: GreyImage
@@ -136,12 +136,12 @@ class FrameSource(ABC):
         """Release what the source holds; it cannot be iterated over any more."""
         self._closed = True
 
-    def __iter__(self) -> Iterator[Frame]:
+    def __iter__(self) -> Iterator[StampedFrame]:
         if self._closed:
             raise SourceError(f'{self._description} is closed already')
         return self._selected()
 
-    def _selected(self) -> Generator[Frame, None, None]:
+    def _selected(self) -> Generator[StampedFrame, None, None]:
         selector = Selector(self._selection)
         with closing(self._candidates()) as candidates:
             for candidate in candidates:
@@ -149,7 +149,7 @@ class FrameSource(ABC):
                 if choice is Choice.STOP:
                     break
                 if choice is Choice.USE:
-                    yield Frame(
+                    yield StampedFrame(
                         candidate.decode(), candidate.stamp_ns, candidate.encoding,
                         candidate.frame_id)
         if not selector.used:

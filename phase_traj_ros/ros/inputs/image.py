@@ -9,7 +9,7 @@ from typing import Any
 from phase_traj_ros.errors import FrameError
 from phase_traj_ros.io.messages.image import encoding_of, msg_to_frame
 from phase_traj_ros.io.messages.stamps import StampRule, to_nanoseconds
-from phase_traj_ros.io.sources.base import Frame
+from phase_traj_ros.io.sources.base import StampedFrame
 from phase_traj_ros.parameters import Parameters, Transport
 from phase_traj_ros.ros.health import Health, LossCounter, Stage
 from rclpy.node import Node
@@ -37,7 +37,7 @@ class ImageInput:
 
     def __init__(
         self, node: Node, parameters: Parameters, health: Health,
-        on_frame: Callable[[Frame], None],
+        on_frame: Callable[[StampedFrame], None],
     ) -> None:
         """Subscribe; hand each frame to ``on_frame``, which may raise FrameError."""
         self._node = node
@@ -75,7 +75,7 @@ class ImageInput:
             converted = time.perf_counter_ns()
             stamp_ns = self._stamps.stamp_ns(
                 to_nanoseconds(message.header.stamp), self._node.get_clock().now().nanoseconds)
-            self._on_frame(Frame(
+            self._on_frame(StampedFrame(
                 image, stamp_ns, encoding_of(message), message.header.frame_id))
         except FrameError as error:
             self._health.rejected(str(error))

@@ -9,7 +9,7 @@ from phase_traj_ros.core import Lens, Update
 from phase_traj_ros.core.camera.model import CameraModel
 from phase_traj_ros.core.correlation.transforms import find_transform, transform_hint
 from phase_traj_ros.io.replay.estimator import make_estimator
-from phase_traj_ros.io.sources.base import Frame
+from phase_traj_ros.io.sources.base import StampedFrame
 from phase_traj_ros.parameters import Parameters, SpeedType
 from phase_traj_ros.ros.diagnostics import Diagnostics
 from phase_traj_ros.ros.health import Health, Stage
@@ -117,7 +117,7 @@ class Work:
         self._estimator.reconfigure(values.estimator_settings())
         self._use_threads()
 
-    def _on_frame(self, frame: Frame) -> None:
+    def _on_frame(self, frame: StampedFrame) -> None:
         """Put one frame through the estimator; publish what it adds."""
         if self._camera is not None:
             self._camera.require()

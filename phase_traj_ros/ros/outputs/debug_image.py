@@ -5,7 +5,7 @@
 from phase_traj_ros.core import TrajectoryEstimator, Update
 from phase_traj_ros.io.messages.published import DEBUG_IMAGE
 from phase_traj_ros.io.results.debug_picture import draw
-from phase_traj_ros.io.sources.base import Frame
+from phase_traj_ros.io.sources.base import StampedFrame
 from phase_traj_ros.ros.outputs.messages import MESSAGES
 from rclpy.node import Node
 from rclpy.qos import qos_profile_sensor_data
@@ -24,7 +24,7 @@ class DebugImage:
             Image, f'~/{DEBUG_IMAGE.name}', qos_profile_sensor_data,
             qos_overriding_options=QoSOverridingOptions.with_default_policies())
 
-    def publish(self, frame: Frame, update: Update, header: Header) -> None:
+    def publish(self, frame: StampedFrame, update: Update, header: Header) -> None:
         """Draw and publish one pair, if there is anybody to see it."""
         if self._publisher.get_subscription_count() == 0:
             return

@@ -7,7 +7,7 @@ from typing import Any
 from phase_traj_ros.core import TrajectoryEstimator, Update
 from phase_traj_ros.io.messages.published import CHAIN_CODE, ODOMETRY, pair_topics, PATH, Topic
 from phase_traj_ros.io.messages.schedule import Schedule
-from phase_traj_ros.io.sources.base import Frame
+from phase_traj_ros.io.sources.base import StampedFrame
 from phase_traj_ros.parameters import Parameters
 from phase_traj_ros.ros.outputs.debug_image import DebugImage
 from phase_traj_ros.ros.outputs.messages import MESSAGES, TYPES
@@ -53,7 +53,7 @@ class Outputs:
         self._clock = Clock(clock_type=ClockType.STEADY_TIME)
         self._timer = node.create_timer(_FLUSH_S, self._publish_due, clock=self._clock)
 
-    def publish(self, frame: Frame, update: Update) -> None:
+    def publish(self, frame: StampedFrame, update: Update) -> None:
         """Publish what one pair of frames adds; ``frame`` is the second of them."""
         for topic, message in MESSAGES.of_pair(update, self.parameters, self._is_wanted):
             self._per_pair[topic].publish(message)

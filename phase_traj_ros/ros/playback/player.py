@@ -11,7 +11,7 @@ import numpy as np
 from phase_traj_ros.core.camera.model import CameraModel
 from phase_traj_ros.errors import OutputError
 from phase_traj_ros.io.messages.camera_info import camera_info_fields
-from phase_traj_ros.io.sources.base import Frame
+from phase_traj_ros.io.sources.base import StampedFrame
 from phase_traj_ros.ros.outputs.messages import to_time
 from phase_traj_ros.ros.playback.matching import wait_until_known
 from phase_traj_ros.topics import camera_info_topic
@@ -89,7 +89,7 @@ class FramePlayer(Node):
         wait_until_known(self, self.topic, stop)
         return True
 
-    def play(self, frames: Iterable[Frame], stop: Event, *, rate: float = 1.0) -> int:
+    def play(self, frames: Iterable[StampedFrame], stop: Event, *, rate: float = 1.0) -> int:
         """
         Publish ``frames`` at ``rate`` times their own pace; return how many were published.
 
@@ -138,7 +138,7 @@ class FramePlayer(Node):
         self._calibrations.publish(CameraInfo(header=Header(frame_id='camera'), **self._camera))
         self._calibrations.wait_for_all_acked(Duration(seconds=_ACKNOWLEDGE_S))
 
-    def _publish(self, frame: Frame) -> None:
+    def _publish(self, frame: StampedFrame) -> None:
         stamp = to_time(frame.stamp_ns)
         self._clock_publisher.publish(Clock(clock=stamp))
         header = Header(stamp=stamp, frame_id='camera')

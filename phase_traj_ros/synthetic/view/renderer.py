@@ -4,12 +4,15 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import cv2
 import numpy as np
 from phase_traj_ros.synthetic.arrays import as_bytes, Bytes, Floats, Ints, Singles
 from phase_traj_ros.synthetic.camera import Camera, level_view, Pose
 from phase_traj_ros.synthetic.scene.scene import Scene
 from phase_traj_ros.synthetic.textures.atlas import level_of
+from phase_traj_ros.synthetic.view.panorama import draw_fisheye
 from phase_traj_ros.synthetic.view.visibility import cut, Runs, Strips, visible
 
 #: The air between: after so many metres, all contrast has fallen to 1 / e.
@@ -24,8 +27,11 @@ def render(scene: Scene, camera: Camera, pose: Pose) -> Bytes:
     Return what ``camera`` sees of ``scene`` from ``pose``, (height, width) uint8.
 
     A pure function: the same arguments give the same picture. A tilted camera's picture is a
-    level one, rotated by the exact homography; a tilt far from level raises `ParameterError`.
+    level one, rotated by the exact homography; a tilt far from level raises `ParameterError`. A
+    fisheye's is put together from level ones.
     """
+    if camera.fisheye is not None:
+        return draw_fisheye(camera, pose, partial(_render_level, scene))
     if pose.pitch == 0 and pose.roll == 0:
         level = _render_level(scene, camera, pose)
         return as_bytes(cv2.GaussianBlur(level, (3, 3), _LENS))

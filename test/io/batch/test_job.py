@@ -8,7 +8,7 @@ import os
 from phase_traj_ros.errors import OutputError
 from phase_traj_ros.io.batch.job import replay_source, Wanted
 from phase_traj_ros.io.results.animation import Animation
-from phase_traj_ros.io.sources.base import open_source
+from phase_traj_ros.io.sources.opening import open_source
 from phase_traj_ros.parameters import Parameters
 import pytest
 from rolled import write_rolled

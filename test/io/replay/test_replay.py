@@ -5,7 +5,7 @@
 import numpy as np
 from phase_traj_ros.errors import SourceError
 from phase_traj_ros.io.replay.run import replay, Watcher
-from phase_traj_ros.io.sources.base import Frame
+from phase_traj_ros.io.sources.base import StampedFrame
 from phase_traj_ros.io.sources.opening import open_source
 from phase_traj_ros.parameters import Parameters
 import pytest
@@ -16,7 +16,7 @@ TEXTURE = RNG.integers(0, 256, (64, 100), dtype=np.uint8)
 
 def frames(positions, start=0):
     return [
-        Frame(np.roll(TEXTURE, position, axis=1), start + index * 10**8)
+        StampedFrame(np.roll(TEXTURE, position, axis=1), start + index * 10**8)
         for index, position in enumerate(positions)]
 
 
@@ -81,7 +81,7 @@ def test_two_frames_are_needed(some):
 
 
 def test_an_unusable_frame_is_named():
-    broken = [*frames([0, 0]), Frame(np.zeros((4, 4), np.uint8), 10**9)]
+    broken = [*frames([0, 0]), StampedFrame(np.zeros((4, 4), np.uint8), 10**9)]
     with pytest.raises(SourceError, match=r'test: frame 2: .*4x4'):
         replay(broken, Parameters(), source='test')
 
@@ -105,7 +105,7 @@ def test_real_driving_seen_in_a_mirror(kitti_root):
     result = replayed(kitti_root / '00', 20.0)
     with open_source(kitti_root / '00') as source:
         mirrored = replay(
-            (Frame(np.ascontiguousarray(frame.image[:, ::-1]), frame.stamp_ns)
+            (StampedFrame(np.ascontiguousarray(frame.image[:, ::-1]), frame.stamp_ns)
              for frame in source),
             result.parameters, source='mirror')
     mirror = {0: 2, 1: 1, 2: 0, 3: 3}

@@ -27,7 +27,7 @@ from phase_traj_ros.io.replay.run import replay
 from phase_traj_ros.io.results.figures import write_turn_picture
 from phase_traj_ros.io.results.snapshot import Snapshot
 from phase_traj_ros.io.results.thumbnails import HeadingTurnWatcher
-from phase_traj_ros.io.sources.base import Frame, Speed
+from phase_traj_ros.io.sources.base import Speed, StampedFrame
 from phase_traj_ros.io.sources.opening import open_source
 from phase_traj_ros.parameters import Parameters
 from phase_traj_ros.synthetic import named_drive, render_drive, write_drive_bag
@@ -41,7 +41,7 @@ def demo():
     """Return the demo's drive up to the end of its second turn, and its frames."""
     drive = named_drive('demo').take(range(135))
     stamps = drive.stamps_ns.tolist()
-    return drive, [Frame(image, stamp) for image, stamp in zip(render_drive(drive), stamps)]
+    return drive, [StampedFrame(image, stamp) for image, stamp in zip(render_drive(drive), stamps)]
 
 
 def replayed(**values):
@@ -171,7 +171,7 @@ def test_speeds_that_come_as_it_drives():
 
 def test_what_stands_still_does_not_go_on_at_a_constant_speed():
     drive, frames = demo()
-    still = [Frame(frames[0].image, index * 10**8) for index in range(30)]
+    still = [StampedFrame(frames[0].image, index * 10**8) for index in range(30)]
     parameters = Parameters(
         focal_px=float(drive.camera.focal), speed=5.0, still_frames=5, path_from='heading')
     result = replay(still, parameters, source='a halt')
@@ -284,7 +284,8 @@ def test_frames_that_were_lost_unnoticed():
     # A video whose stamps go on evenly though every fifth frame is missing, in turns, too.
     drive, frames = demo()
     kept = [index for index in range(len(frames)) if index % 5 != 2]
-    shown = [Frame(frames[index].image, number * 10**8) for number, index in enumerate(kept)]
+    shown = [
+        StampedFrame(frames[index].image, number * 10**8) for number, index in enumerate(kept)]
     parameters = Parameters(focal_px=float(drive.camera.focal), **NARROW)
     result = replay(shown, parameters, source='a video')
     truth = np.degrees(np.unwrap(drive.poses[kept, 2]))[1:]

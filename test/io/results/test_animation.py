@@ -10,7 +10,7 @@ from phase_traj_ros.errors import MissingDependencyError
 from phase_traj_ros.io.replay.run import replay
 from phase_traj_ros.io.results.animation import Animation
 from phase_traj_ros.io.results.path_text import path_lines
-from phase_traj_ros.io.sources.base import Frame
+from phase_traj_ros.io.sources.base import StampedFrame
 from phase_traj_ros.parameters import Parameters
 from PIL import Image
 import pytest
@@ -50,7 +50,7 @@ def test_it_is_bounded(tmp_path):
 
 def test_frames_of_another_size_do_not_stop_it(tmp_path):
     frames = rolled_frames([0, 30, 0])
-    frames[3] = Frame(frames[3].image[:80], frames[3].stamp_ns)
+    frames[3] = StampedFrame(frames[3].image[:80], frames[3].stamp_ns)
     assert len(animated(tmp_path / 'a.gif', frames)) == 2
 
 

@@ -16,7 +16,7 @@ from phase_traj_ros.core.codes.text import parse
 from phase_traj_ros.errors import MissingDependencyError, OutputError, SourceError
 from phase_traj_ros.io.replay.run import replay
 from phase_traj_ros.io.results.bag import BagSink
-from phase_traj_ros.io.sources.base import Frame
+from phase_traj_ros.io.sources.base import StampedFrame
 from phase_traj_ros.parameters import Parameters
 import pytest
 from rolled import DIRECTION, MOVEMENT, RATE_NS, rolled_frames, SHIFTS, START_NS
@@ -116,7 +116,7 @@ def test_every_pair_is_in_it_once(bag):
 
 def test_what_cannot_be_measured_is_not_a_number(tmp_path):
     frames = rolled_frames([0, 0, 0])
-    frames[2] = Frame(frames[2].image[:80], frames[2].stamp_ns)
+    frames[2] = StampedFrame(frames[2].image[:80], frames[2].stamp_ns)
     _, found = written(tmp_path / 'out.mcap', frames)
     assert [math.isnan(message.vector.x) for message in found['shift']] == [False, True, True]
     assert [message.data for message in found['response']][1:] == [0, 0]

@@ -10,7 +10,7 @@ import numpy as np
 from phase_traj_ros.io.evaluation.replayed_drive import read_replay
 from phase_traj_ros.io.replay.run import replay
 from phase_traj_ros.io.results.files import CSV_COLUMNS, write_results
-from phase_traj_ros.io.sources.base import Frame
+from phase_traj_ros.io.sources.base import StampedFrame
 from phase_traj_ros.parameters import Parameters
 import pytest
 
@@ -22,7 +22,7 @@ BLIND = 18
 def drive():
     camera, pictures = turned_drive()
     pictures[BLIND] = np.zeros_like(pictures[BLIND])
-    return camera, [Frame(picture, index * 10**8) for index, picture in enumerate(pictures)]
+    return camera, [StampedFrame(picture, index * 10**8) for index, picture in enumerate(pictures)]
 
 
 def written(drive, folder, **values):

@@ -19,7 +19,7 @@ from phase_traj_ros.io.results.report import report as html_report
 from phase_traj_ros.io.results.report.page import filled, Markup, script_json, table
 from phase_traj_ros.io.results.report.report import write_report
 from phase_traj_ros.io.results.thumbnails import Thumbnails
-from phase_traj_ros.io.sources.base import Frame
+from phase_traj_ros.io.sources.base import StampedFrame
 from phase_traj_ros.parameters import Parameters
 from polyline import off
 import pytest
@@ -131,7 +131,7 @@ def test_it_tells_of_settings_and_health(read):
 
 def test_a_drive_without_turns_or_measurement(tmp_path):
     frames = [
-        Frame(np.zeros((96, 160), np.uint8), index * 10**8) for index in range(4)]
+        StampedFrame(np.zeros((96, 160), np.uint8), index * 10**8) for index in range(4)]
     report(tmp_path / 'report.html', frames)
     read = Reader(tmp_path / 'report.html')
     assert any(text.startswith('No turn') for text in read.texts)
@@ -258,7 +258,7 @@ NOTE_LINES = """
 def turned():
     """Return the camera and the frames of a drive with turns to both sides."""
     camera, pictures = turned_drive()
-    return camera, [Frame(picture, index * 10**8) for index, picture in enumerate(pictures)]
+    return camera, [StampedFrame(picture, index * 10**8) for index, picture in enumerate(pictures)]
 
 
 @pytest.mark.parametrize('values', [

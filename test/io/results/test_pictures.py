@@ -15,7 +15,7 @@ from phase_traj_ros.io.replay.run import replay
 from phase_traj_ros.io.results.debug_picture import as_shown, draw
 from phase_traj_ros.io.results.figures import write_trajectory_picture, write_turn_picture
 from phase_traj_ros.io.results.thumbnails import Thumbnails, TurnWatcher
-from phase_traj_ros.io.sources.base import Frame
+from phase_traj_ros.io.sources.base import StampedFrame
 from phase_traj_ros.parameters import Parameters
 import pytest
 from rolled import RATE_NS, rolled_frames, SHIFTS, START_NS, TEXTURE
@@ -57,7 +57,7 @@ def test_the_text_of_the_debug_picture_has_a_rim_as_wide_as_itself():
     estimator.update(grey[0], 0)
     update = estimator.update(grey[1], RATE_NS)
 
-    above = draw(Frame(grey[1], RATE_NS), update, estimator)[:100]
+    above = draw(StampedFrame(grey[1], RATE_NS), update, estimator)[:100]
     text, rim = (above > 230).all(axis=2), (above < 30).all(axis=2)
 
     assert text.any()
@@ -74,7 +74,7 @@ def test_a_turn_under_way_at_the_end_ends_with_the_last_frame():
 
 def test_a_turn_goes_on_over_a_pair_that_cannot_be_judged():
     frames = rolled_frames([0, 0, 30, 30, 30, 30, 0, 0])
-    dark = Frame(np.zeros((96, 160), np.uint8), frames[4].stamp_ns)
+    dark = StampedFrame(np.zeros((96, 160), np.uint8), frames[4].stamp_ns)
     watcher = TurnWatcher()
     result = replay(
         [*frames[:4], dark, *frames[5:]], Parameters(), source='', watchers=[watcher])
@@ -88,7 +88,7 @@ def test_a_turn_goes_on_over_a_pair_that_cannot_be_judged():
 def test_health_counts_what_is_missing():
     frames = rolled_frames([0] * 12)
     frames = [*frames[:4], *frames[5:8], frames[7], *frames[10:]]
-    frames[-1] = Frame(np.zeros((96, 160), np.uint8), frames[-1].stamp_ns)
+    frames[-1] = StampedFrame(np.zeros((96, 160), np.uint8), frames[-1].stamp_ns)
     result = replay(frames, Parameters(), source='')
     health = data_health(result, overview(result))
     assert (health.frames, health.seconds) == (10, pytest.approx(1.2))
@@ -196,7 +196,7 @@ def test_a_strip_needs_a_turn(watched, tmp_path):
 def test_a_long_drive_does_not_make_a_huge_svg(tmp_path):
     # A dot of an SVG takes about 100 bytes, two for each pair.
     frames = [
-        Frame(TEXTURE[:32, :32], START_NS + index * RATE_NS) for index in range(2100)]
+        StampedFrame(TEXTURE[:32, :32], START_NS + index * RATE_NS) for index in range(2100)]
     result = replay(frames, Parameters(), source='')
     write_trajectory_picture(result, tmp_path / 'long.svg')
     assert (tmp_path / 'long.svg').stat().st_size < 250_000

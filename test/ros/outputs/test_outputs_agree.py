@@ -11,7 +11,7 @@ from phase_traj_ros.io.messages.diagnostics import Level, Report
 from phase_traj_ros.io.messages.published import Messages
 from phase_traj_ros.io.replay.run import replay
 from phase_traj_ros.io.results.bag import BagSink
-from phase_traj_ros.io.sources.base import Frame
+from phase_traj_ros.io.sources.base import StampedFrame
 from phase_traj_ros.parameters import Parameters
 import pytest
 from rosbags import rosbag2, typesys
@@ -70,10 +70,10 @@ def frames():
     texture = cv2.GaussianBlur(rng.integers(0, 256, (96, 160), dtype=np.uint8), (0, 0), 1.5)
     places = [0, 0, 0, 30, 60, 60, 60, 20, 20]
     made = [
-        Frame(np.roll(texture, place, axis=1), 10**18 + index * 10**8)
+        StampedFrame(np.roll(texture, place, axis=1), 10**18 + index * 10**8)
         for index, place in enumerate(places)]
     # A pair that cannot be measured has a shift that is not a number.
-    made.append(Frame(made[-1].image[:80], 10**18 + 10**10))
+    made.append(StampedFrame(made[-1].image[:80], 10**18 + 10**10))
     return made
 
 
@@ -139,6 +139,7 @@ def test_the_timer_runs_while_there_is_news_that_waits(frames):
     timer = Timer()
 
     class OneTimer(Node):
+
         def create_timer(self, *args, **kwargs):
             return timer
 
@@ -158,10 +159,12 @@ def test_nothing_is_made_for_nobody(frames):
     from phase_traj_ros.ros.outputs.topics import Outputs
 
     class Alone(Publisher):
+
         def get_subscription_count(self):
             return 0
 
     class Lonely(Node):
+
         def create_publisher(self, kind, topic, *args, **kwargs):
             made = self.publishers[topic.replace('~/', '')] = Alone(kind)
             return made

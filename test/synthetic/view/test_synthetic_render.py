@@ -4,9 +4,17 @@
 
 from dataclasses import replace
 
+import cv2
 import numpy as np
 from phase_traj_ros.synthetic import Camera, KITTI_CAMERA, named_drive, Pose, render, Scene
-from phase_traj_ros.synthetic.camera import BODY_TO_PICTURE, rotation
+from phase_traj_ros.synthetic.camera import (
+    BODY_TO_PICTURE,
+    EQUIDISTANT,
+    EQUISOLID,
+    fisheye_radius,
+    rotation,
+    STEREOGRAPHIC,
+)
 from phase_traj_ros.synthetic.scene.panels import Panel, Panels
 import pytest
 
@@ -190,3 +198,39 @@ def test_pictures_look_like_a_street(demo_drive, demo_scene):
         assert 50 < picture.mean() < 160
         # Neither burnt out nor black.
         assert ((picture > 5) & (picture < 250)).mean() > 0.8
+
+
+@pytest.mark.parametrize('fisheye', [STEREOGRAPHIC, EQUIDISTANT, EQUISOLID])
+@pytest.mark.parametrize('pose', [
+    Pose(0, 0, 0), Pose(0, 0, 0.7), Pose(0, 0, -0.9, 0.2, 0.1), Pose(0, 0, 0.55, -0.15, 0)])
+def test_a_fisheye_sees_a_wall_where_its_lens_puts_it(demo_scene, fisheye, pose):
+    camera = Camera.with_field_of_view(320, 240, 130.0, fisheye=fisheye)
+    # A small white square, and black all round.
+    scene = scene_of(
+        demo_scene, wall((20.0, 0.8), (20.0, -0.8), 3.0, 4.6, WHITE),
+        *[wall((90.0 * x, 90.0 * y), (90.0 * y, -90.0 * x), 0.0, 400.0, BLACK)
+          for (x, y) in ((1, 1), (1, -1), (-1, -1), (-1, 1))])
+    (rows, columns) = np.nonzero(render(scene, camera, pose) >= 230)
+    # Its middle is straight ahead of where the vehicle began.
+    turned = rotation(pose.yaw, pose.pitch, pose.roll).T
+    (x, y, z) = BODY_TO_PICTURE @ turned @ (20.0, 0.0, 3.8 - camera.above_ground)
+    radius = camera.focal * fisheye_radius(np.arctan2(np.hypot(x, y), z), fisheye)
+    column = camera.cx + radius * x / np.hypot(x, y)
+    row = camera.cy + radius * y / np.hypot(x, y)
+    # Marks on the road are white, too.
+    near = np.hypot(columns - column, rows - row) < 14
+    assert near.sum() > 40
+    assert columns[near].mean() == pytest.approx(column, abs=0.7)
+    assert rows[near].mean() == pytest.approx(row, abs=0.7)
+
+
+def test_a_fisheye_with_hardly_any_view_sees_what_a_pinhole_sees(demo_scene):
+    (narrow, plane) = (
+        Camera.with_field_of_view(160, 120, 12.0, fisheye=fisheye)
+        for fisheye in (EQUIDISTANT, None))
+    (one, other) = (
+        render(demo_scene, camera, Pose(0, 0, 0.1)).astype(np.float32)
+        for camera in (narrow, plane))
+    ((dx, dy), response) = cv2.phaseCorrelate(one, other)
+    assert (dx, dy) == pytest.approx((0.0, 0.0), abs=0.3)
+    assert response > 0.7

@@ -1,0 +1,64 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Rotations by the dozen, and products that do not depend on the number of threads."""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+Numbers = NDArray[np.float64]
+
+# Rows of a matrix that are summed at once.
+_BLOCK = 16
+
+
+def product(left: Numbers, right: Numbers) -> Numbers:
+    """
+    Return ``left.T @ right``, to the last digit the same on any number of threads.
+
+    It is summed in blocks that are too small to be shared out among them.
+    """
+    blocks = -(-len(left) // _BLOCK)
+    missing = ((0, blocks * _BLOCK - len(left)), (0, 0))
+    first, second = (
+        np.pad(side, missing).reshape(blocks, _BLOCK, -1) for side in (left, right))
+    result: Numbers = (first.transpose(0, 2, 1) @ second).sum(axis=0)
+    return result
+
+
+def times(matrix: Numbers, vector: Numbers) -> Numbers:
+    """Return ``matrix @ vector``, as ``product`` does."""
+    result: Numbers = np.einsum('ij,j->i', matrix, vector)
+    return result
+
+
+def applied(matrices: Numbers, vectors: Numbers) -> Numbers:
+    """Return each of the matrices (N, 3, 3) times its vector (N, 3)."""
+    result: Numbers = (matrices @ vectors[:, :, None])[:, :, 0]
+    return result
+
+
+def crossed(vectors: Numbers) -> Numbers:
+    """Return the matrices (N, 3, 3) whose product with w is the cross product of v and w."""
+    x, y, z = vectors.T
+    nothing = np.zeros_like(x)
+    return np.stack([nothing, -z, y, z, nothing, -x, -y, x, nothing], axis=1).reshape(-1, 3, 3)
+
+
+def rotations(vectors: Numbers) -> Numbers:
+    """Return rotations, (N, 3, 3), about the vectors, (N, 3), by their lengths (Rodrigues)."""
+    angle = np.linalg.norm(vectors, axis=1)
+    about = crossed(vectors / np.maximum(angle, 1e-12)[:, None])
+    sine, cosine = np.sin(angle)[:, None, None], np.cos(angle)[:, None, None]
+    result: Numbers = np.eye(3) + sine * about + (1.0 - cosine) * (about @ about)
+    return result
+
+
+def rotation_vector(matrix: Numbers) -> Numbers:
+    """Return the axis of a rotation by less than half a turn, as long as its angle."""
+    axis = np.array([matrix[2, 1] - matrix[1, 2], matrix[0, 2] - matrix[2, 0],
+                     matrix[1, 0] - matrix[0, 1]])
+    length = float(np.linalg.norm(axis))
+    angle = math.atan2(length, float(np.trace(matrix)) - 1.0)
+    return axis * (angle / length if length > 0.0 else 0.0)

@@ -1,0 +1,190 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What drives have told of a camera, to be kept, combined and used."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields
+import math
+
+from phase_traj_ros.core.camera.horizon import combined as combined_horizon, Horizon
+from phase_traj_ros.core.camera.lens_family import OneNumberLens, PINHOLE
+from phase_traj_ros.core.camera.model import CameraModel
+
+# Of a normal distribution, 90 % are within so many deviations, and a share of the rest.
+_NINETY = 1.645
+# Drives of one camera may be wrong all alike by this share: its middle is not quite the
+# picture's, the lens not quite of the family.
+_COMMON = 0.02
+_NEAR = 0.05
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CameraEstimate:
+    """
+    An estimate of a camera, for pictures of one size.
+
+    Raises
+    ------
+    ValueError
+        A number is out of its range.
+
+    """
+
+    width: int
+    """Columns of the pictures."""
+    height: int
+    """Rows."""
+    focal_px: float
+    """Focal length in pixels per radian in the middle of the picture."""
+    focal_deviation: float
+    """Standard deviation of its logarithm, that is, of the focal length as a share of it."""
+    straightness: float = PINHOLE
+    """Of the lens: 1 for a pinhole, 0 for an equidistant fisheye (see ``lens_family``)."""
+    straightness_deviation: float = 0.0
+    """Its standard deviation."""
+    column_px: float = 0.0
+    """Column of the principal point, in pixels to the right of the middle of the picture."""
+    column_deviation_px: float = 0.0
+    """Its standard deviation."""
+    pitch_deg: float = 0.0
+    """How far the camera looks down, in degrees."""
+    pitch_deviation_deg: float = math.degrees(Horizon().pitch_deviation)
+    """Its standard deviation."""
+    roll_deg: float = 0.0
+    """How far its right side hangs down, in degrees."""
+    roll_deviation_deg: float = math.degrees(Horizon().roll_deviation)
+    """Its standard deviation."""
+    turns: int = 0
+    """On how many turns, or stretches of turns, this rests."""
+
+    def __post_init__(self) -> None:
+        """Check the values."""
+        for field in fields(self):
+            value = getattr(self, field.name)
+            if not math.isfinite(value) or ('deviation' in field.name and value < 0.0):
+                raise ValueError(f'{field.name} is {value}: give a finite number')
+        if min(self.width, self.height) < 1:
+            raise ValueError(
+                f'the estimate is for pictures of {self.width}x{self.height} pixels: give the size'
+                ' of the pictures it was made from')
+        OneNumberLens(self.focal_px, self.straightness)
+
+    @classmethod
+    def from_mapping(cls, values: Mapping[str, object]) -> 'CameraEstimate':
+        """
+        Return the estimate that was kept with ``dataclasses.asdict``.
+
+        Raises
+        ------
+        ValueError
+            A value is missing, not known, or not a number in its range.
+
+        """
+        known = {field.name for field in fields(cls)}
+        unknown = sorted(set(values) - known)
+        if unknown:
+            raise ValueError(f'{unknown[0]} is not a value of a camera: give {sorted(known)}')
+        numbers: dict[str, float] = {}
+        for name, value in values.items():
+            if isinstance(value, bool) or not isinstance(value, int | float):
+                raise ValueError(f'{name} is {value!r}: give a number')
+            whole = name in ('width', 'height', 'turns')
+            if whole and not float(value).is_integer():
+                raise ValueError(f'{name} is {value!r}: give a whole number')
+            numbers[name] = int(value) if whole else float(value)
+        missing = sorted({'width', 'height', 'focal_px', 'focal_deviation'} - set(numbers))
+        if missing:
+            raise ValueError(f'{missing[0]} of the camera is missing: give it')
+        return cls(**numbers)  # type: ignore[arg-type]
+
+    @property
+    def lens(self) -> OneNumberLens:
+        """Return the lens."""
+        return OneNumberLens(self.focal_px, self.straightness)
+
+    @property
+    def horizon(self) -> Horizon:
+        """Return the tilt."""
+        return Horizon(*(math.radians(angle) for angle in (
+            self.pitch_deg, self.roll_deg, self.pitch_deviation_deg, self.roll_deviation_deg)))
+
+    @property
+    def model(self) -> CameraModel:
+        """Return the model of the camera."""
+        return self.lens.model((self.height, self.width), column=self.column_px)
+
+    @property
+    def hfov_deg(self) -> float:
+        """Return the horizontal field of view in degrees, from edge to edge."""
+        return self.lens.hfov_deg(self.width, column=self.column_px)
+
+    @property
+    def focal_interval_px(self) -> tuple[float, float]:
+        """Return between which focal lengths the true one is, with a probability of 90 %."""
+        most = math.exp(_NINETY * self.focal_deviation)
+        return self.focal_px / most, self.focal_px * most
+
+    @property
+    def probability(self) -> float:
+        """Return how probable it is that the focal length is right within 5 %, 0 to 1."""
+        if self.focal_deviation == 0.0:
+            return 1.0
+        return math.erf(math.log1p(_NEAR) / (self.focal_deviation * math.sqrt(2.0)))
+
+
+def combined(estimates: Sequence[CameraEstimate]) -> CameraEstimate:
+    """
+    Return what several recordings of one camera tell together.
+
+    Their pictures may be of several sizes, if these are of one shape; the result is for that of
+    the first.
+
+    Raises
+    ------
+    ValueError
+        There are none, or the pictures are of different shapes.
+
+    """
+    if not estimates:
+        raise ValueError('there is no estimate to combine: give one or more')
+    first = estimates[0]
+    for other in estimates[1:]:
+        if abs(other.width * first.height - first.width * other.height) > max(
+                first.width, other.width):
+            raise ValueError(
+                f'pictures of {other.width}x{other.height} and of {first.width}x{first.height}'
+                ' pixels are not of one camera: give recordings of one')
+    logs = [math.log(one.focal_px * first.width / one.width) for one in estimates]
+    log_focal, deviation = _mean(logs, [one.focal_deviation for one in estimates], _COMMON)
+    straightness, straightness_deviation = _mean(
+        [one.straightness for one in estimates],
+        [one.straightness_deviation for one in estimates], _COMMON)
+    column, column_deviation = _mean(
+        [one.column_px * first.width / one.width for one in estimates],
+        [one.column_deviation_px * first.width / one.width for one in estimates],
+        0.0)
+    horizon = combined_horizon([one.horizon for one in estimates])
+    return CameraEstimate(
+        width=first.width, height=first.height, focal_px=math.exp(log_focal),
+        focal_deviation=deviation, straightness=straightness,
+        straightness_deviation=straightness_deviation,
+        column_px=column, column_deviation_px=column_deviation,
+        pitch_deg=math.degrees(horizon.pitch), roll_deg=math.degrees(horizon.roll),
+        pitch_deviation_deg=math.degrees(horizon.pitch_deviation),
+        roll_deviation_deg=math.degrees(horizon.roll_deviation),
+        turns=sum(one.turns for one in estimates))
+
+
+def _mean(
+    values: Sequence[float], deviations: Sequence[float], common: float,
+) -> tuple[float, float]:
+    """Return the mean and its deviation, of which ``common`` is that of all alike."""
+    own = [max(deviation ** 2 - common ** 2, 1e-6) for deviation in deviations]
+    weights = [1.0 / variance for variance in own]
+    total = sum(weights)
+    mean = sum(weight * value for weight, value in zip(weights, values)) / total
+    # Where they differ more than they should, they are less sure than they say.
+    if len(values) > 1:
+        spread = sum(weight * (value - mean) ** 2 for weight, value in zip(weights, values))
+        total /= max(1.0, spread / (len(values) - 1))
+    return mean, math.sqrt(1.0 / total + common ** 2)

@@ -1,0 +1,153 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""
+Lenses from the pinhole to strong fisheyes, with one number for what lies between.
+
+A direction at the angle a from the optical axis is seen at the distance
+
+    r = f tan(sqrt(k) a) / sqrt(k)
+
+from the principal point, which for k <= 0 reads f a and f tanh(sqrt(-k) a) / sqrt(-k). f is the
+focal length, in pixels per radian in the middle of the picture; k is the straightness. A pinhole
+has k = 1, a stereographic fisheye 1/4, an equidistant one 0, and an equisolid one about -1/8. With
+its sign, k runs through all of them without a jump: r / f = a + k a^3 / 3 + ...
+"""
+
+from dataclasses import dataclass, replace
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+from phase_traj_ros.core.camera.model import CameraModel, Distortion, MOST_FOCAL_PX
+
+Numbers = NDArray[np.float64]
+
+PINHOLE = 1.0
+"""The straightness of a lens that keeps straight lines straight."""
+STRAIGHTNESS_RANGE = (-1.0, 1.3)
+"""What lenses are looked for, beyond the strongest fisheyes and the pinhole."""
+
+# Nearer to 0, the series is exact to the last digit but one.
+_SMALL = 1e-6
+# Directions farther from the axis are not told apart.
+_WIDEST = 1.55
+# So near to a pinhole, distortion makes no difference to the yaw.
+_STRAIGHT = 0.02
+# The series of a calibration is fitted at so many angles, up to 85 degrees at most.
+_FITTED, _FITTED_TO = 200, math.radians(85.0)
+
+
+def radius(angle: Numbers, straightness: float) -> Numbers:
+    """Return r / f at each angle from the optical axis in radians."""
+    root = math.sqrt(abs(straightness))
+    if root * root < _SMALL:
+        return angle + straightness * angle ** 3 / 3.0
+    if straightness > 0.0:
+        return np.asarray(np.tan(np.minimum(root * angle, _WIDEST)) / root, np.float64)
+    return np.asarray(np.tanh(root * angle) / root, np.float64)
+
+
+def angle_at(distance: Numbers, straightness: float) -> Numbers:
+    """Return the angle from the optical axis in radians at each r / f; undoes ``radius``."""
+    root = math.sqrt(abs(straightness))
+    if root * root < _SMALL:
+        return distance - straightness * distance ** 3 / 3.0
+    if straightness > 0.0:
+        return np.asarray(np.arctan(root * distance) / root, np.float64)
+    return np.asarray(np.arctanh(np.minimum(root * distance, 0.999)) / root, np.float64)
+
+
+def rays(places: Numbers, focal_px: float, straightness: float) -> Numbers:
+    """Return unit vectors (N, 3) of places (N, 2), in pixels from the principal point."""
+    distance = np.hypot(places[:, 0], places[:, 1]) / focal_px
+    angle = angle_at(distance, straightness)
+    scale = np.where(distance > 1e-9, np.sin(angle) / np.maximum(distance, 1e-12), 1.0) / focal_px
+    return np.stack([places[:, 0] * scale, places[:, 1] * scale, np.cos(angle)], axis=1)
+
+
+def places(directions: Numbers, focal_px: float, straightness: float) -> tuple[Numbers, Numbers]:
+    """
+    Return where directions (N, 3) are seen, and how that changes with them.
+
+    The places (N, 2) are in pixels from the principal point, their derivatives are (N, 2, 3).
+    """
+    x, y, z = directions.T
+    aside = np.hypot(x, y)
+    seen = radius(np.arctan2(aside, z), straightness)
+    outwards = np.maximum(aside, 1e-9)
+    across = np.where(aside > 1e-9, seen / outwards, 1.0 / np.maximum(z, 1e-9))
+    # dr/da = 1 + k r^2, for any k.
+    steep = (1.0 + straightness * seen * seen) / (aside * aside + z * z)
+    # In the very middle, one direction is as good as another.
+    ux, uy, along = np.where(aside > 1e-9, x / outwards, 1.0), y / outwards, steep * z
+    change = np.empty((len(directions), 2, 3))
+    change[:, 0, 0] = ux * ux * along + uy * uy * across
+    change[:, 1, 1] = uy * uy * along + ux * ux * across
+    change[:, 0, 1] = change[:, 1, 0] = ux * uy * (along - across)
+    change[:, 0, 2], change[:, 1, 2] = -ux * steep * aside, -uy * steep * aside
+    return focal_px * directions[:, :2] * across[:, None], focal_px * change
+
+
+@dataclass(frozen=True, slots=True)
+class OneNumberLens:
+    """
+    A lens of this family, for pictures of any size.
+
+    Raises
+    ------
+    ValueError
+        A number is out of its range.
+
+    """
+
+    focal_px: float
+    """Focal length in pixels per radian in the middle of the picture."""
+    straightness: float = PINHOLE
+
+    def __post_init__(self) -> None:
+        """Check the values."""
+        if not 0.0 < self.focal_px <= MOST_FOCAL_PX:
+            raise ValueError(
+                f'focal_px is {self.focal_px}: give a number of pixels above 0, at most'
+                f' {MOST_FOCAL_PX:.0e}')
+        least, most = STRAIGHTNESS_RANGE
+        if not least <= self.straightness <= most:
+            raise ValueError(
+                f'straightness is {self.straightness}: give a number from {least} to {most}, 1 for'
+                ' a pinhole')
+
+    def hfov_deg(self, width: int, *, column: float = 0.0) -> float:
+        """
+        Return the horizontal field of view in degrees of a picture, from edge to edge.
+
+        ``column`` is that of the principal point, in pixels to the right of the middle.
+        """
+        edges = np.array([width / 2 - column, width / 2 + column]) / self.focal_px
+        angles = np.sign(edges) * angle_at(np.abs(edges), self.straightness)
+        return min(math.degrees(float(angles.sum())), 360.0)
+
+    def model(self, shape: tuple[int, int], *, column: float = 0.0) -> CameraModel:
+        """
+        Return the model of a camera with this lens, for pictures (H, W).
+
+        The principal point is ``column`` pixels to the right of the middle. A lens that is nearly
+        a pinhole is made one.
+        """
+        middle = CameraModel.pinhole(shape, self.focal_px)
+        pinhole = replace(middle, cx=middle.cx + column)
+        if abs(self.straightness - PINHOLE) < _STRAIGHT:
+            return pinhole
+        height, width = shape
+        corner = np.array([math.hypot(height / 2, width / 2 + abs(column)) / self.focal_px])
+        farthest = min(float(angle_at(corner, self.straightness)[0]), _FITTED_TO)
+        # The pinhole's r grows beyond all measure: there the series holds up to its edge only.
+        if self.straightness > 0.0:
+            farthest = min(farthest, 0.95 * _WIDEST / math.sqrt(self.straightness))
+        angle = np.linspace(farthest / _FITTED, farthest, _FITTED)
+        powers = angle[:, None] ** np.array([3, 5, 7, 9])
+        rest = radius(angle, self.straightness) - angle
+        found = np.linalg.lstsq(powers, rest, rcond=None)[0]
+        return CameraModel(
+            width=width, height=height, fx=self.focal_px, fy=self.focal_px, cx=pinhole.cx,
+            cy=pinhole.cy, distortion=Distortion.FISHEYE,
+            coefficients=tuple(float(value) for value in found))

@@ -1,0 +1,309 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""
+The lens from points that are followed through a turn, by least squares over all of them at once.
+
+One pair of frames tells little: of a camera that moves where it looks, the way a wrong focal
+length bends the flow is the way other distances would bend it. But a point has one distance, and
+as the turn carries it across the picture, only the right lens lets it stand still in the world.
+So the unknowns are the lens, the place and attitude of the camera at some frames of the turn, and
+the nearness of each point; the points are eliminated (Triggs, McLauchlan, Hartley and Fitzgibbon,
+"Bundle adjustment - a modern synthesis", 2000). A point's direction is taken from the frame in
+the middle of those that show it.
+
+What is known of vehicles keeps it on the ground: they go where they look, about as far from
+frame to frame, and turn about one axis.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+from phase_traj_ros.core.camera.algebra import (
+    applied,
+    crossed,
+    product,
+    rotation_vector,
+    rotations,
+    times,
+)
+from phase_traj_ros.core.camera.lens_family import places, rays, STRAIGHTNESS_RANGE
+from phase_traj_ros.core.camera.turn_tracks import TurnTracks
+
+Numbers = NDArray[np.float64]
+
+# Deviation of a followed point, in pixels of the picture it was looked for in.
+_POINT = 0.3
+# Of a step, which is one unit on average, as a share of what the time lets expect: along, and to
+# the side and upwards; of the rotation about the other axes, radians a step; of the nearness, in
+# units of a step.
+_STEP, _ASIDE, _SHAKE, _NEARNESS = 0.3, (0.15, 0.15), math.radians(1.5), 0.3
+_LEAST_STEP, _START_NEARNESS = 0.2, 0.03
+# Nothing is behind the camera: the weight of that, and how far it may be violated.
+_AHEAD, _BEHIND = 1e4, -1e-3
+# What is known of the straightness beforehand: mean and deviation.
+_STRAIGHTNESS = (0.7, 0.6)
+# Of the principal point's column: deviation, in widths of the picture.
+_COLUMN = 0.05
+_FIRST_ITERATIONS, _ITERATIONS, _TRIES = 5, 14, 6
+_FARTHEST = (0.4, 0.5)
+_SETTLED, _LEAST_GAIN = (1e-3, 5e-3), 1e-2
+_DELTA = 1e-4
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TurnFit:
+    """
+    What a stretch of a turn tells of the lens.
+
+    log_focal, straightness
+        Of the lens: the logarithm of the focal length in pixels, and k of ``lens_family``.
+    column
+        Of the principal point, in pixels to the right of the middle of the picture.
+    covariance
+        (3, 3) of these three, were there nothing but the points' errors.
+    cost
+        Of a sight, on average: 1 or 2 where the world stands still and the lens is of the family.
+    down
+        (3,) the axis of the turn in picture axes (x right, y down, z forward), downwards.
+    angle
+        By how much the camera has turned, in radians, left positive.
+    """
+
+    log_focal: float
+    straightness: float
+    column: float
+    covariance: Numbers
+    cost: float
+    down: Numbers
+    angle: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _State:
+    """Unknowns: the lens, K attitudes (world to camera) and places, P points' nearness."""
+
+    log_focal: float
+    straightness: float
+    column: float
+    attitude: Numbers
+    place: Numbers
+    nearness: Numbers
+
+
+def fit_turn(
+    tracks: TurnTracks, guesses: Sequence[tuple[float, float, float]], *, width: int,
+) -> TurnFit | None:
+    """
+    Return the lens that explains the tracks best, or None if none is found.
+
+    ``guesses`` are what to search from: focal length in pixels, straightness, and column of the
+    principal point, in pixels from the middle of the picture, which is ``width`` pixels wide. Of
+    more than one, all are followed a few steps, and the best of them to the end.
+    """
+    problem = _Problem(tracks, width)
+    found = [problem.start(*guess) for guess in guesses]
+    if len(found) > 1:
+        found = [problem.search(state, _FIRST_ITERATIONS) for state in found]
+    best = problem.search(min(found, key=problem.cost), _ITERATIONS)
+    return problem.result(best)
+
+
+class _Problem:
+    """The sights of one turn, sorted; what they and the vehicle say of a state."""
+
+    def __init__(self, tracks: TurnTracks, width: int) -> None:
+        count = int(tracks.point[-1]) + 1
+        points = np.arange(count)
+        first = np.searchsorted(tracks.point, points)
+        last = np.searchsorted(tracks.point, points, side='right') - 1
+        middle = ((first + last) // 2)[tracks.point]
+        used = np.flatnonzero(np.arange(len(tracks.point)) != middle)
+        self._point, self._frame = tracks.point[used], tracks.frame[used]
+        self._seen = tracks.place[used]
+        self._base, self._based = tracks.frame[middle[used]], tracks.place[middle[used]]
+        self._starts = np.searchsorted(self._point, points)
+        self._flow, self._deviation = tracks.flow, _POINT * tracks.reduction
+        steps = np.diff(tracks.seconds)
+        self._steps = np.maximum(steps / steps.mean(), _LEAST_STEP)
+        self._frames, self._points = len(tracks.flow), count
+        self._sights = np.arange(len(used))
+        self._column = _COLUMN * width
+
+    def search(self, state: _State, iterations: int) -> _State:
+        """Go downhill by Levenberg's and Marquardt's method, from a state to a better one."""
+        cost, damping = self.cost(state), 1e-3
+        for _ in range(iterations):
+            normal, mixed, own, gradient, own_gradient = self._normal(state)
+            for _ in range(_TRIES):
+                less = own * (1.0 + damping)
+                system = normal + damping * np.diag(np.diag(normal))
+                system -= product(mixed / less[:, None], mixed)
+                try:
+                    step: Numbers = np.asarray(-np.linalg.solve(
+                        system, gradient - times(mixed.T, own_gradient / less)), np.float64)
+                except np.linalg.LinAlgError:
+                    return state
+                near = -(own_gradient + times(mixed, step)) / less
+                trial = _moved(state, step, near)
+                found = self.cost(trial)
+                if found < cost:
+                    break
+                damping *= 8.0
+            else:
+                return state
+            settled = (found > cost * (1.0 - _LEAST_GAIN)
+                       and abs(trial.log_focal - state.log_focal) < _SETTLED[0]
+                       and abs(trial.straightness - state.straightness) < _SETTLED[1])
+            state, cost, damping = trial, found, max(damping / 6.0, 1e-6)
+            if settled:
+                break
+        return state
+
+    def result(self, state: _State) -> TurnFit | None:
+        """Return what a state says, and how well it is known; None if that cannot be told."""
+        normal, mixed, own, _, _ = self._normal(state)
+        try:
+            inverse = np.linalg.inv(normal - product(mixed / own[:, None], mixed))
+        except np.linalg.LinAlgError:
+            return None
+        covariance = np.asarray(inverse[:3, :3], np.float64)
+        axis = rotation_vector(state.attitude[-1] @ state.attitude[0].T)
+        angle = math.copysign(float(np.linalg.norm(axis)), float(axis[1]))
+        if angle == 0.0 or not (np.isfinite(covariance).all() and covariance[0, 0] > 0.0):
+            return None
+        return TurnFit(
+            state.log_focal, state.straightness, state.column, covariance,
+            self.cost(state) / len(self._sights),
+            axis / angle, angle)
+
+    def start(self, focal_px: float, straightness: float, column: float) -> _State:
+        """Turn about the picture's vertical axis, and go on evenly."""
+        turned = np.zeros((self._frames, 3))
+        turned[:, 1] = self._flow / focal_px
+        attitude = rotations(turned)
+        ahead = attitude[:, 2]
+        place = np.zeros((self._frames, 3))
+        place[1:] = np.cumsum((ahead[1:] + ahead[:-1]) / 2.0 * self._steps[:, None], axis=0)
+        return _State(math.log(focal_px), straightness, column, attitude, place,
+                      np.full(self._points, _START_NEARNESS))
+
+    def _directions(self, state: _State) -> tuple[Numbers, Numbers, Numbers, Numbers]:
+        """Return rays in the base frame, base to frame, the way between, and where points are."""
+        ray = rays(
+            self._based - (state.column, 0.0), math.exp(state.log_focal), state.straightness)
+        there = state.attitude[self._frame]
+        between = there @ state.attitude[self._base].transpose(0, 2, 1)
+        way = applied(there, state.place[self._base] - state.place[self._frame])
+        seen = applied(between, ray) + state.nearness[self._point][:, None] * way
+        return ray, between, way, seen
+
+    def _places(self, state: _State) -> Numbers:
+        seen = self._directions(state)[3]
+        found = places(seen, math.exp(state.log_focal), state.straightness)[0]
+        found[:, 0] += state.column
+        return found
+
+    def cost(self, state: _State) -> float:
+        """Return how badly a state explains the sights, and departs from what is usual."""
+        error = (self._places(state) - self._seen) / self._deviation
+        robust = float(2.0 * np.log1p((error * error).sum(axis=1) / 2.0).sum())
+        known = self._known(state)[0]
+        behind = np.minimum(state.nearness, 0.0)
+        near = state.nearness / _NEARNESS
+        mean, deviation = _STRAIGHTNESS
+        lens = ((state.straightness - mean) / deviation) ** 2 + (state.column / self._column) ** 2
+        cost = lens + robust + float(
+            (known * known).sum() + _AHEAD * (behind @ behind) + near @ near)
+        return cost if math.isfinite(cost) else math.inf
+
+    def _known(self, state: _State) -> tuple[Numbers, Numbers]:
+        """Return how far the vehicle departs from what is usual, (K - 1, 5), and the axes."""
+        ahead = state.attitude[1:, 2] + state.attitude[:-1, 2]
+        ahead /= np.linalg.norm(ahead, axis=1, keepdims=True)
+        right = state.attitude[1:, 0] + state.attitude[:-1, 0]
+        right /= np.linalg.norm(right, axis=1, keepdims=True)
+        axes = np.stack([
+            ahead / _STEP, right / _ASIDE[0], np.cross(ahead, right) / _ASIDE[1]], axis=1)
+        axes /= self._steps[:, None, None]
+        turned = state.attitude[1:] @ state.attitude[:-1].transpose(0, 2, 1)
+        off = np.zeros((self._frames - 1, 5))
+        off[:, :3] = applied(axes, np.diff(state.place, axis=0))
+        off[:, 0] -= 1.0 / _STEP
+        off[:, 3] = (turned[:, 2, 1] - turned[:, 1, 2]) / (2.0 * _SHAKE)
+        off[:, 4] = (turned[:, 1, 0] - turned[:, 0, 1]) / (2.0 * _SHAKE)
+        return off, axes
+
+    def _normal(self, state: _State) -> tuple[Numbers, Numbers, Numbers, Numbers, Numbers]:
+        """Return the normal equations: of the camera, mixed, of the points; both gradients."""
+        focal = math.exp(state.log_focal)
+        ray, between, way, seen = self._directions(state)
+        found, change = places(seen, focal, state.straightness)
+        found[:, 0] += state.column
+        error = (found - self._seen) / self._deviation
+        weight = 1.0 / (1.0 + (error * error).sum(axis=1) / 2.0)
+        change /= self._deviation
+        nearness = state.nearness[self._point]
+        lens = [(self._places(other) - found) / (_DELTA * self._deviation) for other in (
+            replace(state, log_focal=state.log_focal + _DELTA),
+            replace(state, straightness=state.straightness + _DELTA),
+            replace(state, column=state.column + _DELTA))]
+        # Of each sight, two rows: by frames, three rotations and three shifts each.
+        rows = np.zeros((len(self._sights), 2, self._frames, 6))
+        moved = (change @ state.attitude[self._frame]) * nearness[:, None, None]
+        rows[self._sights, :, self._frame, :3] = -change @ crossed(seen)
+        rows[self._sights, :, self._base, :3] = change @ between @ crossed(ray)
+        rows[self._sights, :, self._frame, 3:] = -moved
+        rows[self._sights, :, self._base, 3:] = moved
+        # The first frame stays where it is.
+        jacobian = np.concatenate(
+            [np.stack(lens, axis=2), rows[:, :, 1:].reshape(len(rows), 2, -1)], axis=2)
+        own = (change @ way[:, :, None])[:, :, 0]
+        weighted = jacobian * weight[:, None, None]
+        flat, columns = weighted.reshape(-1, weighted.shape[2]), jacobian.shape[2]
+        known, known_gradient = self._known_normal(state)
+        normal = product(flat, jacobian.reshape(-1, columns)) + known
+        gradient = times(flat.T, error.ravel()) + known_gradient
+        mixed = np.add.reduceat(
+            (weighted * own[:, :, None]).sum(axis=1), self._starts, axis=0)
+        points = np.add.reduceat(weight * (own * own).sum(axis=1), self._starts)
+        toward = np.add.reduceat(weight * (own * error).sum(axis=1), self._starts)
+        behind = _AHEAD * (state.nearness < 0.0) + _NEARNESS ** -2
+        return normal, mixed, points + behind, gradient, toward + behind * state.nearness
+
+    def _known_normal(self, state: _State) -> tuple[Numbers, Numbers]:
+        """Return what is known beforehand, as normal equations and gradient of the camera."""
+        off, axes = self._known(state)
+        steps = np.arange(self._frames - 1)
+        rows = np.zeros((self._frames - 1, 5, self._frames, 6))
+        rows[steps, :3, steps + 1, 3:], rows[steps, :3, steps, 3:] = axes, -axes
+        for row, axis in ((3, 0), (4, 2)):
+            rows[steps, row, steps + 1, axis] = 1.0 / _SHAKE
+            rows[steps, row, steps, axis] = -1.0 / _SHAKE
+        jacobian = rows[:, :, 1:].reshape(-1, 6 * (self._frames - 1))
+        normal = np.zeros((3 + jacobian.shape[1],) * 2)
+        normal[3:, 3:] = product(jacobian, jacobian)
+        gradient = np.concatenate([np.zeros(3), times(jacobian.T, off.ravel())])
+        mean, deviation = _STRAIGHTNESS
+        normal[1, 1] = deviation ** -2
+        gradient[1] = (state.straightness - mean) / deviation ** 2
+        normal[2, 2] = self._column ** -2
+        gradient[2] = state.column / self._column ** 2
+        return normal, gradient
+
+
+def _moved(state: _State, step: Numbers, near: Numbers) -> _State:
+    """Return the state a step farther."""
+    focal, straight = (
+        float(np.clip(value, -most, most)) for value, most in zip(step[:2], _FARTHEST))
+    frames = step[3:].reshape(-1, 6)
+    attitude, place = state.attitude.copy(), state.place.copy()
+    attitude[1:] = rotations(frames[:, :3]) @ attitude[1:]
+    place[1:] += frames[:, 3:]
+    return _State(
+        state.log_focal + focal,
+        float(np.clip(state.straightness + straight, *STRAIGHTNESS_RANGE)),
+        state.column + float(step[2]), attitude, place,
+        np.maximum(state.nearness + near, _BEHIND))

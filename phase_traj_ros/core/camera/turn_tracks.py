@@ -1,0 +1,260 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""
+Points of the picture, followed through a turn from step to step.
+
+A step is as long as the picture takes to move by a twentieth of its width, but not so long that
+what is near has gone; a stretch of some ten steps is kept. Where the picture does not turn,
+nothing is done.
+"""
+
+from dataclasses import dataclass
+import math
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from phase_traj_ros.core.correlation.phase_correlation import Frame
+
+Bytes = NDArray[np.uint8]
+Places = NDArray[np.float32]
+Numbers = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+# All of these are in widths of the picture: how far it moves in a step; how far in a stretch; how
+# far at least for one that is of use; and how fast, per second, where it turns, on an average that
+# fades with so many seconds.
+_STEP, _STRETCH, _LEAST_STRETCH = 0.05, 0.6, 0.15
+_TURNING, _FADING = 0.025, 0.4
+# No step is longer than this, in seconds, and no pair moves the picture farther.
+_LONGEST, _FARTHEST = 0.3, 0.35
+_LEAST_STEPS, _MOST_STEPS = 4, 20
+# Wider pictures are reduced, by whole numbers, to this width at most.
+_WIDE, _WIDTH = 640, 480
+_POINTS, _KEPT, _LEAST_POINTS, _LEAST_SIGHTS = 130, 100, 30, 120
+# Least quality of a corner; distance of two, and from the edge, in pixels and as a share.
+_QUALITY, _APART, _APART_SHARE, _EDGE = 0.005, 6, 1 / 60, 4
+_WINDOW, _SMALL_WINDOW, _SMALL = (13, 13), (9, 9), 200
+_LEVELS = 3
+_STOP = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 20, 0.02)
+# A point followed there and back has to come back; one that stays while the picture moves by some
+# pixels is fixed to the camera.
+_BACK, _STILL, _MOVED = 0.4, 0.5, 3.0
+# With fewer points than this share followed in a step, the stretch ends before it.
+_FOLLOWED = 0.25
+# Pictures of other than 8 bits are brought to this brightness.
+_BRIGHTNESS = 100.0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TurnTracks:
+    """
+    Points followed over the K frames of a stretch of a turn: M sights of P points.
+
+    point
+        (M,) which point, 0 to P - 1, rising; each has three sights or more.
+    frame
+        (M,) in which frame, 0 to K - 1, rising for each point.
+    place
+        (M, 2) where: column and row in pixels from the middle of the picture.
+    flow
+        (K,) how far the picture has moved to the right since the first frame, in pixels.
+    seconds
+        (K,) when the frames were taken, since the first of them.
+    reduction
+        How many pixels were averaged into one, along a side, to look for the points.
+    """
+
+    point: Indices
+    frame: Indices
+    place: Numbers
+    flow: Numbers
+    seconds: Numbers
+    reduction: int = 1
+
+
+class TurnFollower:
+    """Follows points through turns; its memory is that of one stretch."""
+
+    def __init__(self, *, mask: NDArray[np.uint8] | None = None) -> None:
+        """Make a follower; ``mask`` (H, W) is 0 where the frames are not to be looked at."""
+        self._mask = mask
+        self.cut()
+
+    def cut(self) -> None:
+        """Forget the stretch under way and the last frame."""
+        self._last: Frame | None = None
+        self._stretch: _Stretch | None = None
+        self._rate = 0.0
+
+    def finish(self) -> TurnTracks | None:
+        """Return the stretch under way if it is of use, and forget it."""
+        stretch, self._stretch = self._stretch, None
+        return None if stretch is None else stretch.tracks()
+
+    def update(self, frame: Frame, shift_px: float, interval: float, *,
+               wanted: bool = True) -> TurnTracks | None:
+        """
+        Take the next frame (H, W); return a stretch that ends with it, if it is of use.
+
+        Parameters
+        ----------
+        frame
+            Not to be changed afterwards.
+        shift_px
+            By how many of its pixels the picture has moved to the right since the last frame.
+        interval
+            Seconds since the last frame.
+        wanted
+            Whether a stretch may begin.
+
+        """
+        last, self._last = self._last, frame
+        width = frame.shape[1]
+        if last is None or last.shape != frame.shape or interval <= 0.0:
+            self._stretch, self._rate = None, 0.0
+            return None
+        if not abs(shift_px) < _FARTHEST * width:
+            return self.finish()
+        kept = math.exp(-interval / _FADING)
+        self._rate = kept * self._rate + (1.0 - kept) * shift_px / interval
+        if abs(self._rate) < _TURNING * width:
+            return self.finish()
+        if self._stretch is None:
+            if not wanted:
+                return None
+            self._stretch = _Stretch(last, self._mask)
+        if self._stretch.go_on(frame, shift_px, interval):
+            return None
+        return self.finish()
+
+
+class _Stretch:
+    """One stretch of a turn: the points seen in its steps so far."""
+
+    def __init__(self, first: Frame, mask: NDArray[np.uint8] | None) -> None:
+        self._reduction = _reduction(first.shape[1])
+        self._height, self._width = (side // self._reduction for side in first.shape)
+        self._apart = max(_APART, round(self._width * _APART_SHARE))
+        self._window = _WINDOW if self._width >= _SMALL else _SMALL_WINDOW
+        self._first, self._mask = first, mask
+        self._points, self._names = np.zeros((0, 2), np.float32), np.zeros(0, np.int64)
+        self._count = 0
+        self._sights: list[NDArray[np.float64]] = []
+        self._flow, self._seconds = [0.0], [0.0]
+        self._moved, self._since = 0.0, 0.0
+
+    def go_on(self, frame: Frame, shift_px: float, interval: float) -> bool:
+        """Take the next frame; return whether the stretch goes on."""
+        self._moved += shift_px / self._reduction
+        self._since += interval
+        if abs(self._moved) < _STEP * self._width and self._since < _LONGEST:
+            return True
+        if len(self._flow) == 1:
+            # Not before it has gone on for a step: most shakes do not.
+            self._picture, self._free = _reduced(self._first), self._seen()
+            self._note()
+        back = self._moved * self._flow[-1] < 0.0 and abs(self._moved) > _STEP * self._width
+        if back or not self._follow(_reduced(frame)):
+            return False
+        self._seconds.append(self._seconds[-1] + self._since)
+        self._moved, self._since = 0.0, 0.0
+        return (abs(self._flow[-1]) < _STRETCH * self._width
+                and len(self._flow) < _MOST_STEPS)
+
+    def tracks(self) -> TurnTracks | None:
+        """Return the points that were seen three times or more, the longest seen of them."""
+        if (len(self._flow) < _LEAST_STEPS
+                or abs(self._flow[-1]) < _LEAST_STRETCH * self._width):
+            return None
+        sights = np.concatenate(self._sights)
+        names = sights[:, 0].astype(np.int64)
+        times = np.bincount(names, minlength=self._count)
+        order = np.argsort(-times, kind='stable')[:_KEPT]
+        kept = np.zeros(self._count, np.bool_)
+        kept[order[times[order] >= 3]] = True
+        sights = sights[kept[names]]
+        sights = sights[np.lexsort((sights[:, 1], sights[:, 0]))]
+        points, point = np.unique(sights[:, 0], return_inverse=True)
+        if len(points) < _LEAST_POINTS or len(sights) < _LEAST_SIGHTS:
+            return None
+        # The middle of the full picture, whose last pixels the reduced one may lack, is all but
+        # the middle of this one.
+        middle = (np.array([self._width, self._height]) - 1.0) / 2.0
+        return TurnTracks(
+            point.astype(np.int64), sights[:, 1].astype(np.int64),
+            (sights[:, 2:] - middle) * self._reduction, np.array(self._flow) * self._reduction,
+            np.array(self._seconds), self._reduction)
+
+    def _seen(self) -> Bytes:
+        """Return where there may be points: 255, else 0."""
+        if self._mask is None or self._mask.shape != self._first.shape:
+            return np.full((self._height, self._width), 255, np.uint8)
+        seen = cv2.resize(
+            (self._mask > 127).astype(np.uint8), (self._width, self._height),
+            interpolation=cv2.INTER_NEAREST)
+        return np.asarray(cv2.erode(seen, np.ones(_WINDOW)) * 255, np.uint8)
+
+    def _note(self) -> None:
+        """Look for points where there are none, and note where all of them are."""
+        free = self._free.copy()
+        for place in np.rint(self._points).astype(int).tolist():
+            cv2.circle(free, place, self._apart, 0, -1)
+        wanted = _POINTS - len(self._points)
+        if wanted > _POINTS // 10:
+            found = cv2.goodFeaturesToTrack(
+                self._picture, wanted, _QUALITY, self._apart, mask=free)
+            new = np.zeros((0, 2), np.float32) if found is None else found.reshape(-1, 2)
+            self._points = np.concatenate([self._points, new]).astype(np.float32)
+            self._names = np.concatenate(
+                [self._names, np.arange(self._count, self._count + len(new))])
+            self._count += len(new)
+        step = np.full(len(self._points), len(self._flow) - 1.0)
+        self._sights.append(np.column_stack([self._names, step, self._points]))
+
+    def _follow(self, picture: Bytes) -> bool:
+        """Follow the points into the next picture; return whether enough of them are found."""
+        if not len(self._points):
+            return False
+        expected = self._points + np.array([self._moved, 0.0], np.float32)
+        found, there = self._look(self._picture, picture, self._points, expected)
+        came, back = self._look(picture, self._picture, found, self._points.copy())
+        moved = found - self._points
+        edge, size = _EDGE, (self._width, self._height)
+        good = there & back & (np.hypot(*(came - self._points).T) < _BACK)
+        good &= ((found > edge) & (found < np.subtract(size, edge + 1))).all(axis=1)
+        if abs(self._moved) > _MOVED:
+            good &= np.hypot(*moved.T) > _STILL
+        if good.mean() < _FOLLOWED:
+            return False
+        self._flow.append(self._flow[-1] + float(np.median(moved[good, 0])))
+        self._points, self._names, self._picture = found[good], self._names[good], picture
+        self._note()
+        return True
+
+    def _look(
+        self, before: Bytes, after: Bytes, points: Places, guess: Places,
+    ) -> tuple[Places, NDArray[np.bool_]]:
+        found, state, _ = cv2.calcOpticalFlowPyrLK(
+            before, after, points, guess, winSize=self._window, maxLevel=_LEVELS,
+            criteria=_STOP, flags=cv2.OPTFLOW_USE_INITIAL_FLOW)
+        return np.asarray(found, np.float32), state.ravel() == 1
+
+
+def _reduction(width: int) -> int:
+    return math.ceil(width / _WIDTH) if width > _WIDE else 1
+
+
+def _reduced(frame: Frame) -> Bytes:
+    """Return the frame in 8 bits, and no wider than is of use."""
+    if frame.dtype != np.uint8:
+        mean = cv2.mean(frame)[0]
+        frame = cv2.convertScaleAbs(  # type: ignore[assignment]
+            frame, alpha=_BRIGHTNESS / mean if mean > 0.0 else 1.0)
+    times = _reduction(frame.shape[1])
+    if times == 1:
+        return np.asarray(frame, np.uint8)
+    height, width = (side // times for side in frame.shape)
+    return np.asarray(cv2.resize(
+        frame[:height * times, :width * times], (width, height),
+        interpolation=cv2.INTER_AREA), np.uint8)

@@ -1,0 +1,142 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""
+Whether the paper's threshold fits a camera, told by the shifts that were measured anyway.
+
+A threshold that is too high finds no turn at all, and one that is too low finds nothing else.
+"""
+
+from collections import deque
+from dataclasses import dataclass
+from enum import Enum
+from statistics import median
+
+# A turn lasts so many pairs at least.
+_LASTING = 5
+# A lasting shift is taken for a turn's if it crosses this share of the width in a second: a
+# camera 130 degrees across that turns by 20 degrees per second sees that much.
+_TURNING = 0.08
+# Share of the pairs beyond the threshold that is too much for turns.
+_MOST_BEYOND = 0.4
+# So many turns, this share of which lasts for two pairs at most, are flickering.
+_FLICKERS, _SHORT, _MOST_SHORT = 6, 2, 0.5
+# Of the largest lasting shift, what makes a good threshold.
+_FITTING = 0.5
+_LEAST_PAIRS = 20
+
+
+class Misfit(Enum):
+    """How a threshold does not fit."""
+
+    TOO_HIGH = 'too_high'
+    TOO_LOW = 'too_low'
+    FLICKERING = 'flickering'
+    """Turns end as soon as they begin."""
+
+
+@dataclass(frozen=True, slots=True)
+class ThresholdHint:
+    """
+    What to do about a threshold that does not fit.
+
+    misfit
+        How it does not.
+    threshold_px, largest_px
+        The threshold, and the largest shift that lasted for some pairs.
+    suggested_px
+        A threshold that may fit; None if the shifts do not tell.
+    beyond
+        Share of the pairs that shift by the threshold or more.
+    """
+
+    misfit: Misfit
+    threshold_px: float
+    largest_px: float
+    suggested_px: float | None
+    beyond: float
+
+    @property
+    def sentence(self) -> str:
+        """Return the hint as a sentence for people."""
+        advice = 'try code_source auto'
+        if self.suggested_px is not None:
+            advice += f', or a threshold of about {self.suggested_px:.2g} px'
+        if self.misfit is Misfit.TOO_HIGH:
+            return (f'no lasting shift reached the threshold of {self.threshold_px:.3g} px, the'
+                    f' largest was {self.largest_px:.2g} px: if the vehicle turned, {advice}')
+        if self.misfit is Misfit.TOO_LOW:
+            return (f'{100 * self.beyond:.0f} % of the pairs shift by the threshold of'
+                    f' {self.threshold_px:.3g} px or more, as no drive turns: {advice}')
+        return (f'with a threshold of {self.threshold_px:.3g} px most turns end as soon as they'
+                f' begin: {advice}')
+
+
+class ShiftSummary:
+    """Sums up the shifts of a drive against the threshold, in a few numbers."""
+
+    def __init__(self) -> None:
+        """Make a summary of no pairs."""
+        self.reset()
+
+    def reset(self) -> None:
+        """Start anew, as the codes do."""
+        self._newest: deque[float] = deque(maxlen=_LASTING)
+        self._pairs = self._beyond = self._turns = self._short = self._length = 0
+        self._threshold = self._largest = self._fastest = 0.0
+
+    def add(self, dx: float, threshold: float, *, interval: float) -> None:
+        """
+        Take the next measured pair.
+
+        Parameters
+        ----------
+        dx
+            Its shift, in pixels of the full frame.
+        threshold
+            What it is judged by, in the same pixels.
+        interval
+            Between its frames, in seconds, above 0.
+
+        """
+        self._pairs += 1
+        self._threshold = threshold
+        self._newest.append(dx)
+        if len(self._newest) == _LASTING:
+            lasting = abs(median(self._newest))
+            self._largest = max(self._largest, lasting)
+            self._fastest = max(self._fastest, lasting / interval)
+        if abs(dx) >= threshold:
+            self._beyond += 1
+            self._length += 1
+        else:
+            self._end_turn()
+
+    def miss(self) -> None:
+        """Take note of a pair that was not measured: what lasts does not do so across it."""
+        self._newest.clear()
+        self._end_turn()
+
+    def _end_turn(self) -> None:
+        if self._length:
+            self._turns += 1
+            self._short += self._length <= _SHORT
+        self._length = 0
+
+    def hint(self, width: int) -> ThresholdHint | None:
+        """Return what does not fit for frames ``width`` pixels wide; None if nothing shows."""
+        if self._pairs < _LEAST_PAIRS:
+            return None
+        turned = self._fastest >= _TURNING * width
+        fitting = self._largest * _FITTING if turned else None
+        if turned and self._largest < self._threshold:
+            return self._made(Misfit.TOO_HIGH, fitting)
+        if self._beyond >= _MOST_BEYOND * self._pairs:
+            higher = fitting is not None and fitting > self._threshold
+            return self._made(Misfit.TOO_LOW, fitting if higher else None)
+        if self._turns >= _FLICKERS and self._short >= _MOST_SHORT * self._turns:
+            return self._made(Misfit.FLICKERING, fitting)
+        return None
+
+    def _made(self, misfit: Misfit, suggested: float | None) -> ThresholdHint:
+        return ThresholdHint(
+            misfit, self._threshold, self._largest, suggested, self._beyond / self._pairs)

@@ -1,0 +1,115 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""
+Pictures of a drive as they are every third of a second: reduced, and reduced to their gradients.
+
+So far apart, what a vehicle passes has changed, and what is fixed to the camera has not.
+"""
+
+import math
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from phase_traj_ros.core.correlation.phase_correlation import Frame
+
+# Frames are reduced to about so many pixels, and one is looked at every so many seconds.
+_PIXELS = 14000
+_PERIOD = 0.35
+_LEAST_SIDE = 8
+# Brightness that pictures are brought to, as a grey level.
+_BRIGHTNESS = 100.0
+# A gradient counts by its direction as far as it is well above the mean one, and above noise.
+_SOFT, _NOISE = 0.25, 2.0
+# Side of a place, as a share of the diagonal.
+_PLACE = 0.02
+# Averaged over a place, noise keeps less than this share of its contrast, and a scene far more.
+_NOISY = 0.4
+
+
+class PictureSamples:
+    """Keeps the newest two samples of frames of one size, and compares them."""
+
+    def __init__(self, shape: tuple[int, int]) -> None:
+        """Make one for frames (H, W) that waits for the first."""
+        wanted = max(round(math.log2(shape[0] * shape[1] / _PIXELS) / 2), 0)
+        self._halvings = min(wanted, int(math.log2(max(min(shape) / _LEAST_SIDE, 1.0))))
+        self.shape = height, width = shape[0] >> self._halvings, shape[1] >> self._halvings
+        """Of the reduced pictures, (h, w)."""
+        self.diagonal = math.hypot(height, width)
+        across, down = (max(round(side / (_PLACE * self.diagonal)), 1) for side in (width, height))
+        self._places = across, down
+        self.picture: NDArray[np.float32] = np.zeros((height, width), np.float32)
+        """The newest sample, of a mean brightness of 100."""
+        self.gradients: NDArray[np.float32] = np.zeros((3, height, width), np.float32)
+        """Its gradients to the right and downwards, the strong ones of length 1; their energy."""
+        self._before: NDArray[np.float32] = np.zeros((3, height, width), np.float32)
+        self.turned = 0.0
+        """How far the picture has moved sideways since the sample before, in reduced pixels."""
+        self.elapsed = 0.0
+        """Seconds since then."""
+        self.blank = False
+        """Whether the newest sample shows nothing but the sensor's noise."""
+        self._turning = 0.0
+        self.interrupt()
+
+    def interrupt(self) -> None:
+        """Do not compare the next frame with those before; it is a sample of its own."""
+        self._primed, self._waited, self._turning = False, 0.0, 0.0
+
+    def take(self, frame: Frame, interval: float, turned: float) -> bool:
+        """Take the next frame; return whether there are now two other samples to compare."""
+        self._waited += interval
+        self._turning += turned
+        if self._primed and self._waited < _PERIOD:
+            return False
+        self.turned = abs(self._turning) / (1 << self._halvings)
+        self.elapsed, self._waited, self._turning = self._waited, 0.0, 0.0
+        self.picture = self._reduced(frame)
+        self._before, self.gradients = self.gradients, self._before
+        self._differentiate()
+        self.blank = bool(self.by_places(self.picture).std() <= _NOISY * self.picture.std())
+        primed, self._primed = self._primed, True
+        return primed
+
+    def changes(
+        self, since: NDArray[np.float32] | None = None,
+    ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+        """
+        Return, by places, what has changed of the gradients' energy, and that of both samples.
+
+        It is the change since the sample before, or since the gradients given, (3, h, w).
+        """
+        before = self._before if since is None else since
+        step = self.gradients[:2] - before[:2]
+        np.square(step, out=step)
+        return (self.by_places(step[0] + step[1]),
+                self.by_places(self.gradients[2] + before[2]))
+
+    def by_places(self, values: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Return the means of values (h, w) over some thousand places."""
+        return cv2.resize(  # type: ignore[return-value]
+            values, self._places, interpolation=cv2.INTER_AREA)
+
+    def _reduced(self, frame: Frame) -> NDArray[np.float32]:
+        """Return the frame, reduced and of a mean brightness."""
+        height, width = self.shape
+        picture = frame[:height << self._halvings, :width << self._halvings]
+        for left in reversed(range(self._halvings)):
+            picture = cv2.resize(  # type: ignore[assignment]
+                picture, (width << left, height << left), interpolation=cv2.INTER_AREA)
+        level = cv2.mean(picture)[0]
+        return np.multiply(
+            picture, np.float32(_BRIGHTNESS / level if level > 0.0 else 1.0), dtype=np.float32)
+
+    def _differentiate(self) -> None:
+        across, down, energy = self.gradients
+        cv2.Sobel(self.picture, cv2.CV_32F, 1, 0, dst=across, scale=0.125)
+        cv2.Sobel(self.picture, cv2.CV_32F, 0, 1, dst=down, scale=0.125)
+        np.multiply(across, across, out=energy)
+        energy += down * down
+        soft = _SOFT * cv2.mean(energy)[0] + _NOISE ** 2
+        length = cv2.sqrt(energy + soft)
+        cv2.divide(across, length, dst=across)
+        cv2.divide(down, length, dst=down)
+        cv2.divide(energy, energy + soft, dst=energy)

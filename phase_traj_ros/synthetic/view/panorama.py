@@ -1,0 +1,82 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""
+A fisheye's picture, tilted or not, put together from level pinhole views side by side.
+
+The views share the place of the camera, so each ray of the fisheye is a pixel of one of them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import lru_cache
+
+import cv2
+import numpy as np
+from phase_traj_ros.synthetic.arrays import as_bytes, Bytes, Floats, Singles
+from phase_traj_ros.synthetic.camera import (
+    BODY_TO_PICTURE,
+    Camera,
+    fisheye_radius,
+    Pose,
+    rotation,
+)
+
+#: A view reaches so far to either side, in radians, and a little more for the interpolation.
+_HALF = np.radians(30.0)
+_MARGIN = 2
+#: What is steeper than this, as a slope, looks as what is there.
+_STEEPEST = 1.7
+#: No lens is followed farther from its axis, in radians.
+_WIDEST = 2.0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Cut:
+    """The views: their camera, their yaw (clockwise, radians), and where each pixel is in them."""
+
+    camera: Camera
+    turned: tuple[float, ...]
+    columns: Singles
+    rows: Singles
+
+
+def rays(camera: Camera) -> Floats:
+    """Return the unit vector of each pixel of a fisheye, (height, width, 3), in picture axes."""
+    assert camera.fisheye is not None
+    x = (np.arange(camera.width) - camera.cx) / camera.focal
+    y = ((np.arange(camera.height) - camera.cy) / camera.focal)[:, None]
+    radius = np.hypot(x, y)
+    angles = np.linspace(0.0, _WIDEST, 4001)
+    known = np.maximum.accumulate(fisheye_radius(angles, camera.fisheye))
+    angle = np.interp(radius, known, angles)
+    scale = np.sin(angle) / np.maximum(radius, 1e-12)
+    return np.stack(np.broadcast_arrays(x * scale, y * scale, np.cos(angle)), axis=-1)
+
+
+@lru_cache(maxsize=4)
+def _cut(camera: Camera, pitch: float, roll: float) -> _Cut:
+    """Return which views show what a fisheye sees; pitch and roll in radians."""
+    tilt = BODY_TO_PICTURE @ rotation(0.0, pitch, roll) @ BODY_TO_PICTURE.T
+    (x, y, z) = np.moveaxis(rays(camera) @ tilt.T, -1, 0)
+    azimuth = np.arctan2(x, z)
+    view = np.rint(azimuth / (2 * _HALF)).astype(int)
+    slope = np.clip(y / np.maximum(np.hypot(x, z), 1e-9), -_STEEPEST, _STEEPEST)
+    within = azimuth - 2 * _HALF * view
+    focal = camera.focal
+    half = int(np.ceil(focal * np.tan(_HALF))) + _MARGIN
+    height = focal * slope / np.cos(within)
+    (above, below) = (int(np.ceil(side)) + _MARGIN for side in (-height.min(), height.max()))
+    level = replace(
+        camera, width=2 * half + 1, height=above + below + 1, cx=half, cy=above, fisheye=None)
+    columns = focal * np.tan(within) + half + (view - view.min()) * level.width
+    turned = tuple((2 * _HALF * np.arange(view.min(), view.max() + 1)).tolist())
+    return _Cut(level, turned, columns.astype(np.float32), (height + above).astype(np.float32))
+
+
+def draw_fisheye(camera: Camera, pose: Pose, draw: Callable[[Camera, Pose], Bytes]) -> Bytes:
+    """Return what a fisheye sees, where ``draw`` returns what a level pinhole camera sees."""
+    cut = _cut(camera, pose.pitch, pose.roll)
+    views = [draw(cut.camera, Pose(pose.x, pose.y, pose.yaw - turned)) for turned in cut.turned]
+    return as_bytes(cv2.remap(np.hstack(views), cut.columns, cut.rows, cv2.INTER_LINEAR))

@@ -1,0 +1,82 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What drives have told of a camera: kept, combined and used."""
+
+from dataclasses import asdict, replace
+import json
+import math
+
+from phase_traj_ros.core.camera.estimate import CameraEstimate, combined
+from phase_traj_ros.core.camera.model import Distortion
+import pytest
+
+FOUND = CameraEstimate(
+    width=320, height=240, focal_px=160.0, focal_deviation=0.04, straightness=0.5,
+    straightness_deviation=0.05, column_px=3.0, column_deviation_px=2.0, pitch_deg=5.0,
+    pitch_deviation_deg=0.5, roll_deg=-1.0, roll_deviation_deg=0.8, turns=3)
+
+
+def test_it_survives_a_file():
+    assert CameraEstimate.from_mapping(json.loads(json.dumps(asdict(FOUND)))) == FOUND
+
+
+@pytest.mark.parametrize(('values', 'word'), [
+    ({'width': 320, 'height': 240, 'focal_px': 160.0}, 'focal_deviation'),
+    (asdict(FOUND) | {'colour': 1}, 'colour'),
+    (asdict(FOUND) | {'focal_px': '160'}, 'focal_px'),
+    (asdict(FOUND) | {'focal_px': True}, 'focal_px'),
+    (asdict(FOUND) | {'focal_px': math.nan}, 'focal_px'),
+    (asdict(FOUND) | {'focal_px': -1.0}, 'focal_px'),
+    (asdict(FOUND) | {'focal_deviation': -0.1}, 'focal_deviation'),
+    (asdict(FOUND) | {'width': 320.5}, 'width'),
+    (asdict(FOUND) | {'height': 0}, '320x0'),
+    (asdict(FOUND) | {'turns': math.inf}, 'turns'),
+    (asdict(FOUND) | {'straightness': 3.0}, 'straightness')])
+def test_what_is_no_estimate_is_refused_by_name(values, word):
+    with pytest.raises(ValueError, match=word):
+        CameraEstimate.from_mapping(values)
+
+
+def test_it_makes_a_model_of_the_camera():
+    assert FOUND.model.distortion is Distortion.FISHEYE
+    assert (FOUND.model.shape, FOUND.model.cx) == ((240, 320), 162.5)
+    pinhole = replace(FOUND, straightness=1.0, column_px=0.0)
+    assert pinhole.hfov_deg == pytest.approx(90.0)
+
+
+def test_the_interval_holds_nine_in_ten():
+    (low, high) = FOUND.focal_interval_px
+    assert (low, high) == (pytest.approx(149.8, abs=0.1), pytest.approx(170.9, abs=0.1))
+    assert FOUND.probability == pytest.approx(0.78, abs=0.01)
+    assert replace(FOUND, focal_deviation=0.0).probability == 1.0
+
+
+def test_recordings_that_agree_make_it_surer():
+    both = combined([FOUND, replace(FOUND, focal_px=164.0)])
+    assert both.focal_px == pytest.approx(162.0, abs=0.1)
+    assert both.focal_deviation < FOUND.focal_deviation
+    assert both.turns == 6
+
+
+def test_recordings_that_do_not_agree_do_not():
+    both = combined([FOUND, replace(FOUND, focal_px=240.0)])
+    assert both.focal_deviation > FOUND.focal_deviation
+
+
+def test_one_recording_alone_is_what_it_is():
+    alone = combined([FOUND])
+    assert alone.focal_px == pytest.approx(FOUND.focal_px)
+    assert alone.focal_deviation == pytest.approx(FOUND.focal_deviation)
+    assert alone.pitch_deg == pytest.approx(FOUND.pitch_deg, abs=0.1)
+
+
+def test_a_reduced_recording_is_of_the_same_camera():
+    half = replace(FOUND, width=160, height=120, focal_px=80.0, column_px=1.5)
+    assert combined([FOUND, half]).focal_px == pytest.approx(160.0)
+
+
+def test_pictures_of_another_shape_are_not():
+    with pytest.raises(ValueError, match='one camera'):
+        combined([FOUND, replace(FOUND, height=180)])
+    with pytest.raises(ValueError, match='no estimate'):
+        combined([])

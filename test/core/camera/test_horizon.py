@@ -1,0 +1,67 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The camera's tilt, and where the horizon is."""
+
+import math
+
+import numpy as np
+from phase_traj_ros.core.camera.horizon import combined, Horizon, HorizonEstimator
+from phase_traj_ros.core.camera.lens_family import OneNumberLens
+from phase_traj_ros.synthetic.camera import BODY_TO_PICTURE, rotation
+import pytest
+
+(PITCH, ROLL) = (math.radians(10.0), math.radians(-3.0))
+
+
+def test_down_is_that_of_a_pose():
+    tilted = rotation(0.7, PITCH, ROLL)
+    expected = BODY_TO_PICTURE @ tilted.T @ (0.0, 0.0, -1.0)
+    np.testing.assert_allclose(Horizon(PITCH, ROLL).down(), expected, atol=1e-12)
+
+
+def test_levelling_makes_down_point_down_and_keeps_ahead_ahead():
+    horizon = Horizon(PITCH, ROLL)
+    level = horizon.levelling()
+    np.testing.assert_allclose(level @ level.T, np.eye(3), atol=1e-12)
+    np.testing.assert_allclose(level @ horizon.down(), (0, 1, 0), atol=1e-12)
+    (right, _, ahead) = level @ (0, 0, 1)
+    assert right == pytest.approx(0.0, abs=1e-12)
+    assert ahead > 0.9
+
+
+def test_a_camera_that_looks_down_sees_the_horizon_above_its_middle():
+    lens = OneNumberLens(200.0)
+    assert Horizon().row(lens, 240) == 119.5
+    assert Horizon(PITCH).row(lens, 240) == pytest.approx(119.5 - 200 * math.tan(PITCH))
+    assert Horizon(-PITCH).row(lens, 240) == pytest.approx(119.5 + 200 * math.tan(PITCH))
+
+
+def test_the_axes_of_turns_tell_pitch_and_roll():
+    estimator = HorizonEstimator()
+    for _ in range(5):
+        estimator.add_turn(Horizon(PITCH, ROLL).down(), math.radians(1.0))
+    found = estimator.horizon
+    assert math.degrees(found.pitch - PITCH) == pytest.approx(0.0, abs=0.1)
+    assert math.degrees(found.roll - ROLL) == pytest.approx(0.0, abs=0.4)
+    assert found.pitch_deviation < Horizon().pitch_deviation / 5
+
+
+def test_one_axis_that_is_far_off_hardly_counts():
+    estimator = HorizonEstimator()
+    for pitch in (PITCH, PITCH, PITCH, math.radians(-40.0), PITCH):
+        estimator.add_turn(Horizon(pitch, ROLL).down())
+    assert math.degrees(estimator.horizon.pitch) == pytest.approx(10.0, abs=1.0)
+
+
+def test_driving_straight_on_tells_the_pitch():
+    estimator = HorizonEstimator()
+    for _ in range(200):
+        # Looking down by 10 degrees, the vehicle goes to where is above the middle.
+        estimator.add_travel(-math.tan(PITCH), math.radians(1.0))
+    assert math.degrees(estimator.horizon.pitch) == pytest.approx(10.0, abs=0.2)
+    assert estimator.horizon.roll == 0.0
+
+
+def test_recordings_are_combined_by_how_sure_they_are():
+    (sure, unsure) = (Horizon(PITCH, 0.0, 0.002, 0.01), Horizon(0.5 * PITCH, 0.0, 0.05, 0.05))
+    assert math.degrees(combined([sure, unsure]).pitch) == pytest.approx(10.0, abs=0.1)

@@ -1,0 +1,173 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The camera from rendered drives."""
+
+from dataclasses import replace
+from functools import lru_cache
+import math
+
+import cv2
+import numpy as np
+from phase_traj_ros.core.camera.self_calibration import SelfCalibration
+from phase_traj_ros.synthetic import Camera, plan_drive, render_drive, Straight, Turn
+from phase_traj_ros.synthetic.camera import EQUIDISTANT
+import pytest
+
+RATE = 10.0
+PINHOLE = Camera.with_field_of_view(320, 160, 75.0)
+PINHOLE_SHAPE = (160, 320)
+FISHEYE = Camera.with_field_of_view(320, 200, 110.0, fisheye=EQUIDISTANT)
+
+
+@lru_cache(maxsize=4)
+def drive_of(camera, *, angle_deg=75.0, pitch_deg=0.0):
+    """Return frames of one turn, and how far the picture moves before each."""
+    drive = plan_drive(
+        'a turn', [Straight(0.5, 5.0), Turn(angle_deg, 3.0, 5.0), Straight(0.5, 5.0)],
+        rate_hz=RATE, camera=camera, seed=4)
+    poses = drive.poses.copy()
+    poses[:, 3] = math.radians(pitch_deg)
+    frames = list(render_drive(replace(drive, poses=poses)))
+    return frames, [0.0, *(camera.focal * drive.yaw_steps()).tolist()]
+
+
+def learned(frames, shifts, **options):
+    calibration = SelfCalibration(**options)
+    for (index, (frame, shift)) in enumerate(zip(frames, shifts)):
+        calibration.update(frame, shift, 1 / RATE if index else 0.0)
+    calibration.finish()
+    return calibration
+
+
+def test_before_the_first_turn_nothing_is_certain():
+    calibration = SelfCalibration()
+    calibration.update(np.zeros((160, 320), np.uint8), 0.0, 0.0)
+    (low, high) = calibration.estimate.focal_interval_px
+    assert low < 100 < 400 < high
+    assert calibration.estimate.turns == 0
+    with pytest.raises(ValueError, match='no frame yet'):
+        _ = SelfCalibration().estimate
+
+
+@pytest.mark.parametrize('angle_deg', [75.0, -75.0])
+def test_one_turn_tells_the_focal_length(angle_deg):
+    found = learned(*drive_of(PINHOLE, angle_deg=angle_deg)).estimate
+    assert found.focal_px == pytest.approx(PINHOLE.focal, rel=0.1)
+    (low, high) = found.focal_interval_px
+    assert low < PINHOLE.focal < high
+    assert high / low < 1.2 ** 2
+    assert found.straightness == pytest.approx(1.0, abs=0.15)
+    assert found.turns >= 1
+
+
+def test_it_tells_a_fisheye_and_its_tilt():
+    found = learned(*drive_of(FISHEYE, pitch_deg=8.0)).estimate
+    assert found.focal_px == pytest.approx(FISHEYE.focal, rel=0.1)
+    assert found.straightness == pytest.approx(0.0, abs=0.1)
+    assert found.pitch_deg == pytest.approx(8.0, abs=1.5)
+
+
+def test_shifts_that_are_not_quite_right_do():
+    (frames, shifts) = drive_of(PINHOLE)
+    rng = np.random.default_rng(0)
+    wrong = [1.2 * shift + rng.normal(0, 2) for shift in shifts]
+    assert learned(frames, wrong).estimate.focal_px == pytest.approx(PINHOLE.focal, rel=0.1)
+
+
+def test_a_mirror_makes_no_difference():
+    (frames, shifts) = drive_of(PINHOLE)
+    mirrored = [np.ascontiguousarray(frame[:, ::-1]) for frame in frames]
+    found = learned(mirrored, [-shift for shift in shifts]).estimate
+    assert found.focal_px == pytest.approx(PINHOLE.focal, rel=0.1)
+
+
+def test_sixteen_bits_tell_what_eight_do():
+    (frames, shifts) = drive_of(PINHOLE)
+    deep = [frame.astype(np.uint16) * 200 for frame in frames]
+    assert learned(deep, shifts).estimate.focal_px == pytest.approx(PINHOLE.focal, rel=0.1)
+
+
+def test_the_same_frames_tell_the_same():
+    assert learned(*drive_of(PINHOLE)).estimate == learned(*drive_of(PINHOLE)).estimate
+
+
+def test_what_is_masked_is_not_looked_at():
+    (frames, shifts) = drive_of(PINHOLE)
+    # The lower third shows a mirror, in which all goes the other way.
+    spoilt = [
+        np.concatenate([frame[:107], np.ascontiguousarray(frame[54:107, ::-1])])
+        for frame in frames]
+    mask = np.full(PINHOLE_SHAPE, 255, np.uint8)
+    mask[107:] = 0
+    (masked, free) = (learned(spoilt, shifts, mask=which).estimate for which in (mask, None))
+    assert masked.focal_px == pytest.approx(PINHOLE.focal, rel=0.1)
+    assert masked.focal_deviation < free.focal_deviation
+
+
+@pytest.mark.parametrize('frames', [
+    [np.zeros(PINHOLE_SHAPE, np.uint8)] * 40,
+    list(np.random.default_rng(2).integers(0, 255, (40, *PINHOLE_SHAPE), np.uint8))])
+def test_pictures_that_do_not_go_with_the_shifts_tell_nothing(frames):
+    assert learned(frames, [0.0, *[8.0] * 39]).estimate.turns == 0
+
+
+def test_a_vehicle_that_stands_tells_nothing():
+    frames = [drive_of(PINHOLE)[0][0]] * 40
+    assert learned(frames, [0.0] * 40).estimate.turns == 0
+    assert learned(frames, [0.0, *[8.0] * 39]).estimate.turns == 0
+
+
+def test_a_cut_does_not_join_what_is_on_its_two_sides():
+    (frames, shifts) = drive_of(PINHOLE)
+    calibration = SelfCalibration()
+    for (index, (frame, shift)) in enumerate(zip(frames, shifts)):
+        if index % 4 == 0:
+            calibration.cut()
+        calibration.update(frame, shift, 1 / RATE)
+    assert calibration.estimate.turns == 0
+
+
+def test_a_cut_keeps_what_was_learned():
+    calibration = learned(*drive_of(PINHOLE))
+    before = calibration.estimate
+    calibration.cut()
+    assert calibration.estimate == before
+
+
+def test_pictures_of_another_size_are_of_another_camera():
+    calibration = learned(*drive_of(PINHOLE))
+    frame = cv2.resize(drive_of(PINHOLE)[0][0], (200, 100))
+    calibration.update(frame, 0.0, 0.1)
+    assert calibration.estimate.turns == 0
+    assert calibration.estimate.width == 200
+
+
+def test_many_turns_are_not_all_looked_at():
+    (frames, shifts) = drive_of(PINHOLE)
+    (frames, shifts) = (frames[:30], shifts[:30])
+    calibration = SelfCalibration()
+    for _ in range(8):
+        calibration.cut()
+        for (frame, shift) in zip(frames, shifts):
+            calibration.update(frame, shift, 1 / RATE)
+    # Of 8 turns or more within 240 frames.
+    assert 3 <= calibration.turns <= 7
+
+
+def test_right_angles_tell_where_nothing_else_does():
+    calibration = SelfCalibration()
+    calibration.update(np.zeros((160, 320), np.uint8), 0.0, 0.0)
+    before = calibration.estimate
+    for _ in range(6):
+        # Right angles, measured with a focal length of 1.5 times the true 240 pixels.
+        calibration.add_turn(60.0, focal_px=360.0)
+    after = calibration.estimate
+    assert after.focal_px == pytest.approx(240.0, rel=0.25)
+    assert after.focal_deviation < before.focal_deviation
+
+
+def test_wrong_right_angles_do_not_outvote_the_flow():
+    calibration = learned(*drive_of(PINHOLE))
+    for _ in range(10):
+        calibration.add_turn(70.0, focal_px=PINHOLE.focal)
+    assert calibration.estimate.focal_px == pytest.approx(PINHOLE.focal, rel=0.1)

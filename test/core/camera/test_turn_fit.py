@@ -1,0 +1,90 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The lens from points that are followed through a turn."""
+
+import math
+
+import numpy as np
+from phase_traj_ros.core.camera.lens_family import places
+from phase_traj_ros.core.camera.turn_fit import fit_turn
+from phase_traj_ros.core.camera.turn_tracks import TurnTracks
+from phase_traj_ros.synthetic.camera import BODY_TO_PICTURE, rotation
+import pytest
+
+(WIDTH, HEIGHT) = (320, 240)
+GUESSES = [(0.23 * WIDTH, 1.0, 0.0), (0.45 * WIDTH, 0.6, 0.0), (0.9 * WIDTH, 0.9, 0.0)]
+
+
+def tracks_of(*, focal, straightness=1.0, column=0.0, turned_deg=60.0, pitch_deg=0.0,
+              roll_deg=0.0, noise=0.1, wrong=0.0, steps=11, seed=0):
+    """Return what a camera sees of points all round, on an arc of 8 m radius."""
+    rng = np.random.default_rng(seed)
+    count = 1500
+    (around, away) = (rng.uniform(-math.pi, math.pi, count), rng.uniform(8.0, 60.0, count))
+    points = np.stack([
+        away * np.cos(around), away * np.sin(around), rng.uniform(-1.5, 6.0, count)], axis=1)
+    sights = []
+    yaws = np.radians(np.linspace(0.0, turned_deg, steps))
+    for (frame, yaw) in enumerate(yaws):
+        side = math.copysign(8.0, turned_deg)
+        place = np.array([abs(side) * math.sin(abs(yaw)), side * (1 - math.cos(yaw)), 0.0])
+        tilted = rotation(yaw, math.radians(pitch_deg), math.radians(roll_deg))
+        seen = (points - place) @ tilted @ BODY_TO_PICTURE.T
+        ahead = np.flatnonzero(seen[:, 2] > 0.5)
+        at = places(seen[ahead], focal, straightness)[0] + (column, 0.0)
+        inside = (abs(at) < (WIDTH / 2, HEIGHT / 2)).all(axis=1)
+        at = at[inside] + noise * rng.standard_normal((inside.sum(), 2))
+        strays = rng.random(len(at)) < wrong
+        at[strays] += rng.uniform(-30, 30, (strays.sum(), 2))
+        sights.append(np.column_stack([ahead[inside], np.full(len(at), frame), at]))
+    sights = np.concatenate(sights)
+    (names, times) = np.unique(sights[:, 0], return_counts=True)
+    kept = names[times >= 3][:100]
+    sights = sights[np.isin(sights[:, 0], kept)]
+    sights = sights[np.lexsort((sights[:, 1], sights[:, 0]))]
+    point = np.unique(sights[:, 0], return_inverse=True)[1]
+    return TurnTracks(
+        point.astype(np.int64), sights[:, 1].astype(np.int64), sights[:, 2:],
+        focal * yaws, 0.1 * np.arange(steps))
+
+
+@pytest.mark.parametrize(('focal', 'straightness'), [
+    (75.0, 1.0), (180.0, 1.0), (380.0, 1.0), (130.0, 0.25), (140.0, 0.0), (150.0, -0.3)])
+@pytest.mark.parametrize('turned_deg', [60.0, -60.0])
+def test_a_turn_tells_focal_length_and_distortion(focal, straightness, turned_deg):
+    tracks = tracks_of(focal=focal, straightness=straightness, turned_deg=turned_deg)
+    fit = fit_turn(tracks, GUESSES, width=WIDTH)
+    assert math.exp(fit.log_focal) == pytest.approx(focal, rel=0.04)
+    # Through a narrow lens, distortion is hard to see, and makes no difference.
+    assert fit.straightness == pytest.approx(straightness, abs=0.05 if focal < 300 else 0.3)
+    assert math.degrees(fit.angle) == pytest.approx(turned_deg, abs=2.5)
+    assert fit.cost < 1.0
+
+
+def test_points_that_go_astray_hardly_count():
+    fit = fit_turn(tracks_of(focal=180.0, wrong=0.1), GUESSES, width=WIDTH)
+    assert math.exp(fit.log_focal) == pytest.approx(180.0, rel=0.05)
+
+
+def test_the_axis_of_the_turn_is_the_vertical():
+    fit = fit_turn(tracks_of(focal=180.0, pitch_deg=12.0, roll_deg=-4.0), GUESSES, width=WIDTH)
+    (right, down, ahead) = fit.down
+    assert math.degrees(math.asin(ahead)) == pytest.approx(12.0, abs=1.0)
+    assert math.degrees(math.atan2(right, down)) == pytest.approx(-4.0, abs=1.0)
+
+
+def test_the_principal_point_is_found():
+    fit = fit_turn(tracks_of(focal=180.0, column=14.0), GUESSES, width=WIDTH)
+    assert fit.column == pytest.approx(14.0, abs=4.0)
+
+
+def test_its_deviations_grow_as_the_turn_gets_smaller():
+    (small, large) = (
+        fit_turn(tracks_of(focal=180.0, turned_deg=turned), GUESSES, width=WIDTH)
+        for turned in (15.0, 60.0))
+    assert small.covariance[0, 0] > 4 * large.covariance[0, 0]
+
+
+def test_the_same_tracks_give_the_same_fit():
+    (one, other) = (fit_turn(tracks_of(focal=180.0), GUESSES, width=WIDTH) for _ in range(2))
+    assert (one.log_focal, one.straightness) == (other.log_focal, other.straightness)

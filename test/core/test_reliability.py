@@ -1,0 +1,158 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A result is relied upon where its pairs can be, and the reasons say why not."""
+
+import math
+
+import cv2
+import numpy as np
+from phase_traj_ros.core.camera.model import CameraModel
+from phase_traj_ros.core.camera.projection import CylinderProjection
+from phase_traj_ros.core.correlation.fixed_areas import FixedAreas
+from phase_traj_ros.core.heading.cuts import CutDetector
+from phase_traj_ros.core.heading.tracker import HeadingTracker
+from phase_traj_ros.core.heading.yaw_meter import YawMeter
+from phase_traj_ros.core.reliability import Evidence, evidence_of, Reason, ReliabilityMonitor
+from phase_traj_ros.synthetic import Camera, overlays, plan_drive, render_drive, Straight, Turn
+from phase_traj_ros.synthetic.degradations import night, rain, sensor_noise
+import pytest
+
+FOCAL = 160 / math.tan(math.radians(35))
+
+
+def summed_up(**pairs):
+    monitor = ReliabilityMonitor()
+    for name, count in pairs.items():
+        for _ in range(count):
+            monitor.add(Evidence(name), 0.1)
+    return monitor
+
+
+@pytest.mark.parametrize(('pairs', 'reasons'), [
+    ({'trusted': 100}, ()),
+    ({'trusted': 60, 'scattered': 40}, ()),
+    ({'trusted': 40, 'scattered': 60}, (Reason.NOT_ONE_MOTION,)),
+    ({'trusted': 30, 'blank': 60, 'jerked': 10}, (Reason.NOTHING_TO_SEE,)),
+    ({'trusted': 20, 'jerked': 40, 'scattered': 40}, (Reason.NOT_ONE_MOTION, Reason.SHAKING)),
+    ({'fixed': 100}, (Reason.VIEW_BLOCKED,)),
+    ({'trusted': 60, 'fixed': 40}, (Reason.VIEW_BLOCKED,)),
+    ({'trusted': 75, 'fixed': 25}, ()),
+    ({'still': 100}, ()),
+    ({'still': 95, 'fixed': 5}, ()),
+    ({'still': 300, 'trusted': 30, 'scattered': 100}, (Reason.NOT_ONE_MOTION,)),
+    ({'trusted': 9}, (Reason.TOO_SHORT,)),
+    ({}, (Reason.TOO_SHORT,)),
+])
+def test_what_most_pairs_are_worth_decides(pairs, reasons):
+    verdict = summed_up(**pairs).verdict()
+    assert verdict.reasons == reasons
+    assert verdict.reliable == (not reasons)
+    assert verdict.words == tuple(reason.value for reason in reasons)
+
+
+def test_frames_far_apart_are_the_reason_for_scattered_blocks():
+    monitor = ReliabilityMonitor()
+    for _ in range(40):
+        monitor.add(Evidence.SCATTERED, 0.5)
+    assert monitor.verdict().reasons == (Reason.NOT_ONE_MOTION, Reason.RATE_TOO_LOW)
+
+
+def test_a_camera_that_is_needed_and_a_film_in_pieces_are_reasons():
+    monitor = summed_up(trusted=100)
+    assert monitor.verdict(camera_known=False).reasons == (Reason.CAMERA_NOT_KNOWN,)
+    for _ in range(11):
+        monitor.add_cut()
+    assert monitor.verdict().reasons == (Reason.MANY_CUTS,)
+    monitor.reset()
+    assert monitor.verdict().reasons == (Reason.TOO_SHORT,)
+
+
+def test_each_reason_has_a_word_and_a_sentence():
+    for reason in Reason:
+        assert reason.value == reason.name.lower()
+        assert reason.sentence.endswith('.')
+
+
+@pytest.mark.parametrize(('given', 'evidence'), [
+    ({'agreement': 0.8}, Evidence.TRUSTED), ({'agreement': 0.2}, Evidence.SCATTERED),
+    ({'agreement': None}, Evidence.STILL), ({'agreement': 0.9, 'still': True}, Evidence.STILL),
+    ({'agreement': 0.1, 'blank': True}, Evidence.BLANK),
+    ({'agreement': 0.9, 'fixed': True}, Evidence.FIXED),
+    ({'agreement': 0.9, 'bridged': True}, Evidence.JERKED)])
+def test_a_pair_is_worth_what_speaks_against_it(given, evidence):
+    assert evidence_of(**given) is evidence
+
+
+@pytest.fixture(scope='module')
+def drive():
+    plan = [Straight(2.0), Turn(-90.0, 3.0, 4.5), Straight(2.0)]
+    return list(render_drive(plan_drive(
+        'a drive', plan, rate_hz=10.0, camera=Camera.with_field_of_view(320, 240, 70), speed=6.0,
+        seed=8)))
+
+
+def followed(frames, interval=0.1):
+    """Return the verdict on frames that are followed as the estimator does."""
+    meter = YawMeter(CylinderProjection(CameraModel.pinhole((240, 320), FOCAL)))
+    tracker, cuts, areas = HeadingTracker(), CutDetector(), FixedAreas()
+    monitor = ReliabilityMonitor()
+    for number, frame in enumerate(frames):
+        measured = meter.update(frame, interval)
+        areas.update(frame, interval if number else 0.0)
+        if measured is not None:
+            step = tracker.update(measured.yaw, interval, certain=measured.certain)
+            fixed = areas.doubts(measured.shift, agreed=measured.refined)
+            monitor.add(evidence_of(
+                agreement=measured.agreement, blank=areas.blank, bridged=step.bridged,
+                fixed=fixed or not areas.sufficient), interval)
+            if cuts.update(measured, interval):
+                monitor.add_cut()
+    return monitor.verdict().reasons
+
+
+@pytest.mark.parametrize('every', [1, 3])
+@pytest.mark.parametrize('spoil', [
+    lambda frame, number: frame,
+    lambda frame, number: sensor_noise(frame, sigma=20.0, seed=number),
+    lambda frame, number: night(frame, seed=number),
+    lambda frame, number: rain(frame, streaks=300, seed=number),
+    lambda frame, number: overlays.drops(frame),
+    lambda frame, number: overlays.black_bars(frame, sides=0.2),
+    lambda frame, number: overlays.bonnet(frame)])
+def test_usable_pictures_give_a_reliable_result(drive, spoil, every):
+    frames = [spoil(frame, number) for number, frame in enumerate(drive[::every])]
+    assert followed(frames, 0.1 * every) == ()
+
+
+@pytest.mark.parametrize(('spoil', 'reason'), [
+    (lambda frame, number: night(frame, exposure=0.0005, seed=number), Reason.NOTHING_TO_SEE),
+    (lambda frame, number: overlays.burnt_in_text(
+        night(frame, exposure=0.0005, seed=number), '2026-03-01 12:34'), Reason.NOTHING_TO_SEE),
+    (lambda frame, number: overlays.drops(frame, count=400, size=0.025, seed=2),
+     Reason.VIEW_BLOCKED)])
+def test_a_night_without_light_and_a_lens_full_of_drops_do_not(drive, spoil, reason):
+    assert followed(spoil(frame, number) for number, frame in enumerate(drive)) == (reason,)
+
+
+@pytest.mark.parametrize('shaking', [2.0, 5.0])
+def test_a_hand_held_camera_in_a_crowd_does_not(drive, shaking):
+    """About fifteen people walk across at 2 Hz, each its own way, and the hand shakes."""
+    rng = np.random.default_rng(6)
+    coats = [np.clip(128 + 4 * (cv2.GaussianBlur(
+        rng.integers(0, 255, (160, 50)).astype(np.uint8), (0, 0), 2) - 128.0), 0, 255)
+        for _ in range(15)]
+    start, pace = rng.uniform(0, 320, 15), rng.normal(0, 30, 15)
+
+    def crowded(number, frame):
+        for coat, first, walked in zip(coats, start, pace):
+            left = int(first + walked * number + rng.normal(0, 4)) % 270
+            top = min(int(70 + rng.normal(0, 4)), 80)
+            frame = frame.copy()
+            frame[top:top + 160, left:left + 50] = coat
+        turn = cv2.getRotationMatrix2D((160, 120), rng.normal(0, shaking), 1.1)
+        turn[:, 2] += rng.normal(0, shaking * FOCAL / 57.3, 2)
+        return cv2.warpAffine(frame, turn, (320, 240), borderMode=cv2.BORDER_REFLECT)
+
+    frames = [crowded(number, frame) for number, frame in enumerate(drive)]
+    assert Reason.NOT_ONE_MOTION in followed(frames, 0.5)
+    assert Reason.RATE_TOO_LOW in followed(frames, 0.5)
