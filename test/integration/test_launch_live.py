@@ -38,6 +38,19 @@ def generate_launch_description():
         launch_arguments={arguments}.items())])])
 """
 RUNS = 'parameters, with '
+STARTED = []
+
+
+@pytest.fixture(autouse=True)
+def nothing_left():
+    """End what a test that fails has left running."""
+    yield
+    while STARTED:
+        process = STARTED.pop()
+        if process.poll() is None:
+            os.killpg(process.pid, signal.SIGKILL)
+        process.wait()
+        process.stdout.close()
 
 
 class Launched:
@@ -47,6 +60,7 @@ class Launched:
         self.process = subprocess.Popen(
             ['ros2', 'launch', *arguments], stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
             text=True, start_new_session=True)
+        STARTED.append(self.process)
         self.text = ''
         for line in self.process.stdout:
             self.text += line
