@@ -9,7 +9,6 @@ import re
 import shutil
 import signal
 import subprocess
-import time
 
 import pytest
 
@@ -69,8 +68,6 @@ class Launched:
 
     def ends(self):
         """Press Ctrl-C; return the exit status."""
-        os.killpg(self.process.pid, signal.SIGINT)
-        time.sleep(0.15)
         os.killpg(self.process.pid, signal.SIGINT)
         self.text += self.process.communicate(timeout=30)[0]
         return self.process.returncode
