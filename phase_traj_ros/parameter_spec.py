@@ -3,6 +3,7 @@
 """How a parameter is declared: type, default, range or choices, unit, description."""
 
 from dataclasses import dataclass, field
+from enum import Enum
 import sys
 from typing import Any, cast, TypeAlias
 
@@ -13,6 +14,14 @@ Value: TypeAlias = 'bool | int | float | str'
 _ROS_TYPES = {bool: 'bool', int: 'integer', float: 'double', str: 'string'}
 # As a range has to be given: any finite number above zero.
 POSITIVE: dict[str, Any] = {'minimum': sys.float_info.min, 'maximum': sys.float_info.max}
+
+
+class Group(Enum):
+    """Who needs a parameter; the value is the heading that the docs and ``--help`` give it."""
+
+    USER = 'What you may want'
+    VEHICLE = 'What a vehicle may need'
+    REST = 'The rest'
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -28,6 +37,7 @@ class Spec:
     step: int
     choices: tuple[str, ...]
     read_only: bool
+    group: Group
 
     def check(self, value: object) -> None:
         """
@@ -92,9 +102,9 @@ class Spec:
 def parameter(
     default: Value, description: str, *, unit: str = '', minimum: float | None = None,
     maximum: float | None = None, step: int = 1, choices: tuple[str, ...] = (),
-    read_only: bool = False,
+    read_only: bool = False, group: Group = Group.REST,
 ) -> Any:
     """Return the field of a dataclass that declares a parameter, see ``Spec``."""
     return field(default=default, metadata={
         'description': description, 'unit': unit, 'minimum': minimum, 'maximum': maximum,
-        'step': step, 'choices': choices, 'read_only': read_only})
+        'step': step, 'choices': choices, 'read_only': read_only, 'group': group})

@@ -50,6 +50,7 @@ class Job:
     speed_topic: str = DEFAULT_SPEED_TOPIC
     selection: Selection = EVERYTHING
     fps: float | None = None
+    one_pass: bool = False
     svg: bool = False
     report: bool = False
     bag_name: str | None = None
@@ -180,7 +181,7 @@ def _replay(job: Job, progress: Progress | None) -> Replay:
 
         return replay_source(
             source, job.parameters, job.wanted, title=job.source.name or job.folder,
-            through=counted, speed_topic=job.speed_topic)
+            through=counted, speed_topic=job.speed_topic, one_pass=job.one_pass)
 
 
 def _route(result: Replay) -> tuple[tuple[float, float], ...]:
