@@ -72,7 +72,7 @@ def add_parameters(parser: ArgumentParser) -> None:
     """Add the options that choose parameters."""
     parser.add_argument(
         '--threshold', metavar='PX', type=float,
-        help='shift in pixels per frame from which a pair counts as a turn: the paper\'s rule'
+        help="shift in pixels per frame from which a pair counts as a turn: the paper's rule"
              ' (default: what --params says, else the turns are found without it)')
     parser.add_argument(
         '--params', metavar='FILE', type=Path, help="ROS parameter file, the node's own")
