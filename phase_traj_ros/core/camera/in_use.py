@@ -44,8 +44,8 @@ class CameraInUse:
         if lens.origin is not LensOrigin.DRIVE or estimate is None:
             return cls(
                 origin=lens.origin, focal_px=focal_px, hfov_deg=hfov_deg,
-                straightness=lens.straightness, offset=lens.offset,
-                pitch_deg=lens.pitch_deg, roll_deg=lens.roll_deg)
+                straightness=lens.straightness, offset=lens.offset, pitch_deg=lens.pitch_deg,
+                roll_deg=lens.roll_deg)
         scale = width / estimate.width
         least, most = estimate.focal_interval_px
         return cls(

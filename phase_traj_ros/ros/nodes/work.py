@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What a node does, whether it is managed or not: images in, codes and path out."""
+"""What a node of this package does, managed or not: images in, codes and path out."""
 
 import time
 
