@@ -14,6 +14,8 @@ Value: TypeAlias = 'bool | int | float | str'
 _ROS_TYPES = {bool: 'bool', int: 'integer', float: 'double', str: 'string'}
 # As a range has to be given: any finite number above zero.
 POSITIVE: dict[str, Any] = {'minimum': sys.float_info.min, 'maximum': sys.float_info.max}
+# The same, or zero.
+NOT_NEGATIVE: dict[str, Any] = {'minimum': 0.0, 'maximum': sys.float_info.max}
 
 
 class Group(Enum):
@@ -65,8 +67,8 @@ class Spec:
 
     @property
     def is_open(self) -> bool:
-        """Return whether any finite number above 0 goes: such a range tells a tool nothing."""
-        return self.minimum == sys.float_info.min
+        """Return whether it goes as far as numbers do: such a range tells a tool nothing."""
+        return self.maximum == sys.float_info.max
 
     @property
     def allowed(self) -> str:
@@ -76,7 +78,7 @@ class Spec:
         if self.minimum is None:
             return ''
         if self.is_open:
-            return 'a finite number above 0'
+            return f'a finite number {"of 0 or more" if self.minimum == 0 else "above 0"}'
         if self.step > 1:
             return f'{self.minimum:.12g} to {self.maximum:.12g} in steps of {self.step}'
         return f'{self.minimum:.12g} to {self.maximum:.12g}'

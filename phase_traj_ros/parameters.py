@@ -23,7 +23,7 @@ from phase_traj_ros.core.correlation.transforms import TransformLibrary
 from phase_traj_ros.core.path.speed import MOST_SPEED
 from phase_traj_ros.core.settings import CodeSource, PathSource
 from phase_traj_ros.errors import ParameterError
-from phase_traj_ros.parameter_spec import Group, parameter, POSITIVE, Spec
+from phase_traj_ros.parameter_spec import Group, NOT_NEGATIVE, parameter, POSITIVE, Spec
 
 NODE_NAME = 'phase_traj'
 
@@ -69,7 +69,7 @@ class Parameters:
         0.0, 'Horizontal shift between two frames from which a pair counts as a turn, by the rule'
         f' of the paper. 0 leaves the choice to code_source, and is {PAPER_THRESHOLD:g} with'
         ' shift.',
-        unit='px/frame', minimum=0.0, maximum=1e6, group=Group.USER)
+        unit='px/frame', group=Group.USER, **NOT_NEGATIVE)
     threshold_deg_s: float = parameter(
         0.0, 'Yaw rate from which a pair counts as a turn, instead of threshold: it is the'
         ' same for all cameras and frame rates. Takes a focal length; 0 uses threshold.',
@@ -304,6 +304,11 @@ class Parameters:
     def measures_heading(self) -> bool:
         """Return whether heading and turns are measured."""
         return self.estimator_settings().measures_heading
+
+    @property
+    def learns_camera(self) -> bool:
+        """Return whether the camera is learned from the drive where nothing else tells it."""
+        return self.estimator_settings().learns_lens
 
     @property
     def needs_camera(self) -> bool:

@@ -152,11 +152,11 @@ def test_no_threshold_leaves_the_choice_to_the_code_source(folder, tmp_path):
             (source, None) if source else (None, 16.0))
 
 
-@pytest.mark.parametrize('threshold', ['-16', 'nan', 'inf', '-inf', '1e7'])
+@pytest.mark.parametrize('threshold', ['-16', 'nan', 'inf', '-inf'])
 def test_threshold_has_to_be_finite_and_positive(folder, tmp_path, threshold):
     output = tmp_path / 'results'
     message = refused('replay', folder, f'--threshold={threshold}', '--output', output)
-    assert 'it takes 0 to 1000000' in message
+    assert 'it takes a finite number of 0 or more' in message
     assert not output.exists()
 
 

@@ -8,6 +8,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from enum import Enum
+from itertools import count
 from pathlib import Path
 import shutil
 import time
@@ -173,10 +174,14 @@ def _replay(job: Job, progress: Progress | None) -> Replay:
             f'the folder {job.root} is not there: a cluster has to share it between its machines')
     with open_source(
             job.source, topic=job.topic, selection=job.selection, fps=job.fps) as source:
+        passes = 2 if job.parameters.learns_camera and not job.one_pass else 1
+        total = None if source.frame_count is None else passes * source.frame_count
+        done = count()
+
         def counted(frames: Iterable[StampedFrame]) -> Iterator[StampedFrame]:
-            for number, frame in enumerate(frames):
+            for frame in frames:
                 if progress is not None:
-                    progress(number, source.frame_count)
+                    progress(next(done), total)
                 yield frame
 
         return replay_source(
