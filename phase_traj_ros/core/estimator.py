@@ -32,6 +32,8 @@ _SETTLED = {
     'draws_heading': 'what the path is drawn from',
     'measures_heading': 'whether heading is measured',
     'metric': 'whether there is a speed'}
+# But for these, where a threshold asks for the paper's rule, or no longer does.
+_SWITCHED = ('code_source', 'draws_heading', 'measures_heading')
 
 
 class TrajectoryEstimator:
@@ -178,7 +180,7 @@ class TrajectoryEstimator:
         """
         for name, words in _SETTLED.items():
             if (getattr(settings, name) != getattr(self._settings, name)
-                    and not self._switches_rule(settings)):
+                    and not (name in _SWITCHED and self._switches_rule(settings))):
                 raise ValueError(
                     f'{words} is settled at the start, and this would change it: start anew with'
                     ' these settings')
