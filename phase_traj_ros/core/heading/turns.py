@@ -211,6 +211,8 @@ class _Side:
             self._ended.append((after, self._count(after, counted)))
         if self.turn is not None:
             self.turn = _scaled(self.turn, factor)
+            # It may be over with the next frame.
+            self._counted = self._count(self.turn, self._counted)
 
     def _count(self, turn: Turn, counted: int) -> int:
         """Count the quarters of a turn beyond those counted; return how many are now."""

@@ -224,6 +224,15 @@ def test_a_turn_under_way_goes_on_with_the_new_scale():
     assert turns[0].peak_rate_deg_s == pytest.approx(30)
 
 
+@pytest.mark.parametrize('pairs_after', range(1, 12))
+def test_a_turn_counts_wherever_the_scale_comes_after_it(pairs_after):
+    # Half a second after its last pair it is over: that may be the very next one.
+    plan = [*STRAIGHT, *bend(-45, 3), *[0.0] * 20]
+    quarters, turns = counted(plan, scale_at=15 + 30 + pairs_after, factor=2.0)
+    assert [each for each in quarters if each] == [(-1,)]
+    assert [turn.angle_deg for turn in turns] == pytest.approx([-90])
+
+
 def test_quarters_start_anew_after_a_reset():
     detector = TurnDetector()
     for pair in range(40):
