@@ -35,8 +35,8 @@ class HeadingUpdate:
     """Whether the yaw was measured, and not bridged."""
     turns: tuple[Turn, ...]
     """Turns that are known to have ended."""
-    quarters: int
-    """Quarter turns made so far, positive to the left."""
+    quarters: tuple[int, ...]
+    """Quarter turns that count from this pair on, in their order: 1 to the left, -1 right."""
     focal_px: float
     """Focal length that the yaw was measured with, in pixels of the full frame."""
 
@@ -138,7 +138,8 @@ class HeadingEstimator:
             self._rotate_180 = upside_down
             self._meter = None
             if self._learning is not None:
-                self._learning.turn_180()
+                # What it knows of the tilt was upside down.
+                self._learning.forget()
 
     def restart(self) -> None:
         """Start anew at heading 0; the newest frame is the first. What is settled stays so."""
