@@ -286,7 +286,11 @@ class TrajectoryEstimator:
 
     def _learning(self) -> SelfCalibration:
         mask = self._meter.mask
-        return SelfCalibration(mask=None if mask is None else (255 * mask).astype(np.uint8))
+        if mask is None:
+            return SelfCalibration()
+        # It is shown upright frames.
+        upright = mask[::-1, ::-1] if self._settings.view.rotate_180 else mask
+        return SelfCalibration(mask=(255 * upright).astype(np.uint8))
 
     def _forget(self) -> None:
         self._coder.reset()

@@ -80,6 +80,11 @@ class SelfCalibration:
         self._frames, self._tried, self._fits = 0, 0, 0
         self._estimate: CameraEstimate | None = None
 
+    def turn_180(self) -> None:
+        """Go on with frames the other way up: the tilt has to be learned anew."""
+        self._follower.turn_180()
+        self.forget()
+
     def cut(self) -> None:
         """Do not follow anything from the last frame to the next; what is learned is kept."""
         self._follower.cut()

@@ -137,6 +137,8 @@ class HeadingEstimator:
         if upside_down != self._rotate_180:
             self._rotate_180 = upside_down
             self._meter = None
+            if self._learning is not None:
+                self._learning.turn_180()
 
     def restart(self) -> None:
         """Start anew at heading 0; the newest frame is the first. What is settled stays so."""
@@ -246,6 +248,9 @@ class HeadingEstimator:
         if self._mask is not None:
             check_size(frame, self._mask)
         camera = self._lens.camera_for((frame.shape[0], frame.shape[1]))
+        if self._rotate_180 and not self._lens.calibrated:
+            # Numbers and estimates are about the upright picture, calibrations about the frames.
+            camera = camera.turned_180()
         projection = CylinderProjection(camera, rotate_180=self._rotate_180)
         meter = YawMeter(projection, mask=self._mask, transform=self._transform)
         self._focal = (camera.fx, camera.fy)
