@@ -232,7 +232,8 @@ def test_nothing_known_is_coded_as_a_replay_in_one_pass_has_it(live, drive, tmp_
     folder.mkdir()
     for index, frame in enumerate(frames):
         cv2.imwrite(str(folder / f'{index:04}.png'), frame)
-    np.savetxt(folder / 'times.txt', drive.stamps_ns / 1e9, fmt='%.9f')
+    (folder / 'times.txt').write_text(''.join(
+        f'{stamp // 10**9}.{stamp % 10**9:09}\n' for stamp in drive.stamps_ns.tolist()))
     node = live.start('-p', f'output_dir:={tmp_path / "kept"}')
     heard = heard_of(live, 'movement', 'direction', 'heading', 'shift', 'status')
     told = live.listen(String, 'phase_traj/camera', LATCHED)
@@ -246,6 +247,7 @@ def test_nothing_known_is_coded_as_a_replay_in_one_pass_has_it(live, drive, tmp_
     assert not main([
         'replay', str(folder), '--one-pass', '--output', str(tmp_path / 'one')])
     code = json.loads((tmp_path / 'one' / 'chain_code.json').read_text())
+    assert code['last_stamp_ns'] == drive.stamps_ns[-1]
     assert code['code_source'] == 'auto' and code['camera']['origin'] == 'drive'
     assert [each.data for each in heard['movement']] == code['movement']
     live.until(lambda: len(heard['direction']) == len(code['direction']))
