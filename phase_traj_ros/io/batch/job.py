@@ -112,7 +112,7 @@ def replay_source(
                 source=source.description, debug_images=wanted.bag_debug_images)))
         frames = KeptFrames(source)
         lens = known_lens(source, parameters)
-        if lens is None and not one_pass:
+        if lens is None and not one_pass and parameters.learns_camera:
             lens = learned_lens(through(frames.keeping()), parameters, source.description)
         speeds = source.speeds(speed_topic) if parameters.use_speed_topic else ()
         with closing(frames.once()) as again:
