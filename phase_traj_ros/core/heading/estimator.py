@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Heading and turns of one camera whose focal length is known: frames in, yaw added up."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 import math
 
 import numpy as np
@@ -35,8 +35,8 @@ class HeadingUpdate:
     """Whether the yaw was measured, and not bridged."""
     turns: tuple[Turn, ...]
     """Turns that are known to have ended."""
-    quarters: int
-    """Quarter turns made so far, positive to the left."""
+    quarters: tuple[int, ...]
+    """Quarter turns that count from this pair on, in their order: 1 to the left, -1 right."""
     focal_px: float
     """Focal length that the yaw was measured with, in pixels of the full frame."""
 
@@ -104,7 +104,7 @@ class HeadingEstimator:
         """Return what the drive has told of the camera; None before a turn, or if it is known."""
         if self._learning is None or self._learning.turns == 0:
             return None
-        return self._told(self._learning)
+        return self._learning.estimate
 
     @property
     def focal_px(self) -> float:
@@ -138,7 +138,7 @@ class HeadingEstimator:
             self._rotate_180 = upside_down
             self._meter = None
             if self._learning is not None:
-                # It has looked at the pictures the wrong way up.
+                # What it knows of the tilt was upside down.
                 self._learning.forget()
 
     def restart(self) -> None:
@@ -181,10 +181,11 @@ class HeadingEstimator:
         measurement = self._meter.update(frame, interval)
         if self._learning is not None:
             self._newest = frame
-            shift = None if measurement is None else self._in_full_pixels(measurement.shift)
+            # Not the shift of the whole: in a gentle bend of a wide view, what passes by outweighs it.
+            yaw = None if measurement is None else measurement.yaw
             self._learned |= self._learning.update(
                 _upright(frame) if self._rotate_180 else frame,
-                0.0 if shift is None else shift.dx, interval)
+                0.0 if yaw is None else self._focal[0] * _tangent(yaw), interval)
         return measurement
 
     def start(self, stamp_ns: int) -> None:
@@ -226,7 +227,7 @@ class HeadingEstimator:
         self._learned = False
         if self._learning is None or self._newest is None:
             return
-        before, lens = self._lens, Lens(estimate=self._told(self._learning))
+        before, lens = self._lens, Lens(estimate=self._learning.estimate)
         if lens.is_close_to(before, self._newest.shape[1]):
             return
         self._lens = lens
@@ -238,11 +239,6 @@ class HeadingEstimator:
             return
         self._correct(before, lens)
         self._meter.update(self._newest, 0.0)
-
-    def _told(self, learning: SelfCalibration) -> CameraEstimate:
-        """Return what is learned from upright pictures, for the frames as they come."""
-        found = learning.estimate
-        return replace(found, column_px=-found.column_px) if self._rotate_180 else found
 
     def _correct(self, before: Lens, lens: Lens) -> None:
         """Correct all angles so far, which were measured with the lens ``before``."""
@@ -258,6 +254,9 @@ class HeadingEstimator:
         if self._mask is not None:
             check_size(frame, self._mask)
         camera = self._lens.camera_for((frame.shape[0], frame.shape[1]))
+        if self._rotate_180 and not self._lens.calibrated:
+            # Numbers and estimates are about the upright picture, calibrations about the frames.
+            camera = camera.turned_180()
         projection = CylinderProjection(camera, rotate_180=self._rotate_180)
         # A frame that will be refused must not change anything.
         check_frame(projection(frame))
@@ -268,10 +267,13 @@ class HeadingEstimator:
         return meter
 
     def _in_full_pixels(self, shift: Shift) -> Shift:
-        yaw = min(max(shift.dx / self._px_per_rad, -1.5), 1.5)
         return Shift(
-            self._focal[0] * math.tan(yaw), shift.dy * (self._focal[1] / self._px_per_rad),
-            shift.response)
+            self._focal[0] * _tangent(shift.dx / self._px_per_rad),
+            shift.dy * (self._focal[1] / self._px_per_rad), shift.response)
+
+
+def _tangent(angle: float) -> float:
+    return math.tan(min(max(angle, -1.5), 1.5))
 
 
 def _upright(frame: Frame) -> Frame:

@@ -158,19 +158,6 @@ FOUND = CameraEstimate(
     width=480, height=360, focal_px=300.0, focal_deviation=0.02, column_px=24.0)
 
 
-@pytest.mark.parametrize(('upside_down', 'offset'), [(False, 0.05), (True, -0.05)])
-def test_the_principal_point_that_is_learned_is_that_of_the_frames_as_they_come(
-        upside_down, offset):
-    _, frames = turning('barrel')
-    estimator = HeadingEstimator(
-        Lens(hfov_deg=75.0, assumed=True), learning=_Told(FOUND), rotate_180=upside_down)
-    follow(estimator, frames[:3])
-    assert estimator.camera.focal_px == 300.0
-    assert estimator.camera.offset == pytest.approx(offset)
-    assert estimator.lens.camera_for((360, 480)).cx == pytest.approx(239.5 + 480 * offset)
-    assert estimator.learned.column_px == pytest.approx(480 * offset)
-
-
 def test_a_lens_that_leaves_nothing_to_measure_is_not_taken():
     _, frames = turning('barrel')
     usual = Lens(hfov_deg=75.0, assumed=True)
@@ -178,18 +165,6 @@ def test_a_lens_that_leaves_nothing_to_measure_is_not_taken():
     headings = follow(estimator, frames)
     assert estimator.lens == usual
     assert np.all(headings == follow(HeadingEstimator(usual), frames))
-
-
-def test_what_was_learned_the_wrong_way_up_is_forgotten():
-    learning = SelfCalibration()
-    _, frames = turning('barrel')
-    estimator = HeadingEstimator(Lens(hfov_deg=75.0, assumed=True), learning=learning)
-    follow(estimator, frames[:2])
-    unknown = learning.estimate
-    learning.add_turn(80.0, focal_px=250.0)
-    assert learning.estimate != unknown
-    estimator.turn_180(True)
-    assert learning.estimate == unknown
 
 
 @pytest.mark.parametrize('shape', [(0, 4), (40, 40, 3), (40,)])
