@@ -146,15 +146,15 @@ class TrajectoryEstimator:
         Raises
         ------
         ValueError
-            Nothing in the settings needs a lens.
+            The heading is not measured, and nothing in the settings needs a lens.
 
         """
-        if not self._settings.measures_heading:
-            raise ValueError('nothing in the settings needs a lens: give one there')
-        if self._heading is None:
+        if self._heading is not None:
+            self._heading.use_lens(lens)
+        elif self._settings.measures_heading:
             self._heading = self._make_heading(lens)
         else:
-            self._heading.use_lens(lens)
+            raise ValueError('nothing in the settings needs a lens: give one there')
 
     def add_speed(self, stamp_ns: int, speed: float) -> None:
         """

@@ -14,7 +14,7 @@ from phase_traj_ros.core.camera.in_use import CameraInUse
 from phase_traj_ros.core.camera.lens import Lens
 from phase_traj_ros.core.camera.projection import CylinderProjection
 from phase_traj_ros.core.correlation.mask import check_size
-from phase_traj_ros.core.correlation.phase_correlation import Frame, Shift
+from phase_traj_ros.core.correlation.phase_correlation import check_frame, Frame, Shift
 from phase_traj_ros.core.correlation.transforms import TransformLibrary
 from phase_traj_ros.core.heading.tracker import HeadingStep, HeadingTracker
 from phase_traj_ros.core.heading.turns import Turn, TurnDetector
@@ -127,7 +127,7 @@ class HeadingEstimator:
             return
         if self._learning is not None:
             # What was in use so far was a guess.
-            self._correct_for(lens)
+            self._correct(self._lens, lens)
             self._learning = self._newest = None
         self._lens = lens
         self._meter = None
@@ -227,21 +227,26 @@ class HeadingEstimator:
         self._learned = False
         if self._learning is None or self._newest is None:
             return
-        lens = Lens(estimate=self._learning.estimate)
-        if lens.is_close_to(self._lens, self._newest.shape[1]):
+        before, lens = self._lens, Lens(estimate=self._learning.estimate)
+        if lens.is_close_to(before, self._newest.shape[1]):
             return
-        self._correct_for(lens)
         self._lens = lens
-        self._meter = self._make_meter(self._newest)
+        try:
+            self._meter = self._make_meter(self._newest)
+        except FrameError:
+            # With that lens there would be nothing to measure: better a guess.
+            self._lens = before
+            return
+        self._correct(before, lens)
         self._meter.update(self._newest, 0.0)
 
-    def _correct_for(self, lens: Lens) -> None:
-        """Correct all angles so far, which were measured with the wrong lens."""
+    def _correct(self, before: Lens, lens: Lens) -> None:
+        """Correct all angles so far, which were measured with the lens ``before``."""
         if not self._shape:
             return
-        factor = self._lens.focal_for(self._shape[1]) / lens.focal_for(self._shape[1])
+        factor = before.focal_for(self._shape[1]) / lens.focal_for(self._shape[1])
         for part in (self._tracker, self._turns, self._bends):
-            part.scale(factor * self._lens.tilt / lens.tilt)
+            part.scale(factor * before.tilt / lens.tilt)
 
     def _make_meter(self, frame: Frame) -> YawMeter:
         if frame.ndim != 2 or min(frame.shape) < 1:
@@ -253,6 +258,8 @@ class HeadingEstimator:
             # Numbers and estimates are about the upright picture, calibrations about the frames.
             camera = camera.turned_180()
         projection = CylinderProjection(camera, rotate_180=self._rotate_180)
+        # A frame that will be refused must not change anything.
+        check_frame(projection(frame))
         meter = YawMeter(projection, mask=self._mask, transform=self._transform)
         self._focal = (camera.fx, camera.fy)
         self._px_per_rad = projection.px_per_rad

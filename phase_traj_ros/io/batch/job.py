@@ -113,7 +113,8 @@ def replay_source(
         frames = KeptFrames(source)
         lens = known_lens(source, parameters)
         if lens is None and not one_pass and parameters.learns_camera:
-            lens = learned_lens(through(frames.keeping()), parameters, source.description)
+            with closing(frames.keeping()) as first:
+                lens = learned_lens(through(first), parameters, source.description)
         speeds = source.speeds(speed_topic) if parameters.use_speed_topic else ()
         with closing(frames.once()) as again:
             result = replay(
