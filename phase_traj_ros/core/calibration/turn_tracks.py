@@ -78,7 +78,8 @@ class TurnFollower:
 
     def __init__(self, *, mask: NDArray[np.uint8] | None = None) -> None:
         """Make a follower; ``mask`` (H, W) is 0 where the frames are not to be looked at."""
-        self._mask = mask
+        self.mask = mask
+        """Where stretches that begin from now on are looked at."""
         self.cut()
 
     def cut(self) -> None:
@@ -123,7 +124,7 @@ class TurnFollower:
         if self._stretch is None:
             if not wanted:
                 return None
-            self._stretch = _Stretch(last, self._mask)
+            self._stretch = _Stretch(last, self.mask)
         if self._stretch.go_on(frame, shift_px, interval):
             return None
         return self.finish()
