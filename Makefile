@@ -55,7 +55,7 @@ bench:  ## Measure speed against peers, side by side; writes docs/benchmarks.md
 	@.venv/bin/python benchmarks/run.py
 
 bench-system:  ## Measure speed on the distribution's Python and OpenCV, for docs/benchmarks.md
-	@$(SYSTEM_PYTHON) benchmarks/installations.py
+	@PYTHONPATH="$(CURDIR)$${PYTHONPATH:+:$$PYTHONPATH}" $(SYSTEM_PYTHON) benchmarks/installations.py
 
 robustness:  ## Measure robustness to noise against peers; writes docs/robustness.md
 	@$(environment) .venv --extras ros,offline

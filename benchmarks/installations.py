@@ -13,12 +13,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 import json
-from pathlib import Path
 import sys
 from typing import Any
-
-# The distribution's Python does not have the package installed.
-sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
 from clips import Clip, usual_clips
 import cv2
@@ -32,13 +28,14 @@ WHEELS, SYSTEM = 'wheels', 'system'
 TITLE = "## The distribution's OpenCV"
 _DOCUMENT, _KEPT = ROOT / 'docs' / 'benchmarks.md', ROOT / 'docs' / 'benchmarks.json'
 _FRAMES, _ROUNDS, _WARM_UP = 40, 120, 5
+_HEADING = 'heading, cylinder and blocks'
 
 INTRODUCTION = paragraphs("""
     The same step with the OpenCV of PyPI's wheels (`make bench`) and with that of the
     distribution (`make bench-system`: its Python, its OpenCV and its scipy as they are), each
     side by side with its own peers: *peer* is `cv2.phaseCorrelate`, or one forward and one
-    inverse transform of the padded size by the library that the step uses. *Heading* is the
-    cylinder with its step and its blocks, and has no peer.
+    inverse transform of the padded size by the library that the step uses, or the whole
+    measurement of the heading: the cylinder with a step of its own, and its blocks.
     """)
 
 #: The peers, and the largest ratio aimed at on the distribution's OpenCV at the three sizes.
@@ -55,16 +52,20 @@ def measure() -> dict[str, Any]:
         'transforms': find_transform().name, 'frames': []}
     with bystanders() as watched:
         for clip in usual_clips(_FRAMES):
-            contestants = {'step': Ours().update, 'heading': Heading(clip.camera).update}
-            contestants |= {name: make(clip).update for name, (make, _) in PEERS.items()}
-            timed = take_turns(
-                contestants, clip.there_and_back(_ROUNDS + _WARM_UP), warm_up=_WARM_UP)
+            rows = {name: _duel(clip, make(clip).update) for name, (make, _) in PEERS.items()}
+            rows[_HEADING] = _duel(clip, Heading(clip.camera).update)
             height, width = clip.shape
-            results['frames'].append({
-                'frame': f'{height}×{width}, {clip.name}',
-                'ms': {name: round(each.ms, 3) for name, each in timed.items()}})
+            results['frames'].append({'frame': f'{height}×{width}, {clip.name}', 'ms': rows})
     results['meanwhile'] = disturbance(watched)
     return results
+
+
+def _duel(clip: Clip, peer: Callable[[np.ndarray], Any]) -> tuple[float, float]:
+    """Return the medians of the step and of a peer, in milliseconds."""
+    timed = take_turns(
+        {'step': Ours().update, 'peer': peer}, clip.there_and_back(_ROUNDS + _WARM_UP),
+        warm_up=_WARM_UP)
+    return round(timed['step'].ms, 3), round(timed['peer'].ms, 3)
 
 
 def keep(name: str, results: dict[str, Any]) -> None:
@@ -86,17 +87,16 @@ def section(installations: dict[str, Any]) -> str:
         '{meanwhile}'.format(name, **installations[name]) for name in names]
     header = ['frame', 'against']
     for name in names:
-        header += [f'{name}: step, ms', 'peer, ms', 'ratio']
+        header += [f'{name}: step, ms', f'{name}: peer, ms', f'{name}: ratio']
     rows = []
     for index, each in enumerate(installations[names[-1]]['frames']):
-        for peer in (*PEERS, 'heading'):
-            row: list[str] = [each['frame'], peer]
+        for peer in (*PEERS, _HEADING):
+            row, ratio = [each['frame'], peer], 0.0
             for name in names:
-                ms = installations[name]['frames'][index]['ms']
-                row += [f'{ms["heading"]:.2f}', '', ''] if peer == 'heading' else [
-                    f'{ms["step"]:.2f}', f'{ms[peer]:.2f}', f'{ms["step"] / ms[peer]:.3f}']
-            limit = None if peer == 'heading' else PEERS[peer][1][index]
-            ratio = float(row[-1] or 0)
+                step, other = installations[name]['frames'][index]['ms'][peer]
+                ratio = step / other
+                row += [f'{step:.2f}', f'{other:.2f}', f'{ratio:.3f}']
+            limit = PEERS[peer][1][index] if peer in PEERS and SYSTEM in names else None
             rows.append([*row, '' if limit is None else f'{limit:g}', verdict(ratio, limit)])
     return '\n\n'.join([TITLE, INTRODUCTION, paragraphs('\n\n'.join(lines)),
                         table([*header, 'at most', 'met'], rows)])

@@ -66,8 +66,9 @@ class Parameters:
         1 << 26, 'Compressed images of more pixels are refused before they are decoded.',
         minimum=64, maximum=1 << 30, read_only=True)
     threshold: float = parameter(
-        0.0, 'Horizontal shift between two frames from which a pair counts as a turn: the paper\'s'
-        f' rule. 0 leaves the choice to code_source, and is {PAPER_THRESHOLD:g} with shift.',
+        0.0, 'Horizontal shift between two frames from which a pair counts as a turn, by the rule'
+        f' of the paper. 0 leaves the choice to code_source, and is {PAPER_THRESHOLD:g} with'
+        ' shift.',
         unit='px/frame', minimum=0.0, maximum=1e6)
     threshold_deg_s: float = parameter(
         0.0, 'Yaw rate from which a pair counts as a turn, instead of threshold: it is the'
@@ -104,8 +105,9 @@ class Parameters:
         0.0, 'How far the right side of the camera hangs down, with focal_px or hfov_deg.',
         unit='deg', minimum=-60.0, maximum=60.0, read_only=True)
     estimate_fov: bool = parameter(
-        False, 'Old name of what code_source auto does by itself: with another code source, whether'
-        ' the camera is learned from the drive where neither focal_px nor hfov_deg is given.',
+        False, 'Old name of what code_source auto does by itself. With another code source:'
+        ' whether the camera is learned from the drive where neither focal_px nor hfov_deg is'
+        ' given.',
         read_only=True)
     rectified: bool = parameter(
         False, 'Whether the images are rectified: then P of camera_info holds for them, else K'
@@ -116,8 +118,9 @@ class Parameters:
         ' heading has its own.',
         choices=tuple(form.value for form in Window))
     transform: str = parameter(
-        TransformLibrary.AUTO.value, 'Which library computes the Fourier transforms: OpenCV, scipy,'
-        ' or whichever of those installed is known to be the faster one. The codes are the same.',
+        TransformLibrary.AUTO.value, 'Which library computes the Fourier transforms: OpenCV,'
+        ' scipy, or whichever of those installed is known to be the faster one. The codes are'
+        ' the same.',
         choices=tuple(each.value for each in TransformLibrary), read_only=True)
     rows_from: float = parameter(
         0.0, 'First row used, as a fraction of the height from the top.',

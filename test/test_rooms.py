@@ -23,7 +23,7 @@ FLOORS = {
         'atomic params_file images', 'messages', 'sources', 'replay', 'results', 'evaluation',
         'batch'),
     'synthetic': (
-        'arrays', 'camera', 'textures degradations', 'scene', 'town view', 'drive'),
+        'arrays', 'camera', 'textures degradations overlays', 'scene', 'town view', 'drive'),
     'ros': (
         'spin health losses', 'startup', 'declare', 'outputs', 'inputs saving playback',
         'diagnostics', 'nodes', 'main lifecycle_main'),

@@ -19,6 +19,7 @@ from phase_traj_ros.core.codes.from_shift import DynamicChainCode, PAPER_THRESHO
 from phase_traj_ros.core.codes.series import CodeSeries, Run
 from phase_traj_ros.core.correlation.phase_correlation import PhaseCorrelator, Shift
 from phase_traj_ros.core.correlation.quality import GateSettings, StillnessSettings
+from phase_traj_ros.core.correlation.transforms import TransformLibrary
 from phase_traj_ros.core.correlation.view import View
 from phase_traj_ros.core.correlation.windows import Window
 from phase_traj_ros.core.estimator import TrajectoryEstimator
@@ -71,6 +72,7 @@ __all__ = [
     'Step',
     'StillnessSettings',
     'TrajectoryEstimator',
+    'TransformLibrary',
     'Turn',
     'Update',
     'View',

@@ -16,6 +16,7 @@ SECOND = 1_000_000_000
 def managed(live):
     """Return the means to start a managed node, to ask its state and to change it."""
     class Managed:
+
         def start(self, *arguments):
             self.process = live.start(*arguments, module='phase_traj_ros.ros.lifecycle_main')
             self.state()
@@ -42,6 +43,25 @@ def topics(live):
     return {name for name, _ in live.node.get_publisher_names_and_types_by_node('phase_traj', '/')}
 
 
+def work(live, managed, start_ns):
+    """Activate, show five images, look at what comes of them, deactivate."""
+    movement = live.listen(UInt8, 'phase_traj/movement')
+    texts = live.listen(String, 'phase_traj/chain_code', LATCHED)
+    assert managed.change(Transition.TRANSITION_ACTIVATE)
+    assert managed.state() == State.PRIMARY_STATE_ACTIVE
+    camera = live.camera()
+    live.until(lambda: texts and texts[-1].data.startswith('frames 0;'))
+    show(camera, [0, 0, 30, 60, 60], start_ns)
+    live.until(lambda: len(movement) == 4, process=managed.process)
+    # Each activation starts anew: its first pair is forward.
+    assert [each.data for each in movement] == [1, 0, 3, 1]
+    assert managed.change(Transition.TRANSITION_DEACTIVATE)
+    live.until(lambda: camera.get_subscription_count() == 0)
+    live.node.destroy_publisher(camera)
+    for subscription in list(live.node.subscriptions):
+        live.node.destroy_subscription(subscription)
+
+
 def test_configure_activate_deactivate_cleanup_and_again(live, managed):
     managed.start()
     assert managed.state() == State.PRIMARY_STATE_UNCONFIGURED
@@ -50,25 +70,10 @@ def test_configure_activate_deactivate_cleanup_and_again(live, managed):
         assert managed.change(Transition.TRANSITION_CONFIGURE)
         live.until(lambda: '/phase_traj/movement' in topics(live))
         assert live.node.count_subscribers('/image') == 0
-        movement = live.listen(UInt8, 'phase_traj/movement')
-        texts = live.listen(String, 'phase_traj/chain_code', LATCHED)
-        for activation in range(2):
-            movement.clear()
-            assert managed.change(Transition.TRANSITION_ACTIVATE)
-            assert managed.state() == State.PRIMARY_STATE_ACTIVE
-            camera = live.camera()
-            live.until(lambda: texts and texts[-1].data.startswith('frames 0;'))
-            show(camera, [0, 0, 30, 60, 60], start_ns + activation * 10 * SECOND)
-            live.until(lambda: len(movement) == 4, process=managed.process)
-            # Each activation starts anew: its first pair is forward.
-            assert [each.data for each in movement] == [1, 0, 3, 1]
-            assert managed.change(Transition.TRANSITION_DEACTIVATE)
-            live.until(lambda: camera.get_subscription_count() == 0)
-            live.node.destroy_publisher(camera)
+        work(live, managed, start_ns)
+        work(live, managed, start_ns + 10 * SECOND)
         assert managed.change(Transition.TRANSITION_CLEANUP)
         live.until(lambda: '/phase_traj/movement' not in topics(live))
-        for subscription in list(live.node.subscriptions):
-            live.node.destroy_subscription(subscription)
     assert managed.state() == State.PRIMARY_STATE_UNCONFIGURED
     assert stop(managed.process) == 0
     assert 'Traceback' not in live.logs()

@@ -16,7 +16,7 @@ NEEDS = {
     'io/results/test_animation.py': ('matplotlib', 'PIL'),
     'io/results/test_bag_sink.py': ('rosbags', 'mcap', 'mcap_ros2'),
     'ros/outputs/test_outputs_agree.py': ('rclpy', 'rosbags'),
-    'synthetic/test_synthetic_bag.py': ('rosbags',),
+    'synthetic/drive/test_synthetic_bag.py': ('rosbags',),
 }
 """Modules by the file that imports them, relative to the folder of all tests."""
 

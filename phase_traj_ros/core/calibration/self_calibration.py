@@ -45,7 +45,7 @@ _OFF_MIDDLE, _COLUMN_WRONG = 0.05, 0.015
 _KNOWN, _GOOD_COST = 0.08, 2.5
 # Of all fits but the first ones, the n-th is not tried before so many frames times n squared: many
 # turns tell no more.
-_FREE, _FRAMES = 4, 25
+_FREE, _FRAMES = 4, 40
 # How far a vehicle pitches and rolls between the ends of a turn, in radians; the smaller the turn,
 # the farther that moves its axis.
 _SWAYS = math.radians(1.2)

@@ -47,14 +47,16 @@ class CameraInUse:
         focal_px, hfov_deg, estimate = lens.focal_for(width), lens.hfov_for(width), lens.estimate
         if lens.origin is not LensOrigin.DRIVE or estimate is None:
             return cls(
-                origin=lens.origin, focal_px=focal_px, hfov_deg=hfov_deg, straightness=lens.straightness,
-                offset=lens.offset, pitch_deg=lens.pitch_deg, roll_deg=lens.roll_deg)
+                origin=lens.origin, focal_px=focal_px, hfov_deg=hfov_deg,
+                straightness=lens.straightness, offset=lens.offset, pitch_deg=lens.pitch_deg,
+                roll_deg=lens.roll_deg)
         scale = width / estimate.width
         least, most = estimate.focal_interval_px
         return cls(
             origin=lens.origin, focal_px=focal_px, hfov_deg=hfov_deg,
-            straightness=estimate.straightness, offset=estimate.column_px / estimate.width, pitch_deg=estimate.pitch_deg,
-            roll_deg=estimate.roll_deg, interval_px=(least * scale, most * scale),
+            straightness=estimate.straightness, offset=estimate.column_px / estimate.width,
+            pitch_deg=estimate.pitch_deg, roll_deg=estimate.roll_deg,
+            interval_px=(least * scale, most * scale),
             probability=estimate.probability, turns=estimate.turns)
 
     @property

@@ -3,10 +3,10 @@
 """
 The chain code from the turns: a quarter turn is coded when the vehicle has made it.
 
-A turn counts from 60 degrees on, and changes the direction by as many quarters as its angle is
-right angles, rounded (see ``Turn.quarter_turns``). So a corner of 70 degrees and one of 110 are one
-quarter each, a U-turn is two, and a bend that is no turn changes nothing. An angle that is wrong by
-20 degrees, as with a field of view that is not known well, still gives the right code.
+A turn counts from 60 degrees on. It changes the direction by its angle in right angles, rounded
+(see ``Turn.quarter_turns``). So a corner of 70 degrees and one of 110 are one quarter each, a
+U-turn is two, and a bend of less than 60 degrees changes nothing. An angle that is wrong by 20
+degrees, as with a field of view that is not known well, still gives the right code.
 """
 
 import math

@@ -14,7 +14,9 @@ from typing import cast
 import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from phase_traj_ros.core.correlation.aligned import aligned_zeros
 from phase_traj_ros.core.correlation.mask import check_size, mask_weights
+from phase_traj_ros.core.correlation.peak import refine
 from phase_traj_ros.core.correlation.spectrum import CrossPhase, padded_shape
 from phase_traj_ros.core.correlation.transforms import find_transform, TransformLibrary
 from phase_traj_ros.core.correlation.windows import Window, window_2d
@@ -200,7 +202,7 @@ class PhaseCorrelator:
             self._window *= self._mask
             self._window_sum = float(self._window.sum(dtype=np.float64))
         self._window_rms = math.sqrt(float(np.mean(np.square(self._window))))
-        self._map = np.zeros(padded, np.float32)
+        self._map = aligned_zeros(padded)
         self._cross = CrossPhase(padded)
         self._primed = False
 
@@ -247,8 +249,8 @@ class PhaseCorrelator:
 
     def _shift_at(self, row: int, column: int) -> Shift:
         return Shift(
-            dx=_refine(self._map[row], column),
-            dy=_refine(self._map[:, column], row),
+            dx=refine(self._map[row], column),
+            dy=refine(self._map[:, column], row),
             response=min(float(self._map[row, column]) / (self._unit * self._highest), 1.0),
         )
 
@@ -286,22 +288,3 @@ def _statistics(frame: Frame) -> tuple[float, float]:
     if not math.isfinite(mean + deviation):
         raise FrameError('frame holds NaN or infinity, or values too large for float32')
     return mean, deviation
-
-
-def _refine(line: NDArray[np.float32], peak: int) -> float:
-    """
-    Return the peak's position along a cyclic line through it, in fractions of a pixel.
-
-    A shift by whole pixels and a fraction d gives a peak of the form sin(pi x) / (pi x) about
-    the true position (the Dirichlet kernel; cf. Foroosh, Zerubia, Berthod, "Extension of phase
-    correlation to subpixel registration", 2002). For that form the two neighbours' difference
-    over the peak is q = 2 d / (1 - d**2), which is solved for d. Taking the difference leaves
-    out whatever surrounds the peak evenly, such as the broad foot that forward motion gives it.
-    """
-    length = len(line)
-    centre = float(line[peak])
-    right, left = float(line[(peak + 1) % length]), float(line[peak - 1])
-    ratio = (right - left) / centre if centre > 0.0 else 0.0
-    fraction = ratio / (1.0 + math.sqrt(1.0 + ratio * ratio))
-    position = peak if peak < length - peak else peak - length
-    return position + min(max(fraction, -0.5), 0.5)

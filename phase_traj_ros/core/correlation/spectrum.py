@@ -12,6 +12,7 @@ themselves: a real number in the first and the last row, pairs down the column b
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from phase_traj_ros.core.correlation.aligned import aligned_zeros
 
 _FACTORS = (2, 3, 5)
 _MULTIPLE = 8
@@ -76,12 +77,12 @@ class CrossPhase:
         rows = min(max(_BLOCK_BINS // max(columns, 1) // _MULTIPLE, 1) * _MULTIPLE, shape[0])
         # One more number each: arrays that are aligned alike OpenCV writes past the cache, which
         # takes twice as long.
-        scratch = np.empty((5, rows * columns + 1), np.float32)
+        scratch = aligned_zeros((5, rows * columns + 1))
         self._scratch = scratch[:, :-1].reshape(5, rows, columns)
         # Of the frame before, at magnitude 1: real and imaginary part of the bins between the
         # edges, and the two edges as they are packed.
-        self._parts = np.zeros((2, shape[0], columns), np.float32)
-        self._edges = np.zeros((2, shape[0]), np.float32)
+        self._parts = aligned_zeros((2, shape[0], columns))
+        self._edges = aligned_zeros((2, shape[0]))
 
     def clear(self) -> None:
         """Take a spectrum that holds nothing."""

@@ -23,6 +23,7 @@ that the direction of travel of a vehicle is never far from straight ahead.
 from dataclasses import dataclass
 import math
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -34,7 +35,7 @@ _OUTLIER = 3.0
 # The direction of travel: how far from straight ahead (standard deviation, radians), and how
 # long it stays what it was (seconds).
 _COURSE, _SLOPE, _MEMORY = math.radians(3.0), math.radians(2.0), 1.0
-_YAW, _PITCH, _ROLL, _B, _C = range(5)
+_YAW, _PITCH, _ROLL, _B, _C, _ERROR = range(6)
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,45 +104,50 @@ class MotionFit:
         # The displacement is that of the point half-way: so it is the same in both directions.
         azimuth = self._azimuths[used] + u / 2
         y = self._slopes[used] + w / 2
-        sine, cosine, bulge = np.sin(azimuth), np.cos(azimuth), 1.0 + y * y
-        known = np.zeros((5, 2, len(used)))
+        shift = np.stack([u, w])
+        # What each unknown does to each point, (6, 3, N): across, downwards, and along the line
+        # that its distance moves it on. The last row is the error that the unknowns leave.
+        known = np.zeros((_ERROR + 1, 3, len(used)))
         known[_YAW, 0] = -1.0
-        known[_PITCH] = -y * sine, -bulge * cosine
-        known[_ROLL] = -y * cosine, bulge * sine
+        sine, cosine, bulge = np.sin(azimuth), np.cos(azimuth), 1.0 + y * y
+        known[_PITCH, :2] = -y * sine, -bulge * cosine
+        known[_ROLL, :2] = -y * cosine, bulge * sine
+        rotations = known[:_B, :2].reshape(_B, -1)
+        along, factor = np.empty_like(shift), np.empty((3, len(used)))
+        variance = self._deviation ** 2
         prior = np.array([np.partition(u, len(u) // 2)[len(u) // 2], 0.0, 0.0,
                           travel.course, travel.slope])
-        trust = np.array([0.0, 0.0, 0.0, 1 / travel.course_variance, 1 / travel.slope_variance])
-        trust *= self._deviation ** 2
+        trust = variance * np.array(
+            [0.0, 0.0, 0.0, 1 / travel.course_variance, 1 / travel.slope_variance])
         state = prior.copy()
         for _ in range(_ITERATIONS):
-            along_u = sine * math.cos(state[_B]) - cosine * math.sin(state[_B])
-            ahead = cosine * math.cos(state[_B]) + sine * math.sin(state[_B])
-            along_w = y * ahead - state[_C]
-            rest_u = u + np.tensordot(state[:_B], known[:_B, 0], 1)
-            rest_w = w + np.tensordot(state[:_B], known[:_B, 1], 1)
-            squared = along_u * along_u + along_w * along_w + self._least
-            near = (rest_u * along_u + rest_w * along_w) / squared
+            apart = azimuth - state[_B]
+            ahead = np.cos(apart)
+            np.sin(apart, out=along[0])
+            np.subtract(y * ahead, state[_C], out=along[1])
+            rest = shift + (state[:_B] @ rotations).reshape(shift.shape)
+            squared = (along * along).sum(axis=0) + self._least
+            near = (rest * along).sum(axis=0) / squared
             forwards = near > 0.0
             near *= forwards
-            error_u, error_w = rest_u - near * along_u, rest_w - near * along_w
-            error = error_u * rest_u + error_w * rest_w
+            known[_ERROR, :2] = rest - near * along
+            error = (known[_ERROR, :2] * rest).sum(axis=0)
             # Cauchy's weights: what is far off, such as other traffic, hardly counts.
-            robust = weight / (1.0 + error / self._deviation ** 2)
-            known[_B] = near * ahead, -near * y * along_u
+            factor[:2] = robust = weight / (1.0 + error / variance)
+            # What lies along the line tells the distance, and so nothing else.
+            np.divide(robust * forwards, -squared, out=factor[2])
+            known[_B, :2] = near * ahead, -near * y * along[0]
             known[_C, 1] = near
-            along = known[:, 0] * along_u + known[:, 1] * along_w
-            weighted = known * robust
-            normal = weighted.reshape(5, -1) @ known.reshape(5, -1).T
-            normal -= (along * (robust * forwards / squared)) @ along.T
-            normal[np.diag_indices(5)] += trust
-            gradient = weighted[:, 0] @ error_u + weighted[:, 1] @ error_w
-            gradient += trust * (state - prior)
-            try:
-                inverse = np.linalg.inv(normal)
-            except np.linalg.LinAlgError:
+            np.einsum('ijk,jk->ik', known[:_ERROR, :2], along, out=known[:_ERROR, 2])
+            normal = (known[:_ERROR] * factor).reshape(_ERROR, -1) @ known.reshape(
+                _ERROR + 1, -1).T
+            gradient = normal[:, _ERROR] + trust * (state - prior)
+            # OpenCV's, as LAPACK's may wake threads: for so little they take as long as the rest.
+            solvable, inverse = cv2.invert(normal[:, :_ERROR] + np.diag(trust))
+            if not solvable:
                 return None
             state -= inverse @ gradient
-        covariance = inverse * self._deviation ** 2
+        covariance = inverse * variance
         agreeing = float(weight[error < (_OUTLIER * self._deviation) ** 2].sum())
         return CameraMotion(
             yaw=float(state[_YAW]), pitch=float(state[_PITCH]), roll=float(state[_ROLL]),

@@ -71,6 +71,11 @@ class Schedule:
         for pace in self._paces.values():
             pace.changed(urgent=True)
 
+    @property
+    def pending(self) -> bool:
+        """Return whether there is news that has not gone out."""
+        return any(pace.pending for pace in self._paces.values())
+
     def take(self, now_ns: int) -> tuple[Topic, ...]:
         """Return the topics that a message goes out on now."""
         return self._sent(now_ns, [

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from phase_traj_ros.core import Lens
 from phase_traj_ros.errors import CalibrationError
 from phase_traj_ros.io.replay.run import replay
-from phase_traj_ros.io.sources.base import StampedFrame, FrameSource
+from phase_traj_ros.io.sources.base import FrameSource, StampedFrame
 from phase_traj_ros.parameters import Parameters
 
 
@@ -35,7 +35,9 @@ def known_lens(source: FrameSource, parameters: Parameters) -> Lens | None:
     return None if camera is None else Lens(camera=camera)
 
 
-def learned_lens(frames: Iterable[StampedFrame], parameters: Parameters, source: str) -> Lens | None:
+def learned_lens(
+    frames: Iterable[StampedFrame], parameters: Parameters, source: str,
+) -> Lens | None:
     """
     Return what a pass over all frames tells of the camera; None if nothing does, or need not.
 

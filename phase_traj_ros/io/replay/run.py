@@ -154,8 +154,8 @@ def replay(
     if heading is None:
         return found
     return replace(
-        found, focal_px=heading.focal_px, field_of_view=heading.field_of_view, camera=heading.camera,
-        learned=heading.learned)
+        found, focal_px=heading.focal_px, field_of_view=heading.field_of_view,
+        camera=heading.camera, learned=heading.learned)
 
 
 def _start_frame(turn: Turn) -> int:

@@ -34,7 +34,6 @@ from phase_traj_ros.io.messages.speed import SPEED_OF, SPEED_TYPES
 from phase_traj_ros.io.messages.stamps import StampRule, Time, to_nanoseconds
 from phase_traj_ros.io.sources import rosbag2_reader
 from phase_traj_ros.io.sources.base import Candidate, FrameSource, Speed
-from phase_traj_ros.io.sources.rosbag2_reader import Connection as Connection2, Rosbag2Reader
 from phase_traj_ros.io.sources.selection import EVERYTHING, Selection
 from phase_traj_ros.topics import camera_info_topic
 
@@ -247,12 +246,12 @@ class BagSource(FrameSource):
                 f'{self._path}: its index has {self._topic.count} messages on '
                 f'{self._topic.name}, but none can be read; {self._hint()}')
 
-    def _reader(self) -> 'Reader1 | Reader2 | Rosbag2Reader':
+    def _reader(self) -> 'Reader1 | Reader2':
         if self._kind is _Kind.ROS1:
             from rosbags.rosbag1 import Reader as Reader1
             return Reader1(self._path)
         if self._deserialise is rosbag2_reader.deserialise:
-            return Rosbag2Reader(self._path)
+            return cast('Reader2', rosbag2_reader.Rosbag2Reader(self._path))
         from rosbags.rosbag2 import Reader as Reader2
         if not self._path.is_dir() and not _opens_single_files():
             raise MissingDependencyError(
@@ -311,7 +310,7 @@ def _opens_single_files() -> bool:
     return hasattr(reader, 'DirectoryReader')
 
 
-def _topics_of(connections: 'Iterable[Connection | Connection2]') -> list[_Topic]:
+def _topics_of(connections: 'Iterable[Connection]') -> list[_Topic]:
     """Sum up the connections (a topic has one per publisher, and perhaps several types)."""
     counts: dict[tuple[str, str], int] = {}
     for connection in connections:

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What is made on a node, to be taken down together."""
 
+from collections.abc import Callable, Iterable
 from typing import Any
 
 from rclpy.node import Node
@@ -31,7 +32,7 @@ class Made:
     def destroy(self) -> None:
         """Take down what was made since the block began."""
         node = self._node
-        destroyers = (
+        destroyers: tuple[tuple[Iterable[Any], Callable[[Any], object]], ...] = (
             (node.subscriptions, node.destroy_subscription),
             (node.timers, node.destroy_timer),
             (node.services, node.destroy_service),

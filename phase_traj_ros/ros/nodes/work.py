@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What a node of this package does, whether it is managed or not: images in, codes and path out."""
+"""What a node of this package does, managed or not: images in, codes and path out."""
 
 import time
 
@@ -14,7 +14,7 @@ from phase_traj_ros.parameters import Parameters, SpeedType
 from phase_traj_ros.ros.diagnostics import Diagnostics
 from phase_traj_ros.ros.health import Health, Stage
 from phase_traj_ros.ros.inputs.camera import CameraInput
-from phase_traj_ros.ros.inputs.image import ImageInput, image_topic
+from phase_traj_ros.ros.inputs.image import image_topic, ImageInput
 from phase_traj_ros.ros.inputs.speed import SpeedInput
 from phase_traj_ros.ros.nodes.made import Made
 from phase_traj_ros.ros.outputs.topics import Outputs

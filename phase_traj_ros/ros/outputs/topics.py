@@ -22,8 +22,8 @@ from rclpy.qos_overriding_options import QoSOverridingOptions
 _PER_PAIR = QoSProfile(depth=100)
 # Whoever subscribes late gets the last one at once.
 _LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-# How soon news that had to wait goes out once it may.
-_FLUSH_S = 0.1
+# How often it is looked for news that had to wait, where no pair comes that does it.
+_FLUSH_S = 0.25
 
 
 class Outputs:
@@ -52,8 +52,7 @@ class Outputs:
         self._schedule = Schedule(parameters.path_rate)
         # A steady clock: under simulated time a paused one must not hold back the last path.
         self._clock = Clock(clock_type=ClockType.STEADY_TIME)
-        node.create_timer(
-            min(_FLUSH_S, 1.0 / parameters.path_rate), self._publish_due, clock=self._clock)
+        self._timer = node.create_timer(_FLUSH_S, self._publish_due, clock=self._clock)
 
     def publish(self, frame: StampedFrame, update: Update) -> None:
         """Publish what one pair of frames adds; ``frame`` is the second of them."""
@@ -83,6 +82,11 @@ class Outputs:
         for topic in self._schedule.take(self._clock.now().nanoseconds):
             self._of_all[topic].publish(
                 MESSAGES.of_all(topic, self._estimator, self.parameters))
+        # Each time it fires, rclpy goes through all that the node has: that takes a while.
+        if self._schedule.pending:
+            self._timer.reset()
+        else:
+            self._timer.cancel()
 
     def _header(self, stamp_ns: int) -> Any:
         return MESSAGES.header(stamp_ns, self.parameters.frame_id)

@@ -28,7 +28,9 @@ def wait_until_known(node: Node, topic: str, stop: Event) -> None:
     """Return when all subscribers of ``topic`` know the endpoints that ``node`` has by now."""
     subscribers = {
         full_name(each) for each in node.get_subscriptions_info_by_topic(topic)}
-    if not all([_answers(node, name, stop) for name in subscribers]):
+    # All are asked, also once one of them has not answered.
+    answers = [_answers(node, name, stop) for name in subscribers]
+    if not all(answers):
         stop.wait(_SETTLE_S)
 
 

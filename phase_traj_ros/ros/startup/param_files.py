@@ -3,6 +3,7 @@
 """The parameter files that a node was started with, and whether they are about it."""
 
 from collections.abc import Sequence
+from itertools import pairwise
 from pathlib import Path
 import sys
 
@@ -14,7 +15,7 @@ _FLAG = '--params-file'
 
 def param_files(arguments: Sequence[str]) -> list[Path]:
     """Return the files that are given among the ROS arguments."""
-    return [Path(value) for flag, value in zip(arguments, arguments[1:]) if flag == _FLAG]
+    return [Path(value) for flag, value in pairwise(arguments) if flag == _FLAG]
 
 
 def check_param_files(node: Node, arguments: Sequence[str] | None = None) -> list[Path]:

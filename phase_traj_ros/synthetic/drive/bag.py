@@ -54,10 +54,12 @@ class _Messages:
             encoding='mono8', is_bigendian=0, step=width, data=frame.reshape(-1)))
 
     def camera_info(self, stamp_ns: int) -> memoryview:
-        matrix = self._camera.matrix()
+        matrix, fisheye = self._camera.matrix(), self._camera.fisheye
         return self._serialised(self._types['sensor_msgs/msg/CameraInfo'](
             header=self._header(stamp_ns, _CAMERA), height=self._camera.height,
-            width=self._camera.width, distortion_model='plumb_bob', d=np.zeros(5),
+            width=self._camera.width,
+            distortion_model='plumb_bob' if fisheye is None else 'equidistant',
+            d=np.zeros(5) if fisheye is None else np.array(fisheye),
             k=matrix.ravel(), r=np.eye(3).ravel(),
             p=np.concatenate([matrix, np.zeros((3, 1))], axis=1).ravel(),
             binning_x=0, binning_y=0,

@@ -9,6 +9,7 @@ import math
 import cv2
 import numpy as np
 from phase_traj_ros.core.calibration.self_calibration import SelfCalibration
+from phase_traj_ros.core.correlation.phase_correlation import PhaseCorrelator
 from phase_traj_ros.synthetic import Camera, plan_drive, render_drive, Straight, Turn
 from phase_traj_ros.synthetic.camera import EQUIDISTANT
 import pytest
@@ -171,3 +172,21 @@ def test_wrong_right_angles_do_not_outvote_the_flow():
     for _ in range(10):
         calibration.add_turn(70.0, focal_px=PINHOLE.focal)
     assert calibration.estimate.focal_px == pytest.approx(PINHOLE.focal, rel=0.1)
+
+
+@pytest.mark.parametrize(('cut', 'tolerance'), [
+    (np.s_[:, :], 0.05), (np.s_[:, ::-1], 0.05), (np.s_[:188], 0.1),
+    # Half a picture has its principal point at its edge, and shows half as much of the turn.
+    (np.s_[:, :620], 0.15), (np.s_[:, 621:], 0.15)],
+    ids=['whole', 'mirrored', 'upper half', 'left half', 'right half'])
+def test_a_real_turn_tells_the_focal_length(kitti_root, cut, tolerance):
+    files = sorted((kitti_root / '00' / 'image_0').glob('*.png'))[85:155]
+    correlator, calibration = PhaseCorrelator(), SelfCalibration()
+    for file in files:
+        frame = np.ascontiguousarray(cv2.imread(str(file), cv2.IMREAD_GRAYSCALE)[cut])
+        shift = correlator.update(frame)
+        calibration.update(frame, 0.0 if shift is None else shift.dx, 0.1)
+    calibration.finish()
+    found = calibration.estimate
+    assert found.focal_px == pytest.approx(718.856, rel=tolerance)
+    assert found.straightness == pytest.approx(1.0, abs=0.2)

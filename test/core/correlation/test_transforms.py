@@ -136,7 +136,7 @@ def test_both_libraries_measure_the_same_shifts(shape):
 def test_both_libraries_give_the_same_codes_of_a_drive():
     drive = named_drive('demo')
     scene = drive.build_scene()
-    frames = [render(scene, drive.camera, drive.pose(index)) for index in range(0, 60)]
+    frames = [render(scene, drive.camera, drive.pose(index)) for index in range(60)]
     streams = []
     for library in (TransformLibrary.OPENCV, TransformLibrary.SCIPY):
         estimator = TrajectoryEstimator(EstimatorSettings(transform=library))

@@ -24,18 +24,22 @@ def stand_in(opened):
     from rosbags.rosbag2 import Reader
 
     class StorageOptions:
+
         def __init__(self, *, uri, storage_id=''):
             self.uri, self.storage_id = uri, storage_id
 
     class ConverterOptions:
+
         def __init__(self, input_serialization_format, output_serialization_format):
             pass
 
     class StorageFilter:
+
         def __init__(self, *, topics):
             self.topics = topics
 
     class SequentialReader:
+
         def open(self, storage_options, converter_options):  # noqa: A003
             opened.append((storage_options.uri, storage_options.storage_id))
             try:
@@ -117,7 +121,7 @@ def test_a_single_file_says_how_it_is_stored(file, opened):
 
 def test_a_broken_bag(bag, opened):
     (bag / 'metadata.yaml').write_text('nothing')
-    with pytest.raises(SourceError, match='cannot be read as a ROS 2 bag .*No storage'):
+    with pytest.raises(SourceError, match=r'cannot be read as a ROS 2 bag .*No storage'):
         open_source(bag)
 
 

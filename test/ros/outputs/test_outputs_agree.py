@@ -38,6 +38,18 @@ class Publisher:
         return 1
 
 
+class Timer:
+    """Runs while there is news that has to wait."""
+
+    runs = None
+
+    def reset(self):
+        self.runs = True
+
+    def cancel(self):
+        self.runs = False
+
+
 class Node:
     """Stands in for a node: no DDS, and timers that never fire."""
 
@@ -49,7 +61,7 @@ class Node:
         return made
 
     def create_timer(self, *args, **kwargs):
-        pass
+        return Timer()
 
 
 @pytest.fixture
@@ -120,3 +132,49 @@ def test_the_same_diagnostics():
     assert live.data == [bytes(STORE.serialize_cdr(made[1], made[1].__msgtype__))]
     assert [status.name for status in made[1].status] == ['/here: images', '/here: measurement']
     assert [status.level for status in made[1].status] == [3, 0]
+
+
+def test_the_timer_runs_while_there_is_news_that_waits(frames):
+    from phase_traj_ros.ros.outputs.topics import Outputs
+    timer = Timer()
+
+    class OneTimer(Node):
+
+        def create_timer(self, *args, **kwargs):
+            return timer
+
+    estimator = TrajectoryEstimator(Parameters().estimator_settings())
+    outputs = Outputs(OneTimer(), estimator, Parameters())
+    outputs.publish_state()
+    assert timer.runs is False
+    for frame in frames[:3]:
+        update = estimator.update(frame.image, frame.stamp_ns)
+        if update is not None:
+            outputs.publish(frame, update)
+    # The path has just gone out.
+    assert timer.runs is True
+
+
+def test_nothing_is_made_for_nobody(frames):
+    from phase_traj_ros.ros.outputs.topics import Outputs
+
+    class Alone(Publisher):
+
+        def get_subscription_count(self):
+            return 0
+
+    class Lonely(Node):
+
+        def create_publisher(self, kind, topic, *args, **kwargs):
+            made = self.publishers[topic.replace('~/', '')] = Alone(kind)
+            return made
+
+    node = Lonely()
+    estimator = TrajectoryEstimator(Parameters().estimator_settings())
+    outputs = Outputs(node, estimator, Parameters())
+    for frame in frames:
+        update = estimator.update(frame.image, frame.stamp_ns)
+        if update is not None:
+            outputs.publish(frame, update)
+    assert {name for name, each in node.publishers.items() if each.data} == {
+        'chain_code', 'path'}

@@ -8,6 +8,7 @@ import sys
 import numpy as np
 from phase_traj_ros.errors import MissingDependencyError, OutputError
 from phase_traj_ros.synthetic import Camera, plan_drive, render, Straight, Turn, write_drive_bag
+from phase_traj_ros.synthetic.camera import STEREOGRAPHIC
 import pytest
 
 SMALL = Camera.with_field_of_view(161, 95, 80.0)
@@ -130,3 +131,12 @@ def test_without_rosbags_the_error_says_what_to_install(drive, tmp_path, monkeyp
     with pytest.raises(MissingDependencyError, match='pip install rosbags'):
         write_drive_bag(drive, Path(tmp_path / 'bag'))
     assert list(tmp_path.iterdir()) == []
+
+
+def test_the_calibration_of_a_fisheye_is_that_of_its_lens(tmp_path):
+    camera = Camera.with_field_of_view(80, 60, 120.0, fisheye=STEREOGRAPHIC)
+    drive = plan_drive('short', [Straight(0.2)], camera=camera, rate_hz=10.0)
+    write_drive_bag(drive, tmp_path / 'fisheye')
+    info = messages(tmp_path / 'fisheye')['/camera/camera_info'][0][1]
+    assert info.distortion_model == 'equidistant'
+    assert (info.k[0], tuple(info.d)) == (camera.focal, STEREOGRAPHIC)

@@ -1,0 +1,157 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The launch file, run by ros2 launch, alone and included, where that is installed."""
+
+from importlib.util import find_spec
+import os
+from pathlib import Path
+import re
+import shutil
+import signal
+import subprocess
+import time
+
+import pytest
+
+
+def is_installed():
+    """Tell whether ros2 launch is there, and finds this package."""
+    prefixes = os.environ.get('AMENT_PREFIX_PATH', '').split(os.pathsep)
+    return bool(shutil.which('ros2') and find_spec('ros2launch')) and any(
+        (Path(prefix) / 'share' / 'phase_traj_ros' / 'launch').is_dir() for prefix in prefixes)
+
+
+pytestmark = pytest.mark.skipif(not is_installed(), reason='needs ros2 launch')
+
+PARENT = """
+from launch import LaunchDescription
+from launch.actions import GroupAction, IncludeLaunchDescription
+from launch_ros.actions import PushRosNamespace, SetParameter, SetRemap
+from launch.substitutions import PathJoinSubstitution
+from launch_ros.substitutions import FindPackageShare
+
+
+def generate_launch_description():
+    return LaunchDescription([GroupAction([{actions}, IncludeLaunchDescription(
+        PathJoinSubstitution(
+            [FindPackageShare('phase_traj_ros'), 'launch', 'phase_traj.launch.py']),
+        launch_arguments={arguments}.items())])])
+"""
+RUNS = 'parameters, with '
+
+
+class Launched:
+    """What ros2 launch has printed until the node said what it runs with, or its end."""
+
+    def __init__(self, *arguments):
+        self.process = subprocess.Popen(
+            ['ros2', 'launch', *arguments], stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+            text=True, start_new_session=True)
+        self.text = ''
+        for line in self.process.stdout:
+            self.text += line
+            if RUNS in line or 'Caught exception' in line:
+                break
+
+    def ends(self):
+        """Press Ctrl-C; return the exit status."""
+        os.killpg(self.process.pid, signal.SIGINT)
+        time.sleep(0.15)
+        os.killpg(self.process.pid, signal.SIGINT)
+        self.text += self.process.communicate(timeout=30)[0]
+        return self.process.returncode
+
+
+def launch(*arguments):
+    return Launched('phase_traj_ros', 'phase_traj.launch.py', *arguments)
+
+
+def included(tmp_path, actions, **arguments):
+    path = tmp_path / 'parent.launch.py'
+    path.write_text(PARENT.format(actions=actions, arguments=arguments))
+    return Launched(str(path))
+
+
+@pytest.mark.parametrize(('arguments', 'message'), [
+    (['rviz:=maybe'], "rviz is 'maybe': it takes true or false"),
+    (['params_file:=nope.yaml'], 'in config/ there are heading.yaml, paper.yaml, vehicle.yaml'),
+    (['params_file:=/dev/null'], 'is not a ROS parameter file'),
+])
+def test_what_makes_no_sense_starts_nothing(arguments, message):
+    launched = launch(*arguments)
+    assert message in launched.text
+    assert launched.process.wait(30) == 1
+    assert 'process started' not in launched.text
+
+
+def test_without_rviz_nothing_is_left_behind():
+    launched = launch('rviz:=true')
+    if 'process started' in launched.text:
+        assert launched.ends() == 0
+        pytest.skip('rviz2 is installed')
+    assert 'rviz2 is not installed' in launched.text
+    assert launched.process.wait(30) == 1
+
+
+def test_what_is_given_reaches_the_node(tmp_path):
+    launched = launch(
+        'image:=/cam/image_raw', 'camera_info:=/ci', 'speed:=/wheels', 'namespace:=front',
+        'name:=pt', 'params_file:=heading.yaml', f'output_dir:={tmp_path}', 'reliable:=true',
+        'log_level:=debug', 'respawn:=true')
+    text = launched.text
+    assert 'listening to /cam/image_raw, /ci, /wheels, codes from the heading' in text
+    assert '[front.pt]: ' in text and 'use_speed_topic True' in text
+    assert f"output_dir '{tmp_path}'" in text and 'has no effect' not in text
+    assert launched.ends() == 0
+    assert 'process has died' not in launched.text
+
+
+def test_a_constant_speed():
+    launched = launch('speed:=8.0', 'params_file:=heading.yaml')
+    assert 'speed 8.0' in launched.text and 'use_speed_topic' not in launched.text
+    assert launched.ends() == 0
+
+
+def test_parents_set_what_is_not_given(tmp_path, live):
+    launched = included(
+        tmp_path, "PushRosNamespace('a'), SetParameter('threshold', 9.0),"
+        " SetParameter('use_sim_time', True), SetRemap('image', '/parent')")
+    assert 'listening to /parent,' in launched.text
+    assert re.search('parameters, with no parameter file: threshold 9.0$', launched.text.strip())
+    from rcl_interfaces.srv import GetParameters
+    answer = live.call(
+        GetParameters, '/a/phase_traj/get_parameters', GetParameters.Request(
+            names=['use_sim_time']))
+    assert answer.values[0].bool_value is True
+    assert launched.ends() == 0
+
+
+def test_what_is_given_beats_parents(tmp_path):
+    launched = included(
+        tmp_path, "SetRemap('image', '/parent'), SetParameter('max_gap', 9.0)",
+        image='/given', params_file='vehicle.yaml')
+    assert 'listening to /given,' in launched.text
+    assert 'max_gap 1.0' in launched.text
+    assert launched.ends() == 0
+
+
+def test_rviz_looks_at_the_topics_and_the_frame_of_the_node(tmp_path):
+    package = tmp_path / 'rviz'
+    (package / 'share/ament_index/resource_index/packages').mkdir(parents=True)
+    (package / 'share/ament_index/resource_index/packages/rviz2').touch()
+    (package / 'lib/rviz2').mkdir(parents=True)
+    program = package / 'lib/rviz2/rviz2'
+    given = tmp_path / 'given'
+    program.write_text(f'#!/bin/sh\necho "$@" > {given}\n')
+    program.chmod(0o755)
+    prefixes = os.environ['AMENT_PREFIX_PATH']
+    params = tmp_path / 'frame.yaml'
+    params.write_text('/**:\n  ros__parameters: {frame_id: map}\n')
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv('AMENT_PREFIX_PATH', f'{package}{os.pathsep}{prefixes}')
+        launched = included(
+            tmp_path, "PushRosNamespace('a')", namespace='b', rviz='true',
+            params_file=str(params))
+        assert launched.ends() == 0
+    assert '-f map' in given.read_text()
+    assert '/phase_traj/path:=/a/b/phase_traj/path' in given.read_text()
