@@ -16,6 +16,10 @@ from phase_traj_ros.core.heading.yaw_meter import YawMeasurement
 from phase_traj_ros.core.reliability import evidence_of, Reliability, ReliabilityMonitor
 
 
+# What covers a smaller share of the picture does no harm, and a mask costs time.
+_WORTH_IT = 0.01
+
+
 class Trust:
     """
     Watches the pairs of a drive, and says which of them are not to be believed.
@@ -45,7 +49,12 @@ class Trust:
     @property
     def left_out(self) -> NDArray[np.uint8] | None:
         """Return what counts of the frames, (H, W): 0 where it is fixed; None if nothing is."""
-        return self._areas.weights()
+        return self._areas.weights() if self.leaves_out else None
+
+    @property
+    def leaves_out(self) -> bool:
+        """Return whether anything of the frames is left out."""
+        return self._areas.share >= _WORTH_IT
 
     @property
     def turned(self) -> bool:
@@ -82,9 +91,11 @@ class Trust:
         if shift is None:
             self._areas.interrupt()
             return self._areas.update(frame, 0.0)
+        before = self.leaves_out
         # Of hardly anything nothing can be measured: it is left as it was.
-        return self._areas.update(
+        changed = self._areas.update(
             frame, interval, turned=shift.dx) and self._areas.sufficient
+        return changed and (before or self.leaves_out)
 
     def finds_cut(self, measured: YawMeasurement | None, interval: float) -> bool:
         """Take the next pair; return whether the scene has changed in the pair before it."""

@@ -239,7 +239,8 @@ class HeadingEstimator:
         for bend in self._bends.update(stamp_ns, step.heading):
             self._learn_from_bend(bend.angle_deg)
         update = HeadingUpdate(
-            step, self.shift_of(measurement), not step.bridged, turns, self._turns.quarters, self._focal[0])
+            step, self.shift_of(measurement), not step.bridged, turns, self._turns.quarters,
+            self._focal[0])
         if self._learned:
             self._adopt()
         return update

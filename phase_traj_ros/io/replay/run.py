@@ -3,7 +3,7 @@
 """Offline replay: all frames of a source through the same estimator as the live node's."""
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from statistics import median
 
 from phase_traj_ros.core import (
@@ -46,7 +46,7 @@ class Replay:
     """What the turns tell of the field of view; None without any."""
     camera: CameraInUse | None = None
     """What the camera was taken for at the end; None where heading and turns were not measured."""
-    reliability: Reliability = Reliability()
+    reliability: Reliability = field(default_factory=Reliability)
     """Whether the codes can be relied upon, and if not, why."""
     threshold_hint: ThresholdHint | None = None
     """What to do about a threshold that does not fit; None if nothing shows."""

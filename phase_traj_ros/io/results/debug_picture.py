@@ -37,9 +37,10 @@ def draw(frame: StampedFrame, update: Update, estimator: TrajectoryEstimator) ->
     """
     Return a BGR picture (H, W, 3) of the upright frame.
 
-    What is left out as fixed to the camera is shaded. The band that is used is framed; from the middle an arrow shows the shift, between the lines
-    of +T and -T a quarter of the width away; the codes and the response stand above it, the
-    correlation map in the lower right corner.
+    The band that is used is framed, and what is left out as fixed to the camera is shaded; from
+    the middle an arrow shows the shift, between the lines of +T and -T a quarter of the width
+    away; the codes and the response stand above it, the correlation map in the lower right
+    corner.
     """
     view = estimator.settings.view
     picture = cast('Picture', cv2.cvtColor(

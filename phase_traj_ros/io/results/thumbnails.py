@@ -64,8 +64,7 @@ class Thumbnails(Watcher):
             self._thinned.offer(None)
             return
         picture = small(frame, estimator, self._width)
-        _, jpeg = cv2.imencode('.jpg', picture, [cv2.IMWRITE_JPEG_QUALITY, _JPEG_QUALITY])
-        self._thinned.offer(Thumbnail(number, jpeg.tobytes()))
+        self._thinned.offer(Thumbnail(number, _jpeg(picture)))
         while (sum(len(each.jpeg) for each in self._thinned.kept) > self._max_bytes
                and len(self._thinned.kept) > 1):
             self._thinned.thin()
@@ -99,7 +98,7 @@ class LeftOutPicture(Watcher):
         picture = cast('Picture', cv2.cvtColor(grey, cv2.COLOR_GRAY2BGR))
         fixed = cv2.resize(left_out, grey.shape[::-1], interpolation=cv2.INTER_NEAREST)
         shade(picture, cast('Picture', fixed), rotate_180=estimator.settings.view.rotate_180)
-        return cv2.imencode('.jpg', picture, [cv2.IMWRITE_JPEG_QUALITY, _JPEG_QUALITY])[1].tobytes()
+        return _jpeg(picture)
 
 
 @dataclass(slots=True)
@@ -222,6 +221,10 @@ class HeadingTurnWatcher(TurnWatcher):
         stretch = self._stretches.pop(turn.angle_deg > 0, None)
         if stretch is not None and len(self._turns) < self._limit:
             self._turns.append(TurnFrames(turn.start_frame, stretch.frames, turn.end_frame))
+
+
+def _jpeg(picture: Picture) -> bytes:
+    return cv2.imencode('.jpg', picture, [cv2.IMWRITE_JPEG_QUALITY, _JPEG_QUALITY])[1].tobytes()
 
 
 def small(frame: StampedFrame, estimator: TrajectoryEstimator, width: int) -> Picture:
