@@ -9,7 +9,7 @@ from pathlib import Path
 import cv2
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import Vector3Stamped
-from live import image, LOSSLESS, stop
+from live import image, LOSSLESS, SHIFT, stop
 import numpy as np
 from phase_traj_ros.io.results.files import CSV_COLUMNS
 from phase_traj_ros.ros.outputs.messages import to_time
@@ -31,7 +31,7 @@ def run(live):
             for name, message in (
                 ('movement', UInt8), ('status', String), ('shift', Vector3Stamped))}
         overrides = lossless_overrides(live.node.resolve_topic_name(topic)) if lossless else []
-        listened['process'] = live.start(*arguments, *overrides, lossless=False)
+        listened['process'] = live.start(*SHIFT, *arguments, *overrides, lossless=False)
         live.call(Trigger, 'phase_traj/reset', Trigger.Request())
         listened['camera'] = live.camera(topic, kind=kind)
         return listened
@@ -448,3 +448,13 @@ def test_a_mask_that_cannot_be_read_is_said_at_once(live):
     process = live.start('-p', 'mask_file:=/does/not/exist.png')
     assert process.wait(20) == 2
     assert 'mask_file: /does/not/exist.png cannot be read' in live.logs()
+
+
+def test_a_threshold_that_does_not_fit_is_hinted_at_once(live, run):
+    node = run('-p', 'code_source:=shift')
+    places = np.cumsum([0] * 5 + [14] * 30 + [0] * 90)
+    send(node, rolled(places), np.arange(len(places)) * 0.1)
+    live.until(lambda: complete(node, len(places) - 1))
+    live.until(lambda: 'no lasting shift reached the threshold of 16 px' in live.logs())
+    assert live.logs().count('no lasting shift') == 1
+    assert 'try code_source auto, or a threshold of about 7 px' in live.logs()

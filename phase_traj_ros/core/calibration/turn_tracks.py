@@ -88,6 +88,12 @@ class TurnFollower:
         self._stretch: _Stretch | None = None
         self._rate = 0.0
 
+    def turn_180(self) -> None:
+        """Go on with frames the other way up."""
+        self.cut()
+        if self._mask is not None:
+            self._mask = self._mask[::-1, ::-1]
+
     def finish(self) -> TurnTracks | None:
         """Return the stretch under way if it is of use, and forget it."""
         stretch, self._stretch = self._stretch, None

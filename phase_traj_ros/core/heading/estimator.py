@@ -140,6 +140,8 @@ class HeadingEstimator:
         if upside_down != self._rotate_180:
             self._rotate_180 = upside_down
             self._meter = None
+            if self._learning is not None:
+                self._learning.turn_180()
             self._mask_learning()
 
     def leave_out(self, weights: NDArray[np.uint8] | None) -> None:
@@ -294,6 +296,9 @@ class HeadingEstimator:
         if self._left_out.mask is not None:
             check_size(frame, self._left_out.mask)
         camera = self._lens.camera_for((frame.shape[0], frame.shape[1]))
+        if self._rotate_180 and not self._lens.calibrated:
+            # Numbers and estimates are about the upright picture, calibrations about the frames.
+            camera = camera.turned_180()
         projection = CylinderProjection(camera, rotate_180=self._rotate_180)
         meter = YawMeter(projection, mask=self._left_out.mask, transform=self._transform)
         if self._left_out.keep_for(frame.shape):

@@ -12,6 +12,7 @@ import cv2
 from far_scene import turned_drive
 from fragile import killed_always, killed_once, never_returns, VARIABLE
 import numpy as np
+from phase_traj_ros.core.reliability import Reason, Reliability
 from phase_traj_ros.io.batch.many import (
     failure,
     folder_names,
@@ -50,7 +51,7 @@ def root(tmp_path):
 def jobs_for(root, sources):
     names = folder_names(sources)
     return [
-        Job(source=source, root=root, folder=name, parameters=Parameters())
+        Job(source=source, root=root, folder=name, parameters=Parameters(threshold=16.0))
         for source, name in zip(sources, names)]
 
 
@@ -76,7 +77,8 @@ def test_a_route_along_the_heading_has_few_points_too(tmp_path, root):
         cv2.imwrite(str(tmp_path / 'drive' / f'{index:04}.png'), picture)
     routes = {}
     for path_from in ('codes', 'heading'):
-        parameters = Parameters(focal_px=camera.fx, path_from=path_from)
+        parameters = Parameters(
+            threshold=16.0, focal_px=camera.fx, path_from=path_from)
         job = Job(
             source=tmp_path / 'drive', root=root, folder=path_from, parameters=parameters)
         routes[path_from] = np.array(run_job(job).route)
@@ -188,7 +190,8 @@ def test_the_summary(tmp_path):
     outcomes = [
         Outcome(
             source='x <b>.mp4', folder='x <b>', status=Status.OK, frames=9, turns=1, seconds=1.239,
-            route=((0, 0), (4, 0), (4, 4))),
+            route=((0, 0), (4, 0), (4, 4)),
+            reliability=Reliability((Reason.MANY_CUTS, Reason.CAMERA_NOT_KNOWN))),
         failure(job, 'it is\n<i>bad</i>', seconds=0.5),
         failure(job, 'not done', status=Status.INTERRUPTED),
     ]
@@ -197,11 +200,14 @@ def test_the_summary(tmp_path):
         rows = list(csv.reader(file))
     assert rows == [
         list(COLUMNS),
-        ['x <b>.mp4', 'x <b>', 'ok', '9', '1', '1.24', ''],
-        ['bad,"\n.mp4', 'bad', 'failed', '0', '0', '0.50', 'it is <i>bad</i>'],
-        ['bad,"\n.mp4', 'bad', 'interrupted', '0', '0', '0.00', 'not done']]
+        ['x <b>.mp4', 'x <b>', 'ok', '9', '1', '1.24', '', 'false',
+         'many_cuts camera_not_known'],
+        ['bad,"\n.mp4', 'bad', 'failed', '0', '0', '0.50', 'it is <i>bad</i>', '', ''],
+        ['bad,"\n.mp4', 'bad', 'interrupted', '0', '0', '0.00', 'not done', '', '']]
+    assert COLUMNS[:7] == ('source', 'folder', 'status', 'frames', 'turns', 'seconds', 'error')
     page = (tmp_path / 'summary.html').read_text()
     assert '<a href="x%20%3Cb%3E/report.html">x &lt;b&gt;</a>' in page
+    assert '<span class="warn">false</span>' in page and 'many_cuts camera_not_known' in page
     assert '&lt;i&gt;bad&lt;/i&gt;' in page and '<i>' not in page and '{{' not in page
     assert '<polyline points="40.0,40.0 40.0,0.0 0.0,0.0"/>' in page
     assert sorted(path.name for path in tmp_path.iterdir()) == [

@@ -81,7 +81,8 @@ def frames():
     {}, {'focal_px': 300.0, 'speed': 5.0, 'path_from': 'heading', 'max_path_poses': 4}])
 def test_the_same_messages(frames, tmp_path, values):
     from phase_traj_ros.ros.outputs.topics import Outputs
-    parameters = Parameters(step_length=2.5, frame_id='drawn', **values)
+    parameters = Parameters(
+        threshold=16.0, step_length=2.5, frame_id='drawn', **values)
     path = tmp_path / 'out.mcap'
     with BagSink(path, parameters, source='', debug_images=True) as sink:
         replay(frames, parameters, source='', watchers=[sink])
