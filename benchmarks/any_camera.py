@@ -131,7 +131,8 @@ def document(drives: Sequence[Outcome], clips: Sequence[Outcome]) -> str:
         '# Any camera, nothing known',
         _INTRODUCTION.format(
             cameras=len(cameras), plans=len(plans), drives=len(drives), versions=versions(),
-            part='' if whole else f' (a part of the {len(MOUNTS)} by {len(PLANS)} that there are)'),
+            part='' if whole else (
+                f' (a part of the {len(MOUNTS)} by {len(PLANS)} that there are)')),
         _TURNS.format(
             right=right(turning, 'auto'), turning=len(turning),
             share=right(turning, 'auto') / max(len(turning), 1), straight=len(straight),

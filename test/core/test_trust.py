@@ -214,7 +214,7 @@ def test_the_hint_is_about_the_paper_s_rule(drive):
     estimator, _, _ = followed(drive, source=CodeSource.SHIFT, lens=None, threshold=40.0)
     hint = estimator.threshold_hint
     assert hint.misfit is Misfit.TOO_HIGH and 4.0 < hint.suggested_px < 12.0
-    estimator, _, angles = followed(
+    estimator, _, _ = followed(
         drive, source=CodeSource.SHIFT, lens=None, threshold=hint.suggested_px)
     assert estimator.threshold_hint is None
     assert followed(drive, threshold=40.0)[0].threshold_hint is None

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Heading and turns, live and replayed."""
 
+from functools import partial
 from itertools import groupby
 import json
 import math
@@ -40,6 +41,10 @@ def drive():
     """Return the demo's drive up to the end of its second turn, and its frames."""
     drive = named_drive('demo').take(range(135))
     return drive, list(render_drive(drive))
+
+
+def all_heard(heard, **counts):
+    return all(len(heard[name]) == count for name, count in counts.items())
 
 
 def test_the_live_heading_is_the_true_one(live, drive, tmp_path):
@@ -325,9 +330,9 @@ def test_a_threshold_at_run_time_is_the_papers_rule(live, drive):
         expected = replay(
             images, Parameters(threshold=threshold, focal_px=float(drive.camera.focal)),
             source='the same')
-        live.until(lambda count=len(images) - 1: len(heard['movement']) == len(
-            heard['shift']) == count, process=node)
-        live.until(lambda count=len(expected.direction): len(heard['direction']) == count)
+        pairs, directions = len(images) - 1, len(expected.direction)
+        live.until(partial(all_heard, heard, movement=pairs, shift=pairs), process=node)
+        live.until(partial(all_heard, heard, direction=directions))
         assert [each.data for each in heard['movement']] == expected.movement
         assert [each.data for each in heard['direction']] == expected.direction
         assert [each.vector.x for each in heard['shift']] == pytest.approx(
