@@ -181,10 +181,11 @@ class HeadingEstimator:
         measurement = self._meter.update(frame, interval)
         if self._learning is not None:
             self._newest = frame
-            shift = None if measurement is None else self._in_full_pixels(measurement.shift)
+            # Not the shift of the whole: in a gentle bend of a wide view, what passes by outweighs it.
+            yaw = None if measurement is None else measurement.yaw
             self._learned |= self._learning.update(
                 _upright(frame) if self._rotate_180 else frame,
-                0.0 if shift is None else shift.dx, interval)
+                0.0 if yaw is None else self._focal[0] * _tangent(yaw), interval)
         return measurement
 
     def start(self, stamp_ns: int) -> None:
@@ -259,10 +260,13 @@ class HeadingEstimator:
         return meter
 
     def _in_full_pixels(self, shift: Shift) -> Shift:
-        yaw = min(max(shift.dx / self._px_per_rad, -1.5), 1.5)
         return Shift(
-            self._focal[0] * math.tan(yaw), shift.dy * (self._focal[1] / self._px_per_rad),
-            shift.response)
+            self._focal[0] * _tangent(shift.dx / self._px_per_rad),
+            shift.dy * (self._focal[1] / self._px_per_rad), shift.response)
+
+
+def _tangent(angle: float) -> float:
+    return math.tan(min(max(angle, -1.5), 1.5))
 
 
 def _upright(frame: Frame) -> Frame:
