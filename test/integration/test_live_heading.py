@@ -325,9 +325,10 @@ def test_a_threshold_at_run_time_is_the_papers_rule(live, drive):
         expected = replay(
             images, Parameters(threshold=threshold, focal_px=float(drive.camera.focal)),
             source='the same')
-        live.until(lambda count=len(images) - 1: len(heard['movement']) == len(
-            heard['shift']) == count, process=node)
-        live.until(lambda count=len(expected.direction): len(heard['direction']) == count)
+        codes, directions = len(expected.movement), len(expected.direction)
+        live.until(lambda wanted=codes: len(heard['movement']) == len(heard['shift']) == wanted,
+                   process=node)
+        live.until(lambda wanted=directions: len(heard['direction']) == wanted)
         assert [each.data for each in heard['movement']] == expected.movement
         assert [each.data for each in heard['direction']] == expected.direction
         assert [each.vector.x for each in heard['shift']] == pytest.approx(
