@@ -7,6 +7,10 @@ from dataclasses import dataclass
 from phase_traj_ros.core.camera.lens import Lens, LensOrigin
 
 
+# An interval wider than this, most over least, leaves open how many quarters a turn is.
+_WIDEST = 1.5
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CameraInUse:
     """
@@ -22,8 +26,8 @@ class CameraInUse:
     """Focal length in pixels of the full frame, per radian in its middle."""
     hfov_deg: float
     """Horizontal field of view in degrees, from edge to edge."""
-    straightness: float
-    """Of the lens: 1 for a pinhole, 0 for an equidistant fisheye."""
+    straightness: float | None
+    """Of the lens: 1 for a pinhole, 0 for an equidistant fisheye; None if it is calibrated."""
     offset: float
     """How far the principal point is to the right of the middle, in widths of the picture."""
     pitch_deg: float
@@ -41,6 +45,10 @@ class CameraInUse:
     def of(cls, lens: Lens, width: int) -> 'CameraInUse':
         """Return what ``lens`` means for frames ``width`` pixels wide."""
         focal_px, hfov_deg, estimate = lens.focal_for(width), lens.hfov_for(width), lens.estimate
+        if lens.calibrated and lens.camera is not None:
+            return cls(
+                origin=lens.origin, focal_px=focal_px, hfov_deg=hfov_deg, straightness=None,
+                offset=lens.camera.offset, pitch_deg=lens.pitch_deg, roll_deg=lens.roll_deg)
         if lens.origin is not LensOrigin.DRIVE or estimate is None:
             return cls(
                 origin=lens.origin, focal_px=focal_px, hfov_deg=hfov_deg,
@@ -54,6 +62,13 @@ class CameraInUse:
             pitch_deg=estimate.pitch_deg, roll_deg=estimate.roll_deg,
             interval_px=(least * scale, most * scale),
             probability=estimate.probability, turns=estimate.turns)
+
+    @property
+    def settled(self) -> bool:
+        """Return whether the focal length is known well enough to count quarter turns."""
+        if self.origin is LensOrigin.ASSUMED:
+            return False
+        return self.interval_px is None or self.interval_px[1] < _WIDEST * self.interval_px[0]
 
     def __str__(self) -> str:
         """Return the camera in words, for people."""

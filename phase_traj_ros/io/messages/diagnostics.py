@@ -7,8 +7,10 @@ from enum import IntEnum
 
 from phase_traj_ros.core import Counters, LensOrigin, TrajectoryEstimator
 from phase_traj_ros.core.camera.field_of_view import FieldOfView, SURE
+from phase_traj_ros.core.camera.lens_family import PINHOLE
 from phase_traj_ros.core.correlation.transforms import find_transform
 from phase_traj_ros.core.heading.estimator import HeadingEstimator
+from phase_traj_ros.core.reliability import Reason
 
 # Below this share of measured pairs, since the last report, something is wrong with the view.
 _MEASURED_SHARE = 0.5
@@ -45,7 +47,10 @@ class MeasurementReporter:
     def report(self, estimator: TrajectoryEstimator, response: float) -> Report:
         """Return what there is to say; ``response`` is the median of the newest pairs."""
         counters, heading = estimator.counters, estimator.heading
-        values = {'transforms': find_transform(estimator.settings.transform).name}
+        found = estimator.reliability
+        values = {
+            'transforms': find_transform(estimator.settings.transform).name,
+            'reliable': str(found.reliable).lower(), 'reasons': ' '.join(found.words)}
         wrong = None
         if heading is not None:
             values['bridged share'] = f'{heading.tracker.bridged_share:.3f}'
@@ -62,6 +67,9 @@ class MeasurementReporter:
             level, message = Level.WARN, f'{unusable} of {pairs} pairs not measured'
         elif wrong is not None:
             level, message = Level.WARN, wrong
+        elif pairs and any(reason is not Reason.TOO_SHORT for reason in found.reasons):
+            level = Level.WARN
+            message = ' '.join(reason.sentence for reason in found.reasons)
         elif pairs:
             level, message = Level.OK, 'measuring'
         else:
@@ -82,8 +90,8 @@ def described(view: FieldOfView) -> str:
 
 def _contradiction(heading: HeadingEstimator, view: FieldOfView) -> str | None:
     """Say so where the turns tell another field of view than the one in use."""
-    if heading.lens.origin is not LensOrigin.GIVEN:
-        # It has been measured, and of a lens with distortion the width of the view is another.
+    if heading.lens.origin is not LensOrigin.GIVEN or heading.lens.straightness != PINHOLE:
+        # It has been measured, or is of a lens with distortion: the width of the view is another.
         return None
     used = 0.0 if heading.camera is None else heading.camera.hfov_deg
     if used == 0.0 or view.sureness < SURE or abs(view.hfov_deg / used - 1.0) <= _WRONG_VIEW:
