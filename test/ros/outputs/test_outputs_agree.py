@@ -177,5 +177,6 @@ def test_nothing_is_made_for_nobody(frames):
         update = estimator.update(frame.image, frame.stamp_ns)
         if update is not None:
             outputs.publish(frame, update)
+    # What is latched is there for whoever comes later.
     assert {name for name, each in node.publishers.items() if each.data} == {
-        'chain_code', 'path'}
+        'camera', 'chain_code', 'path'}
