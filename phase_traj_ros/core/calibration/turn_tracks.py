@@ -78,7 +78,7 @@ class TurnFollower:
 
     def __init__(self, *, mask: NDArray[np.uint8] | None = None) -> None:
         """Make a follower; ``mask`` (H, W) is 0 where the frames are not to be looked at."""
-        self.mask = mask
+        self.mask: NDArray[np.uint8] | None = mask
         """Where stretches that begin from now on are looked at."""
         self.cut()
 
@@ -91,8 +91,8 @@ class TurnFollower:
     def turn_180(self) -> None:
         """Go on with frames the other way up."""
         self.cut()
-        if self._mask is not None:
-            self._mask = self._mask[::-1, ::-1]
+        if self.mask is not None:
+            self.mask = self.mask[::-1, ::-1]
 
     def finish(self) -> TurnTracks | None:
         """Return the stretch under way if it is of use, and forget it."""
