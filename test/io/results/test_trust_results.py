@@ -142,4 +142,4 @@ def test_the_hint_is_printed_under_the_paper_s_rule(tmp_path, capsys):
             ' vehicle turned, try code_source auto, or a threshold of about 7 px'
             ) in capsys.readouterr().out
     assert main(['replay', source, '-p', 'threshold:=7.0']) == 0
-    assert 'hint' not in capsys.readouterr().out
+    assert 'hint:' not in capsys.readouterr().out
