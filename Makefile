@@ -19,7 +19,7 @@ environment = $(or $(boot),$(error No Python found: install Python 3.10 to 3.13 
 unexport _ROS_WHEELS_BOOTSTRAP_COMPLETE
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-noble lint colcon bench bench-system robustness pins clean
+.PHONY: help demo test test-noble lint colcon bench bench-system robustness any-camera pins clean
 
 help:  ## Show this list
 	@sed -n 's/^\([a-z-]*\):.*## /\1 /p' $(MAKEFILE_LIST) \
@@ -60,6 +60,10 @@ bench-system:  ## Measure speed on the distribution's Python and OpenCV, for doc
 robustness:  ## Measure robustness to noise against peers; writes docs/robustness.md
 	@$(environment) .venv --extras ros,offline
 	@.venv/bin/python benchmarks/robustness.py
+
+any-camera:  ## Try 16 cameras of which nothing is told; writes docs/any_camera.md
+	@$(environment) .venv --extras ros,offline
+	@.venv/bin/python benchmarks/any_camera.py
 
 pins:  ## Renew tools/constraints.txt, for every Python at once
 	@$(environment) .venv-pins --extras pins

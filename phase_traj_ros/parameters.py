@@ -321,10 +321,14 @@ class Parameters:
         return self.speed > 0 or self.use_speed_topic
 
     @property
+    def path_in_metres(self) -> bool:
+        """Return whether the drawn path is in metres, and not in steps."""
+        return self.metric and self.drawn_from is PathSource.HEADING
+
+    @property
     def path_scale(self) -> float:
         """Return the metres that a unit of the path stands for."""
-        known = self.metric and self.drawn_from is PathSource.HEADING
-        return 1.0 if known else self.step_length
+        return 1.0 if self.path_in_metres else self.step_length
 
     def estimator_settings(self) -> EstimatorSettings:
         """Return the settings of a live estimator, bounded in memory."""

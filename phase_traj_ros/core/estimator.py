@@ -34,6 +34,8 @@ _SETTLED = {
     'draws_heading': 'what the path is drawn from',
     'measures_heading': 'whether heading is measured',
     'metric': 'whether there is a speed'}
+# But for these, where a threshold asks for the paper's rule, or no longer does.
+_SWITCHED = ('code_source', 'draws_heading', 'measures_heading')
 
 
 class TrajectoryEstimator:
@@ -162,15 +164,15 @@ class TrajectoryEstimator:
         Raises
         ------
         ValueError
-            Nothing in the settings needs a lens.
+            The heading is not measured, and nothing in the settings needs a lens.
 
         """
-        if not self._settings.measures_heading:
-            raise ValueError('nothing in the settings needs a lens: give one there')
-        if self._heading is None:
+        if self._heading is not None:
+            self._heading.use_lens(lens)
+        elif self._settings.measures_heading:
             self._heading = self._make_heading(lens)
         else:
-            self._heading.use_lens(lens)
+            raise ValueError('nothing in the settings needs a lens: give one there')
 
     def add_speed(self, stamp_ns: int, speed: float) -> None:
         """
@@ -196,7 +198,7 @@ class TrajectoryEstimator:
         """
         for name, words in _SETTLED.items():
             if (getattr(settings, name) != getattr(self._settings, name)
-                    and not self._switches_rule(settings)):
+                    and not (name in _SWITCHED and self._switches_rule(settings))):
                 raise ValueError(
                     f'{words} is settled at the start, and this would change it: start anew with'
                     ' these settings')
@@ -360,7 +362,7 @@ class TrajectoryEstimator:
             step = self._coder.code(dx, heading, interval)
         else:
             dx = None
-            step = self.codes.skip(end_turn=status.ends_turn)
+            step = self._coder.skip(heading, end_turn=status.ends_turn)
         status = status.coded(step)
         self._trust.add_shift(dx, self._coder.threshold_px, interval)
         turned = None if heading is None else heading.step

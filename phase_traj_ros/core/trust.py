@@ -139,7 +139,7 @@ class Trust:
 
         """
         if heading is not None:
-            self._turned |= heading.quarters != 0 or bool(heading.turns)
+            self._turned |= bool(heading.quarters or heading.turns)
         self._monitor.add(evidence_of(
             agreement=None if worth is None else agreement, still=worth is Worth.STILL,
             blank=worth is Worth.NOTHING or (self._guards and self._areas.blank),

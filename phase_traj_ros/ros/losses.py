@@ -42,5 +42,6 @@ def advice(image_bytes: int, middleware: str, environment: Mapping[str, str]) ->
 def _profile() -> str:
     try:
         return str(Path(get_package_share_directory(_PACKAGE)) / PROFILE)
-    except PackageNotFoundError:
+    except (PackageNotFoundError, OSError):
+        # It is not installed as a package of ROS, or ROS has no packages at all.
         return PROFILE

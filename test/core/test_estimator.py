@@ -192,6 +192,16 @@ def test_settings_refuse_what_the_codes_refuse(name):
         EstimatorSettings(**{name: 0})
 
 
+def test_a_calibration_may_come_after_the_change_to_the_papers_rule():
+    settings = EstimatorSettings(code_source=CodeSource.AUTO)
+    estimator = TrajectoryEstimator(settings)
+    feed(estimator, [FRAME, FRAME])
+    estimator.reconfigure(replace(settings, code_source=CodeSource.SHIFT))
+    lens = Lens(hfov_deg=80.0)
+    estimator.use_lens(lens)
+    assert estimator.heading.lens == lens
+
+
 def test_a_backward_stamp_starts_the_test_of_stillness_anew():
     estimator = TrajectoryEstimator(EstimatorSettings(stillness=StillnessSettings(frames=3)))
     first = feed(estimator, [FRAME] * 6)

@@ -84,11 +84,6 @@ class SelfCalibration:
         """Look at turns that begin from now on where ``mask`` (H, W) is not 0."""
         self._follower.mask = mask
 
-    def turn_180(self) -> None:
-        """Go on with frames the other way up: the tilt has to be learned anew."""
-        self._follower.turn_180()
-        self.forget()
-
     def cut(self) -> None:
         """Do not follow anything from the last frame to the next; what is learned is kept."""
         self._follower.cut()

@@ -28,8 +28,8 @@ class CameraInUse:
     """Focal length in pixels of the full frame, per radian in its middle."""
     hfov_deg: float
     """Horizontal field of view in degrees, from edge to edge."""
-    straightness: float
-    """Of the lens: 1 for a pinhole, 0 for an equidistant fisheye."""
+    straightness: float | None
+    """Of the lens: 1 for a pinhole, 0 for an equidistant fisheye; None if it is calibrated."""
     offset: float
     """How far the principal point is to the right of the middle, in widths of the picture."""
     pitch_deg: float
@@ -47,6 +47,10 @@ class CameraInUse:
     def of(cls, lens: Lens, width: int) -> 'CameraInUse':
         """Return what ``lens`` means for frames ``width`` pixels wide."""
         focal_px, hfov_deg, estimate = lens.focal_for(width), lens.hfov_for(width), lens.estimate
+        if lens.calibrated and lens.camera is not None:
+            return cls(
+                origin=lens.origin, focal_px=focal_px, hfov_deg=hfov_deg, straightness=None,
+                offset=lens.camera.offset, pitch_deg=lens.pitch_deg, roll_deg=lens.roll_deg)
         if lens.origin is not LensOrigin.DRIVE or estimate is None:
             return cls(
                 origin=lens.origin, focal_px=focal_px, hfov_deg=hfov_deg,

@@ -138,6 +138,8 @@ class Lens:
 
     def hfov_for(self, width: int) -> float:
         """Return the horizontal field of view in degrees for frames ``width`` pixels wide."""
+        if self.calibrated and self.camera is not None:
+            return self.camera.hfov_deg
         if self._straightness == PINHOLE and self._offset == 0.0:
             return hfov_from_focal(self.focal_for(width), width)
         lens = OneNumberLens(self.focal_for(width), self._straightness)

@@ -9,6 +9,7 @@ columns go to the right and rows down, the centre of the first pixel is at (0, 0
 
 from dataclasses import dataclass, replace
 from enum import Enum
+from functools import lru_cache
 import math
 
 import cv2
@@ -18,6 +19,8 @@ from numpy.typing import NDArray
 # The rays from the optical axis along which a model is followed, and the steps on each, to 90
 # degrees: 0.18 degrees, of which the last one that is sound counts.
 _RAYS, _STEPS = 72, 500
+# The field of view is told to a tenth of a degree.
+_ACROSS = 1800
 # Nobody has calibrated a camera to see as far as this, but a model may say so; in pixels.
 _FAR = 1e6
 # Of these coefficients (p1, p2, the thin prism's and the tilt's) the sign depends on which way up
@@ -142,6 +145,16 @@ class CameraModel:
         """Return the size of the pictures, (H, W)."""
         return self.height, self.width
 
+    @property
+    def offset(self) -> float:
+        """Return how far the principal point is to the right of the middle, in widths."""
+        return (self.cx - (self.width - 1) / 2) / self.width
+
+    @property
+    def hfov_deg(self) -> float:
+        """Return the field of view across, in the row of the principal point; at most 180."""
+        return _degrees_across(self)
+
     def is_close_to(self, other: 'CameraModel') -> bool:
         """Return whether the two differ by no more than what makes no difference to the yaw."""
         alike = (
@@ -216,3 +229,14 @@ class CameraModel:
         places = np.nan_to_num(np.asarray(found, np.float64), nan=_FAR).reshape(*x.shape, 2)
         places = np.clip(places, -_FAR, _FAR)
         return places[..., 0], places[..., 1]
+
+
+@lru_cache(maxsize=8)
+def _degrees_across(camera: CameraModel) -> float:
+    if camera.distortion is Distortion.NONE:
+        aside = (camera.cx + 0.5, camera.width - 0.5 - camera.cx)
+        return math.degrees(sum(math.atan(each / camera.fx) for each in aside))
+    angles = np.radians(np.linspace(-90.0, 90.0, _ACROSS, endpoint=False)[1:])
+    row = np.full_like(angles, 0.0)
+    seen = angles[camera.project(np.tan(angles), row, row + 1.0).seen]
+    return math.degrees(float(np.ptp(seen))) if seen.size else 0.0

@@ -14,7 +14,7 @@ from phase_traj_ros.core.camera.in_use import CameraInUse
 from phase_traj_ros.core.camera.lens import Lens
 from phase_traj_ros.core.camera.projection import CylinderProjection
 from phase_traj_ros.core.correlation.mask import check_size
-from phase_traj_ros.core.correlation.phase_correlation import Frame, Shift
+from phase_traj_ros.core.correlation.phase_correlation import check_frame, Frame, Shift
 from phase_traj_ros.core.correlation.transforms import TransformLibrary
 from phase_traj_ros.core.heading.left_out import LeftOut
 from phase_traj_ros.core.heading.tracker import HeadingStep, HeadingTracker
@@ -36,8 +36,8 @@ class HeadingUpdate:
     """Whether the yaw was measured, and not bridged."""
     turns: tuple[Turn, ...]
     """Turns that are known to have ended."""
-    quarters: int
-    """Quarter turns made so far, positive to the left."""
+    quarters: tuple[int, ...]
+    """Quarter turns that count from this pair on, in their order: 1 to the left, -1 right."""
     focal_px: float
     """Focal length that the yaw was measured with, in pixels of the full frame."""
 
@@ -138,7 +138,7 @@ class HeadingEstimator:
             return
         if self._learning is not None:
             # What was in use so far was a guess.
-            self._correct_for(lens)
+            self._correct(self._lens, lens)
             self._learning = self._newest = None
         self._lens = lens
         self._meter = None
@@ -149,7 +149,8 @@ class HeadingEstimator:
             self._rotate_180 = upside_down
             self._meter = None
             if self._learning is not None:
-                self._learning.turn_180()
+                # What it knows of the tilt was upside down.
+                self._learning.forget()
             self._mask_learning()
 
     def leave_out(self, weights: NDArray[np.uint8] | None) -> None:
@@ -223,10 +224,12 @@ class HeadingEstimator:
         measurement = self._meter.update(frame, interval)
         if self._learning is not None:
             self._newest = frame
-            shift = self.shift_of(measurement)
+            # Not the shift of the whole: in a gentle bend of a wide view, what passes by counts for
+            # more.
+            yaw = None if measurement is None else measurement.yaw
             self._learned |= self._learning.update(
                 _upright(frame) if self._rotate_180 else frame,
-                0.0 if shift is None else shift.dx, interval)
+                0.0 if yaw is None else self._focal[0] * _tangent(yaw), interval)
         return measurement
 
     def start(self, stamp_ns: int) -> None:
@@ -262,9 +265,8 @@ class HeadingEstimator:
         if measurement is None:
             return None
         shift = measurement.shift
-        yaw = min(max(shift.dx / self._px_per_rad, -1.5), 1.5)
         return Shift(
-            self._focal[0] * math.tan(yaw), shift.dy * (self._focal[1] / self._px_per_rad),
+            self._focal[0] * _tangent(shift.dx / self._px_per_rad), shift.dy * (self._focal[1] / self._px_per_rad),
             shift.response)
 
     def _mask_learning(self) -> None:
@@ -284,22 +286,27 @@ class HeadingEstimator:
         self._learned = False
         if self._learning is None or self._newest is None:
             return
-        lens = Lens(estimate=self._learning.estimate)
-        if lens.is_close_to(self._lens, self._newest.shape[1]):
+        before, lens = self._lens, Lens(estimate=self._learning.estimate)
+        if lens.is_close_to(before, self._newest.shape[1]):
             return
-        self._correct_for(lens)
         self._lens = lens
-        self._meter = self._make_meter(self._newest)
+        try:
+            self._meter = self._make_meter(self._newest)
+        except FrameError:
+            # With that lens there would be nothing to measure: better a guess.
+            self._lens = before
+            return
+        self._correct(before, lens)
         self._meter.update(self._newest, 0.0)
 
-    def _correct_for(self, lens: Lens) -> None:
-        """Correct all angles so far, which were measured with the wrong lens."""
+    def _correct(self, before: Lens, lens: Lens) -> None:
+        """Correct all angles so far, which were measured with the lens ``before``."""
         if not self._shape:
             return
-        factor = self._lens.focal_for(self._shape[1]) / lens.focal_for(self._shape[1])
-        self._widest_bend_deg *= factor * self._lens.tilt / lens.tilt
+        factor = before.focal_for(self._shape[1]) / lens.focal_for(self._shape[1])
+        self._widest_bend_deg *= factor * before.tilt / lens.tilt
         for part in (self._tracker, self._turns, self._bends):
-            part.scale(factor * self._lens.tilt / lens.tilt)
+            part.scale(factor * before.tilt / lens.tilt)
 
     def _make_meter(self, frame: Frame) -> YawMeter:
         if frame.ndim != 2 or min(frame.shape) < 1:
@@ -311,6 +318,8 @@ class HeadingEstimator:
             # Numbers and estimates are about the upright picture, calibrations about the frames.
             camera = camera.turned_180()
         projection = CylinderProjection(camera, rotate_180=self._rotate_180)
+        # A frame that will be refused must not change anything.
+        check_frame(projection(frame))
         meter = YawMeter(projection, mask=self._left_out.mask, transform=self._transform)
         if self._left_out.keep_for(frame.shape):
             meter.use_mask(self._left_out.counting)
@@ -318,6 +327,10 @@ class HeadingEstimator:
         self._px_per_rad = projection.px_per_rad
         self._shape = frame.shape
         return meter
+
+
+def _tangent(angle: float) -> float:
+    return math.tan(min(max(angle, -1.5), 1.5))
 
 
 def _upright(frame: Frame) -> Frame:

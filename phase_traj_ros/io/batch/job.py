@@ -117,8 +117,9 @@ def replay_source(
                 source=source.description, debug_images=wanted.bag_debug_images)))
         frames = KeptFrames(source)
         lens = known_lens(source, parameters)
-        if lens is None and not one_pass:
-            lens = learned_lens(through(frames.keeping()), parameters, source.description)
+        if lens is None and not one_pass and parameters.learns_camera:
+            with closing(frames.keeping()) as first:
+                lens = learned_lens(through(first), parameters, source.description)
         speeds = source.speeds(speed_topic) if parameters.use_speed_topic else ()
         with closing(frames.once()) as again:
             result = replay(

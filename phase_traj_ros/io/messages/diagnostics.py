@@ -7,6 +7,7 @@ from enum import IntEnum
 
 from phase_traj_ros.core import Counters, LensOrigin, TrajectoryEstimator
 from phase_traj_ros.core.camera.field_of_view import FieldOfView, SURE
+from phase_traj_ros.core.camera.lens_family import PINHOLE
 from phase_traj_ros.core.correlation.transforms import find_transform
 from phase_traj_ros.core.heading.estimator import HeadingEstimator
 from phase_traj_ros.core.reliability import Reason
@@ -89,8 +90,8 @@ def described(view: FieldOfView) -> str:
 
 def _contradiction(heading: HeadingEstimator, view: FieldOfView) -> str | None:
     """Say so where the turns tell another field of view than the one in use."""
-    if heading.lens.origin is not LensOrigin.GIVEN:
-        # It has been measured, and of a lens with distortion the width of the view is another.
+    if heading.lens.origin is not LensOrigin.GIVEN or heading.lens.straightness != PINHOLE:
+        # It has been measured, or is of a lens with distortion: the width of the view is another.
         return None
     used = 0.0 if heading.camera is None else heading.camera.hfov_deg
     if used == 0.0 or view.sureness < SURE or abs(view.hfov_deg / used - 1.0) <= _WRONG_VIEW:

@@ -37,11 +37,12 @@ class KeptFrames:
         """Yield all frames, and keep them for the next time if they fit."""
         kept: list[StampedFrame] | None = []
         size = 0
-        for frame in self.once():
-            if kept is not None:
-                kept.append(frame)
-                size += frame.image.nbytes
-                if size > self._most_bytes:
-                    kept = None
-            yield frame
+        with closing(self.once()) as frames:
+            for frame in frames:
+                if kept is not None:
+                    kept.append(frame)
+                    size += frame.image.nbytes
+                    if size > self._most_bytes:
+                        kept = None
+                yield frame
         self._kept = kept

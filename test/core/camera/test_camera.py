@@ -172,3 +172,18 @@ def test_calibrations_that_tremble_are_the_same(changes, close):
         width=640, height=480, fx=400.0, fy=400.0, cx=320.0, cy=240.0,
         distortion=Distortion.BROWN, coefficients=(-0.1, 0.0, 0.0, 0.0, 0.0))
     assert replace(camera, **changes).is_close_to(camera) is close
+
+
+def test_a_pinhole_sees_as_far_across_as_its_focal_length_says():
+    camera = CameraModel.pinhole((240, 400), 230.0)
+    assert camera.hfov_deg == pytest.approx(math.degrees(2 * math.atan(200 / 230)))
+    aside = replace(camera, cx=camera.cx + 40.0)
+    assert aside.offset == pytest.approx(0.1)
+    assert aside.hfov_deg == pytest.approx(
+        math.degrees(math.atan(240 / 230) + math.atan(160 / 230)))
+
+
+@pytest.mark.parametrize(('fx', 'hfov_deg'), [(320.0, math.degrees(2.0)), (100.0, 180.0)])
+def test_a_fisheye_sees_farther_across_than_a_pinhole(fx, hfov_deg):
+    assert lens(FISHEYE, 0.0, 0.0, 0.0, 0.0, fx=fx, cx=319.5).hfov_deg == pytest.approx(
+        hfov_deg, abs=0.3)

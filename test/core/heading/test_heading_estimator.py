@@ -8,11 +8,14 @@ import math
 
 from far_scene import barrel, BARREL_COEFFICIENTS, fisheye, FISHEYE_COEFFICIENTS, render
 import numpy as np
+from phase_traj_ros.core.calibration.self_calibration import SelfCalibration
+from phase_traj_ros.core.camera.estimate import CameraEstimate
 from phase_traj_ros.core.camera.lens import Lens
 from phase_traj_ros.core.camera.model import CameraModel, Distortion
 from phase_traj_ros.core.camera.projection import focal_from_hfov
 from phase_traj_ros.core.heading.estimator import HeadingEstimator
 from phase_traj_ros.errors import FrameError
+from phase_traj_ros.synthetic import Camera, plan_drive, render_drive, Straight, Turn
 import pytest
 
 TENTH = 100_000_000
@@ -125,6 +128,46 @@ def test_frames_of_another_size_than_the_calibration():
     assert estimator.measure(frames[1], 0.1).yaw == stepped(1)
 
 
+def test_a_frame_of_another_size_that_is_refused_is_as_if_it_had_never_come():
+    camera, frames = turning('barrel')
+    estimator = HeadingEstimator(Lens(focal_px=camera.fx))
+    estimator.measure(frames[0], 0.1)
+    expected = HeadingEstimator(Lens(focal_px=camera.fx))
+    expected.measure(frames[0], 0.1)
+    with pytest.raises(FrameError, match='NaN'):
+        estimator.measure(np.full((200, 300), np.nan, np.float32), 0.1)
+    assert estimator.measure(frames[1], 0.1) == expected.measure(frames[1], 0.1) is not None
+
+
+class _Told(SelfCalibration):
+    """Learns a camera that is known beforehand from the first two frames."""
+
+    def __init__(self, estimate):
+        super().__init__()
+        self._estimate = estimate
+        self.frames = 0
+
+    estimate = property(lambda self: self._estimate)
+    turns = 1
+
+    def update(self, frame, shift_px, interval):
+        self.frames += 1
+        return self.frames == 2
+
+
+FOUND = CameraEstimate(
+    width=480, height=360, focal_px=300.0, focal_deviation=0.02, column_px=24.0)
+
+
+def test_a_lens_that_leaves_nothing_to_measure_is_not_taken():
+    _, frames = turning('barrel')
+    usual = Lens(hfov_deg=75.0, assumed=True)
+    estimator = HeadingEstimator(usual, learning=_Told(replace(FOUND, focal_px=2.0)))
+    headings = follow(estimator, frames)
+    assert estimator.lens == usual
+    assert np.all(headings == follow(HeadingEstimator(usual), frames))
+
+
 @pytest.mark.parametrize('shape', [(0, 4), (40, 40, 3), (40,)])
 def test_what_is_no_frame(shape):
     with pytest.raises(FrameError, match='give grey frames'):
@@ -145,3 +188,27 @@ def test_another_lens_while_running():
     # The same lens, read anew, changes nothing.
     estimator.use_lens(Lens(camera=replace(camera)))
     assert estimator.measure(frames[7], 0.1).yaw == stepped(7)
+
+
+class Learner(SelfCalibration):
+    """Learns nothing, but keeps what it is told of the motion of the picture."""
+
+    def __init__(self):
+        super().__init__()
+        self.shifts = []
+
+    def update(self, frame, shift_px, interval):
+        self.shifts.append(shift_px)
+        return False
+
+
+def test_what_is_learned_from_is_the_turn_and_not_what_passes_by():
+    camera = Camera.with_field_of_view(320, 180, 130.0)
+    drive = plan_drive(
+        'a bend', [Straight(0.2), Turn(-60, 8)], rate_hz=15.0, speed=12.0, camera=camera, seed=5)
+    learner = Learner()
+    # Taken for a usual camera, as in the beginning.
+    estimator = HeadingEstimator(Lens(hfov_deg=75.0, assumed=True), learning=learner)
+    for frame in render_drive(drive):
+        estimator.measure(np.asarray(frame), 1 / 15)
+    assert sum(learner.shifts) == pytest.approx(camera.focal * math.radians(-60), rel=0.15)

@@ -40,7 +40,7 @@ def test_areas_of_other_frames_are_forgotten():
 def test_the_camera_is_learned_from_what_counts_and_upright(upside_down):
     told = []
     learning = SimpleNamespace(
-        use_mask=told.append, cut=lambda: told.append('cut'), turn_180=lambda: None)
+        use_mask=told.append, cut=lambda: told.append('cut'), forget=lambda: None)
     heading = HeadingEstimator(
         Lens(hfov_deg=80.0), mask=MASK, learning=learning, rotate_180=upside_down)
     heading.leave_out(AREAS)

@@ -335,6 +335,24 @@ def test_a_wrong_field_of_view_is_reported():
     assert 'from 6 turns' in report.values['field of view (deg)']
 
 
+def test_a_field_of_view_of_a_fisheye_is_not_reported_as_wrong():
+    lens = Lens(hfov_deg=140.0, straightness=0.0)
+    estimator = TrajectoryEstimator(EstimatorSettings(
+        lens=lens, code_source=CodeSource.HEADING))
+    noise = np.random.default_rng(0).integers(0, 256, (120, 160), dtype=np.uint8)
+    for stamp in (0, 10**8):
+        estimator.update(noise, stamp)
+    stamp, heading = 10**8, estimator.heading
+    for _ in range(6):
+        for yaw in [math.radians(90 / 30)] * 30 + [0.0] * 20:
+            stamp += 10**8
+            heading.add(
+                YawMeasurement(Shift(0.0, 0.0, 0.1), yaw, refined=True, agreement=1.0), stamp, 0.1)
+    # That of a pinhole with this focal length, which it is not.
+    assert heading.field_of_view.hfov_deg < 110
+    assert MeasurementReporter().report(estimator, 0.1).level is Level.OK
+
+
 def test_a_lens_without_a_use_is_refused():
     with pytest.raises(ValueError, match='needs a lens'):
         TrajectoryEstimator().use_lens(Lens(hfov_deg=80.0))

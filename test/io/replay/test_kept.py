@@ -1,0 +1,68 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Two passes over the frames of a source: what is kept between them, and what is left running."""
+
+from functools import partial
+import threading
+
+import numpy as np
+from phase_traj_ros.errors import SourceError
+from phase_traj_ros.io.batch.job import replay_source, Wanted
+from phase_traj_ros.io.replay.kept import KeptFrames
+from phase_traj_ros.io.sources.base import Candidate, FrameSource
+from phase_traj_ros.io.sources.selection import EVERYTHING
+from phase_traj_ros.parameters import Parameters
+import pytest
+
+TENTH = 100_000_000
+
+
+class _Counted(FrameSource):
+    """Gives frames of noise, and counts how often they are read; some cannot be used."""
+
+    def __init__(self, *, unusable=()):
+        super().__init__(description='noise', selection=EVERYTHING, frame_count=20)
+        self.passes = 0
+        self._unusable = unusable
+
+    def _candidates(self):
+        self.passes += 1
+        rng = np.random.default_rng(0)
+        for number in range(20):
+            image = rng.integers(0, 255, (60, 90), np.uint8)
+            if (self.passes, number) in self._unusable:
+                image = np.zeros((0, 0), np.uint8)
+            yield Candidate(number * TENTH, lambda image=image: image)
+
+
+def no_thread_left():
+    return all(thread.name != 'prefetch' for thread in threading.enumerate())
+
+
+@pytest.mark.parametrize(('most_bytes', 'passes'), [(20 * 60 * 90, 1), (20 * 60 * 90 - 1, 2)])
+def test_what_fits_is_read_once(most_bytes, passes):
+    source = _Counted()
+    kept = KeptFrames(source, most_bytes=most_bytes)
+    first, second = list(kept.keeping()), list(kept.once())
+    assert [frame.stamp_ns for frame in first] == [frame.stamp_ns for frame in second]
+    assert all(np.array_equal(one.image, other.image) for one, other in zip(first, second))
+    assert source.passes == passes
+    # They are forgotten: another pass reads them anew.
+    assert len(list(kept.once())) == 20
+    assert source.passes == passes + 1
+
+
+@pytest.mark.parametrize('number_of_pass', [1, 2])
+def test_a_pass_that_fails_leaves_no_thread_that_reads(number_of_pass, monkeypatch):
+    monkeypatch.setattr(
+        'phase_traj_ros.io.batch.job.KeptFrames', partial(KeptFrames, most_bytes=0))
+    source = _Counted(unusable=[(number_of_pass, 5)])
+    try:
+        replay_source(source, Parameters(code_source='auto'), Wanted(), title='noise')
+    except SourceError as error:
+        # The error holds on to what was under way: the garbage collector would come too late.
+        assert 'frame 5' in str(error)
+        assert source.passes == number_of_pass
+        assert no_thread_left()
+    else:
+        pytest.fail('the frame was used')
