@@ -133,9 +133,7 @@ class TrajectoryEstimator:
     @property
     def reliability(self) -> Reliability:
         """Return whether the codes so far can be relied upon, and if not, why."""
-        camera = None if self._heading is None else self._heading.camera
-        return self._trust.verdict(
-            camera_known=not self._by_heading or (camera is not None and camera.settled))
+        return self._trust.verdict(camera_known=not self._by_heading or self._knows_angles)
 
     @property
     def left_out(self) -> NDArray[np.uint8] | None:
@@ -296,6 +294,14 @@ class TrajectoryEstimator:
     @property
     def _by_heading(self) -> bool:
         return self._settings.code_source is not CodeSource.SHIFT
+
+    @property
+    def _knows_angles(self) -> bool:
+        """Return whether the camera is known well enough for the turns there are, if any."""
+        heading = self._heading
+        if heading is None or heading.camera is None or heading.camera.settled:
+            return True
+        return not (self._trust.turned or heading.bends_may_be_turns)
 
     def _switches_rule(self, settings: EstimatorSettings) -> bool:
         """Return whether settings ask for the paper's rule instead of the turns, or back."""

@@ -68,7 +68,7 @@ class Trust:
 
     def verdict(self, *, camera_known: bool) -> Reliability:
         """Return what there is to say of the drive so far."""
-        return self._monitor.verdict(camera_known=camera_known or not self._turned)
+        return self._monitor.verdict(camera_known=camera_known)
 
     def look(self, frame: Frame, shift: Shift | None, interval: float) -> bool:
         """

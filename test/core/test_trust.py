@@ -175,6 +175,14 @@ def test_a_camera_has_to_be_known_where_there_are_turns(drive, lens, words):
     assert estimator.reliability.reliable
 
 
+def test_a_bend_that_may_have_been_a_turn_needs_a_camera_too():
+    frames = drive_of(2, Straight(1.0), Turn(60.0, 3.0), Straight(1.5))
+    wide = Lens(hfov_deg=55.0, assumed=True)
+    estimator, _, angles = followed(frames, lens=wide)
+    assert angles == [] and estimator.reliability.words == ('camera_not_known',)
+    assert followed(frames, lens=Lens(hfov_deg=55.0))[0].reliability.reliable
+
+
 def test_the_paper_s_rule_needs_no_camera(drive):
     estimator, _, _ = followed(
         drive, source=CodeSource.SHIFT, lens=Lens(hfov_deg=HFOV_DEG, assumed=True))

@@ -82,7 +82,7 @@ class TurnFollower:
 
     def __init__(self, *, mask: NDArray[np.uint8] | None = None) -> None:
         """Make a follower; ``mask`` (H, W) is 0 where the frames are not to be looked at."""
-        self.mask = mask
+        self.mask: NDArray[np.uint8] | None = mask
         """Where stretches that begin from now on are looked at."""
         self.cut()
 

@@ -9,6 +9,8 @@ from phase_traj_ros.core.camera.lens import Lens, LensOrigin
 
 # An interval wider than this, most over least, leaves open how many quarters a turn is.
 _WIDEST = 1.5
+# By so much may a camera that nothing is known of be wider than the usual one.
+_FAR_OFF = 1.5
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -69,6 +71,13 @@ class CameraInUse:
         if self.origin is LensOrigin.ASSUMED:
             return False
         return self.interval_px is None or self.interval_px[1] < _WIDEST * self.interval_px[0]
+
+    @property
+    def most_angle(self) -> float:
+        """Return by which factor true angles may be larger than those measured with it."""
+        if self.origin is LensOrigin.ASSUMED:
+            return _FAR_OFF
+        return 1.0 if self.interval_px is None else self.focal_px / self.interval_px[0]
 
     def __str__(self) -> str:
         """Return the camera in words, for people."""

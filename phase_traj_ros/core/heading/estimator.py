@@ -18,7 +18,7 @@ from phase_traj_ros.core.correlation.phase_correlation import check_frame, Frame
 from phase_traj_ros.core.correlation.transforms import TransformLibrary
 from phase_traj_ros.core.heading.left_out import LeftOut
 from phase_traj_ros.core.heading.tracker import HeadingStep, HeadingTracker
-from phase_traj_ros.core.heading.turns import Turn, TurnDetector
+from phase_traj_ros.core.heading.turns import MIN_ANGLE_DEG, Turn, TurnDetector
 from phase_traj_ros.core.heading.yaw_meter import YawMeasurement, YawMeter
 from phase_traj_ros.errors import FrameError
 
@@ -84,6 +84,7 @@ class HeadingEstimator:
         # With a field of view that is too narrow, turns look smaller than they are.
         self._bends = TurnDetector(min_angle_deg=_LEAST_BEND_DEG)
         self._view: FieldOfViewEstimator | None = None
+        self._widest_bend_deg = 0.0
         self._cut_short: list[Turn] = []
         self._mask_learning()
 
@@ -118,6 +119,13 @@ class HeadingEstimator:
     def camera(self) -> CameraInUse | None:
         """Return what the camera is taken for now; None before the first frame."""
         return CameraInUse.of(self._lens, self._shape[1]) if self._shape else None
+
+    @property
+    def bends_may_be_turns(self) -> bool:
+        """Return whether a bend so far may have been a turn, as the camera may be another one."""
+        camera = self.camera
+        return camera is not None and (
+            self._widest_bend_deg * camera.most_angle >= MIN_ANGLE_DEG)
 
     def use_lens(self, lens: Lens) -> None:
         """
@@ -180,6 +188,7 @@ class HeadingEstimator:
         self._turns.reset()
         self._bends.reset()
         self._cut_short.clear()
+        self._widest_bend_deg = 0.0
         # A recording that is played again has nothing new to tell.
         self._view = None
 
@@ -242,6 +251,7 @@ class HeadingEstimator:
         turns = (*self._cut_short, *self._turns.update(stamp_ns, step.heading))
         self._cut_short.clear()
         for bend in self._bends.update(stamp_ns, step.heading):
+            self._widest_bend_deg = max(self._widest_bend_deg, abs(bend.angle_deg))
             self._learn_from_bend(bend.angle_deg)
         update = HeadingUpdate(
             step, self.shift_of(measurement), not step.bridged, turns, self._turns.quarters,
@@ -294,6 +304,7 @@ class HeadingEstimator:
         if not self._shape:
             return
         factor = before.focal_for(self._shape[1]) / lens.focal_for(self._shape[1])
+        self._widest_bend_deg *= factor * before.tilt / lens.tilt
         for part in (self._tracker, self._turns, self._bends):
             part.scale(factor * before.tilt / lens.tilt)
 

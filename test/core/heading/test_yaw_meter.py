@@ -240,7 +240,7 @@ def test_a_mask_can_change_in_mid_drive_and_no_pair_is_lost():
             meter.update(frame, 0.1) for meter in (changing, masked, never))
         if number >= 5:
             assert found.shift.dx == pytest.approx(expected.shift.dx, abs=0.3)
-            assert found.yaw == pytest.approx(expected.yaw, abs=0.003) and found.refined
+            assert found.yaw == pytest.approx(expected.yaw, abs=0.015) and found.refined
             assert found.agreement > spoilt_one.agreement
     changing.use_mask(None)
     again = changing.update(frames[24], 0.1)
