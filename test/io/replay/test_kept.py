@@ -57,12 +57,9 @@ def test_a_pass_that_fails_leaves_no_thread_that_reads(number_of_pass, monkeypat
     monkeypatch.setattr(
         'phase_traj_ros.io.batch.job.KeptFrames', partial(KeptFrames, most_bytes=0))
     source = _Counted(unusable=[(number_of_pass, 5)])
-    try:
+    with pytest.raises(SourceError, match='frame 5') as failure:
         replay_source(source, Parameters(code_source='auto'), Wanted(), title='noise')
-    except SourceError as error:
-        # The error holds on to what was under way: the garbage collector would come too late.
-        assert 'frame 5' in str(error)
-        assert source.passes == number_of_pass
-        assert no_thread_left()
-    else:
-        pytest.fail('the frame was used')
+    assert source.passes == number_of_pass
+    # The error holds on to what was under way: the garbage collector would come too late.
+    assert failure.tb is not None
+    assert no_thread_left()

@@ -354,7 +354,7 @@ def test_a_field_of_view_of_a_fisheye_is_not_reported_as_wrong():
 
 
 def test_numbers_of_a_camera_that_cannot_be_are_refused():
-    with pytest.raises(ParameterError, match='do not go together: hfov_deg is 170.0'):
+    with pytest.raises(ParameterError, match='do not go together: hfov_deg is 170'):
         Parameters(hfov_deg=170.0, lens_straightness=1.3)
 
 
