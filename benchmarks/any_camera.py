@@ -17,7 +17,16 @@ import multiprocessing
 import sys
 
 from any_camera_drives import MOUNTS, PLANS
-from any_camera_runs import Outcome, real, rendered, score, THRESHOLDS, variants
+from any_camera_runs import (
+    keep,
+    kept,
+    Outcome,
+    real,
+    rendered,
+    score,
+    THRESHOLDS,
+    variants,
+)
 import cv2
 import numpy as np
 from report import paragraphs, ROOT, table, versions
@@ -85,6 +94,8 @@ def main() -> int:
     parser.add_argument('--camera', action='append', help='part of the name of a camera')
     parser.add_argument('--plan', action='append', help='part of the name of a plan')
     parser.add_argument('--jobs', type=int, default=2, help='processes')
+    parser.add_argument(
+        '--go-on', action='store_true', help='take what an earlier run has found')
     chosen = parser.parse_args()
     jobs: list[tuple[str, str]] = [
         (plan, camera) for camera in _matching(MOUNTS, chosen.camera)
@@ -93,7 +104,8 @@ def main() -> int:
     context = multiprocessing.get_context('spawn')
     with ProcessPoolExecutor(chosen.jobs, mp_context=context, initializer=_alone) as workers:
         clips = [workers.submit(_clips, sequence) for sequence in _REAL]
-        for done in as_completed([workers.submit(_drive, *job) for job in jobs]):
+        for done in as_completed([
+                workers.submit(_drive, *job, go_on=chosen.go_on) for job in jobs]):
             drives.append(done.result())
             print(_line(drives[-1]), flush=True)
         real_ones = [outcome for each in clips for outcome in each.result()]
@@ -223,8 +235,12 @@ def _alone() -> None:
     cv2.setNumThreads(1)
 
 
-def _drive(plan: str, camera: str) -> Outcome:
-    return score(rendered(plan, camera))
+def _drive(plan: str, camera: str, *, go_on: bool) -> Outcome:
+    outcome = kept(plan, camera) if go_on else None
+    if outcome is None:
+        outcome = score(rendered(plan, camera))
+        keep(outcome)
+    return outcome
 
 
 def _clips(sequence: str) -> list[Outcome]:

@@ -5,7 +5,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, field, replace
+import json
 import math
 import re
 import time
@@ -40,7 +41,7 @@ THRESHOLDS = (8.0, 12.0, 16.0, 20.0, 25.0)
 _TELLING_DEG = 60.0
 #: A turn has ended half a second before its angle is known, and a second later it is learned.
 _LATER_NS = 1_600_000_000
-_FRAMES = ROOT / 'out' / 'any_camera'
+_FOLDER = ROOT / 'out' / 'any_camera'
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,7 +96,6 @@ class Outcome:
     """Pitch and roll in degrees, as learned."""
     heading_deg: float = 0.0
     """Heading at the end, as measured with two passes."""
-    reliable: bool | None = None
     seconds: float = 0.0
 
     def is_right(self, way: str) -> bool:
@@ -106,8 +106,7 @@ class Outcome:
 def rendered(plan: str, camera: str) -> Drive:
     """Return one of the rendered drives; its frames are kept on the disk."""
     chosen = ride(plan, camera)
-    name = re.sub(r'\W+', '_', f'{plan}__{camera}'.replace('°', '').replace('×', 'x'))
-    path = _FRAMES / f'{name}.npy'
+    path = _FOLDER / f'{file_name(plan, camera)}.npy'
     if not path.exists():
         path.parent.mkdir(parents=True, exist_ok=True)
         staged = path.with_suffix('.part.npy')
@@ -122,6 +121,30 @@ def rendered(plan: str, camera: str) -> Drive:
     return Drive(
         plan, camera, np.load(path, mmap_mode='r'), chosen.drive.stamps_ns.tolist(),
         np.unwrap(chosen.drive.poses[:, 2]), chosen.mount.camera.focal)
+
+
+def kept(plan: str, camera: str) -> Outcome | None:
+    """Return what an earlier run has kept of a drive, if it has."""
+    path = _FOLDER / f'{file_name(plan, camera)}.json'
+    if not path.exists():
+        return None
+    values = json.loads(path.read_text(encoding='utf-8'))
+    focal = {
+        name: None if known is None else Focal(**known)
+        for name, known in values.pop('focal').items()}
+    return Outcome(**{**values, 'focal': focal, 'tilt': tuple(values['tilt'])})
+
+
+def keep(outcome: Outcome) -> None:
+    """Keep what came out of a drive for a run that goes on after this one."""
+    path = _FOLDER / f'{file_name(outcome.plan, outcome.camera)}.json'
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(json.dumps(asdict(outcome), indent=2), encoding='utf-8')
+
+
+def file_name(plan: str, camera: str) -> str:
+    """Return the name of the files of a drive, without suffix."""
+    return re.sub(r'\W+', '_', f'{plan}__{camera}'.replace('°', '').replace('×', 'x'))
 
 
 def score(drive: Drive) -> Outcome:

@@ -4,6 +4,8 @@
 
 from pathlib import Path
 import re
+import subprocess
+import sys
 
 import pytest
 
@@ -25,3 +27,12 @@ def test_links_lead_somewhere(page):
             assert anchor[1:] in anchors, f'{page.name}: {target}{anchor}'
         if text.startswith('test_'):
             assert f'def {text}(' in path.read_text(encoding='utf-8'), f'{page.name}: {text}'
+
+
+def test_the_tables_of_parameters_are_those_that_are_declared():
+    printed = subprocess.run(
+        [sys.executable, str(ROOT / 'tools' / 'parameter_tables.py')], check=True,
+        capture_output=True, text=True, cwd=ROOT).stdout
+    page = (ROOT / 'docs' / 'parameters.md').read_text(encoding='utf-8')
+    assert printed.count('\n## ') == 2 and printed in page
+    assert page.count('| `') == printed.count('| `')

@@ -128,6 +128,10 @@ def _print(result: Replay, seconds: float) -> None:
     print_codes(result.codes)
     if result.parameters.estimate_fov and result.field_of_view is not None:
         print(f'field of view in degrees: {described(result.field_of_view)}')
+    if not result.reliability.reliable:
+        print('not reliable:', *(reason.sentence for reason in result.reliability.reasons))
+    if result.threshold_hint is not None:
+        print(f'hint: {result.threshold_hint.sentence}')
     for count, what in (
             (result.counters.repeated, 'frames with the stamp of the one before were dropped'),
             (result.counters.time_resets, 'times the stamps went back, and everything started'

@@ -133,5 +133,8 @@ def _run(
 def _line(outcome: Outcome) -> str:
     if outcome.status is not Status.OK:
         return f'{outcome.source}: {outcome.status.value}: {outcome.error}'
-    return (f'{outcome.source}: {outcome.frames} frames, {outcome.turns} turns,'
+    line = (f'{outcome.source}: {outcome.frames} frames, {outcome.turns} turns,'
             f' {outcome.seconds:.1f} s')
+    if outcome.reliability is None or outcome.reliability.reliable:
+        return line
+    return f'{line}, not reliable: {", ".join(outcome.reliability.words)}'

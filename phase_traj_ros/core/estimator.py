@@ -3,7 +3,6 @@
 """The whole chain for one camera: a frame and its stamp in, what the pair adds out."""
 
 from collections import deque
-from dataclasses import replace
 import time
 
 import numpy as np
@@ -13,16 +12,19 @@ from phase_traj_ros.core.camera.field_of_view import ASSUMED_HFOV_DEG
 from phase_traj_ros.core.camera.in_use import CameraInUse
 from phase_traj_ros.core.camera.lens import Lens
 from phase_traj_ros.core.codes.chain import ChainCode
+from phase_traj_ros.core.codes.threshold_hint import ThresholdHint
 from phase_traj_ros.core.coding import make_coder
 from phase_traj_ros.core.correlation.phase_correlation import Frame, Shift
-from phase_traj_ros.core.correlation.quality import Worth
 from phase_traj_ros.core.heading.estimator import HeadingEstimator, HeadingUpdate
 from phase_traj_ros.core.heading.turns import Turn
+from phase_traj_ros.core.heading.yaw_meter import YawMeasurement
 from phase_traj_ros.core.measuring import Comparison, PairMeter
 from phase_traj_ros.core.path.trajectory import DrawnPath
+from phase_traj_ros.core.reliability import Reliability
 from phase_traj_ros.core.route import Route
 from phase_traj_ros.core.settings import CodeSource, EstimatorSettings
 from phase_traj_ros.core.status import is_gap, PairStatus, status_of
+from phase_traj_ros.core.trust import Trust
 from phase_traj_ros.core.update import Counters, Update
 from phase_traj_ros.errors import FrameError
 
@@ -71,9 +73,10 @@ class TrajectoryEstimator:
             self.use_lens(self._settings.lens)
         elif self._settings.learns_lens:
             self._heading = self._make_heading(
-                Lens(hfov_deg=ASSUMED_HFOV_DEG, assumed=True), learning=self._learning())
+                Lens(hfov_deg=ASSUMED_HFOV_DEG, assumed=True), learning=SelfCalibration())
         self._coder = make_coder(self._settings)
         self._route = Route(self._settings)
+        self._trust = self._make_trust()
         self.counters = Counters()
         self._turns: deque[Turn] = deque(maxlen=self._settings.max_runs)
         self.correlate_ns = 0
@@ -126,6 +129,23 @@ class TrajectoryEstimator:
     def newest_speed_ns(self) -> int | None:
         """Return the stamp of the newest speed that has come; None before the first."""
         return self._route.speeds.newest_ns
+
+    @property
+    def reliability(self) -> Reliability:
+        """Return whether the codes so far can be relied upon, and if not, why."""
+        camera = None if self._heading is None else self._heading.camera
+        return self._trust.verdict(
+            camera_known=not self._by_heading or (camera is not None and camera.settled))
+
+    @property
+    def left_out(self) -> NDArray[np.uint8] | None:
+        """Return what was found to be fixed to the camera: 0 in (H, W); None without any."""
+        return self._trust.left_out
+
+    @property
+    def threshold_hint(self) -> ThresholdHint | None:
+        """Return what to do about a threshold that does not fit; None if nothing shows."""
+        return self._trust.hint
 
     def correlation_map(self) -> NDArray[np.float32]:
         """
@@ -207,6 +227,9 @@ class TrajectoryEstimator:
         self._coder.reconfigure(settings)
         if switches:
             self._coder = make_coder(settings)
+            self._trust = self._make_trust()
+            if self._heading is not None:
+                self._heading.leave_out(None)
             self._route = Route(settings, speeds=self._route.speeds)
             self.reset()
         if self._heading is not None:
@@ -264,7 +287,8 @@ class TrajectoryEstimator:
         self.counters.frames += 1
         self._route.start(stamp_ns)
         if self._frames > 1:
-            return self._pair(comparison, stamp_ns, interval_ns)
+            return self._pair(frame, comparison, stamp_ns, interval_ns)
+        self._look(frame, None, 0.0)
         if self._heading is not None:
             self._heading.start(stamp_ns)
         return None
@@ -286,38 +310,55 @@ class TrajectoryEstimator:
             lens, rotate_180=self._settings.view.rotate_180, mask=self._meter.mask,
             learning=learning, transform=self._settings.transform)
 
-    def _learning(self) -> SelfCalibration:
-        mask = self._meter.mask
-        return SelfCalibration(mask=None if mask is None else (255 * mask).astype(np.uint8))
+    def _make_trust(self) -> Trust:
+        return Trust(guards=self._settings.code_source is CodeSource.AUTO)
 
     def _forget(self) -> None:
         self._coder.reset()
         self._turns.clear()
         if self._heading is not None:
             self._heading.restart()
+        self._trust.reset()
         self._route.reset()
         self._frames = 0
         self._last_stamp_ns = None
 
-    def _pair(self, comparison: Comparison, stamp_ns: int, interval_ns: int) -> Update:
+    def _look(self, frame: Frame, shift: Shift | None, interval: float) -> None:
+        """Look for what is fixed to the camera, and leave it out from the next frame on."""
+        if self._trust.look(frame, shift, interval) and self._heading is not None:
+            self._heading.leave_out(self._trust.left_out)
+
+    def _pair(
+        self, frame: Frame, comparison: Comparison, stamp_ns: int, interval_ns: int,
+    ) -> Update:
         """Judge, follow, code and draw a pair of frames."""
         interval = interval_ns * 1e-9
         gap = is_gap(interval, self._settings.max_gap)
         if gap:
             self._meter.interrupt()
             comparison = Comparison()
+        cut = self._trust.finds_cut(comparison.yaw, interval)
+        if cut and self._heading is not None:
+            self._heading.cut()
+            self._meter.interrupt()
+        shift = None if self._heading is None else self._heading.shift_of(comparison.yaw)
+        self._look(frame, shift, interval)
         worth, judged = self._meter.worth(comparison)
-        heading = self._follow(comparison, worth, stamp_ns, interval)
+        heading = self._follow(
+            self._trust.believed(comparison.yaw, shift, worth), stamp_ns, interval)
+        self._trust.add(self._meter.agreement(comparison), worth, heading, interval)
         status = status_of(
             gap=gap, worth=worth,
             bridged=self._by_heading and heading is not None and not heading.measured)
         self.counters.count(status)
-        if status is PairStatus.OK and judged is not None:
-            step = self._coder.code(
-                self._settings.view.full_shift(judged).dx, heading, interval)
+        dx = None if judged is None else self._settings.view.full_shift(judged).dx
+        if status is PairStatus.OK and dx is not None:
+            step = self._coder.code(dx, heading, interval)
         else:
+            dx = None
             step = self._coder.skip(heading, end_turn=status.ends_turn)
         status = status.coded(step)
+        self._trust.add_shift(dx, self._coder.threshold_px, interval)
         turned = None if heading is None else heading.step
         odometry = self._route.add(step, status, turned, stamp_ns, interval_ns)
         tip = self.path.tip
@@ -325,7 +366,7 @@ class TrajectoryEstimator:
         return Update(
             self._frames - 2, stamp_ns, interval_ns, self._shift(comparison, heading), step,
             status, tip, turned, () if heading is None else heading.turns, self._news_of_camera(),
-            odometry)
+            cut, odometry)
 
     def _news_of_camera(self) -> CameraInUse | None:
         """Return the camera if it has changed since it was last told."""
@@ -335,15 +376,11 @@ class TrajectoryEstimator:
         return self._heading.camera
 
     def _follow(
-        self, comparison: Comparison, worth: Worth | None, stamp_ns: int, interval: float,
+        self, measured: YawMeasurement | None, stamp_ns: int, interval: float,
     ) -> HeadingUpdate | None:
         """Add the pair's yaw to the heading, where that is measured."""
         if self._heading is None:
             return None
-        measured = comparison.yaw
-        if worth is Worth.STILL and measured is not None:
-            # Whatever passes by: a vehicle that stands still does not turn.
-            measured = replace(measured, yaw=0.0)
         update = self._heading.add(measured, stamp_ns, interval)
         self._turns.extend(update.turns)
         return update

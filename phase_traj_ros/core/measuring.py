@@ -13,10 +13,14 @@ from phase_traj_ros.core.correlation.phase_correlation import (
     PhaseCorrelator,
     Shift,
 )
-from phase_traj_ros.core.correlation.quality import PairQuality, Worth
+from phase_traj_ros.core.correlation.quality import GateSettings, PairQuality, Worth
 from phase_traj_ros.core.heading.estimator import HeadingEstimator
 from phase_traj_ros.core.heading.yaw_meter import YawMeasurement
 from phase_traj_ros.core.settings import CodeSource, EstimatorSettings
+
+
+# Standard deviations by which a shift has to stand out of noise to be one.
+_STANDS_OUT = GateSettings().min_significance
 
 
 @dataclass(frozen=True, slots=True)
@@ -132,6 +136,18 @@ class PairMeter:
         if measured is None:
             return None, None
         return self._quality.judge(measured, self._correlator)
+
+    def agreement(self, comparison: Comparison) -> float | None:
+        """
+        Return which share of the picture agrees on how it has moved; None if nobody knows.
+
+        Without blocks to ask, all of it does where the shift stands out of noise, else none.
+        """
+        if comparison.yaw is not None:
+            return comparison.yaw.agreement
+        if comparison.shift is None:
+            return None
+        return float(self._correlator.significance(comparison.shift) >= _STANDS_OUT)
 
     def correlation_map(self) -> NDArray[np.float32]:
         """Return the map of the newest pair, as ``PhaseCorrelator.correlation_map`` does."""

@@ -12,7 +12,7 @@ _LEAST_TRUSTED = 0.5
 _MOST_FIXED = 0.3
 # What spoils this share of the pairs is named as a reason.
 _NAMED = 0.2
-# So few pairs tell nothing.
+# So few pairs do not tell why they cannot be trusted.
 _LEAST_PAIRS = 10
 # Cuts per pair: a scene of a few frames shows no turn.
 _MOST_CUTS = 0.1
@@ -41,7 +41,7 @@ class Reason(Enum):
 
 
 _SENTENCES = {
-    Reason.TOO_SHORT: 'There are too few frames to tell anything.',
+    Reason.TOO_SHORT: 'There are too few frames to tell anything, and what they show is in doubt.',
     Reason.NOTHING_TO_SEE: 'Most pictures show too little: they are dark or blank, or the lens is'
                            ' covered.',
     Reason.VIEW_BLOCKED: 'Most of what the pictures show is fixed to the camera, such as drops or'
@@ -153,7 +153,8 @@ class ReliabilityMonitor:
         """
         pairs = self._counts.total()
         if pairs < _LEAST_PAIRS:
-            return Reliability((Reason.TOO_SHORT,))
+            # Too few to say what is wrong, but not to see that nothing is.
+            return Reliability(() if pairs and not self._distrust(pairs) else (Reason.TOO_SHORT,))
         reasons = self._distrust(pairs)
         if self._cuts > _MOST_CUTS * pairs:
             reasons.append(Reason.MANY_CUTS)

@@ -36,6 +36,8 @@ class Update:
     """Turns that are now known to have ended, where a lens is given."""
     camera: CameraInUse | None = None
     """What the camera is taken for from now on, where that is new with this pair."""
+    cut: bool = False
+    """Whether a new scene begins with the pair's first frame, as the film was cut before it."""
     odometry: Odometry | None = None
     """Pose and motion in metres, where the speed is known, too."""
 

@@ -43,5 +43,5 @@ def _profile() -> str:
     try:
         return str(Path(get_package_share_directory(_PACKAGE)) / PROFILE)
     except (PackageNotFoundError, OSError):
-        # Installed by pip: then there is no index of packages, or this one is not in it.
+        # It is not installed as a package of ROS, or ROS has no packages at all.
         return PROFILE

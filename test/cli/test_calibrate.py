@@ -1,24 +1,34 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The field of view from a drive, and codes from the heading with nothing known of the camera."""
+"""The camera from drives, and codes with nothing known of it."""
 
+from dataclasses import replace
 import json
+import math
 import re
 
+import cv2
 import numpy as np
 from phase_traj_ros.cli.main import main
+from phase_traj_ros.core import CameraEstimate
+from phase_traj_ros.io.params_file import read_parameters
+from phase_traj_ros.io.results.camera_file import camera_values, write_camera
+from phase_traj_ros.parameters import Parameters
 from phase_traj_ros.synthetic import (
     Camera,
     plan_drive,
+    render_drive,
     Straight,
     Turn,
     write_drive_bag,
 )
 import pytest
+import yaml
 
 HFOV = 100.0
 PLAN = [Straight(2), *[
     part for angle in (90, -86, 93, 90, -92, 88) for part in (Turn(angle, 3, 4), Straight(2))]]
+PITCH = 8.0
 
 
 @pytest.fixture(scope='module')
@@ -34,17 +44,144 @@ def bag(tmp_path_factory):
     return folder
 
 
-def test_the_turns_tell_the_field_of_view(bag, capsys):
-    assert main(['calibrate', str(bag / 'six')]) == 0
-    found = float(re.search(r'hfov_deg: ([\d.]+)', capsys.readouterr().out)[1])
-    assert found == pytest.approx(HFOV, rel=0.05)
+def found(text):
+    """Return the parameters that were printed."""
+    return {name: float(value) for name, value in re.findall(r'parameter: (\w+): (\S+)', text)}
 
 
-def test_too_few_turns_do_not(bag, capsys):
-    assert main(['calibrate', str(bag / 'one')]) == 1
-    assert 'not certain' in capsys.readouterr().out
-    assert main(['calibrate', str(bag / 'none')]) == 2
-    assert 'nothing tells the field of view' in capsys.readouterr().err
+@pytest.mark.parametrize(('drives', 'words'), [
+    (['six'], 'learned from'), (['one'], 'learned from 1 turn;'), (['one', 'six'], 'together: '),
+    (['none', 'one'], 'none: no turn tells the camera')])
+def test_the_turns_tell_the_camera(bag, capsys, drives, words):
+    assert main(['calibrate', *(str(bag / name) for name in drives)]) == 0
+    text = capsys.readouterr().out
+    assert words in text
+    told = found(text)
+    assert told['hfov_deg'] == pytest.approx(HFOV, rel=0.05)
+    assert told['lens_straightness'] == pytest.approx(1.0, abs=0.15)
+    assert told['lens_offset'] == pytest.approx(0.0, abs=0.03)
+    assert abs(told['camera_pitch_deg']) < 3 and abs(told['camera_roll_deg']) < 3
+    least, most = map(float, re.findall(r'90 % sure of ([\d.]+) to ([\d.]+)', text)[-1])
+    assert least < 160 / math.tan(math.radians(HFOV / 2)) < most < 1.5 * least
+
+
+def test_without_a_turn_nothing_is_written(bag, tmp_path, capsys):
+    path = tmp_path / 'camera.yaml'
+    assert main(['calibrate', str(bag / 'none'), '--output', str(path)]) == 1
+    assert 'give a drive with a turn' in capsys.readouterr().out
+    assert not path.exists()
+
+
+def test_recordings_of_other_cameras_do_not_go_together(bag, tmp_path, capsys):
+    drive = plan_drive(
+        'tall', PLAN[:3], rate_hz=10.0, speed=8.0,
+        camera=Camera.with_field_of_view(240, 240, 80.0), seed=5)
+    write_drive_bag(drive, tmp_path / 'tall')
+    assert main(['calibrate', str(bag / 'one'), str(tmp_path / 'tall')]) == 2
+    assert 'are not of one camera' in capsys.readouterr().err
+
+
+def test_the_file_goes_to_replay(bag, tmp_path, capsys):
+    path = tmp_path / 'new' / 'camera.yaml'
+    assert main(['calibrate', str(bag / 'one'), '--output', str(path)]) == 0
+    text = capsys.readouterr().out
+    assert f'written to {path}' in text
+    assert 'learned from 1 turn' in path.read_text()
+    parameters = read_parameters(path)
+    assert {name: getattr(parameters, name) for name in found(text)} == found(text)
+    out = tmp_path / 'out'
+    assert main(['replay', str(bag / 'six'), '--params', str(path), '--output', str(out)]) == 0
+    code = json.loads((out / 'chain_code.json').read_text())
+    assert code['camera']['origin'] == 'parameters'
+    assert code['camera']['hfov_deg'] == pytest.approx(found(text)['hfov_deg'], abs=1e-6)
+    assert [each for each in code['movement'] if each in (0, 2)] == [0, 2, 0, 0, 2, 0]
+
+
+@pytest.fixture(scope='module')
+def tilted(tmp_path_factory):
+    """Return a folder of pictures of a camera that looks down and whose middle is to the left."""
+    drive = plan_drive(
+        'tilted', PLAN[:4], rate_hz=10.0, speed=8.0,
+        camera=Camera.with_field_of_view(360, 160, HFOV), seed=5)
+    poses = drive.poses.copy()
+    poses[:, 3] = math.radians(PITCH)
+    folder = tmp_path_factory.mktemp('tilted')
+    for name in ('upright', 'turned'):
+        (folder / name).mkdir()
+    for index, frame in enumerate(render_drive(replace(drive, poses=poses))):
+        seen = np.ascontiguousarray(frame[:, 40:])
+        cv2.imwrite(str(folder / 'upright' / f'{index:03}.png'), seen)
+        cv2.imwrite(str(folder / 'turned' / f'{index:03}.png'), seen[::-1, ::-1])
+    return folder, drive.camera.focal
+
+
+@pytest.mark.parametrize(('name', 'options'), [('upright', []), ('turned', ['--upside-down'])])
+def test_tilt_and_middle_and_the_way_up(tilted, tmp_path, capsys, name, options):
+    folder, focal = tilted
+    path = tmp_path / 'camera.yaml'
+    assert main(['calibrate', str(folder / name), *options, '--output', str(path)]) == 0
+    parameters = read_parameters(path)
+    assert parameters.rotate_180 == (name == 'turned')
+    assert parameters.camera_pitch_deg == pytest.approx(PITCH, abs=2.0)
+    # Of 320 columns, the middle of the lens is 20 to the left of that of the picture.
+    assert parameters.lens_offset == pytest.approx(-20 / 320, abs=0.03)
+    assert parameters.estimator_settings().lens.focal_for(320) == pytest.approx(focal, rel=0.1)
+    out = tmp_path / 'out'
+    assert main(
+        ['replay', str(folder / name), '--params', str(path), '--output', str(out)]) == 0
+    code = json.loads((out / 'chain_code.json').read_text())
+    assert code['heading_deg'][-1] == pytest.approx(4.0, abs=4.0)
+    assert [each for each in code['movement'] if each in (0, 2)] == [0, 2]
+
+
+def estimate(**changes):
+    return CameraEstimate(**{
+        'width': 320, 'height': 240, 'focal_px': 160.0, 'focal_deviation': 0.05, **changes})
+
+
+@pytest.mark.parametrize('changes', [
+    {}, {'straightness': 0.3, 'column_px': 20.0}, {'straightness': -0.4, 'focal_px': 70.0},
+    {'column_px': -0.0, 'pitch_deg': 1e-5, 'roll_deg': -1e-9},
+    {'column_px': 144.0, 'focal_px': 300.0}, {'straightness': 0.0, 'focal_px': 60.0}])
+def test_a_file_says_what_the_drive_has_told(tmp_path, changes):
+    told = estimate(pitch_deg=3.0) if not changes else estimate(**changes)
+    write_camera(told, tmp_path / 'camera.yaml')
+    lens = read_parameters(tmp_path / 'camera.yaml').estimator_settings().lens
+    assert lens.focal_for(320) == pytest.approx(told.focal_px, rel=1e-3)
+    assert lens.straightness == pytest.approx(told.straightness, abs=1e-4)
+    assert lens.offset == pytest.approx(told.column_px / 320, abs=1e-4)
+    assert lens.pitch_deg == pytest.approx(told.pitch_deg, abs=0.01)
+
+
+def test_a_lens_too_wide_for_an_angle_keeps_its_focal_length():
+    assert 'hfov_deg' not in camera_values(estimate(focal_px=55.0, straightness=0.0))
+    assert 'focal_px' not in camera_values(estimate())
+    # What is out of the range of a parameter ends at it.
+    values = camera_values(estimate(pitch_deg=80.0, column_px=200.0))
+    assert (values['camera_pitch_deg'], values['lens_offset']) == (60.0, 0.5)
+    Parameters(**values)
+    assert yaml.safe_load(yaml.safe_dump(values)) == values
+
+
+@pytest.mark.parametrize('options', [[], ['--one-pass']])
+def test_nothing_known_and_nothing_given(bag, tmp_path, options):
+    out = tmp_path / 'out'
+    assert main(['replay', str(bag / 'six'), *options, '--output', str(out)]) == 0
+    code = json.loads((out / 'chain_code.json').read_text())
+    # The bag has a calibration.
+    assert code['camera']['origin'] == 'calibration'
+    assert [each for each in code['movement'] if each in (0, 2)] == [0, 2, 0, 0, 2, 0]
+    assert (code['code_source'], code['threshold']) == ('auto', None)
+
+
+def test_the_old_name_is_accepted_with_a_warning(tilted, capsys):
+    folder, _ = tilted
+    assert main(['replay', str(folder / 'upright'), '-p', 'estimate_fov:=true']) == 0
+    assert capsys.readouterr().err == (
+        'warning: estimate_fov is an old name: code_source auto, the default, learns the camera'
+        ' from the drive by itself\n')
+    assert main(['replay', str(folder / 'upright')]) == 0
+    assert capsys.readouterr().err == ''
 
 
 def test_codes_with_nothing_known_of_the_camera(bag, tmp_path):

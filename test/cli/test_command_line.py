@@ -14,6 +14,8 @@ import numpy as np
 import phase_traj_ros
 from phase_traj_ros.core import unpack
 from phase_traj_ros.core.correlation.transforms import find_transform
+from phase_traj_ros.parameter_spec import Group
+from phase_traj_ros.parameters import specs
 import pytest
 
 POSITIONS = [0, 0, 30, 60, 60, 20, 20, 20]
@@ -158,6 +160,15 @@ def test_threshold_has_to_be_finite_and_positive(folder, tmp_path, threshold):
     message = refused('replay', folder, f'--threshold={threshold}', '--output', output)
     assert 'it takes a finite number of 0 or more' in message
     assert not output.exists()
+
+
+def test_the_help_of_replay_lists_what_a_user_and_a_vehicle_may_need():
+    text = run('replay', '--help').stdout
+    for spec in specs():
+        assert (f'  {spec.name} ({spec.default!r}): ' in text) == (spec.group is not Group.REST)
+    assert [spec.name for spec in specs() if spec.group is Group.USER] == [
+        'threshold', 'hfov_deg', 'rotate_180']
+    assert text.index(Group.USER.value[1:]) < text.index(Group.VEHICLE.value[1:])
 
 
 @pytest.mark.parametrize(

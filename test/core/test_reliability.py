@@ -40,7 +40,8 @@ def summed_up(**pairs):
     ({'still': 100}, ()),
     ({'still': 95, 'fixed': 5}, ()),
     ({'still': 300, 'trusted': 30, 'scattered': 100}, (Reason.NOT_ONE_MOTION,)),
-    ({'trusted': 9}, (Reason.TOO_SHORT,)),
+    ({'trusted': 9}, ()),
+    ({'trusted': 3, 'scattered': 5}, (Reason.TOO_SHORT,)),
     ({}, (Reason.TOO_SHORT,)),
 ])
 def test_what_most_pairs_are_worth_decides(pairs, reasons):

@@ -448,3 +448,13 @@ def test_a_mask_that_cannot_be_read_is_said_at_once(live):
     process = live.start('-p', 'mask_file:=/does/not/exist.png')
     assert process.wait(20) == 2
     assert 'mask_file: /does/not/exist.png cannot be read' in live.logs()
+
+
+def test_a_threshold_that_does_not_fit_is_hinted_at_once(live, run):
+    node = run('-p', 'code_source:=shift')
+    places = np.cumsum([0] * 5 + [14] * 30 + [0] * 90)
+    send(node, rolled(places), np.arange(len(places)) * 0.1)
+    live.until(lambda: complete(node, len(places) - 1))
+    live.until(lambda: 'no lasting shift reached the threshold of 16 px' in live.logs())
+    assert live.logs().count('no lasting shift') == 1
+    assert 'try code_source auto, or a threshold of about 7 px' in live.logs()

@@ -7,6 +7,7 @@ import json
 import math
 import re
 
+import cv2
 from geometry_msgs.msg import (
     PoseStamped,
     QuaternionStamped,
@@ -21,12 +22,14 @@ import numpy as np
 from phase_traj_ros.cli.main import main
 from phase_traj_ros.core import Lens
 from phase_traj_ros.io.messages.camera_info import camera_from_info
+from phase_traj_ros.io.params_file import read_parameters
 from phase_traj_ros.io.replay.run import replay
 from phase_traj_ros.io.sources.base import Speed, StampedFrame
 from phase_traj_ros.parameters import Parameters
 from phase_traj_ros.ros.outputs.messages import to_time
 from phase_traj_ros.synthetic import named_drive, render_drive
 import pytest
+from rclpy.qos import DurabilityPolicy, QoSProfile
 from sensor_msgs.msg import CameraInfo
 from std_msgs.msg import Float64, Header, String, UInt8
 from std_srvs.srv import Trigger
@@ -215,6 +218,128 @@ def test_a_threshold_in_degrees_needs_a_camera(live):
     result = live.set_parameter('threshold_deg_s', 10.0)
     assert not result.successful
     assert 'settled at the start' in result.reason
+
+
+def heard_of(live, *names):
+    kinds = {'movement': UInt8, 'direction': UInt8, 'heading': Float64, 'shift': Vector3Stamped,
+             'status': String}
+    return {name: live.listen(kinds[name], f'phase_traj/{name}', LOSSLESS) for name in names}
+
+
+def test_nothing_known_is_coded_as_a_replay_in_one_pass_has_it(live, drive, tmp_path):
+    drive, frames = drive
+    folder = tmp_path / 'drive'
+    folder.mkdir()
+    for index, frame in enumerate(frames):
+        cv2.imwrite(str(folder / f'{index:04}.png'), frame)
+    (folder / 'times.txt').write_text(''.join(
+        f'{stamp // 10**9}.{stamp % 10**9:09}\n' for stamp in drive.stamps_ns.tolist()))
+    node = live.start('-p', f'output_dir:={tmp_path / "kept"}')
+    heard = heard_of(live, 'movement', 'direction', 'heading', 'shift', 'status')
+    told = live.listen(String, 'phase_traj/camera', LATCHED)
+    live.call(Trigger, 'phase_traj/reset', Trigger.Request())
+    camera = live.camera()
+    for frame, stamp in zip(frames, drive.stamps_ns.tolist()):
+        camera.publish(image(frame, stamp))
+    live.until(lambda: all(
+        len(heard[name]) == len(frames) - 1 for name in ('movement', 'heading', 'shift')),
+        process=node)
+    assert not main([
+        'replay', str(folder), '--one-pass', '--output', str(tmp_path / 'one')])
+    code = json.loads((tmp_path / 'one' / 'chain_code.json').read_text())
+    assert code['last_stamp_ns'] == drive.stamps_ns[-1]
+    assert code['code_source'] == 'auto' and code['camera']['origin'] == 'drive'
+    assert [each.data for each in heard['movement']] == code['movement']
+    live.until(lambda: len(heard['direction']) == len(code['direction']))
+    assert [each.data for each in heard['direction']] == code['direction']
+    live.until(lambda: len(heard['status']) == len(frames) - 1)
+    assert [each.data for each in heard['status']] == code['status']
+    # In files the heading has four decimals.
+    assert np.degrees([each.data for each in heard['heading']]) == pytest.approx(
+        code['heading_deg'][1:], abs=6e-5)
+    assert [each for each in code['movement'] if each in (0, 2)] == [0, 2]
+    # What it has learned is told, and kept in a file that the next start takes.
+    live.until(lambda: told and 'learned from' in told[-1].data, process=node)
+    assert 'assumed, as no turn has told it' in live.logs() and told[-1].data in live.logs()
+    assert live.call(Trigger, 'phase_traj/save', Trigger.Request()).success
+    kept = read_parameters(tmp_path / 'kept' / 'camera.yaml')
+    saved = json.loads((tmp_path / 'kept' / 'chain_code.json').read_text())
+    assert saved['camera'] == code['camera']
+    assert kept.estimator_settings().lens.focal_for(frames[0].shape[1]) == pytest.approx(
+        code['focal_px'], rel=0.02)
+    assert code['focal_px'] == pytest.approx(drive.camera.focal, rel=0.1)
+
+
+def test_a_calibration_that_comes_late_is_taken_once(live, drive):
+    drive, frames = drive
+    stamps = drive.stamps_ns.tolist()
+    node = live.start('-p', 'qos_overrides./camera_info.subscription.reliability:=reliable')
+    heard = heard_of(live, 'movement', 'direction', 'heading')
+    told = live.listen(String, 'phase_traj/camera', QoSProfile(
+        depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL))
+    live.call(Trigger, 'phase_traj/reset', Trigger.Request())
+    camera = live.camera()
+    information = live.camera('camera_info', kind=CameraInfo)
+    for frame, stamp in zip(frames[:20], stamps):
+        camera.publish(image(frame, stamp))
+    # It does not wait for it.
+    live.until(lambda: len(heard['movement']) == 19, process=node)
+    live.until(lambda: len(told) == 1, process=node)
+    assert 'assumed' in told[0].data
+    for _ in range(3):
+        information.publish(calibration(drive))
+    live.until(lambda: 'calibration from /camera_info' in live.logs(), process=node)
+    for frame, stamp in zip(frames[20:], stamps[20:]):
+        camera.publish(image(frame, stamp))
+    live.until(lambda: len(heard['movement']) == len(heard['heading']) == len(frames) - 1,
+               process=node)
+    codes = [each.data for each in heard['movement']]
+    assert [code for code in codes if code in (0, 2)] == [0, 2]
+    live.until(lambda: len(heard['direction']) == len(codes) - codes.count(3))
+    # Told once, and the last word: nothing is learned any more.
+    live.until(lambda: 'from its calibration' in told[-1].data)
+    assert [each.data for each in told if 'calibration' in each.data] == [told[-1].data]
+    assert live.logs().count(f'camera: {told[-1].data}') == 1
+    truth = np.unwrap(drive.poses[:, 2])[1:]
+    error = np.degrees([each.data for each in heard['heading']] - truth)
+    assert np.abs(error[20:]).max() < 3
+
+
+def test_a_threshold_at_run_time_is_the_papers_rule(live, drive):
+    drive, frames = drive
+    node = live.start('-p', f'focal_px:={drive.camera.focal}')
+    heard = heard_of(live, 'movement', 'direction', 'shift')
+    live.call(Trigger, 'phase_traj/reset', Trigger.Request())
+    camera = live.camera()
+    images = [
+        StampedFrame(frame, stamp, 'mono8')
+        for frame, stamp in zip(frames, drive.stamps_ns.tolist())]
+    for threshold in (0.0, 12.0, 0.0):
+        # The node looks for a change before it takes the next image.
+        assert live.set_parameter('threshold', threshold).successful
+        live.call(Trigger, 'phase_traj/reset', Trigger.Request())
+        for messages in heard.values():
+            messages.clear()
+        for each in images:
+            camera.publish(image(each.image, each.stamp_ns))
+        expected = replay(
+            images, Parameters(threshold=threshold, focal_px=float(drive.camera.focal)),
+            source='the same')
+        live.until(lambda count=len(images) - 1: len(heard['movement']) == len(
+            heard['shift']) == count, process=node)
+        live.until(lambda count=len(expected.direction): len(heard['direction']) == count)
+        assert [each.data for each in heard['movement']] == expected.movement
+        assert [each.data for each in heard['direction']] == expected.direction
+        assert [each.vector.x for each in heard['shift']] == pytest.approx(
+            [update.shift.dx for update in expected.updates], abs=1e-6)
+        assert len(expected.direction) == len(images) - 1 - expected.movement.count(3)
+    assert 'started anew, with codes from the shift, threshold 12 px/frame' in live.logs()
+    assert live.logs().count('started anew, with codes from the turns') == 1
+
+
+def test_the_old_name_of_learning_is_accepted_with_a_warning(live):
+    live.start('-p', 'estimate_fov:=true')
+    live.until(lambda: 'estimate_fov is an old name: code_source auto' in live.logs())
 
 
 @pytest.mark.parametrize(('clip', 'focal', 'turns'), [('00', 718.856, 1), ('06', 707.091, 0)])

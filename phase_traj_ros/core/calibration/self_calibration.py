@@ -80,6 +80,10 @@ class SelfCalibration:
         self._frames, self._tried, self._fits = 0, 0, 0
         self._estimate: CameraEstimate | None = None
 
+    def use_mask(self, mask: NDArray[np.uint8] | None) -> None:
+        """Look at turns that begin from now on where ``mask`` (H, W) is not 0."""
+        self._follower.mask = mask
+
     def cut(self) -> None:
         """Do not follow anything from the last frame to the next; what is learned is kept."""
         self._follower.cut()

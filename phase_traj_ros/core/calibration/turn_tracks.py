@@ -82,7 +82,8 @@ class TurnFollower:
 
     def __init__(self, *, mask: NDArray[np.uint8] | None = None) -> None:
         """Make a follower; ``mask`` (H, W) is 0 where the frames are not to be looked at."""
-        self._mask = mask
+        self.mask = mask
+        """Where stretches that begin from now on are looked at."""
         self.cut()
 
     def cut(self) -> None:
@@ -90,12 +91,6 @@ class TurnFollower:
         self._last: Frame | None = None
         self._stretch: _Stretch | None = None
         self._rate = 0.0
-
-    def turn_180(self) -> None:
-        """Go on with frames the other way up."""
-        self.cut()
-        if self._mask is not None:
-            self._mask = self._mask[::-1, ::-1]
 
     def finish(self) -> TurnTracks | None:
         """Return the stretch under way if it is of use, and forget it."""
@@ -133,7 +128,7 @@ class TurnFollower:
         if self._stretch is None:
             if not wanted:
                 return None
-            self._stretch = _Stretch(last, self._mask)
+            self._stretch = _Stretch(last, self.mask)
         if self._stretch.go_on(frame, shift_px, interval):
             return None
         return self.finish()

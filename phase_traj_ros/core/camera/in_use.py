@@ -7,6 +7,10 @@ from dataclasses import dataclass
 from phase_traj_ros.core.camera.lens import Lens, LensOrigin
 
 
+# An interval wider than this, most over least, leaves open how many quarters a turn is.
+_WIDEST = 1.5
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CameraInUse:
     """
@@ -58,6 +62,13 @@ class CameraInUse:
             pitch_deg=estimate.pitch_deg, roll_deg=estimate.roll_deg,
             interval_px=(least * scale, most * scale),
             probability=estimate.probability, turns=estimate.turns)
+
+    @property
+    def settled(self) -> bool:
+        """Return whether the focal length is known well enough to count quarter turns."""
+        if self.origin is LensOrigin.ASSUMED:
+            return False
+        return self.interval_px is None or self.interval_px[1] < _WIDEST * self.interval_px[0]
 
     def __str__(self) -> str:
         """Return the camera in words, for people."""

@@ -16,6 +16,7 @@ from phase_traj_ros.core.camera.projection import CylinderProjection
 from phase_traj_ros.core.correlation.mask import check_size
 from phase_traj_ros.core.correlation.phase_correlation import check_frame, Frame, Shift
 from phase_traj_ros.core.correlation.transforms import TransformLibrary
+from phase_traj_ros.core.heading.left_out import LeftOut
 from phase_traj_ros.core.heading.tracker import HeadingStep, HeadingTracker
 from phase_traj_ros.core.heading.turns import Turn, TurnDetector
 from phase_traj_ros.core.heading.yaw_meter import YawMeasurement, YawMeter
@@ -73,7 +74,7 @@ class HeadingEstimator:
         # The newest frame, for a meter that takes over.
         self._newest: Frame | None = None
         self._rotate_180 = rotate_180
-        self._mask = mask
+        self._left_out = LeftOut(mask)
         self._transform = transform
         self._meter: YawMeter | None = None
         self._shape: tuple[int, ...] = ()
@@ -83,6 +84,8 @@ class HeadingEstimator:
         # With a field of view that is too narrow, turns look smaller than they are.
         self._bends = TurnDetector(min_angle_deg=_LEAST_BEND_DEG)
         self._view: FieldOfViewEstimator | None = None
+        self._cut_short: list[Turn] = []
+        self._mask_learning()
 
     @property
     def field_of_view(self) -> FieldOfView | None:
@@ -140,12 +143,43 @@ class HeadingEstimator:
             if self._learning is not None:
                 # What it knows of the tilt was upside down.
                 self._learning.forget()
+            self._mask_learning()
+
+    def leave_out(self, weights: NDArray[np.uint8] | None) -> None:
+        """
+        Go on without what is fixed to the camera; no pair is lost.
+
+        Parameters
+        ----------
+        weights
+            (H, W), how much each pixel of the frames counts besides the mask, 0 to 255; None for
+            all alike.
+
+        """
+        self._left_out.use(weights)
+        self._mask_learning()
+        if self._meter is not None:
+            self._meter.use_mask(self._left_out.counting)
+
+    def cut(self) -> None:
+        """
+        Start a new piece: the pair that is added next is of another scene than those before.
+
+        The heading and the turns are kept; a turn under way has ended.
+        """
+        self._tracker.cut()
+        self._cut_short += self._turns.cut()
+        # How far it would have gone is not known.
+        self._bends.cut()
+        if self._learning is not None:
+            self._learning.cut()
 
     def restart(self) -> None:
         """Start anew at heading 0; the newest frame is the first. What is settled stays so."""
         self._tracker.reset()
         self._turns.reset()
         self._bends.reset()
+        self._cut_short.clear()
         # A recording that is played again has nothing new to tell.
         self._view = None
 
@@ -181,7 +215,8 @@ class HeadingEstimator:
         measurement = self._meter.update(frame, interval)
         if self._learning is not None:
             self._newest = frame
-            # Not the shift of the whole: in a gentle bend of a wide view, what passes by outweighs it.
+            # Not the shift of the whole: in a gentle bend of a wide view, what passes by counts for
+            # more.
             yaw = None if measurement is None else measurement.yaw
             self._learned |= self._learning.update(
                 _upright(frame) if self._rotate_180 else frame,
@@ -204,15 +239,29 @@ class HeadingEstimator:
             step = self._tracker.update(
                 None if yaw is None else yaw / self._lens.tilt, interval,
                 certain=measurement.certain)
-        turns = tuple(self._turns.update(stamp_ns, step.heading))
+        turns = (*self._cut_short, *self._turns.update(stamp_ns, step.heading))
+        self._cut_short.clear()
         for bend in self._bends.update(stamp_ns, step.heading):
             self._learn_from_bend(bend.angle_deg)
-        shift = None if measurement is None else self._in_full_pixels(measurement.shift)
         update = HeadingUpdate(
-            step, shift, not step.bridged, turns, self._turns.quarters, self._focal[0])
+            step, self.shift_of(measurement), not step.bridged, turns, self._turns.quarters,
+            self._focal[0])
         if self._learned:
             self._adopt()
         return update
+
+    def shift_of(self, measurement: YawMeasurement | None) -> Shift | None:
+        """Return the shift of the picture in its middle, in pixels of the full frame."""
+        if measurement is None:
+            return None
+        shift = measurement.shift
+        return Shift(
+            self._focal[0] * _tangent(shift.dx / self._px_per_rad), shift.dy * (self._focal[1] / self._px_per_rad),
+            shift.response)
+
+    def _mask_learning(self) -> None:
+        if self._learning is not None:
+            self._learning.use_mask(self._left_out.as_seen(rotate_180=self._rotate_180))
 
     def _learn_from_bend(self, angle_deg: float) -> None:
         """Learn from the angle of a bend what the field of view is."""
@@ -251,8 +300,8 @@ class HeadingEstimator:
     def _make_meter(self, frame: Frame) -> YawMeter:
         if frame.ndim != 2 or min(frame.shape) < 1:
             raise FrameError(f'frame has shape {frame.shape}: give grey frames (H, W)')
-        if self._mask is not None:
-            check_size(frame, self._mask)
+        if self._left_out.mask is not None:
+            check_size(frame, self._left_out.mask)
         camera = self._lens.camera_for((frame.shape[0], frame.shape[1]))
         if self._rotate_180 and not self._lens.calibrated:
             # Numbers and estimates are about the upright picture, calibrations about the frames.
@@ -260,16 +309,13 @@ class HeadingEstimator:
         projection = CylinderProjection(camera, rotate_180=self._rotate_180)
         # A frame that will be refused must not change anything.
         check_frame(projection(frame))
-        meter = YawMeter(projection, mask=self._mask, transform=self._transform)
+        meter = YawMeter(projection, mask=self._left_out.mask, transform=self._transform)
+        if self._left_out.keep_for(frame.shape):
+            meter.use_mask(self._left_out.counting)
         self._focal = (camera.fx, camera.fy)
         self._px_per_rad = projection.px_per_rad
         self._shape = frame.shape
         return meter
-
-    def _in_full_pixels(self, shift: Shift) -> Shift:
-        return Shift(
-            self._focal[0] * _tangent(shift.dx / self._px_per_rad),
-            shift.dy * (self._focal[1] / self._px_per_rad), shift.response)
 
 
 def _tangent(angle: float) -> float:

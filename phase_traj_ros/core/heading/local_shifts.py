@@ -78,10 +78,24 @@ class BlockGrid:
             y, x = y[seen], x[seen]
         self._middles = np.stack([x, y], axis=1).astype(np.float32)
         self._fixed = np.zeros(len(x))
+        self._open = np.ones(len(x), np.bool_)
 
     def forget(self) -> None:
         """Forget which blocks are fixed to the camera."""
         self._fixed.fill(0.0)
+
+    def look_at(self, counts: NDArray[np.bool_], *, least: float) -> bool:
+        """
+        Give blocks whose middle is False in ``counts``, (H, W), no weight from now on.
+
+        Return whether as many as ``least`` blocks are left; if not, nothing has changed.
+        """
+        columns, rows = np.rint(self._middles).astype(int).T
+        left = counts[rows, columns]
+        if np.count_nonzero(left) < least:
+            return False
+        self._open = left
+        return True
 
     @property
     def middles(self) -> NDArray[np.float32]:
@@ -109,7 +123,7 @@ class BlockGrid:
             flags=cv2.OPTFLOW_USE_INITIAL_FLOW | cv2.OPTFLOW_LK_GET_MIN_EIGENVALS)
         moved = (found - self._middles).astype(np.float64)
         weight = np.minimum(texture.ravel() / _GOOD_TEXTURE, 1.0)
-        weight = np.where((state.ravel() == 1) & ~self.fixed, weight, 0.0)
+        weight = np.where((state.ravel() == 1) & self._open & ~self.fixed, weight, 0.0)
         return BlockShifts(moved[:, 0], moved[:, 1], weight)
 
     def learn(self, shifts: BlockShifts, must_move: NDArray[np.bool_]) -> None:

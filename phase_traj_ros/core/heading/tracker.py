@@ -64,6 +64,11 @@ class HeadingTracker:
         self._doubted: _Doubted | None = None
         self._interval = 0.0
 
+    def cut(self) -> None:
+        """Keep the heading, and forget the rate: the next pair is of another scene."""
+        self._rate = self._doubted = None
+        self._gap = self._filled = 0.0
+
     def scale(self, factor: float) -> None:
         """Correct all angles so far, which turn out to be wrong by a factor."""
         self._heading *= factor

@@ -123,6 +123,10 @@ class TurnDetector:
         self._quarters = tuple(quarter for _, quarter in counted)
         return ended
 
+    def cut(self) -> list[Turn]:
+        """End the turns under way, as the next pair is of another scene; return those."""
+        return self._large_enough([side.cut() for side in self._sides])
+
     def scale(self, factor: float) -> None:
         """
         Correct all headings so far, which turn out to be wrong by a factor.
@@ -214,6 +218,13 @@ class _Side:
             # It may be over with the next frame.
             self._counted = self._count(self.turn, self._counted)
 
+    def cut(self) -> Turn | None:
+        """End the stretch under way; return it."""
+        ended, self.turn = self.turn, None
+        if ended is not None:
+            self._ended.append((ended, self._counted))
+        return ended
+
     def _count(self, turn: Turn, counted: int) -> int:
         """Count the quarters of a turn beyond those counted; return how many are now."""
         if abs(turn.angle_deg) < self._min_angle:
@@ -231,8 +242,7 @@ class _Side:
         rate = (after[1] - before[1]) / (after[0] - before[0]) * 1e9
         ended = None
         if self.turn is not None and before[0] - self.turn.end_ns > LONGEST_DIP_NS:
-            ended, self.turn = self.turn, None
-            self._ended.append((ended, self._counted))
+            ended = self.cut()
         if rate * self._sign <= self._min_rate:
             return ended
         if self.turn is None:

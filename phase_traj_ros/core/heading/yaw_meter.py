@@ -104,15 +104,15 @@ class YawMeter:
 
         """
         self._projection = projection
-        counts = projection.inside
-        if mask is not None:
-            mask = np.asarray(projection(mask), np.float32)
-            counts = counts & (cv2.erode(mask, np.ones(_REACH)) > 0.5)
+        self._window, self._transform = window, transform
+        mask, counts = self._projected(mask)
         self._grid = BlockGrid(projection.shape, counts=counts)
         if len(self._grid.middles) < _LEAST_BLOCKS:
             raise FrameError('the mask leaves too little of the frames to measure yaw: give one'
                              ' that covers less')
         self._correlator = PhaseCorrelator(window=window, mask=mask, transform=transform)
+        # Whether another mask is to be used from the next frame on, and that.
+        self._next_mask: tuple[NDArray[np.float32] | None] | None = None
         columns, rows = self._grid.middles.T
         scale = projection.px_per_rad
         azimuths = np.interp(columns, np.arange(projection.shape[1]), projection.azimuths)
@@ -129,6 +129,16 @@ class YawMeter:
         self._brightness: float | None = None
         self._travel = Travel()
         self._rate = 0.0
+
+    def use_mask(self, mask: NDArray[np.float32] | None) -> None:
+        """
+        Go on with another mask, as the first one, from the next frame on; no pair is lost.
+
+        It can only take away from the first one. A mask that leaves too little to measure yaw is
+        not used.
+        """
+        # The map of the newest pair is wanted until then.
+        self._next_mask = (mask,)
 
     def correlation_map(self) -> NDArray[np.float32]:
         """Return the map of the newest pair, as ``PhaseCorrelator.correlation_map`` does."""
@@ -151,6 +161,8 @@ class YawMeter:
             The frame cannot be used. It is as if it had never come.
 
         """
+        if self._next_mask is not None:
+            self._change_mask(*self._next_mask)
         projected = self._projection(frame)
         shift = self._correlator.update(projected)
         current = self._levelled(projected)
@@ -176,6 +188,26 @@ class YawMeter:
         yaw = self._projection.yaw(dx)
         self._rate = yaw / interval
         return YawMeasurement(shift, yaw, False, agreement)
+
+    def _projected(
+        self, mask: NDArray[np.float32] | None,
+    ) -> tuple[NDArray[np.float32] | None, NDArray[np.bool_]]:
+        """Return the mask on the cylinder, and where the middle of a block may be."""
+        counts = self._projection.inside
+        if mask is None:
+            return None, counts
+        mask = np.asarray(self._projection(mask), np.float32)
+        return mask, counts & (cv2.erode(mask, np.ones(_REACH)) > 0.5)
+
+    def _change_mask(self, mask: NDArray[np.float32] | None) -> None:
+        self._next_mask = None
+        projected, counts = self._projected(mask)
+        if not self._grid.look_at(counts, least=_LEAST_BLOCKS):
+            return
+        self._correlator = PhaseCorrelator(
+            window=self._window, mask=projected, transform=self._transform)
+        if self._previous is not None:
+            self._correlator.update(self._previous)
 
     def _shift_alone(self, shift: Shift, foreseen: float) -> float | None:
         """Return the shift that stands out of noise and is not that of a fixed pattern, if any."""

@@ -24,7 +24,12 @@ from phase_traj_ros.io.results.figures import (
 )
 from phase_traj_ros.io.results.files import write_results
 from phase_traj_ros.io.results.report.report import write_report
-from phase_traj_ros.io.results.thumbnails import HeadingTurnWatcher, Thumbnails, TurnWatcher
+from phase_traj_ros.io.results.thumbnails import (
+    HeadingTurnWatcher,
+    LeftOutPicture,
+    Thumbnails,
+    TurnWatcher,
+)
 from phase_traj_ros.io.sources.base import DEFAULT_SPEED_TOPIC, FrameSource, StampedFrame
 from phase_traj_ros.parameters import Parameters
 
@@ -112,7 +117,7 @@ def replay_source(
                 source=source.description, debug_images=wanted.bag_debug_images)))
         frames = KeptFrames(source)
         lens = known_lens(source, parameters)
-        if lens is None and not one_pass:
+        if lens is None and not one_pass and parameters.learns_camera:
             with closing(frames.keeping()) as first:
                 lens = learned_lens(through(first), parameters, source.description)
         speeds = source.speeds(speed_topic) if parameters.use_speed_topic else ()
@@ -139,10 +144,13 @@ class _Folder:
         self._title = title
         self._turns = HeadingTurnWatcher() if parameters.codes_from_heading else TurnWatcher()
         self._thumbnails = Thumbnails()
+        self._left_out = LeftOutPicture()
 
     @property
     def watchers(self) -> tuple[Watcher, ...]:
-        return (self._turns, self._thumbnails) if self._wanted.report else (self._turns,)
+        if not self._wanted.report:
+            return (self._turns,)
+        return self._turns, self._thumbnails, self._left_out
 
     def write(self, result: Replay) -> None:
         write_results(result, self._staging)
@@ -154,7 +162,8 @@ class _Folder:
         if self._wanted.report:
             write_report(
                 result, self._staging / REPORT, title=self._title,
-                picture=self._staging / 'trajectory.png', thumbnails=self._thumbnails.kept)
+                picture=self._staging / 'trajectory.png', thumbnails=self._thumbnails.kept,
+                left_out=self._left_out.jpeg)
 
 
 class _Gif:

@@ -15,6 +15,7 @@ import time
 
 import cv2
 import numpy as np
+from phase_traj_ros.core.reliability import Reliability
 from phase_traj_ros.errors import OutputError, PhaseTrajError
 from phase_traj_ros.io.batch.job import replay_source, Wanted
 from phase_traj_ros.io.replay.overview import turn_marks
@@ -81,6 +82,8 @@ class Outcome:
     status: Status
     frames: int = 0
     turns: int = 0
+    reliability: Reliability | None = None
+    """Whether the result can be relied upon; None without one."""
     seconds: float = 0.0
     """That the work took."""
     error: str = ''
@@ -106,7 +109,7 @@ def run_job(job: Job, progress: Progress | None = None) -> Outcome:
             job, f'{type(error).__name__}: {error}', seconds=time.monotonic() - began)
     return Outcome(
         source=str(job.source), folder=job.folder, status=Status.OK, frames=result.frames,
-        turns=len(turn_marks(result)),
+        turns=len(turn_marks(result)), reliability=result.reliability,
         seconds=time.monotonic() - began, route=_route(result))
 
 

@@ -27,7 +27,8 @@ from phase_traj_ros.io.results.report.page import (
 
 CSV_NAME: Final = 'summary.csv'
 HTML_NAME: Final = 'summary.html'
-COLUMNS: Final = ('source', 'folder', 'status', 'frames', 'turns', 'seconds', 'error')
+COLUMNS: Final = (
+    'source', 'folder', 'status', 'frames', 'turns', 'seconds', 'error', 'reliable', 'reasons')
 
 # Of the square that a route is drawn in.
 _SIDE = 40
@@ -53,9 +54,12 @@ def write_summary(outcomes: Sequence[Outcome], directory: Path) -> None:
 
 
 def _row(outcome: Outcome) -> list[str]:
+    found = outcome.reliability
     return [
         outcome.source, outcome.folder, outcome.status.value, str(outcome.frames),
-        str(outcome.turns), f'{outcome.seconds:.2f}', outcome.error]
+        str(outcome.turns), f'{outcome.seconds:.2f}', outcome.error,
+        '' if found is None else str(found.reliable).lower(),
+        '' if found is None else ' '.join(found.words)]
 
 
 def _page(outcomes: Sequence[Outcome], directory: Path) -> str:
@@ -66,6 +70,9 @@ def _page(outcomes: Sequence[Outcome], directory: Path) -> str:
             ('sources', str(len(outcomes))),
             ('done', str(len(done))),
             ('failed', str(len(outcomes) - len(done))),
+            ('not reliable', str(sum(
+                outcome.reliability is not None and not outcome.reliability.reliable
+                for outcome in done))),
             ('frames', str(sum(outcome.frames for outcome in done))),
             ('turns', str(sum(outcome.turns for outcome in done))),
         ]),
@@ -85,6 +92,8 @@ def _cells(outcome: Outcome, directory: Path) -> list[Cell]:
             break
     if outcome.status is not Status.OK:
         cells[3] = Markup(f'<span class="warn">{outcome.status.value}</span>')
+    if outcome.reliability is not None and not outcome.reliability.reliable:
+        cells[8] = Markup(f'<span class="warn">{cells[8]}</span>')
     return cells
 
 

@@ -102,7 +102,8 @@ class Evaluation:
     def as_dict(self) -> dict[str, Any]:
         """Return the figures as they stand in ``evaluation.json``."""
         content = asdict(self)
-        return {**content, 'scored_in': 'plane', **content.pop('path_errors')}
+        of_the_path = content.pop('path_errors')
+        return {**content, 'scored_in': 'plane', **of_the_path}
 
 
 def evaluate(drive: ReplayedDrive, truth: GroundTruth) -> tuple[Evaluation, MatchedTruth]:

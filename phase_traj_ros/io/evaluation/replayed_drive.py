@@ -42,8 +42,8 @@ class ReplayedDrive:
     turns
         The turns found; None likewise.
     poses
-        (n, 3) x, y and yaw as they stand in ``trajectory.tum``, in REP 103 axes, the yaw in radians
-        and wrapped; None where that file is missing.
+        (n, 3) x, y and yaw as they stand in ``trajectory.tum``, in REP 103 axes, the yaw in
+        radians and wrapped; None where that file is missing.
     metric
         Whether there are poses and x and y are metres.
     """

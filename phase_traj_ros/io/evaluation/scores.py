@@ -110,8 +110,9 @@ def aligned(
     """
     Return points (n, 2) moved, turned and scaled, not mirrored, to fit the target (n, 2) best.
 
-    Without ``scaled`` they keep their size. The least squares solution of S. Umeyama, "Least-squares estimation of transformation
-    parameters between two point patterns", 1991, written with complex numbers.
+    Without ``scaled`` they keep their size. The least squares solution of S. Umeyama,
+    "Least-squares estimation of transformation parameters between two point patterns", 1991,
+    written with complex numbers.
     """
     source, wanted = (
         side[:, 0] + 1j * side[:, 1] for side in (points, target))

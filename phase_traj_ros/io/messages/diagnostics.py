@@ -10,6 +10,7 @@ from phase_traj_ros.core.camera.field_of_view import FieldOfView, SURE
 from phase_traj_ros.core.camera.lens_family import PINHOLE
 from phase_traj_ros.core.correlation.transforms import find_transform
 from phase_traj_ros.core.heading.estimator import HeadingEstimator
+from phase_traj_ros.core.reliability import Reason
 
 # Below this share of measured pairs, since the last report, something is wrong with the view.
 _MEASURED_SHARE = 0.5
@@ -46,7 +47,10 @@ class MeasurementReporter:
     def report(self, estimator: TrajectoryEstimator, response: float) -> Report:
         """Return what there is to say; ``response`` is the median of the newest pairs."""
         counters, heading = estimator.counters, estimator.heading
-        values = {'transforms': find_transform(estimator.settings.transform).name}
+        found = estimator.reliability
+        values = {
+            'transforms': find_transform(estimator.settings.transform).name,
+            'reliable': str(found.reliable).lower(), 'reasons': ' '.join(found.words)}
         wrong = None
         if heading is not None:
             values['bridged share'] = f'{heading.tracker.bridged_share:.3f}'
@@ -63,6 +67,9 @@ class MeasurementReporter:
             level, message = Level.WARN, f'{unusable} of {pairs} pairs not measured'
         elif wrong is not None:
             level, message = Level.WARN, wrong
+        elif pairs and any(reason is not Reason.TOO_SHORT for reason in found.reasons):
+            level = Level.WARN
+            message = ' '.join(reason.sentence for reason in found.reasons)
         elif pairs:
             level, message = Level.OK, 'measuring'
         else:

@@ -3,7 +3,7 @@
 """Offline replay: all frames of a source through the same estimator as the live node's."""
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from statistics import median
 
 from phase_traj_ros.core import (
@@ -19,7 +19,9 @@ from phase_traj_ros.core import (
 from phase_traj_ros.core.camera.field_of_view import FieldOfView
 from phase_traj_ros.core.camera.projection import threshold_px
 from phase_traj_ros.core.codes.freeman import AnyDirection
+from phase_traj_ros.core.codes.threshold_hint import ThresholdHint
 from phase_traj_ros.core.heading.turns import Turn
+from phase_traj_ros.core.reliability import Reliability
 from phase_traj_ros.errors import FrameError, ParameterError, SourceError
 from phase_traj_ros.io.replay.estimator import make_estimator
 from phase_traj_ros.io.sources.base import Speed, StampedFrame
@@ -44,6 +46,10 @@ class Replay:
     """What the turns tell of the field of view; None without any."""
     camera: CameraInUse | None = None
     """What the camera was taken for at the end; None where heading and turns were not measured."""
+    reliability: Reliability = field(default_factory=Reliability)
+    """Whether the codes can be relied upon, and if not, why."""
+    threshold_hint: ThresholdHint | None = None
+    """What to do about a threshold that does not fit; None if nothing shows."""
     learned: CameraEstimate | None = None
     """What this pass has learned of the camera; None without a turn, or if it was known."""
 
@@ -150,7 +156,8 @@ def replay(
         watcher.finish(under_way)
     found = Replay(
         source, parameters, first_stamp_ns, tuple(updates), estimator.codes, estimator.counters,
-        tuple(sorted([*turns, *under_way], key=_start_frame)))
+        tuple(sorted([*turns, *under_way], key=_start_frame)),
+        reliability=estimator.reliability, threshold_hint=estimator.threshold_hint)
     if heading is None:
         return found
     return replace(

@@ -16,6 +16,7 @@ _SHIFT, _THRESHOLD, _BAND = bgr(DARK.line), bgr(DARK.accent), bgr(LIGHT.line)
 _TEXT, _RIM = (255, 255, 255), (0, 0, 0)
 _FONT = cv2.FONT_HERSHEY_SIMPLEX
 _INSET_SHARE = 0.28
+_FIXED, _SHADE = bgr(DARK.warn), 0.5
 
 Picture = NDArray[np.uint8]
 
@@ -36,13 +37,16 @@ def draw(frame: StampedFrame, update: Update, estimator: TrajectoryEstimator) ->
     """
     Return a BGR picture (H, W, 3) of the upright frame.
 
-    The band that is used is framed; from the middle an arrow shows the shift, between the lines
-    of +T and -T a quarter of the width away; the codes and the response stand above it, the
-    correlation map in the lower right corner.
+    The band that is used is framed, and what is left out as fixed to the camera is shaded; from
+    the middle an arrow shows the shift, between the lines of +T and -T a quarter of the width
+    away; the codes and the response stand above it, the correlation map in the lower right
+    corner.
     """
     view = estimator.settings.view
     picture = cast('Picture', cv2.cvtColor(
         as_shown(frame.image, rotate_180=view.rotate_180), cv2.COLOR_GRAY2BGR))
+    if estimator.left_out is not None:
+        shade(picture, estimator.left_out, rotate_180=view.rotate_180)
     height, width, _ = picture.shape
     cv2.rectangle(
         picture, (round(view.columns[0] * width), round(view.rows[0] * height)),
@@ -52,6 +56,17 @@ def draw(frame: StampedFrame, update: Update, estimator: TrajectoryEstimator) ->
         _draw_map(picture, estimator)
     _draw_text(picture, update)
     return picture
+
+
+def shade(picture: Picture, left_out: NDArray[np.uint8], *, rotate_180: bool) -> None:
+    """
+    Shade what is left out in an upright BGR picture, (H, W, 3).
+
+    ``left_out`` (H, W) is 0 there, in the frame as the camera gives it.
+    """
+    fixed = (left_out[::-1, ::-1] if rotate_180 else left_out) == 0
+    tinted = (1 - _SHADE) * picture[fixed] + _SHADE * np.array(_FIXED)
+    picture[fixed] = tinted.astype(np.uint8)
 
 
 def _draw_shift(picture: Picture, update: Update, threshold: float | None) -> None:

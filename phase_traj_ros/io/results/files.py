@@ -18,6 +18,7 @@ from phase_traj_ros.core import CameraInUse, Corner, Direction, pack, Run, Updat
 from phase_traj_ros.core.correlation.transforms import find_transform, TransformLibrary
 from phase_traj_ros.core.heading.tracker import HeadingStep
 from phase_traj_ros.core.heading.turns import Turn
+from phase_traj_ros.core.reliability import Reliability
 from phase_traj_ros.io.replay.run import Replay
 from phase_traj_ros.io.results.figures import write_trajectory_picture
 
@@ -47,6 +48,8 @@ def write_chain_code(result: Replay, path: Path) -> None:
         'movement_packed': pack(result.movement).hex(),
         **_direction_packed(result),
         'status': [update.status.value for update in result.updates],
+        **reliability_content(result.reliability),
+        'cuts': [update.pair for update in result.updates if update.cut],
         **_heading_content(result),
         'path_unit': 'm' if result.parameters.path_in_metres else 'step',
         'first_stamp_ns': result.first_stamp_ns,
@@ -85,6 +88,11 @@ def _heading_content(result: Replay) -> dict[str, Any]:
         'turns': turn_list(result.turns),
         'field_of_view': None if result.field_of_view is None else asdict(result.field_of_view),
     }
+
+
+def reliability_content(found: Reliability) -> dict[str, Any]:
+    """Return whether a result can be relied upon as it stands in files."""
+    return {'reliable': found.reliable, 'reasons': list(found.words)}
 
 
 def camera_content(camera: CameraInUse) -> dict[str, Any]:

@@ -20,11 +20,13 @@ from phase_traj_ros.core import (
 from phase_traj_ros.core.camera.field_of_view import FieldOfView
 from phase_traj_ros.core.heading.estimator import HeadingEstimator
 from phase_traj_ros.core.heading.turns import Turn
+from phase_traj_ros.core.reliability import Reliability
 from phase_traj_ros.io.atomic import output_directory
 from phase_traj_ros.io.results.camera_file import CAMERA_FILE, write_camera
 from phase_traj_ros.io.results.figures import write_path_picture
 from phase_traj_ros.io.results.files import (
     camera_content,
+    reliability_content,
     run_pairs,
     tum_lines,
     turn_list,
@@ -54,6 +56,8 @@ class Snapshot:
     counters: Mapping[str, int]
     turns: tuple[Turn, ...]
     """Turns that have ended, where the heading is measured."""
+    reliability: Reliability
+    """Whether the codes so far can be relied upon."""
     heading: '_Heading | None'
     learned: CameraEstimate | None
     """What the drive has told of the camera."""
@@ -67,7 +71,7 @@ class Snapshot:
             codes.direction.runs,
             codes.movement.totals_of(Movement), codes.direction.totals_of(codes.directions),
             path.corners if path.tip is None else (*path.corners, path.tip),
-            estimator.counters.as_dict(), estimator.turns,
+            estimator.counters.as_dict(), estimator.turns, estimator.reliability,
             None if estimator.heading is None else _Heading.of(estimator.heading),
             None if estimator.heading is None else estimator.heading.learned)
 
@@ -112,6 +116,7 @@ class Snapshot:
             'movement_totals': self.movement_totals,
             'direction_totals': self.direction_totals,
             'counters': dict(self.counters),
+            **reliability_content(self.reliability),
             'turns': turn_list(self.turns),
             **({} if self.heading is None else asdict(self.heading)),
             'versions': versions(self.settings.transform),

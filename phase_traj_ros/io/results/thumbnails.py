@@ -9,11 +9,12 @@ from typing import cast
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 from phase_traj_ros.core import Movement, PairStatus, TrajectoryEstimator, Update
 from phase_traj_ros.core.heading.turns import LONGEST_DIP_NS, MIN_RATE_DEG_S, Turn
 from phase_traj_ros.core.path.thinning import Thinned
 from phase_traj_ros.io.replay.run import Watcher
-from phase_traj_ros.io.results.debug_picture import as_shown, Picture
+from phase_traj_ros.io.results.debug_picture import as_shown, Picture, shade
 from phase_traj_ros.io.sources.base import StampedFrame
 
 _JPEG_QUALITY = 72
@@ -63,11 +64,41 @@ class Thumbnails(Watcher):
             self._thinned.offer(None)
             return
         picture = small(frame, estimator, self._width)
-        _, jpeg = cv2.imencode('.jpg', picture, [cv2.IMWRITE_JPEG_QUALITY, _JPEG_QUALITY])
-        self._thinned.offer(Thumbnail(number, jpeg.tobytes()))
+        self._thinned.offer(Thumbnail(number, _jpeg(picture)))
         while (sum(len(each.jpeg) for each in self._thinned.kept) > self._max_bytes
                and len(self._thinned.kept) > 1):
             self._thinned.thin()
+
+
+class LeftOutPicture(Watcher):
+    """Keeps the newest frame of which something is left out as fixed to the camera."""
+
+    def __init__(self, *, width: int = 640) -> None:
+        """Make a picture at most ``width`` wide."""
+        self._width = width
+        self._kept: tuple[StampedFrame, NDArray[np.uint8], TrajectoryEstimator] | None = None
+
+    def start(self, frame: StampedFrame, estimator: TrajectoryEstimator) -> None:
+        """Begin with the first frame."""
+        self._kept = None
+
+    def add(self, frame: StampedFrame, update: Update, estimator: TrajectoryEstimator) -> None:
+        """Take the second frame of a pair."""
+        left_out = estimator.left_out
+        if left_out is not None:
+            self._kept = frame, left_out, estimator
+
+    @property
+    def jpeg(self) -> bytes | None:
+        """Return the frame with what is left out shaded; None if nothing ever was."""
+        if self._kept is None:
+            return None
+        frame, left_out, estimator = self._kept
+        grey = small(frame, estimator, self._width)
+        picture = cast('Picture', cv2.cvtColor(grey, cv2.COLOR_GRAY2BGR))
+        fixed = cv2.resize(left_out, grey.shape[::-1], interpolation=cv2.INTER_NEAREST)
+        shade(picture, cast('Picture', fixed), rotate_180=estimator.settings.view.rotate_180)
+        return _jpeg(picture)
 
 
 @dataclass(slots=True)
@@ -190,6 +221,10 @@ class HeadingTurnWatcher(TurnWatcher):
         stretch = self._stretches.pop(turn.angle_deg > 0, None)
         if stretch is not None and len(self._turns) < self._limit:
             self._turns.append(TurnFrames(turn.start_frame, stretch.frames, turn.end_frame))
+
+
+def _jpeg(picture: Picture) -> bytes:
+    return cv2.imencode('.jpg', picture, [cv2.IMWRITE_JPEG_QUALITY, _JPEG_QUALITY])[1].tobytes()
 
 
 def small(frame: StampedFrame, estimator: TrajectoryEstimator, width: int) -> Picture:

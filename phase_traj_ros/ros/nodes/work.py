@@ -7,6 +7,7 @@ import time
 import cv2
 from phase_traj_ros.core import CodeSource, Lens, Update
 from phase_traj_ros.core.camera.model import CameraModel
+from phase_traj_ros.core.codes.threshold_hint import Misfit
 from phase_traj_ros.core.correlation.transforms import find_transform, transform_hint
 from phase_traj_ros.io.replay.estimator import make_estimator
 from phase_traj_ros.io.sources.base import StampedFrame
@@ -23,6 +24,8 @@ from rclpy.node import Node
 from std_srvs.srv import Trigger
 
 _THROTTLE_S = 5.0
+# A shift that has not reached the threshold may still do so while a turn begins.
+_LASTING_NS = 5_000_000_000
 
 
 class Work:
@@ -53,6 +56,9 @@ class Work:
         self._health = Health()
         self._camera: CameraInput | None = None
         self._speed: SpeedInput | None = None
+        self._hinted = False
+        self._misfit: Misfit | None = None
+        self._misfit_since_ns = 0
         self._offered = Made(node)
         self._listening = Made(node)
         with self._offered:
@@ -116,6 +122,7 @@ class Work:
         self._values = values
         self._outputs.parameters = values
         coded_from = self._estimator.settings.code_source
+        self._hinted = False
         self._estimator.reconfigure(values.estimator_settings())
         if self._estimator.settings.code_source is not coded_from:
             self._outputs.publish_state()
@@ -140,6 +147,7 @@ class Work:
             return
         if update.camera is not None:
             self._node.get_logger().info(f'camera: {update.camera}')
+        self._hint(update)
         self._warn_without_speed(update)
         self._outputs.publish(frame, update)
         self._saving.record(update)
@@ -162,6 +170,16 @@ class Work:
 
     def _on_camera(self, camera: CameraModel) -> None:
         self._estimator.use_lens(Lens(camera=camera))
+
+    def _hint(self, update: Update) -> None:
+        """Say once that the threshold does not fit, when that has shown for some time."""
+        hint = None if self._hinted else self._estimator.threshold_hint
+        if hint is None or hint.misfit is not self._misfit:
+            self._misfit = None if hint is None else hint.misfit
+            self._misfit_since_ns = update.stamp_ns
+        elif update.stamp_ns - self._misfit_since_ns >= _LASTING_NS:
+            self._node.get_logger().warning(hint.sentence)
+            self._hinted = True
 
     def _warn_without_speed(self, update: Update) -> None:
         if self._speed is None or update.odometry is not None:

@@ -15,6 +15,7 @@ from phase_traj_ros.core.camera.model import CameraModel, Distortion
 from phase_traj_ros.core.camera.projection import focal_from_hfov
 from phase_traj_ros.core.heading.estimator import HeadingEstimator
 from phase_traj_ros.errors import FrameError
+from phase_traj_ros.synthetic import Camera, plan_drive, render_drive, Straight, Turn
 import pytest
 
 TENTH = 100_000_000
@@ -187,3 +188,27 @@ def test_another_lens_while_running():
     # The same lens, read anew, changes nothing.
     estimator.use_lens(Lens(camera=replace(camera)))
     assert estimator.measure(frames[7], 0.1).yaw == stepped(7)
+
+
+class Learner(SelfCalibration):
+    """Learns nothing, but keeps what it is told of the motion of the picture."""
+
+    def __init__(self):
+        super().__init__()
+        self.shifts = []
+
+    def update(self, frame, shift_px, interval):
+        self.shifts.append(shift_px)
+        return False
+
+
+def test_what_is_learned_from_is_the_turn_and_not_what_passes_by():
+    camera = Camera.with_field_of_view(320, 180, 130.0)
+    drive = plan_drive(
+        'a bend', [Straight(0.2), Turn(-60, 8)], rate_hz=15.0, speed=12.0, camera=camera, seed=5)
+    learner = Learner()
+    # Taken for a usual camera, as in the beginning.
+    estimator = HeadingEstimator(Lens(hfov_deg=75.0, assumed=True), learning=learner)
+    for frame in render_drive(drive):
+        estimator.measure(np.asarray(frame), 1 / 15)
+    assert sum(learner.shifts) == pytest.approx(camera.focal * math.radians(-60), rel=0.15)

@@ -218,3 +218,39 @@ def test_kitti(kitti_root, clip, focal_px, expected, mirrored):
     assert np.sqrt(np.mean(np.diff(error) ** 2)) < 0.07
     assert tracker.bridged == 0
     assert len(turns) == len(changes(code)) == expected
+
+
+def test_a_mask_can_change_in_mid_drive_and_no_pair_is_lost():
+    """Two text boxes are fixed; from the turn on, they are masked."""
+    _, frames = rendered()
+    mask = np.ones(frames[0].shape, np.float32)
+    mask[40:200, 30:110] = mask[40:200, 210:290] = 0.0
+    box = np.random.default_rng(4).integers(0, 255, frames[0].shape)
+    spoilt = [np.where(mask > 0, frame, box).astype(np.uint8) for frame in frames[14:24]]
+    projection = cylinder(frames[0].shape, CAMERA.focal)
+    changing, masked, never = (
+        YawMeter(projection), YawMeter(projection, mask=mask), YawMeter(projection))
+    for number, frame in enumerate(spoilt):
+        if number == 5:
+            seen = changing.correlation_map()
+            changing.use_mask(mask)
+            # The map of the newest pair is still there to be shown.
+            assert np.array_equal(changing.correlation_map(), seen)
+        found, expected, spoilt_one = (
+            meter.update(frame, 0.1) for meter in (changing, masked, never))
+        if number >= 5:
+            assert found.shift.dx == pytest.approx(expected.shift.dx, abs=0.3)
+            assert found.yaw == pytest.approx(expected.yaw, abs=0.003) and found.refined
+            assert found.agreement > spoilt_one.agreement
+    changing.use_mask(None)
+    again = changing.update(frames[24], 0.1)
+    assert again.yaw is not None
+
+
+def test_a_mask_that_leaves_too_little_is_not_used():
+    drive, frames = rendered()
+    meter = YawMeter(cylinder(frames[0].shape, CAMERA.focal))
+    meter.update(frames[14], 0.1)
+    meter.use_mask(np.zeros(frames[0].shape, np.float32))
+    expected = drive.poses[15, 2] - drive.poses[14, 2]
+    assert meter.update(frames[15], 0.1).yaw == pytest.approx(expected, abs=0.01)

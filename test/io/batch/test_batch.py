@@ -12,6 +12,7 @@ import cv2
 from far_scene import turned_drive
 from fragile import killed_always, killed_once, never_returns, VARIABLE
 import numpy as np
+from phase_traj_ros.core.reliability import Reason, Reliability
 from phase_traj_ros.io.batch.many import (
     failure,
     folder_names,
@@ -189,7 +190,8 @@ def test_the_summary(tmp_path):
     outcomes = [
         Outcome(
             source='x <b>.mp4', folder='x <b>', status=Status.OK, frames=9, turns=1, seconds=1.239,
-            route=((0, 0), (4, 0), (4, 4))),
+            route=((0, 0), (4, 0), (4, 4)),
+            reliability=Reliability((Reason.MANY_CUTS, Reason.CAMERA_NOT_KNOWN))),
         failure(job, 'it is\n<i>bad</i>', seconds=0.5),
         failure(job, 'not done', status=Status.INTERRUPTED),
     ]
@@ -198,11 +200,14 @@ def test_the_summary(tmp_path):
         rows = list(csv.reader(file))
     assert rows == [
         list(COLUMNS),
-        ['x <b>.mp4', 'x <b>', 'ok', '9', '1', '1.24', ''],
-        ['bad,"\n.mp4', 'bad', 'failed', '0', '0', '0.50', 'it is <i>bad</i>'],
-        ['bad,"\n.mp4', 'bad', 'interrupted', '0', '0', '0.00', 'not done']]
+        ['x <b>.mp4', 'x <b>', 'ok', '9', '1', '1.24', '', 'false',
+         'many_cuts camera_not_known'],
+        ['bad,"\n.mp4', 'bad', 'failed', '0', '0', '0.50', 'it is <i>bad</i>', '', ''],
+        ['bad,"\n.mp4', 'bad', 'interrupted', '0', '0', '0.00', 'not done', '', '']]
+    assert COLUMNS[:7] == ('source', 'folder', 'status', 'frames', 'turns', 'seconds', 'error')
     page = (tmp_path / 'summary.html').read_text()
     assert '<a href="x%20%3Cb%3E/report.html">x &lt;b&gt;</a>' in page
+    assert '<span class="warn">false</span>' in page and 'many_cuts camera_not_known' in page
     assert '&lt;i&gt;bad&lt;/i&gt;' in page and '<i>' not in page and '{{' not in page
     assert '<polyline points="40.0,40.0 40.0,0.0 0.0,0.0"/>' in page
     assert sorted(path.name for path in tmp_path.iterdir()) == [

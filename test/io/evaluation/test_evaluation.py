@@ -4,12 +4,14 @@
 
 from argparse import Namespace
 import json
+from pathlib import Path
 
 import numpy as np
 from phase_traj_ros.cli import evaluate as command
 from phase_traj_ros.core.codes.from_heading import HeadingCode
 from phase_traj_ros.core.heading.turns import find_turns
 from phase_traj_ros.errors import ResultError
+from phase_traj_ros.io.evaluation import picture
 from phase_traj_ros.io.evaluation.evaluate import evaluate
 from phase_traj_ros.io.evaluation.ground_truth import GroundTruth
 from phase_traj_ros.io.evaluation.replayed_drive import read_replay
@@ -24,6 +26,7 @@ def bend(angle):
     return [angle / 30] * 30
 
 
+DOCS = Path(__file__).resolve().parents[3] / 'docs'
 PLAN = [*STRAIGHT, *bend(90), *STRAIGHT, *bend(-90), *STRAIGHT]
 
 
@@ -168,6 +171,105 @@ def test_figures_hold_from_where_the_truth_begins(replayed):
     assert true.frames[0] == 40 and found.frames == 111
     assert found.heading_error_deg.max < 1e-6
     assert found.turns.precision == 1.0 and found.turns.true == 1
+
+
+def with_path(directory, factor=1.05, turned=0.0):
+    """Write the path of PLAN into a folder: so many metres per step, seen from another side."""
+    truth = truth_of(PLAN)
+    sine, cosine = np.sin(turned), np.cos(turned)
+    places = factor * truth.positions @ np.array([[cosine, sine], [-sine, cosine]])
+    write_tum(directory / 'trajectory.tum', places, truth.headings + turned)
+    return directory
+
+
+def write_tum(path, places, yaw):
+    rest = np.zeros((len(places), 3))
+    np.savetxt(path, np.column_stack([
+        np.arange(len(places)) * 0.1, places, rest, np.sin(yaw / 2), np.cos(yaw / 2)]))
+
+
+METRES = {'path_from': 'heading', 'path_unit': 'm'}
+
+
+@pytest.mark.parametrize('turned', [0.0, 3.0])
+def test_a_path_in_metres(replayed, turned):
+    drive = read_replay(with_path(replayed(PLAN, **METRES), turned=turned))
+    errors = evaluate(drive, truth_of(PLAN))[0].path_errors
+    assert errors.distance_error_percent == pytest.approx(5.0)
+    # Of chords, which are shorter than the way.
+    assert 4.0 < errors.t_rel_percent < 5.0
+    assert errors.r_rel_deg_per_100m == pytest.approx(0.0, abs=1e-6)
+    true = truth_of(PLAN).positions
+    assert errors.ate_m == pytest.approx(
+        0.05 * np.sqrt(true.var(axis=0).sum()))
+    assert errors.ate_scaled_m == pytest.approx(0.0, abs=1e-6)
+
+
+def test_a_path_without_metres_has_a_scaled_error_only(replayed):
+    drive = read_replay(with_path(replayed(PLAN, path_unit='step'), 0.4))
+    errors = evaluate(drive, truth_of(PLAN))[0].path_errors
+    assert errors.ate_scaled_m == pytest.approx(0.0, abs=1e-6)
+    assert (
+        errors.distance_error_percent, errors.t_rel_percent, errors.r_rel_deg_per_100m,
+        errors.ate_m) == (None,) * 4
+
+
+def test_a_replay_without_a_path_has_no_errors_of_it(replayed):
+    drive = read_replay(replayed(PLAN, **METRES))
+    assert not drive.metric
+    found = evaluate(drive, truth_of(PLAN))[0]
+    assert found.path_errors.ate_scaled_m is None and found.shape_error.path is None
+
+
+@pytest.mark.parametrize(('content', 'metric'), [
+    ({'path_unit': 'm'}, True), ({'path_unit': 'step', 'path_from': 'heading'}, False),
+    # As it was before there was a unit.
+    ({'path_from': 'heading', 'speed': 5.0}, True),
+    ({'path_from': 'heading', 'speed': 0.0}, False),
+    ({'path_from': 'codes', 'speed': 5.0}, False), ({}, False)])
+def test_which_paths_are_in_metres(replayed, content, metric):
+    assert read_replay(with_path(replayed(PLAN, **content))).metric is metric
+
+
+def test_errors_of_the_path_hold_from_where_the_truth_begins(replayed):
+    truth = truth_of(PLAN, stamps=np.arange(151) * PERIOD_NS)
+    later = GroundTruth(truth.headings[40:], truth.positions[40:], truth.stamps_ns[40:])
+    errors = evaluate(read_replay(with_path(replayed(PLAN, **METRES), 1.0)), later)[0].path_errors
+    assert max(abs(errors.distance_error_percent), errors.t_rel_percent, errors.ate_m) < 1e-6
+
+
+@pytest.mark.parametrize('unit', ['m', 'step'])
+def test_a_path_in_metres_is_drawn_beside_the_truth(replayed, tmp_path, monkeypatch, unit):
+    drawn = []
+    monkeypatch.setattr(picture, 'save', lambda figure, path: drawn.append(figure))
+    drive = read_replay(with_path(replayed(PLAN, path_unit=unit)))
+    evaluation, true = evaluate(drive, truth_of(PLAN))
+    picture.write_evaluation_picture(drive, true, evaluation, tmp_path / 'evaluation.png')
+    plots = [plot for plot in drawn[0].axes if 'metres' in plot.get_title(loc='left')]
+    assert len(plots) == (unit == 'm')
+    for plot in plots:
+        assert 'distance +5.0 %' in plot.get_title(loc='left')
+        behind, path = (
+            np.hypot(*np.diff(line.get_xydata(), axis=0).T).sum() for line in plot.lines[:2])
+        assert (behind, path) == (pytest.approx(150.0), pytest.approx(157.5))
+
+
+def test_the_command_scores_a_path_in_metres(replayed, tmp_path, capsys):
+    directory = with_path(replayed(PLAN, **METRES))
+    truth = truth_of(PLAN)
+    write_tum(tmp_path / 'truth.tum', truth.positions, truth.headings)
+    command.run(Namespace(directory=directory, ground_truth=tmp_path / 'truth.tum'))
+    printed = capsys.readouterr().out
+    assert 'distance error: +5.0 %' in printed and 'in the plane' in printed
+    written = json.loads((directory / 'evaluation.json').read_text())
+    assert written['distance_error_percent'] == pytest.approx(5.0)
+    assert 4.0 < written['t_rel_percent'] < 5.0
+    assert written['r_rel_deg_per_100m'] == pytest.approx(0.0, abs=1e-6)
+    assert written['ate_scaled_m'] < 1e-6 < 1.0 < written['ate_m']
+    assert written['scored_in'] == 'plane'
+    pages = [page.read_text() for page in DOCS.rglob('files.md')]
+    table = pages[0].split('## `evaluation.json`')[1].split('\n## ')[0]
+    assert {key for key in written if f'`{key}`' not in table} == set()
 
 
 @pytest.mark.parametrize('scale', [0.1, 1.0, 7.0])

@@ -53,6 +53,15 @@ def test_heading_yaw_and_what_was_bridged(drive, tmp_path, code_source):
     np.testing.assert_allclose(np.degrees(read_replay(tmp_path).heading)[1:], heading)
 
 
+@pytest.mark.parametrize(('values', 'unit'), [
+    ({'path_from': 'heading', 'speed': 5.0}, 'm'), ({'path_from': 'codes', 'speed': 5.0}, 'step'),
+    ({'path_from': 'heading', 'use_speed_topic': True}, 'm'), ({'path_from': 'heading'}, 'step')])
+def test_the_unit_of_the_path(drive, tmp_path, values, unit):
+    written(drive, tmp_path, focal_px=drive[0].fx, **values)
+    assert json.loads((tmp_path / 'chain_code.json').read_text())['path_unit'] == unit
+    assert read_replay(tmp_path).metric == (unit == 'm')
+
+
 def test_without_a_camera_the_new_columns_are_empty(drive, tmp_path):
     rows = written(drive, tmp_path, code_source='shift')
     assert {(row['heading_deg'], row['yaw_deg'], row['bridged']) for row in rows} == {('', '', '')}

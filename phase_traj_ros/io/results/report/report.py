@@ -54,7 +54,7 @@ _LEGEND = (
 
 def write_report(
     result: Replay, path: Path, *, title: str, picture: Path,
-    thumbnails: Sequence[Thumbnail] = (),
+    thumbnails: Sequence[Thumbnail] = (), left_out: bytes | None = None,
 ) -> None:
     """
     Write the report.
@@ -71,6 +71,8 @@ def write_report(
         A file with the picture to put in, .png or .svg.
     thumbnails
         Frames to show under the cursor.
+    left_out
+        A JPEG picture of what was left out as fixed to the camera; None without any.
 
     """
     shown = overview(result)
@@ -83,6 +85,7 @@ def write_report(
         'facts': definitions(_facts(result, shown, health)),
         'legend': _legend(),
         'turns': _turns(shown.turns),
+        'trust': _trust(result, left_out),
         'health': _health(health),
         'settings': _settings(result.parameters),
         'codes': _codes(result),
@@ -105,6 +108,7 @@ def _facts(
         ('movement codes', f'{len(result.movement)}'),
         ('direction codes', f'{len(result.direction)}'),
         *_threshold(result),
+        ('reliable', 'yes' if result.reliability.reliable else 'no'),
         ('median response', f'{health.response:.3f}'),
     ]
 
@@ -136,6 +140,23 @@ def _turns(turns: Sequence[TurnMark]) -> Markup:
             row.append('' if turn.angle_deg is None else f'{turn.angle_deg:+.1f}°')
         rows.append([*row, Markup(f'<span data-strip="{index}"></span>')])
     return table(rows, head=head, numbers=(2, 3), kind='turns')
+
+
+def _trust(result: Replay, left_out: bytes | None) -> Markup:
+    """Return what speaks against the result, and what of the pictures does not count."""
+    notes = [
+        f'<p class="warn">{escape(reason.sentence)}</p>' for reason in result.reliability.reasons]
+    if result.threshold_hint is not None:
+        hint = result.threshold_hint.sentence
+        notes.append(f'<p class="warn">{escape(hint[0].upper() + hint[1:])}.</p>')
+    cuts = [update.pair for update in result.updates if update.cut]
+    if cuts:
+        notes.append(f'<p>New scenes begin with the frames {", ".join(map(str, cuts))}.</p>')
+    if left_out is not None:
+        notes.append(
+            '<figure><figcaption>Left out as fixed to the camera: what is shaded</figcaption>'
+            f'<img alt="Fixed areas" src="{data_uri(left_out, ".jpg")}"></figure>')
+    return Markup(''.join(notes) or '<p class="note">Nothing speaks against the result.</p>')
 
 
 def _health(health: DataHealth) -> Markup:

@@ -1,0 +1,54 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A mask and areas that are found go together."""
+
+from types import SimpleNamespace
+
+import numpy as np
+from phase_traj_ros.core.camera.lens import Lens
+from phase_traj_ros.core.heading.estimator import HeadingEstimator
+from phase_traj_ros.core.heading.left_out import LeftOut
+import pytest
+
+MASK = np.ones((8, 10), np.float32)
+MASK[:, 5:] = 0.5
+AREAS = np.full((8, 10), 255, np.uint8)
+AREAS[:2] = 0
+
+
+def test_what_either_leaves_out_does_not_count():
+    left_out = LeftOut(MASK)
+    assert np.array_equal(left_out.counting, MASK)
+    left_out.use(AREAS)
+    assert np.array_equal(left_out.counting, MASK * (AREAS > 0))
+    assert np.array_equal(left_out.as_seen(rotate_180=False), (255 * MASK * (AREAS > 0)) // 1)
+    assert np.array_equal(
+        left_out.as_seen(rotate_180=True), left_out.as_seen(rotate_180=False)[::-1, ::-1])
+    left_out.use(None)
+    assert np.array_equal(left_out.counting, MASK)
+    assert LeftOut(None).counting is None and LeftOut(None).as_seen(rotate_180=True) is None
+
+
+def test_areas_of_other_frames_are_forgotten():
+    left_out = LeftOut(None)
+    left_out.use(AREAS)
+    assert left_out.keep_for((8, 10)) and not left_out.keep_for((10, 8))
+    assert left_out.counting is None
+
+
+@pytest.mark.parametrize('upside_down', [False, True])
+def test_the_camera_is_learned_from_what_counts_and_upright(upside_down):
+    told = []
+    learning = SimpleNamespace(
+        use_mask=told.append, cut=lambda: told.append('cut'), turn_180=lambda: None)
+    heading = HeadingEstimator(
+        Lens(hfov_deg=80.0), mask=MASK, learning=learning, rotate_180=upside_down)
+    heading.leave_out(AREAS)
+    heading.turn_180(not upside_down)
+    heading.cut()
+    first, with_areas, turned, cut = told
+    upright = slice(None, None, -1 if upside_down else 1)
+    assert np.array_equal(first > 127, (MASK > 0.5)[upright, upright])
+    assert np.array_equal(with_areas > 0, (AREAS > 0)[upright, upright])
+    assert np.array_equal(turned, with_areas[::-1, ::-1])
+    assert cut == 'cut'

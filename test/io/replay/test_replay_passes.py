@@ -1,0 +1,124 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""One pass, as the node makes it, and two where the camera is not known."""
+
+import json
+import math
+
+import cv2
+from far_scene import render
+import numpy as np
+from phase_traj_ros.core import LensOrigin
+from phase_traj_ros.core.camera.model import CameraModel
+from phase_traj_ros.io.batch.job import replay_source, Wanted
+from phase_traj_ros.io.batch.many import Job, run_job
+from phase_traj_ros.io.replay.kept import KeptFrames
+from phase_traj_ros.io.replay.run import Watcher
+from phase_traj_ros.io.sources.opening import open_source
+from phase_traj_ros.parameters import Parameters
+import pytest
+
+WIDE = CameraModel.pinhole((160, 320), 110.0)
+YAWS = (0, *[0] * 8, *[-6] * 15, *[0] * 12, *[6] * 15, *[0] * 12)
+
+
+@pytest.fixture(scope='module')
+def folder(tmp_path_factory):
+    """Return a folder of pictures of a wide camera: a turn to the right, one to the left."""
+    path = tmp_path_factory.mktemp('wide')
+    for index, heading in enumerate(np.cumsum(YAWS)):
+        picture = render(WIDE, np.tan, math.radians(heading))
+        cv2.imwrite(str(path / f'{index:03}.png'), picture)
+    return path
+
+
+class Seen(Watcher):
+    """Counts what it sees."""
+
+    def __init__(self):
+        self.starts, self.pairs = 0, 0
+
+    def start(self, frame, estimator):
+        self.starts += 1
+
+    def add(self, frame, update, estimator):
+        self.pairs += 1
+
+
+def replayed(folder, *, one_pass, through=iter, **values):
+    seen = Seen()
+    with open_source(folder) as source:
+        result = replay_source(
+            source, Parameters(**values), Wanted(), title='wide', watchers=[seen],
+            through=through, one_pass=one_pass)
+    assert (seen.starts, seen.pairs) == (1, len(YAWS) - 1)
+    return result
+
+
+def codes(result):
+    return [
+        (update.step, update.status, update.shift, update.heading, update.tip)
+        for update in result.updates]
+
+
+def changes(result):
+    return [int(code) for code in result.movement if code in (0, 2)]
+
+
+@pytest.mark.parametrize(('values', 'expected'), [
+    ({'focal_px': 110.0}, [2, 0]), ({'hfov_deg': 111.0, 'lens_straightness': 0.9}, [2, 0]),
+    ({'code_source': 'heading', 'focal_px': 110.0}, [2, 0]),
+    # In a turn, the picture shifts by 12 pixels.
+    ({'threshold': 8.0}, [2, 0]), ({'code_source': 'shift'}, [])])
+def test_what_is_known_takes_one_pass(folder, values, expected):
+    passes = []
+
+    def counted(frames):
+        passes.append(1)
+        return frames
+
+    plain = replayed(folder, one_pass=False, through=counted, **values)
+    assert len(passes) == 1
+    assert codes(plain) == codes(replayed(folder, one_pass=True, **values))
+    assert changes(plain) == expected
+
+
+def test_the_second_pass_codes_with_what_the_first_has_learned(folder):
+    one, two = (replayed(folder, one_pass=flag) for flag in (True, False))
+    assert changes(one) == changes(two) == [2, 0]
+    assert [each.camera.origin for each in (one, two)] == [LensOrigin.DRIVE] * 2
+    assert two.camera.focal_px == pytest.approx(WIDE.fx, rel=0.1)
+    # The estimate that is left at the end of the first is in use from the start of the second.
+    told = [update.camera for update in two.updates if update.camera is not None]
+    assert told == [two.camera]
+    assert two.camera.turns == one.learned.turns
+    assert two.updates[0].camera == two.camera
+    assert one.updates[0].camera.origin is LensOrigin.ASSUMED
+    # So the first turn is coded while it is driven, and not only after it.
+    first = [result.movement.index(2) for result in (one, two)]
+    assert first[1] < 9 + 15 and first[1] < first[0]
+
+
+def test_a_pass_for_learning_writes_nothing_and_is_counted_as_progress(folder, tmp_path):
+    for one_pass, passes in ((False, 2), (True, 1)):
+        done = []
+        job = Job(
+            source=folder, root=tmp_path, folder=f'of {passes}', parameters=Parameters(),
+            one_pass=one_pass)
+        outcome = run_job(job, lambda number, total, done=done: done.append((number, total)))
+        assert (outcome.turns, outcome.frames) == (2, len(YAWS)), outcome
+        assert done == [(index, passes * len(YAWS)) for index in range(passes * len(YAWS))]
+        content = json.loads((job.output / 'chain_code.json').read_text())
+        assert len(content['movement']) == len(YAWS) - 1
+        assert content['camera']['origin'] == 'drive'
+
+
+@pytest.mark.parametrize('most_bytes', [0, 10 * 160 * 320, 1 << 30])
+def test_frames_come_again_whether_they_are_kept_or_not(folder, most_bytes):
+    with open_source(folder) as source:
+        frames = KeptFrames(source, most_bytes=most_bytes)
+        first = list(frames.keeping())
+        again = list(frames.once())
+    assert [frame.stamp_ns for frame in first] == [frame.stamp_ns for frame in again]
+    assert all(np.array_equal(one.image, two.image) for one, two in zip(first, again))
+    assert (first[0].image is again[0].image) == (most_bytes == 1 << 30)
