@@ -241,6 +241,11 @@ class Parameters:
             raise ParameterError(
                 f"parameter 'hfov_deg' is {self.hfov_deg}: it takes {LEAST_HFOV_DEG} or more, or 0"
                 ' where it is not known')
+        try:
+            self._lens()
+        except ValueError as error:
+            raise ParameterError(f'the parameters of the camera do not go together: {error}') \
+                from None
         if self.connectivity == 8 and self.codes_from is not CodeSource.HEADING:
             raise ParameterError(
                 "parameter 'connectivity' is 8: it takes code_source heading, as shift and turns"

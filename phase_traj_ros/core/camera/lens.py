@@ -6,9 +6,8 @@ from dataclasses import dataclass
 from enum import Enum
 import math
 
-import numpy as np
 from phase_traj_ros.core.camera.estimate import CameraEstimate
-from phase_traj_ros.core.camera.lens_family import OneNumberLens, PINHOLE, radius
+from phase_traj_ros.core.camera.lens_family import focal_px_of, OneNumberLens, PINHOLE
 from phase_traj_ros.core.camera.model import CameraModel, MOST_FOCAL_PX
 from phase_traj_ros.core.camera.projection import (
     focal_from_hfov,
@@ -93,6 +92,11 @@ class Lens:
         if not abs(self.offset) <= 0.5:
             raise ValueError(f'offset is {self.offset}: give a share of the width, -0.5 to 0.5')
         OneNumberLens(1.0, self.straightness)
+        most = 180.0 / math.sqrt(max(self.straightness, PINHOLE))
+        if self.hfov_deg >= most:
+            raise ValueError(
+                f'hfov_deg is {self.hfov_deg}: a lens of the straightness {self.straightness} sees'
+                f' less than {most:.0f} degrees')
 
     @property
     def origin(self) -> LensOrigin:
@@ -126,11 +130,11 @@ class Lens:
             return self.focal_px
         if self.hfov_deg and self.offset:
             return self._focal_aside(width)
-        if self.hfov_deg and self.straightness == PINHOLE:
+        if self.hfov_deg and self.straightness == PINHOLE and self.offset == 0.0:
             return focal_from_hfov(self.hfov_deg, width)
         if self.hfov_deg:
-            edge = np.array([math.radians(self.hfov_deg) / 2])
-            return width / 2 / float(radius(edge, self.straightness)[0])
+            return focal_px_of(
+                self.hfov_deg, width, self.straightness, column=self.offset * width)
         if self.camera is not None:
             return self.camera.fx
         assert self.estimate is not None

@@ -88,6 +88,23 @@ def places(directions: Numbers, focal_px: float, straightness: float) -> tuple[N
     return focal_px * directions[:, :2] * across[:, None], focal_px * change
 
 
+def focal_px_of(hfov_deg: float, width: int, straightness: float, *, column: float) -> float:
+    """
+    Return the focal length of a lens that sees so many degrees from edge to edge.
+
+    ``column`` is that of the principal point, in pixels to the right of the middle of a picture
+    ``width`` pixels wide. Undoes ``OneNumberLens.hfov_deg``.
+    """
+    angle, sides = math.radians(hfov_deg), width * width / 4 - column * column
+    root = math.sqrt(abs(straightness))
+    if root * root < _SMALL:
+        return width / angle
+    # What the two sides add up to, by the addition theorem of tan or tanh.
+    tangent = math.tan(root * angle) if straightness > 0.0 else math.tanh(root * angle)
+    under = width * width + math.copysign(4.0, straightness) * tangent * tangent * sides
+    return root * (width + math.copysign(math.sqrt(max(under, 0.0)), tangent)) / (2.0 * tangent)
+
+
 @dataclass(frozen=True, slots=True)
 class OneNumberLens:
     """

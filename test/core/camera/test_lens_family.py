@@ -4,8 +4,9 @@
 
 import math
 
-from hypothesis import given, strategies as st
+from hypothesis import assume, given, strategies as st
 import numpy as np
+from phase_traj_ros.core.camera.lens import Lens
 from phase_traj_ros.core.camera.lens_family import angle_at, OneNumberLens, places, radius, rays
 from phase_traj_ros.core.camera.model import Distortion
 import pytest
@@ -82,3 +83,20 @@ def test_the_field_of_view_is_from_edge_to_edge():
 def test_what_is_no_lens_is_refused(wrong):
     with pytest.raises(ValueError, match='give a number'):
         OneNumberLens(*wrong)
+
+
+@given(STRAIGHTNESS, st.floats(-0.45, 0.45), st.floats(0.35, 3.0))
+def test_the_field_of_view_tells_the_focal_length_wherever_the_middle_is(
+        straightness, offset, focal):
+    lens = OneNumberLens(640 * focal, straightness)
+    hfov_deg = lens.hfov_deg(640, column=640 * offset)
+    beyond_all = math.sqrt(max(-straightness, 0.0)) * (0.5 + abs(offset)) / focal > 0.99
+    assume(hfov_deg < 179.0 and not beyond_all)
+    told = Lens(hfov_deg=hfov_deg, straightness=straightness, offset=offset)
+    assert told.focal_for(640) == pytest.approx(640 * focal, rel=1e-4)
+    assert told.hfov_for(640) == pytest.approx(hfov_deg)
+
+
+def test_a_field_of_view_that_no_such_lens_has_is_refused():
+    with pytest.raises(ValueError, match=r'hfov_deg is 170.0: .* less than 158 degrees'):
+        Lens(hfov_deg=170.0, straightness=1.3)

@@ -57,9 +57,9 @@ def test_a_pass_that_fails_leaves_no_thread_that_reads(number_of_pass, monkeypat
     monkeypatch.setattr(
         'phase_traj_ros.io.batch.job.KeptFrames', partial(KeptFrames, most_bytes=0))
     source = _Counted(unusable=[(number_of_pass, 5)])
-    with pytest.raises(SourceError, match='frame 5') as caught:
+    with pytest.raises(SourceError, match='frame 5') as failure:
         replay_source(source, Parameters(code_source='auto'), Wanted(), title='noise')
-    # The error holds on to what was under way: the garbage collector would come too late.
-    assert caught.value.__traceback__ is not None
     assert source.passes == number_of_pass
+    # The error holds on to what was under way: the garbage collector would come too late.
+    assert failure.tb is not None
     assert no_thread_left()

@@ -353,6 +353,11 @@ def test_a_field_of_view_of_a_fisheye_is_not_reported_as_wrong():
     assert MeasurementReporter().report(estimator, 0.1).level is Level.OK
 
 
+def test_numbers_of_a_camera_that_cannot_be_are_refused():
+    with pytest.raises(ParameterError, match='do not go together: hfov_deg is 170'):
+        Parameters(hfov_deg=170.0, lens_straightness=1.3)
+
+
 def test_a_lens_without_a_use_is_refused():
     with pytest.raises(ValueError, match='needs a lens'):
         TrajectoryEstimator().use_lens(Lens(hfov_deg=80.0))
