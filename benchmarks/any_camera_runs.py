@@ -11,7 +11,7 @@ import math
 import re
 import time
 
-from any_camera_drives import BETWEEN, right_order, ride
+from any_camera_drives import BETWEEN, ride, right_order
 from clips import kitti_root
 import cv2
 import numpy as np

@@ -215,8 +215,7 @@ class HeadingEstimator:
         measurement = self._meter.update(frame, interval)
         if self._learning is not None:
             self._newest = frame
-            # Not the shift of the whole: in a gentle bend of a wide view, what passes by counts for
-            # more.
+            # Not the shift of the whole: in a gentle bend, what passes by may outweigh the turn.
             yaw = None if measurement is None else measurement.yaw
             self._learned |= self._learning.update(
                 _upright(frame) if self._rotate_180 else frame,
@@ -256,8 +255,8 @@ class HeadingEstimator:
             return None
         shift = measurement.shift
         return Shift(
-            self._focal[0] * _tangent(shift.dx / self._px_per_rad), shift.dy * (self._focal[1] / self._px_per_rad),
-            shift.response)
+            self._focal[0] * _tangent(shift.dx / self._px_per_rad),
+            shift.dy * (self._focal[1] / self._px_per_rad), shift.response)
 
     def _mask_learning(self) -> None:
         if self._learning is not None:
