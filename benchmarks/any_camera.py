@@ -131,8 +131,7 @@ def document(drives: Sequence[Outcome], clips: Sequence[Outcome]) -> str:
         '# Any camera, nothing known',
         _INTRODUCTION.format(
             cameras=len(cameras), plans=len(plans), drives=len(drives), versions=versions(),
-            part='' if whole else (
-                f' (a part of the {len(MOUNTS)} by {len(PLANS)} that there are)')),
+            part='' if whole else f' (of the {len(MOUNTS)} by {len(PLANS)} that there are)'),
         _TURNS.format(
             right=right(turning, 'auto'), turning=len(turning),
             share=right(turning, 'auto') / max(len(turning), 1), straight=len(straight),
@@ -199,7 +198,7 @@ def _learned(drives: Sequence[Outcome], cameras: Sequence[str]) -> str:
             errors = [each.error for each in known if each is not None]
             covered = sum(each.covered for each in known if each is not None)
             cells += [
-                f'{min(errors):+.1%} to {max(errors):+.1%}' if errors else '–',
+                f'{np.expm1(min(errors)):+.1%} to {np.expm1(max(errors)):+.1%}' if errors else '–',
                 f'{covered} of {len(known)}']
         told = [each.tilt for each in some if each.focal.get('end') is not None]
         pitch, roll = np.median(told, axis=0) if told else (0.0, 0.0)
@@ -212,7 +211,8 @@ def _learned(drives: Sequence[Outcome], cameras: Sequence[str]) -> str:
 
 def _focal(outcome: Outcome, name: str) -> tuple[str, str]:
     known = outcome.focal.get(name)
-    return ('–', '–') if known is None else (f'{known.error:+.1%}', f'{known.half:.1%}')
+    return ('–', '–') if known is None else (
+        f'{np.expm1(known.error):+.1%}', f'{known.half:.1%}')
 
 
 def _line(outcome: Outcome) -> str:

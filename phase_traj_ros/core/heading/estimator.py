@@ -224,8 +224,7 @@ class HeadingEstimator:
         measurement = self._meter.update(frame, interval)
         if self._learning is not None:
             self._newest = frame
-            # Not the shift of the whole: in a gentle bend of a wide view, what passes by counts
-            # for more.
+            # Not the shift of the whole: in a gentle bend, what passes by may outweigh the turn.
             yaw = None if measurement is None else measurement.yaw
             self._learned |= self._learning.update(
                 _upright(frame) if self._rotate_180 else frame,
