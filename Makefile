@@ -50,14 +50,14 @@ colcon:  ## Build, install and test with colcon in a clean workspace
 	@$(environment) .venv-colcon --extras ros,offline,test,colcon --without-package
 	@.venv-colcon/bin/python tools/check_install.py
 
-bench:  ## Measure speed against peers, side by side; writes docs/benchmarks.md
+bench:  ## Measure speed against peers, side by side; writes docs/measurements/benchmarks.md
 	@$(environment) .venv --extras ros,offline,bench
 	@.venv/bin/python benchmarks/run.py
 
-bench-system:  ## Measure speed on the distribution's Python and OpenCV, for docs/benchmarks.md
+bench-system:  ## Measure speed on the distribution's OpenCV, for docs/measurements/benchmarks.md
 	@PYTHONPATH="$(CURDIR)$${PYTHONPATH:+:$$PYTHONPATH}" $(SYSTEM_PYTHON) benchmarks/installations.py
 
-robustness:  ## Measure robustness to noise against peers; writes docs/robustness.md
+robustness:  ## Measure robustness to noise against peers; writes docs/measurements/robustness.md
 	@$(environment) .venv --extras ros,offline
 	@.venv/bin/python benchmarks/robustness.py
 

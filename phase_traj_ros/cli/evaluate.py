@@ -16,8 +16,8 @@ from phase_traj_ros.io.results.figures import require_matplotlib
 
 _EPILOG = """
 DIR is what `phase_traj replay --output DIR` has written; it receives evaluation.json and
-evaluation.png. Where the replay did not measure the heading (docs/camera.md), only the codes and
-the path drawn from them are compared.
+evaluation.png. Where the replay did not measure the heading (docs/how-to/camera.md), only the
+codes and the path drawn from them are compared.
 
 FILE is one of
   KITTI poses       lines of 12 numbers; with times.txt beside it (or the time in front, 13
