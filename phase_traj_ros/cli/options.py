@@ -2,9 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Options that several commands share."""
 
-from argparse import ArgumentParser, Namespace, RawDescriptionHelpFormatter
+from argparse import ArgumentParser, Namespace
 from pathlib import Path
-from typing import Any
 
 from phase_traj_ros.io.params_file import parse_assignment, read_parameters
 from phase_traj_ros.io.sources.base import FrameSource
@@ -20,14 +19,6 @@ SOURCE is one of
   a folder          of images, in natural order of their names; with times.txt (seconds, one
                     per line) in it or beside it, as in a KITTI sequence, else see --fps
 """
-
-
-def add_command(commands: Any, name: str, *, summary: str, epilog: str = '') -> ArgumentParser:
-    """Add a command's parser, which keeps the line breaks of ``epilog``."""
-    parser: ArgumentParser = commands.add_parser(
-        name, help=summary, description=summary[0].upper() + summary[1:] + '.', epilog=epilog,
-        formatter_class=RawDescriptionHelpFormatter)
-    return parser
 
 
 def add_source(parser: ArgumentParser, *, several: bool = False) -> None:

@@ -6,7 +6,8 @@ from argparse import Namespace
 from contextlib import closing
 from typing import Any
 
-from phase_traj_ros.cli.options import add_command, add_source, SOURCE_HELP, source_of
+from phase_traj_ros.cli.command import Command
+from phase_traj_ros.cli.options import add_source, SOURCE_HELP, source_of
 from phase_traj_ros.cli.progress import progress
 from phase_traj_ros.core import CodeSource
 from phase_traj_ros.core.camera.field_of_view import SURE
@@ -24,12 +25,14 @@ another angle, as on a test track, mislead it. A calibration with a chessboard i
 The exit status is 1 where the turns do not tell it with some certainty.
 """
 
+COMMAND = Command(
+    'calibrate', summary="estimate the camera's field of view from a drive",
+    example='phase_traj calibrate drive.mp4', epilog=_EPILOG)
+
 
 def add_parser(commands: Any) -> None:
     """Add the command to the parser."""
-    parser = add_command(
-        commands, 'calibrate', summary="estimate the camera's field of view from a drive",
-        epilog=_EPILOG)
+    parser = COMMAND.add_to(commands)
     add_source(parser)
     parser.add_argument(
         '--upside-down', action='store_true', help='the camera is mounted upside down')

@@ -6,7 +6,7 @@ from argparse import Namespace
 from pathlib import Path
 from typing import Any
 
-from phase_traj_ros.cli.options import add_command
+from phase_traj_ros.cli.command import Command
 from phase_traj_ros.io.atomic import output_directory
 from phase_traj_ros.io.evaluation.evaluate import evaluate, Evaluation, write_evaluation
 from phase_traj_ros.io.evaluation.ground_truth import read_ground_truth
@@ -26,12 +26,14 @@ FILE is one of
 It is re-based to the first frame.
 """
 
+COMMAND = Command(
+    'evaluate', summary='compare a replay with the true trajectory',
+    example='phase_traj evaluate results --ground-truth poses.txt', epilog=_EPILOG)
+
 
 def add_parser(commands: Any) -> None:
     """Add the command to the parser."""
-    parser = add_command(
-        commands, 'evaluate', summary='compare a replay with the true trajectory',
-        epilog=_EPILOG)
+    parser = COMMAND.add_to(commands)
     parser.add_argument('directory', metavar='DIR', type=Path, help='results of a replay')
     parser.add_argument(
         '--ground-truth', metavar='FILE', type=Path, required=True, help='the true trajectory')
