@@ -19,7 +19,7 @@ environment = $(or $(boot),$(error No Python found: install Python 3.10 to 3.13 
 unexport _ROS_WHEELS_BOOTSTRAP_COMPLETE
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-noble lint colcon dist bench bench-system robustness pins clean
+.PHONY: help demo test test-noble lint colcon dist bench bench-system robustness docs docs-links version release pins clean
 
 help:  ## Show this list
 	@sed -n 's/^\([a-z-]*\):.*## /\1 /p' $(MAKEFILE_LIST) \
@@ -64,6 +64,27 @@ bench-system:  ## Measure speed on the distribution's OpenCV, for docs/measureme
 robustness:  ## Measure robustness to noise against peers; writes docs/measurements/robustness.md
 	@$(environment) .venv --extras ros
 	@.venv/bin/python benchmarks/robustness.py
+
+# Warnings are errors: a link, an anchor or an image that leads nowhere is one.
+docs:  ## Build the site into out/docs, and check its links
+	@$(environment) .venv --extras ros,docs
+	@.venv/bin/python tools/document_cli.py
+	@.venv/bin/python -m sphinx --quiet --fail-on-warning --keep-going --fresh-env \
+		--doctree-dir out/doctrees docs out/docs
+	@echo out/docs/index.html
+
+docs-links:  ## Check the links of the docs to other sites
+	@$(environment) .venv --extras ros,docs
+	@.venv/bin/python -m sphinx --quiet -b linkcheck --doctree-dir out/doctrees \
+		docs out/docs-links
+
+version:  ## Set the version everywhere, and date the changelog: make version VERSION=0.2.0
+	@$(boot) tools/release.py --set-version '$(VERSION)'
+
+release:  ## Check a tagged tree, and build its sdist, wheel and changes into out/dist
+	@$(boot) tools/release.py
+	@$(MAKE) --no-print-directory dist
+	@$(boot) tools/release.py --changes out/dist/CHANGES.rst
 
 pins:  ## Renew tools/constraints.txt, for every Python at once
 	@$(environment) .venv-pins --extras pins
