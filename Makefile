@@ -79,12 +79,14 @@ docs-links:  ## Check the links of the docs to other sites
 		docs out/docs-links
 
 version:  ## Set the version everywhere, and date the changelog: make version VERSION=0.2.0
-	@$(boot) tools/release.py --set-version '$(VERSION)'
+	@$(environment) .venv-dist --extras dist --wheels
+	@.venv-dist/bin/python tools/release.py --set-version '$(VERSION)'
 
 release:  ## Check a tagged tree, and build its sdist, wheel and changes into out/dist
-	@$(boot) tools/release.py
-	@$(MAKE) --no-print-directory dist
-	@$(boot) tools/release.py --changes out/dist/CHANGES.rst
+	@$(environment) .venv-dist --extras dist --wheels
+	@.venv-dist/bin/python tools/release.py
+	@.venv-dist/bin/python tools/check_dist.py
+	@.venv-dist/bin/python tools/release.py --changes out/dist/CHANGES.rst
 
 pins:  ## Renew tools/constraints.txt, for every Python at once
 	@$(environment) .venv-pins --extras pins

@@ -48,6 +48,7 @@ EXTRAS = {
         'pytest<9',
         'pytest-timeout',
         'hypothesis',
+        'catkin_pkg',
         'mcap',
         'mcap-ros2-support',
         *DASK,
@@ -56,8 +57,8 @@ EXTRAS = {
     ],
     'bench': ['scikit-image'],
     'docs': ['sphinx', 'myst-parser', 'sphinx-rtd-theme'],
-    # Builds and tries the wheel and the sdist.
-    'dist': ['build', 'pipx', 'uv==0.13.*'],
+    # Builds and tries the wheel and the sdist, and checks releases.
+    'dist': ['build', 'catkin_pkg', 'pipx', 'uv==0.13.*'],
     # The flake8 of Ubuntu 24.04, with the plugins that ament_flake8 of Jazzy asks for.
     'lint': [
         'ruff==0.17.*',

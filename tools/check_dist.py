@@ -55,7 +55,12 @@ def build(source: Path) -> tuple[Path, Path]:
     """Build the sdist, and the wheel from the sdist; return both."""
     shutil.rmtree(DIST, ignore_errors=True)
     say('build')
-    run(sys.executable, '-m', 'build', '--outdir', DIST, source)
+    done = subprocess.run(
+        [sys.executable, '-m', 'build', '--outdir', DIST, source], env=clean_environment(),
+        stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=False,
+        text=True)
+    if done.returncode:
+        raise CheckError(f'python -m build failed\n{done.stdout}')
     [sdist], [wheel] = DIST.glob('*.tar.gz'), DIST.glob('*.whl')
     return sdist, wheel
 
