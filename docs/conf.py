@@ -6,14 +6,15 @@ The settings of the site, for `make docs` and for rosdoc2.
 rosdoc2 runs this file from a copy of docs/ elsewhere, so it names no path of the repository.
 """
 
+import contextlib
+import importlib
+
 project = 'phase_traj_ros'
 author = 'phase_traj_ros contributors'
 copyright = f'2026, {author}'  # noqa: A001  # the name that Sphinx asks for
 
-try:
-    from phase_traj_ros import __version__ as release
-except ImportError:  # rosdoc2 knows it from package.xml
-    pass
+with contextlib.suppress(ImportError):  # rosdoc2 knows it from package.xml
+    release = importlib.import_module(project).__version__
 
 extensions = ['myst_parser', 'sphinx.ext.autodoc', 'sphinx.ext.napoleon']
 # rosdoc2 adds an index.rst of its own; the first of these is taken.

@@ -3,7 +3,7 @@
 """The parser of the program, with its commands by task."""
 
 from argparse import Action, ArgumentParser, Namespace, RawDescriptionHelpFormatter
-from collections.abc import Iterator
+from collections.abc import Generator
 from typing import NoReturn
 
 import phase_traj_ros
@@ -46,8 +46,8 @@ class _Parser(ArgumentParser):
 class _Overview(RawDescriptionHelpFormatter):
     """Leaves the list of commands out, which the epilog has by task."""
 
-    def _iter_indented_subactions(self, action: Action) -> Iterator[Action]:
-        return iter(())
+    def _iter_indented_subactions(self, action: Action) -> Generator[Action, None, None]:
+        yield from ()
 
 
 class _Version(Action):

@@ -10,6 +10,7 @@ import time
 from typing import Any
 
 from phase_traj_ros.cli.command import Command
+from phase_traj_ros.cli.commands.replay_many import add_batch, replay_many
 from phase_traj_ros.cli.live_view import LiveView
 from phase_traj_ros.cli.options import (
     add_parameters,
@@ -19,7 +20,6 @@ from phase_traj_ros.cli.options import (
     source_of,
 )
 from phase_traj_ros.cli.progress import progress
-from phase_traj_ros.cli.commands.replay_many import add_batch, replay_many
 from phase_traj_ros.cli.report import print_codes
 from phase_traj_ros.io.batch.job import replay_source, Wanted
 from phase_traj_ros.io.messages.diagnostics import described

@@ -35,7 +35,7 @@ def write_results(result: Replay, directory: Path) -> None:
 
 
 def write_chain_code(result: Replay, path: Path) -> None:
-    """Write both codes and all that belongs to them as JSON, by the keys of docs/reference/files.md."""
+    """Write both codes and what belongs to them as JSON; docs/reference/files.md has the keys."""
     content: dict[str, Any] = {
         'source': result.source,
         'frames': result.frames,
