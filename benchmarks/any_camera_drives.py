@@ -4,9 +4,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
-import math
+import re
 
 from heading_drives import bonnet, Frame
 import numpy as np
@@ -81,14 +81,17 @@ MOUNTS = {
 }
 
 _LAP = Turn(360, 14, 5)
+#: Into a roundabout, and out of it.
+_ENTRY = Turn(-45, 1.8, 5)
 PLANS = {
     'right angles': [
         Straight(2), Turn(90, 3, 4.5), Straight(3), Turn(-90, 3, 4.5), Straight(2.5),
         Turn(90, 3.5, 4.5), Straight(2), Turn(90, 2.5, 4), Straight(2)],
     'U-turns': [Straight(3), Turn(180, 6, 4), Straight(3), Turn(-180, 5, 4), Straight(3)],
     'roundabout': [
-        Straight(3), Turn(-45, 1.8, 5), Turn(225, 8, 5), Turn(-90, 3, 5), Straight(4),
-        Turn(-45, 1.8, 5), Turn(135, 5, 5), Turn(-90, 3, 5), Straight(2)],
+        Straight(3), _ENTRY, Turn(180, 6.5, 5), _ENTRY, Straight(4),
+        _ENTRY, Turn(90, 3.5, 5), _ENTRY, Straight(3),
+        _ENTRY, Turn(270, 9.5, 5), _ENTRY, Straight(2)],
     'gentle bends': [
         Straight(2), Turn(90, 12), Straight(2), Turn(-45, 7), Straight(2), Turn(-85, 10),
         Straight(2)],
@@ -117,21 +120,35 @@ class Ride:
         for frame in render_drive(self.drive):
             yield frame if self.mount.overlay is None else self.mount.overlay(frame.copy())
 
-    def true_order(self) -> list[int | None]:
+    def is_right(self, order: str) -> bool:
         """
-        Return the quarter turns in order, 1 to the left and -1 to the right.
+        Return whether codes are right: L and R for each quarter turn, in the order of time.
 
-        A turn of which a degree more or less would make another number of them, and one under way
-        at the end, is None.
+        Of a turn for which a degree more or less would make another number of them, either
+        number is right, and of one under way at the end any.
         """
-        order: list[int | None] = []
-        for turn in self.turns:
-            between = any(low <= abs(turn.angle_deg) <= high for (low, high) in BETWEEN)
-            if between or turn.end_frame >= len(self.drive) - 1:
-                order.append(None)
-            else:
-                order += [int(math.copysign(1, turn.quarter_turns))] * abs(turn.quarter_turns)
-        return order
+        return re.fullmatch(self.right_order, order) is not None
+
+    @property
+    def right_order(self) -> str:
+        """Return the right codes as a regular expression."""
+        return right_order(self.turns, frames=len(self.drive))
+
+
+def right_order(turns: Iterable[FoundTurn], *, frames: int) -> str:
+    """Return the right codes of turns of at least 55 degrees, as a regular expression."""
+    expression = ''
+    for turn in turns:
+        side, quarters = 'L' if turn.angle_deg > 0 else 'R', abs(turn.quarter_turns)
+        if turn.end_frame >= frames - 1:
+            expression += f'{side}{{0,{quarters + 1}}}'
+        elif any(low <= abs(turn.angle_deg) <= high for (low, high) in BETWEEN):
+            # 60 and 135 degrees are where one and two begin.
+            fewer = 0 if abs(turn.angle_deg) < 90 else 1
+            expression += f'{side}{{{fewer},{fewer + 1}}}'
+        else:
+            expression += side * quarters
+    return expression
 
 
 def ride(plan: str, mount: str, *, seed: int = 23) -> Ride:

@@ -3,6 +3,7 @@
 """How a parameter is declared: type, default, range or choices, unit, description."""
 
 from dataclasses import dataclass, field
+from enum import Enum
 import sys
 from typing import Any, cast, TypeAlias
 
@@ -13,6 +14,16 @@ Value: TypeAlias = 'bool | int | float | str'
 _ROS_TYPES = {bool: 'bool', int: 'integer', float: 'double', str: 'string'}
 # As a range has to be given: any finite number above zero.
 POSITIVE: dict[str, Any] = {'minimum': sys.float_info.min, 'maximum': sys.float_info.max}
+# The same, or zero.
+NOT_NEGATIVE: dict[str, Any] = {'minimum': 0.0, 'maximum': sys.float_info.max}
+
+
+class Group(Enum):
+    """Who needs a parameter; the value is the heading that the docs and ``--help`` give it."""
+
+    USER = 'What you may want'
+    VEHICLE = 'What a vehicle may need'
+    REST = 'The rest'
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -28,6 +39,7 @@ class Spec:
     step: int
     choices: tuple[str, ...]
     read_only: bool
+    group: Group
 
     def check(self, value: object) -> None:
         """
@@ -55,8 +67,8 @@ class Spec:
 
     @property
     def is_open(self) -> bool:
-        """Return whether any finite number above 0 goes: such a range tells a tool nothing."""
-        return self.minimum == sys.float_info.min
+        """Return whether it goes as far as numbers do: such a range tells a tool nothing."""
+        return self.maximum == sys.float_info.max
 
     @property
     def allowed(self) -> str:
@@ -66,7 +78,7 @@ class Spec:
         if self.minimum is None:
             return ''
         if self.is_open:
-            return 'a finite number above 0'
+            return f'a finite number {"of 0 or more" if self.minimum == 0 else "above 0"}'
         if self.step > 1:
             return f'{self.minimum:.12g} to {self.maximum:.12g} in steps of {self.step}'
         return f'{self.minimum:.12g} to {self.maximum:.12g}'
@@ -92,9 +104,9 @@ class Spec:
 def parameter(
     default: Value, description: str, *, unit: str = '', minimum: float | None = None,
     maximum: float | None = None, step: int = 1, choices: tuple[str, ...] = (),
-    read_only: bool = False,
+    read_only: bool = False, group: Group = Group.REST,
 ) -> Any:
     """Return the field of a dataclass that declares a parameter, see ``Spec``."""
     return field(default=default, metadata={
         'description': description, 'unit': unit, 'minimum': minimum, 'maximum': maximum,
-        'step': step, 'choices': choices, 'read_only': read_only})
+        'step': step, 'choices': choices, 'read_only': read_only, 'group': group})

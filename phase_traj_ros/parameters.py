@@ -23,7 +23,7 @@ from phase_traj_ros.core.correlation.transforms import TransformLibrary
 from phase_traj_ros.core.path.speed import MOST_SPEED
 from phase_traj_ros.core.settings import CodeSource, PathSource
 from phase_traj_ros.errors import ParameterError
-from phase_traj_ros.parameter_spec import parameter, POSITIVE, Spec
+from phase_traj_ros.parameter_spec import Group, NOT_NEGATIVE, parameter, POSITIVE, Spec
 
 NODE_NAME = 'phase_traj'
 
@@ -49,7 +49,7 @@ class SpeedType(Enum):
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Parameters:
     """
-    One set of values for all parameters; the defaults are the paper's.
+    One set of values for all parameters; the defaults take any camera, and take no option.
 
     Raises
     ------
@@ -61,14 +61,15 @@ class Parameters:
     image_transport: str = parameter(
         Transport.RAW.value, 'Which images to subscribe to: raw ones on image, or compressed ones'
         ' on image/compressed.', choices=tuple(each.value for each in Transport),
-        read_only=True)
+        read_only=True, group=Group.VEHICLE)
     max_pixels: int = parameter(
         1 << 26, 'Compressed images of more pixels are refused before they are decoded.',
         minimum=64, maximum=1 << 30, read_only=True)
     threshold: float = parameter(
-        0.0, 'Horizontal shift between two frames from which a pair counts as a turn: the paper\'s'
-        f' rule. 0 leaves the choice to code_source, and is {PAPER_THRESHOLD:g} with shift.',
-        unit='px/frame', minimum=0.0, maximum=1e6)
+        0.0, 'Horizontal shift between two frames from which a pair counts as a turn, by the rule'
+        f' of the paper. 0 leaves the choice to code_source, and is {PAPER_THRESHOLD:g} with'
+        ' shift.',
+        unit='px/frame', group=Group.USER, **NOT_NEGATIVE)
     threshold_deg_s: float = parameter(
         0.0, 'Yaw rate from which a pair counts as a turn, instead of threshold: it is the'
         ' same for all cameras and frame rates. Takes a focal length; 0 uses threshold.',
@@ -78,25 +79,26 @@ class Parameters:
         ' learned from the drive where it is not known (auto); the shift against the threshold'
         ' (the paper); or the heading, quantised, which takes a focal length. A threshold makes'
         ' shift of auto.',
-        choices=tuple(each.value for each in CodeSource), read_only=True)
+        choices=tuple(each.value for each in CodeSource), read_only=True, group=Group.VEHICLE)
     connectivity: int = parameter(
         4, 'Directions that the heading is quantised to: the four of the paper, or the eight of'
         ' Freeman, which take code_source heading.', minimum=4, maximum=8, step=4, read_only=True)
     focal_px: float = parameter(
         0.0, 'Focal length of the camera in pixels of the full image; with it the heading and the'
         ' turns are measured. 0 if not known.', unit='px', minimum=0.0, maximum=1e6,
-        read_only=True)
+        read_only=True, group=Group.VEHICLE)
     hfov_deg: float = parameter(
         0.0, 'Horizontal field of view of the camera, which stands in for focal_px where that is'
         ' 0. Where both are 0 and a focal length is needed, that of camera_info is taken.',
-        unit='deg', minimum=0.0, maximum=179.0, read_only=True)
+        unit='deg', minimum=0.0, maximum=179.0, read_only=True, group=Group.USER)
     lens_straightness: float = parameter(
         PINHOLE, 'Kind of lens, with focal_px or hfov_deg: 1 for a pinhole, 0 for an equidistant'
         ' fisheye. phase_traj calibrate tells it.', minimum=STRAIGHTNESS_RANGE[0],
         maximum=STRAIGHTNESS_RANGE[1], read_only=True)
     lens_offset: float = parameter(
-        0.0, 'How far the principal point is to the right of the middle, with focal_px or'
-        ' hfov_deg, in widths of the image.', minimum=-0.5, maximum=0.5, read_only=True)
+        0.0, 'How far the principal point is to the right of the middle of the upright image,'
+        ' with focal_px or hfov_deg, in widths of the image.', minimum=-0.5, maximum=0.5,
+        read_only=True)
     camera_pitch_deg: float = parameter(
         0.0, 'How far the camera looks down, with focal_px or hfov_deg.', unit='deg',
         minimum=-60.0, maximum=60.0, read_only=True)
@@ -110,7 +112,7 @@ class Parameters:
         read_only=True)
     rectified: bool = parameter(
         False, 'Whether the images are rectified: then P of camera_info holds for them, else K'
-        ' and its distortion.', read_only=True)
+        ' and its distortion.', read_only=True, group=Group.VEHICLE)
     window: str = parameter(
         Window.SQRT_HANN.value, 'Taper of the frames before they are correlated. This, the band of'
         ' rows and columns, decimation and the tests of single pairs are about the shift; the'
@@ -118,7 +120,8 @@ class Parameters:
         choices=tuple(form.value for form in Window))
     transform: str = parameter(
         TransformLibrary.AUTO.value, 'Which library computes the Fourier transforms: OpenCV,'
-        ' scipy, or whichever of those installed is known to be the faster one. The codes are the same.',
+        ' scipy, or whichever of those installed is known to be the faster one. The codes are'
+        ' the same.',
         choices=tuple(each.value for each in TransformLibrary), read_only=True)
     rows_from: float = parameter(
         0.0, 'First row used, as a fraction of the height from the top.',
@@ -136,37 +139,40 @@ class Parameters:
         1, 'Pixels in each direction averaged into one before correlating; shifts stay in pixels'
         ' of the full image.', minimum=1, maximum=16)
     rotate_180: bool = parameter(
-        False, 'Whether the camera is mounted upside down.')
+        False, 'Whether the camera is mounted upside down.', group=Group.USER)
     max_gap: float = parameter(
         0.0, 'Longest time between two images that are compared; 0 for any.', unit='s',
-        minimum=0.0, maximum=1e6)
+        minimum=0.0, maximum=1e6, group=Group.VEHICLE)
     nominal_period: float = parameter(
         0.0, 'Time between two images that the threshold is meant for: the shift is judged as if'
         ' they were that far apart; 0 judges it as it is.', unit='s', minimum=0.0, maximum=1e6)
     min_significance: float = parameter(
         0.0, 'Standard deviations by which the correlation peak has to stand out of noise for a'
-        ' pair to count as measured; 0 believes every pair.', minimum=0.0, maximum=1000.0)
+        ' pair to count as measured; 0 believes every pair.', minimum=0.0, maximum=1000.0,
+        group=Group.VEHICLE)
     look_past_zero: bool = parameter(
         False, 'Whether a peak at zero shift, as of a bonnet or a burnt-in text, gives way to a'
-        ' second one that most of the picture follows.')
+        ' second one that most of the picture follows.', group=Group.VEHICLE)
     still_frames: int = parameter(
         0, 'Pairs over which the motion of the picture is averaged to tell whether the vehicle'
-        ' stands; 0 never tells.', minimum=0, maximum=1000)
+        ' stands; 0 never tells.', minimum=0, maximum=1000, group=Group.VEHICLE)
     still_motion: float = parameter(
         StillnessSettings().max_motion, 'Mean motion per pair below which the vehicle stands, as'
         ' a share of the width.', minimum=1e-9, maximum=1.0)
     confirm_frames: int = parameter(
-        1, 'Pairs in a row beyond the threshold that make a turn.', minimum=1, maximum=1000)
+        1, 'Pairs in a row beyond the threshold that make a turn.', minimum=1, maximum=1000,
+        group=Group.VEHICLE)
     release_frames: int = parameter(
-        1, 'Pairs in a row that end a turn: one less may be wrong.', minimum=1, maximum=1000)
+        1, 'Pairs in a row that end a turn: one less may be wrong.', minimum=1, maximum=1000,
+        group=Group.VEHICLE)
     mask_file: str = parameter(
         '', 'Grey picture of the size of the images as they come: how much each pixel counts,'
-        ' black for what never moves. Empty uses all.', read_only=True)
+        ' black for what never moves. Empty uses all.', read_only=True, group=Group.VEHICLE)
     threads: int = parameter(
         1, 'Threads that OpenCV may use; 0 leaves it to OpenCV.', minimum=0, maximum=64)
     frame_id: str = parameter(
         'phase_traj', 'Frame of the published pose, path and odometry. A path without a speed has'
-        ' no metric scale, so it is not odom.')
+        ' no metric scale, so it is not odom.', group=Group.VEHICLE)
     step_length: float = parameter(
         1.0, 'Length drawn for each step of the path; a path from the heading with a speed is in'
         ' metres as it is.', unit='m', **POSITIVE)
@@ -178,14 +184,14 @@ class Parameters:
     speed: float = parameter(
         0.0, 'Speed of the vehicle, if it is constant: odom is published in metres, and a path'
         ' from the heading is in metres. Takes a focal length; 0 if not known.', unit='m/s',
-        minimum=0.0, maximum=MOST_SPEED, read_only=True)
+        minimum=0.0, maximum=MOST_SPEED, read_only=True, group=Group.VEHICLE)
     use_speed_topic: bool = parameter(
         False, 'Whether the speed is taken from the topic speed, for the same purpose.',
-        read_only=True)
+        read_only=True, group=Group.VEHICLE)
     speed_type: str = parameter(
         SpeedType.TWIST.value, 'What comes on the topic speed: a TwistStamped, a'
         ' TwistWithCovarianceStamped or an Odometry. A replay takes whichever the bag has.',
-        choices=tuple(each.value for each in SpeedType), read_only=True)
+        choices=tuple(each.value for each in SpeedType), read_only=True, group=Group.VEHICLE)
     max_path_poses: int = parameter(
         1000, 'Poses of the published path: corner points, oldest dropped first, and the tip; of a'
         ' path from the heading places of the whole way, thinned.',
@@ -198,14 +204,15 @@ class Parameters:
         minimum=1, maximum=1000)
     output_dir: str = parameter(
         '', 'Folder that ~/save and record_shifts write to; where it is empty, nothing is ever'
-        ' written.', read_only=True)
+        ' written.', read_only=True, group=Group.VEHICLE)
     record_shifts: bool = parameter(
-        False, 'Whether a row per pair of images is written to output_dir.', read_only=True)
+        False, 'Whether a row per pair of images is written to output_dir.', read_only=True,
+        group=Group.VEHICLE)
     publish_tf: bool = parameter(
         False, 'Whether the transform from frame_id to child_frame_id is published on /tf (needs'
-        ' tf2_msgs).', read_only=True)
+        ' tf2_msgs).', read_only=True, group=Group.VEHICLE)
     child_frame_id: str = parameter(
-        'base_link', "The vehicle's frame, for publish_tf and the odometry.")
+        'base_link', "The vehicle's frame, for publish_tf and the odometry.", group=Group.VEHICLE)
     max_runs: int = parameter(
         100_000, 'Runs of each code that the node keeps; the totals count all of them.',
         minimum=1000, maximum=10_000_000, read_only=True)
@@ -262,6 +269,15 @@ class Parameters:
         return replace(self, **cast('dict[str, Any]', dict(values)))
 
     @property
+    def notices(self) -> tuple[str, ...]:
+        """Return what whoever chose the values should know, a line each."""
+        if not self.estimate_fov:
+            return ()
+        return (
+            'estimate_fov is an old name: code_source auto, the default, learns the camera from'
+            ' the drive by itself',)
+
+    @property
     def codes_from(self) -> CodeSource:
         """Return what the codes are made from: a threshold asks for the paper's rule."""
         if self.code_source == CodeSource.AUTO.value and (
@@ -290,6 +306,11 @@ class Parameters:
         return self.estimator_settings().measures_heading
 
     @property
+    def learns_camera(self) -> bool:
+        """Return whether the camera is learned from the drive where nothing else tells it."""
+        return self.estimator_settings().learns_lens
+
+    @property
     def needs_camera(self) -> bool:
         """Return whether the focal length has to come from the camera's calibration."""
         return self.estimator_settings().awaits_lens
@@ -300,10 +321,14 @@ class Parameters:
         return self.speed > 0 or self.use_speed_topic
 
     @property
+    def path_in_metres(self) -> bool:
+        """Return whether the drawn path is in metres, and not in steps."""
+        return self.metric and self.drawn_from is PathSource.HEADING
+
+    @property
     def path_scale(self) -> float:
         """Return the metres that a unit of the path stands for."""
-        known = self.metric and self.drawn_from is PathSource.HEADING
-        return 1.0 if known else self.step_length
+        return 1.0 if self.path_in_metres else self.step_length
 
     def estimator_settings(self) -> EstimatorSettings:
         """Return the settings of a live estimator, bounded in memory."""

@@ -4,12 +4,15 @@
 
 from argparse import ArgumentParser, Namespace
 from pathlib import Path
+import sys
+from textwrap import fill
 
 from phase_traj_ros.io.params_file import parse_assignment, read_parameters
 from phase_traj_ros.io.sources.base import FrameSource
 from phase_traj_ros.io.sources.opening import open_source
 from phase_traj_ros.io.sources.selection import Selection
-from phase_traj_ros.parameters import Parameters
+from phase_traj_ros.parameter_spec import Group
+from phase_traj_ros.parameters import Parameters, specs
 
 SOURCE_HELP = """\
 SOURCE is one of
@@ -60,13 +63,32 @@ def add_parameters(parser: ArgumentParser) -> None:
     """Add the options that choose parameters."""
     parser.add_argument(
         '--threshold', metavar='PX', type=float,
-        help='shift in pixels per frame from which a pair counts as a turn (default 16, or what'
-             ' --params says)')
+        help="shift in pixels per frame from which a pair counts as a turn: the paper's rule"
+             ' (default: what --params says, else the turns are found without it)')
     parser.add_argument(
         '--params', metavar='FILE', type=Path, help="ROS parameter file, the node's own")
     parser.add_argument(
         '-p', '--param', metavar='NAME:=VALUE', dest='assignments', action='append', default=[],
         help='set one parameter, over what --params says; may be repeated')
+
+
+def parameters_help() -> str:
+    """Return the parameters that a user or a vehicle may need, for the end of a help."""
+    lines = ['parameters, for -p and --params (docs/reference/parameters.md has the rest):']
+    for group in (Group.USER, Group.VEHICLE):
+        lines.append(f'\n{group.value[0].lower()}{group.value[1:]}:')
+        for spec in specs():
+            if spec.group is group:
+                lines.append(fill(
+                    f'{spec.name} ({spec.default!r}): {spec.description}', 96,
+                    initial_indent='  ', subsequent_indent='      '))
+    return '\n'.join(lines) + '\n'
+
+
+def print_notices(parameters: Parameters) -> None:
+    """Print what whoever chose the parameters should know."""
+    for notice in parameters.notices:
+        print(f'warning: {notice}', file=sys.stderr)
 
 
 def parameters_of(options: Namespace) -> Parameters:

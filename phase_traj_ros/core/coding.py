@@ -45,6 +45,9 @@ class Coder(Protocol):
 
         """
 
+    def skip(self, heading: HeadingUpdate | None, *, end_turn: bool) -> Step:
+        """Take a pair that cannot be judged, see ``ChainCode.skip``."""
+
 
 class ShiftCoder:
     """Codes the shift against the threshold, as the paper has it."""
@@ -85,6 +88,10 @@ class ShiftCoder:
             dx *= self._settings.nominal_period / interval
         return self._codes.update(dx)
 
+    def skip(self, heading: HeadingUpdate | None, *, end_turn: bool) -> Step:
+        """Take a pair that cannot be judged, see ``ChainCode.skip``."""
+        return self._codes.skip(end_turn=end_turn)
+
 
 class HeadingCoder:
     """Codes the quantised heading."""
@@ -115,6 +122,10 @@ class HeadingCoder:
         assert heading is not None
         return self._codes.update(heading.step.heading, heading.step.rate)
 
+    def skip(self, heading: HeadingUpdate | None, *, end_turn: bool) -> Step:
+        """Take a pair that cannot be judged, see ``ChainCode.skip``."""
+        return self._codes.skip(end_turn=end_turn)
+
 
 class TurnCoder:
     """Codes the quarter turns."""
@@ -143,6 +154,12 @@ class TurnCoder:
         """Code a measured pair, see ``Coder``."""
         assert heading is not None
         return self._codes.update(heading.quarters, heading.step.rate)
+
+    def skip(self, heading: HeadingUpdate | None, *, end_turn: bool) -> Step:
+        """Take a pair that cannot be judged; a quarter that counts from it on is coded later."""
+        assert heading is not None
+        self._codes.expect(heading.quarters)
+        return self._codes.skip(end_turn=end_turn)
 
 
 def make_coder(settings: EstimatorSettings) -> Coder:

@@ -32,6 +32,8 @@ _SETTLED = {
     'draws_heading': 'what the path is drawn from',
     'measures_heading': 'whether heading is measured',
     'metric': 'whether there is a speed'}
+# But for these, where a threshold asks for the paper's rule, or no longer does.
+_SWITCHED = ('code_source', 'draws_heading', 'measures_heading')
 
 
 class TrajectoryEstimator:
@@ -178,7 +180,7 @@ class TrajectoryEstimator:
         """
         for name, words in _SETTLED.items():
             if (getattr(settings, name) != getattr(self._settings, name)
-                    and not self._switches_rule(settings)):
+                    and not (name in _SWITCHED and self._switches_rule(settings))):
                 raise ValueError(
                     f'{words} is settled at the start, and this would change it: start anew with'
                     ' these settings')
@@ -314,7 +316,7 @@ class TrajectoryEstimator:
             step = self._coder.code(
                 self._settings.view.full_shift(judged).dx, heading, interval)
         else:
-            step = self.codes.skip(end_turn=status.ends_turn)
+            step = self._coder.skip(heading, end_turn=status.ends_turn)
         status = status.coded(step)
         turned = None if heading is None else heading.step
         odometry = self._route.add(step, status, turned, stamp_ns, interval_ns)

@@ -42,5 +42,6 @@ def advice(image_bytes: int, middleware: str, environment: Mapping[str, str]) ->
 def _profile() -> str:
     try:
         return str(Path(get_package_share_directory(_PACKAGE)) / PROFILE)
-    except PackageNotFoundError:
+    except (PackageNotFoundError, OSError):
+        # Installed by pip: then there is no index of packages, or this one is not in it.
         return PROFILE

@@ -17,6 +17,8 @@ from phase_traj_ros.core.correlation.transforms import find_transform
 import pytest
 
 POSITIONS = [0, 0, 30, 60, 60, 20, 20, 20]
+# What is rolled has shifts and does not turn, so these are the codes of the paper's rule.
+PAPER = ('--threshold', '16')
 MOVEMENT = [1, 0, 3, 1, 2, 1, 1]
 DIRECTION = [1, 0, 0, 1, 1, 1]
 
@@ -51,7 +53,7 @@ def refused(*arguments):
 
 def test_replay_writes_everything(folder, tmp_path):
     output = tmp_path / 'deep' / 'results'
-    result = run('replay', folder, '--output', output, '--fps', '20')
+    result = run('replay', folder, '--output', output, '--fps', '20', *PAPER)
     assert (result.returncode, result.stderr) == (0, '')
     assert 'movement  (7): 1x1 0x1 3x1 1x1 2x1 1x2' in result.stdout
     assert 'direction (6): 1x1 0x2 1x3' in result.stdout
@@ -95,8 +97,9 @@ def test_replay_without_output_writes_nothing(folder, tmp_path):
 
 def test_a_second_replay_replaces_the_results(folder, tmp_path):
     output = tmp_path / 'results'
-    assert run('replay', folder, '--output', output).returncode == 0
-    assert run('replay', folder, '--output', output, '--every', '2').returncode == 0
+    assert run('replay', folder, '--output', output, *PAPER).returncode == 0
+    assert run(
+        'replay', folder, '--output', output, '--every', '2', *PAPER).returncode == 0
     assert json.loads((output / 'chain_code.json').read_text())['frames'] == 4
     assert len(os.listdir(output)) == 5
 
@@ -107,13 +110,14 @@ def test_threshold_wins_over_the_parameter_file(folder, tmp_path):
     code = 'movement  (7): '
     assert code + '1x4 2x1 1x2' in run('replay', folder, '--params', params).stdout
     over = run('replay', folder, '--params', params, '-p', 'threshold:=16.0')
-    assert over.stdout.split('movement')[1] == run('replay', folder).stdout.split('movement')[1]
+    plain = run('replay', folder, *PAPER)
+    assert over.stdout.split('movement')[1] == plain.stdout.split('movement')[1]
     both = run('replay', folder, '--params', params, '--threshold', '50')
     assert code + '1x7' in both.stdout
 
 
 def test_selection_reaches_the_source(folder):
-    result = run('replay', folder, '--start', '0.2', '--duration', '0.4')
+    result = run('replay', folder, '--start', '0.2', '--duration', '0.4', *PAPER)
     assert '4 frames' in result.stdout
     assert 'movement  (3): 1x2 2x1' in result.stdout
 
@@ -137,11 +141,22 @@ def test_version_and_help():
         assert len(result.stdout) > 300
 
 
-@pytest.mark.parametrize('threshold', ['0', '-16', 'nan', 'inf', '-inf'])
+def test_no_threshold_leaves_the_choice_to_the_code_source(folder, tmp_path):
+    output = tmp_path / 'results'
+    for options, source in (
+            ([], 'auto'), (['--threshold', '0'], 'auto'), (PAPER, None),
+            (['-p', 'code_source:=shift'], None)):
+        assert run('replay', folder, '--output', output, *options).returncode == 0
+        code = json.loads((output / 'chain_code.json').read_text())
+        assert (code.get('code_source'), code['threshold']) == (
+            (source, None) if source else (None, 16.0))
+
+
+@pytest.mark.parametrize('threshold', ['-16', 'nan', 'inf', '-inf'])
 def test_threshold_has_to_be_finite_and_positive(folder, tmp_path, threshold):
     output = tmp_path / 'results'
     message = refused('replay', folder, f'--threshold={threshold}', '--output', output)
-    assert 'a finite number above 0' in message
+    assert 'it takes a finite number of 0 or more' in message
     assert not output.exists()
 
 
@@ -196,7 +211,7 @@ def test_a_broken_picture_leaves_nothing_behind(folder, tmp_path):
 
 def test_a_broken_picture_leaves_older_results_alone(folder, tmp_path):
     output = tmp_path / 'results'
-    assert run('replay', folder, '--output', output).returncode == 0
+    assert run('replay', folder, '--output', output, *PAPER).returncode == 0
     before = (output / 'chain_code.json').read_bytes()
     (folder / '5.png').write_bytes(b'')
     refused('replay', folder, '--output', output)

@@ -21,7 +21,8 @@ def driven(turns, count=201):
         shifts[frame:frame + 20] = dx
     return replay(
         (StampedFrame(np.roll(TEXTURE, position, axis=1), index)
-         for index, position in enumerate(np.cumsum(shifts))), Parameters(), source='test')
+         for index, position in enumerate(np.cumsum(shifts))), Parameters(threshold=16.0),
+        source='test')
 
 
 @pytest.fixture(scope='module')

@@ -7,6 +7,7 @@ import re
 
 from live import Live
 from phase_traj_ros.core import PairStatus
+from phase_traj_ros.parameter_spec import Group
 from phase_traj_ros.parameters import specs
 import pytest
 
@@ -67,7 +68,11 @@ def test_services(node):
 
 
 def test_parameters(node):
-    documented = {row[0]: row for row in table('reference/parameters.md', '# Parameters', 7)}
+    documented = {}
+    for group in Group:
+        rows = {row[0]: row for row in table('reference/parameters.md', f'## {group.value}', 7)}
+        assert list(rows) == [spec.name for spec in specs() if spec.group is group]
+        documented.update(rows)
     described = {
         each.name: each for each in node.describe_parameters()
         if not OF_EVERY_NODE.fullmatch(each.name)}

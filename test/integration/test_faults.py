@@ -9,7 +9,7 @@ from pathlib import Path
 import cv2
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import Vector3Stamped
-from live import image, LOSSLESS, stop
+from live import image, LOSSLESS, SHIFT, stop
 import numpy as np
 from phase_traj_ros.io.results.files import CSV_COLUMNS
 from phase_traj_ros.ros.outputs.messages import to_time
@@ -31,7 +31,7 @@ def run(live):
             for name, message in (
                 ('movement', UInt8), ('status', String), ('shift', Vector3Stamped))}
         overrides = lossless_overrides(live.node.resolve_topic_name(topic)) if lossless else []
-        listened['process'] = live.start(*arguments, *overrides, lossless=False)
+        listened['process'] = live.start(*SHIFT, *arguments, *overrides, lossless=False)
         live.call(Trigger, 'phase_traj/reset', Trigger.Request())
         listened['camera'] = live.camera(topic, kind=kind)
         return listened

@@ -4,7 +4,7 @@
 
 from lifecycle_msgs.msg import State, Transition
 from lifecycle_msgs.srv import ChangeState, GetState
-from live import image, LATCHED, stop
+from live import image, LATCHED, SHIFT, stop
 import numpy as np
 import pytest
 from std_msgs.msg import String, UInt8
@@ -16,8 +16,10 @@ SECOND = 1_000_000_000
 def managed(live):
     """Return the means to start a managed node, to ask its state and to change it."""
     class Managed:
+
         def start(self, *arguments):
-            self.process = live.start(*arguments, module='phase_traj_ros.ros.lifecycle_main')
+            self.process = live.start(
+                *SHIFT, *arguments, module='phase_traj_ros.ros.lifecycle_main')
             self.state()
 
         def state(self):

@@ -15,10 +15,11 @@ from geometry_msgs.msg import (
     Vector3,
     Vector3Stamped,
 )
-from live import image, LATCHED, LOSSLESS
+from live import image, LATCHED, LOSSLESS, SHIFT
 from nav_msgs.msg import Odometry, Path
 import numpy as np
 from phase_traj_ros.cli.main import main
+from phase_traj_ros.core import Lens
 from phase_traj_ros.io.messages.camera_info import camera_from_info
 from phase_traj_ros.io.replay.run import replay
 from phase_traj_ros.io.sources.base import Speed, StampedFrame
@@ -134,7 +135,7 @@ def test_calibration_and_speed_come_on_topics(live, drive, tmp_path):
     result = replay(
         [StampedFrame(frame, stamp, 'mono8')
          for frame, stamp in zip(frames, drive.stamps_ns.tolist())],
-        Parameters(**values), source='the same', camera=model, speeds=[
+        Parameters(**values), source='the same', lens=Lens(camera=model), speeds=[
             Speed(stamp, way / 0.1)
             for stamp, way in zip(drive.stamps_ns.tolist(), steps.tolist())])
     assert [each.data for each in heard['movement']] == result.movement
@@ -210,7 +211,7 @@ def test_calibrations_and_speeds_that_change_and_fail(live, drive):
 
 
 def test_a_threshold_in_degrees_needs_a_camera(live):
-    live.start()
+    live.start(*SHIFT)
     result = live.set_parameter('threshold_deg_s', 10.0)
     assert not result.successful
     assert 'settled at the start' in result.reason

@@ -9,6 +9,7 @@ import sys
 import cv2
 from live import LOSSLESS
 import numpy as np
+from phase_traj_ros.core import Lens
 from phase_traj_ros.core.codes.text import parse
 from phase_traj_ros.io.replay.run import replay
 from phase_traj_ros.io.sources.opening import open_source
@@ -64,7 +65,7 @@ def test_replay_through_the_program_gives_the_same(folder, tmp_path):
     output = tmp_path / 'results'
     run = subprocess.run(
         [sys.executable, '-m', 'phase_traj_ros.cli.main', 'replay', str(folder), '--output',
-         str(output)], capture_output=True, text=True, check=False)
+         str(output), '--threshold', '16'], capture_output=True, text=True, check=False)
     assert (run.returncode, run.stderr) == (0, '')
     written = json.loads((output / 'chain_code.json').read_text())
     assert written['movement'] == replayed(folder, 16.0).movement
@@ -74,7 +75,8 @@ def test_a_recording_that_knows_its_camera(live, kitti_root):
     parameters = Parameters(code_source='heading', connectivity=8)
     with open_source(kitti_root / '00', selection=Selection(start=7.0, duration=6.0)) as source:
         offline = replay(
-            source, parameters, source='KITTI', camera=source.camera(rectified=False))
+            source, parameters, source='KITTI',
+            lens=Lens(camera=source.camera(rectified=False)))
     node = live.start('-p', 'code_source:=heading', '-p', 'connectivity:=8')
     movement = live.listen(UInt8, 'phase_traj/movement', LOSSLESS)
     direction = live.listen(UInt8, 'phase_traj/direction', LOSSLESS)

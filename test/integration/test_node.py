@@ -7,7 +7,7 @@ import signal
 
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped, Vector3Stamped
-from live import image, LATCHED, LOSSLESS, stop
+from live import image, LATCHED, LOSSLESS, SHIFT, stop
 from nav_msgs.msg import Path
 import numpy as np
 from phase_traj_ros.core.codes.text import parse
@@ -54,7 +54,7 @@ def topics(live):
 @pytest.fixture
 def connected(live, topics):
     """Start the node; return its process and a camera, when both know each other."""
-    process = live.start()
+    process = live.start(*SHIFT)
     # A node can only answer a client it knows, and it knows the older subscriptions, too.
     answer = live.call(Trigger, 'phase_traj/reset', Trigger.Request())
     assert answer.success
@@ -223,7 +223,7 @@ def test_parameters_change_live_or_are_refused_with_a_reason(live, topics, conne
     assert live.set_parameter('frame_id', 'map').successful
     assert live.set_parameter('step_length', 0.5).successful
     for name, value, reason in (
-            ('threshold', 0.0, 'threshold'), ('threshold', -3.0, 'threshold'),
+            ('threshold', -3.0, 'threshold'),
             ('threshold', math.nan, 'threshold'), ('threshold', math.inf, 'threshold'),
             ('threshold', 20, 'type'), ('step_length', 0.0, 'step_length'),
             ('path_rate', 1.0, 'read-only'), ('treshold', 20.0, 'declared')):
@@ -239,7 +239,7 @@ def test_parameters_change_live_or_are_refused_with_a_reason(live, topics, conne
 
 @pytest.mark.parametrize(('argument', 'message'), [
     ('threshold:=20', "'threshold' is 20: it takes a double, so write 20.0"),
-    ('threshold:=-1.0', "'threshold' is -1.0: it takes a finite number above 0"),
+    ('threshold:=-1.0', "'threshold' is -1.0: it takes a finite number of 0 or more"),
     ('window:=round', "'window' is 'round': it takes one of sqrt_hann, hann, tukey"),
     ('path_rate:=0.0', "'path_rate' is 0.0: it takes 0.1 to 100"),
 ])
@@ -286,7 +286,7 @@ def test_a_signal_in_mid_callback_ends_the_node_in_order(live):
     camera = live.node.create_publisher(Image, 'image', LOSSLESS)
     shifts = live.listen(Vector3Stamped, 'phase_traj/shift')
     for attempt, number in enumerate([signal.SIGINT, signal.SIGTERM] * 25):
-        process = live.start()
+        process = live.start(*SHIFT)
         live.until(lambda: camera.get_subscription_count() == 1, process=process)
         live.call(Trigger, 'phase_traj/reset', Trigger.Request())
         shifts.clear()

@@ -77,6 +77,14 @@ def test_a_frame_is_refused_at_run_time(live):
     assert live.set_parameter('frame_id', 'odom').successful
 
 
+def test_where_any_number_goes_no_slider_is_offered(live):
+    live.start()
+    described = {each.name: each for each in live.describe_parameters()}
+    for name, numbers in (('threshold', 'of 0 or more'), ('step_length', 'above 0')):
+        assert list(described[name].floating_point_range) == []
+        assert described[name].additional_constraints == f'a finite number {numbers}'
+
+
 def test_the_chain_code_is_there_before_the_first_image(live):
     live.start()
     texts = live.listen(String, 'phase_traj/chain_code', LATCHED)

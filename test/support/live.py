@@ -22,6 +22,8 @@ LOSSLESS = QoSProfile(
     history=HistoryPolicy.KEEP_ALL, depth=1, reliability=ReliabilityPolicy.RELIABLE)
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 TIMEOUT_S = 30
+# What is rolled has shifts and does not turn: tests of shifts and of the paper's codes.
+SHIFT = ('-p', 'code_source:=shift')
 
 
 class Live:

@@ -1,59 +1,89 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""``phase_traj calibrate``: the camera's field of view, from the turns of a drive."""
+"""``phase_traj calibrate``: the camera, from the turns of one or several drives."""
 
 from argparse import Namespace
 from contextlib import closing
+from pathlib import Path
 from typing import Any
 
 from phase_traj_ros.cli.command import Command
 from phase_traj_ros.cli.options import add_source, SOURCE_HELP, source_of
 from phase_traj_ros.cli.progress import progress
-from phase_traj_ros.core import CodeSource
-from phase_traj_ros.core.camera.field_of_view import SURE
+from phase_traj_ros.core import CameraEstimate, CameraInUse, Lens
+from phase_traj_ros.core.camera.estimate import combined
 from phase_traj_ros.errors import ResultError
-from phase_traj_ros.io.messages.diagnostics import described
-from phase_traj_ros.io.replay.run import replay
+from phase_traj_ros.io.atomic import output_file
+from phase_traj_ros.io.replay.camera import learned_lens
+from phase_traj_ros.io.results.camera_file import camera_values, write_camera
 from phase_traj_ros.io.sources.prefetch import prefetch
 from phase_traj_ros.parameters import Parameters
 
+EXIT_NOT_TOLD = 1
+
 _EPILOG = f"""
 {SOURCE_HELP}
-Streets mostly turn by right angles, so the angles of the turns tell the field of view; a drive
-through a town with five turns or more will do. It rests on right angles: turns that are all of
-another angle, as on a test track, mislead it. A calibration with a chessboard is more accurate.
-The exit status is 1 where the turns do not tell it with some certainty.
+While the vehicle turns, the picture moves faster at its edges than in its middle, and that tells
+the focal length, the kind of lens and the tilt: one turn of 60 degrees or more is enough, three
+are better. Several recordings have to be of one camera. FILE.yaml goes to --params and to the
+node. The exit status is 1, and FILE.yaml is not written, where no turn tells the camera.
 """
 
 COMMAND = Command(
-    'calibrate', summary="estimate the camera's field of view from a drive",
-    example='phase_traj calibrate drive.mp4', epilog=_EPILOG)
+    'calibrate', summary='learn the camera from the turns of recordings',
+    example='phase_traj calibrate drive.mp4 --output camera.yaml', epilog=_EPILOG)
 
 
 def add_parser(commands: Any) -> None:
     """Add the command to the parser."""
     parser = COMMAND.add_to(commands)
-    add_source(parser)
+    add_source(parser, several=True)
     parser.add_argument(
         '--upside-down', action='store_true', help='the camera is mounted upside down')
+    parser.add_argument(
+        '--output', metavar='FILE.yaml', type=Path,
+        help='write the camera here, as a parameter file')
     parser.set_defaults(run=run)
 
 
 def run(options: Namespace) -> int:
     """Run the command; return the exit status."""
-    parameters = Parameters(
-        code_source=CodeSource.HEADING.value, estimate_fov=True, rotate_180=options.upside_down)
-    with source_of(options) as source, closing(prefetch(source)) as frames:
-        shown = progress(frames, total=source.frame_count, title=options.source.name)
-        result = replay(shown, parameters, source=source.description)
-    view = result.field_of_view
-    if view is None or view.turns == 0:
-        raise ResultError(
-            f'{source.description}: no turn of 30 degrees or more, so nothing tells the field of'
-            ' view: give a drive with turns')
-    print(f'field of view in degrees: {described(view)}')
-    if view.sureness < SURE:
-        print('not certain: give a drive with more turns at right angles')
-        return 1
-    print(f'parameter: hfov_deg: {view.hfov_deg:.1f}')
+    told = []
+    for path in options.sources:
+        estimate = _learn(options, path)
+        if estimate is None:
+            print(f'{path}: no turn tells the camera')
+            continue
+        print(f'{path}: {_words(estimate)}')
+        told.append(estimate)
+    if not told:
+        print('nothing is known of the camera: give a drive with a turn of 60 degrees or more')
+        return EXIT_NOT_TOLD
+    try:
+        camera = combined(told) if len(told) > 1 else told[0]
+    except ValueError as error:
+        raise ResultError(str(error)) from None
+    if len(told) > 1:
+        print(f'together: {_words(camera)}')
+    values = camera_values(camera)
+    for name, value in values.items():
+        print(f'parameter: {name}: {value}')
+    if options.upside_down:
+        print('parameter: rotate_180: true')
+    if options.output is not None:
+        with output_file(options.output) as staged:
+            write_camera(camera, staged, rotate_180=options.upside_down)
+        print(f'written to {options.output}')
     return 0
+
+
+def _learn(options: Namespace, path: Path) -> CameraEstimate | None:
+    parameters = Parameters(rotate_180=options.upside_down)
+    with source_of(options, path) as source, closing(prefetch(source)) as frames:
+        shown = progress(frames, total=source.frame_count, title=path.name or str(path))
+        lens = learned_lens(shown, parameters, source.description)
+    return None if lens is None else lens.estimate
+
+
+def _words(estimate: CameraEstimate) -> str:
+    return str(CameraInUse.of(Lens(estimate=estimate), estimate.width))

@@ -3,12 +3,18 @@
 """``phase_traj evaluate``: a replay measured against the truth."""
 
 from argparse import Namespace
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 from phase_traj_ros.cli.command import Command
 from phase_traj_ros.io.atomic import output_directory
-from phase_traj_ros.io.evaluation.evaluate import evaluate, Evaluation, write_evaluation
+from phase_traj_ros.io.evaluation.evaluate import (
+    evaluate,
+    Evaluation,
+    PathErrors,
+    write_evaluation,
+)
 from phase_traj_ros.io.evaluation.ground_truth import read_ground_truth
 from phase_traj_ros.io.evaluation.picture import write_evaluation_picture
 from phase_traj_ros.io.evaluation.replayed_drive import read_replay
@@ -17,7 +23,8 @@ from phase_traj_ros.io.results.figures import require_matplotlib
 _EPILOG = """
 DIR is what `phase_traj replay --output DIR` has written; it receives evaluation.json and
 evaluation.png. Where the replay did not measure the heading (docs/how-to/camera.md), only the
-codes and the path drawn from them are compared.
+codes and the path drawn from them are compared. A path in metres (path_from: heading, and a speed)
+is scored as odometry, in the plane: distance, t_rel and r_rel as of KITTI's benchmark, and ATE.
 
 FILE is one of
   KITTI poses       lines of 12 numbers; with times.txt beside it (or the time in front, 13
@@ -74,6 +81,21 @@ def _print(evaluation: Evaluation) -> None:
             ('path as the replay has written it', shape.path)):
         if error is not None:
             print(f'{name}: {error:.1%} of its size off the true one')
+    for line in _odometry_lines(evaluation.path_errors):
+        print(line)
+
+
+def _odometry_lines(errors: PathErrors) -> Iterator[str]:
+    """Yield what there is to say of the path as written, in the plane."""
+    distance, gained, turned = (
+        errors.distance_error_percent, errors.t_rel_percent, errors.r_rel_deg_per_100m)
+    if distance is not None:
+        yield f'distance error: {distance:+.1f} %'
+    if gained is not None and turned is not None:
+        yield f't_rel {gained:.2f} %, r_rel {turned:.2f} degrees per 100 m, in the plane'
+    if errors.ate_scaled_m is not None:
+        unscaled = '' if errors.ate_m is None else f'{errors.ate_m:.2f} m, '
+        yield f'absolute error (ATE): {unscaled}{errors.ate_scaled_m:.2f} m when scaled to fit'
 
 
 def _codes(changes: tuple[int, ...]) -> str:

@@ -15,7 +15,9 @@ from phase_traj_ros.cli.live_view import LiveView
 from phase_traj_ros.cli.options import (
     add_parameters,
     add_source,
+    parameters_help,
     parameters_of,
+    print_notices,
     SOURCE_HELP,
     source_of,
 )
@@ -34,7 +36,8 @@ trajectory.png and, if there are turns, turns.png; it is made if absent.
 Several sources are replayed in parallel processes. Each has a folder of its own in DIR, named
 after it, and DIR receives summary.csv and summary.html with a row per source. One that fails
 stops no other; the exit status is 1 then.
-"""
+
+{parameters_help()}"""
 
 COMMAND = Command(
     'replay', summary='code recordings offline, as fast as it goes',
@@ -51,6 +54,10 @@ def add_parser(commands: Any) -> None:
         help='topic of a bag with the speed, a TwistStamped, TwistWithCovarianceStamped or'
              ' Odometry, for use_speed_topic (default'
              f' {DEFAULT_SPEED_TOPIC})')
+    parser.add_argument(
+        '--one-pass', action='store_true',
+        help='learn an unknown camera on the way, and give the codes of the node (default: a first'
+             ' pass over the whole drive learns it)')
     parser.add_argument(
         '--output', metavar='DIR', type=Path, help='write the results here (default: only print)')
     parser.add_argument(
@@ -78,6 +85,7 @@ def run(options: Namespace) -> int | None:
     if len(options.sources) > 1 or options.dask is not None:
         return replay_many(options)
     parameters = parameters_of(options)
+    print_notices(parameters)
     wanted = Wanted(
         output=options.output, svg=options.svg, report=options.report, bag_out=options.bag_out,
         bag_debug_images=options.bag_debug_images, animation=options.animation)
@@ -89,14 +97,14 @@ def run(options: Namespace) -> int | None:
             with LiveView(sys.stderr, title=title, total=source.frame_count) as view:
                 result = replay_source(
                     source, parameters, wanted, title=title, watchers=[view],
-                    through=watch.over, speed_topic=options.speed_topic)
+                    through=watch.over, speed_topic=options.speed_topic, one_pass=options.one_pass)
         else:
             def shown(frames: Iterable[StampedFrame]) -> Iterator[StampedFrame]:
                 return watch.over(progress(frames, total=source.frame_count, title=title))
 
             result = replay_source(
                 source, parameters, wanted, title=title, through=shown,
-                speed_topic=options.speed_topic)
+                speed_topic=options.speed_topic, one_pass=options.one_pass)
     _print(result, watch.seconds)
     for written in (options.output, options.bag_out, options.animation):
         if written is not None:

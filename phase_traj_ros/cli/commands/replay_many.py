@@ -8,7 +8,7 @@ from contextlib import closing, suppress
 import os
 from pathlib import Path
 
-from phase_traj_ros.cli.options import parameters_of, selection_of
+from phase_traj_ros.cli.options import parameters_of, print_notices, selection_of
 from phase_traj_ros.cli.progress import gauge
 from phase_traj_ros.errors import OutputError, ParameterError, PhaseTrajError
 from phase_traj_ros.io.batch.dask_cluster import run_on_dask
@@ -93,6 +93,7 @@ def _jobs(options: Namespace) -> list[Job]:
             ' each source writes it to its own folder')
     require_matplotlib()
     parameters, selection = parameters_of(options), selection_of(options)
+    print_notices(parameters)
     root: Path = options.output
     sources: list[Path] = options.sources
     if options.dask is not None:
@@ -101,7 +102,7 @@ def _jobs(options: Namespace) -> list[Job]:
     jobs = [
         Job(source=source, root=root, folder=folder, parameters=parameters, topic=options.topic,
             speed_topic=options.speed_topic, selection=selection, fps=options.fps,
-            svg=options.svg, report=options.report,
+            one_pass=options.one_pass, svg=options.svg, report=options.report,
             bag_name=None if bag is None else bag.name,
             bag_debug_images=options.bag_debug_images)
         for source, folder in zip(sources, folder_names(sources, taken=(CSV_NAME, HTML_NAME)))]

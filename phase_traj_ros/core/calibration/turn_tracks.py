@@ -4,8 +4,9 @@
 Points of the picture, followed through a turn from step to step.
 
 A step is as long as the picture takes to move by a twentieth of its width, but not so long that
-what is near has gone; a stretch of some ten steps is kept. Where the picture does not turn,
-nothing is done.
+what is near has gone; a stretch of some ten steps is kept. Points are looked for more often than
+that where the picture turns slowly, as what is near moves fast all the same. Where the picture
+does not turn, nothing is done.
 """
 
 from dataclasses import dataclass
@@ -26,9 +27,12 @@ Indices = NDArray[np.int64]
 # fades with so many seconds.
 _STEP, _STRETCH, _LEAST_STRETCH = 0.05, 0.6, 0.15
 _TURNING, _FADING = 0.025, 0.4
-# No step is longer than this, in seconds, and no pair moves the picture farther.
-_LONGEST, _FARTHEST = 0.3, 0.35
+# No step is longer than this and no point is lost sight of for longer, in seconds; and no pair
+# moves the picture farther.
+_LONGEST, _UNSEEN, _FARTHEST = 0.3, 0.1, 0.35
 _LEAST_STEPS, _MOST_STEPS = 4, 20
+# Stamps are that exact, in seconds.
+_JITTER = 0.01
 # Wider pictures are reduced, by whole numbers, to this width at most.
 _WIDE, _WIDTH = 640, 480
 _POINTS, _KEPT, _LEAST_POINTS, _LEAST_SIGHTS = 130, 100, 30, 120
@@ -87,6 +91,12 @@ class TurnFollower:
         self._stretch: _Stretch | None = None
         self._rate = 0.0
 
+    def turn_180(self) -> None:
+        """Go on with frames the other way up."""
+        self.cut()
+        if self._mask is not None:
+            self._mask = self._mask[::-1, ::-1]
+
     def finish(self) -> TurnTracks | None:
         """Return the stretch under way if it is of use, and forget it."""
         stretch, self._stretch = self._stretch, None
@@ -142,23 +152,31 @@ class _Stretch:
         self._count = 0
         self._sights: list[NDArray[np.float64]] = []
         self._flow, self._seconds = [0.0], [0.0]
+        # Since the points were last looked for, and since the last step.
         self._moved, self._since = 0.0, 0.0
+        self._step_moved, self._step_since = 0.0, 0.0
 
     def go_on(self, frame: Frame, shift_px: float, interval: float) -> bool:
         """Take the next frame; return whether the stretch goes on."""
         self._moved += shift_px / self._reduction
         self._since += interval
-        if abs(self._moved) < _STEP * self._width and self._since < _LONGEST:
+        if abs(self._moved) < _STEP * self._width and self._since < _UNSEEN - _JITTER:
             return True
-        if len(self._flow) == 1:
-            # Not before it has gone on for a step: most shakes do not.
+        if not self._sights:
+            # Not before it has gone on for a while: most shakes do not.
             self._picture, self._free = _reduced(self._first), self._seen()
             self._note()
         back = self._moved * self._flow[-1] < 0.0 and abs(self._moved) > _STEP * self._width
         if back or not self._follow(_reduced(frame)):
             return False
-        self._seconds.append(self._seconds[-1] + self._since)
+        self._step_since += self._since
         self._moved, self._since = 0.0, 0.0
+        if abs(self._step_moved) < _STEP * self._width and self._step_since < _LONGEST - _JITTER:
+            return True
+        self._flow.append(self._flow[-1] + self._step_moved)
+        self._seconds.append(self._seconds[-1] + self._step_since)
+        self._step_moved, self._step_since = 0.0, 0.0
+        self._note()
         return (abs(self._flow[-1]) < _STRETCH * self._width
                 and len(self._flow) < _MOST_STEPS)
 
@@ -227,9 +245,8 @@ class _Stretch:
             good &= np.hypot(*moved.T) > _STILL
         if good.mean() < _FOLLOWED:
             return False
-        self._flow.append(self._flow[-1] + float(np.median(moved[good, 0])))
+        self._step_moved += self._moved
         self._points, self._names, self._picture = found[good], self._names[good], picture
-        self._note()
         return True
 
     def _look(

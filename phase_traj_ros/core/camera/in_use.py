@@ -51,7 +51,8 @@ class CameraInUse:
         return cls(
             origin=lens.origin, focal_px=focal_px, hfov_deg=hfov_deg,
             straightness=estimate.straightness, offset=estimate.column_px / estimate.width,
-            pitch_deg=estimate.pitch_deg, roll_deg=estimate.roll_deg, interval_px=(least * scale, most * scale),
+            pitch_deg=estimate.pitch_deg, roll_deg=estimate.roll_deg,
+            interval_px=(least * scale, most * scale),
             probability=estimate.probability, turns=estimate.turns)
 
     def __str__(self) -> str:

@@ -18,6 +18,8 @@ from phase_traj_ros.core.camera.projection import (
 from phase_traj_ros.errors import FrameError
 
 _MOST_TILT_DEG = 60.0
+# To the last digits of a logarithm.
+_HALVINGS = 52
 # Lenses that differ by less than this, as shares and in straightness, do not differ.
 _SAME_FOCAL, _SAME_STRAIGHTNESS = 0.01, 0.05
 
@@ -60,7 +62,7 @@ class Lens:
     straightness: float = PINHOLE
     """Of the lens, for the first two (see ``OneNumberLens``): 1 for a pinhole."""
     offset: float = 0.0
-    """How far the principal point is to the right of the middle, in widths of the picture."""
+    """How far the principal point of the upright picture is right of its middle, in widths."""
     pitch_deg: float = 0.0
     """How far the camera looks down, in degrees."""
     roll_deg: float = 0.0
@@ -122,6 +124,8 @@ class Lens:
         """Return the (horizontal) focal length in pixels for frames ``width`` pixels wide."""
         if self.focal_px:
             return self.focal_px
+        if self.hfov_deg and self.offset:
+            return self._focal_aside(width)
         if self.hfov_deg and self.straightness == PINHOLE:
             return focal_from_hfov(self.hfov_deg, width)
         if self.hfov_deg:
@@ -166,6 +170,18 @@ class Lens:
                 f' {self.camera.width}x{self.camera.height}: publish the camera_info that belongs'
                 ' to the images, or give focal_px')
         return self.camera
+
+    def _focal_aside(self, width: int) -> float:
+        """Return the focal length with which the edges are ``hfov_deg`` apart, off the middle."""
+        low, high = math.log(1e-3 * width), math.log(min(1e4 * width, MOST_FOCAL_PX))
+        for _ in range(_HALVINGS):
+            middle = (low + high) / 2
+            lens = OneNumberLens(math.exp(middle), self.straightness)
+            if lens.hfov_deg(width, column=self.offset * width) > self.hfov_deg:
+                low = middle
+            else:
+                high = middle
+        return math.exp(high)
 
     @property
     def _straightness(self) -> float:

@@ -9,6 +9,8 @@ U-turn is two, and a bend of less than 60 degrees changes nothing. An angle that
 degrees, as with a field of view that is not known well, still gives the right code.
 """
 
+from collections import deque
+from collections.abc import Iterable
 import math
 
 from phase_traj_ros.core.codes.chain import ChainCode, Step, yawing
@@ -17,7 +19,7 @@ from phase_traj_ros.core.codes.codes import Direction, Movement
 
 class TurnCode(ChainCode):
     """
-    Turns the angle of the turn under way after each pair into a movement and a direction code.
+    Turns the quarters that count after each pair into a movement and a direction code.
 
     The movement is ``LEFT`` or ``RIGHT`` for a pair that completes a quarter of a turn,
     ``NO_CHANGE`` for the other pairs of a turn or a bend, and ``FORWARD`` otherwise. The direction
@@ -44,16 +46,20 @@ class TurnCode(ChainCode):
         """Start anew: no codes, direction ``FORWARD``, the next pair is the first."""
         super().reset()
         self._heading = Direction.FORWARD
-        self._quarters = 0
+        self._due: deque[int] = deque()
 
-    def update(self, quarters: int, rate: float) -> Step:
+    def expect(self, quarters: Iterable[int]) -> None:
+        """Take quarter turns that are to be coded by the next pairs, see ``update``."""
+        self._due.extend(quarters)
+
+    def update(self, quarters: Iterable[int], rate: float) -> Step:
         """
         Judge the next pair of frames.
 
         Parameters
         ----------
         quarters
-            Quarter turns made since the start, this pair included, positive to the left.
+            Quarter turns that count from this pair on, in their order: 1 left, -1 right.
         rate
             Yaw rate in the pair, in radians per second, left positive.
 
@@ -65,19 +71,18 @@ class TurnCode(ChainCode):
         """
         if not math.isfinite(rate):
             raise ValueError(f'yaw rate is {rate}: give a finite number, or skip the pair')
+        self.expect(quarters)
         self._turn = yawing(rate)
-        return self._append(self._judge(quarters))
+        return self._append(self._judge())
 
-    def _judge(self, quarters: int) -> Movement:
+    def _judge(self) -> Movement:
         if not self._started:
             self._started = True
             return Movement.FORWARD
-        if quarters > self._quarters:
-            self._quarters += 1
+        if not self._due:
+            return Movement.FORWARD if self._turn is None else Movement.NO_CHANGE
+        if self._due.popleft() > 0:
             self._heading = self._heading.turned_left()
             return Movement.LEFT
-        if quarters < self._quarters:
-            self._quarters -= 1
-            self._heading = self._heading.turned_right()
-            return Movement.RIGHT
-        return Movement.FORWARD if self._turn is None else Movement.NO_CHANGE
+        self._heading = self._heading.turned_right()
+        return Movement.RIGHT

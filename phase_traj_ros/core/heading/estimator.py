@@ -35,8 +35,8 @@ class HeadingUpdate:
     """Whether the yaw was measured, and not bridged."""
     turns: tuple[Turn, ...]
     """Turns that are known to have ended."""
-    quarters: int
-    """Quarter turns made so far, positive to the left."""
+    quarters: tuple[int, ...]
+    """Quarter turns that count from this pair on, in their order: 1 to the left, -1 right."""
     focal_px: float
     """Focal length that the yaw was measured with, in pixels of the full frame."""
 
@@ -137,6 +137,9 @@ class HeadingEstimator:
         if upside_down != self._rotate_180:
             self._rotate_180 = upside_down
             self._meter = None
+            if self._learning is not None:
+                # What it knows of the tilt was upside down.
+                self._learning.forget()
 
     def restart(self) -> None:
         """Start anew at heading 0; the newest frame is the first. What is settled stays so."""
@@ -178,10 +181,11 @@ class HeadingEstimator:
         measurement = self._meter.update(frame, interval)
         if self._learning is not None:
             self._newest = frame
-            shift = None if measurement is None else self._in_full_pixels(measurement.shift)
+            # Not the shift of the whole: in a gentle bend of a wide view, what passes by outweighs it.
+            yaw = None if measurement is None else measurement.yaw
             self._learned |= self._learning.update(
                 _upright(frame) if self._rotate_180 else frame,
-                0.0 if shift is None else shift.dx, interval)
+                0.0 if yaw is None else self._focal[0] * _tangent(yaw), interval)
         return measurement
 
     def start(self, stamp_ns: int) -> None:
@@ -245,6 +249,9 @@ class HeadingEstimator:
         if self._mask is not None:
             check_size(frame, self._mask)
         camera = self._lens.camera_for((frame.shape[0], frame.shape[1]))
+        if self._rotate_180 and not self._lens.calibrated:
+            # Numbers and estimates are about the upright picture, calibrations about the frames.
+            camera = camera.turned_180()
         projection = CylinderProjection(camera, rotate_180=self._rotate_180)
         meter = YawMeter(projection, mask=self._mask, transform=self._transform)
         self._focal = (camera.fx, camera.fy)
@@ -253,10 +260,13 @@ class HeadingEstimator:
         return meter
 
     def _in_full_pixels(self, shift: Shift) -> Shift:
-        yaw = min(max(shift.dx / self._px_per_rad, -1.5), 1.5)
         return Shift(
-            self._focal[0] * math.tan(yaw), shift.dy * (self._focal[1] / self._px_per_rad),
-            shift.response)
+            self._focal[0] * _tangent(shift.dx / self._px_per_rad),
+            shift.dy * (self._focal[1] / self._px_per_rad), shift.response)
+
+
+def _tangent(angle: float) -> float:
+    return math.tan(min(max(angle, -1.5), 1.5))
 
 
 def _upright(frame: Frame) -> Frame:

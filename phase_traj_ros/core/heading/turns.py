@@ -85,16 +85,18 @@ class TurnDetector:
             side.forget()
         self._frame = -1
         self._last: tuple[int, float] | None = None
+        self._quarters: tuple[int, ...] = ()
 
     @property
-    def quarters(self) -> int:
+    def quarters(self) -> tuple[int, ...]:
         """
-        Return the quarter turns made so far, positive to the left.
+        Return the quarter turns that count from the newest frame on: 1 to the left, -1 right.
 
-        A turn counts from the pair on which it reaches the least angle, and goes on counting while
-        it is under way. What has been counted stays.
+        They are in the order in which their turns began. A turn counts from the frame on at which
+        it reaches the least angle, and goes on counting while it is under way. What has been
+        counted stays.
         """
-        return sum(side.quarters for side in self._sides)
+        return self._quarters
 
     def update(self, stamp_ns: int, heading: float) -> list[Turn]:
         """
@@ -115,8 +117,10 @@ class TurnDetector:
         ended = self._large_enough(
             turn for side in self._sides
             for turn in (*side.take_late(), side.update(self._frame, last, self._last)))
-        for side in self._sides:
-            side.count()
+        counted = sorted(
+            (count for side in self._sides for count in side.take_counted()),
+            key=lambda count: count[0])
+        self._quarters = tuple(quarter for _, quarter in counted)
         return ended
 
     def scale(self, factor: float) -> None:
@@ -182,14 +186,16 @@ class _Side:
         self.turn: Turn | None = None
         self._ended.clear()
         self.late: list[Turn] = []
-        self.quarters = 0
-        # Of these, those of the turn under way.
+        self._new: list[tuple[int, int]] = []
+        # The quarters of the turn under way that have been counted.
         self._counted = 0
 
-    def count(self) -> None:
-        """Count the quarters that the turn under way has reached."""
+    def take_counted(self) -> list[tuple[int, int]]:
+        """Return where the turns of quarters newly counted began, and to which side they go."""
         if self.turn is not None:
             self._counted = self._count(self.turn, self._counted)
+        new, self._new = self._new, []
+        return new
 
     def take_late(self) -> list[Turn]:
         late, self.late = self.late, []
@@ -205,6 +211,8 @@ class _Side:
             self._ended.append((after, self._count(after, counted)))
         if self.turn is not None:
             self.turn = _scaled(self.turn, factor)
+            # It may be over with the next frame.
+            self._counted = self._count(self.turn, self._counted)
 
     def _count(self, turn: Turn, counted: int) -> int:
         """Count the quarters of a turn beyond those counted; return how many are now."""
@@ -213,7 +221,7 @@ class _Side:
         further = turn.quarter_turns - counted
         if further * self._sign <= 0:
             return counted
-        self.quarters += further
+        self._new += [(turn.start_frame, self._sign)] * abs(further)
         return turn.quarter_turns
 
     def update(

@@ -25,7 +25,7 @@ from phase_traj_ros.io.results.figures import (
 from phase_traj_ros.io.results.files import write_results
 from phase_traj_ros.io.results.report.report import write_report
 from phase_traj_ros.io.results.thumbnails import HeadingTurnWatcher, Thumbnails, TurnWatcher
-from phase_traj_ros.io.sources.base import DEFAULT_SPEED_TOPIC, StampedFrame, FrameSource
+from phase_traj_ros.io.sources.base import DEFAULT_SPEED_TOPIC, FrameSource, StampedFrame
 from phase_traj_ros.parameters import Parameters
 
 REPORT: Final = 'report.html'

@@ -8,6 +8,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from enum import Enum
+from itertools import count
 from pathlib import Path
 import shutil
 import time
@@ -50,6 +51,7 @@ class Job:
     speed_topic: str = DEFAULT_SPEED_TOPIC
     selection: Selection = EVERYTHING
     fps: float | None = None
+    one_pass: bool = False
     svg: bool = False
     report: bool = False
     bag_name: str | None = None
@@ -172,15 +174,19 @@ def _replay(job: Job, progress: Progress | None) -> Replay:
             f'the folder {job.root} is not there: a cluster has to share it between its machines')
     with open_source(
             job.source, topic=job.topic, selection=job.selection, fps=job.fps) as source:
+        passes = 2 if job.parameters.learns_camera and not job.one_pass else 1
+        total = None if source.frame_count is None else passes * source.frame_count
+        done = count()
+
         def counted(frames: Iterable[StampedFrame]) -> Iterator[StampedFrame]:
-            for number, frame in enumerate(frames):
+            for frame in frames:
                 if progress is not None:
-                    progress(number, source.frame_count)
+                    progress(next(done), total)
                 yield frame
 
         return replay_source(
             source, job.parameters, job.wanted, title=job.source.name or job.folder,
-            through=counted, speed_topic=job.speed_topic)
+            through=counted, speed_topic=job.speed_topic, one_pass=job.one_pass)
 
 
 def _route(result: Replay) -> tuple[tuple[float, float], ...]:

@@ -7,6 +7,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass
 import json
+import math
 from pathlib import Path
 from typing import Any
 
@@ -15,8 +16,10 @@ from phase_traj_ros.core.codes.codes import Movement
 from phase_traj_ros.core.codes.freeman import AnyDirection
 from phase_traj_ros.core.codes.from_heading import HeadingCode
 from phase_traj_ros.io.evaluation.ground_truth import GroundTruth, match, MatchedTruth
+from phase_traj_ros.io.evaluation.odometry_errors import distance_error, relative_errors
 from phase_traj_ros.io.evaluation.replayed_drive import ReplayedDrive
 from phase_traj_ros.io.evaluation.scores import (
+    absolute_error,
     heading_error,
     HeadingError,
     shape_error,
@@ -60,6 +63,30 @@ class ShapeError:
 
 
 @dataclass(frozen=True, slots=True)
+class PathErrors:
+    """
+    Errors of the path as the replay has written it, in the plane.
+
+    All but ``ate_scaled_m`` take a path in metres, and are None for any other.
+
+    distance_error_percent
+        By how much its length is too long, negative if too short.
+    t_rel_percent, r_rel_deg_per_100m
+        Mean errors gained on parts of 100, 200, ... 800 m, see ``relative_errors``; None, too,
+        where the drive is shorter than the shortest part.
+    ate_m, ate_scaled_m
+        Root mean square distance from the true path, after the best fit by a rotation and a
+        translation; after one that also scales the path.
+    """
+
+    distance_error_percent: float | None = None
+    t_rel_percent: float | None = None
+    r_rel_deg_per_100m: float | None = None
+    ate_m: float | None = None
+    ate_scaled_m: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
 class Evaluation:
     """All figures of one replay; None where the replay does not hold what they take."""
 
@@ -70,10 +97,12 @@ class Evaluation:
     direction: DirectionScore
     heading_error_deg: HeadingError | None
     shape_error: ShapeError
+    path_errors: PathErrors
 
     def as_dict(self) -> dict[str, Any]:
         """Return the figures as they stand in ``evaluation.json``."""
-        return asdict(self)
+        content = asdict(self)
+        return {**content, 'scored_in': 'plane', **content.pop('path_errors')}
 
 
 def evaluate(drive: ReplayedDrive, truth: GroundTruth) -> tuple[Evaluation, MatchedTruth]:
@@ -104,6 +133,7 @@ def evaluate(drive: ReplayedDrive, truth: GroundTruth) -> tuple[Evaluation, Matc
                 drawn[true.frames], true.positions),
             path=None if drive.path is None else shape_error(
                 drive.path[true.frames], true.positions)),
+        path_errors=_path_errors(drive, true),
     ), true
 
 
@@ -113,6 +143,23 @@ def write_evaluation(
     """Write the figures as JSON; docs/reference/files.md lists the keys."""
     content = {'source': source, 'ground_truth': ground_truth, **evaluation.as_dict()}
     path.write_text(json.dumps(content, indent=2) + '\n', encoding='utf-8')
+
+
+def _path_errors(drive: ReplayedDrive, true: MatchedTruth) -> PathErrors:
+    if drive.poses is None:
+        return PathErrors()
+    found = drive.poses[true.frames]
+    there = np.column_stack([true.positions, true.headings])
+    scaled = absolute_error(found[:, :2], true.positions)
+    if not drive.metric:
+        return PathErrors(ate_scaled_m=scaled)
+    distance = distance_error(found[:, :2], true.positions)
+    gained = relative_errors(found, there)
+    return PathErrors(
+        distance_error_percent=None if distance is None else 100.0 * distance,
+        t_rel_percent=None if gained is None else 100.0 * gained.translation,
+        r_rel_deg_per_100m=None if gained is None else 100.0 * math.degrees(gained.rotation),
+        ate_m=absolute_error(found[:, :2], true.positions, scaled=False), ate_scaled_m=scaled)
 
 
 def _direction_score(drive: ReplayedDrive, true: MatchedTruth) -> DirectionScore:

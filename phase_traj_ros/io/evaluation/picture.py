@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 from phase_traj_ros.core import Axes, normalised, to_axes
-from phase_traj_ros.io.evaluation.evaluate import Evaluation
+from phase_traj_ros.io.evaluation.evaluate import Evaluation, PathErrors
 from phase_traj_ros.io.evaluation.ground_truth import MatchedTruth
 from phase_traj_ros.io.evaluation.replayed_drive import ReplayedDrive
 from phase_traj_ros.io.evaluation.scores import aligned, true_turns
@@ -28,12 +28,15 @@ def write_evaluation_picture(
     Draw the true trajectory and the ones drawn from the codes and from the heading, side by side.
 
     Each is normalised, its start heading up; behind the drawn ones is the true one, where it fits
-    best. Below are both headings over time, and where the true turns and the turns found are.
+    best. A path in metres is drawn in metres, too, with the true one where it fits best without
+    being scaled. Below are both headings over time, and where the true turns and the turns found
+    are.
     """
     by_heading = drive.drawn_from_heading()
-    figure = new_figure(11, 6.5 if drive.heading is not None else 4)
+    columns = 4 if drive.metric else 3
+    figure = new_figure(11 / 3 * columns, 6.5 if drive.heading is not None else 4)
     rows = 2 if drive.heading is not None else 1
-    grid = figure.add_gridspec(rows, 3, height_ratios=(1.5, 1)[:rows])
+    grid = figure.add_gridspec(rows, columns, height_ratios=(1.5, 1)[:rows])
     _draw_path(figure.add_subplot(grid[0, 0]), true.positions, 'true trajectory')
     shapes = evaluation.shape_error
     for column, (drawn, error, name) in enumerate((
@@ -44,6 +47,10 @@ def write_evaluation_picture(
             _draw_path(
                 figure.add_subplot(grid[0, column]), drawn[true.frames],
                 f'drawn from the {name}{note}', behind=true.positions)
+    if drive.path is not None and drive.metric:
+        _draw_in_metres(
+            figure.add_subplot(grid[0, 3]), drive.path[true.frames], true.positions,
+            evaluation.path_errors)
     if drive.heading is not None:
         _draw_headings(figure.add_subplot(grid[1, :]), drive, true, drive.heading)
     save(figure, path)
@@ -59,7 +66,24 @@ def _draw_path(
     if behind is not None:
         fitted = (to_axes(aligned(behind, points), Axes.FIGURE) - shown[0]) / extent
         plot.plot(fitted[:, 0], fitted[:, 1], color=LIGHT.muted, linewidth=3, alpha=0.5)
-    shown = normalised(shown)
+    _draw_line(plot, normalised(shown), title)
+
+
+def _draw_in_metres(
+    plot: Plot, points: NDArray[np.float64], true: NDArray[np.float64], errors: PathErrors,
+) -> None:
+    """Draw a path (n, 2) and the true one, both in metres and at one scale."""
+    shown = to_axes(points, Axes.FIGURE)
+    fitted = to_axes(aligned(true, points, scaled=False), Axes.FIGURE)
+    plot.plot(fitted[:, 0], fitted[:, 1], color=LIGHT.muted, linewidth=3, alpha=0.5)
+    notes = [
+        f'{name} {value:{form}} %' for name, value, form in (
+            ('distance', errors.distance_error_percent, '+.1f'),
+            ('t_rel', errors.t_rel_percent, '.1f')) if value is not None]
+    _draw_line(plot, shown, ', '.join(['in metres', *notes]))
+
+
+def _draw_line(plot: Plot, shown: NDArray[np.float64], title: str) -> None:
     plot.plot(shown[:, 0], shown[:, 1], color=LIGHT.line, linewidth=2, solid_capstyle='round')
     plot.plot(*shown[0], 'o', color=LIGHT.ink)
     plot.plot(*shown[-1], 's', color=LIGHT.accent)

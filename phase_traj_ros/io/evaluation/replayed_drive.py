@@ -41,6 +41,11 @@ class ReplayedDrive:
         (n,) radians, left positive, not wrapped; None where the replay did not measure it.
     turns
         The turns found; None likewise.
+    poses
+        (n, 3) x, y and yaw as they stand in ``trajectory.tum``, in REP 103 axes, the yaw in radians
+        and wrapped; None where that file is missing.
+    metric
+        Whether there are poses and x and y are metres.
     """
 
     source: str
@@ -51,8 +56,13 @@ class ReplayedDrive:
     connectivity: int
     heading: NDArray[np.float64] | None
     turns: tuple[Turn, ...] | None
-    path: NDArray[np.float64] | None
-    """(n, 2), as it stands in ``trajectory.tum``; None where that is missing."""
+    poses: NDArray[np.float64] | None
+    metric: bool
+
+    @property
+    def path(self) -> NDArray[np.float64] | None:
+        """Return the places of the poses, (n, 2)."""
+        return None if self.poses is None else self.poses[:, :2]
 
     @property
     def directions(self) -> type[Direction] | type[Freeman]:
@@ -104,6 +114,7 @@ def read_replay(directory: Path) -> ReplayedDrive:
         heading = content.get('heading_deg')
         connectivity = int(content.get('connectivity', 4))
         directions = Freeman if connectivity == 8 else Direction
+        poses = _read_poses(directory)
         drive = ReplayedDrive(
             source=str(content['source']),
             stamps_ns=np.array([int(content['first_stamp_ns']), *stamps], np.int64),
@@ -112,7 +123,8 @@ def read_replay(directory: Path) -> ReplayedDrive:
             status=tuple(content['status']), connectivity=connectivity,
             heading=None if heading is None else np.radians(
                 np.array(heading, np.float64).reshape(-1)),
-            turns=_read_turns(content.get('turns')), path=_read_path(directory))
+            turns=_read_turns(content.get('turns')), poses=poses,
+            metric=poses is not None and _is_metric(content))
     except OSError as error:
         raise ResultError(
             f'{directory} does not hold a replay ({error.strerror}: {error.filename}): replay'
@@ -128,19 +140,28 @@ def read_replay(directory: Path) -> ReplayedDrive:
     if not (pairs >= 1 and pairs == len(drive.movement) == len(drive.status)
             and len(drive.direction) == appended
             and all(each is None or len(each) == pairs + 1
-                    for each in (drive.heading, drive.path))):
+                    for each in (drive.heading, drive.poses))):
         raise ResultError(
             f'{directory}: chain_code.json, shifts.csv and trajectory.tum do not fit together:'
             ' replay again')
     return drive
 
 
-def _read_path(directory: Path) -> NDArray[np.float64] | None:
+def _read_poses(directory: Path) -> NDArray[np.float64] | None:
     file = directory / 'trajectory.tum'
     if not file.exists():
         return None
-    rows = [line.split()[1:3] for line in file.read_text(encoding='utf-8').splitlines()]
-    return np.array(rows, np.float64).reshape(-1, 2)
+    rows = [line.split()[1:] for line in file.read_text(encoding='utf-8').splitlines()]
+    x, y, _, _, _, qz, qw = np.array(rows, np.float64).reshape(-1, 7).T
+    return np.stack([x, y, 2 * np.arctan2(qz, qw)], axis=1)
+
+
+def _is_metric(content: Mapping[str, Any]) -> bool:
+    unit = content.get('path_unit')
+    if unit is None:
+        # Written before there was this key; of speeds from a topic, nothing was kept.
+        return content.get('path_from') == 'heading' and float(content.get('speed') or 0.0) > 0
+    return bool(unit == 'm')
 
 
 def _read_turns(turns: Iterable[Mapping[str, Any]] | None) -> tuple[Turn, ...] | None:

@@ -104,11 +104,13 @@ def heading_error(heading: NDArray[np.float64], true: MatchedTruth) -> HeadingEr
         per_100m=_per_100m(error, true.positions), per_frame_rms=_rms(np.diff(error)))
 
 
-def aligned(points: NDArray[np.float64], target: NDArray[np.float64]) -> NDArray[np.float64]:
+def aligned(
+    points: NDArray[np.float64], target: NDArray[np.float64], *, scaled: bool = True,
+) -> NDArray[np.float64]:
     """
     Return points (n, 2) moved, turned and scaled, not mirrored, to fit the target (n, 2) best.
 
-    The least squares solution of S. Umeyama, "Least-squares estimation of transformation
+    Without ``scaled`` they keep their size. The least squares solution of S. Umeyama, "Least-squares estimation of transformation
     parameters between two point patterns", 1991, written with complex numbers.
     """
     source, wanted = (
@@ -117,16 +119,36 @@ def aligned(points: NDArray[np.float64], target: NDArray[np.float64]) -> NDArray
     moved = source - middle
     power = float(np.vdot(moved, moved).real)
     factor = np.vdot(moved, wanted) / power if power > 0 else 0.0
+    if not scaled:
+        factor = factor / abs(factor) if factor else 1.0
     fitted = factor * moved + wanted.mean()
     return np.stack([fitted.real, fitted.imag], axis=1)
+
+
+def way_along(positions: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return how far it is along positions (n, 2) from the first to each of them, (n,)."""
+    steps = np.hypot(*np.diff(positions, axis=0).T)
+    return np.concatenate([[0.0], np.cumsum(steps)])
 
 
 def shape_error(drawn: NDArray[np.float64], true: NDArray[np.float64]) -> float | None:
     extent = float(np.ptp(true, axis=0).max())
     if extent == 0.0 or len(drawn) < 2:
         return None
-    off = aligned(drawn, true) - true
-    return _rms(np.hypot(off[:, 0], off[:, 1])) / extent
+    return absolute_error(drawn, true) / extent
+
+
+def absolute_error(
+    points: NDArray[np.float64], true: NDArray[np.float64], *, scaled: bool = True,
+) -> float:
+    """
+    Return how far points (n, 2) are from the true ones after the best fit, root mean square.
+
+    That is the absolute trajectory error (ATE), in the unit of the true ones; ``scaled`` as in
+    ``aligned``.
+    """
+    off = aligned(points, true, scaled=scaled) - true
+    return _rms(np.hypot(off[:, 0], off[:, 1]))
 
 
 def _partners(found: Sequence[Turn], there: Sequence[Turn]) -> dict[int, int]:
@@ -150,7 +172,7 @@ def _overlap_ns(turn: Turn, other: Turn) -> int:
 
 def _per_100m(error: NDArray[np.float64], positions: NDArray[np.float64]) -> float | None:
     """Return the mean size of the error gained on each stretch of 100 m."""
-    way = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(positions, axis=0).T))])
+    way = way_along(positions)
     if way[-1] == 0.0:
         return None
     ends = np.searchsorted(way, way + _STRETCH_M)

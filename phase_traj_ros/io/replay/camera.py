@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from phase_traj_ros.core import Lens
 from phase_traj_ros.errors import CalibrationError
 from phase_traj_ros.io.replay.run import replay
-from phase_traj_ros.io.sources.base import StampedFrame, FrameSource
+from phase_traj_ros.io.sources.base import FrameSource, StampedFrame
 from phase_traj_ros.parameters import Parameters
 
 

@@ -5,7 +5,7 @@
 from collections.abc import Generator
 from contextlib import closing
 
-from phase_traj_ros.io.sources.base import StampedFrame, FrameSource
+from phase_traj_ros.io.sources.base import FrameSource, StampedFrame
 from phase_traj_ros.io.sources.prefetch import prefetch
 
 _MOST_BYTES = 512 << 20

@@ -48,6 +48,7 @@ def write_chain_code(result: Replay, path: Path) -> None:
         **_direction_packed(result),
         'status': [update.status.value for update in result.updates],
         **_heading_content(result),
+        'path_unit': 'm' if result.parameters.path_in_metres else 'step',
         'first_stamp_ns': result.first_stamp_ns,
         'last_stamp_ns': result.updates[-1].stamp_ns,
         'repeated_frames': result.counters.repeated,

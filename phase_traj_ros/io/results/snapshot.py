@@ -9,11 +9,19 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from phase_traj_ros.core import Corner, EstimatorSettings, Movement, Run, TrajectoryEstimator
+from phase_traj_ros.core import (
+    CameraEstimate,
+    Corner,
+    EstimatorSettings,
+    Movement,
+    Run,
+    TrajectoryEstimator,
+)
 from phase_traj_ros.core.camera.field_of_view import FieldOfView
 from phase_traj_ros.core.heading.estimator import HeadingEstimator
 from phase_traj_ros.core.heading.turns import Turn
 from phase_traj_ros.io.atomic import output_directory
+from phase_traj_ros.io.results.camera_file import CAMERA_FILE, write_camera
 from phase_traj_ros.io.results.figures import write_path_picture
 from phase_traj_ros.io.results.files import (
     camera_content,
@@ -47,6 +55,8 @@ class Snapshot:
     turns: tuple[Turn, ...]
     """Turns that have ended, where the heading is measured."""
     heading: '_Heading | None'
+    learned: CameraEstimate | None
+    """What the drive has told of the camera."""
 
     @classmethod
     def of(cls, estimator: TrajectoryEstimator, *, source: str) -> 'Snapshot':
@@ -58,11 +68,14 @@ class Snapshot:
             codes.movement.totals_of(Movement), codes.direction.totals_of(codes.directions),
             path.corners if path.tip is None else (*path.corners, path.tip),
             estimator.counters.as_dict(), estimator.turns,
-            None if estimator.heading is None else _Heading.of(estimator.heading))
+            None if estimator.heading is None else _Heading.of(estimator.heading),
+            None if estimator.heading is None else estimator.heading.learned)
 
     def write(self, directory: Path) -> None:
         """
         Write chain_code.json, trajectory.tum and trajectory.png, whole or not at all.
+
+        Where the drive has told the camera, there is camera.yaml, too.
 
         Raises
         ------
@@ -80,6 +93,10 @@ class Snapshot:
             points = np.array(
                 [(corner.x, corner.y) for corner in self.corners] or [(0, 0)], np.float64)
             write_path_picture(points, staging / 'trajectory.png')
+            if self.learned is not None:
+                write_camera(
+                    self.learned, staging / CAMERA_FILE,
+                    rotate_180=self.settings.view.rotate_180)
 
     def _content(self) -> dict[str, object]:
         return {

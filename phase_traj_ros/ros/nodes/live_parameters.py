@@ -48,6 +48,8 @@ class LiveParameters:
                 f'there is no parameter {name!r}: it was given at the start and has no effect')
         for name in unused_overrides(self._node):
             log.warning(explained(self._node, name))
+        for notice in self.values.notices:
+            log.warning(notice)
         own = [
             f'{spec.name} {value!r}' for spec in specs()
             if (value := getattr(self.values, spec.name)) != spec.default]

@@ -21,6 +21,7 @@ ros2 param describe tells what each parameter of the running node means.
 
 
 class _Parser(ArgumentParser):
+
     def error(self, message: str) -> NoReturn:
         raise ParameterError(message)
 

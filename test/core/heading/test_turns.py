@@ -165,3 +165,80 @@ def test_the_definition_can_be_changed():
     for wrong in ({'min_angle_deg': 0.0}, {'min_rate_deg_s': math.nan}):
         with pytest.raises(ValueError, match='finite number above 0'):
             TurnDetector(**wrong)
+
+
+def counted(plan, *, scale_at=None, factor=1.0):
+    """Return the quarters of each pair of a drive, and the turns; all is scaled at one pair."""
+    detector = TurnDetector()
+    detector.update(START_NS, 0.0)
+    heading, scaled, quarters, turns = 0.0, 1.0, [], []
+    for pair, yaw in enumerate(plan, 1):
+        if pair == scale_at:
+            detector.scale(factor)
+            heading *= factor
+            scaled = factor
+        heading += math.radians(yaw) * scaled
+        turns += detector.update(START_NS + pair * PERIOD_NS, heading)
+        quarters.append(detector.quarters)
+    return quarters, turns
+
+
+def test_quarters_count_while_the_turn_goes_on():
+    quarters, _ = counted([*STRAIGHT, *bend(-202, 5), *STRAIGHT])
+    assert [(pair, each) for pair, each in enumerate(quarters, 1) if each] == [
+        (35, (-1,)), (54, (-1,))]
+
+
+def test_a_turn_to_the_other_side_takes_nothing_back():
+    quarters, _ = counted([*STRAIGHT, *bend(90, 3), *bend(-40, 2), *STRAIGHT, *bend(-80, 3)])
+    assert [each for each in quarters if each] == [(1,), (-1,)]
+
+
+def test_bends_that_turn_out_to_have_been_turns_count_late_and_in_their_order():
+    # Measured with half the angles: none of them is a turn, until that is known.
+    plan = [
+        *STRAIGHT, *bend(-45, 3), *STRAIGHT, *bend(90, 3), *STRAIGHT, *bend(20, 2), *STRAIGHT,
+        *bend(-50, 3), *[0.0] * 40]
+    before, nothing = counted(plan)
+    assert [each for each in before if each] == [(1,)]
+    assert [turn.angle_deg for turn in nothing] == pytest.approx([90])
+    quarters, turns = counted(plan, scale_at=len(plan) - 9, factor=2.0)
+    assert [(pair, each) for pair, each in enumerate(quarters, 1) if each][1:] == [
+        (len(plan) - 9, (-1, 1, -1))]
+    # What was told before stays as it was.
+    assert sorted(turn.angle_deg for turn in turns) == pytest.approx([-100, -90, 90])
+
+
+def test_a_scale_that_makes_turns_smaller_takes_nothing_back():
+    plan = [*STRAIGHT, *bend(90, 3), *[0.0] * 30]
+    quarters, turns = counted(plan, scale_at=60, factor=0.5)
+    assert [each for each in quarters if each] == [(1,)]
+    assert len(turns) == 1
+
+
+def test_a_turn_under_way_goes_on_with_the_new_scale():
+    plan = [*STRAIGHT, *bend(45, 3), *[0.0] * 20]
+    quarters, turns = counted(plan, scale_at=40, factor=2.0)
+    assert [each for each in quarters if each] == [(1,)]
+    assert [turn.angle_deg for turn in turns] == pytest.approx([90])
+    assert turns[0].peak_rate_deg_s == pytest.approx(30)
+
+
+@pytest.mark.parametrize('pairs_after', range(1, 12))
+def test_a_turn_counts_wherever_the_scale_comes_after_it(pairs_after):
+    # Half a second after its last pair it is over: that may be the very next one.
+    plan = [*STRAIGHT, *bend(-45, 3), *[0.0] * 20]
+    quarters, turns = counted(plan, scale_at=15 + 30 + pairs_after, factor=2.0)
+    assert [each for each in quarters if each] == [(-1,)]
+    assert [turn.angle_deg for turn in turns] == pytest.approx([-90])
+
+
+def test_quarters_start_anew_after_a_reset():
+    detector = TurnDetector()
+    for pair in range(40):
+        detector.update(START_NS + pair * PERIOD_NS, math.radians(3.0 * pair))
+    detector.reset()
+    assert detector.quarters == ()
+    for pair in range(10):
+        detector.update(START_NS + pair * PERIOD_NS, 0.0)
+        assert detector.quarters == ()

@@ -50,7 +50,7 @@ def root(tmp_path):
 def jobs_for(root, sources):
     names = folder_names(sources)
     return [
-        Job(source=source, root=root, folder=name, parameters=Parameters())
+        Job(source=source, root=root, folder=name, parameters=Parameters(threshold=16.0))
         for source, name in zip(sources, names)]
 
 
@@ -76,7 +76,8 @@ def test_a_route_along_the_heading_has_few_points_too(tmp_path, root):
         cv2.imwrite(str(tmp_path / 'drive' / f'{index:04}.png'), picture)
     routes = {}
     for path_from in ('codes', 'heading'):
-        parameters = Parameters(focal_px=camera.fx, path_from=path_from)
+        parameters = Parameters(
+            threshold=16.0, focal_px=camera.fx, path_from=path_from)
         job = Job(
             source=tmp_path / 'drive', root=root, folder=path_from, parameters=parameters)
         routes[path_from] = np.array(run_job(job).route)

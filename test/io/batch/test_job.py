@@ -21,7 +21,7 @@ def folder(tmp_path):
 
 def replayed(folder, **wanted):
     with open_source(folder) as source:
-        return replay_source(source, Parameters(), Wanted(**wanted), title='drive')
+        return replay_source(source, Parameters(threshold=16.0), Wanted(**wanted), title='drive')
 
 
 def no_space(*_, **__):

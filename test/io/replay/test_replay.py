@@ -21,7 +21,7 @@ def frames(positions, start=0):
 
 
 def test_codes_and_updates_agree():
-    result = replay(frames([0, 0, 30, 30]), Parameters(), source='test')
+    result = replay(frames([0, 0, 30, 30]), Parameters(threshold=16.0), source='test')
     assert result.frames == 4
     assert result.movement == [1, 0, 1] == list(result.codes.movement)
     assert result.direction == [1, 0, 0] == list(result.codes.direction)
@@ -29,7 +29,8 @@ def test_codes_and_updates_agree():
 
 def test_after_time_goes_back_only_what_follows_counts():
     result = replay(
-        frames([0, 0, 30, 30], start=10**10) + frames([0, 30]), Parameters(), source='test')
+        frames([0, 0, 30, 30], start=10**10) + frames([0, 30]), Parameters(threshold=16.0),
+        source='test')
     assert (result.frames, result.first_stamp_ns) == (2, 0)
     assert result.movement == list(result.codes.movement) == [1]
     assert result.counters.time_resets == 1
@@ -37,7 +38,7 @@ def test_after_time_goes_back_only_what_follows_counts():
 
 def test_repeated_stamps_are_dropped():
     doubled = [frame for frame in frames([0, 0, 30]) for _ in range(2)]
-    result = replay(doubled, Parameters(), source='test')
+    result = replay(doubled, Parameters(threshold=16.0), source='test')
     assert (result.frames, result.movement) == (3, [1, 0])
     assert result.counters.repeated == 3
 
@@ -61,14 +62,14 @@ class Diary(Watcher):
 def test_watchers_are_started_once_whatever_frames_are_repeated():
     doubled = [frame for frame in frames([0, 0, 30]) for _ in range(3)]
     diary = Diary()
-    replay(doubled, Parameters(), source='test', watchers=[diary])
+    replay(doubled, Parameters(threshold=16.0), source='test', watchers=[diary])
     assert diary.told == [('start', 0), (0, 10**8), (1, 2 * 10**8), ('finish',)]
 
 
 def test_watchers_begin_anew_where_time_goes_back():
     diary = Diary()
     replay(
-        frames([0, 0], start=10**10) + frames([0, 30]), Parameters(), source='test',
+        frames([0, 0], start=10**10) + frames([0, 30]), Parameters(threshold=16.0), source='test',
         watchers=[diary])
     assert diary.told == [
         ('start', 10**10), (0, 10**10 + 10**8), ('start', 0), (0, 10**8), ('finish',)]
@@ -77,13 +78,13 @@ def test_watchers_begin_anew_where_time_goes_back():
 @pytest.mark.parametrize('some', [[], frames([0]), frames([0]) * 5])
 def test_two_frames_are_needed(some):
     with pytest.raises(SourceError, match='at least two'):
-        replay(some, Parameters(), source='test')
+        replay(some, Parameters(threshold=16.0), source='test')
 
 
 def test_an_unusable_frame_is_named():
     broken = [*frames([0, 0]), StampedFrame(np.zeros((4, 4), np.uint8), 10**9)]
     with pytest.raises(SourceError, match=r'test: frame 2: .*4x4'):
-        replay(broken, Parameters(), source='test')
+        replay(broken, Parameters(threshold=16.0), source='test')
 
 
 @pytest.mark.parametrize('threshold', [16.0, 20.0])

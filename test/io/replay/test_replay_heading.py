@@ -34,6 +34,8 @@ from phase_traj_ros.synthetic import named_drive, render_drive, write_drive_bag
 import pytest
 
 NARROW = {'code_source': 'heading'}
+# The rule of the paper, of whose codes, paths and errors some of these tests are.
+PAPER = {'code_source': 'shift'}
 
 
 @lru_cache
@@ -71,7 +73,7 @@ def test_the_calibration_stands_in_for_the_focal_length():
     camera = CameraModel(
         width=width, height=height, fx=drive.camera.focal, fy=drive.camera.focal,
         cx=(width - 1) / 2, cy=(height - 1) / 2)
-    calibrated = replay(frames, Parameters(**NARROW), source='the demo', camera=camera)
+    calibrated = replay(frames, Parameters(**NARROW), source='the demo', lens=Lens(camera=camera))
     known = replayed(**NARROW)
     assert calibrated.movement == known.movement
     assert [update.heading for update in calibrated.updates] == [
@@ -80,12 +82,14 @@ def test_the_calibration_stands_in_for_the_focal_length():
     # Numbers that are given count before it.
     wrong = replay(
         frames, Parameters(focal_px=float(drive.camera.focal), **NARROW), source='the demo',
-        camera=CameraModel(width=width, height=height, fx=9.0, fy=9.0, cx=0.0, cy=0.0))
+        lens=Lens(camera=CameraModel(
+            width=width, height=height, fx=9.0, fy=9.0, cx=0.0, cy=0.0)))
     assert wrong.movement == known.movement
 
 
 @pytest.mark.parametrize('values', [
-    NARROW, {'path_from': 'heading'}, {'threshold_deg_s': 12.0}, {'speed': 5.0}])
+    NARROW, {'path_from': 'heading', **PAPER}, {'threshold_deg_s': 12.0},
+    {'speed': 5.0, **PAPER}])
 def test_without_any_word_of_the_camera_it_says_what_to_do(values):
     with pytest.raises(ParameterError, match=r'the demo .*give focal_px or hfov_deg'):
         replay(demo()[1], Parameters(**values), source='the demo')
@@ -122,18 +126,18 @@ def test_a_threshold_in_degrees_per_second_is_that_of_every_camera_and_rate():
 
 def test_a_path_from_the_heading_rounds_its_corners():
     drive, _ = demo()
-    result = replayed(path_from='heading')
+    result = replayed(path_from='heading', **PAPER)
     path = np.array([(0, 0), *((update.tip.x, update.tip.y) for update in result.updates)])
     assert np.hypot(*np.diff(path, axis=0).T) == pytest.approx(np.ones(len(path) - 1))
     assert np.abs(path - along(drive)).max() < 0.03 * np.ptp(path, axis=0).max()
-    codes = replayed()
+    codes = replayed(**PAPER)
     assert codes.movement == result.movement
     assert {update.tip.yaw for update in codes.updates} == {0.0, math.pi / 2}
 
 
 def test_a_constant_speed_gives_metres():
     drive, _ = demo()
-    result = replayed(speed=7.0)
+    result = replayed(speed=7.0, **PAPER)
     found = np.array([
         (update.odometry.pose.x, update.odometry.pose.y) for update in result.updates])
     true = 0.7 * along(drive)
@@ -142,7 +146,7 @@ def test_a_constant_speed_gives_metres():
         [7.0] * len(result.updates))
     # The path is still that of the codes, unless it is asked for, too.
     assert {update.tip.yaw for update in result.updates} == {0.0, math.pi / 2}
-    drawn = replayed(speed=7.0, path_from='heading')
+    drawn = replayed(speed=7.0, path_from='heading', **PAPER)
     assert [(update.tip.x, update.tip.y) for update in drawn.updates] == [
         (update.odometry.pose.x, update.odometry.pose.y) for update in drawn.updates]
 

@@ -19,7 +19,7 @@ from rolled import rolled_frames, SHIFTS
 
 def animated(path, frames, *, max_bytes=10**7, **options):
     animation = Animation(**options)
-    result = replay(frames, Parameters(), source='', watchers=[animation])
+    result = replay(frames, Parameters(threshold=16.0), source='', watchers=[animation])
     animation.write(result, path, max_bytes=max_bytes)
     with Image.open(path) as picture:
         shown = []

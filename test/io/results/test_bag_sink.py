@@ -61,7 +61,7 @@ class Bag:
 
 
 def written(path, frames, *, parameters=None, **options):
-    parameters = parameters or Parameters()
+    parameters = parameters or Parameters(threshold=16.0)
     with BagSink(path, parameters, source='the source', **options) as sink:
         result = replay(frames, parameters, source='the source', watchers=[sink])
     return result, Bag(path)
@@ -141,7 +141,7 @@ def test_all_that_is_pending_goes_out_at_the_end(tmp_path):
 
 @pytest.mark.parametrize(('rate', 'count'), [(5.0, 8), (1.0, 3), (100.0, 14)])
 def test_the_path_goes_out_at_its_rate_by_the_stamps(tmp_path, rate, count):
-    parameters = Parameters(path_rate=rate, step_length=2.0)
+    parameters = Parameters(threshold=16.0, path_rate=rate, step_length=2.0)
     _, found = written(tmp_path / 'out.mcap', rolled_frames(), parameters=parameters)
     stamps = [ns(message.header.stamp) for message in found['path']]
     # The last one goes out at the end, whenever that is.
@@ -151,7 +151,7 @@ def test_the_path_goes_out_at_its_rate_by_the_stamps(tmp_path, rate, count):
 
 
 def test_the_path_is_bounded_as_the_live_one(tmp_path):
-    parameters = Parameters(max_path_poses=3)
+    parameters = Parameters(threshold=16.0, max_path_poses=3)
     _, found = written(
         tmp_path / 'out.mcap', rolled_frames([0, 30, 0, -30, 0, 30, 0]), parameters=parameters)
     assert [len(message.poses) for message in found['path']][-1] == 3
@@ -215,7 +215,7 @@ def test_stamps_that_a_bag_cannot_hold(tmp_path, start_ns):
 def test_without_rosbags_it_says_so(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, 'rosbags.rosbag2', None)
     with pytest.raises(MissingDependencyError, match=r'0\.11 or later'):
-        BagSink(tmp_path / 'out.mcap', Parameters(), source='')
+        BagSink(tmp_path / 'out.mcap', Parameters(threshold=16.0), source='')
 
 
 def panels_of(layout):
@@ -237,7 +237,7 @@ def named_in(value):
 def test_everything_the_foxglove_layout_names_is_in_such_a_bag(tmp_path):
     _, found = written(
         tmp_path / 'out.mcap', rolled_frames(), debug_images=True,
-        parameters=Parameters(focal_px=100.0))
+        parameters=Parameters(threshold=16.0, focal_px=100.0))
     layout = json.loads(LAYOUT.read_text(encoding='utf-8'))
     assert sorted(panels_of(layout['layout'])) == sorted(layout['configById'])
     named = named_in(layout['configById'])

@@ -54,6 +54,6 @@ def test_heading_yaw_and_what_was_bridged(drive, tmp_path, code_source):
 
 
 def test_without_a_camera_the_new_columns_are_empty(drive, tmp_path):
-    rows = written(drive, tmp_path)
+    rows = written(drive, tmp_path, code_source='shift')
     assert {(row['heading_deg'], row['yaw_deg'], row['bridged']) for row in rows} == {('', '', '')}
     assert len(read_replay(tmp_path).stamps_ns) == len(rows) + 1

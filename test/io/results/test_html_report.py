@@ -31,7 +31,7 @@ NASTY = '</script><img src=x onerror="alert(1)">&<b>\'"{{data}}\udcff'
 def report(path, frames, *, title='drive', source='drive', parameters=None):
     thumbnails = Thumbnails()
     result = replay(
-        frames, parameters or Parameters(), source=source, watchers=[thumbnails])
+        frames, parameters or Parameters(threshold=16.0), source=source, watchers=[thumbnails])
     picture = path.with_suffix('.png')
     write_trajectory_picture(result, picture)
     write_report(
@@ -42,7 +42,9 @@ def report(path, frames, *, title='drive', source='drive', parameters=None):
 @pytest.fixture(scope='module')
 def page_file(tmp_path_factory):
     path = tmp_path_factory.mktemp('report') / 'report.html'
-    report(path, rolled_frames(), title=NASTY, source=NASTY, parameters=Parameters(max_gap=2.5))
+    report(
+        path, rolled_frames(), title=NASTY, source=NASTY,
+        parameters=Parameters(threshold=16.0, max_gap=2.5))
     return path
 
 
@@ -113,7 +115,7 @@ def test_names_of_files_cannot_become_markup(read):
 
 def test_its_data_are_those_of_the_replay(read):
     data = json.loads(read.data)
-    result = replay(rolled_frames(), Parameters(), source='')
+    result = replay(rolled_frames(), Parameters(threshold=16.0), source='')
     assert data['movement'] == ''.join(str(int(code)) for code in result.movement)
     np.testing.assert_allclose(data['dx'], SHIFTS, atol=0.1)
     assert data['threshold'] == 16.0 and data['heading'] is None
@@ -262,8 +264,9 @@ def turned():
 
 
 @pytest.mark.parametrize('values', [
-    {},
-    {'path_from': 'heading'},
+    {'code_source': 'shift'},
+    {'code_source': 'shift', 'path_from': 'heading'},
+    {'code_source': 'auto'},
     {'code_source': 'heading'},
     {'code_source': 'heading', 'path_from': 'heading'},
     {'code_source': 'heading', 'connectivity': 8},

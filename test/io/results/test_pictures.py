@@ -26,7 +26,7 @@ def watched():
     """Return a replay, and its thumbnails and turns."""
     thumbnails, turns = Thumbnails(), TurnWatcher()
     result = replay(
-        rolled_frames(), Parameters(), source='rolled', watchers=[thumbnails, turns])
+        rolled_frames(), Parameters(threshold=16.0), source='rolled', watchers=[thumbnails, turns])
     return result, thumbnails, turns
 
 
@@ -53,7 +53,7 @@ def test_overview(watched):
 
 def test_the_text_of_the_debug_picture_has_a_rim_as_wide_as_itself():
     grey = [np.full((480, 1280), shade, np.uint8) for shade in (128, 129)]
-    estimator = TrajectoryEstimator(Parameters().estimator_settings())
+    estimator = TrajectoryEstimator(Parameters(threshold=16.0).estimator_settings())
     estimator.update(grey[0], 0)
     update = estimator.update(grey[1], RATE_NS)
 
@@ -67,7 +67,7 @@ def test_the_text_of_the_debug_picture_has_a_rim_as_wide_as_itself():
 
 
 def test_a_turn_under_way_at_the_end_ends_with_the_last_frame():
-    result = replay(rolled_frames([0, 0, 30, 30]), Parameters(), source='')
+    result = replay(rolled_frames([0, 0, 30, 30]), Parameters(threshold=16.0), source='')
     [turn] = overview(result).turns
     assert (turn.pair, turn.end_pair, turn.end_s) == (2, 3, pytest.approx(0.4))
 
@@ -77,7 +77,8 @@ def test_a_turn_goes_on_over_a_pair_that_cannot_be_judged():
     dark = StampedFrame(np.zeros((96, 160), np.uint8), frames[4].stamp_ns)
     watcher = TurnWatcher()
     result = replay(
-        [*frames[:4], dark, *frames[5:]], Parameters(), source='', watchers=[watcher])
+        [*frames[:4], dark, *frames[5:]], Parameters(threshold=16.0), source='',
+        watchers=[watcher])
     assert [code.value for code in (update.status for update in result.updates)][2:6] == [
         'ok', 'no_measurement', 'no_measurement', 'turning']
     [turn] = overview(result).turns
@@ -89,7 +90,7 @@ def test_health_counts_what_is_missing():
     frames = rolled_frames([0] * 12)
     frames = [*frames[:4], *frames[5:8], frames[7], *frames[10:]]
     frames[-1] = StampedFrame(np.zeros((96, 160), np.uint8), frames[-1].stamp_ns)
-    result = replay(frames, Parameters(), source='')
+    result = replay(frames, Parameters(threshold=16.0), source='')
     health = data_health(result, overview(result))
     assert (health.frames, health.seconds) == (10, pytest.approx(1.2))
     assert (health.interval_s, health.longest_interval_s) == (
@@ -123,7 +124,7 @@ def test_thumbnails_are_bounded_in_number_width_and_bytes():
     frames = rolled_frames([0] * 60)
     for bounds in ({'limit': 8}, {'max_bytes': 20_000}):
         thumbnails = Thumbnails(width=100, **bounds)
-        replay(frames, Parameters(), source='', watchers=[thumbnails])
+        replay(frames, Parameters(threshold=16.0), source='', watchers=[thumbnails])
         kept = thumbnails.kept
         assert 4 <= len(kept) <= 9 and sum(len(each.jpeg) for each in kept) <= 20_000
         assert kept[-1].frame > 40
@@ -134,7 +135,7 @@ def test_thumbnails_are_bounded_in_number_width_and_bytes():
 def test_when_time_goes_back_the_thumbnails_and_turns_begin_anew():
     thumbnails, turns = Thumbnails(), TurnWatcher()
     frames = rolled_frames(start_ns=START_NS + 10**12) + rolled_frames([0, 0, 30])
-    replay(frames, Parameters(), source='', watchers=[thumbnails, turns])
+    replay(frames, Parameters(threshold=16.0), source='', watchers=[thumbnails, turns])
     assert [each.frame for each in thumbnails.kept] == [0, 1, 2, 3]
     assert [turn.pair for turn in turns.turns] == [2]
 
@@ -152,7 +153,7 @@ def test_frames_of_a_turn_are_those_it_is_seen_in(watched):
 def test_frames_of_turns_are_bounded():
     watcher = TurnWatcher(limit=3)
     frames = rolled_frames([0] + ([30] * 40 + [0]) * 5)
-    replay(frames, Parameters(), source='', watchers=[watcher])
+    replay(frames, Parameters(threshold=16.0), source='', watchers=[watcher])
     assert [turn.pair for turn in watcher.turns] == [1, 42, 83]
     assert all(6 <= len(turn.frames.kept) <= 12 for turn in watcher.turns)
 
@@ -197,6 +198,6 @@ def test_a_long_drive_does_not_make_a_huge_svg(tmp_path):
     # A dot of an SVG takes about 100 bytes, two for each pair.
     frames = [
         StampedFrame(TEXTURE[:32, :32], START_NS + index * RATE_NS) for index in range(2100)]
-    result = replay(frames, Parameters(), source='')
+    result = replay(frames, Parameters(threshold=16.0), source='')
     write_trajectory_picture(result, tmp_path / 'long.svg')
     assert (tmp_path / 'long.svg').stat().st_size < 250_000

@@ -24,18 +24,22 @@ def stand_in(opened):
     from rosbags.rosbag2 import Reader
 
     class StorageOptions:
+
         def __init__(self, *, uri, storage_id=''):
             self.uri, self.storage_id = uri, storage_id
 
     class ConverterOptions:
+
         def __init__(self, input_serialization_format, output_serialization_format):
             pass
 
     class StorageFilter:
+
         def __init__(self, *, topics):
             self.topics = topics
 
     class SequentialReader:
+
         def open(self, storage_options, converter_options):  # noqa: A003
             opened.append((storage_options.uri, storage_options.storage_id))
             try:

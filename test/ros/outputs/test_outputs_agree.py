@@ -81,7 +81,8 @@ def frames():
     {}, {'focal_px': 300.0, 'speed': 5.0, 'path_from': 'heading', 'max_path_poses': 4}])
 def test_the_same_messages(frames, tmp_path, values):
     from phase_traj_ros.ros.outputs.topics import Outputs
-    parameters = Parameters(step_length=2.5, frame_id='drawn', **values)
+    parameters = Parameters(
+        threshold=16.0, step_length=2.5, frame_id='drawn', **values)
     path = tmp_path / 'out.mcap'
     with BagSink(path, parameters, source='', debug_images=True) as sink:
         replay(frames, parameters, source='', watchers=[sink])
@@ -139,6 +140,7 @@ def test_the_timer_runs_while_there_is_news_that_waits(frames):
     timer = Timer()
 
     class OneTimer(Node):
+
         def create_timer(self, *args, **kwargs):
             return timer
 
@@ -158,10 +160,12 @@ def test_nothing_is_made_for_nobody(frames):
     from phase_traj_ros.ros.outputs.topics import Outputs
 
     class Alone(Publisher):
+
         def get_subscription_count(self):
             return 0
 
     class Lonely(Node):
+
         def create_publisher(self, kind, topic, *args, **kwargs):
             made = self.publishers[topic.replace('~/', '')] = Alone(kind)
             return made
