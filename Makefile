@@ -19,23 +19,24 @@ environment = $(or $(boot),$(error No Python found: install Python 3.10 to 3.13 
 unexport _ROS_WHEELS_BOOTSTRAP_COMPLETE
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-noble lint colcon bench bench-system robustness any-camera pins clean
+.PHONY: help demo test test-noble lint colcon dist bench bench-system robustness any-camera docs \
+	docs-links version release pins clean
 
 help:  ## Show this list
 	@sed -n 's/^\([a-z-]*\):.*## /\1 /p' $(MAKEFILE_LIST) \
 		| while read -r name text; do printf '  make %-11s %s\n' "$$name" "$$text"; done
 
 demo:  ## Drive through a rendered street, live over DDS; results in out/demo
-	@$(environment) .venv --extras ros,offline
+	@$(environment) .venv --extras ros
 	@.venv/bin/phase_traj demo --output out/demo
 
 test:  ## Run all tests; PYTEST_ARGS='-k name' selects some
-	@$(environment) .venv --extras ros,offline,test
+	@$(environment) .venv --extras ros,test
 	@.venv/bin/python -m pytest --timeout 300 $(PYTEST_ARGS)
 
 # With scipy, then what depends on it without.
 test-noble:  ## Run all tests with the versions of Ubuntu 24.04 (needs Python 3.12)
-	@$(environment) .venv-noble --extras ros,offline,test --wheels --python-version 3.12 \
+	@$(environment) .venv-noble --extras ros,test --wheels --python-version 3.12 \
 		--constraints tools/constraints-noble.txt
 	@.venv-noble/bin/python -m pytest --timeout 300 $(PYTEST_ARGS)
 ifeq ($(PYTEST_ARGS),)
@@ -43,34 +44,61 @@ ifeq ($(PYTEST_ARGS),)
 endif
 
 lint:  ## Run ruff, mypy, ament_flake8 and ament_pep257
-	@$(environment) .venv --extras ros,offline,test,lint
+	@$(environment) .venv --extras ros,test,lint
 	@tools/lint.sh .venv/bin/python
 
 colcon:  ## Build, install and test with colcon in a clean workspace
-	@$(environment) .venv-colcon --extras ros,offline,test,colcon --without-package
+	@$(environment) .venv-colcon --extras ros,test,colcon --without-package
 	@.venv-colcon/bin/python tools/check_install.py
 
-bench:  ## Measure speed against peers, side by side; writes docs/benchmarks.md
-	@$(environment) .venv --extras ros,offline,bench
+dist:  ## Build sdist and wheel into out/dist; install and try them with pip, uv and pipx
+	@$(environment) .venv-dist --extras dist --wheels
+	@.venv-dist/bin/python tools/check_dist.py
+
+bench:  ## Measure speed against peers, side by side; writes docs/measurements/benchmarks.md
+	@$(environment) .venv --extras ros,bench
 	@.venv/bin/python benchmarks/run.py
 
-bench-system:  ## Measure speed on the distribution's Python and OpenCV, for docs/benchmarks.md
+bench-system:  ## Measure speed on the distribution's OpenCV, for docs/measurements/benchmarks.md
 	@PYTHONPATH="$(CURDIR)$${PYTHONPATH:+:$$PYTHONPATH}" $(SYSTEM_PYTHON) benchmarks/installations.py
 
-robustness:  ## Measure robustness to noise against peers; writes docs/robustness.md
-	@$(environment) .venv --extras ros,offline
+robustness:  ## Measure robustness to noise against peers; writes docs/measurements/robustness.md
+	@$(environment) .venv --extras ros
 	@.venv/bin/python benchmarks/robustness.py
 
-any-camera:  ## Try 16 cameras of which nothing is told; writes docs/any_camera.md
-	@$(environment) .venv --extras ros,offline
+any-camera:  ## Try 16 cameras of which nothing is told; writes docs/measurements/any_camera.md
+	@$(environment) .venv --extras ros
 	@.venv/bin/python benchmarks/any_camera.py
+
+# Warnings are errors: a link, an anchor or an image that leads nowhere is one.
+docs:  ## Build the site into out/docs, and check its links
+	@$(environment) .venv --extras ros,docs
+	@.venv/bin/python tools/document_cli.py
+	@.venv/bin/python -m sphinx --quiet --fail-on-warning --keep-going --fresh-env \
+		--doctree-dir out/doctrees docs out/docs
+	@echo out/docs/index.html
+
+docs-links:  ## Check the links of the docs to other sites
+	@$(environment) .venv --extras ros,docs
+	@.venv/bin/python -m sphinx --quiet -b linkcheck --doctree-dir out/doctrees \
+		docs out/docs-links
+
+version:  ## Set the version everywhere, and date the changelog: make version VERSION=0.2.0
+	@$(environment) .venv-dist --extras dist --wheels
+	@.venv-dist/bin/python tools/release.py --set-version '$(VERSION)'
+
+release:  ## Check a tagged tree, and build its sdist, wheel and changes into out/dist
+	@$(environment) .venv-dist --extras dist --wheels
+	@.venv-dist/bin/python tools/release.py
+	@.venv-dist/bin/python tools/check_dist.py
+	@.venv-dist/bin/python tools/release.py --changes out/dist/CHANGES.rst
 
 pins:  ## Renew tools/constraints.txt, for every Python at once
 	@$(environment) .venv-pins --extras pins
 	@.venv-pins/bin/uv --system-certs pip compile --quiet --upgrade --universal \
 		--python-version 3.10 --no-annotate --no-emit-package setuptools \
 		--custom-compile-command 'make pins' --output-file tools/constraints.txt setup.py \
-		$(addprefix --extra ,ros offline test bench lint colcon)
+		$(addprefix --extra ,ros test bench lint colcon docs dist)
 
 clean:  ## Remove environments, caches, builds and the demo's results
 	@rm -rf .venv .venv-* *.egg-info build install log out/demo

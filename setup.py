@@ -3,39 +3,52 @@
 """Build and install phase_traj_ros, as an ament_python package or with pip."""
 
 from glob import glob
+import sys
 
 from setuptools import find_packages, setup
 
 PACKAGE = 'phase_traj_ros'
 
-# On a ROS installation everything but rosbags comes from its packages (see package.xml), so
-# nothing below is a hard requirement: what is needed without one is in the extras.
 # The wheels of OpenCV contain Intel's Fourier transforms on x86_64; elsewhere scipy's are faster.
 FFT = ['scipy>=1.10']
-VISION = ['numpy>=1.26', 'opencv-python-headless>=4.6'] + [
-    f'{each}; platform_machine == "aarch64"' for each in FFT]
-BAGS = ['rosbags>=0.10']
-PLOT = ['matplotlib>=3.6']
-PROGRESS = ['tqdm']
-YAML = ['PyYAML']
+# What the program needs for all but the node, a cluster and the tests.
+RUNTIME = [
+    'numpy>=1.26',
+    'opencv-python-headless>=4.6',
+    'rosbags>=0.11',
+    'matplotlib>=3.6',
+    'tqdm',
+    'PyYAML',
+    'shtab>=1.6',
+    *(f'{each}; platform_machine == "aarch64"' for each in FFT),
+]
 DASK = ['dask', 'distributed']
 EVO = ['evo']
+
+# Two kinds of installers read this file, and each resolves dependencies in its own way.
+#
+# - pip, uv and pipx build a wheel through the hooks of setuptools.build_meta. They install what
+#   the wheel requires, so it has to require everything.
+# - colcon, bloom and dh_python run this file itself. There rosdep has installed the packages of
+#   package.xml, among them OpenCV, which is not the distribution opencv-python-headless. A
+#   requirement of that name would never be met: pkg_resources would refuse to start the programs,
+#   and every later run of pip would report a conflict, or install a second OpenCV over the first.
+#
+# test/test_package.py holds both ways, and tools/check_install.py tries both.
+BUILT_FOR_PIP = 'setuptools.build_meta' in sys.modules
+REQUIRES = RUNTIME if BUILT_FOR_PIP else ['setuptools']
 
 EXTRAS = {
     # ROS 2 Jazzy as wheels: Linux on x86_64 with glibc >= 2.28, CPython 3.10 to 3.13.
     'ros': ['ros-jazzy-rclpy[fastrtps]==7.1.6', 'ros-jazzy-common-interfaces==5.3.6'],
-    'vision': VISION,
     'fft': FFT,
-    'bags': BAGS,
-    'plot': PLOT,
-    'progress': PROGRESS,
-    'yaml': YAML,
     'dask': DASK,
-    'offline': VISION + BAGS + PLOT + PROGRESS + YAML,
+    'evo': EVO,
     'test': [
         'pytest<9',
         'pytest-timeout',
         'hypothesis',
+        'catkin_pkg',
         'mcap',
         'mcap-ros2-support',
         *DASK,
@@ -43,7 +56,9 @@ EXTRAS = {
         *FFT,
     ],
     'bench': ['scikit-image'],
-    'evo': EVO,
+    'docs': ['sphinx', 'myst-parser', 'sphinx-rtd-theme'],
+    # Builds and tries the wheel and the sdist, and checks releases.
+    'dist': ['build', 'catkin_pkg', 'pipx', 'uv==0.13.*'],
     # The flake8 of Ubuntu 24.04, with the plugins that ament_flake8 of Jazzy asks for.
     'lint': [
         'ruff==0.17.*',
@@ -89,7 +104,7 @@ setup(
                    for file in glob(f'config/*.{kind}')),
         ),
     ],
-    install_requires=['setuptools'],
+    install_requires=REQUIRES,
     extras_require=EXTRAS,
     entry_points={
         'console_scripts': [

@@ -5,7 +5,7 @@ Right turns from any camera, with nothing known of it: 16 cameras, 8 drives each
 
 Renders the drives, which takes most of the time, and keeps their frames in out/any_camera (20 GB
 for all of them). All of it takes more than an hour on two cores; --camera and --plan choose a part
-of it. Writes docs/any_camera.md.
+of it. Writes docs/measurements/any_camera.md.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ import cv2
 import numpy as np
 from report import paragraphs, ROOT, table, versions
 
-_DOCUMENT = ROOT / 'docs' / 'any_camera.md'
+_DOCUMENT = ROOT / 'docs' / 'measurements' / 'any_camera.md'
 _REAL = ('00', '06')
 _LEARNED = (('first', 'after the first turn'), ('third', 'after three'), ('end', 'at the end'))
 _WAYS = {

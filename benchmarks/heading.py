@@ -3,8 +3,8 @@
 """
 How right heading and turns are: on real clips, against features, and over full-length drives.
 
-Takes about ten minutes and writes docs/heading.md; with ``--quick`` it leaves the full-length
-drives out, takes two and only prints.
+Takes about ten minutes and writes docs/measurements/heading.md; with ``--quick`` it leaves the
+full-length drives out, takes two and only prints.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ from phase_traj_ros.io.evaluation.scores import heading_error
 from report import disturbance, machine, paragraphs, ROOT, table, verdict
 from timing import bystanders, prepare, ratios, take_turns
 
-_DOCUMENT = ROOT / 'docs' / 'heading.md'
+_DOCUMENT = ROOT / 'docs' / 'measurements' / 'heading.md'
 _KITTI = '1241×376, 82°, 10 Hz'
 _LIMIT_END, _LIMIT_MAX, _LIMIT_RATIO, _LIMIT_RMS, _LIMIT_FAR = 1.0, 4.0, 0.16, 2.0, 1.5
 

@@ -1,12 +1,12 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
 """
-A step with the wheels' OpenCV and with the distribution's, side by side in docs/benchmarks.md.
+A step with the wheels' OpenCV and with the distribution's, side by side.
 
 Two OpenCVs cannot be loaded into one process. So each is measured by itself against what its own
 OpenCV takes for the same thing, and the ratios are compared. What was measured last of either is
-kept in docs/benchmarks.json. Run as a program, this measures the Python it is run with, as the
-distribution's, and puts the result into docs/benchmarks.md.
+kept in docs/measurements/benchmarks.json. Run as a program, this measures the Python it is run
+with, as the distribution's, and puts the result into docs/measurements/benchmarks.md.
 """
 
 from __future__ import annotations
@@ -26,7 +26,8 @@ from timing import bystanders, prepare, take_turns
 
 WHEELS, SYSTEM = 'wheels', 'system'
 TITLE = "## The distribution's OpenCV"
-_DOCUMENT, _KEPT = ROOT / 'docs' / 'benchmarks.md', ROOT / 'docs' / 'benchmarks.json'
+_DOCUMENT = ROOT / 'docs' / 'measurements' / 'benchmarks.md'
+_KEPT = _DOCUMENT.with_suffix('.json')
 _FRAMES, _ROUNDS, _WARM_UP = 40, 120, 5
 _HEADING = 'heading, cylinder and blocks'
 

@@ -4,7 +4,7 @@
 How the tests of quality were chosen: what tells a measurement, standing still, a fixed pattern.
 
 Every candidate is tried on the same pairs of frames. Takes some ten minutes; writes
-docs/quality.md and the curves in docs/images.
+docs/measurements/quality.md and the curves in docs/images.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ import quality_stillness
 import quality_turns
 from report import paragraphs, ROOT, table, versions
 
-_DOCUMENT = ROOT / 'docs' / 'quality.md'
+_DOCUMENT = ROOT / 'docs' / 'measurements' / 'quality.md'
 _FRAMES = 60
 _APART = 8
 

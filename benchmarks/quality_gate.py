@@ -175,7 +175,7 @@ def section(pairs: Sequence[Pair]) -> str:
             for name in _CANDIDATES for share in _ACCEPTED}
     text = _TEXT.format(limit=limit, **{name: 100 * loss[name, 0.01] for name in _CANDIDATES})
     return '\n\n'.join((
-        '## No measurement', '![Curves](images/quality_measurement.png)', paragraphs(text),
+        '## No measurement', '![Curves](../images/quality_measurement.png)', paragraphs(text),
         table(
             ('good pairs lost, %', *(
                 f'{percent(share)} % of the unrelated accepted' for share in _ACCEPTED)),

@@ -181,7 +181,7 @@ def section(pairs: Sequence[Locked], passing: Sequence[Locked]) -> str:
          percent(np.mean([pair.led_astray for pair in group])))
         for name, group in grouped(passing, lambda pair: pair.overlay).items()]
     return '\n\n'.join((
-        '## A fixed pattern', '![Curves](images/quality_zero_lock.png)',
+        '## A fixed pattern', '![Curves](../images/quality_zero_lock.png)',
         paragraphs(_TEXT.format(turning=TURNING_PX)), 'Driving:',
         table(('', 'turning pairs', 'locked, %', 'right, %', 'with the guard', 'with a mask',
                'with both', 'straight pairs', 'led astray, %'), rows),

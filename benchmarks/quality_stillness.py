@@ -149,7 +149,7 @@ def section(watched: Sequence[Watched]) -> str:
          ('moving pairs taken for still', 'standing pairs missed'))
     limit = f'{1e4 * chosen.max_motion:g}/10000'
     return '\n\n'.join((
-        '## Standing still', '![Curves](images/quality_stillness.png)',
+        '## Standing still', '![Curves](../images/quality_stillness.png)',
         paragraphs(_TEXT.format(limit=limit, frames=chosen.frames)),
         f'Where the state has lasted for {_SETTLED} pairs; creeping starts at 0.5 m/s:',
         stillness_table(watched, chosen), paragraphs(_NOTES.format(frames=chosen.frames))))

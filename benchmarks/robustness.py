@@ -6,7 +6,7 @@ The paper's second claim, robustness to noise: how often the turn codes stay rig
 Every clip is spoiled in every way, and followed by phase correlation, heading, KLT and ORB. What
 each of them measures goes through the same chain code, and is right if it gives the true turns,
 all of them, in their order, and no other. Takes ten minutes on two cores; writes
-docs/robustness.md.
+docs/measurements/robustness.md.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from report import paragraphs, ROOT, table, versions
 _THRESHOLD_PX = 20.0
 _WRONG_DEG = 1.0
 _KITTI = '00'
-_DOCUMENT = ROOT / 'docs' / 'robustness.md'
+_DOCUMENT = ROOT / 'docs' / 'measurements' / 'robustness.md'
 
 METHODS: dict[str, Callable[[Camera], Peer]] = {
     'phase correlation': lambda _: Ours(), 'heading': Heading, 'KLT': Klt, 'ORB': Orb}
@@ -204,7 +204,7 @@ def wins(rows: list[tuple[str, dict[str, Summary]]], key: Callable[[Summary], fl
 
 
 def document(scores: list[Score]) -> str:
-    """Return docs/robustness.md."""
+    """Return docs/measurements/robustness.md."""
     rows = list(summaries(scores))
     clips = tuple(dict.fromkeys(each.clip for each in scores))
     cells = [(

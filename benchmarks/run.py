@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Run all benchmarks but that of robustness in one go, print them, write docs/benchmarks.md."""
+"""Run all benchmarks but that of robustness; write docs/measurements/benchmarks.md."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ import sizes
 import speed
 from timing import prepare
 
-_DOCUMENT = ROOT / 'docs' / 'benchmarks.md'
+_DOCUMENT = ROOT / 'docs' / 'measurements' / 'benchmarks.md'
 
 INTRODUCTION = paragraphs("""
     Written by `make bench`, which runs all of this side by side in one go, in less than five

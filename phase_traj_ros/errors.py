@@ -59,5 +59,5 @@ def rosbags_missing(what: str, error: ImportError, *, instead: str = '') -> Miss
     # With ros2 run, the interpreter is the one that colcon has run with, whatever is activated.
     return MissingDependencyError(
         f'{what} needs the Python package rosbags, 0.11 or later ({error}): install it for the'
-        f' interpreter that runs this, {sys.executable} -m pip install rosbags (docs/ros.md says'
-        f' how, where that is the one of the system){instead}')
+        f' interpreter that runs this, {sys.executable} -m pip install rosbags'
+        f' (docs/how-to/ros.md says how, where that is the one of the system){instead}')

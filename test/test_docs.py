@@ -10,11 +10,11 @@ import sys
 import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
-PAGES = sorted([*ROOT.glob('*.md'), *ROOT.glob('docs/*.md')])
+PAGES = sorted([*ROOT.glob('*.md'), *ROOT.glob('docs/**/*.md')])
 LINK = re.compile(r'\[([^\]]*)\]\(([^)#\s]*)(#[^)\s]*)?\)')
 
 
-@pytest.mark.parametrize('page', PAGES, ids=lambda page: page.name)
+@pytest.mark.parametrize('page', PAGES, ids=lambda page: str(page.relative_to(ROOT)))
 def test_links_lead_somewhere(page):
     for text, target, anchor in LINK.findall(page.read_text(encoding='utf-8')):
         if target.startswith(('http://', 'https://')):

@@ -2,9 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the package says about itself in several places is the same in all of them."""
 
+import importlib
 from pathlib import Path
 import re
 import runpy
+import sys
 from xml.etree import ElementTree
 
 import phase_traj_ros
@@ -20,16 +22,25 @@ CODE = sorted(
     for path in (ROOT / folder).rglob('*.py'))
 
 
-@pytest.fixture
-def setup_arguments(monkeypatch):
-    """Return what setup.py passes to setuptools."""
+def run_setup(monkeypatch, *, for_pip):
+    """Return what setup.py passes to setuptools, built for pip or run by itself."""
     setuptools = pytest.importorskip('setuptools')
     calls = []
     monkeypatch.chdir(ROOT)
     monkeypatch.setattr(setuptools, 'setup', lambda **arguments: calls.append(arguments))
+    if for_pip:
+        importlib.import_module('setuptools.build_meta')
+    else:
+        monkeypatch.delitem(sys.modules, 'setuptools.build_meta', raising=False)
     runpy.run_path(str(ROOT / 'setup.py'))
     [arguments] = calls
     return arguments
+
+
+@pytest.fixture
+def setup_arguments(monkeypatch):
+    """Return what setup.py passes to setuptools when pip builds the package."""
+    return run_setup(monkeypatch, for_pip=True)
 
 
 @pytest.fixture
@@ -158,6 +169,20 @@ def names_of(requirements):
     return {re.sub('[-_.]+', '-', each.group()).lower() for each in found if each}
 
 
+def test_pip_installs_what_the_program_imports(setup_arguments):
+    required = names_of(setup_arguments['install_requires'])
+
+    assert required >= {
+        'numpy', 'opencv-python-headless', 'rosbags', 'matplotlib', 'tqdm', 'pyyaml', 'shtab'}
+
+
+def test_colcon_and_bloom_require_nothing_that_rosdep_names_otherwise(monkeypatch):
+    # pkg_resources would refuse to start the programs where a requirement has another name.
+    arguments = run_setup(monkeypatch, for_pip=False)
+
+    assert arguments['install_requires'] == ['setuptools']
+
+
 def test_what_tests_ask_for_is_installed_and_pinned(setup_arguments):
     extras = setup_arguments['extras_require']
     asked = {
@@ -165,12 +190,15 @@ def test_what_tests_ask_for_is_installed_and_pinned(setup_arguments):
         for name in re.findall(r"importorskip\('(\w+)", path.read_text())}
     # Every environment that setup_env.py makes has setuptools, whatever the extras.
     known = names_of(
-        each for requirements in extras.values() for each in requirements) - {'setuptools'}
+        each for requirements in [setup_arguments['install_requires'], *extras.values()]
+        for each in requirements) - {'setuptools'}
     makefile = (ROOT / 'Makefile').read_text()
     pins = (ROOT / 'tools' / 'constraints.txt').read_text().splitlines()
     for target in ('test', 'test-noble', 'colcon'):
         [chosen] = re.findall(rf'^{target}:.*\n.* --extras (\S+)', makefile, re.MULTILINE)
-        installed = names_of(each for name in chosen.split(',') for each in extras[name])
+        installed = names_of([
+            *setup_arguments['install_requires'],
+            *(each for name in chosen.split(',') for each in extras[name])])
         assert names_of(asked) & known <= installed, target
         assert installed - {'setuptools'} <= names_of(pins), target
 

@@ -24,6 +24,7 @@ FLOORS = {
         'batch'),
     'synthetic': (
         'arrays', 'camera', 'textures degradations overlays', 'scene', 'town view', 'drive'),
+    'cli': ('command options progress live_view report walk', 'commands', 'program', 'main'),
     'ros': (
         'spin health losses', 'startup', 'declare', 'outputs', 'inputs saving playback',
         'diagnostics', 'nodes', 'main lifecycle_main'),

@@ -1,7 +1,7 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
 """
-Install the package as its users do, with colcon and with pip, and check what was installed.
+Install the package with colcon, as users of a ROS do, and check what was installed.
 
 Works on a copy in a new, temporary workspace. The colcon installation is tested too, without the
 integration tests, which `make test` runs. To be run by an environment that has colcon and
@@ -10,6 +10,7 @@ everything the package needs, but not the package.
 
 from __future__ import annotations
 
+from importlib.metadata import PathDistribution
 import os
 from pathlib import Path
 import shutil
@@ -130,6 +131,8 @@ def check_colcon(workspace: Path, source: Path, environment: dict[str, str]) -> 
     check_program(programs / 'phase_traj', installed, workspace)
     check_node(programs / 'phase_traj_node', installed, workspace)
 
+    check_requirements(prefix)
+
     say('colcon test')
     colcon('test', '--event-handlers', 'console_direct+', '--pytest-args', ' -m',
            'not integration', workspace=workspace, environment=installed)
@@ -137,6 +140,15 @@ def check_colcon(workspace: Path, source: Path, environment: dict[str, str]) -> 
     require(results)  # without any, the next command would find nothing wrong
     colcon('test-result', '--verbose', workspace=workspace, environment=installed)
     check_all_ran(results, source, installed)
+
+
+def check_requirements(prefix: Path) -> None:
+    """Fail if the package requires what rosdep has installed under another name."""
+    [metadata] = prefix.glob('lib/python*/site-packages/*.egg-info')
+    required = [
+        each for each in PathDistribution(metadata).requires or [] if 'extra ==' not in each]
+    if required != ['setuptools']:
+        raise CheckError(f'built by colcon, the package requires {required}')
 
 
 def check_all_ran(results: Path, source: Path, environment: dict[str, str]) -> None:
@@ -154,18 +166,6 @@ def check_all_ran(results: Path, source: Path, environment: dict[str, str]) -> N
     say(f'{ran} tests ran')
 
 
-def check_pip(workspace: Path, source: Path, environment: dict[str, str]) -> None:
-    """Install with pip, look at the installation, run its program, uninstall."""
-    say('pip install')
-    pip = [sys.executable, '-m', 'pip', '-qq', '--no-input']
-    subprocess.run([*pip, 'install', '--no-deps', str(source)], env=environment, check=True)
-    try:
-        check_share(Path(sys.prefix), source)
-        check_program(Path(sys.prefix, 'bin', 'phase_traj'), environment, workspace)
-    finally:
-        subprocess.run([*pip, 'uninstall', '--yes', PACKAGE], env=environment, check=True)
-
-
 def main() -> int:
     """Run the program; return its exit status."""
     with tempfile.TemporaryDirectory(prefix='phase_traj_ws_') as folder:
@@ -177,7 +177,6 @@ def main() -> int:
         environment = dict(os.environ)
         try:
             check_colcon(workspace, source, environment)
-            check_pip(workspace, source, environment)
         except (CheckError, subprocess.CalledProcessError) as error:
             print(f'error: {error}', file=sys.stderr)
             return 1

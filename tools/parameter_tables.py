@@ -1,7 +1,7 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
 """
-Print the tables of docs/parameters.md, as the parameters are declared.
+Print the tables of docs/reference/parameters.md, as the parameters are declared.
 
 Run it with the Python of ``.venv``, and put what it prints into the page: a test compares them.
 """

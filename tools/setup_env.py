@@ -86,6 +86,13 @@ class Environment:
             f'pip {arguments[0]}',
             [str(self.python), '-m', 'pip', '-qq', '--no-input', *arguments])
 
+    def output(self, program: str, *arguments: str) -> str:
+        """Return what a program in Python prints, run in the environment."""
+        done = subprocess.run(
+            [str(self.python), '-c', program, *arguments], env=child_environment(),
+            stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, check=True)
+        return done.stdout.decode().strip()
+
     @staticmethod
     def _run(name: str, command: list[str]) -> None:
         done = subprocess.run(
@@ -97,22 +104,38 @@ class Environment:
                 'again.')
 
 
-def of_ros_options(environment: Environment, extras: set[str]) -> tuple[set[str], list[str]]:
-    """
-    Return the extras to install beside a ROS, and the constraints to do so under.
+# Runs in an environment that holds the package without what it requires, and prints that.
+REQUIRED = """
+import importlib.metadata, importlib.util, json, sys
+from pip._vendor.packaging.requirements import Requirement
 
-    No second numpy or OpenCV may be put over those ROS was built with.
+package, *extras = sys.argv[1:]
+wanted = []
+for each in map(Requirement, importlib.metadata.requires(package) or []):
+    if each.marker and not any(each.marker.evaluate({'extra': one}) for one in ['', *extras]):
+        continue
+    # OpenCV's own module, whichever distribution it has come with.
+    if each.name.startswith('opencv-') and importlib.util.find_spec('cv2'):
+        continue
+    parts = f'[{",".join(sorted(each.extras))}]' if each.extras else ''
+    wanted.append(f'{each.name}{parts}{each.specifier}')
+print(json.dumps(wanted))
+"""
+
+
+def install_beside_ros(environment: Environment, extras: set[str]) -> None:
     """
-    extras = extras - {'ros'}
-    if 'offline' in extras:
-        extras = extras - {'offline'} | {'bags', 'plot', 'progress', 'yaml'}
-        present = probe(str(environment.python), ('cv2',))
-        if present is not None and 'cv2' in present.facts['lacks']:
-            extras |= {'vision'}
-    shown = subprocess.run(
-        [str(environment.python), '-c', 'import numpy; print(numpy.__version__)'],
-        env=child_environment(), stdout=subprocess.PIPE, check=True)
-    return extras, [f'numpy=={shown.stdout.decode().strip()}']
+    Install the package, editable, and what the ROS does not have of what it requires.
+
+    No second numpy or OpenCV may be put over those ROS was built with. So the package itself goes
+    in without dependencies; those that are missing follow, but never an OpenCV where there is one.
+    """
+    environment.pip('install', '--use-pep517', '--no-deps', '--editable', '.')
+    numpy = environment.output('import numpy; print(numpy.__version__)')
+    constraints = environment.path / 'constraints.txt'
+    constraints.write_text(f'numpy=={numpy}\n')
+    wanted = json.loads(environment.output(REQUIRED, PACKAGE, *sorted(extras - {'ros'})))
+    environment.pip('install', '--constraint', str(constraints), *wanted)
 
 
 def install(
@@ -120,12 +143,12 @@ def install(
         *, without_package: bool) -> None:
     """Install the package, editable, with those extras."""
     if constraints is None:
-        extras, lines = of_ros_options(environment, extras)
-        constraints = environment.path / 'constraints.txt'
-        constraints.write_text('\n'.join(lines) + '\n')
-    wanted = f'[{",".join(sorted(extras))}]' if extras else ''
-    environment.pip(
-        'install', '--use-pep517', '--constraint', str(constraints), '--editable', f'.{wanted}')
+        install_beside_ros(environment, extras)
+    else:
+        wanted = f'[{",".join(sorted(extras))}]' if extras else ''
+        environment.pip(
+            'install', '--use-pep517', '--constraint', str(constraints),
+            '--editable', f'.{wanted}')
     if without_package:
         environment.pip('uninstall', '--yes', PACKAGE)
 

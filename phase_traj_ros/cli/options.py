@@ -2,11 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Options that several commands share."""
 
-from argparse import ArgumentParser, Namespace, RawDescriptionHelpFormatter
+from argparse import ArgumentParser, Namespace
 from pathlib import Path
 import sys
 from textwrap import fill
-from typing import Any
 
 from phase_traj_ros.io.params_file import parse_assignment, read_parameters
 from phase_traj_ros.io.sources.base import FrameSource
@@ -23,14 +22,6 @@ SOURCE is one of
   a folder          of images, in natural order of their names; with times.txt (seconds, one
                     per line) in it or beside it, as in a KITTI sequence, else see --fps
 """
-
-
-def add_command(commands: Any, name: str, *, summary: str, epilog: str = '') -> ArgumentParser:
-    """Add a command's parser, which keeps the line breaks of ``epilog``."""
-    parser: ArgumentParser = commands.add_parser(
-        name, help=summary, description=summary[0].upper() + summary[1:] + '.', epilog=epilog,
-        formatter_class=RawDescriptionHelpFormatter)
-    return parser
 
 
 def add_source(parser: ArgumentParser, *, several: bool = False) -> None:
@@ -83,7 +74,7 @@ def add_parameters(parser: ArgumentParser) -> None:
 
 def parameters_help() -> str:
     """Return the parameters that a user or a vehicle may need, for the end of a help."""
-    lines = ['parameters, for -p and --params (docs/parameters.md has the rest):']
+    lines = ['parameters, for -p and --params (docs/reference/parameters.md has the rest):']
     for group in (Group.USER, Group.VEHICLE):
         lines.append(f'\n{group.value[0].lower()}{group.value[1:]}:')
         for spec in specs():

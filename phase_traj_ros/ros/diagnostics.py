@@ -27,7 +27,7 @@ class Diagnostics:
     Reports once a second.
 
     Two statuses: whether images come and can be used, and whether their shift can be measured.
-    docs/diagnostics.md explains both.
+    docs/reference/diagnostics.md explains both.
     """
 
     def __init__(

@@ -3,7 +3,7 @@
 """The demo fails where the codes are not those of the drive."""
 
 import numpy as np
-from phase_traj_ros.cli.demo import check_turns
+from phase_traj_ros.cli.commands.demo import check_turns
 from phase_traj_ros.errors import ResultError
 from phase_traj_ros.io.replay.run import replay
 from phase_traj_ros.io.sources.base import StampedFrame

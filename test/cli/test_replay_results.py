@@ -138,7 +138,7 @@ def test_several_sources_one_of_them_broken(tmp_path):
 
 
 def test_an_interruption_keeps_what_is_done(tmp_path, monkeypatch, capsys):
-    from phase_traj_ros.cli import replay_many
+    from phase_traj_ros.cli.commands import replay_many
     from phase_traj_ros.io.batch.many import run_job
     sources = [pictures(tmp_path / name) for name in ('a', 'b')]
 
@@ -169,7 +169,7 @@ def test_a_batch_that_fails_leaves_what_another_program_has_written(
         (output / 'of another').touch()
         raise ParameterError('no scheduler')
 
-    monkeypatch.setattr('phase_traj_ros.cli.replay_many.run_on_dask', no_cluster)
+    monkeypatch.setattr('phase_traj_ros.cli.commands.replay_many.run_on_dask', no_cluster)
     message = refused(capsys, 'replay', folder, '--output', output, '--dask', 'tcp://127.0.0.1:9')
     assert 'no scheduler' in message
     assert files_in(output) == {'of another'}

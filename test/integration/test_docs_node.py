@@ -45,7 +45,8 @@ def of_node(names_and_types):
 
 def test_published_topics(node):
     documented = {
-        row[0].removeprefix('/'): row[1] for row in table('topics.md', '## Published', 4)}
+        row[0].removeprefix('/'): row[1]
+        for row in table('reference/topics.md', '## Published', 4)}
     published = of_node(node.node.get_publisher_names_and_types_by_node('phase_traj', '/'))
     for name in ('rosout', 'parameter_events'):
         del published[name]
@@ -53,13 +54,13 @@ def test_published_topics(node):
 
 
 def test_subscribed_topics(node):
-    documented = {row[0]: row[1] for row in table('topics.md', '## Subscribed', 3)}
+    documented = {row[0]: row[1] for row in table('reference/topics.md', '## Subscribed', 3)}
     assert of_node(
         node.node.get_subscriber_names_and_types_by_node('phase_traj', '/')) == documented
 
 
 def test_services(node):
-    documented = {row[0]: row[1] for row in table('topics.md', '## Services', 3)}
+    documented = {row[0]: row[1] for row in table('reference/topics.md', '## Services', 3)}
     offered = of_node(node.node.get_service_names_and_types_by_node('phase_traj', '/'))
     own = {name: kind for name, kind in offered.items() if 'rcl_interfaces' not in kind}
     own.pop('~/get_type_description', None)
@@ -69,7 +70,7 @@ def test_services(node):
 def test_parameters(node):
     documented = {}
     for group in Group:
-        rows = {row[0]: row for row in table('parameters.md', f'## {group.value}', 7)}
+        rows = {row[0]: row for row in table('reference/parameters.md', f'## {group.value}', 7)}
         assert list(rows) == [spec.name for spec in specs() if spec.group is group]
         documented.update(rows)
     described = {
@@ -94,5 +95,5 @@ def test_parameters(node):
 
 
 def test_statuses():
-    documented = [row[0] for row in table('topics.md', '## Statuses', 3)]
+    documented = [row[0] for row in table('reference/topics.md', '## Statuses', 3)]
     assert documented == [status.value for status in PairStatus]

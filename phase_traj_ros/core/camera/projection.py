@@ -25,7 +25,8 @@ from phase_traj_ros.errors import FrameError
 _ABOVE_DEG = 20.0
 _BELOW_DEG = 15.0
 _ASIDE_DEG = 60.0
-# Pixels per radian, and columns, of which more bring no accuracy: see docs/heading.md.
+# Pixels per radian, and columns, of which more bring no accuracy:
+# docs/measurements/heading.md.
 _ENOUGH_PX_PER_RAD = 256.0
 _ENOUGH_COLUMNS = 360
 _LEAST_SIDE = 8

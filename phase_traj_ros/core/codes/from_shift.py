@@ -3,7 +3,7 @@
 """
 The dynamic chain code: from shifts to movements and directions.
 
-The paper's state machine; docs/method.md says how its words and its inequalities are read.
+The paper's state machine; docs/explanation/method.md says how its words and inequalities are read.
 """
 
 import math

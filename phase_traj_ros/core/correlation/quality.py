@@ -4,7 +4,8 @@
 What a measured shift is worth: whether there is one, and whether anything moves at all.
 
 Without these tests a covered lens, a scene cut and a vehicle at a red light all look like
-driving straight on. The paper has none of them. docs/quality.md shows how they were chosen.
+driving straight on. The paper has none of them. docs/measurements/quality.md shows how they were
+chosen.
 """
 
 from collections import deque

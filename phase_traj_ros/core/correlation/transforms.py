@@ -4,9 +4,9 @@
 The Fourier transforms, and which library computes them.
 
 OpenCV's own transforms take four times as long as Intel's, which its wheels for x86_64 contain;
-scipy's lie between. docs/transforms.md has the measurements and the reasons. All of them work in
-place, on the packed layout that ``phase_traj_ros.core.correlation.spectrum`` describes, so that
-nothing else depends on the library.
+scipy's lie between. docs/explanation/transforms.md has the measurements and the reasons. All of
+them work in place, on the packed layout that ``phase_traj_ros.core.correlation.spectrum``
+describes, so that nothing else depends on the library.
 """
 
 from enum import Enum

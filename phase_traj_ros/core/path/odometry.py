@@ -9,8 +9,8 @@ from phase_traj_ros.core.heading.tracker import HeadingStep
 from phase_traj_ros.core.path.heading_path import HeadingPath
 from phase_traj_ros.core.path.trajectory import Corner
 
-# What a pair's yaw is off by (docs/heading.md, rounded up), what the yaw rate of a bridged pair
-# may be off by, and the speed, as a share of it: standard deviations.
+# What a pair's yaw is off by (docs/measurements/heading.md, rounded up), what the yaw rate of a
+# bridged pair may be off by, and the speed, as a share of it: standard deviations.
 _YAW = math.radians(0.1)
 _BRIDGED_RATE = math.radians(5.0)
 _SPEED_SHARE = 0.05

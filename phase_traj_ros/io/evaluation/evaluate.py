@@ -141,7 +141,7 @@ def evaluate(drive: ReplayedDrive, truth: GroundTruth) -> tuple[Evaluation, Matc
 def write_evaluation(
     evaluation: Evaluation, path: Path, *, source: str, ground_truth: str,
 ) -> None:
-    """Write the figures as JSON; docs/files.md lists the keys."""
+    """Write the figures as JSON; docs/reference/files.md lists the keys."""
     content = {'source': source, 'ground_truth': ground_truth, **evaluation.as_dict()}
     path.write_text(json.dumps(content, indent=2) + '\n', encoding='utf-8')
 

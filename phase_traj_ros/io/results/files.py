@@ -36,7 +36,7 @@ def write_results(result: Replay, directory: Path) -> None:
 
 
 def write_chain_code(result: Replay, path: Path) -> None:
-    """Write both codes and all that belongs to them as JSON; docs/files.md lists the keys."""
+    """Write both codes and what belongs to them as JSON; docs/reference/files.md has the keys."""
     content: dict[str, Any] = {
         'source': result.source,
         'frames': result.frames,

@@ -11,7 +11,8 @@ import pytest
 L, F, R, N = Movement
 T = 16.0
 
-# The paper's printed movement streams, code x count; see docs/method.md on their lengths.
+# The paper's printed movement streams, code x count; docs/explanation/method.md is about their
+# lengths.
 TABLE_1 = [(1, 23), (2, 1), (3, 7), (1, 69), (2, 1), (3, 8), (1, 128)]
 TABLE_2 = [(1, 23), (0, 1), (3, 7), (1, 68), (2, 1), (3, 7), (1, 23), (2, 1), (3, 7), (1, 53)]
 

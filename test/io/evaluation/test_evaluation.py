@@ -7,7 +7,7 @@ import json
 from pathlib import Path
 
 import numpy as np
-from phase_traj_ros.cli import evaluate as command
+from phase_traj_ros.cli.commands import evaluate as command
 from phase_traj_ros.core.codes.from_heading import HeadingCode
 from phase_traj_ros.core.heading.turns import find_turns
 from phase_traj_ros.errors import ResultError

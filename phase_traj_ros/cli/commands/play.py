@@ -9,7 +9,8 @@ import math
 import sys
 from typing import Any
 
-from phase_traj_ros.cli.options import add_command, add_source, SOURCE_HELP, source_of
+from phase_traj_ros.cli.command import Command
+from phase_traj_ros.cli.options import add_source, SOURCE_HELP, source_of
 from phase_traj_ros.cli.progress import progress
 from phase_traj_ros.core.camera.model import CameraModel
 from phase_traj_ros.errors import (
@@ -39,12 +40,14 @@ of service (in a namespace, put the full topic name in the place of /image):
   ros2 run phase_traj_ros phase_traj play SOURCE --lossless
 """
 
+COMMAND = Command(
+    'play', summary='publish a recording on real topics, with its stamps',
+    example='phase_traj play drive.mp4 --rate 2', epilog=_EPILOG)
+
 
 def add_parser(commands: Any) -> None:
     """Add the command to the parser."""
-    parser = add_command(
-        commands, 'play', summary='publish a recording on real topics, with its stamps',
-        epilog=_EPILOG)
+    parser = COMMAND.add_to(commands)
     add_source(parser)
     parser.add_argument(
         '--rate', metavar='R', type=float, default=1.0,

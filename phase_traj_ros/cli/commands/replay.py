@@ -9,9 +9,10 @@ import sys
 import time
 from typing import Any
 
+from phase_traj_ros.cli.command import Command
+from phase_traj_ros.cli.commands.replay_many import add_batch, replay_many
 from phase_traj_ros.cli.live_view import LiveView
 from phase_traj_ros.cli.options import (
-    add_command,
     add_parameters,
     add_source,
     parameters_help,
@@ -21,7 +22,6 @@ from phase_traj_ros.cli.options import (
     source_of,
 )
 from phase_traj_ros.cli.progress import progress
-from phase_traj_ros.cli.replay_many import add_batch, replay_many
 from phase_traj_ros.cli.report import print_codes
 from phase_traj_ros.io.batch.job import replay_source, Wanted
 from phase_traj_ros.io.messages.diagnostics import described
@@ -39,12 +39,14 @@ stops no other; the exit status is 1 then.
 
 {parameters_help()}"""
 
+COMMAND = Command(
+    'replay', summary='code recordings offline, as fast as it goes',
+    example='phase_traj replay drive.mp4 --output results --report', epilog=_EPILOG)
+
 
 def add_parser(commands: Any) -> None:
     """Add the command to the parser."""
-    parser = add_command(
-        commands, 'replay', summary='code recordings offline, as fast as it goes',
-        epilog=_EPILOG)
+    parser = COMMAND.add_to(commands)
     add_source(parser, several=True)
     add_parameters(parser)
     parser.add_argument(

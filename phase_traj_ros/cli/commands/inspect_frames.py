@@ -6,7 +6,7 @@ from argparse import Namespace
 from pathlib import Path
 from typing import Any
 
-from phase_traj_ros.cli.options import add_command
+from phase_traj_ros.cli.command import Command
 from phase_traj_ros.core import PhaseCorrelator
 from phase_traj_ros.errors import FrameError
 from phase_traj_ros.io.atomic import output_file
@@ -19,11 +19,14 @@ camera turned left. The response is the height of the peak: 1 for identical fram
 real driving, 0.01 to 0.02 for frames that have nothing in common.
 """
 
+COMMAND = Command(
+    'inspect', summary='show the correlation map of two frames',
+    example='phase_traj inspect 000100.png 000101.png', epilog=_EPILOG)
+
 
 def add_parser(commands: Any) -> None:
     """Add the command to the parser."""
-    parser = add_command(
-        commands, 'inspect', summary='show the correlation map of two frames', epilog=_EPILOG)
+    parser = COMMAND.add_to(commands)
     parser.add_argument('first', metavar='A', type=Path, help='picture file of the first frame')
     parser.add_argument('second', metavar='B', type=Path, help='picture file of the second frame')
     parser.add_argument(

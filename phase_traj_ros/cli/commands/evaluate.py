@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from phase_traj_ros.cli.options import add_command
+from phase_traj_ros.cli.command import Command
 from phase_traj_ros.io.atomic import output_directory
 from phase_traj_ros.io.evaluation.evaluate import (
     evaluate,
@@ -22,9 +22,9 @@ from phase_traj_ros.io.results.figures import require_matplotlib
 
 _EPILOG = """
 DIR is what `phase_traj replay --output DIR` has written; it receives evaluation.json and
-evaluation.png. Where the replay did not measure the heading (docs/camera.md), only the codes and
-the path drawn from them are compared. A path in metres (path_from: heading, and a speed) is scored
-as odometry, in the plane: distance, t_rel and r_rel as of KITTI's benchmark, and ATE.
+evaluation.png. Where the replay did not measure the heading (docs/how-to/camera.md), only the
+codes and the path drawn from them are compared. A path in metres (path_from: heading, and a speed)
+is scored as odometry, in the plane: distance, t_rel and r_rel as of KITTI's benchmark, and ATE.
 
 FILE is one of
   KITTI poses       lines of 12 numbers; with times.txt beside it (or the time in front, 13
@@ -33,12 +33,14 @@ FILE is one of
 It is re-based to the first frame.
 """
 
+COMMAND = Command(
+    'evaluate', summary='compare a replay with the true trajectory',
+    example='phase_traj evaluate results --ground-truth poses.txt', epilog=_EPILOG)
+
 
 def add_parser(commands: Any) -> None:
     """Add the command to the parser."""
-    parser = add_command(
-        commands, 'evaluate', summary='compare a replay with the true trajectory',
-        epilog=_EPILOG)
+    parser = COMMAND.add_to(commands)
     parser.add_argument('directory', metavar='DIR', type=Path, help='results of a replay')
     parser.add_argument(
         '--ground-truth', metavar='FILE', type=Path, required=True, help='the true trajectory')

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from phase_traj_ros.cli.options import add_command
+from phase_traj_ros.cli.command import Command
 from phase_traj_ros.cli.progress import counter
 from phase_traj_ros.cli.report import print_codes
 from phase_traj_ros.core import Direction, PAPER_THRESHOLD
@@ -30,12 +30,14 @@ an offline replay of the same bag and against the turns that were truly driven. 
 bag (with the true poses) and what replay writes.
 """
 
+COMMAND = Command(
+    'demo', summary='render a drive and play it through the real node',
+    example='phase_traj demo --output out/demo', epilog=_EPILOG)
+
 
 def add_parser(commands: Any) -> None:
     """Add the command to the parser."""
-    parser = add_command(
-        commands, 'demo', summary='render a drive and play it through the real node',
-        epilog=_EPILOG)
+    parser = COMMAND.add_to(commands)
     parser.add_argument(
         '--drive', choices=sorted(DRIVES), default='demo',
         help="which drive: demo, or one of the paper's two case studies (default: demo)")

@@ -7,7 +7,8 @@ from contextlib import closing
 from pathlib import Path
 from typing import Any
 
-from phase_traj_ros.cli.options import add_command, add_source, SOURCE_HELP, source_of
+from phase_traj_ros.cli.command import Command
+from phase_traj_ros.cli.options import add_source, SOURCE_HELP, source_of
 from phase_traj_ros.cli.progress import progress
 from phase_traj_ros.core import CameraEstimate, CameraInUse, Lens
 from phase_traj_ros.core.camera.estimate import combined
@@ -28,12 +29,14 @@ are better. Several recordings have to be of one camera. FILE.yaml goes to --par
 node. The exit status is 1, and FILE.yaml is not written, where no turn tells the camera.
 """
 
+COMMAND = Command(
+    'calibrate', summary='learn the camera from the turns of recordings',
+    example='phase_traj calibrate drive.mp4 --output camera.yaml', epilog=_EPILOG)
+
 
 def add_parser(commands: Any) -> None:
     """Add the command to the parser."""
-    parser = add_command(
-        commands, 'calibrate', summary='learn the camera from the turns of recordings',
-        epilog=_EPILOG)
+    parser = COMMAND.add_to(commands)
     add_source(parser, several=True)
     parser.add_argument(
         '--upside-down', action='store_true', help='the camera is mounted upside down')

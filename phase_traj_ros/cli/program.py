@@ -1,0 +1,93 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The parser of the program, with its commands by task."""
+
+from argparse import Action, ArgumentParser, Namespace, RawDescriptionHelpFormatter
+from collections.abc import Generator
+from typing import NoReturn
+
+import phase_traj_ros
+from phase_traj_ros.cli.command import Command
+from phase_traj_ros.cli.commands import (
+    calibrate,
+    completion,
+    demo,
+    evaluate,
+    inspect_frames,
+    play,
+    replay,
+)
+from phase_traj_ros.core.correlation.transforms import (
+    find_transform,
+    transform_hint,
+    TransformLibrary,
+)
+
+EXIT_OK = 0
+EXIT_BAD_INPUT = 2
+
+TASKS: tuple[tuple[str, tuple[Command, ...]], ...] = (
+    ('code a recording', (replay.COMMAND, inspect_frames.COMMAND)),
+    ('judge the result', (evaluate.COMMAND,)),
+    ('learn the camera', (calibrate.COMMAND,)),
+    ('run the ROS node', (play.COMMAND, demo.COMMAND)),
+    ('set up the shell', (completion.COMMAND,)),
+)
+"""The commands by what the user wants to do."""
+
+
+class _Parser(ArgumentParser):
+    """Reports a wrong call in one line, as all other errors are."""
+
+    def error(self, message: str) -> NoReturn:
+        self.exit(EXIT_BAD_INPUT, f'{self.prog}: error: {message}: see {self.prog} --help\n')
+
+
+class _Overview(RawDescriptionHelpFormatter):
+    """Leaves the list of commands out, which the epilog has by task."""
+
+    def _iter_indented_subactions(self, action: Action) -> Generator[Action, None, None]:
+        yield from ()
+
+
+class _Version(Action):
+    """Tells the version, and what of the installation makes results and speed."""
+
+    def __call__(
+        self, parser: ArgumentParser, namespace: Namespace, values: object,
+        option_string: str | None = None,
+    ) -> NoReturn:
+        print(f'phase_traj_ros {phase_traj_ros.__version__}')
+        print(f'transforms: {find_transform(TransformLibrary.AUTO).name}')
+        hint = transform_hint(TransformLibrary.AUTO)
+        if hint:
+            print(hint)
+        parser.exit(EXIT_OK)
+
+
+def program_parser() -> ArgumentParser:
+    """Return the parser of the whole command line."""
+    parser = _Parser(
+        prog='phase_traj', description='Chain codes of a trajectory from a forward camera.',
+        epilog=_overview(), formatter_class=_Overview)
+    parser.add_argument(
+        '--version', action=_Version, nargs=0,
+        help='show the version, and the library of the transforms, and exit')
+    commands = parser.add_subparsers(
+        title='commands', required=True, metavar='COMMAND',
+        help='one of those below; COMMAND --help tells its options')
+    for module in (replay, inspect_frames, evaluate, calibrate, play, demo):
+        module.add_parser(commands)
+    completion.add_parser(commands, parser)
+    return parser
+
+
+def _overview() -> str:
+    """Return the commands by task, each with an example."""
+    blocks = []
+    for task, commands in TASKS:
+        lines = [f'{task}:']
+        for command in commands:
+            lines += [f'  {command.name:<12}{command.summary}', f'{"":14}{command.example}']
+        blocks.append('\n'.join(lines))
+    return '\n\n'.join(blocks)

@@ -1,0 +1,66 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""
+Write docs/reference/command-line.md from the parser of the program.
+
+The page is made of the parser's arguments, not of its help, whose layout is another one in each
+version of Python.
+"""
+
+from argparse import Action, ArgumentParser, SUPPRESS
+from pathlib import Path
+
+from phase_traj_ros.cli.program import program_parser, TASKS
+from phase_traj_ros.cli.walk import actions_of, commands_of
+
+PAGE = Path(__file__).resolve().parent.parent / 'docs' / 'reference' / 'command-line.md'
+INTRODUCTION = """\
+# Command line
+
+This page lists the commands of `phase_traj`, their arguments and their options. It is generated
+from the parser; `phase_traj COMMAND --help` prints the same. Errors are one line, with exit status
+2; an interrupt gives 130."""
+
+
+def page() -> str:
+    """Return the page."""
+    parser = program_parser()
+    parsers = commands_of(parser)
+    blocks = [INTRODUCTION, table(parser)]
+    for task, commands in TASKS:
+        blocks.append(f'## {task[0].upper()}{task[1:]}')
+        for command in commands:
+            blocks += [
+                f'### {command.name}',
+                f'{command.summary[0].upper()}{command.summary[1:]}.',
+                f'```\n{command.example}\n```',
+                table(parsers[command.name])]
+            if command.epilog.strip():
+                blocks.append(f'```text\n{command.epilog.strip()}\n```')
+    return '\n\n'.join(blocks) + '\n'
+
+
+def table(parser: ArgumentParser) -> str:
+    """Return the arguments of a parser as a table."""
+    rows = [
+        f'| {names(action)} | {(action.help or "").replace("|", chr(92) + "|")} |'
+        for action in actions_of(parser)
+        if action.help != SUPPRESS and action.dest != 'help' and action.metavar != 'COMMAND']
+    return '\n'.join(['| argument | what |', '|---|---|', *rows])
+
+
+def names(action: Action) -> str:
+    """Return how an argument is written, with its value."""
+    value = action.metavar
+    if value is None and action.choices:
+        value = '{' + ','.join(action.choices) + '}'
+    if not action.option_strings:
+        return f'`{value}`' if action.nargs != '+' else f'`{value} [{value} ...]`'
+    # What takes no value has no room for one.
+    shown = '' if action.nargs == 0 else f' {value}'
+    return ', '.join(f'`{each}{shown}`' for each in action.option_strings)
+
+
+if __name__ == '__main__':
+    PAGE.write_text(page(), encoding='utf-8')
+    print(f'written to {PAGE}')
