@@ -294,7 +294,7 @@ def full_length(rides: Sequence[Ride]) -> Iterator[str]:
          'at most', 'per frame', 'bridged', 'codes as in truth', 'codes at −2 %, +2 %',
          'those of the truth', 'turns at −2 %, +2 %'), rows)
     yield f'{frames} frames of {", ".join(FULL)}.'
-    yield '## Nothing known of the camera'
+    yield '## An unknown camera'
     yield paragraphs(_UNKNOWN_TEXT)
     yield table(
         ('drive', 'true field of view', 'estimate', 'deviation', 'probability', 'turns of 30°',

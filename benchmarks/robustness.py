@@ -250,7 +250,7 @@ def document(scores: list[Score]) -> str:
             findings=findings(rows, len(clips)), clips=', '.join(clips),
             threshold=_THRESHOLD_PX, wrong=_WRONG_DEG, versions=versions())),
         table(header, cells),
-        '## Who does best',
+        '## Best method by condition',
         paragraphs(f"""
             - Turns: {wins(rows, lambda each: each.right)}
 
