@@ -35,21 +35,29 @@ _DOCUMENT = ROOT / 'docs' / 'measurements' / 'any_camera.md'
 _REAL = ('00', '06')
 _LEARNED = (('first', 'after the first turn'), ('third', 'after three'), ('end', 'at the end'))
 _WAYS = {
-    'auto': 'turns, rounded to quarters (`auto`)',
+    'auto': 'turns, rounded to quarter turns (`auto`)',
     'one pass': 'the same in one pass, as the node',
     'heading': 'quantised heading',
     **{f'{rate:g}°/s': f"paper's state machine, T = {rate:g}°/s" for rate in THRESHOLDS}}
 
 _INTRODUCTION = """
-    Does `phase_traj replay VIDEO`, with no option at all, give the right turns, whatever the
-    camera? Rendered drives (`phase_traj_ros.synthetic`) answer that for {cameras} cameras and
-    {plans} plans of a drive, {drives} drives in all{part}; clips of the KITTI odometry benchmark,
-    without their calibration, answer it for one real camera. The cameras differ in size, rate,
-    field of view, lens and mount, and so does where they are on the vehicle.
+    This page measures whether `phase_traj replay VIDEO`, without any option, finds the right turns
+    with an unknown camera.
 
-    The truth is `find_turns` on the true heading, each turn counted `quarter_turns` times, in
-    order. Angles of 55° to 65° and of 130° to 140° count neither way, nor does a turn under way at
-    the end. The order of the codes is that of 0 (L) and 2 (R) in `movement`.
+    {right} of the {turning} drives with turns are right ({share:.0%}), and {clean} of the
+    {straight} drives without turns have none. In one pass, as live, these numbers are {live} and
+    {live_clean}. With the same cameras, the quantised heading is right on {heading} of the
+    {turning} drives, and the paper's state machine with its best threshold on {paper}.
+
+    The drives are rendered (`phase_traj_ros.synthetic`) for {cameras} cameras and {plans} plans of
+    a drive, {drives} drives in all{part}. The cameras differ in size, rate, field of view, lens
+    and mount, and in their position on the vehicle. Clips of the KITTI odometry benchmark, without
+    their calibration, add one real camera.
+
+    The true turns are those that `find_turns` finds in the true heading; each one counts
+    `quarter_turns` times, in order. Angles of 55° to 65° and of 130° to 140° are not counted, nor
+    is a turn in progress at the end. The order of the codes is that of 0 (L) and 2 (R) in
+    `movement`.
 
     Written by `make any-camera` with {versions}.
     """
@@ -57,34 +65,33 @@ _INTRODUCTION = """
 _TURNS = """
     ## Turns
 
-    {right} of the {turning} drives with turns are right ({share:.0%}), and of the {straight}
-    drives without any, {clean} have none. In one pass, as live, it is {live} and {live_clean}.
+    *Yes* marks drives whose turns are right.
     """
 
 _CAMERA = """
     ## What is learned of the camera
 
-    The error is that of the focal length, as a share. The interval is the stated one of 90 %; it
-    is given as half its width. After a turn means 1.6 s later.
+    The error is the relative error of the focal length. ± is half the width of the stated 90 %
+    interval. *After* a turn means 1.6 s after its end.
     """
 
 _COMPARISON = """
     ## Three ways to make codes
 
-    All of them know the camera that the whole drive has told. The state machine takes the shift of
-    the picture as the paper does, with a threshold that is a yaw rate: so it fits the camera and
-    the rate of its pictures. It codes how fast the picture turns, not how far: a slow turn has
-    none of the codes, a fast one more than one, and a bend that turns nobody around has them as
-    well. The quantised heading changes its code halfway between two directions, at 45° and a
-    little more, wherever the drive began. Turns that are rounded to quarters forgive both what a
-    crossing lacks of a right angle and what the field of view is wrong.
+    All of them use the camera that the whole drive has determined. The state machine takes the
+    shift of the picture, as in the paper, with a threshold that is a yaw rate, so it fits the
+    camera and its frame rate. It judges how fast the picture turns and not how far: a slow turn
+    has no code, a fast one several, and a bend can have codes although the direction stays. The
+    quantised heading changes its code halfway between two directions, a little past 45°, wherever
+    the drive began. Rounding the turns to quarter turns tolerates both crossings that are not
+    right angles and errors of the field of view.
     """
 
 _CLIPS = """
     ## Real clips
 
-    Left grey camera of KITTI, whole and as what can be made of it. `upper half` has lost the road.
-    `left half` has its optical axis at its right edge.
+    These are clips of KITTI's left grey camera, as they are and modified. *Upper half* lacks the
+    road. *Left half* has its optical axis at its right edge.
     """
 
 
@@ -128,15 +135,16 @@ def document(drives: Sequence[Outcome], clips: Sequence[Outcome]) -> str:
         return sum(each.is_right(way) for each in some)
 
     parts = [
-        '# Any camera, nothing known',
+        '# Any camera',
         _INTRODUCTION.format(
-            cameras=len(cameras), plans=len(plans), drives=len(drives), versions=versions(),
-            part='' if whole else f' (of the {len(MOUNTS)} by {len(PLANS)} that there are)'),
-        _TURNS.format(
             right=right(turning, 'auto'), turning=len(turning),
             share=right(turning, 'auto') / max(len(turning), 1), straight=len(straight),
             clean=right(straight, 'auto'), live=right(turning, 'one pass'),
-            live_clean=right(straight, 'one pass')),
+            live_clean=right(straight, 'one pass'), heading=right(turning, 'heading'),
+            paper=max(right(turning, f'{rate:g}°/s') for rate in THRESHOLDS),
+            cameras=len(cameras), plans=len(plans), drives=len(drives), versions=versions(),
+            part='' if whole else f' (of the {len(MOUNTS)} by {len(PLANS)} that there are)'),
+        _TURNS,
         table(('camera', *plans), (
             (camera, *(_cell(drives, camera, plan) for plan in plans)) for camera in cameras)),
         'Codes are given where they are wrong, and after a stroke those of one pass where those'
