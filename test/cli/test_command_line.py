@@ -182,7 +182,7 @@ def test_play_refuses_times_that_cannot_be(folder, option, value):
     (['{folder}', '--topic', '/image'], 'leave out topic'),
     (['{folder}', '--every', '0'], 'every must be a whole number'),
     (['{folder}', '--start', '60'], 'no frame is selected'),
-    (['{folder}', '--duration', '0.1'], '1 frame to use, but a trajectory takes at least two'),
+    (['{folder}', '--duration', '0.1'], '1 frame to use, but a trajectory needs at least two'),
     (['{folder}', '--fps', '0'], 'fps must be'),
     (['{folder}', '--params', '/does/not/exist.yaml'], 'cannot read the parameter file'),
     (['{folder}', '-p', 'threshold=3'], 'write NAME:=VALUE'),
