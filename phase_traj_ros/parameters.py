@@ -316,11 +316,6 @@ class Parameters:
         return self.estimator_settings().learns_lens
 
     @property
-    def needs_camera(self) -> bool:
-        """Return whether the focal length has to come from the camera's calibration."""
-        return self.estimator_settings().awaits_lens
-
-    @property
     def metric(self) -> bool:
         """Return whether there is a speed, and so odometry in metres."""
         return self.speed > 0 or self.use_speed_topic

@@ -23,7 +23,7 @@ from phase_traj_ros.cli.options import (
 )
 from phase_traj_ros.cli.progress import progress
 from phase_traj_ros.cli.report import print_codes
-from phase_traj_ros.io.batch.job import replay_source, Wanted
+from phase_traj_ros.io.batch.job import Pass, replay_source, Wanted
 from phase_traj_ros.io.messages.diagnostics import described
 from phase_traj_ros.io.replay.run import Replay
 from phase_traj_ros.io.sources.base import DEFAULT_SPEED_TOPIC, StampedFrame
@@ -97,10 +97,12 @@ def run(options: Namespace) -> int | None:
             with LiveView(sys.stderr, title=title, total=source.frame_count) as view:
                 result = replay_source(
                     source, parameters, wanted, title=title, watchers=[view],
-                    through=watch.over, speed_topic=options.speed_topic, one_pass=options.one_pass)
+                    through=lambda frames, which: watch.over(view.over(frames, which.value)),
+                    speed_topic=options.speed_topic, one_pass=options.one_pass)
         else:
-            def shown(frames: Iterable[StampedFrame]) -> Iterator[StampedFrame]:
-                return watch.over(progress(frames, total=source.frame_count, title=title))
+            def shown(frames: Iterable[StampedFrame], which: Pass) -> Iterator[StampedFrame]:
+                name = f'{title}, {which.value}' if which.value else title
+                return watch.over(progress(frames, total=source.frame_count, title=name))
 
             result = replay_source(
                 source, parameters, wanted, title=title, through=shown,

@@ -17,7 +17,7 @@ import cv2
 import numpy as np
 from phase_traj_ros.core.reliability import Reliability
 from phase_traj_ros.errors import OutputError, PhaseTrajError
-from phase_traj_ros.io.batch.job import replay_source, Wanted
+from phase_traj_ros.io.batch.job import Pass, replay_source, Wanted
 from phase_traj_ros.io.replay.overview import turn_marks
 from phase_traj_ros.io.replay.run import Replay
 from phase_traj_ros.io.sources.base import DEFAULT_SPEED_TOPIC, StampedFrame
@@ -181,7 +181,7 @@ def _replay(job: Job, progress: Progress | None) -> Replay:
         total = None if source.frame_count is None else passes * source.frame_count
         done = count()
 
-        def counted(frames: Iterable[StampedFrame]) -> Iterator[StampedFrame]:
+        def counted(frames: Iterable[StampedFrame], _: Pass) -> Iterator[StampedFrame]:
             for frame in frames:
                 if progress is not None:
                     progress(next(done), total)
