@@ -7,8 +7,8 @@ from enum import Enum
 import math
 
 from phase_traj_ros.core.camera.lens import Lens
-from phase_traj_ros.core.codes.from_heading import CONNECTIVITIES
 from phase_traj_ros.core.codes.from_shift import DynamicChainCode, PAPER_THRESHOLD
+from phase_traj_ros.core.codes.sectors import CONNECTIVITIES
 from phase_traj_ros.core.correlation.quality import GateSettings, StillnessSettings
 from phase_traj_ros.core.correlation.transforms import TransformLibrary
 from phase_traj_ros.core.correlation.view import View
