@@ -36,6 +36,7 @@ from phase_traj_ros.core.path.trajectory import (
     vertices,
     yaw,
 )
+from phase_traj_ros.core.road.travel import Travel, TravelState
 from phase_traj_ros.core.settings import CodeSource, EstimatorSettings, PathSource
 from phase_traj_ros.core.status import PairStatus
 from phase_traj_ros.core.update import Counters, Update
@@ -73,6 +74,8 @@ __all__ = [
     'StillnessSettings',
     'TrajectoryEstimator',
     'TransformLibrary',
+    'Travel',
+    'TravelState',
     'Turn',
     'Update',
     'View',

@@ -366,13 +366,13 @@ class TrajectoryEstimator:
         status = status.coded(step)
         self._trust.add_shift(dx, self._coder.threshold_px, interval)
         turned = None if heading is None else heading.step
-        odometry = self._route.add(step, status, turned, stamp_ns, interval_ns)
+        travel, odometry = self._route.add(step, status, turned, stamp_ns, interval_ns)
         tip = self.path.tip
         assert tip is not None
         return Update(
             self._frames - 2, stamp_ns, interval_ns, self._shift(comparison, heading), step,
             status, tip, turned, () if heading is None else heading.turns, self._news_of_camera(),
-            cut, odometry)
+            cut, odometry, travel)
 
     def _news_of_camera(self) -> CameraInUse | None:
         """Return the camera if it has changed since it was last told."""

@@ -8,6 +8,7 @@ from phase_traj_ros.core.path.heading_path import HeadingPath
 from phase_traj_ros.core.path.odometry import Odometer, Odometry
 from phase_traj_ros.core.path.speed import SpeedTrack
 from phase_traj_ros.core.path.trajectory import ChainPath, DrawnPath
+from phase_traj_ros.core.road.travel import Travel, TravelState
 from phase_traj_ros.core.settings import EstimatorSettings
 from phase_traj_ros.core.status import PairStatus
 
@@ -54,7 +55,7 @@ class Route:
     def add(
         self, step: Step, status: PairStatus, heading: HeadingStep | None, stamp_ns: int,
         interval_ns: int,
-    ) -> Odometry | None:
+    ) -> tuple[Travel | None, Odometry | None]:
         """
         Take what a pair of frames adds.
 
@@ -75,17 +76,22 @@ class Route:
         if step.appended:
             self._chain_path.append(step.direction, stamp_ns)
         if heading is None or self._heading_path is None:
-            return None
+            return None, None
         if self._odometer is None:
+            travel = Travel(1.0, 1.0, TravelState.UNKNOWN)
             # As no direction is appended without a measurement, no step is taken either.
-            if status.judged:
-                self._heading_path.append(heading.heading, heading.yaw, 1.0, stamp_ns)
-            return None
+            if not status.judged:
+                travel = Travel(0.0, 0.0, TravelState.STANDING)
+            self._heading_path.append(
+                heading.heading, heading.yaw, travel.distance, stamp_ns)
+            return travel, None
         distance = self._distance(status, stamp_ns, interval_ns)
         if distance is None:
             self._odometer.miss(heading, interval_ns * 1e-9)
-            return None
-        return self._odometer.update(heading, distance, stamp_ns, interval_ns * 1e-9)
+            return Travel(0.0, 100.0, TravelState.UNKNOWN), None
+        return (
+            Travel(distance, (0.05 * distance) ** 2, TravelState.GIVEN),
+            self._odometer.update(heading, distance, stamp_ns, interval_ns * 1e-9))
 
     def _distance(self, status: PairStatus, stamp_ns: int, interval_ns: int) -> float | None:
         if self._constant_speed is None:

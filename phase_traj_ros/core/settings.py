@@ -73,6 +73,10 @@ class EstimatorSettings:
     """Of the vehicle, in metres per second, where it is constant; 0: not known. Takes a lens."""
     awaits_speeds: bool = False
     """Whether speeds come as it drives (``TrajectoryEstimator.add_speed``). Takes a lens."""
+    camera_height: float = 0.0
+    """Of the camera above the road, in metres; 0: not known. Takes a lens."""
+    camera_height_deviation: float = 0.04
+    """Standard deviation of the height, as a share of it."""
     gate: GateSettings | None = None
     """When a pair counts as measured; None: always (the paper)."""
     stillness: StillnessSettings | None = None
@@ -86,7 +90,8 @@ class EstimatorSettings:
 
     def __post_init__(self) -> None:
         """Check what no part of the estimator checks by itself."""
-        for name in ('max_gap', 'nominal_period', 'threshold_deg_s', 'speed'):
+        for name in ('max_gap', 'nominal_period', 'threshold_deg_s', 'speed', 'camera_height',
+                     'camera_height_deviation'):
             value = getattr(self, name)
             if not (math.isfinite(value) and value >= 0):
                 raise ValueError(f'{name} is {value}: give a finite number of 0 or more')
@@ -148,5 +153,10 @@ class EstimatorSettings:
 
     @property
     def metric(self) -> bool:
-        """Return whether there is a speed, and so odometry in metres."""
-        return self.speed > 0 or self.awaits_speeds
+        """Return whether a speed or the camera's height gives odometry in metres."""
+        return self.speed > 0 or self.awaits_speeds or self.camera_height > 0
+
+    @property
+    def measures_distance(self) -> bool:
+        """Return whether a step along the heading has the length of the way."""
+        return self.measures_heading and (self.draws_heading or self.metric)

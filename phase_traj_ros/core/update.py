@@ -11,6 +11,7 @@ from phase_traj_ros.core.heading.tracker import HeadingStep
 from phase_traj_ros.core.heading.turns import Turn
 from phase_traj_ros.core.path.odometry import Odometry
 from phase_traj_ros.core.path.trajectory import Corner
+from phase_traj_ros.core.road.travel import Travel
 from phase_traj_ros.core.status import PairStatus
 
 
@@ -39,7 +40,9 @@ class Update:
     cut: bool = False
     """Whether a new scene begins with the pair's first frame, as the film was cut before it."""
     odometry: Odometry | None = None
-    """Pose and motion in metres, where the speed is known, too."""
+    """Pose and motion in metres, where a speed or the camera's height is known, too."""
+    travel: Travel | None = None
+    """How far the vehicle has gone, where the path has the length of the way."""
 
 
 @dataclass(slots=True)
