@@ -32,7 +32,7 @@ class LinkCode:
 
     Consecutive directions are neighbours: where the heading is more than one sector ahead, the
     next links follow. Standing adds nothing. What is driven in reverse is taken off the way, and
-    no link is added until it is made up for: a code cannot be taken back, and none means reversing.
+    no link is added until it is made up for: no code means reversing, and none is taken back.
     """
 
     def __init__(

@@ -40,3 +40,8 @@ class Travel:
     distance: float
     variance: float
     state: TravelState
+
+    @property
+    def known(self) -> bool:
+        """Return whether there is a distance at all, be it measured, bridged or given."""
+        return self.state is not TravelState.UNKNOWN

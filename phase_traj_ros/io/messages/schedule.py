@@ -5,10 +5,12 @@
 from typing import Final
 
 from phase_traj_ros.core import Movement, Update
-from phase_traj_ros.io.messages.published import CHAIN_CODE, PATH, Topic
+from phase_traj_ros.core.codes.freeman import AnyDirection
+from phase_traj_ros.io.messages.published import CHAIN_CODE, LINKS, PATH, Topic, whole_topics
+from phase_traj_ros.parameters import Parameters
 
 CHAIN_CODE_PERIOD_NS: Final = 10**9
-"""The chain code's text goes out when the movement changes, else at most this often."""
+"""The texts of codes go out when the newest code changes, else at most this often."""
 
 DIAGNOSTICS_PERIOD_NS: Final = 10**9
 """The diagnostics go out this often."""
@@ -46,17 +48,19 @@ class Pace:
 
 class Schedule:
     """
-    Says when the chain code's text and the path go out.
+    Says when the texts of the codes and the path go out.
 
-    Both go out only when there is news: the text when the movement changes, else at most once a
-    second; the path at most at ``path_rate``. Times are in nanoseconds, of any one clock.
+    They go out only when there is news: the texts when movement or direction of the links changes,
+    else at most once a second; the path at most at ``path_rate``. Times are in nanoseconds, of any
+    one clock.
     """
 
-    def __init__(self, path_rate: float) -> None:
-        """Make a schedule that has let nothing out yet; ``path_rate`` is in Hz."""
-        self._paces = {
-            CHAIN_CODE: Pace(CHAIN_CODE_PERIOD_NS), PATH: Pace(round(1e9 / path_rate))}
+    def __init__(self, parameters: Parameters) -> None:
+        """Make a schedule that has let nothing out yet."""
+        self._paces = {topic: Pace(CHAIN_CODE_PERIOD_NS) for topic in whole_topics(parameters)}
+        self._paces[PATH] = Pace(round(1e9 / parameters.path_rate))
         self._last_movement: Movement | None = None
+        self._last_link: AnyDirection | None = None
 
     def add(self, update: Update) -> None:
         """Note what a pair adds."""
@@ -64,10 +68,14 @@ class Schedule:
         self._paces[CHAIN_CODE].changed(urgent=movement is not self._last_movement)
         self._paces[PATH].changed()
         self._last_movement = movement
+        if update.links and LINKS in self._paces:
+            self._paces[LINKS].changed(
+                urgent=any(link is not self._last_link for link in update.links))
+            self._last_link = update.links[-1]
 
     def restart(self) -> None:
-        """Note that all has begun anew: both go out at once."""
-        self._last_movement = None
+        """Note that all has begun anew: all of it goes out at once."""
+        self._last_movement = self._last_link = None
         for pace in self._paces.values():
             pace.changed(urgent=True)
 

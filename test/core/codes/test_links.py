@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The chain code of equal links."""
 
+from itertools import pairwise
 import math
 
 from hypothesis import given, strategies as st
@@ -76,7 +77,7 @@ def test_the_code_per_pair_does_depend_on_them():
     lengths = set()
     for ways in DRIVES.values():
         code, headings = HeadingCode(), heading_at(ways)
-        for before, after in zip(headings, headings[1:]):
+        for before, after in pairwise(headings):
             code.update(after, after - before)
         lengths.add(len(code.direction))
     assert max(lengths) > 10 * min(lengths)
@@ -100,7 +101,7 @@ def test_there_is_one_for_each_step_of_the_way(distances, yaw, connectivity, ste
         ended += code.add(distance, heading, yaw)
     assert len(ended) == len(code.series) == pytest.approx(sum(distances) / step, abs=1.001)
     assert ended == list(code.series)
-    for before, after in zip(ended, ended[1:]):
+    for before, after in pairwise(ended):
         assert (after - before) % connectivity in (0, 1, connectivity - 1)
 
 
