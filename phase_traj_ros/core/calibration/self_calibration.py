@@ -41,6 +41,8 @@ _GUESSES = ((0.23, 1.0, 0.0), (0.45, 0.6, 0.0), (0.9, 0.9, 0.0))
 _CUT_OUT = ((0.9, 0.9, -0.45), (0.9, 0.9, 0.45))
 # The principal point is in the middle but for this, and fits tell it but for this; in widths.
 _OFF_MIDDLE, _COLUMN_WRONG = 0.05, 0.015
+# Turns of a place are alike, be they right angles or not: each tells this much less.
+_ANGLES_WEIGHT = 0.25
 # From here on, the next fit starts at the estimate.
 _KNOWN, _GOOD_COST = 0.08, 2.5
 # Of all fits but the first ones, the n-th is not tried before so many frames times n squared: many
@@ -74,7 +76,7 @@ class SelfCalibration:
             + (1.0 - _PINHOLES) / _AS_FISHEYE
             * np.exp(-0.5 * ((_STRAIGHTS - _FISHEYE) / _AS_FISHEYE) ** 2))
         self._log: NDArray[np.float64] = usual[:, None] + np.log(kinds)
-        self._angles = RightAngles(_FOCALS)
+        self._angles = RightAngles(_FOCALS, weight=_ANGLES_WEIGHT)
         self._horizon = HorizonEstimator()
         self._column = RobustMean(_OFF_MIDDLE)
         self._frames, self._tried, self._fits = 0, 0, 0

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from enum import IntEnum
 
 from phase_traj_ros.core import Counters, LensOrigin, TrajectoryEstimator
-from phase_traj_ros.core.camera.field_of_view import FieldOfView, SURE
+from phase_traj_ros.core.calibration.field_of_view import FieldOfView, SURE
 from phase_traj_ros.core.camera.lens_family import PINHOLE
 from phase_traj_ros.core.correlation.transforms import find_transform
 from phase_traj_ros.core.heading.estimator import HeadingEstimator
