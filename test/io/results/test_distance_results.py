@@ -87,7 +87,7 @@ def test_without_a_distance_there_is_nothing_of_it(tmp_path):
     found = replay(rolled_frames(), Parameters(code_source='shift'), source='')
     write_results(found, tmp_path)
     content = json.loads((tmp_path / 'chain_code.json').read_text())
-    assert not {'distance', 'distance_unit', 'distance_states', 'links', 'code_step'} & set(content)
+    assert not {'distance', 'distance_unit', 'distance_states', 'links'} & set(content)
     assert {update.travel for update in found.updates} == {None}
 
 
