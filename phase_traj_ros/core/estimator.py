@@ -29,6 +29,7 @@ from phase_traj_ros.core.road.travel import Travel
 from phase_traj_ros.core.route import Route
 from phase_traj_ros.core.settings import CodeSource, EstimatorSettings
 from phase_traj_ros.core.status import is_gap, PairStatus, status_of
+from phase_traj_ros.core.travelling import Travelling
 from phase_traj_ros.core.trust import Trust
 from phase_traj_ros.core.update import Counters, Update
 from phase_traj_ros.errors import FrameError
@@ -38,7 +39,7 @@ _SETTLED = {
     'code_source': 'the code source', 'connectivity': 'the connectivity',
     'draws_heading': 'what the path is drawn from',
     'measures_heading': 'whether heading is measured',
-    'metric': 'whether there are metres',
+    'metric': 'whether there is a speed or a height of the camera',
     'code_step': 'the length of the links'}
 # But for these, where a threshold asks for the paper's rule, or no longer does.
 _SWITCHED = ('code_source', 'draws_heading', 'measures_heading')
@@ -82,6 +83,7 @@ class TrajectoryEstimator:
                 Lens(hfov_deg=ASSUMED_HFOV_DEG, assumed=True), learning=SelfCalibration())
         self._coder = make_coder(self._settings)
         self._route = Route(self._settings)
+        self._travelling = Travelling(self._settings)
         self._links: LinkCode | None = None
         if self._settings.code_step > 0:
             self._links = LinkCode(
@@ -146,7 +148,7 @@ class TrajectoryEstimator:
     @property
     def newest_speed_ns(self) -> int | None:
         """Return the stamp of the newest speed that has come; None before the first."""
-        return self._route.speeds.newest_ns
+        return self._travelling.speeds.newest_ns
 
     @property
     def reliability(self) -> Reliability:
@@ -202,7 +204,7 @@ class TrajectoryEstimator:
             The speed is not from -1000 to 1000; nothing has changed.
 
         """
-        self._route.speeds.add(stamp_ns, speed)
+        self._travelling.speeds.add(stamp_ns, speed)
 
     def check(self, settings: EstimatorSettings) -> None:
         """
@@ -240,13 +242,14 @@ class TrajectoryEstimator:
         switches = self._switches_rule(settings)
         self._settings = settings
         self._meter.reconfigure(settings)
+        self._travelling.reconfigure(settings)
         self._coder.reconfigure(settings)
         if switches:
             self._coder = make_coder(settings)
             self._trust = self._make_trust()
             if self._heading is not None:
                 self._heading.leave_out(None)
-            self._route = Route(settings, speeds=self._route.speeds)
+            self._route = Route(settings)
             self.reset()
         if self._heading is not None:
             self._heading.turn_180(settings.view.rotate_180)
@@ -307,6 +310,7 @@ class TrajectoryEstimator:
         self._look(frame, None, 0.0)
         if self._heading is not None:
             self._heading.start(stamp_ns)
+        self._travelling.start(frame, self._heading)
         return None
 
     @property
@@ -343,6 +347,7 @@ class TrajectoryEstimator:
         if self._heading is not None:
             self._heading.restart()
         self._trust.reset()
+        self._travelling.reset()
         self._route.reset()
         self.way.reset()
         if self._links is not None:
@@ -368,11 +373,12 @@ class TrajectoryEstimator:
         if cut and self._heading is not None:
             self._heading.cut()
             self._meter.interrupt()
+            self._travelling.reset()
         shift = None if self._heading is None else self._heading.shift_of(comparison.yaw)
         self._look(frame, shift, interval)
         worth, judged = self._meter.worth(comparison)
-        heading = self._follow(
-            self._trust.believed(comparison.yaw, shift, worth), stamp_ns, interval)
+        believed = self._trust.believed(comparison.yaw, shift, worth)
+        heading = self._follow(believed, stamp_ns, interval)
         self._trust.add(self._meter.agreement(comparison), worth, heading, interval)
         status = status_of(
             gap=gap, worth=worth,
@@ -387,7 +393,10 @@ class TrajectoryEstimator:
         status = status.coded(step)
         self._trust.add_shift(dx, self._coder.threshold_px, interval)
         turned = None if heading is None else heading.step
-        travel, odometry = self._route.add(step, status, turned, stamp_ns, interval_ns)
+        motion = believed.motion if believed is not None and believed.yaw is not None else None
+        travel = self._travelling.update(
+            frame, self._heading, motion, status, stamp_ns, interval_ns)
+        odometry = self._route.add(step, turned, travel, stamp_ns, interval_ns)
         tip = self.path.tip
         assert tip is not None
         return Update(

@@ -6,17 +6,15 @@ from phase_traj_ros.core.codes.chain import Step
 from phase_traj_ros.core.heading.tracker import HeadingStep
 from phase_traj_ros.core.path.heading_path import HeadingPath
 from phase_traj_ros.core.path.odometry import Odometer, Odometry
-from phase_traj_ros.core.path.speed import SpeedTrack
 from phase_traj_ros.core.path.trajectory import ChainPath, DrawnPath
 from phase_traj_ros.core.road.travel import Travel, TravelState
 from phase_traj_ros.core.settings import EstimatorSettings
-from phase_traj_ros.core.status import PairStatus
 
 
 class Route:
     """Goes on with each pair of frames, along the direction or along the heading."""
 
-    def __init__(self, settings: EstimatorSettings, *, speeds: SpeedTrack | None = None) -> None:
+    def __init__(self, settings: EstimatorSettings) -> None:
         """Make a route that has not started; what it is made from stays as it is now."""
         from_heading = settings.draws_heading
         self._chain_path = ChainPath(max_corners=settings.max_corners)
@@ -31,9 +29,6 @@ class Route:
         self._drawn: DrawnPath = self._chain_path
         if from_heading and self._heading_path is not None:
             self._drawn = self._heading_path
-        self._constant_speed = None if settings.awaits_speeds else settings.speed
-        self.speeds = speeds or SpeedTrack(max_speeds=settings.max_speeds)
-        """The vehicle's speeds, where they come as it drives."""
 
     @property
     def drawn(self) -> DrawnPath:
@@ -41,7 +36,7 @@ class Route:
         return self._drawn
 
     def reset(self) -> None:
-        """Go back to the origin; the speeds are kept."""
+        """Go back to the origin."""
         for part in (self._chain_path, self._heading_path, self._odometer):
             if part is not None:
                 part.reset()
@@ -53,9 +48,9 @@ class Route:
             self._heading_path.start(stamp_ns)
 
     def add(
-        self, step: Step, status: PairStatus, heading: HeadingStep | None, stamp_ns: int,
+        self, step: Step, heading: HeadingStep | None, travel: Travel | None, stamp_ns: int,
         interval_ns: int,
-    ) -> tuple[Travel | None, Odometry | None]:
+    ) -> Odometry | None:
         """
         Take what a pair of frames adds.
 
@@ -63,10 +58,10 @@ class Route:
         ----------
         step
             The codes of the pair.
-        status
-            How it came to them.
         heading
             What it adds to the heading, where that is measured.
+        travel
+            What it adds to the way, where that is.
         stamp_ns
             Of its second frame.
         interval_ns
@@ -75,25 +70,13 @@ class Route:
         """
         if step.appended:
             self._chain_path.append(step.direction, stamp_ns)
-        if heading is None or self._heading_path is None:
-            return None, None
+        if heading is None or travel is None or self._heading_path is None:
+            return None
         if self._odometer is None:
-            travel = Travel(1.0, 1.0, TravelState.UNKNOWN)
-            # As no direction is appended without a measurement, no step is taken either.
-            if not status.judged:
-                travel = Travel(0.0, 0.0, TravelState.STANDING)
-            self._heading_path.append(
-                heading.heading, heading.yaw, travel.distance, stamp_ns)
-            return travel, None
-        distance = self._distance(status, stamp_ns, interval_ns)
-        if distance is None:
-            self._odometer.miss(heading, interval_ns * 1e-9)
-            return Travel(0.0, 100.0, TravelState.UNKNOWN), None
-        return (
-            Travel(distance, (0.05 * distance) ** 2, TravelState.GIVEN),
-            self._odometer.update(heading, distance, stamp_ns, interval_ns * 1e-9))
-
-    def _distance(self, status: PairStatus, stamp_ns: int, interval_ns: int) -> float | None:
-        if self._constant_speed is None:
-            return self.speeds.distance(stamp_ns - interval_ns, stamp_ns)
-        return 0.0 if status is PairStatus.STILL else self._constant_speed * interval_ns * 1e-9
+            self._heading_path.append(heading.heading, heading.yaw, travel.distance, stamp_ns)
+            return None
+        interval = interval_ns * 1e-9
+        if travel.state is TravelState.UNKNOWN:
+            self._odometer.miss(heading, travel, interval)
+            return None
+        return self._odometer.update(heading, travel, stamp_ns, interval)

@@ -13,7 +13,7 @@ import math
 from typing import Any, Final
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from phase_traj_ros.core import Corner, Shift, TrajectoryEstimator, Travel, Update
 from phase_traj_ros.core.codes.text import describe, describe_links
 from phase_traj_ros.core.path.odometry import Odometry
@@ -24,6 +24,8 @@ _NANOSECONDS = 10**9
 # Variances of what is not measured, and of the speed to the side, which a vehicle hardly has.
 _UNKNOWN = 1e6
 _SIDEWAYS = 0.01
+# Of x, y, z, roll, pitch and yaw: those that a vehicle on the ground has.
+_ON_THE_GROUND = np.ix_((0, 1, 5), (0, 1, 5))
 
 
 @dataclass(frozen=True, slots=True)
@@ -240,9 +242,7 @@ class Messages:
             header=header, child_frame_id=child_frame_id,
             pose=types['geometry_msgs/msg/PoseWithCovariance'](
                 pose=self._pose(odometry.pose, 1.0),
-                covariance=_covariance(
-                    x=odometry.position_variance, y=odometry.position_variance,
-                    yaw=odometry.yaw_variance)),
+                covariance=_covariance(odometry.covariance)),
             twist=self._twist(odometry))
 
     def _twist(self, odometry: Odometry) -> Any:
@@ -251,8 +251,8 @@ class Messages:
             twist=types['geometry_msgs/msg/Twist'](
                 linear=types['geometry_msgs/msg/Vector3'](x=odometry.speed, y=0.0, z=0.0),
                 angular=types['geometry_msgs/msg/Vector3'](x=0.0, y=0.0, z=odometry.yaw_rate)),
-            covariance=_covariance(
-                x=odometry.speed_variance, y=_SIDEWAYS, yaw=odometry.yaw_rate_variance))
+            covariance=_covariance(np.diag(
+                [odometry.speed_variance, _SIDEWAYS, odometry.yaw_rate_variance])))
 
     def _pose(self, corner: Corner, scale: float) -> Any:
         types = self._types
@@ -287,6 +287,8 @@ def _response(shift: Shift | None) -> float:
     return 0.0 if shift is None else shift.response
 
 
-def _covariance(*, x: float, y: float, yaw: float) -> NDArray[np.float64]:
-    """Return the 6 x 6 covariance (x, y, z, roll, pitch, yaw) of a motion on the ground."""
-    return np.diag([x, y, _UNKNOWN, _UNKNOWN, _UNKNOWN, yaw]).ravel()
+def _covariance(part: ArrayLike) -> NDArray[np.float64]:
+    """Return the covariance of a motion in space, (36,), of that on the ground: x, y and yaw."""
+    whole = np.diag([0.0, 0.0, _UNKNOWN, _UNKNOWN, _UNKNOWN, 0.0])
+    whole[_ON_THE_GROUND] = part
+    return whole.ravel()

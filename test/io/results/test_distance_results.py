@@ -115,7 +115,7 @@ def test_the_debug_image_has_a_line_for_it():
 def test_speed_and_links_are_in_the_bag(tmp_path, values):
     parameters = Parameters(**values)
     with BagSink(tmp_path / 'out.mcap', parameters, source='') as sink:
-        replay(rolled_frames(), parameters, source='', watchers=[sink])
+        result = replay(rolled_frames(), parameters, source='', watchers=[sink])
     store, found = typesys.get_typestore(typesys.Stores.ROS2_JAZZY), {}
     with rosbag2.Reader(tmp_path / 'out.mcap') as reader:
         for connection, _, data in reader.messages():
@@ -132,6 +132,10 @@ def test_speed_and_links_are_in_the_bag(tmp_path, values):
         assert (speed.header.frame_id, speed.header.stamp) == ('base_link', odom.header.stamp)
         assert speed.twist.twist.linear.x == pytest.approx(5.0)
         np.testing.assert_array_equal(speed.twist.covariance, odom.twist.covariance)
+    # Of six dimensions x, y and yaw are those on the ground.
+    covariance = np.reshape(found['odom'][-1].pose.covariance, (6, 6))
+    np.testing.assert_array_equal(
+        covariance[np.ix_((0, 1, 5), (0, 1, 5))], result.updates[-1].odometry.covariance)
     text = parse_links(found['links'][-1].data)
     assert (text.step, text.unit, text.links.runs) == (2.0, 'm', ((1, 3),))
 
