@@ -66,12 +66,13 @@ _INTRODUCTION = """
 _TURNS = """
     ## Turns
 
-    *Yes* marks drives whose turns are right.
+    *Yes* marks drives whose turns are right. Elsewhere the cell shows the codes, and after a slash
+    those of one pass if they differ.
     """
 
 _RELIABLE = """
-    Of the {drives} results, {reliable} say that they can be relied upon ({share:.0%}). Of the
-    {wrong} wrong ones, {warned} say that they cannot.
+    {reliable} of the {drives} results are reported as reliable ({share:.0%}). Of the {wrong} wrong
+    results, {warned} are reported as not reliable.
     """
 
 _CAMERA = """
@@ -154,8 +155,6 @@ def document(drives: Sequence[Outcome], clips: Sequence[Outcome]) -> str:
         _TURNS,
         table(('camera', *plans), (
             (camera, *(_cell(drives, camera, plan) for plan in plans)) for camera in cameras)),
-        'Codes are given where they are wrong, and after a stroke those of one pass where those'
-        ' are.',
         *_reliable(drives), _CAMERA, _targets(drives), _learned(drives, cameras), _COMPARISON,
         table(('codes', f'right, of {len(turning)} with turns',
                f'none, of {len(straight)} without'), (
@@ -190,7 +189,7 @@ def _reliable(drives: Sequence[Outcome]) -> Iterator[str]:
         share=1 - len(doubtful) / max(len(drives), 1), wrong=len(wrong),
         warned=sum(bool(each.reasons) for each in wrong))
     if doubtful:
-        yield table(('camera', 'plan', 'turns', 'not reliable because of'), (
+        yield table(('camera', 'plan', 'turns', 'reasons'), (
             (each.camera, each.plan, 'right' if each.is_right('auto') else 'wrong',
              _reasons(each)) for each in doubtful))
 
