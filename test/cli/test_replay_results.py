@@ -98,7 +98,7 @@ def test_an_error_leaves_nothing_behind(folder, tmp_path, capsys):
     (['--bag-debug-images'], 'bag_debug_images needs a bag to write them to'),
     (['{folder}'], 'several sources need --output DIR'),
     (['{folder}', '--output', '{out}', '--live'], '--live works with one source'),
-    (['{folder}', '--output', '{out}', '--animation', 'x.gif'], '--animation works with one source'),
+    (['{folder}', '--output', '{out}', '--animation', 'x.gif'], '--animation works with one'),
     (['{folder}', '--output', '{out}', '--bag-out', 'a/x.mcap'], 'a name without a folder'),
     (['{folder}', '--output', '{out}', '--bag-out', 'x.bag'], 'has to end in .mcap'),
     (['{folder}', '--output', '{out}', '--jobs', '0'], '--jobs is 0'),
