@@ -46,7 +46,7 @@ def test_frames_that_come_too_fast_are_counted(live, recording):
     live.until(lambda: 'listening' in live.logs())
     done = play(recording, '--rate', '1e9')
     assert done.returncode == 0
-    assert 'warning: /phase_traj got ' in done.stderr
+    assert 'warning: /phase_traj received ' in done.stderr
     assert '--lossless loses none' in done.stderr
 
 
