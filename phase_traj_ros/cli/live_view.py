@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
 import shutil
 import time
 from typing import TextIO
@@ -53,6 +53,7 @@ class LiveView(Watcher):
         # A file name may contain control characters, which a terminal would execute.
         self._title = ''.join(sign if sign.isprintable() else '?' for sign in title)
         self._total = total
+        self._doing = ''
         self._clock = clock
         self._terminal = stream.isatty()
         self._braille = (stream.encoding or '').lower().replace('-', '').startswith('utf8')
@@ -76,6 +77,19 @@ class LiveView(Watcher):
             self._stream.write(_SHOW_CURSOR)
         self._stream.flush()
 
+    def over(self, frames: Iterable[StampedFrame], doing: str) -> Iterator[StampedFrame]:
+        """Yield the frames of a pass, named by what it is ``doing``; show how far it is."""
+        self._began = self._clock()
+        self._doing = f', {doing}' if doing else ''
+        if doing and not self._terminal:
+            self._stream.write(f'{self._title}{self._doing}\n')
+            self._stream.flush()
+        for number, frame in enumerate(frames, 1):
+            yield frame
+            # A pass that only learns the camera adds nothing else to show.
+            if self._terminal and self._newest is None and self._clock() >= self._due:
+                self._show([self._progress(number)])
+
     def add(self, frame: StampedFrame, update: Update, estimator: TrajectoryEstimator) -> None:
         """Take the result of a pair."""
         self._newest = update, estimator
@@ -85,7 +99,6 @@ class LiveView(Watcher):
                 self._stream.flush()
         elif self._clock() >= self._due:
             self._draw(update, estimator)
-            self._due = self._clock() + _PERIOD_S
 
     def _draw(self, update: Update, estimator: TrajectoryEstimator) -> None:
         columns, rows = shutil.get_terminal_size()
@@ -96,20 +109,26 @@ class LiveView(Watcher):
             lines += path_lines(
                 _corners(estimator), columns=min(_PATH_COLUMNS, columns - 1), rows=room,
                 braille=self._braille)
+        self._show(lines)
+
+    def _show(self, lines: list[str]) -> None:
+        columns, _ = shutil.get_terminal_size()
         back = f'\x1b[{self._lines}F' if self._lines else ''
         text = '\n'.join(line[:columns - 1] for line in lines)
         self._stream.write(f'{back}\x1b[J{text}\n')
         self._stream.flush()
         self._lines = len(lines)
+        self._due = self._clock() + _PERIOD_S
 
     def _progress(self, frames: int) -> str:
         rate = frames / max(self._clock() - self._began, 1e-9)
+        name = self._title + self._doing
         if not self._total:
-            return f'{self._title}  {frames} frames, {rate:.0f} frames/s'
+            return f'{name}  {frames} frames, {rate:.0f} frames/s'
         done = min(frames / self._total, 1.0)
         bar = '#' * round(done * _BAR)
         return (
-            f'{self._title}  [{bar:<{_BAR}}] {100 * done:.0f} %, {frames} of {self._total}'
+            f'{name}  [{bar:<{_BAR}}] {100 * done:.0f} %, {frames} of {self._total}'
             f' frames, {rate:.0f} frames/s')
 
     def _write_path(self, estimator: TrajectoryEstimator) -> None:

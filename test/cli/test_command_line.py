@@ -167,7 +167,7 @@ def test_the_help_of_replay_lists_what_a_user_and_a_vehicle_may_need():
     for spec in specs():
         assert (f'  {spec.name} ({spec.default!r}): ' in text) == (spec.group is not Group.REST)
     assert [spec.name for spec in specs() if spec.group is Group.USER] == [
-        'threshold', 'hfov_deg', 'rotate_180']
+        'threshold', 'hfov_deg', 'camera_height', 'rotate_180']
     assert text.index(Group.USER.value[1:]) < text.index(Group.VEHICLE.value[1:])
 
 

@@ -229,6 +229,24 @@ def test_the_live_view_fits_the_terminal(monkeypatch, size):
         assert len(lines) <= max(size[1] - 1, 3)
 
 
+def passed(screen):
+    times = iter(range(10**6))
+    with LiveView(screen, title='drive', total=4, clock=lambda: 0.06 * next(times)) as view:
+        assert list(view.over(range(4), 'learning')) == [0, 1, 2, 3]
+    return screen.getvalue()
+
+
+def test_a_pass_that_codes_nothing_shows_how_far_it_is():
+    views = passed(Screen(terminal=True)).split('\x1b[J')[1:]
+    assert len(views) > 1
+    assert all(view.startswith('drive, learning  [') for view in views)
+    assert ' of 4 frames' in views[-1]
+
+
+def test_elsewhere_a_pass_that_codes_nothing_is_one_line():
+    assert passed(Screen(terminal=False)) == 'drive, learning\n'
+
+
 def test_elsewhere_the_live_view_is_a_line_per_turn(monkeypatch):
     text = viewed(Screen(terminal=False), monkeypatch, title='\x1b[2Jname')
     assert '\x1b' not in text

@@ -23,8 +23,9 @@ from phase_traj_ros.io.results.figures import require_matplotlib
 _EPILOG = """
 DIR is the output folder of `phase_traj replay --output DIR`; it receives evaluation.json and
 evaluation.png. If the replay did not measure the heading (docs/how-to/camera.md), only the codes
-and the path drawn from them are compared. A path in metres (path_from: heading, and a speed) is
-scored as odometry in the plane: distance, t_rel and r_rel as in KITTI's benchmark, and ATE.
+and the path drawn from them are compared. A path in metres (from the heading, with a camera_height
+or a speed) is scored as odometry in the plane: distance, t_rel and r_rel as in KITTI's benchmark,
+and ATE.
 
 FILE is one of
   KITTI poses       lines of 12 numbers; matched by time if times.txt is beside it or the time

@@ -22,8 +22,8 @@ from phase_traj_ros.cli.options import (
     source_of,
 )
 from phase_traj_ros.cli.progress import progress
-from phase_traj_ros.cli.report import print_codes
-from phase_traj_ros.io.batch.job import replay_source, Wanted
+from phase_traj_ros.cli.report import print_codes, print_way
+from phase_traj_ros.io.batch.job import Pass, replay_source, Wanted
 from phase_traj_ros.io.messages.diagnostics import described
 from phase_traj_ros.io.replay.run import Replay
 from phase_traj_ros.io.sources.base import DEFAULT_SPEED_TOPIC, StampedFrame
@@ -97,10 +97,12 @@ def run(options: Namespace) -> int | None:
             with LiveView(sys.stderr, title=title, total=source.frame_count) as view:
                 result = replay_source(
                     source, parameters, wanted, title=title, watchers=[view],
-                    through=watch.over, speed_topic=options.speed_topic, one_pass=options.one_pass)
+                    through=lambda frames, which: watch.over(view.over(frames, which.value)),
+                    speed_topic=options.speed_topic, one_pass=options.one_pass)
         else:
-            def shown(frames: Iterable[StampedFrame]) -> Iterator[StampedFrame]:
-                return watch.over(progress(frames, total=source.frame_count, title=title))
+            def shown(frames: Iterable[StampedFrame], which: Pass) -> Iterator[StampedFrame]:
+                name = f'{title}, {which.value}' if which.value else title
+                return watch.over(progress(frames, total=source.frame_count, title=name))
 
             result = replay_source(
                 source, parameters, wanted, title=title, through=shown,
@@ -128,6 +130,7 @@ def _print(result: Replay, seconds: float) -> None:
     print(f'{result.source}: {result.frames} frames in {seconds:.1f} s'
           f' ({result.frames / seconds:.0f} frames/s)')
     print_codes(result.codes)
+    print_way(result.way, result.links, unit=result.parameters.length_unit)
     if result.parameters.estimate_fov and result.field_of_view is not None:
         print(f'field of view in degrees: {described(result.field_of_view)}')
     if not result.reliability.reliable:
@@ -140,6 +143,6 @@ def _print(result: Replay, seconds: float) -> None:
                                           ' again'),
             (result.counters.unmeasured, 'pairs had nothing to correlate'),
             (result.counters.reprimed, 'times the size of the frames changed'),
-            (result.pairs_without_speed, 'pairs had no speed and add no distance to the path')):
+            (result.pairs_without_speed, 'pairs had no speed')):
         if count:
             print(f'warning: {count} {what}')

@@ -12,13 +12,8 @@ import math
 
 from phase_traj_ros.core.codes.chain import ChainCode, Step, yawing
 from phase_traj_ros.core.codes.codes import Direction, Movement
-from phase_traj_ros.core.codes.freeman import AnyDirection, Freeman, to_four
-
-CONNECTIVITIES = (4, 8)
-# How far the heading has to pass the border of its sector to leave it, in sectors: 6 degrees of
-# 90. If the field of view is 10 % too narrow, three right angles to the same side are measured 36
-# degrees too small. They are still three, as 36 degrees and the hysteresis are below 45.
-_HYSTERESIS = 6.0 / 90.0
+from phase_traj_ros.core.codes.freeman import AnyDirection, Freeman
+from phase_traj_ros.core.codes.sectors import HeadingSector
 
 
 class HeadingCode(ChainCode):
@@ -49,34 +44,29 @@ class HeadingCode(ChainCode):
             The connectivity is neither 4 nor 8, or ``max_runs`` is below 1.
 
         """
-        if connectivity not in CONNECTIVITIES:
-            raise ValueError(f'connectivity is {connectivity}: give 4 or 8')
-        self._connectivity = connectivity
-        self._sector = 2.0 * math.pi / connectivity
-        self._border = self._sector * (0.5 + _HYSTERESIS)
+        self._sector = HeadingSector(connectivity)
         super().__init__(max_runs=max_runs)
         self.reset()
 
     @property
     def connectivity(self) -> int:
         """Return the number of directions, 4 or 8."""
-        return self._connectivity
+        return self._sector.connectivity
 
     @property
     def directions(self) -> type[Direction] | type[Freeman]:
         """Return the type of the directions: the paper's four, or Freeman's eight."""
-        return Freeman if self._connectivity == 8 else Direction
+        return self._sector.directions
 
     @property
     def heading(self) -> AnyDirection:
         """Return the current direction."""
-        code = Freeman((Freeman.FORWARD + self._sectors * (8 // self._connectivity)) % 8)
-        return code if self._connectivity == 8 else to_four(code)
+        return self._sector.direction
 
     def reset(self) -> None:
         """Start again: no codes, direction ``FORWARD``, the next pair is the first."""
         super().reset()
-        self._sectors = 0
+        self._sector.reset()
 
     def update(self, heading: float, rate: float) -> Step:
         """
@@ -106,11 +96,7 @@ class HeadingCode(ChainCode):
         if not self._started:
             self._started = True
             return Movement.FORWARD
-        off = heading - self._sectors * self._sector
-        if off > self._border:
-            self._sectors += 1
-            return Movement.LEFT
-        if off < -self._border:
-            self._sectors -= 1
-            return Movement.RIGHT
+        turned = self._sector.follow(heading)
+        if turned:
+            return Movement.LEFT if turned > 0 else Movement.RIGHT
         return Movement.FORWARD if self._turn is None else Movement.NO_CHANGE

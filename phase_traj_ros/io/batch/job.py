@@ -7,6 +7,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import closing, ExitStack
 from dataclasses import dataclass
+from enum import Enum
 from pathlib import Path
 from typing import Final
 
@@ -37,6 +38,22 @@ REPORT: Final = 'report.html'
 
 # Files in a replay's folder that not every replay writes: those of an earlier one are removed.
 _OPTIONAL = (REPORT, 'trajectory.svg', 'turns.png', 'turns.svg')
+
+
+class Pass(Enum):
+    """Which time the frames of a source are gone through; the value names it to the user."""
+
+    ONLY = ''
+    FIRST = 'pass 1 of 2: learning the camera'
+    SECOND = 'pass 2 of 2'
+
+
+Through = Callable[[Iterable[StampedFrame], Pass], Iterable[StampedFrame]]
+"""Takes the frames of a pass and yields them, as a progress bar does."""
+
+
+def _straight(frames: Iterable[StampedFrame], _: Pass) -> Iterable[StampedFrame]:
+    return frames
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -80,15 +97,15 @@ class Wanted:
 def replay_source(
     source: FrameSource, parameters: Parameters, wanted: Wanted, *, title: str,
     watchers: Sequence[Watcher] = (),
-    through: Callable[[Iterable[StampedFrame]], Iterable[StampedFrame]] = iter,
+    through: Through = _straight,
     speed_topic: str = DEFAULT_SPEED_TOPIC, one_pass: bool = False,
 ) -> Replay:
     """
     Replay a source and write the results, each file and folder completely or not at all.
 
     ``title`` is the name of the source in the report. ``watchers`` receive the frames and their
-    results as well. ``through`` takes the frames and yields them, as a progress bar does.
-    ``speed_topic`` is the bag's topic of speeds, used if the parameters ask for it.
+    results in the last pass. ``speed_topic`` is the bag's topic of speeds, used if the parameters
+    ask for it.
 
     An unknown camera is learned in a first pass over all frames. With ``one_pass`` it is learned
     during the replay instead, as in the node.
@@ -117,13 +134,16 @@ def replay_source(
                 source=source.description, debug_images=wanted.bag_debug_images)))
         frames = KeptFrames(source)
         lens = known_lens(source, parameters)
+        last = Pass.ONLY
         if lens is None and not one_pass and parameters.learns_camera:
+            last = Pass.SECOND
             with closing(frames.keeping()) as first:
-                lens = learned_lens(through(first), parameters, source.description)
+                lens = learned_lens(
+                    through(first, Pass.FIRST), parameters, source.description)
         speeds = source.speeds(speed_topic) if parameters.use_speed_topic else ()
         with closing(frames.once()) as again:
             result = replay(
-                through(again), parameters, source=source.description, watchers=seen,
+                through(again, last), parameters, source=source.description, watchers=seen,
                 lens=lens, speeds=speeds)
         for output in outputs:
             # All outputs are open; an error of one must not be attributed to another.

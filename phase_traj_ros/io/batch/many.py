@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum
 from itertools import count
 from pathlib import Path
@@ -15,9 +15,10 @@ import time
 
 import cv2
 import numpy as np
+from phase_traj_ros.core import LengthUnit, Way
 from phase_traj_ros.core.reliability import Reliability
 from phase_traj_ros.errors import OutputError, PhaseTrajError
-from phase_traj_ros.io.batch.job import replay_source, Wanted
+from phase_traj_ros.io.batch.job import Pass, replay_source, Wanted
 from phase_traj_ros.io.replay.overview import turn_marks
 from phase_traj_ros.io.replay.run import Replay
 from phase_traj_ros.io.sources.base import DEFAULT_SPEED_TOPIC, StampedFrame
@@ -90,6 +91,10 @@ class Outcome:
     """Error message, in one line."""
     route: tuple[tuple[float, float], ...] = ()
     """The drawn path, thinned for a thumbnail, in its unit, REP 103 axes."""
+    way: Way = field(default_factory=Way)
+    """Distance travelled; without pairs if no distance is measured."""
+    length_unit: LengthUnit = LengthUnit.METRE
+    """Unit of the distance."""
 
 
 Progress = Callable[[int, 'int | None'], object]
@@ -110,7 +115,9 @@ def run_job(job: Job, progress: Progress | None = None) -> Outcome:
     return Outcome(
         source=str(job.source), folder=job.folder, status=Status.OK, frames=result.frames,
         turns=len(turn_marks(result)), reliability=result.reliability,
-        seconds=time.monotonic() - began, route=_route(result))
+        seconds=time.monotonic() - began, route=_route(result),
+        way=result.way,
+        length_unit=result.parameters.length_unit)
 
 
 def failure(
@@ -181,7 +188,7 @@ def _replay(job: Job, progress: Progress | None) -> Replay:
         total = None if source.frame_count is None else passes * source.frame_count
         done = count()
 
-        def counted(frames: Iterable[StampedFrame]) -> Iterator[StampedFrame]:
+        def counted(frames: Iterable[StampedFrame], _: Pass) -> Iterator[StampedFrame]:
             for frame in frames:
                 if progress is not None:
                     progress(next(done), total)

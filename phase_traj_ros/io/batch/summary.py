@@ -28,7 +28,8 @@ from phase_traj_ros.io.results.report.page import (
 CSV_NAME: Final = 'summary.csv'
 HTML_NAME: Final = 'summary.html'
 COLUMNS: Final = (
-    'source', 'folder', 'status', 'frames', 'turns', 'seconds', 'error', 'reliable', 'reasons')
+    'source', 'folder', 'status', 'frames', 'turns', 'seconds', 'error', 'reliable', 'reasons',
+    'distance', 'distance_unit', 'distance_states')
 
 # Side of the square in which a route is drawn.
 _SIDE = 40
@@ -59,7 +60,17 @@ def _row(outcome: Outcome) -> list[str]:
         outcome.source, outcome.folder, outcome.status.value, str(outcome.frames),
         str(outcome.turns), f'{outcome.seconds:.2f}', outcome.error,
         '' if found is None else str(found.reliable).lower(),
-        '' if found is None else ' '.join(found.words)]
+        '' if found is None else ' '.join(found.words),
+        *_way_cells(outcome)]
+
+
+def _way_cells(outcome: Outcome) -> tuple[str, str, str]:
+    way = outcome.way
+    if not way.pairs:
+        return '', '', ''
+    return (
+        f'{way.distance:.1f}', outcome.length_unit.value,
+        ' '.join(f'{state.value}:{count}' for state, count in way.states.items()))
 
 
 def _page(outcomes: Sequence[Outcome], directory: Path) -> str:
@@ -78,7 +89,7 @@ def _page(outcomes: Sequence[Outcome], directory: Path) -> str:
         ]),
         'sources': table(
             [_cells(outcome, directory) for outcome in outcomes], head=('', *COLUMNS),
-            numbers=(4, 5, 6), kind='routes'),
+            numbers=(4, 5, 6, 10), kind='routes'),
     })
 
 

@@ -18,6 +18,7 @@ from phase_traj_ros.core.codes.codes import Direction, Movement
 from phase_traj_ros.core.codes.freeman import AnyDirection, Freeman
 from phase_traj_ros.core.heading.turns import Turn
 from phase_traj_ros.core.path.trajectory import vertices
+from phase_traj_ros.core.path.way import LengthUnit
 from phase_traj_ros.core.status import PairStatus
 from phase_traj_ros.errors import ResultError
 
@@ -44,8 +45,8 @@ class ReplayedDrive:
     poses
         (n, 3) x, y and yaw as in ``trajectory.tum``, in REP 103 axes, the yaw in radians and
         wrapped; None if that file is missing.
-    metric
-        Whether there are poses and x and y are in metres.
+    unit
+        Unit of x and y of the poses.
     """
 
     source: str
@@ -57,7 +58,12 @@ class ReplayedDrive:
     heading: NDArray[np.float64] | None
     turns: tuple[Turn, ...] | None
     poses: NDArray[np.float64] | None
-    metric: bool
+    unit: LengthUnit
+
+    @property
+    def metric(self) -> bool:
+        """Return whether there are poses, in metres."""
+        return self.poses is not None and self.unit is LengthUnit.METRE
 
     @property
     def path(self) -> NDArray[np.float64] | None:
@@ -114,7 +120,6 @@ def read_replay(directory: Path) -> ReplayedDrive:
         heading = content.get('heading_deg')
         connectivity = int(content.get('connectivity', 4))
         directions = Freeman if connectivity == 8 else Direction
-        poses = _read_poses(directory)
         drive = ReplayedDrive(
             source=str(content['source']),
             stamps_ns=np.array([int(content['first_stamp_ns']), *stamps], np.int64),
@@ -123,8 +128,8 @@ def read_replay(directory: Path) -> ReplayedDrive:
             status=tuple(content['status']), connectivity=connectivity,
             heading=None if heading is None else np.radians(
                 np.array(heading, np.float64).reshape(-1)),
-            turns=_read_turns(content.get('turns')), poses=poses,
-            metric=poses is not None and _is_metric(content))
+            turns=_read_turns(content.get('turns')), poses=_read_poses(directory),
+            unit=_read_unit(content))
     except OSError as error:
         raise ResultError(
             f'{directory} does not hold a replay ({error.strerror}: {error.filename}): replay'
@@ -156,12 +161,13 @@ def _read_poses(directory: Path) -> NDArray[np.float64] | None:
     return np.stack([x, y, 2 * np.arctan2(qz, qw)], axis=1)
 
 
-def _is_metric(content: Mapping[str, Any]) -> bool:
+def _read_unit(content: Mapping[str, Any]) -> LengthUnit:
     unit = content.get('path_unit')
-    if unit is None:
-        # Written by a version without this key; it did not store speeds from a topic.
-        return content.get('path_from') == 'heading' and float(content.get('speed') or 0.0) > 0
-    return bool(unit == 'm')
+    if unit is not None:
+        return LengthUnit(unit)
+    # Written by a version without this key; it did not store speeds from a topic.
+    metric = content.get('path_from') == 'heading' and float(content.get('speed') or 0.0) > 0
+    return LengthUnit.METRE if metric else LengthUnit.STEP
 
 
 def _read_turns(turns: Iterable[Mapping[str, Any]] | None) -> tuple[Turn, ...] | None:

@@ -5,10 +5,12 @@
 from typing import Final
 
 from phase_traj_ros.core import Movement, Update
-from phase_traj_ros.io.messages.published import CHAIN_CODE, PATH, Topic
+from phase_traj_ros.core.codes.freeman import AnyDirection
+from phase_traj_ros.io.messages.published import CHAIN_CODE, LINKS, PATH, Topic, whole_topics
+from phase_traj_ros.parameters import Parameters
 
 CHAIN_CODE_PERIOD_NS: Final = 10**9
-"""The chain code's text is published when the movement changes, else at most this often."""
+"""The texts of the codes are published when the newest code changes, else at most this often."""
 
 DIAGNOSTICS_PERIOD_NS: Final = 10**9
 """Period of the diagnostics."""
@@ -46,17 +48,19 @@ class Pace:
 
 class Schedule:
     """
-    Decides when the chain code's text and the path are published.
+    Decides when the texts of the codes and the path are published.
 
-    Both are published only if they have changed: the text when the movement changes, else at most
-    once a second; the path at most at ``path_rate``. Times are in nanoseconds, of any one clock.
+    They are published only if they have changed: the texts when the movement or the direction of
+    the links changes, else at most once a second; the path at most at ``path_rate``. Times are in
+    nanoseconds, of any one clock.
     """
 
-    def __init__(self, path_rate: float) -> None:
-        """Make a schedule without anything to send; ``path_rate`` is in Hz."""
-        self._paces = {
-            CHAIN_CODE: Pace(CHAIN_CODE_PERIOD_NS), PATH: Pace(round(1e9 / path_rate))}
+    def __init__(self, parameters: Parameters) -> None:
+        """Make a schedule without anything to send."""
+        self._paces = {topic: Pace(CHAIN_CODE_PERIOD_NS) for topic in whole_topics(parameters)}
+        self._paces[PATH] = Pace(round(1e9 / parameters.path_rate))
         self._last_movement: Movement | None = None
+        self._last_link: AnyDirection | None = None
 
     def add(self, update: Update) -> None:
         """Record what a pair adds."""
@@ -64,10 +68,14 @@ class Schedule:
         self._paces[CHAIN_CODE].changed(urgent=movement is not self._last_movement)
         self._paces[PATH].changed()
         self._last_movement = movement
+        if update.links and LINKS in self._paces:
+            self._paces[LINKS].changed(
+                urgent=any(link is not self._last_link for link in update.links))
+            self._last_link = update.links[-1]
 
     def restart(self) -> None:
-        """Record that codes and path start again: both are published at once."""
-        self._last_movement = None
+        """Record that everything starts again: all of it is published at once."""
+        self._last_movement = self._last_link = None
         for pace in self._paces.values():
             pace.changed(urgent=True)
 

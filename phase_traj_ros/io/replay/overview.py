@@ -39,7 +39,8 @@ class Overview:
 
     ``seconds`` are the times since the first frame. Missing measurements are NaN. ``path`` is the
     drawn path, (n + 1, 2) for n pairs, in its unit, REP 103 axes. ``heading_deg`` is the heading
-    since the start, positive to the left; None if it was not measured.
+    since the start, positive to the left, and ``speed`` is in metres or camera heights per second;
+    each is None if it was not measured.
     """
 
     seconds: NDArray[np.float64]
@@ -48,6 +49,7 @@ class Overview:
     path: NDArray[np.float64]
     turns: tuple[TurnMark, ...]
     heading_deg: NDArray[np.float64] | None = None
+    speed: NDArray[np.float64] | None = None
 
 
 def overview(result: Replay) -> Overview:
@@ -62,12 +64,20 @@ def overview(result: Replay) -> Overview:
         path=np.array([(0, 0), *((tip.x, tip.y) for tip in tips)], np.float64),
         turns=turn_marks(result),
         heading_deg=_heading(result),
+        speed=_speed(result),
     )
 
 
 def _heading(result: Replay) -> NDArray[np.float64] | None:
     headings = [update.heading.heading for update in result.updates if update.heading]
     return np.degrees(headings) if len(headings) == len(result.updates) else None
+
+
+def _speed(result: Replay) -> NDArray[np.float64] | None:
+    if not result.way.pairs:
+        return None
+    speeds = (update.speed for update in result.updates)
+    return np.array([np.nan if speed is None else speed for speed in speeds])
 
 
 def _angle(result: Replay, frame: int) -> float | None:

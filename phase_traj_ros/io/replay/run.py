@@ -11,10 +11,15 @@ from phase_traj_ros.core import (
     CameraInUse,
     ChainCode,
     Counters,
+    LengthUnit,
     Lens,
+    LinkCode,
     Movement,
+    PathSource,
     TrajectoryEstimator,
+    TravelState,
     Update,
+    Way,
 )
 from phase_traj_ros.core.calibration.field_of_view import FieldOfView
 from phase_traj_ros.core.camera.projection import threshold_px
@@ -52,13 +57,27 @@ class Replay:
     """What to do about a threshold that does not fit; None if it may fit."""
     learned: CameraEstimate | None = None
     """Camera learned in this pass; None without a turn, or if the camera was known."""
+    way: Way = field(default_factory=Way)
+    """Distance travelled; without pairs if no distance is measured."""
+    links: LinkCode | None = None
+    """The chain code of equal links, if it was asked for."""
 
     @property
     def pairs_without_speed(self) -> int:
         """Return the number of pairs that needed a speed and had no valid one."""
         if not self.parameters.use_speed_topic:
             return 0
-        return sum(update.odometry is None for update in self.updates)
+        return sum(
+            update.travel is None or update.travel.state is not TravelState.GIVEN
+            for update in self.updates)
+
+    @property
+    def path_unit(self) -> LengthUnit:
+        """Return what the drawn path is in: steps where no distance was measured."""
+        if self.parameters.drawn_from is PathSource.CODES:
+            return LengthUnit.STEP
+        told = self.parameters.metric or self.way.states[TravelState.MEASURED] > 0
+        return self.parameters.length_unit if told else LengthUnit.STEP
 
     @property
     def threshold_px(self) -> float | None:
@@ -157,7 +176,8 @@ def replay(
     found = Replay(
         source, parameters, first_stamp_ns, tuple(updates), estimator.codes, estimator.counters,
         tuple(sorted([*turns, *under_way], key=_start_frame)),
-        reliability=estimator.reliability, threshold_hint=estimator.threshold_hint)
+        reliability=estimator.reliability, threshold_hint=estimator.threshold_hint,
+        way=estimator.way, links=estimator.links)
     if heading is None:
         return found
     return replace(

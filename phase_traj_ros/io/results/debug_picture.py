@@ -2,12 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """The debug image: what the estimator sees, and its result."""
 
+import math
 from typing import cast
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from phase_traj_ros.core import PAPER_THRESHOLD, TrajectoryEstimator, Update
+from phase_traj_ros.core import LengthUnit, PAPER_THRESHOLD, TrajectoryEstimator, Update
 from phase_traj_ros.io.images.decoding import GreyImage
 from phase_traj_ros.io.results.palette import bgr, DARK, LIGHT, Rgb
 from phase_traj_ros.io.sources.base import StampedFrame
@@ -38,8 +39,8 @@ def draw(frame: StampedFrame, update: Update, estimator: TrajectoryEstimator) ->
     Return the debug image of the upright frame, BGR (H, W, 3).
 
     The band in use is framed, and fixed areas are shaded. An arrow from the middle is the shift,
-    between lines at +T and -T, a quarter of the width away. Codes and response are above it, the
-    correlation map is in the lower right corner.
+    between lines at +T and -T, a quarter of the width away. Codes, response and distance are above
+    it, the correlation map is in the lower right corner.
     """
     view = estimator.settings.view
     picture = cast('Picture', cv2.cvtColor(
@@ -53,7 +54,7 @@ def draw(frame: StampedFrame, update: Update, estimator: TrajectoryEstimator) ->
     _draw_shift(picture, update, estimator.threshold_px)
     if update.shift is not None:
         _draw_map(picture, estimator)
-    _draw_text(picture, update)
+    _draw_text(picture, update, estimator.settings.length_unit)
     return picture
 
 
@@ -96,15 +97,17 @@ def _draw_map(picture: Picture, estimator: TrajectoryEstimator) -> None:
         picture, (width - size[0], height - size[1]), (width - 1, height - 1), _BAND, 1)
 
 
-def _draw_text(picture: Picture, update: Update) -> None:
+def _draw_text(picture: Picture, update: Update, unit: LengthUnit) -> None:
     shift = update.shift
     measured = 'no shift' if shift is None else (
         f'dx {shift.dx:+.1f} dy {shift.dy:+.1f} response {shift.response:.3f}')
     movement, direction = update.step.movement, update.step.direction
-    lines = (
+    lines = [
         f'movement {int(movement)} {movement.label}   direction {int(direction)}'
         f' {direction.label}   {update.status.value}',
-        measured)
+        measured]
+    if update.travel is not None:
+        lines.append(_distance_line(update, unit))
     scale = max(picture.shape[1] / 1600, 0.35)
     for index, line in enumerate(lines):
         column, row = 8, round((index + 1) * 34 * scale)
@@ -112,6 +115,16 @@ def _draw_text(picture: Picture, update: Update) -> None:
         for right, down in ((-1, -1), (-1, 1), (1, -1), (1, 1)):
             _write(picture, line, (column + right, row + down), scale, _RIM)
         _write(picture, line, (column, row), scale, _TEXT)
+
+
+def _distance_line(update: Update, unit: LengthUnit) -> str:
+    travel, speed = update.travel, update.speed
+    assert travel is not None
+    if speed is None:
+        return f'distance {travel.state.value}'
+    return (
+        f'distance {travel.distance:.2f} +- {math.sqrt(travel.variance):.2f} {unit.value}'
+        f' {travel.state.value}   speed {speed:.2f} {unit.value}/s')
 
 
 def _write(

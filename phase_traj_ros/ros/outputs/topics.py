@@ -5,7 +5,7 @@
 from typing import Any
 
 from phase_traj_ros.core import TrajectoryEstimator, Update
-from phase_traj_ros.io.messages.published import CHAIN_CODE, ODOMETRY, pair_topics, PATH, Topic
+from phase_traj_ros.io.messages.published import ODOMETRY, pair_topics, Topic, whole_topics
 from phase_traj_ros.io.messages.schedule import Schedule
 from phase_traj_ros.io.sources.base import StampedFrame
 from phase_traj_ros.parameters import Parameters
@@ -31,7 +31,7 @@ class Outputs:
     Publishes what each pair of frames adds.
 
     Codes, shift, response, status and pose go out with every pair, as far as anybody subscribes:
-    nobody can have them later. The chain code's text and the path go out when the schedule says
+    nobody can have them later. The texts of the codes and the path go out when the schedule says
     so.
     """
 
@@ -44,12 +44,12 @@ class Outputs:
         topics = pair_topics(parameters)
         self._per_pair = {topic.name: _publisher(node, topic) for topic in topics}
         self._latched = {topic.name for topic in topics if topic.latched}
-        self._of_all = {topic: _publisher(node, topic) for topic in (CHAIN_CODE, PATH)}
+        self._of_all = {topic: _publisher(node, topic) for topic in whole_topics(parameters)}
         self._debug_image = DebugImage(node, estimator)
         self._transform = TransformOutput(node) if parameters.publish_tf else None
         # Two poses in one frame would contradict each other: that in metres is the vehicle's.
         self._placed_by = ODOMETRY.name if parameters.metric else 'pose'
-        self._schedule = Schedule(parameters.path_rate)
+        self._schedule = Schedule(parameters)
         # A steady clock: under simulated time a paused one must not hold back the last path.
         self._clock = Clock(clock_type=ClockType.STEADY_TIME)
         self._timer = node.create_timer(_FLUSH_S, self._publish_due, clock=self._clock)
