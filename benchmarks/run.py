@@ -21,7 +21,7 @@ from timing import prepare
 _DOCUMENT = ROOT / 'docs' / 'measurements' / 'benchmarks.md'
 
 INTRODUCTION = paragraphs("""
-    Written by `make bench`, which runs all of this side by side in one go, in less than five
+    Written by `make bench`, which runs all of this side by side in one go, in less than ten
     minutes. The figures are of one machine; the ratios carry over. Robustness to noise is
     measured by `make robustness`: [robustness](robustness.md).
     """)
@@ -42,7 +42,7 @@ def sections() -> dict[str, Callable[[], str]]:
         'padded sizes': sizes.section,
         'options': options.section,
         'memory': lambda: memory.section(memory.measure()),
-        'node over DDS': lambda: node_throughput.section(node_throughput.measure()),
+        'node over DDS': lambda: node_throughput.section(*node_throughput.measure()),
         'replay': lambda: replay_speed.section(*replay_speed.measure()),
     }
 
