@@ -28,7 +28,7 @@ INTRODUCTION = paragraphs("""
     size, so memory stays constant. The node keeps up with cameras of well over 100 frames per
     second on one core, and a replay runs about as fast as the pictures can be decoded.
 
-    `make bench` measures everything side by side in one run of less than five minutes and writes
+    `make bench` measures everything side by side in one run of less than ten minutes and writes
     this page. The absolute figures hold for one machine; the ratios carry over to others. `make
     robustness` measures the [robustness](robustness.md) to noise.
     """)
@@ -48,7 +48,7 @@ def sections() -> dict[str, Callable[[], str]]:
         'padded sizes': sizes.section,
         'options': options.section,
         'memory': lambda: memory.section(memory.measure()),
-        'node over DDS': lambda: node_throughput.section(node_throughput.measure()),
+        'node over DDS': lambda: node_throughput.section(*node_throughput.measure()),
         'replay': lambda: replay_speed.section(*replay_speed.measure()),
     }
 

@@ -115,6 +115,17 @@ def test_who_comes_late_gets_the_chain_code_and_the_path(live, topics, connected
     assert len(paths[0].poses) == 4
 
 
+def test_a_path_that_nobody_took_waits_for_who_comes(live):
+    process = live.start(*SHIFT)
+    movement = live.listen(UInt8, 'phase_traj/movement')
+    assert live.call(Trigger, 'phase_traj/reset', Trigger.Request()).success
+    publish(live.camera(), rolled(DRIVE))
+    live.until(lambda: len(movement) == 9)
+    paths = live.listen(Path, 'phase_traj/path', LATCHED)
+    live.until(lambda: paths and len(paths[-1].poses) == 4)
+    assert stop(process) == 0
+
+
 def test_reset_starts_anew(live, topics, connected):
     publish(connected[1], rolled(DRIVE))
     live.until(lambda: complete(topics, 9))
