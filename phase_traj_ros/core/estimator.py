@@ -377,8 +377,8 @@ class TrajectoryEstimator:
         shift = None if self._heading is None else self._heading.shift_of(comparison.yaw)
         self._look(frame, shift, interval)
         worth, judged = self._meter.worth(comparison)
-        believed = self._trust.believed(comparison.yaw, shift, worth)
-        heading = self._follow(believed, stamp_ns, interval)
+        heading = self._follow(
+            self._trust.believed(comparison.yaw, shift, worth), stamp_ns, interval)
         self._trust.add(self._meter.agreement(comparison), worth, heading, interval)
         status = status_of(
             gap=gap, worth=worth,
@@ -393,7 +393,8 @@ class TrajectoryEstimator:
         status = status.coded(step)
         self._trust.add_shift(dx, self._coder.threshold_px, interval)
         turned = None if heading is None else heading.step
-        motion = believed.motion if believed is not None and believed.yaw is not None else None
+        # The road itself tells whether it moves: a doubt about the rest of the picture is no matter.
+        motion = None if comparison.yaw is None else comparison.yaw.motion
         travel = self._travelling.update(
             frame, self._heading, motion, status, stamp_ns, interval_ns)
         odometry = self._route.add(step, turned, travel, stamp_ns, interval_ns)

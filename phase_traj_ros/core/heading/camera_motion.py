@@ -35,6 +35,8 @@ _OUTLIER = 3.0
 # The direction of travel: how far from straight ahead (standard deviation, radians), and how
 # long it stays what it was (seconds).
 _COURSE, _SLOPE, _MEMORY = math.radians(3.0), math.radians(2.0), 1.0
+# Half of the squares of a normal distribution are below this, in variances.
+_MEDIAN = 0.455
 _YAW, _PITCH, _ROLL, _B, _C, _ERROR = range(6)
 
 
@@ -153,8 +155,9 @@ class MotionFit:
             state -= inverse @ gradient
         covariance = inverse * variance
         agreeing = float(weight[error < (_OUTLIER * self._deviation) ** 2].sum())
-        # What each block leaves over is one number, as its distance takes up the other one.
-        spread = float((factor[0] * error).sum() / (variance * max(factor[0].sum() - _ERROR, 1.0)))
+        # What each block leaves over is one number, as its distance takes up the other one; half of
+        # them tell the deviation, whatever the others do.
+        spread = float(np.median(error)) / (_MEDIAN * variance)
         return CameraMotion(
             yaw=float(state[_YAW]), pitch=float(state[_PITCH]), roll=float(state[_ROLL]),
             travel=Travel(float(state[_B]), float(state[_C]),

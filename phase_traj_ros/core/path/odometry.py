@@ -10,14 +10,19 @@ from numpy.typing import NDArray
 from phase_traj_ros.core.heading.tracker import HeadingStep
 from phase_traj_ros.core.path.heading_path import HeadingPath
 from phase_traj_ros.core.path.trajectory import Corner
-from phase_traj_ros.core.road.travel import Travel
+from phase_traj_ros.core.road.travel import Travel, TravelState
 
-# For how many seconds errors of the way are alike: those of the springs, and of the pitch.
-_SWING, _TILT = 1.0, 60.0
+# For how many seconds errors are alike: those of the way that come from the springs, those that
+# come from the pitch, and half of the yaw's (its variance), as the blocks look at the same things.
+_SWING, _TILT, _ALIKE = 1.0, 60.0, 0.5
+# Of the yaw of a vehicle that stands, in radians.
+_STANDING = math.radians(0.01)
 # By so much a camera is mounted askew: the axes of the first frame are its own, while the path
 # goes where the vehicle goes (standard deviation).
-_MOUNTED = math.radians(0.7)
-_X, _Y, _YAW, _SWINGS, _TILTS, _SCALES, _ASKEW, _STATES = range(8)
+_MOUNTED = math.radians(0.5)
+# All turns may be measured too large or too small by this share: calibrations are not better.
+_ANGLE_SHARE = 0.01
+_X, _Y, _YAW, _SWINGS, _TILTS, _SCALES, _ASKEW, _ANGLES, _TURNS, _STATES = range(10)
 
 Covariance = tuple[
     tuple[float, float, float], tuple[float, float, float], tuple[float, float, float]]
@@ -72,6 +77,7 @@ class Odometer:
         self.path.reset()
         self._covariance: NDArray[np.float64] = np.zeros((_STATES, _STATES))
         self._covariance[_ASKEW, _ASKEW] = _MOUNTED ** 2
+        self._covariance[_ANGLES, _ANGLES] = _ANGLE_SHARE ** 2
         self._lost = 0.0
 
     def update(
@@ -122,6 +128,10 @@ class Odometer:
         self._renew(_SWINGS, travel.swing, math.exp(-interval / _SWING))
         self._renew(_TILTS, travel.tilt, math.exp(-interval / _TILT))
         self._renew(_SCALES, travel.scale, 1.0)
+        turn = step.variance / 2
+        if travel.state is TravelState.STANDING:
+            turn = min(turn, _STANDING ** 2)
+        self._renew(_TURNS, math.sqrt(turn), math.exp(-interval / _ALIKE))
         middle = step.heading - step.yaw / 2
         along = np.array([math.cos(middle), math.sin(middle)])
         across = np.array([-along[1], along[0]])
@@ -129,10 +139,13 @@ class Odometer:
         change[:_YAW, _YAW] = travel.distance * across
         change[:_YAW, _SWINGS:_ASKEW] = travel.distance * along[:, None]
         change[:_YAW, _ASKEW] = travel.distance * across
+        for state, turned in ((_ANGLES, step.yaw), (_TURNS, 1.0)):
+            change[:_YAW, state] = turned * travel.distance / 2 * across
+            change[_YAW, state] = turned
         noise = np.zeros((_STATES, 2))
         noise[:_YAW, 0] = math.sqrt(travel.own_variance) * along
-        noise[:_YAW, 1] = math.sqrt(step.variance) * travel.distance / 2 * across
-        noise[_YAW, 1] = math.sqrt(step.variance)
+        noise[:_YAW, 1] = math.sqrt(turn) * travel.distance / 2 * across
+        noise[_YAW, 1] = math.sqrt(turn)
         self._covariance = change @ self._covariance @ change.T + noise @ noise.T
 
     def _renew(self, state: int, deviation: float, kept: float) -> None:

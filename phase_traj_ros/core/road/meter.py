@@ -38,6 +38,8 @@ _LEAST_SEEN = 0.3
 # What slides by less, in cells, may be fixed to the camera or stand; the vehicle does not stand
 # where the world passes by more than this (way over distance, of half the blocks).
 _AT_ZERO, _PASSING = 1.0, 0.002
+# Seconds after which a camera that goes on pitching does so with the road.
+_BENDS = 2.0
 # Over a gap, a speed is taken to go on for so many seconds.
 _HOLDS = 2.5
 # On a pair that slides by less than this, in heights, neither evidence of the pitch is any good.
@@ -98,7 +100,7 @@ class RoadMeter:
         self.pace = Pace() if pace is None else pace
         """How fast the vehicle is."""
         self._looks: tuple[_Look, ...] | None = None
-        self._assumed = 0.0
+        self._assumed, self._bending = 0.0, 0.0
         self._kept: Frame | None = None
 
     @property
@@ -168,13 +170,24 @@ class RoadMeter:
         if before is None:
             self.start(frame)
             return None
-        turn = rotation(motion.yaw, motion.pitch, motion.roll)
+        turn = rotation(motion.yaw, self._nodded(motion.pitch, interval), motion.roll)
         patches = [look.patch(frame) for look in self._looks]
         found = [
             self._slid(look, look.patch.turned_back(patch, turn), interval, motion)
             for look, patch in zip(self._looks, patches)]
         self._keep(patches)
         return self._judged([each for each in found if each is not None], interval, motion)
+
+    def _nodded(self, pitch: float, interval: float) -> float:
+        """
+        Return by how much the camera has pitched against the road.
+
+        Springs swing to and fro. What goes on for longer is the road that bends up or down, and
+        the vehicle with it, or an error of the blocks.
+        """
+        share = 1.0 - math.exp(-interval / _BENDS)
+        self._bending += share * (pitch / interval - self._bending)
+        return pitch - self._bending * interval
 
     def _judged(
         self, found: list[_Found], interval: float, motion: CameraMotion,

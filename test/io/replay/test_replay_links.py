@@ -4,8 +4,10 @@
 
 import numpy as np
 from phase_traj_ros.core import TravelState
+from phase_traj_ros.io.replay.camera import known_lens
 from phase_traj_ros.io.replay.run import replay
 from phase_traj_ros.io.sources.base import StampedFrame
+from phase_traj_ros.io.sources.opening import open_source
 from phase_traj_ros.parameters import Parameters
 from phase_traj_ros.synthetic import Camera, plan_drive, render_drive, Straight, Turn
 import pytest
@@ -57,6 +59,18 @@ def test_speed_stop_and_rate_make_no_difference(drive):
         update for update in other.updates if update.travel.state is TravelState.STANDING]
     assert len(stood) >= STANDS - 2 and not any(update.links for update in stood)
     assert len(other.direction) > len(plain.direction)
+
+
+def test_real_driving_at_half_the_rate(kitti_root):
+    parameters = Parameters(code_step=5.0, camera_height=1.65)
+    with open_source(kitti_root / '00') as source:
+        lens, frames = known_lens(source, parameters), list(source)
+    whole, half = (replay(every, parameters, source='', lens=lens) for every in (
+        frames, frames[::2]))
+    assert [int(run.code) for run in whole.links.series.runs] == [1, 2]
+    for run, other in zip(whole.links.series.runs, half.links.series.runs, strict=True):
+        assert run.code is other.code and abs(run.count - other.count) <= 1
+    assert len(half.direction) < 0.6 * len(whole.direction)
 
 
 @pytest.mark.parametrize(('values', 'unit', 'metres'), [
