@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What a replay finds, drawn in the terminal while it goes on."""
+"""Draws the state of a replay in the terminal while it runs."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ class LiveView(Watcher):
     """
     Watches a replay: progress, codes, response, and the path as it grows.
 
-    On a terminal the view stays where it is and is redrawn ten times a second. Elsewhere (a
-    file, a pipe) there is a line for each turn, and the path at the end. A context manager.
+    On a terminal, the view stays in place and is redrawn ten times a second. Otherwise (a file, a
+    pipe) one line is written for each turn, and the path at the end. This is a context manager.
     """
 
     def __init__(
@@ -40,17 +40,17 @@ class LiveView(Watcher):
         Parameters
         ----------
         stream
-            Where to write.
+            Output stream.
         title
-            What is replayed.
+            Name of the source.
         total
-            Frames to expect, if known.
+            Number of frames to expect, if known.
         clock
-            Seconds that go on steadily.
+            Monotonic clock in seconds.
 
         """
         self._stream = stream
-        # A name of a file may hold anything, and a terminal obeys control characters.
+        # A file name may contain control characters, which a terminal would execute.
         self._title = ''.join(sign if sign.isprintable() else '?' for sign in title)
         self._total = total
         self._doing = ''
@@ -91,7 +91,7 @@ class LiveView(Watcher):
                 self._show([self._progress(number)])
 
     def add(self, frame: StampedFrame, update: Update, estimator: TrajectoryEstimator) -> None:
-        """Take what a pair adds."""
+        """Take the result of a pair."""
         self._newest = update, estimator
         if not self._terminal:
             if update.step.movement in (Movement.LEFT, Movement.RIGHT):
@@ -103,7 +103,7 @@ class LiveView(Watcher):
     def _draw(self, update: Update, estimator: TrajectoryEstimator) -> None:
         columns, rows = shutil.get_terminal_size()
         lines = [self._progress(estimator.counters.frames), _state(update), _measured(update)]
-        # The view must never be higher than the terminal: it could not be drawn over.
+        # The view must not be higher than the terminal: it could not be redrawn in place.
         room = min(_PATH_ROWS, rows - len(lines) - 2)
         if room > 0:
             lines += path_lines(

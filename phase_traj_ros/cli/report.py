@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""How codes and distances are printed."""
+"""Prints codes and distances."""
 
 from typing import Any
 

@@ -38,8 +38,8 @@ _MOST_COST, _LEAST_SURE = 3.0, 0.12
 # none fits well, the pictures may be cut out of larger ones.
 _GUESSES = ((0.23, 1.0, 0.0), (0.45, 0.6, 0.0), (0.9, 0.9, 0.0))
 _CUT_OUT = ((0.9, 0.9, -0.45), (0.9, 0.9, 0.45))
-# The principal point's column, in widths from the middle: it is there but for this deviation, unless
-# the pictures are cut out of larger ones, as this share of them may be; and fits are wrong by this.
+# The principal point's column, in widths from the middle: it is there but for this deviation, if
+# the pictures are not cut out of larger ones, as this share may be; and fits are wrong by this.
 _COLUMNS = np.linspace(-0.6, 0.6, 241)
 _OFF_MIDDLE, _CUTTINGS, _COLUMN_WRONG = 0.05, 0.02, 0.015
 # Turns of a place are alike, be they right angles or not: each tells this much less.

@@ -82,10 +82,10 @@ class BlockGrid:
         self._middles = np.stack([x, y], axis=1).astype(np.float32)
         # Where the blocks are in a flattened picture, and what their gradients are taken from.
         reach = np.arange(-(_BLOCK[0] // 2) - 1, _BLOCK[0] // 2 + 2)
-        down, across = (
+        row, column = (
             np.clip(np.rint(middle)[:, None].astype(int) + reach, 0, side - 1)
             for middle, side in ((y, height), (x, width)))
-        self._pixels = down[:, :, None] * width + across[:, None, :]
+        self._pixels = row[:, :, None] * width + column[:, None, :]
         self._fixed = np.zeros(len(x))
         self._open = np.ones(len(x), np.bool_)
 

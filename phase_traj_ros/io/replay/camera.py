@@ -6,9 +6,12 @@ from collections.abc import Iterable
 
 from phase_traj_ros.core import Lens
 from phase_traj_ros.errors import CalibrationError
-from phase_traj_ros.io.replay.run import replay
+from phase_traj_ros.io.replay.estimator import feed, make_estimator
 from phase_traj_ros.io.sources.base import FrameSource, StampedFrame
 from phase_traj_ros.parameters import Parameters
+
+# Frames nearer than this to the last one used do not help to learn the camera; in nanoseconds.
+_SOON_NS = 39_000_000
 
 
 def known_lens(source: FrameSource, parameters: Parameters) -> Lens | None:
@@ -43,13 +46,24 @@ def learned_lens(
 
     None if nothing was learned, or if the parameters do not ask for it.
 
+    Of more than 25 frames per second, the camera learns nothing more: the rest is skipped.
+
     Raises
     ------
     SourceError
-        There are fewer than two frames, or one of them cannot be used.
+        A frame cannot be used.
 
     """
-    if not parameters.estimator_settings().learns_lens:
+    estimator = make_estimator(parameters)
+    if not estimator.settings.learns_lens:
         return None
-    estimate = replay(frames, parameters, source=source).learned
-    return None if estimate is None else Lens(estimate=estimate)
+    last_ns = None
+    for number, frame in enumerate(frames):
+        if last_ns is None or not 0 < frame.stamp_ns - last_ns < _SOON_NS:
+            last_ns = frame.stamp_ns
+            feed(estimator, frame, number, source)
+    heading = estimator.heading
+    if heading is None:
+        return None
+    heading.finish()
+    return None if heading.learned is None else Lens(estimate=heading.learned)

@@ -27,8 +27,8 @@ from phase_traj_ros.core.codes.freeman import AnyDirection
 from phase_traj_ros.core.codes.threshold_hint import ThresholdHint
 from phase_traj_ros.core.heading.turns import Turn
 from phase_traj_ros.core.reliability import Reliability
-from phase_traj_ros.errors import FrameError, ParameterError, SourceError
-from phase_traj_ros.io.replay.estimator import make_estimator
+from phase_traj_ros.errors import ParameterError, SourceError
+from phase_traj_ros.io.replay.estimator import feed, make_estimator
 from phase_traj_ros.io.sources.base import Speed, StampedFrame
 from phase_traj_ros.parameters import Parameters
 
@@ -153,7 +153,7 @@ def replay(
     first_stamp_ns = 0
     for number, frame in enumerate(frames):
         repeated = frame.stamp_ns == estimator.last_stamp_ns
-        update = _update(estimator, frame, number, source)
+        update = feed(estimator, frame, number, source)
         if update is not None:
             updates.append(update)
             turns += update.turns
@@ -187,12 +187,3 @@ def replay(
 
 def _start_frame(turn: Turn) -> int:
     return turn.start_frame
-
-
-def _update(
-    estimator: TrajectoryEstimator, frame: StampedFrame, number: int, source: str,
-) -> Update | None:
-    try:
-        return estimator.update(frame.image, frame.stamp_ns, encoding=frame.encoding)
-    except FrameError as error:
-        raise SourceError(f'{source}: frame {number}: {error}') from None
