@@ -33,7 +33,7 @@ from rclpy.node import Node
 from report import disturbance, paragraphs, ROOT, table, verdict
 from std_msgs.msg import UInt8
 from std_srvs.srv import Trigger
-from timing import bystanders, Bystanders, unpinned
+from timing import Bystanders, bystanders, unpinned
 
 _CAMERA_HZ, _CAMERA_FRAMES = 10.0, 100
 _FAST = ((150.0, 1200), (300.0, 1800), (1000.0, 3000))
