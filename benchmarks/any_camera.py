@@ -11,13 +11,14 @@ of it. Writes docs/measurements/any_camera.md.
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import as_completed, ProcessPoolExecutor
 import multiprocessing
 import sys
 
 from any_camera_drives import MOUNTS, PLANS
 from any_camera_runs import (
+    Drive,
     keep,
     kept,
     Outcome,
@@ -59,6 +60,11 @@ _TURNS = """
 
     {right} of the {turning} drives with turns are right ({share:.0%}), and of the {straight}
     drives without any, {clean} have none. In one pass, as live, it is {live} and {live_clean}.
+    """
+
+_RELIABLE = """
+    Of the {drives} results, {reliable} say that they can be relied upon ({share:.0%}). Of the
+    {wrong} wrong ones, {warned} say that they cannot.
     """
 
 _CAMERA = """
@@ -103,9 +109,10 @@ def main() -> int:
     drives: list[Outcome] = []
     context = multiprocessing.get_context('spawn')
     with ProcessPoolExecutor(chosen.jobs, mp_context=context, initializer=_alone) as workers:
-        clips = [workers.submit(_clips, sequence) for sequence in _REAL]
+        clips = [workers.submit(_clips, sequence, go_on=chosen.go_on) for sequence in _REAL]
         for done in as_completed([
-                workers.submit(_drive, *job, go_on=chosen.go_on) for job in jobs]):
+                workers.submit(_drive, *job, go_on=chosen.go_on)
+                for job in sorted(jobs, key=_pixels)]):
             drives.append(done.result())
             print(_line(drives[-1]), flush=True)
         real_ones = [outcome for each in clips for outcome in each.result()]
@@ -141,16 +148,18 @@ def document(drives: Sequence[Outcome], clips: Sequence[Outcome]) -> str:
             (camera, *(_cell(drives, camera, plan) for plan in plans)) for camera in cameras)),
         'Codes are given where they are wrong, and after a stroke those of one pass where those'
         ' are.',
-        _CAMERA, _targets(drives), _learned(drives, cameras), _COMPARISON,
+        *_reliable(drives), _CAMERA, _targets(drives), _learned(drives, cameras), _COMPARISON,
         table(('codes', f'right, of {len(turning)} with turns',
                f'none, of {len(straight)} without'), (
             (words, right(turning, way), right(straight, way)) for way, words in _WAYS.items())),
     ]
     if clips:
         parts += [_CLIPS, table(
-            ('clip', 'pictures', 'true', 'codes', 'one pass', 'focal length, error', '± (90 %)'),
+            ('clip', 'pictures', 'true', 'codes', 'one pass', 'reliable', 'focal length, error',
+             '± (90 %)'),
             ((each.plan, each.camera, each.right or '–', each.orders['auto'] or '–',
-              each.orders['one pass'] or '–', *_focal(each, 'end')) for each in clips))]
+              each.orders['one pass'] or '–', _reasons(each), *_focal(each, 'end'))
+             for each in clips))]
     return '\n\n'.join(
         part if part.startswith(('|', '#')) else paragraphs(part) for part in parts) + '\n'
 
@@ -162,6 +171,24 @@ def _cell(drives: Iterable[Outcome], camera: str, plan: str) -> str:
     two, one = ('yes' if found[0].is_right(way) else f'**{found[0].orders[way] or "none"}**'
                 for way in ('auto', 'one pass'))
     return two if one == two else f'{two} / {one}'
+
+
+def _reliable(drives: Sequence[Outcome]) -> Iterator[str]:
+    """Yield what the results say of themselves, and which of them say that they are not sure."""
+    doubtful = [each for each in drives if each.reasons]
+    wrong = [each for each in drives if not each.is_right('auto')]
+    yield _RELIABLE.format(
+        drives=len(drives), reliable=len(drives) - len(doubtful),
+        share=1 - len(doubtful) / max(len(drives), 1), wrong=len(wrong),
+        warned=sum(bool(each.reasons) for each in wrong))
+    if doubtful:
+        yield table(('camera', 'plan', 'turns', 'not reliable because of'), (
+            (each.camera, each.plan, 'right' if each.is_right('auto') else 'wrong',
+             _reasons(each)) for each in doubtful))
+
+
+def _reasons(outcome: Outcome) -> str:
+    return ', '.join(f'`{reason}`' for reason in outcome.reasons) or 'yes'
 
 
 def _targets(drives: Sequence[Outcome]) -> str:
@@ -220,7 +247,8 @@ def _line(outcome: Outcome) -> str:
     return (
         f'{verdict} {outcome.plan}, {outcome.camera}: {outcome.orders["auto"] or "none"}, in one'
         f' pass {outcome.orders["one pass"] or "none"}; true: {outcome.right or "none"};'
-        f' focal length {", ".join(_focal(outcome, "end"))}; {outcome.seconds:.0f} s')
+        f' focal length {", ".join(_focal(outcome, "end"))}; reliable: {_reasons(outcome)};'
+        f' {outcome.seconds:.0f} s')
 
 
 def _matching(names: Iterable[str], parts: Sequence[str] | None) -> list[str]:
@@ -236,17 +264,30 @@ def _alone() -> None:
     cv2.setNumThreads(1)
 
 
+def _pixels(job: tuple[str, str]) -> float:
+    """Return how many pixels a second the camera of a job takes: the most work comes last."""
+    mount = MOUNTS[job[1]]
+    return mount.camera.width * mount.camera.height * mount.rate_hz
+
+
 def _drive(plan: str, camera: str, *, go_on: bool) -> Outcome:
+    return _outcome(plan, camera, lambda: rendered(plan, camera), go_on=go_on)
+
+
+def _clips(sequence: str, *, go_on: bool) -> list[Outcome]:
+    clip = real(sequence)
+    return [] if clip is None else [
+        _outcome(each.plan, each.camera, lambda each=each: each, go_on=go_on)
+        for each in variants(clip)]
+
+
+def _outcome(plan: str, camera: str, drive: Callable[[], Drive], *, go_on: bool) -> Outcome:
+    """Return what an earlier run has kept, if that is wanted, or replay the drive."""
     outcome = kept(plan, camera) if go_on else None
     if outcome is None:
-        outcome = score(rendered(plan, camera))
+        outcome = score(drive())
         keep(outcome)
     return outcome
-
-
-def _clips(sequence: str) -> list[Outcome]:
-    clip = real(sequence)
-    return [] if clip is None else [score(each) for each in variants(clip)]
 
 
 if __name__ == '__main__':

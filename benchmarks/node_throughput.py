@@ -46,11 +46,11 @@ _ASK_AGAIN_S = 2.0
 _TICK_S = 1.0 / os.sysconf('SC_CLK_TCK')
 
 INTRODUCTION = paragraphs("""
-    The node in a process of its own, fed over DDS by a second one and counted by a third: mono8,
-    376×1241, images and codes reliable with KEEP_ALL at both ends, all on this machine. *Came
-    back* is the rate at which movement codes were received, *lost* is how many never came. The
-    processor time is that of the node's whole process, DDS and executor included, per frame. The
-    node runs as its users run it: the allocator is not pinned.
+    The node runs in its own process. A second process feeds it over DDS, and a third counts its
+    codes: mono8, 376×1241, images and codes reliable with KEEP_ALL at both ends, all on one
+    machine. *Came back* is the rate of the movement codes received; *lost* is the number that
+    never arrived. The processor time is that of the node's whole process per frame, including DDS
+    and the executor. The allocator is not pinned, as in normal use.
     """)
 
 

@@ -1,16 +1,26 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""How codes are printed."""
+"""How codes and distances are printed."""
 
 from typing import Any
 
-from phase_traj_ros.core import ChainCode, CodeSeries
+from phase_traj_ros.core import ChainCode, CodeSeries, LengthUnit, LinkCode, Way
 
 
 def print_codes(codes: ChainCode) -> None:
     """Print both codes in run-length form."""
     _print_series('movement ', codes.movement)
     _print_series('direction', codes.direction)
+
+
+def print_way(way: Way, links: LinkCode | None, *, unit: LengthUnit) -> None:
+    """Print how far it was, how that was found, and the equal links; nothing without them."""
+    if way.pairs:
+        states = ', '.join(
+            f'{count} {state.value}' for state, count in way.states.items() if count)
+        print(f'distance: {way.distance:.1f} {unit.value} (pairs: {states})')
+    if links is not None:
+        _print_series(f'links of {links.step:g} {unit.value}', links.series)
 
 
 def _print_series(name: str, series: CodeSeries[Any]) -> None:

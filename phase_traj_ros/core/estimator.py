@@ -7,23 +7,29 @@ import time
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from phase_traj_ros.core.calibration.field_of_view import ASSUMED_HFOV_DEG
 from phase_traj_ros.core.calibration.self_calibration import SelfCalibration
-from phase_traj_ros.core.camera.field_of_view import ASSUMED_HFOV_DEG
 from phase_traj_ros.core.camera.in_use import CameraInUse
 from phase_traj_ros.core.camera.lens import Lens
 from phase_traj_ros.core.codes.chain import ChainCode
+from phase_traj_ros.core.codes.freeman import AnyDirection
+from phase_traj_ros.core.codes.links import LinkCode
 from phase_traj_ros.core.codes.threshold_hint import ThresholdHint
 from phase_traj_ros.core.coding import make_coder
 from phase_traj_ros.core.correlation.phase_correlation import Frame, Shift
 from phase_traj_ros.core.heading.estimator import HeadingEstimator, HeadingUpdate
+from phase_traj_ros.core.heading.tracker import HeadingStep
 from phase_traj_ros.core.heading.turns import Turn
 from phase_traj_ros.core.heading.yaw_meter import YawMeasurement
 from phase_traj_ros.core.measuring import Comparison, PairMeter
 from phase_traj_ros.core.path.trajectory import DrawnPath
+from phase_traj_ros.core.path.way import Way
 from phase_traj_ros.core.reliability import Reliability
+from phase_traj_ros.core.road.travel import Travel
 from phase_traj_ros.core.route import Route
 from phase_traj_ros.core.settings import CodeSource, EstimatorSettings
 from phase_traj_ros.core.status import is_gap, PairStatus, status_of
+from phase_traj_ros.core.travelling import Travelling
 from phase_traj_ros.core.trust import Trust
 from phase_traj_ros.core.update import Counters, Update
 from phase_traj_ros.errors import FrameError
@@ -33,7 +39,8 @@ _SETTLED = {
     'code_source': 'the code source', 'connectivity': 'the connectivity',
     'draws_heading': 'what the path is drawn from',
     'measures_heading': 'whether heading is measured',
-    'metric': 'whether there is a speed'}
+    'metric': 'whether there is a speed or a height of the camera',
+    'code_step': 'the length of the links'}
 # But for these, where a threshold asks for the paper's rule, or no longer does.
 _SWITCHED = ('code_source', 'draws_heading', 'measures_heading')
 
@@ -76,6 +83,14 @@ class TrajectoryEstimator:
                 Lens(hfov_deg=ASSUMED_HFOV_DEG, assumed=True), learning=SelfCalibration())
         self._coder = make_coder(self._settings)
         self._route = Route(self._settings)
+        self._travelling = Travelling(self._settings)
+        self._links: LinkCode | None = None
+        if self._settings.code_step > 0:
+            self._links = LinkCode(
+                self._settings.code_step, connectivity=self._settings.connectivity,
+                max_runs=self._settings.max_runs)
+        self.way = Way()
+        """How far the vehicle has gone."""
         self._trust = self._make_trust()
         self.counters = Counters()
         self._turns: deque[Turn] = deque(maxlen=self._settings.max_runs)
@@ -94,6 +109,11 @@ class TrajectoryEstimator:
     def codes(self) -> ChainCode:
         """Return both chain codes so far."""
         return self._coder.codes
+
+    @property
+    def links(self) -> LinkCode | None:
+        """Return the chain code of equal links so far; None where there is none."""
+        return self._links
 
     @property
     def heading(self) -> HeadingEstimator | None:
@@ -128,7 +148,7 @@ class TrajectoryEstimator:
     @property
     def newest_speed_ns(self) -> int | None:
         """Return the stamp of the newest speed that has come; None before the first."""
-        return self._route.speeds.newest_ns
+        return self._travelling.speeds.newest_ns
 
     @property
     def reliability(self) -> Reliability:
@@ -184,7 +204,7 @@ class TrajectoryEstimator:
             The speed is not from -1000 to 1000; nothing has changed.
 
         """
-        self._route.speeds.add(stamp_ns, speed)
+        self._travelling.speeds.add(stamp_ns, speed)
 
     def check(self, settings: EstimatorSettings) -> None:
         """
@@ -222,13 +242,14 @@ class TrajectoryEstimator:
         switches = self._switches_rule(settings)
         self._settings = settings
         self._meter.reconfigure(settings)
+        self._travelling.reconfigure(settings)
         self._coder.reconfigure(settings)
         if switches:
             self._coder = make_coder(settings)
             self._trust = self._make_trust()
             if self._heading is not None:
                 self._heading.leave_out(None)
-            self._route = Route(settings, speeds=self._route.speeds)
+            self._route = Route(settings)
             self.reset()
         if self._heading is not None:
             self._heading.turn_180(settings.view.rotate_180)
@@ -289,6 +310,7 @@ class TrajectoryEstimator:
         self._look(frame, None, 0.0)
         if self._heading is not None:
             self._heading.start(stamp_ns)
+        self._travelling.start(frame, self._heading)
         return None
 
     @property
@@ -325,7 +347,11 @@ class TrajectoryEstimator:
         if self._heading is not None:
             self._heading.restart()
         self._trust.reset()
+        self._travelling.reset()
         self._route.reset()
+        self.way.reset()
+        if self._links is not None:
+            self._links.reset()
         self._frames = 0
         self._last_stamp_ns = None
 
@@ -347,11 +373,12 @@ class TrajectoryEstimator:
         if cut and self._heading is not None:
             self._heading.cut()
             self._meter.interrupt()
+            self._travelling.reset()
         shift = None if self._heading is None else self._heading.shift_of(comparison.yaw)
         self._look(frame, shift, interval)
         worth, judged = self._meter.worth(comparison)
-        heading = self._follow(
-            self._trust.believed(comparison.yaw, shift, worth), stamp_ns, interval)
+        believed = self._trust.believed(comparison.yaw, shift, worth)
+        heading = self._follow(believed, stamp_ns, interval)
         self._trust.add(self._meter.agreement(comparison), worth, heading, interval)
         status = status_of(
             gap=gap, worth=worth,
@@ -366,13 +393,27 @@ class TrajectoryEstimator:
         status = status.coded(step)
         self._trust.add_shift(dx, self._coder.threshold_px, interval)
         turned = None if heading is None else heading.step
-        odometry = self._route.add(step, status, turned, stamp_ns, interval_ns)
+        motion = believed.motion if believed is not None and believed.yaw is not None else None
+        travel = self._travelling.update(
+            frame, self._heading, motion, status, stamp_ns, interval_ns)
+        odometry = self._route.add(step, turned, travel, stamp_ns, interval_ns)
         tip = self.path.tip
         assert tip is not None
         return Update(
             self._frames - 2, stamp_ns, interval_ns, self._shift(comparison, heading), step,
             status, tip, turned, () if heading is None else heading.turns, self._news_of_camera(),
-            cut, odometry)
+            cut, odometry, travel, self._go(travel, turned, interval))
+
+    def _go(
+        self, travel: Travel | None, heading: HeadingStep | None, interval: float,
+    ) -> tuple[AnyDirection, ...]:
+        """Add a pair to the way; return the directions of the links that end with it."""
+        if travel is None:
+            return ()
+        self.way.add(travel, interval)
+        if self._links is None or heading is None:
+            return ()
+        return self._links.add(travel.distance, heading.heading, heading.yaw)
 
     def _news_of_camera(self) -> CameraInUse | None:
         """Return the camera if it has changed since it was last told."""

@@ -6,16 +6,15 @@ from phase_traj_ros.core.codes.chain import Step
 from phase_traj_ros.core.heading.tracker import HeadingStep
 from phase_traj_ros.core.path.heading_path import HeadingPath
 from phase_traj_ros.core.path.odometry import Odometer, Odometry
-from phase_traj_ros.core.path.speed import SpeedTrack
 from phase_traj_ros.core.path.trajectory import ChainPath, DrawnPath
+from phase_traj_ros.core.road.travel import Travel, TravelState
 from phase_traj_ros.core.settings import EstimatorSettings
-from phase_traj_ros.core.status import PairStatus
 
 
 class Route:
     """Goes on with each pair of frames, along the direction or along the heading."""
 
-    def __init__(self, settings: EstimatorSettings, *, speeds: SpeedTrack | None = None) -> None:
+    def __init__(self, settings: EstimatorSettings) -> None:
         """Make a route that has not started; what it is made from stays as it is now."""
         from_heading = settings.draws_heading
         self._chain_path = ChainPath(max_corners=settings.max_corners)
@@ -25,14 +24,11 @@ class Route:
         self._heading_path: HeadingPath | None = None
         if self._odometer is not None:
             self._heading_path = self._odometer.path
-        elif from_heading:
+        elif settings.measures_distance:
             self._heading_path = HeadingPath(max_corners=settings.max_corners)
         self._drawn: DrawnPath = self._chain_path
         if from_heading and self._heading_path is not None:
             self._drawn = self._heading_path
-        self._constant_speed = None if settings.awaits_speeds else settings.speed
-        self.speeds = speeds or SpeedTrack(max_speeds=settings.max_speeds)
-        """The vehicle's speeds, where they come as it drives."""
 
     @property
     def drawn(self) -> DrawnPath:
@@ -40,7 +36,7 @@ class Route:
         return self._drawn
 
     def reset(self) -> None:
-        """Go back to the origin; the speeds are kept."""
+        """Go back to the origin."""
         for part in (self._chain_path, self._heading_path, self._odometer):
             if part is not None:
                 part.reset()
@@ -52,7 +48,7 @@ class Route:
             self._heading_path.start(stamp_ns)
 
     def add(
-        self, step: Step, status: PairStatus, heading: HeadingStep | None, stamp_ns: int,
+        self, step: Step, heading: HeadingStep | None, travel: Travel | None, stamp_ns: int,
         interval_ns: int,
     ) -> Odometry | None:
         """
@@ -62,10 +58,10 @@ class Route:
         ----------
         step
             The codes of the pair.
-        status
-            How it came to them.
         heading
             What it adds to the heading, where that is measured.
+        travel
+            What it adds to the way, where that is.
         stamp_ns
             Of its second frame.
         interval_ns
@@ -74,20 +70,13 @@ class Route:
         """
         if step.appended:
             self._chain_path.append(step.direction, stamp_ns)
-        if heading is None or self._heading_path is None:
+        if heading is None or travel is None or self._heading_path is None:
             return None
         if self._odometer is None:
-            # As no direction is appended without a measurement, no step is taken either.
-            if status.judged:
-                self._heading_path.append(heading.heading, heading.yaw, 1.0, stamp_ns)
+            self._heading_path.append(heading.heading, heading.yaw, travel.distance, stamp_ns)
             return None
-        distance = self._distance(status, stamp_ns, interval_ns)
-        if distance is None:
-            self._odometer.miss(heading, interval_ns * 1e-9)
+        interval = interval_ns * 1e-9
+        if travel.state is TravelState.UNKNOWN:
+            self._odometer.miss(heading, travel, interval)
             return None
-        return self._odometer.update(heading, distance, stamp_ns, interval_ns * 1e-9)
-
-    def _distance(self, status: PairStatus, stamp_ns: int, interval_ns: int) -> float | None:
-        if self._constant_speed is None:
-            return self.speeds.distance(stamp_ns - interval_ns, stamp_ns)
-        return 0.0 if status is PairStatus.STILL else self._constant_speed * interval_ns * 1e-9
+        return self._odometer.update(heading, travel, stamp_ns, interval)

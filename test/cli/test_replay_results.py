@@ -95,7 +95,7 @@ def test_an_error_leaves_nothing_behind(folder, tmp_path, capsys):
     (['--svg'], 'svg writes into the output folder'),
     (['--bag-out', 'x.bag'], 'its name has to end in .mcap'),
     (['--animation', 'x.png'], 'its name has to end in .gif'),
-    (['--bag-debug-images'], 'bag_debug_images is about the bag of bag_out'),
+    (['--bag-debug-images'], 'bag_debug_images needs a bag to write them to'),
     (['{folder}'], 'several sources need --output DIR'),
     (['{folder}', '--output', '{out}', '--live'], '--live takes one source'),
     (['{folder}', '--output', '{out}', '--animation', 'x.gif'], '--animation takes one source'),

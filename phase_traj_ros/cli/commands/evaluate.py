@@ -23,8 +23,9 @@ from phase_traj_ros.io.results.figures import require_matplotlib
 _EPILOG = """
 DIR is what `phase_traj replay --output DIR` has written; it receives evaluation.json and
 evaluation.png. Where the replay did not measure the heading (docs/how-to/camera.md), only the
-codes and the path drawn from them are compared. A path in metres (path_from: heading, and a speed)
-is scored as odometry, in the plane: distance, t_rel and r_rel as of KITTI's benchmark, and ATE.
+codes and the path drawn from them are compared. A path in metres (from the heading, with a
+camera_height or a speed) is scored as odometry, in the plane: distance, t_rel and r_rel as of
+KITTI's benchmark, and ATE.
 
 FILE is one of
   KITTI poses       lines of 12 numbers; with times.txt beside it (or the time in front, 13

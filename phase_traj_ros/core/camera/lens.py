@@ -2,11 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """What is known of a camera, and from where: numbers, a calibration, the drive, or a guess."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 import math
 
 from phase_traj_ros.core.camera.estimate import CameraEstimate
+from phase_traj_ros.core.camera.horizon import Horizon
 from phase_traj_ros.core.camera.lens_family import focal_px_of, OneNumberLens, PINHOLE
 from phase_traj_ros.core.camera.model import CameraModel, MOST_FOCAL_PX
 from phase_traj_ros.core.camera.projection import (
@@ -17,6 +18,8 @@ from phase_traj_ros.core.camera.projection import (
 from phase_traj_ros.errors import FrameError
 
 _MOST_TILT_DEG = 60.0
+# Of the focal length of a camera that nothing is known of, as a share of it.
+_ASSUMED_DEVIATION = 0.3
 # To the last digits of a logarithm.
 _HALVINGS = 52
 # Lenses that differ by less than this, as shares and in straightness, do not differ.
@@ -111,6 +114,28 @@ class Lens:
     def calibrated(self) -> bool:
         """Return whether it is the calibration that counts."""
         return self.origin is LensOrigin.CALIBRATION
+
+    @property
+    def horizon(self) -> Horizon:
+        """Return what is known of the camera's tilt against the road."""
+        if self.origin is LensOrigin.DRIVE and self.estimate is not None:
+            return self.estimate.horizon
+        given = Horizon(math.radians(self.pitch_deg), math.radians(self.roll_deg))
+        return replace(given, roll_deviation=0.0) if self.roll_deg else given
+
+    @property
+    def pitch_known(self) -> bool:
+        """Return whether the pitch was given; 0 stands for a pitch that is not known."""
+        return self.pitch_deg != 0.0 and self.origin is not LensOrigin.DRIVE
+
+    @property
+    def focal_deviation(self) -> float:
+        """Return the standard deviation of the focal length as a share of it, if there is any."""
+        if self.origin is LensOrigin.ASSUMED:
+            return _ASSUMED_DEVIATION
+        if self.origin is LensOrigin.DRIVE and self.estimate is not None:
+            return self.estimate.focal_deviation
+        return 0.0
 
     @property
     def tilt(self) -> float:

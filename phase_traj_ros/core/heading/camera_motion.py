@@ -70,6 +70,10 @@ class CameraMotion:
     """Sum of the weights of the blocks that agree with this motion."""
     agreement: float
     """Their share of all weights, 0 to 1."""
+    yaw_variance: float
+    """Of the yaw, in square radians, from how much the agreeing blocks scatter."""
+    passing: float
+    """Median of the blocks' q: the way of the camera over their distance."""
 
 
 class MotionFit:
@@ -149,8 +153,11 @@ class MotionFit:
             state -= inverse @ gradient
         covariance = inverse * variance
         agreeing = float(weight[error < (_OUTLIER * self._deviation) ** 2].sum())
+        # What each block leaves over is one number, as its distance takes up the other one.
+        spread = float((factor[0] * error).sum() / (variance * max(factor[0].sum() - _ERROR, 1.0)))
         return CameraMotion(
             yaw=float(state[_YAW]), pitch=float(state[_PITCH]), roll=float(state[_ROLL]),
             travel=Travel(float(state[_B]), float(state[_C]),
                           float(covariance[_B, _B]), float(covariance[_C, _C])),
-            agreeing=agreeing, agreement=agreeing / float(weight.sum()))
+            agreeing=agreeing, agreement=agreeing / float(weight.sum()),
+            yaw_variance=float(covariance[_YAW, _YAW]) * spread, passing=float(np.median(near)))

@@ -7,11 +7,12 @@ import math
 
 import numpy as np
 from numpy.typing import NDArray
+from phase_traj_ros.core.calibration.field_of_view import FieldOfView, FieldOfViewEstimator
 from phase_traj_ros.core.calibration.self_calibration import SelfCalibration
 from phase_traj_ros.core.camera.estimate import CameraEstimate
-from phase_traj_ros.core.camera.field_of_view import FieldOfView, FieldOfViewEstimator
 from phase_traj_ros.core.camera.in_use import CameraInUse
 from phase_traj_ros.core.camera.lens import Lens
+from phase_traj_ros.core.camera.model import CameraModel
 from phase_traj_ros.core.camera.projection import CylinderProjection
 from phase_traj_ros.core.correlation.mask import check_size
 from phase_traj_ros.core.correlation.phase_correlation import check_frame, Frame, Shift
@@ -119,6 +120,27 @@ class HeadingEstimator:
     def camera(self) -> CameraInUse | None:
         """Return what the camera is taken for now; None before the first frame."""
         return CameraInUse.of(self._lens, self._shape[1]) if self._shape else None
+
+    @property
+    def model(self) -> CameraModel:
+        """
+        Return the model of the upright picture.
+
+        Raises
+        ------
+        ValueError
+            There was no frame yet.
+
+        """
+        if not self._shape:
+            raise ValueError('there was no frame yet: give one before asking for the model')
+        camera = self._lens.camera_for((self._shape[0], self._shape[1]))
+        return camera.turned_180() if self._rotate_180 and self._lens.calibrated else camera
+
+    @property
+    def counting(self) -> NDArray[np.float32] | None:
+        """Return how much each pixel of the frames counts, (H, W) from 0 to 1; None: all alike."""
+        return self._left_out.counting
 
     @property
     def bends_may_be_turns(self) -> bool:
@@ -246,7 +268,7 @@ class HeadingEstimator:
             yaw = measurement.yaw
             step = self._tracker.update(
                 None if yaw is None else yaw / self._lens.tilt, interval,
-                certain=measurement.certain)
+                certain=measurement.certain, variance=measurement.variance)
         turns = (*self._cut_short, *self._turns.update(stamp_ns, step.heading))
         self._cut_short.clear()
         for bend in self._bends.update(stamp_ns, step.heading):

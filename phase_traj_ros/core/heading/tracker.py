@@ -16,6 +16,8 @@ _MOST_ACCELERATION = math.radians(300.0)
 _RATE_ERROR = math.radians(5.0)
 # How long a yaw rate is taken to go on when nothing is measured, seconds (time constant).
 _PERSISTENCE = 1.0
+# What a bridged yaw rate may be off by (standard deviation), radians per second.
+_BRIDGED_RATE = math.radians(5.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,12 +33,15 @@ class HeadingStep:
         After this pair, in radians since the first frame, not wrapped.
     bridged
         Whether the yaw was not measured, or not believed.
+    variance
+        Of the yaw, in square radians.
     """
 
     yaw: float
     rate: float
     heading: float
     bridged: bool
+    variance: float = 0.0
 
 
 class HeadingTracker:
@@ -103,6 +108,7 @@ class HeadingTracker:
 
     def update(
         self, yaw: float | None, interval: float, *, certain: bool = False,
+        variance: float = 0.0,
     ) -> HeadingStep:
         """
         Take the next pair of frames.
@@ -116,6 +122,8 @@ class HeadingTracker:
         certain
             Whether the yaw is beyond doubt, however it jumps: so it does where a frame was lost
             and the stamps do not tell.
+        variance
+            Of the yaw, in square radians.
 
         Raises
         ------
@@ -139,7 +147,9 @@ class HeadingTracker:
             self._gap = self._filled = 0.0
             self._doubted = None
         self._interval = interval
-        return HeadingStep(self._heading - before, self.rate, self._heading, bridged)
+        return HeadingStep(
+            self._heading - before, self.rate, self._heading, bridged,
+            (_BRIDGED_RATE * interval) ** 2 if bridged else variance)
 
     def _believe(self, rate: float, interval: float, certain: bool) -> bool:
         """Return whether a measured rate holds; if so, correct what was filled in before it."""

@@ -10,6 +10,7 @@ and yaw is what their displacements have in common whatever their distance.
 """
 
 from dataclasses import dataclass
+import math
 
 import cv2
 import numpy as np
@@ -40,6 +41,9 @@ _LOW = 0.1
 # that of a pattern fixed to the camera, which does not move, in pixels.
 _LEAST_SIGNIFICANCE = 8.0
 _AT_ZERO = 0.75
+# Of the yaw, square radians: where only the shift of the whole tells it, and what blocks that
+# agree with each other have wrong in common.
+_ALONE, _COMMON = math.radians(0.3) ** 2, math.radians(0.02) ** 2
 # A block sees this far, (rows, columns).
 _REACH = (9, 9)
 # No second peak is looked for nearer to the first, in pixels.
@@ -62,12 +66,21 @@ class YawMeasurement:
         has gone too far between the two frames, say), and it is what the shift alone says.
     agreement
         Share of the blocks that agree, 0 to 1.
+    motion
+        The whole rotation, and the direction of travel; None unless the yaw is refined.
     """
 
     shift: Shift
     yaw: float | None
     refined: bool
     agreement: float
+    motion: CameraMotion | None = None
+
+    @property
+    def variance(self) -> float:
+        """Return the variance of the yaw in square radians, from how well the blocks agree."""
+        own = _ALONE if self.motion is None else self.motion.yaw_variance
+        return own + _COMMON
 
     @property
     def certain(self) -> bool:
@@ -180,7 +193,7 @@ class YawMeter:
         agreement = 0.0 if motion is None else motion.agreement
         if motion is not None and _believed(motion):
             self._travel, self._rate = motion.travel, motion.yaw / interval
-            return YawMeasurement(shift, motion.yaw, True, agreement)
+            return YawMeasurement(shift, motion.yaw, True, agreement, motion)
         self._travel = travel
         dx = self._shift_alone(shift, foreseen)
         if dx is None:

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What is known of a recording's camera: from the source itself, or learned from the drive."""
+"""The camera of a recording: given by the source, or learned from the drive."""
 
 from collections.abc import Iterable
 
@@ -13,7 +13,7 @@ from phase_traj_ros.parameters import Parameters
 
 def known_lens(source: FrameSource, parameters: Parameters) -> Lens | None:
     """
-    Return what the source says of its camera, where that counts; None if it says nothing.
+    Return the lens that the source gives, if the parameters need one; None otherwise.
 
     Raises
     ------
@@ -39,7 +39,9 @@ def learned_lens(
     frames: Iterable[StampedFrame], parameters: Parameters, source: str,
 ) -> Lens | None:
     """
-    Return what a pass over all frames tells of the camera; None if nothing does, or need not.
+    Return the camera learned in a pass over all frames.
+
+    None if nothing was learned, or if the parameters do not ask for it.
 
     Raises
     ------

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The estimator that the parameters ask for, with the mask that they name."""
+"""Makes the estimator from the parameters, with their mask."""
 
 from dataclasses import replace
 
@@ -12,7 +12,7 @@ from phase_traj_ros.parameters import Parameters
 
 def make_estimator(parameters: Parameters, *, keep_all: bool = False) -> TrajectoryEstimator:
     """
-    Return an estimator, bounded in memory unless it is to keep everything.
+    Return an estimator, bounded in memory unless ``keep_all``.
 
     Raises
     ------

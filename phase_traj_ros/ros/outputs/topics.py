@@ -6,7 +6,13 @@ from collections.abc import Callable
 from typing import Any
 
 from phase_traj_ros.core import TrajectoryEstimator, Update
-from phase_traj_ros.io.messages.published import CHAIN_CODE, ODOMETRY, pair_topics, PATH, Topic
+from phase_traj_ros.io.messages.published import (
+    ODOMETRY,
+    pair_topics,
+    PATH,
+    Topic,
+    whole_topics,
+)
 from phase_traj_ros.io.messages.schedule import Schedule
 from phase_traj_ros.io.sources.base import StampedFrame
 from phase_traj_ros.parameters import Parameters
@@ -33,9 +39,9 @@ class Outputs:
     Publishes what each pair of frames adds.
 
     Codes, shift, response, status and pose go out with every pair, as far as anybody subscribes:
-    nobody can have them later. The chain code's text and the path go out when the schedule says
-    so. A long path takes longer than the image it grows by: while nobody subscribes, it waits for
-    whoever comes next.
+    nobody can have them later. The texts of the codes and the path go out when the schedule says
+    so. A long path takes longer to send than an image to correlate: while nobody subscribes, the
+    path waits for the next subscriber.
     """
 
     def __init__(
@@ -48,14 +54,15 @@ class Outputs:
         self._per_pair = {topic.name: _publisher(node, topic) for topic in topics}
         self._latched = {topic.name for topic in topics if topic.latched}
         self._of_all = {
-            CHAIN_CODE: _publisher(node, CHAIN_CODE),
-            PATH: _publisher(node, PATH, on_match=self._on_path_match)}
+            topic: _publisher(
+                node, topic, on_match=self._on_path_match if topic == PATH else None)
+            for topic in whole_topics(parameters)}
         self._path_waits = False
         self._debug_image = DebugImage(node, estimator)
         self._transform = TransformOutput(node) if parameters.publish_tf else None
         # Two poses in one frame would contradict each other: that in metres is the vehicle's.
         self._placed_by = ODOMETRY.name if parameters.metric else 'pose'
-        self._schedule = Schedule(parameters.path_rate)
+        self._schedule = Schedule(parameters)
         # A steady clock: under simulated time a paused one must not hold back the last path.
         self._clock = Clock(clock_type=ClockType.STEADY_TIME)
         self._timer = node.create_timer(_FLUSH_S, self._publish_due, clock=self._clock)

@@ -1,0 +1,272 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""
+How far a vehicle goes, in heights of its camera, from how the road slides below it.
+
+Two patches of the road, a near and a far one, are looked at from above. The rotation of the
+camera, which the heading's blocks give, is taken out; what is left is a slide towards the vehicle.
+"""
+
+from dataclasses import dataclass, replace
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+from phase_traj_ros.core.camera.horizon import Horizon
+from phase_traj_ros.core.camera.model import CameraModel
+from phase_traj_ros.core.correlation.phase_correlation import Frame
+from phase_traj_ros.core.correlation.transforms import TransformLibrary
+from phase_traj_ros.core.heading.camera_motion import CameraMotion
+from phase_traj_ros.core.road.ground import CELL, GroundPatch, rotation, stretches
+from phase_traj_ros.core.road.pace import Pace
+from phase_traj_ros.core.road.slide import Slide
+from phase_traj_ros.core.road.tilt import RoadTilt
+from phase_traj_ros.core.road.travel import Travel, TravelState
+
+# Standard deviations by which a peak has to stand out of noise: of a thousand places, none of
+# noise does.
+_STANDS_OUT = 7.0
+# Of a peak's place, in cells, and of the blocks' pitch from frame to frame, in radians.
+_PEAK, _NODDING = 0.3, 0.0006
+# With a pitch less sure than this, nothing can be told; patches made with one that turns out to
+# be wrong by more than the second number are made anew.
+_SURE, _REMADE = 0.03, 0.006
+# Two slides differ if they do by so many deviations.
+_DIFFER = 4.0
+# A patch of which less is seen than this is of no use.
+_LEAST_SEEN = 0.3
+# What slides by less, in cells, may be fixed to the camera or stand; the vehicle does not stand
+# where the world passes by more than this (way over distance, of half the blocks).
+_AT_ZERO, _PASSING = 1.0, 0.002
+# Over a gap, a speed is taken to go on for so many seconds.
+_HOLDS = 2.5
+# On a pair that slides by less than this, in heights, neither evidence of the pitch is any good.
+_DRIVING = 0.1
+
+
+@dataclass(frozen=True, slots=True)
+class _Look:
+    """One patch, and what it is compared with."""
+
+    patch: GroundPatch
+    slide: Slide
+
+
+@dataclass(frozen=True, slots=True)
+class _Found:
+    """How far a patch has slid in heights, if the pitch is right; its deviation, where it is."""
+
+    way: float
+    deviation: float
+    score: float
+    middle: float
+    raw: float
+
+
+class RoadMeter:
+    """Measures the way of one camera, from frame to frame."""
+
+    def __init__(
+        self, camera: CameraModel, horizon: Horizon, *, pitch_known: bool = False,
+        rotate_180: bool = False, mask: NDArray[np.float32] | None = None,
+        transform: TransformLibrary = TransformLibrary.AUTO, pace: Pace | None = None,
+    ) -> None:
+        """
+        Make a meter that waits for its first frame.
+
+        Parameters
+        ----------
+        camera
+            The model of the upright picture.
+        horizon
+            What is known of its tilt.
+        pitch_known
+            Whether the horizon's pitch is to be believed as it is.
+        rotate_180
+            Whether the frames come upside down.
+        mask
+            (H, W) from 0 to 1, how much each pixel of the frames counts.
+        transform
+            Which library computes the transforms.
+        pace
+            What is known of the speed, if anything.
+
+        """
+        self._camera, self._horizon = camera, horizon
+        self._rotate_180, self._mask, self._transform = rotate_180, mask, transform
+        self._tilt = RoadTilt(horizon, fixed=pitch_known)
+        self.pace = Pace() if pace is None else pace
+        """How fast the vehicle is."""
+        self._looks: tuple[_Look, ...] | None = None
+        self._assumed = 0.0
+        self._kept: Frame | None = None
+
+    @property
+    def tilt(self) -> RoadTilt:
+        """Return the pitch of the camera against the road."""
+        return self._tilt
+
+    def use_mask(self, mask: NDArray[np.float32] | None) -> None:
+        """Go on with another mask; no pair is lost."""
+        self._mask, self._looks = mask, None
+
+    def forget(self) -> None:
+        """Start anew with the next frame; what is known of the tilt is kept."""
+        self.pace.forget()
+        self._kept = None
+
+    def start(self, frame: Frame) -> None:
+        """Take a frame that is not compared with the one before."""
+        self._kept = frame
+        if self._looks is not None:
+            self._keep([look.patch(frame) for look in self._looks])
+
+    def update(
+        self, frame: Frame, interval: float, motion: CameraMotion | None, *,
+        still: bool = False,
+    ) -> Travel:
+        """
+        Take the next frame, and return what its pair adds, in heights of the camera.
+
+        Parameters
+        ----------
+        frame
+            (H, W), not to be changed afterwards.
+        interval
+            Seconds since the frame before, above 0.
+        motion
+            How the camera has turned since then; None if it was not measured.
+        still
+            Whether the vehicle is known to stand.
+
+        """
+        self.pace.pass_time(interval)
+        self._tilt.pass_time(interval)
+        travel = None
+        if still:
+            self.start(frame)
+            travel = self._standing()
+        elif motion is None:
+            self.start(frame)
+        else:
+            travel = self._measure(frame, interval, motion)
+        return travel or self._bridged(interval)
+
+    def _measure(
+        self, frame: Frame, interval: float, motion: CameraMotion,
+    ) -> Travel | None:
+        before, self._kept = self._kept, frame
+        driving = self.pace.known and self.pace.speed * interval > _DRIVING
+        if driving or not self.pace.known:
+            self._tilt.add_travel(motion.travel.slope, motion.travel.slope_variance)
+        if self._tilt.deviation > _SURE:
+            self._looks = None
+            return None
+        if self._looks is None or abs(self._tilt.mounting - self._assumed) > _REMADE:
+            self._look_anew(before)
+        assert self._looks is not None
+        if before is None:
+            self.start(frame)
+            return None
+        turn = rotation(motion.yaw, motion.pitch, motion.roll)
+        patches = [look.patch(frame) for look in self._looks]
+        found = [
+            self._slid(look, look.patch.turned_back(patch, turn), interval, motion)
+            for look, patch in zip(self._looks, patches)]
+        self._keep(patches)
+        return self._judged([each for each in found if each is not None], interval, motion)
+
+    def _judged(
+        self, found: list[_Found], interval: float, motion: CameraMotion,
+    ) -> Travel | None:
+        """Put what the patches tell together."""
+        if not found:
+            return None
+        best = max(found, key=lambda each: each.score)
+        agreeing = [
+            each for each in found if abs(each.way - best.way) <= _DIFFER * math.hypot(
+                each.deviation, best.deviation,
+                2.0 * (each.middle - best.middle) * self._tilt.deviation * best.way)]
+        if len(agreeing) == 2 and best.way > _DRIVING:
+            self._compare(*agreeing)
+            agreeing = [replace(
+                each, way=each.raw / self._stretched(each.middle)) for each in agreeing]
+        if all(abs(each.raw) < _AT_ZERO * CELL for each in agreeing) and (
+                motion.passing < _PASSING):
+            return self._standing()
+        weights = np.array([each.deviation ** -2 for each in agreeing])
+        way = float(weights @ [each.way for each in agreeing] / weights.sum())
+        depth = agreeing[0].middle
+        swing = 2.0 * depth * self._tilt.swing_deviation
+        tilt = 2.0 * depth * self._tilt.common_deviation
+        # The errors of both come from the same nodding: together they are not much better.
+        own = min(each.deviation for each in agreeing) ** 2
+        self.pace.add(way / interval, (own + (swing * way) ** 2) / (interval * interval))
+        return Travel(
+            way, own + (swing ** 2 + tilt ** 2) * way ** 2, TravelState.MEASURED, swing, tilt)
+
+    def _compare(self, near: _Found, far: _Found) -> None:
+        if near.raw <= 0.0 or far.raw <= 0.0:
+            return
+        # A nod moves the far road more than the near one, in the same direction.
+        nod = (far.middle ** 2 - near.middle ** 2) * _NODDING
+        self._tilt.add_slides(
+            far.raw / near.raw, far.middle - near.middle,
+            (nod ** 2 + 2.0 * (_PEAK * CELL) ** 2) / near.raw ** 2, assumed=self._assumed)
+
+    def _slid(
+        self, look: _Look, patch: NDArray[np.float32], interval: float, motion: CameraMotion,
+    ) -> _Found | None:
+        look.slide.compare(patch)
+        middle = look.patch.middle
+        stretched = self._stretched(middle)
+        deviation = math.hypot(_PEAK * CELL, (1.0 + middle * middle) * _NODDING)
+        apart = _DIFFER * deviation
+        least, most = (speed * interval * stretched for speed in self.pace.bounds)
+        least, most = least - apart, most + apart
+        if motion.passing > _PASSING:
+            # The world passes by, so what does not move is no road.
+            if most > 0.0:
+                least = max(least, _AT_ZERO * CELL)
+            else:
+                most = min(most, -_AT_ZERO * CELL)
+        peak = look.slide.peak(least / CELL, min(most / CELL, look.slide.most))
+        if peak is None or peak.score < _STANDS_OUT:
+            return None
+        raw = peak.cells * CELL
+        return _Found(raw / stretched, deviation, peak.score, middle, raw)
+
+    def _stretched(self, middle: float) -> float:
+        """Return by how much what slides seems to slide more, as the pitch has changed."""
+        return math.exp(2.0 * middle * (self._tilt.pitch - self._assumed))
+
+    def _standing(self) -> Travel:
+        self.pace.stand()
+        return Travel(0.0, 0.0, TravelState.STANDING)
+
+    def _bridged(self, interval: float) -> Travel:
+        off = self.pace.deviation * interval
+        if not self.pace.known:
+            return Travel(1.0, off ** 2, TravelState.UNKNOWN)
+        way = self.pace.speed * min(interval, _HOLDS)
+        # A speed that is wrong stays so from pair to pair.
+        swing = off / abs(way) if abs(way) > CELL else 0.0
+        return Travel(way, off ** 2, TravelState.BRIDGED, swing)
+
+    def _look_anew(self, before: Frame | None) -> None:
+        """Make the patches with what is known of the tilt now."""
+        self._assumed = self._tilt.mounting
+        horizon = replace(self._horizon, pitch=self._assumed)
+        patches = [
+            GroundPatch(self._camera, horizon, stretch, rotate_180=self._rotate_180,
+                        mask=self._mask)
+            for stretch in stretches(self._camera, horizon)]
+        self._looks = tuple(
+            _Look(patch, Slide(patch.window, self._transform))
+            for patch in patches if patch.share > _LEAST_SEEN)
+        if before is not None:
+            self._keep([look.patch(before) for look in self._looks])
+
+    def _keep(self, patches: list[NDArray[np.float32]]) -> None:
+        for look, patch in zip(self._looks or (), patches):
+            look.slide.keep(patch)

@@ -1,0 +1,141 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""How far the vehicle goes: by a speed from elsewhere where there is one, else by the road."""
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+from phase_traj_ros.core.camera.lens import Lens
+from phase_traj_ros.core.correlation.phase_correlation import Frame
+from phase_traj_ros.core.heading.camera_motion import CameraMotion
+from phase_traj_ros.core.heading.estimator import HeadingEstimator
+from phase_traj_ros.core.path.speed import SpeedTrack
+from phase_traj_ros.core.road.meter import RoadMeter
+from phase_traj_ros.core.road.scale import CameraHeight
+from phase_traj_ros.core.road.travel import Travel, TravelState
+from phase_traj_ros.core.settings import EstimatorSettings
+from phase_traj_ros.core.status import PairStatus
+
+# Of a speed from elsewhere, as a share of it.
+_SPEED = 0.05
+# A pair on which the vehicle goes less, in heights of the camera, tells nothing of the height.
+_DRIVING = 0.2
+# What a wrong guess of the lens may make of the speed, as a share of it, where it is replaced.
+_OTHER_LENS = 0.3
+# Where nothing is known in metres, standard deviation of the speed in metres per second.
+_ANY_SPEED = 15.0
+
+
+class Travelling:
+    """Tells how far the vehicle goes, in the unit of the path (see ``Travel``)."""
+
+    def __init__(self, settings: EstimatorSettings) -> None:
+        """Make one that has seen nothing."""
+        self._settings = settings
+        self.speeds = SpeedTrack(max_speeds=settings.max_speeds)
+        """The vehicle's speeds, where they come as it drives."""
+        self._height = CameraHeight(settings.camera_height, settings.camera_height_deviation)
+        self._meter: RoadMeter | None = None
+        self._camera: tuple[Lens, tuple[int, ...], bool] | None = None
+        self._mask: NDArray[np.float32] | None = None
+
+    def reconfigure(self, settings: EstimatorSettings) -> None:
+        """Go on with other settings; what is known of speed and height is kept."""
+        self._settings = settings
+
+    def reset(self) -> None:
+        """Start anew with the next frame; what is known of the camera is kept."""
+        if self._meter is not None:
+            self._meter.forget()
+
+    def start(self, frame: Frame, heading: HeadingEstimator | None) -> None:
+        """Take a frame that is not compared with the one before."""
+        if heading is not None and self._by_road:
+            self._look_for(frame, heading)
+            if self._meter is not None:
+                self._meter.start(frame)
+
+    def update(
+        self, frame: Frame, heading: HeadingEstimator | None, motion: CameraMotion | None,
+        status: PairStatus, stamp_ns: int, interval_ns: int,
+    ) -> Travel | None:
+        """
+        Take the next frame, and return what its pair adds.
+
+        Parameters
+        ----------
+        frame
+            (H, W), not to be changed afterwards.
+        heading
+            What follows the heading; without it, there is no distance either.
+        motion
+            How the camera has turned, where that was measured and is believed.
+        status
+            Of the pair.
+        stamp_ns
+            Of the frame.
+        interval_ns
+            Since the frame before.
+
+        """
+        if heading is None or not self._settings.measures_distance:
+            return None
+        interval = interval_ns * 1e-9
+        by_road = None
+        if self._meter is not None:
+            by_road = self._meter.update(
+                frame, interval, motion, still=status is PairStatus.STILL)
+            if by_road.state is TravelState.UNKNOWN and not status.judged:
+                by_road = replace(by_road, distance=0.0)
+            by_road = by_road.scaled(1.0, heading.lens.focal_deviation)
+        if self._by_road and self._look_for(frame, heading) and self._meter is not None:
+            self._meter.start(frame)
+        if not self._settings.metric:
+            return by_road
+        given = self._given(status, stamp_ns, interval_ns)
+        if given is not None:
+            if by_road is not None and by_road.state is TravelState.MEASURED:
+                self._calibrate(given, by_road)
+            return Travel(
+                given, (_SPEED * given) ** 2, TravelState.GIVEN, scale=_SPEED)
+        height = self._height.metres
+        if by_road is None or height is None or by_road.state is TravelState.UNKNOWN:
+            return Travel(0.0, (_ANY_SPEED * interval) ** 2, TravelState.UNKNOWN)
+        return by_road.scaled(height, self._height.deviation)
+
+    @property
+    def _by_road(self) -> bool:
+        """Return whether the road is looked at: a constant speed leaves nothing to ask."""
+        return self._settings.measures_distance and self._settings.speed == 0.0
+
+    def _given(self, status: PairStatus, stamp_ns: int, interval_ns: int) -> float | None:
+        """Return the metres that a speed from elsewhere tells, None without one."""
+        if self._settings.awaits_speeds:
+            return self.speeds.distance(stamp_ns - interval_ns, stamp_ns)
+        if self._settings.speed == 0.0:
+            return None
+        return 0.0 if status is PairStatus.STILL else self._settings.speed * interval_ns * 1e-9
+
+    def _calibrate(self, metres: float, by_road: Travel) -> None:
+        if metres > 0.0 and by_road.distance > _DRIVING:
+            self._height.add(metres, by_road.distance)
+
+    def _look_for(self, frame: Frame, heading: HeadingEstimator) -> bool:
+        """Go on with the camera and the mask as they are now; return whether that is new."""
+        camera = (heading.lens, frame.shape, self._settings.view.rotate_180)
+        if camera == self._camera:
+            if heading.counting is not self._mask and self._meter is not None:
+                self._mask = heading.counting
+                self._meter.use_mask(self._mask)
+            return False
+        pace = None if self._meter is None else self._meter.pace
+        if pace is not None:
+            pace.deviation += _OTHER_LENS * abs(pace.speed)
+        self._camera, self._mask = camera, heading.counting
+        lens = heading.lens
+        self._meter = RoadMeter(
+            heading.model, lens.horizon, pitch_known=lens.pitch_known,
+            rotate_180=self._settings.view.rotate_180, mask=self._mask,
+            transform=self._settings.transform, pace=pace)
+        return True
