@@ -64,12 +64,10 @@ class Replay:
 
     @property
     def pairs_without_speed(self) -> int:
-        """Return for how many pairs speeds were asked for, and none held."""
+        """Return for how many pairs speeds were asked for, and neither one nor the road tells."""
         if not self.parameters.use_speed_topic:
             return 0
-        return sum(
-            update.travel is None or update.travel.state is not TravelState.GIVEN
-            for update in self.updates)
+        return sum(update.odometry is None for update in self.updates)
 
     @property
     def path_unit(self) -> LengthUnit:
