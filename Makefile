@@ -66,7 +66,7 @@ robustness:  ## Measure robustness to noise against peers; writes docs/measureme
 	@$(environment) .venv --extras ros
 	@.venv/bin/python benchmarks/robustness.py
 
-any-camera:  ## Try 16 cameras of which nothing is told; writes docs/measurements/any_camera.md
+any-camera:  ## Measure the turns of 16 unknown cameras; writes docs/measurements/any_camera.md
 	@$(environment) .venv --extras ros
 	@.venv/bin/python benchmarks/any_camera.py
 

@@ -334,11 +334,6 @@ class Parameters:
         return self.estimator_settings().learns_lens
 
     @property
-    def needs_camera(self) -> bool:
-        """Return whether the focal length has to come from the camera's calibration."""
-        return self.estimator_settings().awaits_lens
-
-    @property
     def metric(self) -> bool:
         """Return whether a speed or the camera's height gives odometry in metres."""
         return self.speed > 0 or self.use_speed_topic or self.camera_height > 0

@@ -1,10 +1,10 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
 """
-The method itself: frames in, codes and trajectory out.
+The method: frames in, codes and trajectory out.
 
-Knows neither ROS nor files. A frame goes through ``PhaseCorrelator`` (shift), ``DynamicChainCode``
-(codes) and ``ChainPath`` (trajectory); ``TrajectoryEstimator`` joins them for one camera.
+The core depends neither on ROS nor on files. A frame goes through ``PhaseCorrelator`` (shift),
+``DynamicChainCode`` (codes) and ``ChainPath`` (trajectory); ``TrajectoryEstimator`` joins them.
 """
 
 from phase_traj_ros.core.camera.estimate import CameraEstimate

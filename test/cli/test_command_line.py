@@ -158,7 +158,7 @@ def test_no_threshold_leaves_the_choice_to_the_code_source(folder, tmp_path):
 def test_threshold_has_to_be_finite_and_positive(folder, tmp_path, threshold):
     output = tmp_path / 'results'
     message = refused('replay', folder, f'--threshold={threshold}', '--output', output)
-    assert 'it takes a finite number of 0 or more' in message
+    assert 'give a finite number of 0 or more' in message
     assert not output.exists()
 
 
@@ -182,11 +182,11 @@ def test_play_refuses_times_that_cannot_be(folder, option, value):
     (['{folder}', '--topic', '/image'], 'leave out topic'),
     (['{folder}', '--every', '0'], 'every must be a whole number'),
     (['{folder}', '--start', '60'], 'no frame is selected'),
-    (['{folder}', '--duration', '0.1'], '1 frame to use, but a trajectory takes at least two'),
+    (['{folder}', '--duration', '0.1'], '1 frame to use, but a trajectory needs at least two'),
     (['{folder}', '--fps', '0'], 'fps must be'),
     (['{folder}', '--params', '/does/not/exist.yaml'], 'cannot read the parameter file'),
     (['{folder}', '-p', 'threshold=3'], 'write NAME:=VALUE'),
-    (['{folder}', '-p', 'threshold:=3'], 'write 3.0'),
+    (['{folder}', '-p', 'threshold:=3'], 'such as 3.0'),
     (['{folder}', '-p', 'code_source:=heading'], 'give focal_px or hfov_deg'),
     (['{folder}', '--output', '{folder}/0.png'], 'cannot write to'),
     (['{folder}', '--output', '{folder}/0.png/below'], 'cannot write to'),

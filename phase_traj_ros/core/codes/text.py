@@ -1,7 +1,7 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
 """
-The chain code as one line that a person can read, and its parser.
+The chain code as one line of text for people, and its parser.
 
 Grammar (a space stands for exactly one)::
 
@@ -11,8 +11,8 @@ Grammar (a space stands for exactly one)::
     n       = a decimal number without sign
 
 The first number of a series is its length, the brackets hold how often each code occurred, and
-the runs follow, oldest first; ``...`` says that older runs are left out. With Freeman's eight
-directions the brackets of the second series go on to 7, and so do its codes. For example::
+the runs follow, oldest first; ``...`` means that older runs are omitted. With Freeman's eight
+directions, the brackets and the codes of the second series go up to 7. For example::
 
     frames 34; movement 33 (0:0 1:25 2:1 3:7) 1x23 2x1 3x7 1x2; direction 26 (...) 1x23 2x3
 
@@ -50,15 +50,15 @@ _LINKS = re.compile(r'step (\d+(?:\.\d+)?) ([a-z ]+); links (.*)', re.ASCII)
 
 @dataclass(frozen=True, slots=True)
 class SeriesText:
-    """One series of codes as far as the text tells it."""
+    """One series of codes, as far as the text contains it."""
 
     length: int
     totals: tuple[int, ...]
-    """How often each of the codes, from 0 on, occurred; there are four, or eight."""
+    """How often each code, from 0 on, occurred; 4 or 8 numbers."""
     runs: tuple[tuple[int, int], ...]
     """(code, count) of the newest runs, oldest first."""
     complete: bool
-    """Whether the runs are all there ever were."""
+    """Whether ``runs`` contains all runs."""
 
     def __str__(self) -> str:
         """Return the series in the grammar of this module."""
@@ -69,7 +69,7 @@ class SeriesText:
 
 @dataclass(frozen=True, slots=True)
 class ChainCodeText:
-    """Both codes as far as the text tells them."""
+    """Both codes, as far as the text contains them."""
 
     frames: int
     movement: SeriesText
@@ -98,7 +98,7 @@ class LinksText:
 def describe(
     codes: ChainCode, *, frames: int, max_runs: int | None = None,
 ) -> ChainCodeText:
-    """Return what the text tells of ``codes``, with at most ``max_runs`` runs a series."""
+    """Return the text form of ``codes``, with at most ``max_runs`` runs per series."""
     return ChainCodeText(
         frames, _series_text(codes.movement, Movement, max_runs),
         _series_text(codes.direction, codes.directions, max_runs))
@@ -130,7 +130,7 @@ def parse_links(text: str) -> LinksText:
 
 def parse(text: str) -> ChainCodeText:
     """
-    Return what a line in the grammar of this module says.
+    Parse a line in the grammar of this module.
 
     Raises
     ------

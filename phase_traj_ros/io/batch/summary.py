@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A table of how a batch went, as CSV and as HTML."""
+"""The summary of a batch as a table, in CSV and HTML."""
 
 from collections.abc import Sequence
 import csv
@@ -31,18 +31,18 @@ COLUMNS: Final = (
     'source', 'folder', 'status', 'frames', 'turns', 'seconds', 'error', 'reliable', 'reasons',
     'distance', 'distance_unit', 'distance_states')
 
-# Of the square that a route is drawn in.
+# Side of the square in which a route is drawn.
 _SIDE = 40
 
 
 def write_summary(outcomes: Sequence[Outcome], directory: Path) -> None:
     """
-    Write summary.csv and summary.html, a row per source, each whole or not at all.
+    Write summary.csv and summary.html, one row per source, each completely or not at all.
 
     Raises
     ------
     OutputError
-        They cannot be written.
+        A file cannot be written.
 
     """
     with (output_file(directory / CSV_NAME) as path,
@@ -95,7 +95,7 @@ def _page(outcomes: Sequence[Outcome], directory: Path) -> str:
 
 def _cells(outcome: Outcome, directory: Path) -> list[Cell]:
     cells: list[Cell] = [_route(outcome), *_row(outcome)]
-    # Nothing is loaded: these are links to follow.
+    # The links are not loaded; the user follows them.
     for page in (REPORT, 'trajectory.png'):
         if outcome.status is Status.OK and (directory / outcome.folder / page).exists():
             address = escape(quote(f'{outcome.folder}/{page}'))
@@ -109,7 +109,7 @@ def _cells(outcome: Outcome, directory: Path) -> list[Cell]:
 
 
 def _route(outcome: Outcome) -> Markup:
-    """Return the drawn path as a small picture, its start heading up."""
+    """Return a thumbnail of the drawn path, its start heading up."""
     if not outcome.route:
         return Markup('')
     points = normalised(to_axes(np.array(outcome.route, np.float64), Axes.FIGURE))

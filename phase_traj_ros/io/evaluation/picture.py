@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The picture of an evaluation: the drawn trajectory beside the true one, and the headings."""
+"""The figure of an evaluation: the drawn trajectory beside the true one, and the headings."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ def write_evaluation_picture(
     drive: ReplayedDrive, true: MatchedTruth, evaluation: Evaluation, path: Path,
 ) -> None:
     """
-    Draw the true trajectory and the ones drawn from the codes and from the heading, side by side.
+    Draw the true trajectory and those drawn from the codes and from the heading, side by side.
 
-    Each is normalised, its start heading up; behind the drawn ones is the true one, where it fits
-    best. A path with the lengths of the way is drawn, too: one in metres in metres, with the true
-    one where it fits best without being scaled. Below are both headings over time, and where the
-    true turns and the turns found are.
+    Each is normalised with its start heading up. The true one is drawn behind the others, at the
+    best fit. A path in metres is also drawn in metres, with the true one at the best fit without
+    scaling; a path in camera heights with the true one at the best fit. Below are both headings
+    over time, and the spans of the true and the found turns.
     """
     by_heading = drive.drawn_from_heading()
     as_written = drive.path is not None and drive.unit is not LengthUnit.STEP

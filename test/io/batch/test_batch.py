@@ -91,7 +91,7 @@ def test_a_route_along_the_heading_has_few_points_too(tmp_path, root):
 
 
 @pytest.mark.parametrize(('fault', 'error'), [
-    ('missing', 'does not exist'), ('root', 'a cluster has to share it'), ('bug', 'KeyError')])
+    ('missing', 'does not exist'), ('root', 'have to share it'), ('bug', 'KeyError')])
 def test_whatever_goes_wrong_is_told_in_one_line(tmp_path, root, monkeypatch, fault, error):
     source = write_rolled(tmp_path / 'drive')
     if fault == 'missing':

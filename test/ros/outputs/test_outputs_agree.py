@@ -3,6 +3,7 @@
 """What the node publishes and what a bag written offline holds are the same."""
 
 from collections import defaultdict
+from types import SimpleNamespace
 
 import cv2
 import numpy as np
@@ -173,6 +174,7 @@ def test_nothing_is_made_for_nobody(frames):
 
         def create_publisher(self, kind, topic, *args, **kwargs):
             made = self.publishers[topic.replace('~/', '')] = Alone(kind)
+            made.on_match = kwargs['event_callbacks'].matched
             return made
 
     node = Lonely()
@@ -182,6 +184,13 @@ def test_nothing_is_made_for_nobody(frames):
         update = estimator.update(frame.image, frame.stamp_ns)
         if update is not None:
             outputs.publish(frame, update)
-    # What is latched is there for whoever comes later.
+    # What is latched is there for whoever comes later; a long path is made when somebody comes.
     assert {name for name, each in node.publishers.items() if each.data} == {
-        'camera', 'chain_code', 'path'}
+        'camera', 'chain_code'}
+    path = node.publishers['path']
+    path.on_match(SimpleNamespace(current_count_change=-1))
+    assert not path.data
+    for _ in range(2):
+        path.on_match(SimpleNamespace(current_count_change=1))
+        # The second time, the middleware has the newest one to hand out.
+        assert len(path.data) == 1
