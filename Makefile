@@ -70,7 +70,7 @@ distance:  ## Measure distances on clips and drives; writes docs/measurements/di
 	@$(environment) .venv --extras ros
 	@.venv/bin/python benchmarks/distance.py
 
-any-camera:  ## Try 16 cameras of which nothing is told; writes docs/measurements/any_camera.md
+any-camera:  ## Measure the turns of 16 unknown cameras; writes docs/measurements/any_camera.md
 	@$(environment) .venv --extras ros
 	@.venv/bin/python benchmarks/any_camera.py
 

@@ -11,13 +11,14 @@ of it. Writes docs/measurements/any_camera.md.
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import as_completed, ProcessPoolExecutor
 import multiprocessing
 import sys
 
 from any_camera_drives import MOUNTS, PLANS
 from any_camera_runs import (
+    Drive,
     keep,
     kept,
     Outcome,
@@ -35,21 +36,29 @@ _DOCUMENT = ROOT / 'docs' / 'measurements' / 'any_camera.md'
 _REAL = ('00', '06')
 _LEARNED = (('first', 'after the first turn'), ('third', 'after three'), ('end', 'at the end'))
 _WAYS = {
-    'auto': 'turns, rounded to quarters (`auto`)',
+    'auto': 'turns, rounded to quarter turns (`auto`)',
     'one pass': 'the same in one pass, as the node',
     'heading': 'quantised heading',
     **{f'{rate:g}°/s': f"paper's state machine, T = {rate:g}°/s" for rate in THRESHOLDS}}
 
 _INTRODUCTION = """
-    Does `phase_traj replay VIDEO`, with no option at all, give the right turns, whatever the
-    camera? Rendered drives (`phase_traj_ros.synthetic`) answer that for {cameras} cameras and
-    {plans} plans of a drive, {drives} drives in all{part}; clips of the KITTI odometry benchmark,
-    without their calibration, answer it for one real camera. The cameras differ in size, rate,
-    field of view, lens and mount, and so does where they are on the vehicle.
+    This page measures whether `phase_traj replay VIDEO`, without any option, finds the right turns
+    with an unknown camera.
 
-    The truth is `find_turns` on the true heading, each turn counted `quarter_turns` times, in
-    order. Angles of 55° to 65° and of 130° to 140° count neither way, nor does a turn under way at
-    the end. The order of the codes is that of 0 (L) and 2 (R) in `movement`.
+    {right} of the {turning} drives with turns are right ({share:.0%}), and {clean} of the
+    {straight} drives without turns have none. In one pass, as live, these numbers are {live} and
+    {live_clean}. With the same cameras, the quantised heading is right on {heading} of the
+    {turning} drives, and the paper's state machine with its best threshold on {paper}.
+
+    The drives are rendered (`phase_traj_ros.synthetic`) for {cameras} cameras and {plans} plans of
+    a drive, {drives} drives in all{part}. The cameras differ in size, rate, field of view, lens
+    and mount, and in their position on the vehicle. Clips of the KITTI odometry benchmark, without
+    their calibration, add one real camera.
+
+    The true turns are those that `find_turns` finds in the true heading; each one counts
+    `quarter_turns` times, in order. Angles of 55° to 65° and of 130° to 140° are not counted, nor
+    is a turn in progress at the end. The order of the codes is that of 0 (L) and 2 (R) in
+    `movement`.
 
     Written by `make any-camera` with {versions}.
     """
@@ -57,34 +66,39 @@ _INTRODUCTION = """
 _TURNS = """
     ## Turns
 
-    {right} of the {turning} drives with turns are right ({share:.0%}), and of the {straight}
-    drives without any, {clean} have none. In one pass, as live, it is {live} and {live_clean}.
+    *Yes* marks drives whose turns are right. Elsewhere the cell shows the codes, and after a slash
+    those of one pass if they differ.
+    """
+
+_RELIABLE = """
+    {reliable} of the {drives} results are reported as reliable ({share:.0%}). Of the {wrong} wrong
+    results, {warned} are reported as not reliable.
     """
 
 _CAMERA = """
     ## What is learned of the camera
 
-    The error is that of the focal length, as a share. The interval is the stated one of 90 %; it
-    is given as half its width. After a turn means 1.6 s later.
+    The error is the relative error of the focal length. ± is half the width of the stated 90 %
+    interval. *After* a turn means 1.6 s after its end.
     """
 
 _COMPARISON = """
     ## Three ways to make codes
 
-    All of them know the camera that the whole drive has told. The state machine takes the shift of
-    the picture as the paper does, with a threshold that is a yaw rate: so it fits the camera and
-    the rate of its pictures. It codes how fast the picture turns, not how far: a slow turn has
-    none of the codes, a fast one more than one, and a bend that turns nobody around has them as
-    well. The quantised heading changes its code halfway between two directions, at 45° and a
-    little more, wherever the drive began. Turns that are rounded to quarters forgive both what a
-    crossing lacks of a right angle and what the field of view is wrong.
+    All of them use the camera that the whole drive has determined. The state machine takes the
+    shift of the picture, as in the paper, with a threshold that is a yaw rate, so it fits the
+    camera and its frame rate. It judges how fast the picture turns and not how far: a slow turn
+    has no code, a fast one several, and a bend can have codes although the direction stays. The
+    quantised heading changes its code halfway between two directions, a little past 45°, wherever
+    the drive began. Rounding the turns to quarter turns tolerates both crossings that are not
+    right angles and errors of the field of view.
     """
 
 _CLIPS = """
     ## Real clips
 
-    Left grey camera of KITTI, whole and as what can be made of it. `upper half` has lost the road.
-    `left half` has its optical axis at its right edge.
+    These are clips of KITTI's left grey camera, as they are and modified. *Upper half* lacks the
+    road. *Left half* has its optical axis at its right edge.
     """
 
 
@@ -103,9 +117,10 @@ def main() -> int:
     drives: list[Outcome] = []
     context = multiprocessing.get_context('spawn')
     with ProcessPoolExecutor(chosen.jobs, mp_context=context, initializer=_alone) as workers:
-        clips = [workers.submit(_clips, sequence) for sequence in _REAL]
+        clips = [workers.submit(_clips, sequence, go_on=chosen.go_on) for sequence in _REAL]
         for done in as_completed([
-                workers.submit(_drive, *job, go_on=chosen.go_on) for job in jobs]):
+                workers.submit(_drive, *job, go_on=chosen.go_on)
+                for job in sorted(jobs, key=_pixels)]):
             drives.append(done.result())
             print(_line(drives[-1]), flush=True)
         real_ones = [outcome for each in clips for outcome in each.result()]
@@ -128,29 +143,30 @@ def document(drives: Sequence[Outcome], clips: Sequence[Outcome]) -> str:
         return sum(each.is_right(way) for each in some)
 
     parts = [
-        '# Any camera, nothing known',
+        '# Any camera',
         _INTRODUCTION.format(
-            cameras=len(cameras), plans=len(plans), drives=len(drives), versions=versions(),
-            part='' if whole else f' (of the {len(MOUNTS)} by {len(PLANS)} that there are)'),
-        _TURNS.format(
             right=right(turning, 'auto'), turning=len(turning),
             share=right(turning, 'auto') / max(len(turning), 1), straight=len(straight),
             clean=right(straight, 'auto'), live=right(turning, 'one pass'),
-            live_clean=right(straight, 'one pass')),
+            live_clean=right(straight, 'one pass'), heading=right(turning, 'heading'),
+            paper=max(right(turning, f'{rate:g}°/s') for rate in THRESHOLDS),
+            cameras=len(cameras), plans=len(plans), drives=len(drives), versions=versions(),
+            part='' if whole else f' (of the {len(MOUNTS)} by {len(PLANS)} that there are)'),
+        _TURNS,
         table(('camera', *plans), (
             (camera, *(_cell(drives, camera, plan) for plan in plans)) for camera in cameras)),
-        'Codes are given where they are wrong, and after a stroke those of one pass where those'
-        ' are.',
-        _CAMERA, _targets(drives), _learned(drives, cameras), _COMPARISON,
+        *_reliable(drives), _CAMERA, _targets(drives), _learned(drives, cameras), _COMPARISON,
         table(('codes', f'right, of {len(turning)} with turns',
                f'none, of {len(straight)} without'), (
             (words, right(turning, way), right(straight, way)) for way, words in _WAYS.items())),
     ]
     if clips:
         parts += [_CLIPS, table(
-            ('clip', 'pictures', 'true', 'codes', 'one pass', 'focal length, error', '± (90 %)'),
+            ('clip', 'pictures', 'true', 'codes', 'one pass', 'reliable', 'focal length, error',
+             '± (90 %)'),
             ((each.plan, each.camera, each.right or '–', each.orders['auto'] or '–',
-              each.orders['one pass'] or '–', *_focal(each, 'end')) for each in clips))]
+              each.orders['one pass'] or '–', _reasons(each), *_focal(each, 'end'))
+             for each in clips))]
     return '\n\n'.join(
         part if part.startswith(('|', '#')) else paragraphs(part) for part in parts) + '\n'
 
@@ -162,6 +178,24 @@ def _cell(drives: Iterable[Outcome], camera: str, plan: str) -> str:
     two, one = ('yes' if found[0].is_right(way) else f'**{found[0].orders[way] or "none"}**'
                 for way in ('auto', 'one pass'))
     return two if one == two else f'{two} / {one}'
+
+
+def _reliable(drives: Sequence[Outcome]) -> Iterator[str]:
+    """Yield what the results say of themselves, and which of them say that they are not sure."""
+    doubtful = [each for each in drives if each.reasons]
+    wrong = [each for each in drives if not each.is_right('auto')]
+    yield _RELIABLE.format(
+        drives=len(drives), reliable=len(drives) - len(doubtful),
+        share=1 - len(doubtful) / max(len(drives), 1), wrong=len(wrong),
+        warned=sum(bool(each.reasons) for each in wrong))
+    if doubtful:
+        yield table(('camera', 'plan', 'turns', 'reasons'), (
+            (each.camera, each.plan, 'right' if each.is_right('auto') else 'wrong',
+             _reasons(each)) for each in doubtful))
+
+
+def _reasons(outcome: Outcome) -> str:
+    return ', '.join(f'`{reason}`' for reason in outcome.reasons) or 'yes'
 
 
 def _targets(drives: Sequence[Outcome]) -> str:
@@ -220,7 +254,8 @@ def _line(outcome: Outcome) -> str:
     return (
         f'{verdict} {outcome.plan}, {outcome.camera}: {outcome.orders["auto"] or "none"}, in one'
         f' pass {outcome.orders["one pass"] or "none"}; true: {outcome.right or "none"};'
-        f' focal length {", ".join(_focal(outcome, "end"))}; {outcome.seconds:.0f} s')
+        f' focal length {", ".join(_focal(outcome, "end"))}; reliable: {_reasons(outcome)};'
+        f' {outcome.seconds:.0f} s')
 
 
 def _matching(names: Iterable[str], parts: Sequence[str] | None) -> list[str]:
@@ -236,17 +271,30 @@ def _alone() -> None:
     cv2.setNumThreads(1)
 
 
+def _pixels(job: tuple[str, str]) -> float:
+    """Return how many pixels a second the camera of a job takes: the most work comes last."""
+    mount = MOUNTS[job[1]]
+    return mount.camera.width * mount.camera.height * mount.rate_hz
+
+
 def _drive(plan: str, camera: str, *, go_on: bool) -> Outcome:
+    return _outcome(plan, camera, lambda: rendered(plan, camera), go_on=go_on)
+
+
+def _clips(sequence: str, *, go_on: bool) -> list[Outcome]:
+    clip = real(sequence)
+    return [] if clip is None else [
+        _outcome(each.plan, each.camera, lambda each=each: each, go_on=go_on)
+        for each in variants(clip)]
+
+
+def _outcome(plan: str, camera: str, drive: Callable[[], Drive], *, go_on: bool) -> Outcome:
+    """Return what an earlier run has kept, if that is wanted, or replay the drive."""
     outcome = kept(plan, camera) if go_on else None
     if outcome is None:
-        outcome = score(rendered(plan, camera))
+        outcome = score(drive())
         keep(outcome)
     return outcome
-
-
-def _clips(sequence: str) -> list[Outcome]:
-    clip = real(sequence)
-    return [] if clip is None else [score(each) for each in variants(clip)]
 
 
 if __name__ == '__main__':

@@ -88,6 +88,8 @@ class Outcome:
     """The right codes, a regular expression."""
     turning: int
     """Turns of 60 degrees or more that have ended."""
+    reasons: tuple[str, ...]
+    """Why the result says that it is not to be relied upon; empty if it says that it is."""
     orders: dict[str, str] = field(default_factory=dict)
     """L and R, by the way they were made."""
     focal: dict[str, Focal | None] = field(default_factory=dict)
@@ -132,7 +134,9 @@ def kept(plan: str, camera: str) -> Outcome | None:
     focal = {
         name: None if known is None else Focal(**known)
         for name, known in values.pop('focal').items()}
-    return Outcome(**{**values, 'focal': focal, 'tilt': tuple(values['tilt'])})
+    return Outcome(**{
+        **values, 'focal': focal, 'tilt': tuple(values['tilt']),
+        'reasons': tuple(values['reasons'])})
 
 
 def keep(outcome: Outcome) -> None:
@@ -153,12 +157,13 @@ def score(drive: Drive) -> Outcome:
     ended = [
         turn for turn in drive.turns
         if abs(turn.angle_deg) >= _TELLING_DEG and turn.end_frame < len(drive.frames) - 1]
-    outcome = Outcome(
-        drive.plan, drive.camera, right_order(drive.turns, frames=len(drive.frames)), len(ended))
     watcher = _Estimates()
     live = _replay(drive, watchers=[watcher], one_pass=True)
-    outcome.orders['one pass'] = order(live.movement)
     whole = _replay(drive)
+    outcome = Outcome(
+        drive.plan, drive.camera, right_order(drive.turns, frames=len(drive.frames)), len(ended),
+        whole.reliability.words)
+    outcome.orders['one pass'] = order(live.movement)
     outcome.orders['auto'] = order(whole.movement)
     for name, after in (('first', 0), ('third', 2)):
         if len(ended) > after:

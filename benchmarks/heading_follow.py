@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from heading_drives import Ride
 import numpy as np
-from phase_traj_ros.core.camera.field_of_view import ASSUMED_HFOV_DEG, FieldOfView
+from phase_traj_ros.core.calibration.field_of_view import ASSUMED_HFOV_DEG, FieldOfView
 from phase_traj_ros.core.camera.lens import Lens
 from phase_traj_ros.core.codes.from_heading import HeadingCode
 from phase_traj_ros.core.heading.estimator import HeadingEstimator

@@ -32,11 +32,11 @@ _FRAMES, _ROUNDS, _WARM_UP = 40, 120, 5
 _HEADING = 'heading, cylinder and blocks'
 
 INTRODUCTION = paragraphs("""
-    The same step with the OpenCV of PyPI's wheels (`make bench`) and with that of the
-    distribution (`make bench-system`: its Python, its OpenCV and its scipy as they are), each
-    side by side with its own peers: *peer* is `cv2.phaseCorrelate`, or one forward and one
-    inverse transform of the padded size by the library that the step uses, or the whole
-    measurement of the heading: the cylinder with a step of its own, and its blocks.
+    This table compares the step with the OpenCV of PyPI's wheels (`make bench`) and with that of
+    the distribution (`make bench-system`, with the distribution's Python, OpenCV and scipy), each
+    beside its own peers. The *peer* is `cv2.phaseCorrelate`; or one forward and one inverse
+    transform of the padded size, with the library that the step uses; or the complete measurement
+    of the heading, which is a step on the cylinder plus its blocks.
     """)
 
 #: The peers, and the largest ratio aimed at on the distribution's OpenCV at the three sizes.

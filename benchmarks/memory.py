@@ -34,12 +34,12 @@ _EAGER = {'MALLOC_MMAP_THRESHOLD_': str(2 ** 16), 'MALLOC_TOP_PAD_': '0'}
 PEERS = {'step': Ours, 'cv2.phaseCorrelate': OpenCv}
 
 INTRODUCTION = paragraphs("""
-    After the first frames a step allocates nothing of a frame's size (376×1241 are 466,616
-    bytes; what is left are conversion buffers of numpy, the same for all sizes). *Peak* is the
-    most that Python and numpy held at any time during a step beyond what they held before it;
-    *paged in* is what the kernel gave the process per step with a malloc that returns every
-    large buffer, and so shows those inside of OpenCV, too; *growth* is how much larger the
-    process was after 2000 steps.
+    After the first frames, a step allocates no buffer of a frame's size (376×1241 is 466,616
+    bytes); only numpy's conversion buffers remain, and their size does not depend on the frame.
+    *Peak* is the most that Python and numpy hold during a step beyond what they held before it.
+    *Paged in* is what the kernel gives the process per step when malloc returns every large
+    buffer, so it includes the buffers inside OpenCV. *Growth* is how much larger the process is
+    after 2000 steps.
     """)
 
 

@@ -15,10 +15,10 @@ from timing import take_turns, Timed
 _TURN_THRESHOLD = 20.0
 
 INTRODUCTION = paragraphs("""
-    The whole estimator, at several settings, on the same frames. The error is that of the yaw
-    per pair, atan(dx / focal length) against the truth, in degrees: the median and the 95th
-    percentile. The turns are those counted at T = 20 px. All shifts are in pixels of the full
-    image.
+    These tables run the whole estimator with several settings on the same frames. The error is
+    that of the yaw per pair, atan(dx / focal length) against the truth, in degrees: the median and
+    the 95th percentile. The turns are those counted at T = 20 px. All shifts are in pixels of the
+    full image.
     """)
 
 OPTIONS = {

@@ -27,23 +27,23 @@ _CANDIDATES = {
 _UNRELATED = 150
 
 _TEXT = """
-    The peak's height does not tell: where one in a hundred pairs of unrelated frames is accepted,
-    it loses {response:.0f} % of the good ones. Forward motion spreads the peak over many pixels
-    and noise lowers it, while the highest of half a million values of noise is high by chance.
-    Peak against second peak loses {ratio:.0f} %.
+    The height of the peak (the response) does not separate the two: with a limit that accepts 1 %
+    of the unrelated pairs, it loses {response:.0f} % of the good ones. Forward motion spreads the
+    peak over many pixels and noise lowers it, while the highest of half a million noise values is
+    high by chance. The ratio of the peak to the second peak loses {ratio:.0f} %.
 
-    What was chosen loses {significance:.1f} %. It is the **significance** of the peak: the sum of
-    the correlation map over a small square about it, divided by the standard deviation that such
-    a sum has when the frames have nothing in common. That deviation is known, not estimated, as
-    the map is noise then, and its energy is that of the whitened spectrum (Parseval). The sum
-    keeps what motion spreads, and noise of either sign cancels in it. The square's side is the
-    root of the frame's area over 85 (9 pixels for 376×1241), so that it grows with the resolution
-    as the spread does; half and twice that do about as well.
+    The chosen test loses {significance:.1f} %. It is the **significance** of the peak: the sum of
+    the correlation map over a small square around the peak, divided by the standard deviation of
+    this sum for unrelated frames. This deviation is known and not estimated: for unrelated frames
+    the map is noise, and its energy is that of the whitened spectrum (Parseval). The sum keeps the
+    energy that motion spreads, and noise of either sign cancels in it. The side of the square is
+    the square root of the frame's area divided by 85 (9 pixels for 376×1241), so it grows with the
+    resolution as the spread does. Half and twice this side work about as well.
 
-    A pair counts as measured from {limit:g} standard deviations on. That loses hardly any pair
-    that is right, at any noise; the lost ones are those of every second or third frame of a fast
-    drive, where most pairs are at the end of what can be measured anyway. To be *right*, a shift
-    may be off by 6 px or 15 %, as near objects move more than turning alone would move them.
+    A pair counts as measured from {limit:g} standard deviations on. This loses almost no pair that
+    is right, at any noise level. The lost pairs are those of every second or third frame of a fast
+    drive, where most pairs are at the limit of what can be measured. A shift is *right* if it is
+    off by at most 6 px or 15 %, since near objects move more than rotation alone would move them.
     """
 
 
@@ -175,7 +175,8 @@ def section(pairs: Sequence[Pair]) -> str:
             for name in _CANDIDATES for share in _ACCEPTED}
     text = _TEXT.format(limit=limit, **{name: 100 * loss[name, 0.01] for name in _CANDIDATES})
     return '\n\n'.join((
-        '## No measurement', '![Curves](../images/quality_measurement.png)', paragraphs(text),
+        '## Pairs that are not measurements',
+        '![Curves](../images/quality_measurement.png)', paragraphs(text),
         table(
             ('good pairs lost, %', *(
                 f'{percent(share)} % of the unrelated accepted' for share in _ACCEPTED)),
@@ -187,7 +188,7 @@ def section(pairs: Sequence[Pair]) -> str:
         'By drive, all conditions:',
         gate_table(driven, [], limit, key=lambda pair: f'{pair.source}, every '
                    f'{("", "2nd ", "3rd ")[pair.gap - 1]}frame'),
-        'Frames far apart, or with little to see:', blind_table(far_or_blind, limit)))
+        'Frames that are far apart or show little:', blind_table(far_or_blind, limit)))
 
 
 def is_blind(pair: Pair) -> bool:
@@ -222,5 +223,5 @@ def blind_table(pairs: Sequence[Pair], limit: float) -> str:
         right = percent(np.mean([pair.right for pair in accepted])) if accepted else ''
         rows.append((
             name, len(group), percent(len(accepted) / len(group)),
-            right if any(pair.gap for pair in group) else 'none is'))
+            right if any(pair.gap for pair in group) else '–'))
     return table(('', 'pairs', 'accepted, %', 'of these right, %'), rows)

@@ -30,18 +30,18 @@ _APART = 8
 _AT_ZERO = 0.75
 
 _TEXT = """
-    A pattern that stays where it is in the picture has a sharp peak at zero, and the scene,
-    whose own peak is spread by motion, loses against it in a turn. When the peak is at zero, the
-    guard looks at the second one outside of its neighbourhood, and takes that if it is a
-    measurement in its own right, is more significant than the first (a fixed pattern's peak is
-    high, but a single pixel wide), and explains more than half of the blocks with texture better
-    than no shift does. The last keeps it from following what passes in front of a vehicle that
-    stands. There is nothing to tune in it: more, and more than half. What a pair loses when it is
-    missed, `release_frames` makes good.
+    A pattern that is fixed to the camera has a sharp peak at zero. In a turn, motion spreads the
+    scene's own peak, and the fixed peak is higher. When the peak is at zero, the guard
+    (`look_past_zero`) looks at the second peak outside its neighbourhood. It takes the second peak
+    if that peak is a measurement in its own right, is more significant than the first (a fixed
+    pattern's peak is high, but one pixel wide), and explains more than half of the textured blocks
+    better than zero shift does. The last condition prevents it from following traffic that passes
+    in front of a standing vehicle. The guard has no parameters to tune. `release_frames`
+    compensates for the pairs that it misses.
 
-    A mask over what never moves is better than any guard. Its soft edge matters: with a hard one
-    the picture's brightness ends at the same places in every frame, which is a fixed pattern
-    itself. In the table a pair turns if the picture does by {turning:g} px or more.
+    A mask over the fixed parts is the most direct remedy. Its edge has to be soft: at a hard edge,
+    the brightness ends at the same place in every frame, which is a fixed pattern itself. In the
+    table, a pair is a turning pair if the picture shifts by {turning:g} px or more.
     """
 
 
@@ -185,5 +185,5 @@ def section(pairs: Sequence[Locked], passing: Sequence[Locked]) -> str:
         paragraphs(_TEXT.format(turning=TURNING_PX)), 'Driving:',
         table(('', 'turning pairs', 'locked, %', 'right, %', 'with the guard', 'with a mask',
                'with both', 'straight pairs', 'led astray, %'), rows),
-        'A vehicle that stands while another one passes:',
+        'A standing vehicle that another vehicle passes:',
         table(('', 'pairs', 'peak elsewhere, %', 'guard follows it, %'), lured)))

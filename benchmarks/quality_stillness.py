@@ -19,30 +19,31 @@ from report import paragraphs, table
 _SETTLED = 10
 
 _TEXT = """
-    How high the peak is tells little noise from much noise, not standing from creeping, and the
-    shift is zero for both. What differs is that every part of the picture moves when the vehicle
-    does, if only by tenths of a pixel. So both frames are reduced to some thousands of pixels,
-    which averages noise away, and cut into 4×8 blocks. One step of least squares gives the
-    displacement of each (Lucas, Kanade 1981; a change of the block's brightness and contrast are
-    unknowns, too, so that flicker does not matter). The displacements are averaged over several
-    pairs: noise and shaking cancel, motion adds up. What the whole picture does is taken for
-    shaking if it is small.
+    The response separates low noise from high noise, but not standing from creeping, and the shift
+    is zero for both. When the vehicle moves, however, every part of the picture moves, if only by
+    tenths of a pixel. So both frames are reduced to some thousands of pixels, which averages noise
+    away, and divided into 4×8 blocks. One least-squares step gives the displacement of each block
+    (Lucas, Kanade 1981). The change of the block's brightness and contrast are unknowns as well,
+    so flicker has no effect. The displacements are averaged over several pairs: noise and
+    vibration cancel, and motion adds up. A small common displacement of the whole picture is
+    treated as vibration.
 
-    The vehicle stands if half of the blocks with texture have moved by no more than {limit} of
-    the width per pair, over {frames} pairs. It has driven off when two thirds of them move: what
-    passes in front of the camera hides many. The limit lies above what noise makes of a standing
-    picture and below what creeping at half a metre per second makes of a moving one: a quarter
-    of that for KITTI's camera at 10 Hz, nearly all of it for one of 30 Hz and 60°.
+    The vehicle stands still if half of the blocks with texture move by at most {limit} of the
+    width per pair, averaged over {frames} pairs. It has driven off when two thirds of them move,
+    because traffic that passes in front of the camera hides many blocks. The limit lies above the
+    noise of a standing picture and below the motion at 0.5 m/s: it is a quarter of that motion for
+    KITTI's camera at 10 Hz, and nearly all of it for a camera of 30 Hz and 60°.
     """
 
 _NOTES = """
-    - It takes {frames} pairs to notice that a vehicle has stopped; these are still coded as
-      driving. Pairs that are no measurement neither count nor disturb.
+    - It takes {frames} pairs to detect that a vehicle has stopped; these pairs are still coded as
+      driving. Pairs with the status `no_measurement` are skipped.
 
-    - A camera of 30 Hz sees a third of the motion from one frame to the next that one of 10 Hz
-      sees. `still_frames` is best half a second's worth of them.
+    - A camera of 30 Hz sees a third of the motion per pair that a camera of 10 Hz sees. Set
+      `still_frames` to the number of pairs in half a second.
 
-    - A vehicle that passes and fills most of the picture looks like driving. Frozen video stands.
+    - A passing vehicle that fills most of the picture looks like driving. A frozen video looks
+      like a standing vehicle.
     """
 
 
@@ -151,7 +152,8 @@ def section(watched: Sequence[Watched]) -> str:
     return '\n\n'.join((
         '## Standing still', '![Curves](../images/quality_stillness.png)',
         paragraphs(_TEXT.format(limit=limit, frames=chosen.frames)),
-        f'Where the state has lasted for {_SETTLED} pairs; creeping starts at 0.5 m/s:',
+        f'The table counts pairs whose state has lasted for {_SETTLED} pairs; creeping starts at'
+        ' 0.5 m/s:',
         stillness_table(watched, chosen), paragraphs(_NOTES.format(frames=chosen.frames))))
 
 

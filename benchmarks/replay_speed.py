@@ -40,9 +40,9 @@ _LARGEST_RECORD = 2000
 
 INTRODUCTION = paragraphs("""
     A folder of pictures (376×1241, grey) is replayed as `phase_traj replay` does it: the next
-    pictures are decoded in the background. *Decode* and *correlate* are the two parts, each alone.
-    All three take turns; the times are medians by the clock on the wall, for OpenCV's transforms
-    in one thread. The ratio is that of the replay to the slower part.
+    pictures are decoded in the background. *Decode* and *correlate* are the two parts, each
+    measured alone. All three take turns; the times are medians of wall-clock time, with OpenCV's
+    transforms on one thread. The ratio is that of the replay to the slower part.
     """)
 
 

@@ -22,14 +22,14 @@ SHAPES = (
 _WARM_UP = 2
 
 INTRODUCTION = paragraphs("""
-    What depends on the padded size is mostly the two transforms and the product of the spectra
-    between them. Below is their processor time at the size that the rule of
-    `phase_traj_ros.core.correlation.spectrum.padded_side` gives, and how much longer (above 1) or
-    shorter they take where another rule chooses: *5-smooth* is the next product of 2, 3 and 5 that
-    is even, *optimal* is `cv2.getOptimalDFTSize` (odd sides are not packed as the correlator
-    needs them, and a padding of one pixel bends the peak; so it could not be taken as it is),
-    *×16* the next multiple of 16, *2^n* the next power of two, *none* the frame's own size.
-    All sizes of a row take turns, shuffled every round.
+    The padded size determines the time of the two transforms and of the product of the spectra.
+    The table gives their processor time at the size that
+    `phase_traj_ros.core.correlation.spectrum.padded_side` chooses, and the factor by which other
+    rules are slower (above 1) or faster (below 1). *5-smooth* is the next even product of 2, 3 and
+    5. *Optimal* is `cv2.getOptimalDFTSize`; it cannot be used directly, because odd sides are not
+    packed as the correlator needs them, and a padding of one pixel distorts the peak. *×16* is the
+    next multiple of 16, *2^n* the next power of two, and *none* the frame's own size. All sizes of
+    a row take turns in an order that is shuffled every round.
     """)
 
 

@@ -27,20 +27,20 @@ _WARM_UP = 5
 _PASSES = 3
 
 INTRODUCTION = paragraphs("""
-    A step of the correlator is everything from a grey frame of bytes to the shift to a fraction
-    of a pixel: conversion, window, transforms, whitening, peak. One thread. Each row is a duel:
-    both take turns frame by frame in one process, swapping places every time. The times are
-    medians of processor time, the ratio is that of the medians, with the quartiles of the ratio
-    from frame to frame behind it, and *differ* is the median difference of the two answers:
-    tenths of a pixel, as
-    the others are rounded to pixels, or blunter, or measure the rotation alone.
+    A step of the correlator covers everything from an 8-bit grey frame to the subpixel shift:
+    conversion, window, transforms, whitening and peak, on one thread. In each row, the step and
+    its peer alternate frame by frame in one process and swap places every time. Times are medians
+    of processor time. The ratio is that of the medians; its quartiles are those of the ratio from
+    frame to frame. *Differ* is the median difference between the two answers. It is tenths of a
+    pixel, because the peers round to whole pixels, have broader peaks, or measure the rotation
+    alone.
 
-    `cv2.phaseCorrelate` gets its own window and float32 frames, each converted once. scikit-image
-    (upsample factor 1, no window) gets the frames as they are, and in a second row as float32.
-    KLT is 1000 corners tracked into the next frame, ORB 1000 features matched with cross-check;
-    both end in an essential matrix by RANSAC, decomposed into the rotation. The bare transforms
-    are one forward and one inverse transform of the padded size by the library that the step uses
-    (`cv2.dft` with `dst=`, scipy in place).
+    `cv2.phaseCorrelate` receives its own window and float32 frames, each converted once.
+    scikit-image (upsample factor 1, no window) receives the frames as they are, and in a second
+    row as float32. KLT tracks 1000 corners into the next frame; ORB matches 1000 features with a
+    cross-check. Both estimate an essential matrix with RANSAC and decompose it into the rotation.
+    The bare transforms are one forward and one inverse transform of the padded size, with the
+    library that the step uses (`cv2.dft` with `dst=`, scipy in place).
     """)
 
 

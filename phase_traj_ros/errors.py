@@ -1,10 +1,10 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
 """
-What can go wrong, one class for each kind of cause.
+Errors of the package, one class for each kind of cause.
 
-Every message says in one line what was wrong and what to do about it: the command line prints
-it as it is, and the node logs it as it is.
+Every message states in one line what is wrong and what to do about it. The command line prints
+it and the node logs it without change.
 """
 
 import sys
@@ -35,29 +35,29 @@ class OutputError(PhaseTrajError):
 
 
 class ResultError(PhaseTrajError):
-    """A result is not what it has to be."""
+    """A result does not meet its requirements."""
 
 
 class MissingDependencyError(PhaseTrajError, ImportError):
-    """An optional dependency is needed for what was asked, and is not installed."""
+    """A requested feature needs an optional dependency that is not installed."""
 
 
 def rosbags_missing(what: str, error: ImportError, *, instead: str = '') -> MissingDependencyError:
     """
-    Return the error that says what to install, and for which interpreter.
+    Return the error that names the package to install, and the interpreter to install it for.
 
     Parameters
     ----------
     what
-        What needs it, as the beginning of a sentence.
+        The feature that needs rosbags, as the beginning of a sentence.
     error
-        What the import has said.
+        The error of the import.
     instead
-        What else would do, as a further sentence part.
+        An alternative, to append to the sentence.
 
     """
-    # With ros2 run, the interpreter is the one that colcon has run with, whatever is activated.
+    # With ros2 run, this is the interpreter that colcon ran with, whatever environment is active.
     return MissingDependencyError(
         f'{what} needs the Python package rosbags, 0.11 or later ({error}): install it for the'
         f' interpreter that runs this, {sys.executable} -m pip install rosbags'
-        f' (docs/how-to/ros.md says how, where that is the one of the system){instead}')
+        f' (for the interpreter of the system, see docs/how-to/ros.md){instead}')

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""How a parameter is declared: type, default, range or choices, unit, description."""
+"""Declarations of parameters: type, default, range or choices, unit, description."""
 
 from dataclasses import dataclass, field
 from enum import Enum
@@ -12,14 +12,14 @@ from phase_traj_ros.errors import ParameterError
 Value: TypeAlias = 'bool | int | float | str'
 
 _ROS_TYPES = {bool: 'bool', int: 'integer', float: 'double', str: 'string'}
-# As a range has to be given: any finite number above zero.
+# A range includes its limits: any finite number above zero.
 POSITIVE: dict[str, Any] = {'minimum': sys.float_info.min, 'maximum': sys.float_info.max}
 # The same, or zero.
 NOT_NEGATIVE: dict[str, Any] = {'minimum': 0.0, 'maximum': sys.float_info.max}
 
 
 class Group(Enum):
-    """Who needs a parameter; the value is the heading that the docs and ``--help`` give it."""
+    """Audience of a parameter; the value is the heading in the docs and in ``--help``."""
 
     USER = 'What you may want'
     VEHICLE = 'What a vehicle may need'
@@ -28,7 +28,7 @@ class Group(Enum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Spec:
-    """What is declared of one parameter."""
+    """Declaration of a parameter."""
 
     name: str
     default: Value
@@ -43,36 +43,36 @@ class Spec:
 
     def check(self, value: object) -> None:
         """
-        Accept a value of the default's type, within the range or among the choices.
+        Check that a value has the type of the default and is within the range or choices.
 
         Raises
         ------
         ParameterError
-            It is not; the message names the parameter and says what it takes.
+            The type or the value is not allowed; the message names the parameter.
 
         """
         if type(value) is not type(self.default):
             article = 'an' if self.type == 'integer' else 'a'
             raise ParameterError(
-                f'parameter {self.name!r} is {value!r}: it takes {article} {self.type}'
+                f'parameter {self.name!r} is {value!r}: give {article} {self.type}'
                 f'{self._hint(value)}')
         if value not in self.choices if self.choices else not self._in_range(value):
             raise ParameterError(
-                f'parameter {self.name!r} is {value!r}: it takes {self.allowed}')
+                f'parameter {self.name!r} is {value!r}: give {self.allowed}')
 
     @property
     def type(self) -> str:  # noqa: A003
-        """Return the type's name in ROS."""
+        """Return the name of the type in ROS."""
         return _ROS_TYPES[type(self.default)]
 
     @property
     def is_open(self) -> bool:
-        """Return whether it goes as far as numbers do: such a range tells a tool nothing."""
+        """Return whether the range has no upper limit; tools cannot use such a range."""
         return self.maximum == sys.float_info.max
 
     @property
     def allowed(self) -> str:
-        """Return the range or the choices in words, empty where any value goes."""
+        """Return the range or the choices as text; empty if any value is allowed."""
         if self.choices:
             return 'one of ' + ', '.join(self.choices)
         if self.minimum is None:
@@ -84,14 +84,14 @@ class Spec:
         return f'{self.minimum:.12g} to {self.maximum:.12g}'
 
     def _hint(self, value: object) -> str:
-        """Return how a number is to be written that is none yet: 3 and 1e1 are no doubles."""
+        """Return how to write a number that is not yet a double, such as 3 and 1e1."""
         if self.type != 'double' or type(value) not in (int, str):
             return ''
         try:
             meant = repr(float(cast('int | str', value)))
         except (OverflowError, ValueError):
             return ''
-        return f', so write {meant}' if '.' in meant else ''
+        return f', such as {meant}' if '.' in meant else ''
 
     def _in_range(self, value: object) -> bool:
         if self.minimum is None or self.maximum is None:

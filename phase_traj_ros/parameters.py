@@ -18,9 +18,11 @@ from phase_traj_ros.core import EstimatorSettings, PAPER_THRESHOLD, View, Window
 from phase_traj_ros.core.camera.lens import Lens
 from phase_traj_ros.core.camera.lens_family import PINHOLE, STRAIGHTNESS_RANGE
 from phase_traj_ros.core.camera.projection import LEAST_HFOV_DEG
+from phase_traj_ros.core.codes.links import LEAST_STEP
 from phase_traj_ros.core.correlation.quality import GateSettings, StillnessSettings
 from phase_traj_ros.core.correlation.transforms import TransformLibrary
 from phase_traj_ros.core.path.speed import MOST_SPEED
+from phase_traj_ros.core.path.way import LengthUnit
 from phase_traj_ros.core.settings import CodeSource, PathSource
 from phase_traj_ros.errors import ParameterError
 from phase_traj_ros.parameter_spec import Group, NOT_NEGATIVE, parameter, POSITIVE, Spec
@@ -105,6 +107,13 @@ class Parameters:
     camera_roll_deg: float = parameter(
         0.0, 'How far the right side of the camera hangs down, with focal_px or hfov_deg.',
         unit='deg', minimum=-60.0, maximum=60.0, read_only=True)
+    camera_height: float = parameter(
+        0.0, 'Height of the camera above the road: with it the distance that the road tells is in'
+        ' metres, and so are odom, speed and a path from the heading. Takes a focal length; 0 if'
+        ' not known.', unit='m', minimum=0.0, maximum=100.0, read_only=True, group=Group.USER)
+    camera_height_deviation: float = parameter(
+        0.04, 'Standard deviation of camera_height, as a share of it: part of the variances of'
+        ' odom and speed.', minimum=0.0, maximum=1.0, read_only=True)
     estimate_fov: bool = parameter(
         False, 'Old name of what code_source auto does by itself. With another code source:'
         ' whether the camera is learned from the drive where neither focal_px nor hfov_deg is'
@@ -113,6 +122,11 @@ class Parameters:
     rectified: bool = parameter(
         False, 'Whether the images are rectified: then P of camera_info holds for them, else K'
         ' and its distortion.', read_only=True, group=Group.VEHICLE)
+    code_step: float = parameter(
+        0.0, 'Length of a link of the chain code of equal links, a direction for each such step of'
+        ' the way, whatever the speed: in metres where a camera_height or a speed is known, else'
+        ' in heights of the camera. Takes a focal length; 0 makes no links.', minimum=0.0,
+        maximum=1000.0, read_only=True, group=Group.VEHICLE)
     window: str = parameter(
         Window.SQRT_HANN.value, 'Taper of the frames before they are correlated. This, the band of'
         ' rows and columns, decimation and the tests of single pairs are about the shift; the'
@@ -171,11 +185,11 @@ class Parameters:
     threads: int = parameter(
         1, 'Threads that OpenCV may use; 0 leaves it to OpenCV.', minimum=0, maximum=64)
     frame_id: str = parameter(
-        'phase_traj', 'Frame of the published pose, path and odometry. A path without a speed has'
-        ' no metric scale, so it is not odom.', group=Group.VEHICLE)
+        'phase_traj', 'Frame of the published pose, path and odometry. A path without a speed or'
+        ' a camera_height has no metric scale, so it is not odom.', group=Group.VEHICLE)
     step_length: float = parameter(
-        1.0, 'Length drawn for each step of the path; a path from the heading with a speed is in'
-        ' metres as it is.', unit='m', **POSITIVE)
+        1.0, 'Length drawn for each step or camera height of the path; a path from the heading in'
+        ' metres is drawn as it is.', unit='m', **POSITIVE)
     path_from: str = parameter(
         PathSource.AUTO.value, 'What the path is drawn from: the direction codes (the paper), or'
         ' the measured heading, which takes a focal length. auto is the heading with code_source'
@@ -241,6 +255,10 @@ class Parameters:
             raise ParameterError(
                 f"parameter 'hfov_deg' is {self.hfov_deg}: it takes {LEAST_HFOV_DEG} or more, or 0"
                 ' where it is not known')
+        if 0 < self.code_step < LEAST_STEP:
+            raise ParameterError(
+                f"parameter 'code_step' is {self.code_step}: it takes {LEAST_STEP} or more, or 0"
+                ' for no links')
         try:
             self._lens()
         except ValueError as error:
@@ -316,18 +334,18 @@ class Parameters:
         return self.estimator_settings().learns_lens
 
     @property
-    def needs_camera(self) -> bool:
-        """Return whether the focal length has to come from the camera's calibration."""
-        return self.estimator_settings().awaits_lens
+    def metric(self) -> bool:
+        """Return whether a speed or the camera's height gives odometry in metres."""
+        return self.speed > 0 or self.use_speed_topic or self.camera_height > 0
 
     @property
-    def metric(self) -> bool:
-        """Return whether there is a speed, and so odometry in metres."""
-        return self.speed > 0 or self.use_speed_topic
+    def length_unit(self) -> LengthUnit:
+        """Return what distances and links are in."""
+        return self.estimator_settings().length_unit
 
     @property
     def path_in_metres(self) -> bool:
-        """Return whether the drawn path is in metres, and not in steps."""
+        """Return whether the drawn path is in metres, and not in camera heights or steps."""
         return self.metric and self.drawn_from is PathSource.HEADING
 
     @property
@@ -358,6 +376,9 @@ class Parameters:
             path_from=PathSource(self.path_from),
             speed=self.speed,
             awaits_speeds=self.use_speed_topic,
+            camera_height=self.camera_height,
+            camera_height_deviation=self.camera_height_deviation,
+            code_step=self.code_step,
             gate=self._gate(),
             stillness=StillnessSettings(
                 frames=self.still_frames, max_motion=self.still_motion,

@@ -1,18 +1,18 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Names of topics that go together, by the conventions of ROS."""
+"""Topic names derived by the conventions of ROS."""
 
-# What the transports of image_transport append to the name of the image topic.
+# Suffixes that image_transport appends to the name of the image topic.
 _TRANSPORTS = frozenset({
     'raw', 'compressed', 'compressedDepth', 'theora', 'zstd', 'ffmpeg', 'avif', 'h264'})
 
 
 def camera_info_topic(image_topic: str) -> str:
     """
-    Return the topic on which the CameraInfo for an image topic is found.
+    Return the topic of the CameraInfo for an image topic.
 
-    It is beside it, as image_transport has it: the last part of the name is replaced, once what a
-    transport has appended (as in ``/camera/image_raw/compressed``) is taken off.
+    As in image_transport, the last part of the name is replaced, after the suffix of a transport
+    (as in ``/camera/image_raw/compressed``) is removed.
     """
     parts = [part for part in image_topic.split('/') if part]
     while len(parts) > 1 and parts[-1] in _TRANSPORTS:

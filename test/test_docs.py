@@ -29,10 +29,18 @@ def test_links_lead_somewhere(page):
             assert f'def {text}(' in path.read_text(encoding='utf-8'), f'{page.name}: {text}'
 
 
+@pytest.mark.parametrize(
+    'page', sorted(ROOT.glob('docs/**/*.md')), ids=lambda page: str(page.relative_to(ROOT)))
+def test_every_page_opens_with_what_it_is_for(page):
+    title, opening = page.read_text(encoding='utf-8').split('\n\n')[:2]
+    assert title.startswith('# ') and '\n' not in title
+    assert re.match(r'This (page|section|tutorial|package) ', opening), opening
+
+
 def test_the_tables_of_parameters_are_those_that_are_declared():
     printed = subprocess.run(
         [sys.executable, str(ROOT / 'tools' / 'parameter_tables.py')], check=True,
         capture_output=True, text=True, cwd=ROOT).stdout
-    page = (ROOT / 'docs' / 'parameters.md').read_text(encoding='utf-8')
+    page = (ROOT / 'docs' / 'reference' / 'parameters.md').read_text(encoding='utf-8')
     assert printed.count('\n## ') == 2 and printed in page
     assert page.count('| `') == printed.count('| `')

@@ -18,8 +18,8 @@ INTRODUCTION = """\
 # Command line
 
 This page lists the commands of `phase_traj`, their arguments and their options. It is generated
-from the parser; `phase_traj COMMAND --help` prints the same. Errors are one line, with exit status
-2; an interrupt gives 130."""
+from the parser; `phase_traj COMMAND --help` prints the same. An error prints one line
+and exits with status 2. An interrupt exits with status 130."""
 
 
 def page() -> str:

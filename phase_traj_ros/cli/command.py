@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What a command is: a name, what it does, and an example."""
+"""A command of the program: its name, its purpose, and an example."""
 
 from argparse import ArgumentParser, RawDescriptionHelpFormatter
 from dataclasses import dataclass
@@ -15,13 +15,13 @@ class Command:
     Parameters
     ----------
     name
-        What the user types.
+        Name that the user types.
     summary
-        What it does, as a sentence without capital and full stop.
+        Purpose, as a sentence without capital and full stop.
     example
-        A call that shows its most usual use.
+        A call that shows the most common use.
     epilog
-        What else ``--help`` says, line breaks as they are.
+        Text at the end of ``--help``; line breaks are kept.
 
     """
 

@@ -1,10 +1,10 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What a replay finds, drawn in the terminal while it goes on."""
+"""Draws the state of a replay in the terminal while it runs."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
 import shutil
 import time
 from typing import TextIO
@@ -26,8 +26,8 @@ class LiveView(Watcher):
     """
     Watches a replay: progress, codes, response, and the path as it grows.
 
-    On a terminal the view stays where it is and is redrawn ten times a second. Elsewhere (a
-    file, a pipe) there is a line for each turn, and the path at the end. A context manager.
+    On a terminal, the view stays in place and is redrawn ten times a second. Otherwise (a file, a
+    pipe) one line is written for each turn, and the path at the end. This is a context manager.
     """
 
     def __init__(
@@ -40,19 +40,20 @@ class LiveView(Watcher):
         Parameters
         ----------
         stream
-            Where to write.
+            Output stream.
         title
-            What is replayed.
+            Name of the source.
         total
-            Frames to expect, if known.
+            Number of frames to expect, if known.
         clock
-            Seconds that go on steadily.
+            Monotonic clock in seconds.
 
         """
         self._stream = stream
-        # A name of a file may hold anything, and a terminal obeys control characters.
+        # A file name may contain control characters, which a terminal would execute.
         self._title = ''.join(sign if sign.isprintable() else '?' for sign in title)
         self._total = total
+        self._doing = ''
         self._clock = clock
         self._terminal = stream.isatty()
         self._braille = (stream.encoding or '').lower().replace('-', '').startswith('utf8')
@@ -76,8 +77,21 @@ class LiveView(Watcher):
             self._stream.write(_SHOW_CURSOR)
         self._stream.flush()
 
+    def over(self, frames: Iterable[StampedFrame], doing: str) -> Iterator[StampedFrame]:
+        """Yield the frames of a pass, named by what it is ``doing``; show how far it is."""
+        self._began = self._clock()
+        self._doing = f', {doing}' if doing else ''
+        if doing and not self._terminal:
+            self._stream.write(f'{self._title}{self._doing}\n')
+            self._stream.flush()
+        for number, frame in enumerate(frames, 1):
+            yield frame
+            # A pass that only learns the camera adds nothing else to show.
+            if self._terminal and self._newest is None and self._clock() >= self._due:
+                self._show([self._progress(number)])
+
     def add(self, frame: StampedFrame, update: Update, estimator: TrajectoryEstimator) -> None:
-        """Take what a pair adds."""
+        """Take the result of a pair."""
         self._newest = update, estimator
         if not self._terminal:
             if update.step.movement in (Movement.LEFT, Movement.RIGHT):
@@ -85,31 +99,36 @@ class LiveView(Watcher):
                 self._stream.flush()
         elif self._clock() >= self._due:
             self._draw(update, estimator)
-            self._due = self._clock() + _PERIOD_S
 
     def _draw(self, update: Update, estimator: TrajectoryEstimator) -> None:
         columns, rows = shutil.get_terminal_size()
         lines = [self._progress(estimator.counters.frames), _state(update), _measured(update)]
-        # The view must never be higher than the terminal: it could not be drawn over.
+        # The view must not be higher than the terminal: it could not be redrawn in place.
         room = min(_PATH_ROWS, rows - len(lines) - 2)
         if room > 0:
             lines += path_lines(
                 _corners(estimator), columns=min(_PATH_COLUMNS, columns - 1), rows=room,
                 braille=self._braille)
+        self._show(lines)
+
+    def _show(self, lines: list[str]) -> None:
+        columns, _ = shutil.get_terminal_size()
         back = f'\x1b[{self._lines}F' if self._lines else ''
         text = '\n'.join(line[:columns - 1] for line in lines)
         self._stream.write(f'{back}\x1b[J{text}\n')
         self._stream.flush()
         self._lines = len(lines)
+        self._due = self._clock() + _PERIOD_S
 
     def _progress(self, frames: int) -> str:
         rate = frames / max(self._clock() - self._began, 1e-9)
+        name = self._title + self._doing
         if not self._total:
-            return f'{self._title}  {frames} frames, {rate:.0f} frames/s'
+            return f'{name}  {frames} frames, {rate:.0f} frames/s'
         done = min(frames / self._total, 1.0)
         bar = '#' * round(done * _BAR)
         return (
-            f'{self._title}  [{bar:<{_BAR}}] {100 * done:.0f} %, {frames} of {self._total}'
+            f'{name}  [{bar:<{_BAR}}] {100 * done:.0f} %, {frames} of {self._total}'
             f' frames, {rate:.0f} frames/s')
 
     def _write_path(self, estimator: TrajectoryEstimator) -> None:

@@ -12,8 +12,8 @@ EXIT_OK = 0
 EXIT_BAD_INPUT = 2
 EXIT_INTERRUPTED = 130
 
-# Broken videos and pictures are reported in one line of our own; the libraries under OpenCV
-# would add theirs. They read these when they are loaded.
+# Broken videos and images are reported in one line by this program. Without these settings, the
+# libraries of OpenCV would add their own messages. They read them when they are loaded.
 _QUIET = {
     'OPENCV_LOG_LEVEL': 'OFF',
     'OPENCV_FFMPEG_LOGLEVEL': '-8',
@@ -25,7 +25,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line; return the exit status."""
     for name, value in _QUIET.items():
         os.environ.setdefault(name, value)
-    # OpenCV reads the above when it is loaded, and these modules load it.
+    # OpenCV reads the settings when it is loaded, and these modules load it.
     try:
         from phase_traj_ros.cli.program import program_parser
     except ModuleNotFoundError as error:
@@ -42,7 +42,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print(f'phase_traj: error: {error}', file=sys.stderr)
         return EXIT_BAD_INPUT
     except BrokenPipeError:
-        # Whoever read the output has seen enough; nothing more is to be written at the end.
+        # The reader has closed the pipe. Nothing more must be written on exit.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return EXIT_OK
     except KeyboardInterrupt:

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Options that several commands share."""
+"""Options shared by several commands."""
 
 from argparse import ArgumentParser, Namespace
 from pathlib import Path
@@ -25,56 +25,56 @@ SOURCE is one of
 
 
 def add_source(parser: ArgumentParser, *, several: bool = False) -> None:
-    """Add SOURCE, or several of them, and the options that choose frames."""
+    """Add SOURCE, or several of them, and the options that select frames."""
     if several:
         parser.add_argument(
-            'sources', metavar='SOURCE', type=Path, nargs='+', help='where the frames come from')
+            'sources', metavar='SOURCE', type=Path, nargs='+', help='source of the frames')
     else:
         parser.add_argument(
-            'source', metavar='SOURCE', type=Path, help='where the frames come from')
+            'source', metavar='SOURCE', type=Path, help='source of the frames')
     parser.add_argument(
         '--topic', metavar='TOPIC', help='image topic of the bag, if it has several')
     parser.add_argument(
         '--start', metavar='S', type=float, default=0.0,
-        help='begin S seconds after the first frame (default 0)')
+        help='start S seconds after the first frame (default 0)')
     parser.add_argument(
         '--duration', metavar='S', type=float, help='stop S seconds later (default: at the end)')
     parser.add_argument(
-        '--every', metavar='N', type=int, default=1, help='take every N-th frame (default 1)')
+        '--every', metavar='N', type=int, default=1, help='use every N-th frame (default 1)')
     parser.add_argument(
         '--fps', metavar='F', type=float,
-        help='frames per second of a folder or video, instead of its own stamps (a folder'
+        help='frames per second of a folder or video; overrides its stamps (a folder'
              ' without times.txt: default 10)')
 
 
 def selection_of(options: Namespace) -> Selection:
-    """Return which frames the options of ``add_source`` choose."""
+    """Return the selection of frames given by the options of ``add_source``."""
     return Selection(start=options.start, duration=options.duration, every=options.every)
 
 
 def source_of(options: Namespace, source: Path | None = None) -> FrameSource:
-    """Open what the options of ``add_source`` choose; ``source`` is one of several."""
+    """Open the source given by the options of ``add_source``, or ``source`` with these options."""
     return open_source(
         options.source if source is None else source, topic=options.topic,
         selection=selection_of(options), fps=options.fps)
 
 
 def add_parameters(parser: ArgumentParser) -> None:
-    """Add the options that choose parameters."""
+    """Add the options that set parameters."""
     parser.add_argument(
         '--threshold', metavar='PX', type=float,
-        help="shift in pixels per frame from which a pair counts as a turn: the paper's rule"
-             ' (default: what --params says, else the turns are found without it)')
+        help="shift in pixels per frame from which a pair is a turn, the paper's rule"
+             ' (default: the value in --params; without either, turns are found without it)')
     parser.add_argument(
-        '--params', metavar='FILE', type=Path, help="ROS parameter file, the node's own")
+        '--params', metavar='FILE', type=Path, help='ROS parameter file, as for the node')
     parser.add_argument(
         '-p', '--param', metavar='NAME:=VALUE', dest='assignments', action='append', default=[],
-        help='set one parameter, over what --params says; may be repeated')
+        help='set one parameter; overrides --params; may be repeated')
 
 
 def parameters_help() -> str:
-    """Return the parameters that a user or a vehicle may need, for the end of a help."""
-    lines = ['parameters, for -p and --params (docs/reference/parameters.md has the rest):']
+    """Return the help text of the parameters that a user or a vehicle may need."""
+    lines = ['parameters for -p and --params (all: docs/reference/parameters.md):']
     for group in (Group.USER, Group.VEHICLE):
         lines.append(f'\n{group.value[0].lower()}{group.value[1:]}:')
         for spec in specs():
@@ -86,13 +86,13 @@ def parameters_help() -> str:
 
 
 def print_notices(parameters: Parameters) -> None:
-    """Print what whoever chose the parameters should know."""
+    """Print warnings about the values of the parameters."""
     for notice in parameters.notices:
         print(f'warning: {notice}', file=sys.stderr)
 
 
 def parameters_of(options: Namespace) -> Parameters:
-    """Return the parameters that the options of ``add_parameters`` choose."""
+    """Return the parameters given by the options of ``add_parameters``."""
     parameters = Parameters() if options.params is None else read_parameters(options.params)
     values = dict(map(parse_assignment, options.assignments))
     if options.threshold is not None:

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The parser of the program, with its commands by task."""
+"""The parser of the program, with its commands grouped by task."""
 
 from argparse import Action, ArgumentParser, Namespace, RawDescriptionHelpFormatter
 from collections.abc import Generator
@@ -33,25 +33,25 @@ TASKS: tuple[tuple[str, tuple[Command, ...]], ...] = (
     ('run the ROS node', (play.COMMAND, demo.COMMAND)),
     ('set up the shell', (completion.COMMAND,)),
 )
-"""The commands by what the user wants to do."""
+"""The commands, grouped by task."""
 
 
 class _Parser(ArgumentParser):
-    """Reports a wrong call in one line, as all other errors are."""
+    """Reports a wrong call in one line, like all other errors."""
 
     def error(self, message: str) -> NoReturn:
         self.exit(EXIT_BAD_INPUT, f'{self.prog}: error: {message}: see {self.prog} --help\n')
 
 
 class _Overview(RawDescriptionHelpFormatter):
-    """Leaves the list of commands out, which the epilog has by task."""
+    """Omits the list of commands, which the epilog contains, grouped by task."""
 
     def _iter_indented_subactions(self, action: Action) -> Generator[Action, None, None]:
         yield from ()
 
 
 class _Version(Action):
-    """Tells the version, and what of the installation makes results and speed."""
+    """Prints the version and the library of the transforms."""
 
     def __call__(
         self, parser: ArgumentParser, namespace: Namespace, values: object,
@@ -72,10 +72,10 @@ def program_parser() -> ArgumentParser:
         epilog=_overview(), formatter_class=_Overview)
     parser.add_argument(
         '--version', action=_Version, nargs=0,
-        help='show the version, and the library of the transforms, and exit')
+        help='show the version and the library of the transforms, and exit')
     commands = parser.add_subparsers(
         title='commands', required=True, metavar='COMMAND',
-        help='one of those below; COMMAND --help tells its options')
+        help='one of the commands below; COMMAND --help shows its options')
     for module in (replay, inspect_frames, evaluate, calibrate, play, demo):
         module.add_parser(commands)
     completion.add_parser(commands, parser)
@@ -83,7 +83,7 @@ def program_parser() -> ArgumentParser:
 
 
 def _overview() -> str:
-    """Return the commands by task, each with an example."""
+    """Return the commands grouped by task, each with an example."""
     blocks = []
     for task, commands in TASKS:
         lines = [f'{task}:']

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A progress bar where there is somebody to see it."""
+"""Progress bars, shown only on a terminal."""
 
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
@@ -11,7 +11,7 @@ Item = TypeVar('Item')
 
 
 def progress(items: Iterable[Item], *, total: int | None, title: str) -> Iterator[Item]:
-    """Show a bar on the terminal while ``items`` are taken; without tqdm, show none."""
+    """Show a bar on the terminal while ``items`` are consumed; without tqdm, show none."""
     with counter(total=total, title=title) as advance:
         for item in items:
             yield item
@@ -20,7 +20,7 @@ def progress(items: Iterable[Item], *, total: int | None, title: str) -> Iterato
 
 @contextmanager
 def counter(*, total: int | None, title: str) -> Iterator[Callable[[], object]]:
-    """Show a bar on the terminal; yield what moves it on by one frame."""
+    """Show a bar on the terminal; yield a function that advances it by one frame."""
     if sys.stderr.isatty():
         try:
             from tqdm import tqdm
@@ -35,7 +35,7 @@ def counter(*, total: int | None, title: str) -> Iterator[Callable[[], object]]:
 
 @contextmanager
 def gauge(*, total: int, title: str) -> Iterator[Callable[[float], object]]:
-    """Show a bar on the terminal; yield what sets it to so many of ``total``, in fractions."""
+    """Show a bar on the terminal; yield a function that sets it to a fraction of ``total``."""
     if sys.stderr.isatty():
         try:
             from tqdm import tqdm

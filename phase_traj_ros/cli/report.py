@@ -1,16 +1,40 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""How codes are printed."""
+"""Prints codes, turns and distances."""
 
+from collections.abc import Sequence
 from typing import Any
 
-from phase_traj_ros.core import ChainCode, CodeSeries
+from phase_traj_ros.core import ChainCode, CodeSeries, LengthUnit, LinkCode, Turn, Way
+
+# Turns that are printed; chain_code.json lists all of them.
+_MOST_TURNS = 12
 
 
 def print_codes(codes: ChainCode) -> None:
     """Print both codes in run-length form."""
     _print_series('movement ', codes.movement)
     _print_series('direction', codes.direction)
+
+
+def print_turns(turns: Sequence[Turn]) -> None:
+    """Print the angles of the first turns."""
+    angles = [
+        f'{"left" if turn.angle_deg > 0 else "right"} {abs(turn.angle_deg):.0f}'
+        for turn in turns[:_MOST_TURNS]]
+    more = ['...'] if len(turns) > _MOST_TURNS else []
+    if angles:
+        print(f'turns     ({len(turns)}): {", ".join(angles + more)} (degrees)')
+
+
+def print_way(way: Way, links: LinkCode | None, *, unit: LengthUnit) -> None:
+    """Print how far it was, how that was found, and the equal links; nothing without them."""
+    if way.pairs:
+        states = ', '.join(
+            f'{count} {state.value}' for state, count in way.states.items() if count)
+        print(f'distance: {way.distance:.1f} {unit.value} (pairs: {states})')
+    if links is not None:
+        _print_series(f'links of {links.step:g} {unit.value}', links.series)
 
 
 def _print_series(name: str, series: CodeSeries[Any]) -> None:

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What a parser consists of, for the completion and the reference page."""
+"""Lists the contents of a parser, for the shell completion and the reference page."""
 
 from argparse import Action, ArgumentParser
 from collections.abc import Mapping
@@ -8,14 +8,14 @@ from typing import cast
 
 
 def actions_of(parser: ArgumentParser) -> list[Action]:
-    """Return the arguments of a parser, its subparsers among them; argparse has no public way."""
+    """Return the arguments of a parser, including subparsers; argparse has no public function."""
     return list(parser._actions)
 
 
 def commands_of(parser: ArgumentParser) -> Mapping[str, ArgumentParser]:
-    """Return the parsers of the commands by name, empty if the parser has none."""
+    """Return the parsers of the commands by name; empty if the parser has none."""
     for action in actions_of(parser):
-        # Other arguments have a list of choices, or none.
+        # The choices of other arguments are a list or None.
         if isinstance(action.choices, Mapping):
             return cast(Mapping[str, ArgumentParser], action.choices)
     return {}

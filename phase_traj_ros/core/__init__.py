@@ -1,10 +1,10 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
 """
-The method itself: frames in, codes and trajectory out.
+The method: frames in, codes and trajectory out.
 
-Knows neither ROS nor files. A frame goes through ``PhaseCorrelator`` (shift), ``DynamicChainCode``
-(codes) and ``ChainPath`` (trajectory); ``TrajectoryEstimator`` joins them for one camera.
+The core depends neither on ROS nor on files. A frame goes through ``PhaseCorrelator`` (shift),
+``DynamicChainCode`` (codes) and ``ChainPath`` (trajectory); ``TrajectoryEstimator`` joins them.
 """
 
 from phase_traj_ros.core.camera.estimate import CameraEstimate
@@ -16,6 +16,7 @@ from phase_traj_ros.core.codes.codes import Direction, Movement, pack, unpack
 from phase_traj_ros.core.codes.freeman import Freeman
 from phase_traj_ros.core.codes.from_heading import HeadingCode
 from phase_traj_ros.core.codes.from_shift import DynamicChainCode, PAPER_THRESHOLD
+from phase_traj_ros.core.codes.links import LinkCode
 from phase_traj_ros.core.codes.series import CodeSeries, Run
 from phase_traj_ros.core.correlation.phase_correlation import PhaseCorrelator, Shift
 from phase_traj_ros.core.correlation.quality import GateSettings, StillnessSettings
@@ -36,6 +37,7 @@ from phase_traj_ros.core.path.trajectory import (
     vertices,
     yaw,
 )
+from phase_traj_ros.core.path.way import LengthUnit, Way
 from phase_traj_ros.core.road.travel import Travel, TravelState
 from phase_traj_ros.core.settings import CodeSource, EstimatorSettings, PathSource
 from phase_traj_ros.core.status import PairStatus
@@ -60,8 +62,10 @@ __all__ = [
     'GateSettings',
     'HeadingCode',
     'HeadingStep',
+    'LengthUnit',
     'Lens',
     'LensOrigin',
+    'LinkCode',
     'Movement',
     'Odometry',
     'PAPER_THRESHOLD',
@@ -79,6 +83,7 @@ __all__ = [
     'Turn',
     'Update',
     'View',
+    'Way',
     'Window',
     'find_turns',
     'normalised',

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""From what a pair of frames has given to its codes, by the rule that the settings choose."""
+"""Converts the measurements of a pair to codes, by the rule that the settings select."""
 
 from typing import Protocol
 
@@ -14,7 +14,7 @@ from phase_traj_ros.core.settings import CodeSource, EstimatorSettings
 
 
 class Coder(Protocol):
-    """Codes measured pairs; the others are skipped."""
+    """Codes measured pairs and skips the others."""
 
     @property
     def codes(self) -> ChainCode:
@@ -22,13 +22,13 @@ class Coder(Protocol):
 
     @property
     def threshold_px(self) -> float | None:
-        """Return T of the newest pair in pixels per frame; None if the rule has none."""
+        """Return T for the newest pair in pixels per frame; None if the rule does not use one."""
 
     def reconfigure(self, settings: EstimatorSettings) -> None:
-        """Go on with other settings; the codes so far are kept."""
+        """Apply other settings; the codes so far are kept."""
 
     def reset(self) -> None:
-        """Start anew, without any codes."""
+        """Start again without codes."""
 
     def code(self, dx: float, heading: HeadingUpdate | None, interval: float) -> Step:
         """
@@ -39,21 +39,21 @@ class Coder(Protocol):
         dx
             Shift in pixels of the full frame, positive to the right.
         heading
-            What the pair adds to the heading, where that is measured.
+            What the pair adds to the heading; None if the heading is not measured.
         interval
             Seconds between the two frames.
 
         """
 
     def skip(self, heading: HeadingUpdate | None, *, end_turn: bool) -> Step:
-        """Take a pair that cannot be judged, see ``ChainCode.skip``."""
+        """Skip a pair that cannot be judged, see ``ChainCode.skip``."""
 
 
 class ShiftCoder:
-    """Codes the shift against the threshold, as the paper has it."""
+    """Codes the shift by the threshold, as in the paper."""
 
     def __init__(self, settings: EstimatorSettings) -> None:
-        """Make a coder without any codes."""
+        """Make a coder without codes."""
         self._codes = DynamicChainCode(settings.threshold, max_runs=settings.max_runs)
         self.reconfigure(settings)
 
@@ -64,18 +64,18 @@ class ShiftCoder:
 
     @property
     def threshold_px(self) -> float | None:
-        """Return T of the newest pair in pixels per frame."""
+        """Return T for the newest pair in pixels per frame."""
         return self._codes.threshold
 
     def reconfigure(self, settings: EstimatorSettings) -> None:
-        """Go on with other settings; the codes so far are kept."""
+        """Apply other settings; the codes so far are kept."""
         self._settings = settings
         self._codes.threshold = settings.threshold
         self._codes.confirm_frames = settings.confirm_frames
         self._codes.release_frames = settings.release_frames
 
     def reset(self) -> None:
-        """Start anew, without any codes."""
+        """Start again without codes."""
         self._codes.reset()
 
     def code(self, dx: float, heading: HeadingUpdate | None, interval: float) -> Step:
@@ -84,12 +84,12 @@ class ShiftCoder:
             self._codes.threshold = threshold_px(
                 self._settings.threshold_deg_s, heading.focal_px, interval)
         elif self._settings.nominal_period > 0:
-            # After a dropped frame the shift is that of two periods.
+            # After a dropped frame, the shift is that of two periods.
             dx *= self._settings.nominal_period / interval
         return self._codes.update(dx)
 
     def skip(self, heading: HeadingUpdate | None, *, end_turn: bool) -> Step:
-        """Take a pair that cannot be judged, see ``ChainCode.skip``."""
+        """Skip a pair that cannot be judged, see ``ChainCode.skip``."""
         return self._codes.skip(end_turn=end_turn)
 
 
@@ -97,13 +97,13 @@ class HeadingCoder:
     """Codes the quantised heading."""
 
     def __init__(self, settings: EstimatorSettings) -> None:
-        """Make a coder without any codes."""
+        """Make a coder without codes."""
         self._codes = HeadingCode(
             connectivity=settings.connectivity, max_runs=settings.max_runs)
 
     @property
     def threshold_px(self) -> None:
-        """Return None: the heading needs no threshold."""
+        """Return None: this rule does not use a threshold."""
 
     @property
     def codes(self) -> ChainCode:
@@ -111,10 +111,10 @@ class HeadingCoder:
         return self._codes
 
     def reconfigure(self, settings: EstimatorSettings) -> None:
-        """Go on with other settings: none of those that can change is about the heading."""
+        """Do nothing: no setting that can change affects the heading."""
 
     def reset(self) -> None:
-        """Start anew, without any codes."""
+        """Start again without codes."""
         self._codes.reset()
 
     def code(self, dx: float, heading: HeadingUpdate | None, interval: float) -> Step:
@@ -123,7 +123,7 @@ class HeadingCoder:
         return self._codes.update(heading.step.heading, heading.step.rate)
 
     def skip(self, heading: HeadingUpdate | None, *, end_turn: bool) -> Step:
-        """Take a pair that cannot be judged, see ``ChainCode.skip``."""
+        """Skip a pair that cannot be judged, see ``ChainCode.skip``."""
         return self._codes.skip(end_turn=end_turn)
 
 
@@ -131,7 +131,7 @@ class TurnCoder:
     """Codes the quarter turns."""
 
     def __init__(self, settings: EstimatorSettings) -> None:
-        """Make a coder without any codes."""
+        """Make a coder without codes."""
         self._codes = TurnCode(max_runs=settings.max_runs)
 
     @property
@@ -141,13 +141,13 @@ class TurnCoder:
 
     @property
     def threshold_px(self) -> None:
-        """Return None: the turns need no threshold."""
+        """Return None: this rule does not use a threshold."""
 
     def reconfigure(self, settings: EstimatorSettings) -> None:
-        """Go on with other settings: none of those that can change is about the turns."""
+        """Do nothing: no setting that can change affects the turns."""
 
     def reset(self) -> None:
-        """Start anew, without any codes."""
+        """Start again without codes."""
         self._codes.reset()
 
     def code(self, dx: float, heading: HeadingUpdate | None, interval: float) -> Step:
@@ -156,7 +156,7 @@ class TurnCoder:
         return self._codes.update(heading.quarters, heading.step.rate)
 
     def skip(self, heading: HeadingUpdate | None, *, end_turn: bool) -> Step:
-        """Take a pair that cannot be judged; a quarter that counts from it on is coded later."""
+        """Skip a pair that cannot be judged; a quarter that it completes is coded later."""
         assert heading is not None
         self._codes.expect(heading.quarters)
         return self._codes.skip(end_turn=end_turn)

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Measures each pair of frames in every way that the settings ask for."""
+"""Measures each pair of frames: its shift, its yaw and its quality."""
 
 from dataclasses import dataclass
 
@@ -19,22 +19,22 @@ from phase_traj_ros.core.heading.yaw_meter import YawMeasurement
 from phase_traj_ros.core.settings import CodeSource, EstimatorSettings
 
 
-# Standard deviations by which a shift has to stand out of noise to be one.
+# Standard deviations by which a valid shift stands out of noise.
 _STANDS_OUT = GateSettings().min_significance
 
 
 @dataclass(frozen=True, slots=True)
 class Comparison:
-    """What two frames tell: nothing, where they cannot be compared."""
+    """The measurements of a pair; both None if its frames cannot be compared."""
 
     shift: Shift | None = None
-    """Shift of the view, in its own pixels."""
+    """Shift of the view, in its pixels."""
     yaw: YawMeasurement | None = None
-    """Yaw, where a lens is given."""
+    """Yaw, if a lens is given."""
 
 
 class PairMeter:
-    """Holds the newest frame, in the form that each measurement needs, and measures the next."""
+    """Keeps the newest frame in the form each measurement needs, and compares it with the next."""
 
     def __init__(self, settings: EstimatorSettings, *, mask: ArrayLike | None) -> None:
         """
@@ -43,7 +43,7 @@ class PairMeter:
         Raises
         ------
         ValueError
-            The mask is not usable (see ``mask_shares``), or it is empty within the view.
+            The mask is invalid (see ``mask_shares``), or it is empty within the view.
 
         """
         self._mask = None if mask is None else mask_shares(mask)
@@ -54,12 +54,12 @@ class PairMeter:
 
     @property
     def mask(self) -> NDArray[np.float32] | None:
-        """Return how much each pixel of the frames counts, (H, W) from 0 to 1; None: all alike."""
+        """Return the weight of each pixel, (H, W), 0 to 1; None if all count equally."""
         return self._mask
 
     def check(self, settings: EstimatorSettings) -> None:
         """
-        Make sure that the view of these settings and the mask go together.
+        Check that the mask leaves a part of the view of these settings.
 
         Raises
         ------
@@ -71,13 +71,13 @@ class PairMeter:
             return
         try:
             mask_weights(settings.view.of(self._mask))
-        except ValueError as error:
+        except ValueError:
             raise ValueError(
-                f'{error}, within the band of rows and columns: give a wider band, or a mask that'
-                ' covers less') from None
+                'mask is empty (0 everywhere) within the band of rows and columns: give a wider'
+                ' band, or a mask that covers less') from None
 
     def reconfigure(self, settings: EstimatorSettings) -> None:
-        """Go on with other settings, which ``check`` has accepted."""
+        """Apply other settings, which ``check`` has accepted."""
         before = self._settings
         self._settings = settings
         if (settings.window, settings.view, settings.code_source) != (
@@ -87,30 +87,30 @@ class PairMeter:
             self._quality = self._make_quality()
 
     def reset(self) -> None:
-        """Forget the newest frame: the next one has none to be compared with."""
+        """Forget the newest frame: the next one becomes the first of a pair."""
         self._correlator.reset()
         self._quality.reset()
 
     def interrupt(self) -> None:
-        """Keep the newest frame, and forget what was seen before it, as after a gap."""
+        """Keep the newest frame, and forget what was seen before it, e.g. after a gap."""
         self._quality.interrupt()
 
     def compare(
         self, frame: Frame, interval: float, *, encoding: str, heading: HeadingEstimator | None,
     ) -> Comparison:
         """
-        Compare a frame with the one before it, ``interval`` seconds earlier.
+        Compare a frame with the previous one, ``interval`` seconds earlier.
 
         Raises
         ------
         FrameError
-            The frame cannot be used. It is as if it had never come.
+            The frame cannot be used. The state is unchanged.
 
         """
         view = self._settings.view.of(frame)
-        # Whatever can refuse the frame comes first, and only the last of it may change anything.
+        # All checks come first, because an error must leave the state unchanged.
         if self._correlates or self._quality.looks_at_frames:
-            # The heading may do with a frame that has nothing in the view.
+            # The yaw may be measured on a frame that has no valid view.
             check_frame(view)
             if self._view_mask is not None:
                 check_size(view, self._view_mask)
@@ -126,7 +126,7 @@ class PairMeter:
 
     def worth(self, comparison: Comparison) -> tuple[Worth | None, Shift | None]:
         """
-        Return what the newest pair is worth, and the shift of the view to judge it by.
+        Return what the newest pair is worth, and the shift of the view to use for it.
 
         The worth is None if the two frames cannot be compared.
         """
@@ -139,9 +139,9 @@ class PairMeter:
 
     def agreement(self, comparison: Comparison) -> float | None:
         """
-        Return which share of the picture agrees on how it has moved; None if nobody knows.
+        Return the share of the image that agrees on its motion, 0 to 1; None if not known.
 
-        Without blocks to ask, all of it does where the shift stands out of noise, else none.
+        Without blocks, it is 1 if the shift stands out of noise, and 0 otherwise.
         """
         if comparison.yaw is not None:
             return comparison.yaw.agreement
@@ -150,7 +150,7 @@ class PairMeter:
         return float(self._correlator.significance(comparison.shift) >= _STANDS_OUT)
 
     def correlation_map(self) -> NDArray[np.float32]:
-        """Return the map of the newest pair, as ``PhaseCorrelator.correlation_map`` does."""
+        """Return the correlation map of the newest pair, see ``PhaseCorrelator``."""
         return self._correlator.correlation_map()
 
     @property
@@ -166,7 +166,7 @@ class PairMeter:
         self._quality = self._make_quality()
 
     def _make_quality(self) -> PairQuality:
-        # The yaw has tests of its own, and no map of the view to be judged by.
+        # The yaw is tested separately, and without a correlation map of the view.
         return PairQuality(
             gate=self._settings.gate if self._correlates else None,
             stillness=self._settings.stillness, mask=self._view_mask)

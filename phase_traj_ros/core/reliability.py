@@ -1,29 +1,29 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Whether the result of a drive can be relied upon, and if not, why."""
+"""Decides whether the result of a drive is reliable, and if not, why."""
 
 from collections import Counter
 from dataclasses import dataclass
 from enum import Enum
 
-# Share of the pairs in which something moved that has to be trusted.
+# Share of the moving pairs that has to be trusted.
 _LEAST_TRUSTED = 0.5
-# Where a fixed pattern spoils this share, it may have held the others, too.
+# Above this share of pairs spoilt by a fixed pattern, it may have affected the others too.
 _MOST_FIXED = 0.3
-# What spoils this share of the pairs is named as a reason.
+# A cause that spoils this share of the pairs is given as a reason.
 _NAMED = 0.2
-# So few pairs do not tell why they cannot be trusted.
+# With fewer pairs, no cause can be given.
 _LEAST_PAIRS = 10
-# Cuts per pair: a scene of a few frames shows no turn.
+# Cuts per pair: a scene of a few frames does not show a turn.
 _MOST_CUTS = 0.1
-# Frames farther apart than this, in seconds, are a reason for their blocks not to agree.
+# Above this interval in seconds, a low frame rate explains why blocks do not agree.
 _LOW_RATE = 0.25
-# Share of the blocks that agree in a pair that is trusted.
+# Share of the blocks that have to agree in a trusted pair.
 _AGREEING = 0.3
 
 
 class Reason(Enum):
-    """Why a result is not to be relied upon; the value is the word in files and messages."""
+    """Why a result is not reliable. The value is the word used in files and messages."""
 
     TOO_SHORT = 'too_short'
     NOTHING_TO_SEE = 'nothing_to_see'
@@ -36,23 +36,23 @@ class Reason(Enum):
 
     @property
     def sentence(self) -> str:
-        """Return the reason as a sentence for people."""
+        """Return the reason as a sentence for users."""
         return _SENTENCES[self]
 
 
 _SENTENCES = {
-    Reason.TOO_SHORT: 'There are too few frames to tell anything, and what they show is in doubt.',
-    Reason.NOTHING_TO_SEE: 'Most pictures show too little: they are dark or blank, or the lens is'
+    Reason.TOO_SHORT: 'There are too few frames to judge, and the few are in doubt.',
+    Reason.NOTHING_TO_SEE: 'Most images show too little: they are dark or blank, or the lens is'
                            ' covered.',
-    Reason.VIEW_BLOCKED: 'Most of what the pictures show is fixed to the camera, such as drops or'
+    Reason.VIEW_BLOCKED: 'Most of what the images show is fixed to the camera, such as drops or'
                          ' dirt on the windscreen.',
-    Reason.NOT_ONE_MOTION: 'The parts of the picture do not move as seen from one vehicle in a'
-                           ' world at rest.',
-    Reason.SHAKING: 'The camera turns to and fro faster than a vehicle can.',
+    Reason.NOT_ONE_MOTION: 'The parts of the image do not move as seen from one vehicle in a'
+                           ' static world.',
+    Reason.SHAKING: 'The camera turns back and forth faster than a vehicle can.',
     Reason.RATE_TOO_LOW: 'The frames are too far apart in time: give more frames per second.',
-    Reason.MANY_CUTS: 'The film is cut into scenes too short to show a turn.',
-    Reason.CAMERA_NOT_KNOWN: 'The turns do not tell the focal length well enough: give hfov_deg or'
-                             ' a calibration.',
+    Reason.MANY_CUTS: 'The video is cut into scenes that are too short to show a turn.',
+    Reason.CAMERA_NOT_KNOWN: 'The turns do not determine the focal length well enough: give'
+                             ' hfov_deg or a calibration.',
 }
 
 
@@ -61,31 +61,31 @@ class Evidence(Enum):
 
     TRUSTED = 'trusted'
     STILL = 'still'
-    """The vehicle stood, or the pair was not to be compared: neither for nor against."""
+    """The vehicle was stationary, or the pair could not be compared: neither for nor against."""
     BLANK = 'blank'
-    """Nothing but noise is seen."""
+    """The image holds only noise."""
     FIXED = 'fixed'
     """What agrees is fixed to the camera."""
     SCATTERED = 'scattered'
-    """The parts of the picture do not agree on a motion."""
+    """The parts of the image do not agree on a motion."""
     JERKED = 'jerked'
-    """They do, but no vehicle turns like that."""
+    """They agree, but no vehicle turns like that."""
 
 
 @dataclass(frozen=True, slots=True)
 class Reliability:
-    """Whether a result can be relied upon; the reasons are why not, and empty if it can."""
+    """Whether a result is reliable; ``reasons`` is empty if it is."""
 
     reasons: tuple[Reason, ...] = ()
 
     @property
     def reliable(self) -> bool:
-        """Return whether the result can be relied upon."""
+        """Return whether the result is reliable."""
         return not self.reasons
 
     @property
     def words(self) -> tuple[str, ...]:
-        """Return the reasons as they stand in files and messages."""
+        """Return the reasons as the words used in files and messages."""
         return tuple(reason.value for reason in self.reasons)
 
 
@@ -99,16 +99,16 @@ def evidence_of(
     Parameters
     ----------
     agreement
-        Share of the blocks that agree on the camera's rotation, 0 to 1; None where the frames
-        were not to be compared (a gap, another size).
+        Share of the blocks that agree on the camera's rotation, 0 to 1; None if the frames
+        could not be compared (a gap, another size).
     still
-        Whether the vehicle stood.
+        Whether the vehicle was stationary.
     blank
-        Whether there was nothing but noise to see.
+        Whether the image held only noise.
     fixed
-        Whether nothing but what is fixed to the camera may have agreed, or not enough is left.
+        Whether only fixed areas may have agreed, or too little else is left.
     bridged
-        Whether the yaw was not believed.
+        Whether the yaw was rejected.
 
     """
     if still or agreement is None:
@@ -123,14 +123,14 @@ def evidence_of(
 
 
 class ReliabilityMonitor:
-    """Counts what the pairs of a drive are worth, and sums it up at any time."""
+    """Counts what the pairs of a drive are worth, and sums them up at any time."""
 
     def __init__(self) -> None:
         """Make a monitor that has seen no pair."""
         self.reset()
 
     def reset(self) -> None:
-        """Start anew, as the codes do."""
+        """Start again without pairs."""
         self._counts: Counter[Evidence] = Counter()
         self._cuts = 0
         self._seconds = 0.0
@@ -141,19 +141,19 @@ class ReliabilityMonitor:
         self._seconds += interval
 
     def add_cut(self) -> None:
-        """Take note of a change of scene; its pair has been added as any other."""
+        """Record a change of scene; its pair has been added like any other."""
         self._cuts += 1
 
     def verdict(self, *, camera_known: bool = True) -> Reliability:
         """
-        Return what there is to say of the drive so far.
+        Return whether the drive so far is reliable, and the reasons if it is not.
 
-        ``camera_known`` is False where angles were needed and the focal length is neither given
-        nor settled by the drive.
+        ``camera_known`` is False if angles were needed and the focal length is neither given nor
+        learned from the drive.
         """
         pairs = self._counts.total()
         if pairs < _LEAST_PAIRS:
-            # Too few to say what is wrong, but not to see that nothing is.
+            # Too few pairs to name a cause, but enough to see that none is in doubt.
             return Reliability(() if pairs and not self._distrust(pairs) else (Reason.TOO_SHORT,))
         reasons = self._distrust(pairs)
         if self._cuts > _MOST_CUTS * pairs:
@@ -163,9 +163,9 @@ class ReliabilityMonitor:
         return Reliability(tuple(reasons))
 
     def _distrust(self, pairs: int) -> list[Reason]:
-        """Return why most pairs cannot be trusted; empty if they can, or nothing has moved."""
+        """Return why most pairs cannot be trusted; empty if they can, or if nothing moved."""
         judged = pairs - self._counts[Evidence.STILL]
-        # A few pairs that pass by while the vehicle stands do not spoil its standing.
+        # A few spoilt pairs do not count against a vehicle that is stationary for the rest.
         if judged < _NAMED * pairs:
             return []
         if self._counts[Evidence.TRUSTED] >= _LEAST_TRUSTED * judged:

@@ -24,7 +24,7 @@ class Route:
         self._heading_path: HeadingPath | None = None
         if self._odometer is not None:
             self._heading_path = self._odometer.path
-        elif from_heading:
+        elif settings.measures_distance:
             self._heading_path = HeadingPath(max_corners=settings.max_corners)
         self._drawn: DrawnPath = self._chain_path
         if from_heading and self._heading_path is not None:

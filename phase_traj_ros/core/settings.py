@@ -7,12 +7,14 @@ from enum import Enum
 import math
 
 from phase_traj_ros.core.camera.lens import Lens
-from phase_traj_ros.core.codes.from_heading import CONNECTIVITIES
 from phase_traj_ros.core.codes.from_shift import DynamicChainCode, PAPER_THRESHOLD
+from phase_traj_ros.core.codes.links import LEAST_STEP
+from phase_traj_ros.core.codes.sectors import CONNECTIVITIES
 from phase_traj_ros.core.correlation.quality import GateSettings, StillnessSettings
 from phase_traj_ros.core.correlation.transforms import TransformLibrary
 from phase_traj_ros.core.correlation.view import View
 from phase_traj_ros.core.correlation.windows import Window
+from phase_traj_ros.core.path.way import LengthUnit
 
 
 class PathSource(Enum):
@@ -77,6 +79,8 @@ class EstimatorSettings:
     """Of the camera above the road, in metres; 0: not known. Takes a lens."""
     camera_height_deviation: float = 0.04
     """Standard deviation of the height, as a share of it."""
+    code_step: float = 0.0
+    """Length of a link of the chain code of equal links, in ``length_unit``; 0: none."""
     gate: GateSettings | None = None
     """When a pair counts as measured; None: always (the paper)."""
     stillness: StillnessSettings | None = None
@@ -100,6 +104,10 @@ class EstimatorSettings:
         if self.connectivity == 8 and self.code_source is not CodeSource.HEADING:
             raise ValueError('shift and turns tell right angles only: a connectivity of 8 needs'
                              ' the code source heading')
+        if self.code_step != 0 and not LEAST_STEP <= self.code_step < math.inf:
+            raise ValueError(
+                f'code_step is {self.code_step}: give a finite number of {LEAST_STEP} or more, or'
+                ' 0 for no links')
         if self.speed > 0 and self.awaits_speeds:
             raise ValueError('the speed is either constant or comes as it drives: give one')
         # Says what it refuses; the codes are made of these numbers.
@@ -117,7 +125,7 @@ class EstimatorSettings:
         """Return whether anything that is asked for takes a lens."""
         return (
             self.code_source is not CodeSource.SHIFT or self.draws_heading
-            or self.threshold_deg_s > 0 or self.metric)
+            or self.threshold_deg_s > 0 or self.metric or self.code_step > 0)
 
     @property
     def learns_lens(self) -> bool:
@@ -159,4 +167,10 @@ class EstimatorSettings:
     @property
     def measures_distance(self) -> bool:
         """Return whether a step along the heading has the length of the way."""
-        return self.measures_heading and (self.draws_heading or self.metric)
+        return self.measures_heading and (
+            self.draws_heading or self.metric or self.code_step > 0)
+
+    @property
+    def length_unit(self) -> LengthUnit:
+        """Return what distances are in."""
+        return LengthUnit.METRE if self.metric else LengthUnit.CAMERA_HEIGHT

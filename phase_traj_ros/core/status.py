@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The status of a pair of frames: the one place that decides it."""
+"""The status of a pair of frames; it is decided here only."""
 
 from enum import Enum
 
@@ -9,29 +9,29 @@ from phase_traj_ros.core.correlation.quality import Worth
 
 
 class PairStatus(Enum):
-    """How a pair of frames came to its movement code."""
+    """The reason for the movement code of a pair."""
 
     OK = 'ok'
     """Measured and judged: forward, or the pair on which a turn begins."""
     TURNING = 'turning'
-    """Measured; the turn that began earlier goes on."""
+    """Measured: a turn that began earlier continues."""
     STILL = 'still'
-    """The vehicle stands: nothing but noise and passers-by moves in the picture."""
+    """The vehicle is stationary: only noise and traffic move in the image."""
     NO_MEASUREMENT = 'no_measurement'
-    """The two frames have nothing in common, or one of them shows nothing."""
+    """The two frames are unrelated, or one of them has no content."""
     GAP = 'gap'
-    """The time between the two frames was longer than allowed."""
+    """The interval between the two frames exceeds the limit."""
     REPRIMED = 'reprimed'
-    """The frame's size or encoding changed, or a setting: there is none to compare it with."""
+    """The size or encoding of the frames or a setting changed, so the pair cannot be compared."""
 
     @property
     def judged(self) -> bool:
-        """Return whether the pair was measured and judged, so that a path goes on with it."""
+        """Return whether the pair was measured and judged, so that the path continues with it."""
         return self in (PairStatus.OK, PairStatus.TURNING)
 
     @property
     def ends_turn(self) -> bool:
-        """Return whether the pair breaks with all that came before, a turn under way included."""
+        """Return whether the pair separates the next ones from earlier ones and ends a turn."""
         return self in (PairStatus.GAP, PairStatus.REPRIMED)
 
     def coded(self, step: Step) -> 'PairStatus':
@@ -45,7 +45,7 @@ _OF_WORTH = {
 
 
 def is_gap(interval: float, max_gap: float) -> bool:
-    """Return whether two frames are too far apart in time, in seconds; a limit of 0 is none."""
+    """Return whether ``interval`` exceeds ``max_gap``, both in seconds; 0 means no limit."""
     return 0.0 < max_gap < interval
 
 
@@ -56,11 +56,11 @@ def status_of(*, gap: bool, worth: Worth | None, bridged: bool) -> PairStatus:
     Parameters
     ----------
     gap
-        Whether the two frames are too far apart in time.
+        Whether the interval between the two frames exceeds the limit.
     worth
-        What the frames tell; None if they cannot be compared.
+        What the pair is worth; None if its frames cannot be compared.
     bridged
-        Whether the pair is coded by its yaw, and that was not measured or not believed.
+        Whether the pair is coded by its yaw, and the yaw was not measured or was rejected.
 
     """
     if gap:

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""How far a drive can be trusted: what is fixed to the camera, cuts, and what pairs are worth."""
+"""Decides which pairs of a drive can be trusted: fixed areas, cuts and quality."""
 
 from dataclasses import replace
 
@@ -16,20 +16,20 @@ from phase_traj_ros.core.heading.yaw_meter import YawMeasurement
 from phase_traj_ros.core.reliability import evidence_of, Reliability, ReliabilityMonitor
 
 
-# What covers a smaller share of the picture does no harm, and a mask costs time.
+# Smallest share of the image to mask out: smaller areas do no harm, and a mask costs time.
 _WORTH_IT = 0.01
 
 
 class Trust:
     """
-    Watches the pairs of a drive, and says which of them are not to be believed.
+    Watches the pairs of a drive and rejects those that cannot be trusted.
 
-    With ``guards`` it looks for fixed areas and for cuts, and its word counts. Without them it
-    changes nothing: it sums up what the pairs are worth.
+    With ``guards`` it detects fixed areas and cuts and acts on them. Without, it changes nothing
+    and only sums up what the pairs are worth.
     """
 
     def __init__(self, *, guards: bool) -> None:
-        """Make one that has seen nothing."""
+        """Make a monitor that has seen no frame."""
         self._guards = guards
         self._areas = FixedAreas()
         self._cuts = CutDetector()
@@ -39,7 +39,7 @@ class Trust:
         self.reset()
 
     def reset(self) -> None:
-        """Start anew with the next frame; what is fixed to the camera is still known."""
+        """Start again with the next frame; fixed areas stay known."""
         self._areas.interrupt()
         self._cuts.reset()
         self._monitor.reset()
@@ -48,41 +48,41 @@ class Trust:
 
     @property
     def left_out(self) -> NDArray[np.uint8] | None:
-        """Return what counts of the frames, (H, W): 0 where it is fixed; None if nothing is."""
+        """Return the mask of the fixed areas, (H, W): 0 where fixed; None if nothing is."""
         return self._areas.weights() if self.leaves_out else None
 
     @property
     def leaves_out(self) -> bool:
-        """Return whether anything of the frames is left out."""
+        """Return whether a part of the frames is masked out."""
         return self._areas.share >= _WORTH_IT
 
     @property
     def turned(self) -> bool:
-        """Return whether there has been a turn, so that angles matter."""
+        """Return whether the vehicle has made a turn, so that angles matter."""
         return self._turned
 
     @property
     def hint(self) -> ThresholdHint | None:
-        """Return what to do about a threshold that does not fit; None if nothing shows."""
+        """Return what to do about a threshold that does not fit; None if it may fit."""
         return self._shifts.hint(self._width)
 
     def verdict(self, *, camera_known: bool) -> Reliability:
-        """Return what there is to say of the drive so far."""
+        """Return whether the drive so far is reliable, and the reasons if it is not."""
         return self._monitor.verdict(camera_known=camera_known)
 
     def look(self, frame: Frame, shift: Shift | None, interval: float) -> bool:
         """
-        Take the next frame; return whether what is to be left out of the frames has changed.
+        Take the next frame; return whether ``left_out`` has changed.
 
         Parameters
         ----------
         frame
-            (H, W), as the camera gives it.
+            (H, W), as the camera delivers it.
         shift
-            By how many of its pixels the picture has moved since the frame before; None if they
-            cannot be compared.
+            Shift since the previous frame in pixels of the frame; None if the two cannot be
+            compared.
         interval
-            Seconds since then.
+            Seconds since the previous frame.
 
         """
         self._width = frame.shape[1]
@@ -92,13 +92,13 @@ class Trust:
             self._areas.interrupt()
             return self._areas.update(frame, 0.0)
         before = self.leaves_out
-        # Of hardly anything nothing can be measured: it is left as it was.
+        # If too little of the image would remain, the mask stays as it was.
         changed = self._areas.update(
             frame, interval, turned=shift.dx) and self._areas.sufficient
         return changed and (before or self.leaves_out)
 
     def finds_cut(self, measured: YawMeasurement | None, interval: float) -> bool:
-        """Take the next pair; return whether the scene has changed in the pair before it."""
+        """Take the next pair; return whether the scene changed in the pair before it."""
         cut = self._cuts.update(measured, interval)
         if cut:
             self._monitor.add_cut()
@@ -108,12 +108,12 @@ class Trust:
     def believed(
         self, measured: YawMeasurement | None, shift: Shift | None, worth: Worth | None,
     ) -> YawMeasurement | None:
-        """Return what a pair tells of the yaw, as far as that is to be believed."""
+        """Return the measurement of a pair with its yaw, or without it if the yaw is rejected."""
         self._doubted = False
         if measured is None or shift is None:
             return measured
         if worth is Worth.STILL:
-            # Whatever passes by: a vehicle that stands still does not turn.
+            # A stationary vehicle does not turn, whatever passes by.
             return replace(measured, yaw=0.0)
         self._doubted = self._guards and (
             not self._areas.sufficient or self._areas.doubts(shift, agreed=measured.refined))
@@ -129,13 +129,13 @@ class Trust:
         Parameters
         ----------
         agreement
-            Share of the picture that agrees on its motion; None if it was not measured.
+            Share of the image that agrees on its motion; None if it was not measured.
         worth
-            What the frames tell; None if they cannot be compared.
+            What the pair is worth; None if its frames cannot be compared.
         heading
-            What the pair adds to the heading, where that is measured.
+            What the pair adds to the heading; None if the heading is not measured.
         interval
-            Between the two frames, in seconds.
+            Seconds between the two frames.
 
         """
         if heading is not None:
@@ -146,7 +146,7 @@ class Trust:
             fixed=self._doubted, bridged=heading is not None and not heading.measured), interval)
 
     def add_shift(self, dx: float | None, threshold: float | None, interval: float) -> None:
-        """Take the shift of a pair, None if it was not measured, and what it is judged by."""
+        """Take the shift of a pair (None if not measured) and its threshold (None if not used)."""
         if threshold is None:
             return
         if dx is None:

@@ -6,6 +6,7 @@ from dataclasses import asdict, dataclass, replace
 
 from phase_traj_ros.core.camera.in_use import CameraInUse
 from phase_traj_ros.core.codes.chain import Step
+from phase_traj_ros.core.codes.freeman import AnyDirection
 from phase_traj_ros.core.correlation.phase_correlation import Shift
 from phase_traj_ros.core.heading.tracker import HeadingStep
 from phase_traj_ros.core.heading.turns import Turn
@@ -43,6 +44,22 @@ class Update:
     """Pose and motion in metres, where a speed or the camera's height is known, too."""
     travel: Travel | None = None
     """How far the vehicle has gone, where the path has the length of the way."""
+    links: tuple[AnyDirection, ...] = ()
+    """Directions of the links that end with this pair, where there are links."""
+
+    @property
+    def speed(self) -> float | None:
+        """Return the pair's mean speed, in the unit of ``travel`` per second; None if unknown."""
+        if self.travel is None or not self.travel.known:
+            return None
+        return self.travel.distance / (self.interval_ns * 1e-9)
+
+    @property
+    def speed_variance(self) -> float | None:
+        """Return the variance of the speed; None if it is not known."""
+        if self.travel is None or not self.travel.known:
+            return None
+        return self.travel.variance / (self.interval_ns * 1e-9) ** 2
 
 
 @dataclass(slots=True)

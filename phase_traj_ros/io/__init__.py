@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Where frames come from and where results go."""
+"""Inputs and outputs: sources of frames, messages, replays and their results."""
 
 from phase_traj_ros.io.images.decoding import DEFAULT_MAX_PIXELS, GreyImage
 from phase_traj_ros.io.messages.image import (

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Writing results whole or not at all."""
+"""Writes results completely or not at all."""
 
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
@@ -16,18 +16,18 @@ def output_directory(target: Path, *, obsolete: Iterable[str] = ()) -> Iterator[
     """
     Yield a folder to write results into; move them to ``target`` when all are written.
 
-    The folder lies inside ``target``, which is made if absent, so that an output that cannot be
-    written is found out before the work and not after it. Each file or folder takes its place by
-    a rename. If anything is raised, the folder is removed again, and so are the folders that were
-    made for it, unless another program has written into them meanwhile.
+    The folder is inside ``target``, which is created if absent. So an output that cannot be
+    written is reported before the work and not after it. Each file or folder is moved by a
+    rename. After an error the folder is removed, and so are the folders that were created for it,
+    unless another program has written into them meanwhile.
 
     Parameters
     ----------
     target
-        Where the results go.
+        Folder of the results.
     obsolete
-        Names of files that older results may have left there. They are removed with the renames,
-        unless they have been written anew.
+        Names of files that an earlier run may have left in ``target``. They are removed when the
+        results are moved, unless they have been written again.
 
     Raises
     ------
@@ -42,7 +42,7 @@ def output_directory(target: Path, *, obsolete: Iterable[str] = ()) -> Iterator[
 @contextmanager
 def output_file(target: Path) -> Iterator[Path]:
     """
-    Yield a path to write to; rename it to ``target`` when it is written, or remove it.
+    Yield a path to write to; rename it to ``target`` after writing, or remove it on error.
 
     Raises
     ------
@@ -59,12 +59,12 @@ def output_file(target: Path) -> Iterator[Path]:
 @contextmanager
 def writing_to(target: Path) -> Iterator[None]:
     """
-    Name ``target`` as what cannot be written, where the system refuses something.
+    Convert errors of the operating system to an OutputError that names ``target``.
 
     Raises
     ------
     OutputError
-        The system has refused something.
+        An operation of the operating system failed.
 
     """
     try:
@@ -83,13 +83,13 @@ def _results_for(target: Path, obsolete: Iterable[str] = ()) -> Iterator[Path]:
 
 @contextmanager
 def _made(target: Path) -> Iterator[None]:
-    """Make a folder and those above it; after a failure, remove those made that are empty."""
+    """Create a folder and its parents; after an error, remove the created ones if empty."""
     missing = [folder for folder in (target, *target.parents) if not folder.exists()]
     try:
         target.mkdir(parents=True, exist_ok=True)
         yield
     except BaseException:
-        # From the bottom up, as far as nothing is in them.
+        # Bottom up, as long as they are empty.
         with suppress(OSError):
             for folder in missing:
                 folder.rmdir()
@@ -98,7 +98,7 @@ def _made(target: Path) -> Iterator[None]:
 
 @contextmanager
 def _staging(target: Path) -> Iterator[Path]:
-    """Make a folder in ``target``, and remove it with all that is left in it."""
+    """Create a folder in ``target``; remove it with its content afterwards."""
     staging = Path(tempfile.mkdtemp(prefix='.phase_traj-', dir=target))
     try:
         yield staging
@@ -109,7 +109,7 @@ def _staging(target: Path) -> Iterator[Path]:
 def _commit(staging: Path, target: Path, obsolete: Iterable[str]) -> None:
     written = sorted(staging.iterdir())
     for path in written:
-        if path.is_dir():  # a rename replaces a file, but no folder that holds something
+        if path.is_dir():  # a rename replaces a file, but not a folder with content
             shutil.rmtree(target / path.name, ignore_errors=True)
         path.replace(target / path.name)
     for name in set(obsolete) - {path.name for path in written}:

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Reads the node's parameters from a ROS parameter file, without ROS."""
+"""Reads the parameters of the node from a ROS parameter file, without ROS."""
 
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -11,23 +11,23 @@ from phase_traj_ros.parameters import NODE_NAME, Parameters
 import yaml
 
 _VALUES = 'ros__parameters'
-# A date of the 13th month and a number of thousands of digits are plain ValueErrors.
+# PyYAML raises a plain ValueError for e.g. a 13th month or a number with thousands of digits.
 _NO_YAML = (yaml.YAMLError, ValueError)
-# Parameters that every node has; they mean nothing to a replay.
+# Parameters of every node, which a replay ignores.
 _OF_EVERY_NODE = ('use_sim_time', 'qos_overrides', 'start_type_description_service')
 
 
 def read_parameters(path: Path) -> Parameters:
     """
-    Return the parameters that ``path`` gives to the node, over the defaults.
+    Return the parameters that ``path`` gives to the node; others keep their defaults.
 
-    Sections for any node (``/**``) and for the node's name, in any namespace, count; those for
-    other nodes do not. Where several name one parameter, the last one holds.
+    Sections for any node (``/**``) and for the node's name in any namespace apply; those for
+    other nodes do not. If several sections give one parameter, the last one applies.
 
     Raises
     ------
     ParameterError
-        The file cannot be read, is no ROS parameter file, has no section for this node, or
+        The file cannot be read, is not a ROS parameter file, has no section for this node, or
         gives a parameter that is unknown or not allowed.
 
     """
@@ -56,7 +56,7 @@ def values_for(path: Path, full_name: str) -> dict[str, object]:
     Return what ``path`` gives to the node of that name, such as ``/front/phase_traj``.
 
     In the file, ``*`` stands for one part of a name, ``**`` for any number of them, as in ROS.
-    Names of parameters are joined by dots; values are as they stand there.
+    Names of parameters are joined by dots; values are not converted.
 
     Raises
     ------
@@ -88,7 +88,7 @@ def parse_assignment(text: str) -> tuple[str, object]:
     Raises
     ------
     ParameterError
-        It is none.
+        The text is not such an assignment.
 
     """
     name, assigned, value = text.partition(':=')
@@ -97,7 +97,7 @@ def parse_assignment(text: str) -> tuple[str, object]:
             return name, yaml.safe_load(value) if value else ''
     except _NO_YAML:
         pass
-    raise ParameterError(f'{text!r} assigns no parameter: write NAME:=VALUE')
+    raise ParameterError(f'{text!r} does not assign a parameter: write NAME:=VALUE')
 
 
 def _is_meant(node: str) -> bool:

@@ -14,6 +14,8 @@ from phase_traj_ros.ros.inputs.image import ImageInput
 from phase_traj_ros.ros.losses import advice
 from phase_traj_ros.ros.outputs.messages import MESSAGES
 from rclpy.clock import Clock, ClockType
+from rclpy.event_handler import PublisherEventCallbacks
+from rclpy.logging import LoggingSeverity
 from rclpy.node import Node
 from rclpy.qos import qos_check_compatible, QoSCompatibility
 from rclpy.utilities import get_rmw_implementation_identifier
@@ -39,7 +41,9 @@ class Diagnostics:
         self._health = health
         self._input = image_input
         self._estimator = estimator
-        self._publisher = node.create_publisher(DiagnosticArray, '/diagnostics', 10)
+        self._publisher = node.create_publisher(
+            DiagnosticArray, '/diagnostics', 10,
+            event_callbacks=PublisherEventCallbacks(use_default_callbacks=False))
         self._since_ns = time.monotonic_ns()
         self._warned = False
         self._reported = (0, 0)
@@ -56,8 +60,10 @@ class Diagnostics:
              'measurement': self._measured.report(self._estimator, self._health.response())},
             node=self._node.get_fully_qualified_name(), hardware_id=self._input.topic,
             stamp=self._node.get_clock().now().to_msg()))
-        self._node.get_logger().debug(
-            'microseconds per image: ' + ', '.join(
+        logger = self._node.get_logger()
+        # Sorted anew, the medians take a while.
+        if logger.is_enabled_for(LoggingSeverity.DEBUG):
+            logger.debug('microseconds per image: ' + ', '.join(
                 f'{stage.value} {self._health.microseconds(stage):.0f}' for stage in Stage))
 
     def _watch_silence(self) -> None:

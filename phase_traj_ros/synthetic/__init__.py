@@ -1,9 +1,9 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
 """
-A rendered town, drives through it with known turns, and what spoils their pictures.
+A rendered town, drives through it with known turns, and degradations of the images.
 
-``render(scene, camera, pose)`` is a pure function; all scenes and drives are made from seeds.
+``render(scene, camera, pose)`` is a pure function; scenes and drives are generated from seeds.
 """
 
 from phase_traj_ros.synthetic.camera import Camera, KITTI_CAMERA, Pose

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Names for the kinds of array used here."""
+"""Types of arrays."""
 
 from typing import Any, TypeAlias
 
@@ -15,5 +15,5 @@ Ints: TypeAlias = npt.NDArray[np.int64]
 
 
 def as_bytes(picture: Any) -> Bytes:
-    """Return a picture that OpenCV made, whose type it does not tell, without a copy."""
+    """Return an image made by OpenCV, whose functions do not declare its type, without a copy."""
     return np.asarray(picture, np.uint8)

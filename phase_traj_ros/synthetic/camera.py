@@ -1,11 +1,11 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
 """
-The camera that looks at the street, and where it is.
+The camera, and its pose.
 
-World and body axes are those of REP 103: x forward (east), y left (north), z up; yaw is
+World and body axes are those of REP 103: x forward (east), y left (north), z up. Yaw is
 counter-clockwise, a positive pitch turns the nose down, a positive roll the right side down.
-Picture axes are those of a pinhole camera: columns to the right, rows down, the centre of the
+Image axes are those of a pinhole camera: columns to the right, rows down, the centre of the
 first pixel at (0, 0).
 """
 
@@ -20,7 +20,7 @@ import numpy.typing as npt
 from phase_traj_ros.errors import ParameterError
 from phase_traj_ros.synthetic.arrays import Floats
 
-#: Takes body axes (x forward, y left, z up) to picture axes (x right, y down, z forward).
+#: Rotates body axes (x forward, y left, z up) to image axes (x right, y down, z forward).
 BODY_TO_PICTURE = np.array([[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]])
 
 #: Fisheyes, as coefficients k1 to k4 of r = f (a + k1 a^3 + k2 a^5 + k3 a^7 + k4 a^9), where a is
@@ -30,7 +30,7 @@ STEREOGRAPHIC = (1 / 12, 1 / 120, 17 / 20160, 31 / 362880)
 EQUIDISTANT = (0.0, 0.0, 0.0, 0.0)
 EQUISOLID = (-1 / 24, 1 / 1920, -1 / 322560, 1 / 92897280)
 
-#: A rotated view is cut out of a level one; beyond this slope of a ray it would be huge.
+#: A tilted view is cut out of a level one, which would be very large beyond this slope of a ray.
 _STEEPEST = 1.5
 
 
@@ -38,7 +38,7 @@ Fisheye: TypeAlias = tuple[float, float, float, float]
 
 
 class Pose(NamedTuple):
-    """Where the camera is, in metres, and how it is turned, in radians (REP 103)."""
+    """Position of the camera in metres, and its orientation in radians (REP 103)."""
 
     x: float
     y: float
@@ -50,9 +50,9 @@ class Pose(NamedTuple):
 @dataclass(frozen=True, slots=True)
 class Camera:
     """
-    An ideal camera with square pixels: a pinhole, or a fisheye where it has coefficients.
+    An ideal camera with square pixels: a pinhole, or a fisheye if it has coefficients.
 
-    Lengths in the picture are in pixels, ``above_ground`` is in metres, ``fisheye`` is as
+    Lengths in the image are in pixels, ``above_ground`` is in metres, ``fisheye`` is as
     ``EQUIDISTANT``.
     """
 
@@ -65,10 +65,10 @@ class Camera:
     fisheye: Fisheye | None = None
 
     def __post_init__(self) -> None:
-        """Refuse what is no camera."""
+        """Check the values."""
         if min(self.width, self.height) < 1:
             raise ParameterError(
-                f'a picture of {self.width} x {self.height} pixels is none: '
+                f'a picture cannot have {self.width} x {self.height} pixels: '
                 'width and height must be at least 1')
         if not (math.isfinite(self.focal) and self.focal > 0 and self.above_ground > 0):
             raise ParameterError(
@@ -80,7 +80,7 @@ class Camera:
         cls, width: int, height: int, hfov_deg: float, *, above_ground: float = 1.65,
         fisheye: Fisheye | None = None,
     ) -> Camera:
-        """Return a camera that sees ``hfov_deg`` from edge to edge, centred."""
+        """Return a camera with the field of view ``hfov_deg`` from edge to edge, centred."""
         if not 0 < hfov_deg < 160:
             raise ParameterError(
                 f'a field of view of {hfov_deg} degrees cannot be drawn on a plane: '
@@ -130,10 +130,10 @@ def quaternion(pose: Pose) -> tuple[float, float, float, float]:
 
 def level_view(camera: Camera, pitch: float, roll: float) -> tuple[Camera, Floats]:
     """
-    Return a level camera that sees all a tilted one sees, and the way from one to the other.
+    Return a level camera that sees all that a tilted one sees, and their homography.
 
-    The homography (3 x 3) takes the pixels of the tilted picture to those of the level one.
-    It is exact, as both cameras stand at the same point.
+    The homography (3 x 3) maps the pixels of the tilted image to those of the level one. It is
+    exact because both cameras are at the same point.
     """
     tilt = BODY_TO_PICTURE @ rotation(0.0, pitch, roll) @ BODY_TO_PICTURE.T
     to_level = tilt @ np.linalg.inv(camera.matrix())

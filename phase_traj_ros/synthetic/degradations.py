@@ -1,11 +1,10 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
 """
-What makes pictures worse: noise, blur, gain, night, fog, rain, vibration, lost frames.
+Degradations of images: noise, blur, gain, night, fog, rain, vibration, lost frames.
 
-All are pure functions. Those of a frame take (height, width) uint8 and return the same; what is
-random in them comes from ``seed`` alone, an integer or several, so that (drive, frame) seeds one
-frame of one drive.
+All are pure functions. Those of a frame take (height, width) uint8 and return the same. Random
+parts depend on ``seed`` only, an integer or several: (drive, frame) seeds one frame of one drive.
 """
 
 from __future__ import annotations
@@ -41,7 +40,7 @@ def sensor_noise(frame: Bytes, *, sigma: float, seed: Seed) -> Bytes:
 
 
 def blur(frame: Bytes, *, sigma: float) -> Bytes:
-    """Blur as a lens out of focus, by a Gaussian of standard deviation ``sigma`` pixels."""
+    """Blur like a lens out of focus, by a Gaussian of standard deviation ``sigma`` pixels."""
     _not_negative(sigma=sigma)
     if sigma == 0:
         return frame.copy()
@@ -49,17 +48,17 @@ def blur(frame: Bytes, *, sigma: float) -> Bytes:
 
 
 def gain(frame: Bytes, *, factor: float) -> Bytes:
-    """Multiply the exposure by ``factor``; what becomes too bright is saturated."""
+    """Multiply the exposure by ``factor``; bright pixels are saturated."""
     _not_negative(factor=factor)
     return _rounded(frame * np.float32(factor))
 
 
 def night(frame: Bytes, *, exposure: float = 0.06, electrons: float = 1000.0, seed: Seed) -> Bytes:
     """
-    Darken to a share ``exposure`` of the light, and amplify what the sensor makes of it.
+    Darken to a share ``exposure`` of the light, and amplify the signal of the sensor.
 
-    ``electrons`` make white by day; at night there is shot noise, 2 electrons of read noise, and
-    an amplifier that brings the picture back to a third of its brightness.
+    By day, ``electrons`` make white. At night there is shot noise and a read noise of 2 electrons,
+    and the amplifier restores a third of the brightness.
     """
     _not_negative(exposure=exposure, electrons=electrons)
     rng = np.random.default_rng(seed)
@@ -74,8 +73,8 @@ def fog(
     """
     Fade to the grey ``air`` with distance, to 1 / e of the contrast at ``visibility`` metres.
 
-    The distance is guessed from the row, as a frame alone does not tell it: below the horizon
-    it is that of the ground, above it that of houses 8 m high, and at most 40 m.
+    The distance is estimated from the row: below the horizon it is that of the ground, above it
+    that of houses of 8 m height, and at most 40 m.
     """
     _not_negative(visibility=visibility)
     rows = np.arange(len(frame)) - camera.cy
@@ -86,7 +85,7 @@ def fog(
 
 
 def rain(frame: Bytes, *, streaks: int = 400, seed: Seed) -> Bytes:
-    """Draw bright, slightly slanting streaks of rain, other ones in every frame."""
+    """Draw bright, slightly slanting streaks of rain, which differ from frame to frame."""
     _not_negative(streaks=streaks)
     rng = np.random.default_rng(seed)
     (height, width) = frame.shape
@@ -106,7 +105,7 @@ def vibration(
     """
     Shake the camera: return the poses (N, 5) with random pitch and roll added.
 
-    Both are Gaussian with these standard deviations, in degrees, new in every frame.
+    Both are Gaussian with the given standard deviations, in degrees, independent in every frame.
     """
     _not_negative(pitch_deg=pitch_deg, roll_deg=roll_deg)
     rng = np.random.default_rng(seed)
@@ -117,12 +116,12 @@ def vibration(
 
 def kept_frames(count: int, *, lost: float, seed: Seed) -> Ints:
     """
-    Return the indices of the frames that are left when each is lost with probability ``lost``.
+    Return the indices of the frames that remain if each is lost with probability ``lost``.
 
-    The first one is always kept; `Drive.take` makes a drive of them.
+    The first one always remains; `Drive.take` selects them from a drive.
     """
     if not 0 <= lost < 1:
-        raise ParameterError(f'a share of {lost} lost frames is not in 0 .. 1 (without 1)')
+        raise ParameterError(f'the share of lost frames is {lost}: give 0 or more, but below 1')
     kept = np.random.default_rng(seed).random(count) >= lost
     kept[:1] = True
     return np.flatnonzero(kept)

@@ -1,10 +1,10 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
 """
-What does not move with the world: black bars, a bonnet, burnt-in text, drops on the windscreen.
+Overlays fixed to the camera: black bars, a bonnet, burnt-in text, drops on the windscreen.
 
-All are pure functions of a frame, (height, width) uint8, and return the same. What is random in
-them comes from ``seed`` alone: the same seed puts the same overlay on every frame of a drive.
+All are pure functions of a frame, (height, width) uint8, and return the same. Random parts
+depend on ``seed`` only: the same seed puts the same overlay on every frame of a drive.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ _BLURRED = 8
 
 
 def black_bars(frame: Bytes, *, sides: float = 0.0, ends: float = 0.0) -> Bytes:
-    """Blacken a share ``sides`` of the width on either side, ``ends`` of the height alike."""
+    """Blacken a share ``sides`` of the width at each side, ``ends`` of the height at each end."""
     _share(sides=sides, ends=ends)
     height, width = frame.shape
     down, across = round(ends * height), round(sides * width)
@@ -31,14 +31,14 @@ def black_bars(frame: Bytes, *, sides: float = 0.0, ends: float = 0.0) -> Bytes:
 
 
 def bonnet(frame: Bytes, *, height: float = 0.2, seed: int = 0) -> Bytes:
-    """Hide the lower part of a frame behind a dented bonnet, a share ``height`` in the middle."""
+    """Draw a dented bonnet that hides a share ``height`` of the frame, measured in the middle."""
     _share(height=height)
     (cover, metal) = _metal(frame.shape, height, seed)
     return _mixed(frame, metal, cover)
 
 
 def burnt_in_text(frame: Bytes, text: str) -> Bytes:
-    """Write ``text`` in white on a black box at the top left, as a recorder does."""
+    """Write ``text`` in white on a black box at the top left, like a recorder."""
     written, scale = frame.copy(), frame.shape[1] / 1241
     thick = max(round(2 * scale), 1)
     (width, height), below = cv2.getTextSize(text, cv2.FONT_HERSHEY_SIMPLEX, 0.8 * scale, thick)
@@ -53,22 +53,22 @@ def drops(
     frame: Bytes, *, count: int = 60, size: float = 0.015, softness: float = 0.3, seed: int = 0,
 ) -> Bytes:
     """
-    Put drops of water on the windscreen.
+    Draw drops of water on the windscreen.
 
-    A drop shows the scene upside down, blurred beyond recognition, and is brighter below.
+    A drop shows the scene upside down, strongly blurred, and is brighter at its bottom.
 
     Parameters
     ----------
     frame
-        What is behind them.
+        The frame without drops.
     count
-        How many there are.
+        Number of drops.
     size
-        Their mean radius, as a share of the width.
+        Mean radius, as a share of the width.
     softness
         Width of a drop's edge as a share of its radius: near 0 in focus, 1 far out of focus.
     seed
-        Of their places, sizes and shades.
+        Seed of positions, sizes and shades.
 
     """
     if count < 0 or size <= 0 or softness < 0:
@@ -108,7 +108,7 @@ def _metal(shape: tuple[int, int], height: float, seed: int) -> tuple[Singles, S
 def _water(
     shape: tuple[int, int], count: int, size: float, softness: float, seed: int,
 ) -> tuple[Singles, Singles]:
-    """Return how much of each pixel is a drop, and how much brighter that is than the scene."""
+    """Return the weight of the drops in each pixel, and their brightness relative to the scene."""
     rng = np.random.default_rng(seed)
     height, width = shape
     cover, shade = np.zeros(shape, np.float32), np.zeros(shape, np.float32)

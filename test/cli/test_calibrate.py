@@ -50,8 +50,8 @@ def found(text):
 
 
 @pytest.mark.parametrize(('drives', 'words'), [
-    (['six'], 'learned from'), (['one'], 'learned from 1 turn;'), (['one', 'six'], 'together: '),
-    (['none', 'one'], 'none: no turn tells the camera')])
+    (['six'], 'learned from'), (['one'], 'learned from 1 part of a turn;'), (['one', 'six'], 'together: '),
+    (['none', 'one'], 'none: the camera cannot be learned')])
 def test_the_turns_tell_the_camera(bag, capsys, drives, words):
     assert main(['calibrate', *(str(bag / name) for name in drives)]) == 0
     text = capsys.readouterr().out
@@ -86,7 +86,7 @@ def test_the_file_goes_to_replay(bag, tmp_path, capsys):
     assert main(['calibrate', str(bag / 'one'), '--output', str(path)]) == 0
     text = capsys.readouterr().out
     assert f'written to {path}' in text
-    assert 'learned from 1 turn' in path.read_text()
+    assert 'learned from 1 part of a turn' in path.read_text()
     parameters = read_parameters(path)
     assert {name: getattr(parameters, name) for name in found(text)} == found(text)
     out = tmp_path / 'out'

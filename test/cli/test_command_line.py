@@ -158,7 +158,7 @@ def test_no_threshold_leaves_the_choice_to_the_code_source(folder, tmp_path):
 def test_threshold_has_to_be_finite_and_positive(folder, tmp_path, threshold):
     output = tmp_path / 'results'
     message = refused('replay', folder, f'--threshold={threshold}', '--output', output)
-    assert 'it takes a finite number of 0 or more' in message
+    assert 'give a finite number of 0 or more' in message
     assert not output.exists()
 
 
@@ -167,7 +167,7 @@ def test_the_help_of_replay_lists_what_a_user_and_a_vehicle_may_need():
     for spec in specs():
         assert (f'  {spec.name} ({spec.default!r}): ' in text) == (spec.group is not Group.REST)
     assert [spec.name for spec in specs() if spec.group is Group.USER] == [
-        'threshold', 'hfov_deg', 'rotate_180']
+        'threshold', 'hfov_deg', 'camera_height', 'rotate_180']
     assert text.index(Group.USER.value[1:]) < text.index(Group.VEHICLE.value[1:])
 
 
@@ -182,11 +182,11 @@ def test_play_refuses_times_that_cannot_be(folder, option, value):
     (['{folder}', '--topic', '/image'], 'leave out topic'),
     (['{folder}', '--every', '0'], 'every must be a whole number'),
     (['{folder}', '--start', '60'], 'no frame is selected'),
-    (['{folder}', '--duration', '0.1'], '1 frame to use, but a trajectory takes at least two'),
+    (['{folder}', '--duration', '0.1'], '1 frame to use, but a trajectory needs at least two'),
     (['{folder}', '--fps', '0'], 'fps must be'),
     (['{folder}', '--params', '/does/not/exist.yaml'], 'cannot read the parameter file'),
     (['{folder}', '-p', 'threshold=3'], 'write NAME:=VALUE'),
-    (['{folder}', '-p', 'threshold:=3'], 'write 3.0'),
+    (['{folder}', '-p', 'threshold:=3'], 'such as 3.0'),
     (['{folder}', '-p', 'code_source:=heading'], 'give focal_px or hfov_deg'),
     (['{folder}', '--output', '{folder}/0.png'], 'cannot write to'),
     (['{folder}', '--output', '{folder}/0.png/below'], 'cannot write to'),

@@ -95,10 +95,10 @@ def test_an_error_leaves_nothing_behind(folder, tmp_path, capsys):
     (['--svg'], 'svg writes into the output folder'),
     (['--bag-out', 'x.bag'], 'its name has to end in .mcap'),
     (['--animation', 'x.png'], 'its name has to end in .gif'),
-    (['--bag-debug-images'], 'bag_debug_images is about the bag of bag_out'),
+    (['--bag-debug-images'], 'bag_debug_images needs a bag to write them to'),
     (['{folder}'], 'several sources need --output DIR'),
-    (['{folder}', '--output', '{out}', '--live'], '--live takes one source'),
-    (['{folder}', '--output', '{out}', '--animation', 'x.gif'], '--animation takes one source'),
+    (['{folder}', '--output', '{out}', '--live'], '--live works with one source'),
+    (['{folder}', '--output', '{out}', '--animation', 'x.gif'], '--animation works with one'),
     (['{folder}', '--output', '{out}', '--bag-out', 'a/x.mcap'], 'a name without a folder'),
     (['{folder}', '--output', '{out}', '--bag-out', 'x.bag'], 'has to end in .mcap'),
     (['{folder}', '--output', '{out}', '--jobs', '0'], '--jobs is 0'),
@@ -227,6 +227,24 @@ def test_the_live_view_fits_the_terminal(monkeypatch, size):
         lines = view.split('\x1b')[0].rstrip('\n').split('\n')
         assert max(map(len, lines)) < max(size[0], 1) or size[0] == 1
         assert len(lines) <= max(size[1] - 1, 3)
+
+
+def passed(screen):
+    times = iter(range(10**6))
+    with LiveView(screen, title='drive', total=4, clock=lambda: 0.06 * next(times)) as view:
+        assert list(view.over(range(4), 'learning')) == [0, 1, 2, 3]
+    return screen.getvalue()
+
+
+def test_a_pass_that_codes_nothing_shows_how_far_it_is():
+    views = passed(Screen(terminal=True)).split('\x1b[J')[1:]
+    assert len(views) > 1
+    assert all(view.startswith('drive, learning  [') for view in views)
+    assert ' of 4 frames' in views[-1]
+
+
+def test_elsewhere_a_pass_that_codes_nothing_is_one_line():
+    assert passed(Screen(terminal=False)) == 'drive, learning\n'
 
 
 def test_elsewhere_the_live_view_is_a_line_per_turn(monkeypatch):

@@ -6,7 +6,7 @@ from pathlib import Path
 import re
 
 from live import Live
-from phase_traj_ros.core import PairStatus
+from phase_traj_ros.core import PairStatus, TravelState
 from phase_traj_ros.parameter_spec import Group
 from phase_traj_ros.parameters import specs
 import pytest
@@ -19,7 +19,8 @@ OF_EVERY_NODE = re.compile('use_sim_time|start_type_description_service|qos_over
 @pytest.fixture
 def node(live: Live):
     """Start the node and wait until the graph knows it."""
-    live.start('-p', 'code_source:=heading', '-p', 'use_speed_topic:=true')
+    live.start(
+        '-p', 'code_source:=heading', '-p', 'use_speed_topic:=true', '-p', 'code_step:=2.0')
     live.describe_parameters()
     # Answering comes before being listed: the services are announced one by one.
     live.until(lambda: {'~/save', '~/list_parameters'} <= of_node(
@@ -92,6 +93,11 @@ def test_parameters(node):
             assert [ranges[0].from_value, ranges[0].to_value] == [
                 float(limit) for limit in limits.split(' to ')]
             assert not step or ranges[0].step == int(step)
+
+
+def test_distance_states():
+    documented = [row[0] for row in table('reference/topics.md', '## Distance states', 2)]
+    assert documented == [state.value for state in TravelState]
 
 
 def test_statuses():

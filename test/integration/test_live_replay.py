@@ -96,7 +96,7 @@ def test_a_recording_that_knows_its_camera(live, kitti_root):
 
 
 @pytest.mark.parametrize(('arguments', 'message'), [
-    (['--lossless', '--wait', '0.5'], 'nobody has subscribed to /image within 0.5 s'),
+    (['--lossless', '--wait', '0.5'], 'no subscriber to /image with a matching quality'),
     (['--rate', '0'], '--rate is 0.0'),
 ])
 def test_play_says_what_is_wrong(folder, arguments, message):

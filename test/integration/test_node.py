@@ -115,6 +115,17 @@ def test_who_comes_late_gets_the_chain_code_and_the_path(live, topics, connected
     assert len(paths[0].poses) == 4
 
 
+def test_a_path_that_nobody_took_waits_for_who_comes(live):
+    process = live.start(*SHIFT)
+    movement = live.listen(UInt8, 'phase_traj/movement')
+    assert live.call(Trigger, 'phase_traj/reset', Trigger.Request()).success
+    publish(live.camera(), rolled(DRIVE))
+    live.until(lambda: len(movement) == 9)
+    paths = live.listen(Path, 'phase_traj/path', LATCHED)
+    live.until(lambda: paths and len(paths[-1].poses) == 4)
+    assert stop(process) == 0
+
+
 def test_reset_starts_anew(live, topics, connected):
     publish(connected[1], rolled(DRIVE))
     live.until(lambda: complete(topics, 9))
@@ -238,10 +249,10 @@ def test_parameters_change_live_or_are_refused_with_a_reason(live, topics, conne
 
 
 @pytest.mark.parametrize(('argument', 'message'), [
-    ('threshold:=20', "'threshold' is 20: it takes a double, so write 20.0"),
-    ('threshold:=-1.0', "'threshold' is -1.0: it takes a finite number of 0 or more"),
-    ('window:=round', "'window' is 'round': it takes one of sqrt_hann, hann, tukey"),
-    ('path_rate:=0.0', "'path_rate' is 0.0: it takes 0.1 to 100"),
+    ('threshold:=20', "'threshold' is 20: give a double, such as 20.0"),
+    ('threshold:=-1.0', "'threshold' is -1.0: give a finite number of 0 or more"),
+    ('window:=round', "'window' is 'round': give one of sqrt_hann, hann, tukey"),
+    ('path_rate:=0.0', "'path_rate' is 0.0: give 0.1 to 100"),
 ])
 def test_a_wrong_start_says_what_is_wrong(live, argument, message):
     process = live.start('-p', argument)
@@ -285,7 +296,7 @@ def test_a_signal_in_mid_callback_ends_the_node_in_order(live):
         for index, each in enumerate(rolled(range(0, 60, 10), texture((752, 2480))))]
     camera = live.node.create_publisher(Image, 'image', LOSSLESS)
     shifts = live.listen(Vector3Stamped, 'phase_traj/shift')
-    for attempt, number in enumerate([signal.SIGINT, signal.SIGTERM] * 25):
+    for attempt, number in enumerate([signal.SIGINT, signal.SIGTERM] * 6):
         process = live.start(*SHIFT)
         live.until(lambda: camera.get_subscription_count() == 1, process=process)
         live.call(Trigger, 'phase_traj/reset', Trigger.Request())

@@ -46,14 +46,14 @@ def test_frames_that_come_too_fast_are_counted(live, recording):
     live.until(lambda: 'listening' in live.logs())
     done = play(recording, '--rate', '1e9')
     assert done.returncode == 0
-    assert 'warning: /phase_traj got ' in done.stderr
-    assert '--lossless loses nothing' in done.stderr
+    assert 'warning: /phase_traj received ' in done.stderr
+    assert '--lossless loses none' in done.stderr
 
 
 def test_where_nobody_subscribes_it_is_said(recording, domain):
     done = play(recording, '--rate', '1000', '--wait', '0.1')
     assert done.returncode == 0
-    assert 'warning: nobody has subscribed to /image within 0.1 s' in done.stderr
+    assert 'warning: no subscriber to /image with a matching quality of service' in done.stderr
     assert 'published 20 frames' in done.stdout
 
 

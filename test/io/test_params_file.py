@@ -86,12 +86,12 @@ camera:
     ('camera:\n  ros__parameters: {exposure: 3}', 'no parameters for the node'),
     ('/**:\n  ros__parameters: 3', 'holds no parameters'),
     ('/**:\n  ros__parameters: {treshold: 3.0}', "did you mean 'threshold'"),
-    ('/**:\n  ros__parameters: {threshold: 3}', 'write 3.0'),
-    ('/**:\n  ros__parameters: {threshold: 1e1}', 'takes a double, so write 10.0'),
+    ('/**:\n  ros__parameters: {threshold: 3}', 'such as 3.0'),
+    ('/**:\n  ros__parameters: {threshold: 1e1}', 'give a double, such as 10.0'),
     ('/**:\n  ros__parameters: {threshold: -3.0}', 'a finite number of 0 or more'),
     ('/**:\n  ros__parameters: {threshold: .nan}', 'a finite number of 0 or more'),
     ('/**:\n  ros__parameters: {max_path_poses: 1}', '2 to 100000'),
-    ('/**:\n  ros__parameters: {max_path_poses: true}', 'takes an integer'),
+    ('/**:\n  ros__parameters: {max_path_poses: true}', 'give an integer'),
     ('/**:\n  ros__parameters: {frame_id: [a]}', 'string'),
 ])
 def test_what_is_wrong_is_said_in_one_line(file, text, message):

@@ -14,7 +14,9 @@ NEEDS = {
     'io/batch/test_batch.py': ('matplotlib',),
     'io/evaluation/test_evo.py': ('evo', 'rosbags'),
     'io/results/test_animation.py': ('matplotlib', 'PIL'),
+    'io/messages/test_ekf_config.py': ('rosbags',),
     'io/results/test_bag_sink.py': ('rosbags', 'mcap', 'mcap_ros2'),
+    'io/results/test_distance_results.py': ('matplotlib', 'rosbags'),
     'ros/outputs/test_outputs_agree.py': ('rclpy', 'rosbags'),
     'synthetic/drive/test_synthetic_bag.py': ('rosbags',),
 }

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""``phase_traj calibrate``: the camera, from the turns of one or several drives."""
+"""``phase_traj calibrate``: learns the camera from the turns of one or several drives."""
 
 from argparse import Namespace
 from contextlib import closing
@@ -23,10 +23,10 @@ EXIT_NOT_TOLD = 1
 
 _EPILOG = f"""
 {SOURCE_HELP}
-While the vehicle turns, the picture moves faster at its edges than in its middle, and that tells
-the focal length, the kind of lens and the tilt: one turn of 60 degrees or more is enough, three
-are better. Several recordings have to be of one camera. FILE.yaml goes to --params and to the
-node. The exit status is 1, and FILE.yaml is not written, where no turn tells the camera.
+While the vehicle turns, the image moves faster at its edges than in its middle. From this follow
+the focal length, the kind of lens and the tilt. One turn of 60 degrees or more is enough, three
+are better. All recordings have to be of the same camera. Pass FILE.yaml to --params or to the
+node. If the camera cannot be learned, the exit status is 1 and FILE.yaml is not written.
 """
 
 COMMAND = Command(
@@ -42,7 +42,7 @@ def add_parser(commands: Any) -> None:
         '--upside-down', action='store_true', help='the camera is mounted upside down')
     parser.add_argument(
         '--output', metavar='FILE.yaml', type=Path,
-        help='write the camera here, as a parameter file')
+        help='write the camera to this parameter file')
     parser.set_defaults(run=run)
 
 
@@ -52,12 +52,12 @@ def run(options: Namespace) -> int:
     for path in options.sources:
         estimate = _learn(options, path)
         if estimate is None:
-            print(f'{path}: no turn tells the camera')
+            print(f'{path}: the camera cannot be learned from its turns')
             continue
         print(f'{path}: {_words(estimate)}')
         told.append(estimate)
     if not told:
-        print('nothing is known of the camera: give a drive with a turn of 60 degrees or more')
+        print('the camera was not learned: give a drive with a turn of 60 degrees or more')
         return EXIT_NOT_TOLD
     try:
         camera = combined(told) if len(told) > 1 else told[0]

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""``phase_traj completion``: the program's commands and options, for the shell's TAB key."""
+"""``phase_traj completion``: prints a script that completes commands and options in a shell."""
 
 from argparse import ArgumentParser, Namespace
 from functools import partial
@@ -15,11 +15,11 @@ from phase_traj_ros.errors import MissingDependencyError
 _SHELLS = ('bash', 'zsh', 'tcsh')
 
 COMMAND = Command(
-    'completion', summary='print the script that lets a shell complete commands and options',
+    'completion', summary='print the script that completes commands and options in a shell',
     example='phase_traj completion bash > ~/.local/share/bash-completion/completions/phase_traj',
     epilog="""
-bash reads the file of the example by itself, in a new shell. For zsh write it to a file named
-_phase_traj in a folder of $fpath; for tcsh add it to ~/.cshrc. Print it again after an update.
+A new bash reads the file of the example automatically. For zsh, write the script to a file named
+_phase_traj in a folder of $fpath; for tcsh, add it to ~/.cshrc. Print it again after an update.
 """)
 
 
@@ -46,6 +46,6 @@ def run(program: ArgumentParser, options: Namespace) -> None:
 def _complete_paths(parser: ArgumentParser, *, file: Any, directory: Any) -> None:
     for action in actions_of(parser):
         if action.type is Path:
-            # This is where shtab looks for it.
+            # The attribute that shtab reads.
             action.complete = (  # type: ignore[attr-defined]
                 directory if action.metavar == 'DIR' else file)

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""``phase_traj demo``: a rendered drive through the real node, checked against its truth."""
+"""``phase_traj demo``: plays a rendered drive to the real node and checks the result."""
 
 from argparse import Namespace
 from collections.abc import Sequence
@@ -24,10 +24,10 @@ from phase_traj_ros.synthetic import Drive, DRIVES, named_drive, write_drive_bag
 _THRESHOLDS = {'paper_case_1': 16.0, 'paper_case_2': 20.0}
 
 _EPILOG = """
-Renders a drive through a street grid as a camera sees it, plays it over DDS to the node in a
-process of its own without losing a frame, gathers what the node publishes, and checks it against
-an offline replay of the same bag and against the turns that were truly driven. DIR receives the
-bag (with the true poses) and what replay writes.
+Renders a drive through a street grid, plays it over DDS without losing a frame to the node in a
+separate process, and records what the node publishes. Checks that against an offline replay of
+the same bag and against the true turns. DIR receives the bag (with the true poses) and the results
+of the replay.
 """
 
 COMMAND = Command(
@@ -40,10 +40,10 @@ def add_parser(commands: Any) -> None:
     parser = COMMAND.add_to(commands)
     parser.add_argument(
         '--drive', choices=sorted(DRIVES), default='demo',
-        help="which drive: demo, or one of the paper's two case studies (default: demo)")
+        help="drive: demo, or one of the paper's two case studies (default: demo)")
     parser.add_argument(
         '--output', metavar='DIR', type=Path, default=Path('out/demo'),
-        help='write here (default: out/demo)')
+        help='write the results here (default: out/demo)')
     parser.set_defaults(run=run)
 
 
@@ -64,13 +64,13 @@ def run(options: Namespace) -> None:
         print(f'rendering {len(drive)} frames of the drive {drive.name!r} ...', flush=True)
         with counter(total=len(drive), title='rendering') as advance:
             write_drive_bag(drive, directory / name, progress=advance)
-        print('playing them to the node, over DDS ...', flush=True)
+        print('playing them to the node over DDS ...', flush=True)
         live = run_live(
             directory / name, pairs=len(drive) - 1, threshold=parameters.threshold_px)
         with open_source(directory / name) as source:
             offline = replay(source, parameters, source=str(options.output / name))
         if (list(live.movement), list(live.direction)) != (offline.movement, offline.direction):
-            raise ResultError('the node and the offline replay disagree about the codes')
+            raise ResultError('the codes of the node and of the offline replay differ')
         if live.exit_status != 0:
             raise ResultError(f'the node has ended with status {live.exit_status}')
         check_turns(drive, offline)
@@ -79,7 +79,7 @@ def run(options: Namespace) -> None:
     turns = ', '.join(
         f'{"left" if turn.angle_deg > 0 else "right"} {abs(turn.angle_deg):.0f}°'
         for turn in drive.turns)
-    print(f'live and offline codes are the same, and the turns are those driven: {turns}')
+    print(f'live and offline codes are the same, and the turns are the true ones: {turns}')
     print(f'bag       {options.output / name}')
     print(f'codes     {options.output / "chain_code.json"}')
     print(f'picture   {options.output / "trajectory.png"}')
@@ -87,12 +87,12 @@ def run(options: Namespace) -> None:
 
 def check_turns(drive: Drive, result: Replay) -> None:
     """
-    Compare the directions with those of the true turns, and when they changed.
+    Compare the directions, and when they changed, with the true turns.
 
     Raises
     ------
     ResultError
-        A turn is missing, invented, or coded at a time when none was driven.
+        A turn is missing, invented, or coded while the vehicle was not turning.
 
     """
     heading = Direction.FORWARD
@@ -109,7 +109,7 @@ def check_turns(drive: Drive, result: Replay) -> None:
     for frame, turn in zip(begun, drive.turns, strict=True):
         if not turn.start_frame <= frame <= turn.end_frame:
             raise ResultError(
-                f'a turn is coded at frame {frame}, but the one driven lasts from'
+                f'a turn is coded at frame {frame}, but the true one lasts from'
                 f' {turn.start_frame} to {turn.end_frame}')
 
 

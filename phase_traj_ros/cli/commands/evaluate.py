@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""``phase_traj evaluate``: a replay measured against the truth."""
+"""``phase_traj evaluate``: compares a replay with the ground truth."""
 
 from argparse import Namespace
 from collections.abc import Iterator
@@ -21,16 +21,17 @@ from phase_traj_ros.io.evaluation.replayed_drive import read_replay
 from phase_traj_ros.io.results.figures import require_matplotlib
 
 _EPILOG = """
-DIR is what `phase_traj replay --output DIR` has written; it receives evaluation.json and
-evaluation.png. Where the replay did not measure the heading (docs/how-to/camera.md), only the
-codes and the path drawn from them are compared. A path in metres (path_from: heading, and a speed)
-is scored as odometry, in the plane: distance, t_rel and r_rel as of KITTI's benchmark, and ATE.
+DIR is the output folder of `phase_traj replay --output DIR`; it receives evaluation.json and
+evaluation.png. If the replay did not measure the heading (docs/how-to/camera.md), only the codes
+and the path drawn from them are compared. A path in metres (from the heading, with a camera_height
+or a speed) is scored as odometry in the plane: distance, t_rel and r_rel as in KITTI's benchmark,
+and ATE.
 
 FILE is one of
-  KITTI poses       lines of 12 numbers; with times.txt beside it (or the time in front, 13
-                    numbers) matched by time, else pose i belongs to frame i
+  KITTI poses       lines of 12 numbers; matched by time if times.txt is beside it or the time
+                    comes first (13 numbers), otherwise pose i belongs to frame i
   a TUM file        lines of stamp x y z qx qy qz qw
-It is re-based to the first frame.
+All poses are converted to be relative to the first frame.
 """
 
 COMMAND = Command(
@@ -73,20 +74,20 @@ def _print(evaluation: Evaluation) -> None:
         print(f'heading error in degrees: rms {heading.rms:.2f}, end {heading.end:+.2f}, max'
               f' {heading.max:.2f}{far}')
     direction, shape = evaluation.direction, evaluation.shape_error
-    print(f'direction codes: {direction.agreement:.1%} of the frames as the truth has them; turns'
-          f' {_codes(direction.changes)}, true {_codes(direction.true_changes)}')
+    print(f'direction codes: equal to the true ones at {direction.agreement:.1%} of the frames;'
+          f' turns {_codes(direction.changes)}, true {_codes(direction.true_changes)}')
     for name, error in (
             ('path drawn from the codes', shape.codes),
             ('path drawn from the heading', shape.heading),
-            ('path as the replay has written it', shape.path)):
+            ('path as written by the replay', shape.path)):
         if error is not None:
-            print(f'{name}: {error:.1%} of its size off the true one')
+            print(f'{name}: error {error:.1%} of its size')
     for line in _odometry_lines(evaluation.path_errors):
         print(line)
 
 
 def _odometry_lines(errors: PathErrors) -> Iterator[str]:
-    """Yield what there is to say of the path as written, in the plane."""
+    """Yield the scores of the path as odometry, in the plane."""
     distance, gained, turned = (
         errors.distance_error_percent, errors.t_rel_percent, errors.r_rel_deg_per_100m)
     if distance is not None:

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""``phase_traj inspect``: what phase correlation sees in two frames."""
+"""``phase_traj inspect``: shows the phase correlation of two frames."""
 
 from argparse import Namespace
 from pathlib import Path
@@ -14,9 +14,9 @@ from phase_traj_ros.io.images.picture_file import read_picture
 from phase_traj_ros.io.results.figures import require_matplotlib, write_correlation_picture
 
 _EPILOG = """
-dx is the displacement of the picture's content from A to B in pixels, positive to the right: the
+dx is the displacement of the image content from A to B in pixels, positive to the right: the
 camera turned left. The response is the height of the peak: 1 for identical frames, about 0.1 in
-real driving, 0.01 to 0.02 for frames that have nothing in common.
+real driving, 0.01 to 0.02 for unrelated frames.
 """
 
 COMMAND = Command(
@@ -27,11 +27,11 @@ COMMAND = Command(
 def add_parser(commands: Any) -> None:
     """Add the command to the parser."""
     parser = COMMAND.add_to(commands)
-    parser.add_argument('first', metavar='A', type=Path, help='picture file of the first frame')
-    parser.add_argument('second', metavar='B', type=Path, help='picture file of the second frame')
+    parser.add_argument('first', metavar='A', type=Path, help='image file of the first frame')
+    parser.add_argument('second', metavar='B', type=Path, help='image file of the second frame')
     parser.add_argument(
         '--output', metavar='FILE', type=Path, default=Path('correlation.png'),
-        help='picture to write (default: correlation.png)')
+        help='figure to write (default: correlation.png)')
     parser.set_defaults(run=run)
 
 

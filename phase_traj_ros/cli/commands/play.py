@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""``phase_traj play``: a recording on real topics."""
+"""``phase_traj play``: publishes a recording on ROS topics."""
 
 from argparse import Namespace, REMAINDER
 from collections.abc import Iterator
@@ -24,15 +24,15 @@ from phase_traj_ros.io.sources.base import FrameSource, StampedFrame
 from phase_traj_ros.io.sources.prefetch import prefetch
 
 _WAIT_S, _WAIT_LOSSLESS_S = 5.0, 30.0
-# Nobody waits for longer; the system takes no infinite time.
+# No one waits longer, and the system does not accept an infinite time.
 _LONGEST_DELAY_S = 1e6
 
 _EPILOG = f"""
 {SOURCE_HELP}
-The frames are published as mono8 or mono16 sensor_msgs/Image with their own stamps, which also
-go out on /clock. Where SOURCE says what its camera is like, so does camera_info beside the images.
-For a live run that loses no frame, start the node with the matching quality
-of service (in a namespace, put the full topic name in the place of /image):
+The frames are published as mono8 or mono16 sensor_msgs/Image with their own stamps, which are
+also published on /clock. If SOURCE has a calibration, it is published as camera_info beside the
+images. For a live run that loses no frame, start the node with the matching quality of service
+(in a namespace, replace /image by the full topic name):
 
   ros2 run phase_traj_ros phase_traj_node --ros-args \\
     -p qos_overrides./image.subscription.reliability:=reliable \\
@@ -41,7 +41,7 @@ of service (in a namespace, put the full topic name in the place of /image):
 """
 
 COMMAND = Command(
-    'play', summary='publish a recording on real topics, with its stamps',
+    'play', summary='publish a recording on ROS topics, with its stamps',
     example='phase_traj play drive.mp4 --rate 2', epilog=_EPILOG)
 
 
@@ -52,23 +52,24 @@ def add_parser(commands: Any) -> None:
     parser.add_argument(
         '--rate', metavar='R', type=float, default=1.0,
         help='play R times as fast as recorded (default 1)')
-    parser.add_argument('--loop', action='store_true', help='begin again at the end')
+    parser.add_argument('--loop', action='store_true', help='start again at the end')
     parser.add_argument(
         '--lossless', action='store_true',
-        help='publish reliably with KEEP_ALL, fail where nobody subscribes, and end when'
-             ' everything has been received')
+        help='publish reliably with KEEP_ALL, fail without a subscriber, and end when all'
+             ' frames have been received')
     parser.add_argument(
-        '--image-topic', metavar='NAME', default='image', help='publish here (default: image)')
+        '--image-topic', metavar='NAME', default='image',
+        help='topic of the images (default: image)')
     parser.add_argument(
         '--wait', metavar='S', type=float,
         help='longest time in seconds to wait for a subscriber before the first frame (default'
              f' {_WAIT_S:g}, with --lossless {_WAIT_LOSSLESS_S:g})')
     parser.add_argument(
         '--delay', metavar='S', type=float, default=0.0,
-        help='seconds to wait after that, such as for a recorder to start (default 0)')
+        help='seconds to wait after that, e.g. for a recorder to start (default 0)')
     parser.add_argument(
         '--ros-args', nargs=REMAINDER, default=[], metavar='...',
-        help='arguments for ROS, such as -r __ns:=/front; they come last')
+        help='arguments for ROS, such as -r __ns:=/front; must be the last option')
     parser.set_defaults(run=run)
 
 
@@ -113,8 +114,8 @@ def run(options: Namespace) -> None:
             if not stop.is_set():
                 player.wait_for_acknowledgement()
                 for node, got in reception.missed(published, stop).items():
-                    print(f'warning: {node} got {got} of them: best effort loses what comes too'
-                          ' fast or is too large; --lossless loses nothing (see --help)',
+                    print(f'warning: {node} received {got} of them: best effort loses frames that'
+                          ' arrive too fast or are too large; --lossless loses none (see --help)',
                           file=sys.stderr)
         finally:
             player.destroy_node()
@@ -122,8 +123,8 @@ def run(options: Namespace) -> None:
 
 
 def _nobody_listens(topic: str, options: Namespace) -> None:
-    problem = (f'nobody has subscribed to {topic} within {options.wait:g} s with a matching'
-               ' quality of service: start the node, and remap its image to this topic')
+    problem = (f'no subscriber to {topic} with a matching quality of service within'
+               f' {options.wait:g} s: start the node, and remap its image to this topic')
     if options.lossless:
         raise OutputError(f'{problem}, and for --lossless set its qos_overrides to reliable')
     if options.wait > 0:
@@ -131,7 +132,7 @@ def _nobody_listens(topic: str, options: Namespace) -> None:
 
 
 def _camera_of(source: FrameSource, *, rectified: bool) -> CameraModel | None:
-    """Return the calibration, if there is one: a bag can be played without, too."""
+    """Return the calibration, if there is one; a bag can also be played without."""
     try:
         return source.camera(rectified=rectified)
     except (CalibrationError, SourceError) as error:

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""``phase_traj replay``: a recording in, codes and trajectory out."""
+"""``phase_traj replay``: computes codes and trajectory of a recording."""
 
 from argparse import Namespace
 from collections.abc import Iterable, Iterator
@@ -22,8 +22,8 @@ from phase_traj_ros.cli.options import (
     source_of,
 )
 from phase_traj_ros.cli.progress import progress
-from phase_traj_ros.cli.report import print_codes
-from phase_traj_ros.io.batch.job import replay_source, Wanted
+from phase_traj_ros.cli.report import print_codes, print_turns, print_way
+from phase_traj_ros.io.batch.job import Pass, replay_source, Wanted
 from phase_traj_ros.io.messages.diagnostics import described
 from phase_traj_ros.io.replay.run import Replay
 from phase_traj_ros.io.sources.base import DEFAULT_SPEED_TOPIC, StampedFrame
@@ -31,16 +31,16 @@ from phase_traj_ros.io.sources.base import DEFAULT_SPEED_TOPIC, StampedFrame
 _EPILOG = f"""
 {SOURCE_HELP}
 DIR receives chain_code.json, shifts.csv (one row per pair of frames), trajectory.tum,
-trajectory.png and, if there are turns, turns.png; it is made if absent.
+trajectory.png and, if there are turns, turns.png; it is created if absent.
 
-Several sources are replayed in parallel processes. Each has a folder of its own in DIR, named
-after it, and DIR receives summary.csv and summary.html with a row per source. One that fails
-stops no other; the exit status is 1 then.
+Several sources are replayed in parallel processes. Each has a folder in DIR with its name, and
+DIR receives summary.csv and summary.html with one row per source. If one fails, the others
+continue, and the exit status is 1.
 
 {parameters_help()}"""
 
 COMMAND = Command(
-    'replay', summary='code recordings offline, as fast as it goes',
+    'replay', summary='code recordings offline, as fast as possible',
     example='phase_traj replay drive.mp4 --output results --report', epilog=_EPILOG)
 
 
@@ -51,31 +51,31 @@ def add_parser(commands: Any) -> None:
     add_parameters(parser)
     parser.add_argument(
         '--speed-topic', metavar='TOPIC', default=DEFAULT_SPEED_TOPIC,
-        help='topic of a bag with the speed, a TwistStamped, TwistWithCovarianceStamped or'
+        help='topic of a bag with the speed as TwistStamped, TwistWithCovarianceStamped or'
              ' Odometry, for use_speed_topic (default'
              f' {DEFAULT_SPEED_TOPIC})')
     parser.add_argument(
         '--one-pass', action='store_true',
-        help='learn an unknown camera on the way, and give the codes of the node (default: a first'
-             ' pass over the whole drive learns it)')
+        help='learn an unknown camera during the replay, which gives the codes of the node'
+             ' (default: learn it in a first pass over the whole drive)')
     parser.add_argument(
         '--output', metavar='DIR', type=Path, help='write the results here (default: only print)')
     parser.add_argument(
         '--report', action='store_true',
-        help='write report.html to DIR, too: one file to look at, which needs nothing else')
+        help='also write report.html to DIR: one self-contained file')
     parser.add_argument(
-        '--svg', action='store_true', help='write the pictures as SVG, too')
+        '--svg', action='store_true', help='also write the pictures as SVG')
     parser.add_argument(
         '--bag-out', metavar='FILE.mcap', type=Path,
-        help='write all topics of the node to this bag, with the stamps of the images (several'
-             ' sources: a name; each writes it to its own folder)')
+        help='write all topics of the node to this bag, with the stamps of the images (for'
+             ' several sources: a name; each writes it to its own folder)')
     parser.add_argument(
-        '--bag-debug-images', action='store_true', help='write the debug images to it, too')
+        '--bag-debug-images', action='store_true', help='also write the debug images to the bag')
     parser.add_argument(
         '--animation', metavar='FILE.gif', type=Path,
-        help='draw the drive as an animated picture')
+        help='write the drive as an animated GIF')
     parser.add_argument(
-        '--live', action='store_true', help='draw codes and path in the terminal as they grow')
+        '--live', action='store_true', help='show codes and path in the terminal as they grow')
     add_batch(parser)
     parser.set_defaults(run=run)
 
@@ -97,10 +97,12 @@ def run(options: Namespace) -> int | None:
             with LiveView(sys.stderr, title=title, total=source.frame_count) as view:
                 result = replay_source(
                     source, parameters, wanted, title=title, watchers=[view],
-                    through=watch.over, speed_topic=options.speed_topic, one_pass=options.one_pass)
+                    through=lambda frames, which: watch.over(view.over(frames, which.value)),
+                    speed_topic=options.speed_topic, one_pass=options.one_pass)
         else:
-            def shown(frames: Iterable[StampedFrame]) -> Iterator[StampedFrame]:
-                return watch.over(progress(frames, total=source.frame_count, title=title))
+            def shown(frames: Iterable[StampedFrame], which: Pass) -> Iterator[StampedFrame]:
+                name = f'{title}, {which.value}' if which.value else title
+                return watch.over(progress(frames, total=source.frame_count, title=name))
 
             result = replay_source(
                 source, parameters, wanted, title=title, through=shown,
@@ -113,7 +115,7 @@ def run(options: Namespace) -> int | None:
 
 
 class _Stopwatch:
-    """Takes how long frames take, with all that is done with them; not what comes after."""
+    """Measures how long the processing of frames takes, without what comes after."""
 
     def __init__(self) -> None:
         self.seconds = 0.0
@@ -128,6 +130,10 @@ def _print(result: Replay, seconds: float) -> None:
     print(f'{result.source}: {result.frames} frames in {seconds:.1f} s'
           f' ({result.frames / seconds:.0f} frames/s)')
     print_codes(result.codes)
+    print_turns(result.turns)
+    if result.camera is not None:
+        print(f'camera: {result.camera}')
+    print_way(result.way, result.links, unit=result.parameters.length_unit)
     if result.parameters.estimate_fov and result.field_of_view is not None:
         print(f'field of view in degrees: {described(result.field_of_view)}')
     if not result.reliability.reliable:
@@ -135,11 +141,11 @@ def _print(result: Replay, seconds: float) -> None:
     if result.threshold_hint is not None:
         print(f'hint: {result.threshold_hint.sentence}')
     for count, what in (
-            (result.counters.repeated, 'frames with the stamp of the one before were dropped'),
-            (result.counters.time_resets, 'times the stamps went back, and everything started'
-                                          ' anew'),
+            (result.counters.repeated, 'frames with the stamp of the previous one were dropped'),
+            (result.counters.time_resets, 'times the stamps went back, and the codes started'
+                                          ' again'),
             (result.counters.unmeasured, 'pairs had nothing to correlate'),
             (result.counters.reprimed, 'times the size of the frames changed'),
-            (result.pairs_without_speed, 'pairs had no speed: the way goes on without them')):
+            (result.pairs_without_speed, 'pairs had no speed')):
         if count:
             print(f'warning: {count} {what}')

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""``phase_traj replay A B C``: many recordings, in parallel."""
+"""``phase_traj replay A B C``: replays many recordings in parallel."""
 
 from argparse import ArgumentParser, Namespace
 from collections.abc import Callable, Generator, Mapping
@@ -28,10 +28,10 @@ EXIT_SOME_FAILED = 1
 
 
 def add_batch(parser: ArgumentParser) -> None:
-    """Add the options that are about several sources."""
+    """Add the options for several sources."""
     parser.add_argument(
         '--jobs', metavar='N', type=int,
-        help='replay N of several sources at a time (default: one per processor)')
+        help='replay N sources at a time (default: one per processor)')
     parser.add_argument(
         '--dask', metavar='ADDRESS',
         help='replay on the Dask cluster with this scheduler, such as tcp://host:8786; its'
@@ -52,7 +52,7 @@ def replay_many(options: Namespace) -> int | None:
             for outcome in done:
                 outcomes[outcome.folder] = outcome
     except KeyboardInterrupt:
-        # What is done is done, and the table says what is not.
+        # Finished results are kept, and the table lists the rest as interrupted.
         _summarise(jobs, outcomes, options.output)
         raise
     except PhaseTrajError:
@@ -80,16 +80,16 @@ def _summarise(
 
 
 def _jobs(options: Namespace) -> list[Job]:
-    """Return a job per source."""
+    """Return one job per source."""
     if options.output is None:
         raise ParameterError('several sources need --output DIR, for a folder each')
     for name in ('live', 'animation'):
         if getattr(options, name):
-            raise ParameterError(f'--{name} takes one source, and not --dask')
+            raise ParameterError(f'--{name} works with one source only, and not with --dask')
     bag: Path | None = options.bag_out
     if bag is not None and bag.name != str(bag):
         raise ParameterError(
-            f'--bag-out is {bag}: with several sources it takes a name without a folder, and'
+            f'--bag-out is {bag}: with several sources, give a name without a folder;'
             ' each source writes it to its own folder')
     require_matplotlib()
     parameters, selection = parameters_of(options), selection_of(options)
@@ -97,7 +97,7 @@ def _jobs(options: Namespace) -> list[Job]:
     root: Path = options.output
     sources: list[Path] = options.sources
     if options.dask is not None:
-        # The workers stand in folders of their own.
+        # The workers have other working directories.
         root, sources = root.absolute(), [source.absolute() for source in sources]
     jobs = [
         Job(source=source, root=root, folder=folder, parameters=parameters, topic=options.topic,
@@ -106,13 +106,13 @@ def _jobs(options: Namespace) -> list[Job]:
             bag_name=None if bag is None else bag.name,
             bag_debug_images=options.bag_debug_images)
         for source, folder in zip(sources, folder_names(sources, taken=(CSV_NAME, HTML_NAME)))]
-    # What does not go together is told before the work.
+    # Contradicting choices are reported before the work.
     _ = jobs[0].wanted
     return jobs
 
 
 def _make(directory: Path) -> bool:
-    """Make a folder; return whether it was not there."""
+    """Create a folder; return whether it did not exist."""
     there = directory.exists()
     try:
         directory.mkdir(parents=True, exist_ok=True)

@@ -13,6 +13,9 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+LEAST_ANGLE_DEG = 30.0
+"""Smaller turns tell nothing about the focal length."""
+
 # Shares of the turns that may be right angles, one as likely as the other.
 _RIGHT_SHARES = np.array([0.05, 0.15, 0.3, 0.45, 0.6, 0.75, 0.9])
 # How far a right angle in a street is from 90 degrees (deviation), how many of them are U-turns,
@@ -22,16 +25,24 @@ _ANGLE_DEVIATION = 7.0
 _KINDS = ((90.0, 0.92), (180.0, 0.08))
 _MEAN_BEND = 40.0
 _ODD_SHARE, _DECADES = 0.05, 5.0
-_LEAST_DEG = 30.0
-# Turns of a place are alike, be they right angles or not: each tells this much less.
-_TRUST = 0.25
 
 
 class RightAngles:
     """Collects the angles of turns; its memory does not grow."""
 
-    def __init__(self, log_focals: NDArray[np.float64]) -> None:
-        """Take the focal lengths to judge: (N,) logarithms, in widths of the picture."""
+    def __init__(self, log_focals: NDArray[np.float64], *, weight: float = 1.0) -> None:
+        """
+        Make a collection that has seen no turn.
+
+        Parameters
+        ----------
+        log_focals
+            (N,), the focal lengths to judge: logarithms, in widths of the picture.
+        weight
+            How much each turn counts, 0 to 1.
+
+        """
+        self._weight = weight
         self._focals = np.exp(log_focals)
         # Of each share of right angles and each focal length.
         self._log = np.zeros((len(_RIGHT_SHARES), len(log_focals)))
@@ -52,7 +63,7 @@ class RightAngles:
             raise ValueError(f'angle_deg is {angle_deg}: give a finite angle')
         if not (math.isfinite(focal) and focal > 0):
             raise ValueError(f'focal is {focal}: give a finite number of widths above 0')
-        if abs(angle_deg) < _LEAST_DEG:
+        if abs(angle_deg) < LEAST_ANGLE_DEG:
             return
         scales = focal / self._focals
         true = abs(angle_deg) * scales
@@ -61,7 +72,7 @@ class RightAngles:
         bend += _ODD_SHARE / (_DECADES * true)
         shares = _RIGHT_SHARES[:, None]
         # The density is that of the measured angle: the same turn, on another scale.
-        self._log += _TRUST * np.log((shares * right + (1.0 - shares) * bend) * scales)
+        self._log += self._weight * np.log((shares * right + (1.0 - shares) * bend) * scales)
 
     @property
     def log_likelihood(self) -> NDArray[np.float64]:

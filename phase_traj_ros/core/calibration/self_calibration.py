@@ -19,7 +19,6 @@ from phase_traj_ros.core.calibration.turn_tracks import TurnFollower, TurnTracks
 from phase_traj_ros.core.camera.estimate import CameraEstimate
 from phase_traj_ros.core.camera.horizon import HorizonEstimator
 from phase_traj_ros.core.camera.lens_family import PINHOLE, STRAIGHTNESS_RANGE
-from phase_traj_ros.core.camera.robust_mean import RobustMean
 from phase_traj_ros.core.correlation.phase_correlation import Frame
 
 # The grid: logarithms of the focal length in widths of the picture, and straightnesses.
@@ -39,8 +38,12 @@ _MOST_COST, _LEAST_SURE = 3.0, 0.12
 # none fits well, the pictures may be cut out of larger ones.
 _GUESSES = ((0.23, 1.0, 0.0), (0.45, 0.6, 0.0), (0.9, 0.9, 0.0))
 _CUT_OUT = ((0.9, 0.9, -0.45), (0.9, 0.9, 0.45))
-# The principal point is in the middle but for this, and fits tell it but for this; in widths.
-_OFF_MIDDLE, _COLUMN_WRONG = 0.05, 0.015
+# The principal point's column, in widths from the middle: it is there but for this deviation, if
+# the pictures are not cut out of larger ones, as this share may be; and fits are wrong by this.
+_COLUMNS = np.linspace(-0.6, 0.6, 241)
+_OFF_MIDDLE, _CUTTINGS, _COLUMN_WRONG = 0.05, 0.02, 0.015
+# Turns of a place are alike, be they right angles or not: each tells this much less.
+_ANGLES_WEIGHT = 0.25
 # From here on, the next fit starts at the estimate.
 _KNOWN, _GOOD_COST = 0.08, 2.5
 # Of all fits but the first ones, the n-th is not tried before so many frames times n squared: many
@@ -74,9 +77,11 @@ class SelfCalibration:
             + (1.0 - _PINHOLES) / _AS_FISHEYE
             * np.exp(-0.5 * ((_STRAIGHTS - _FISHEYE) / _AS_FISHEYE) ** 2))
         self._log: NDArray[np.float64] = usual[:, None] + np.log(kinds)
-        self._angles = RightAngles(_FOCALS)
+        self._angles = RightAngles(_FOCALS, weight=_ANGLES_WEIGHT)
         self._horizon = HorizonEstimator()
-        self._column = RobustMean(_OFF_MIDDLE)
+        self._column: NDArray[np.float64] = np.log(
+            (1.0 - _CUTTINGS) / (_OFF_MIDDLE * math.sqrt(2.0 * math.pi))
+            * np.exp(-0.5 * (_COLUMNS / _OFF_MIDDLE) ** 2) + _CUTTINGS / np.ptp(_COLUMNS))
         self._frames, self._tried, self._fits = 0, 0, 0
         self._estimate: CameraEstimate | None = None
 
@@ -158,18 +163,17 @@ class SelfCalibration:
         return self._estimate
 
     def _found(self, shape: tuple[int, int]) -> CameraEstimate:
-        log = self._log + self._angles.log_likelihood[:, None]
-        density = np.exp(log - log.max())
-        density /= density.sum()
+        density = _density(self._log + self._angles.log_likelihood[:, None])
         focal, focal_deviation = _moments(density.sum(axis=1), _FOCALS)
         straight, straight_deviation = _moments(density.sum(axis=0), _STRAIGHTS)
+        column, column_deviation = _moments(_density(self._column), _COLUMNS)
         horizon = self._horizon.horizon
         height, width = shape
         return CameraEstimate(
             width=width, height=height, focal_px=math.exp(focal) * width,
             focal_deviation=math.hypot(focal_deviation, _COMMON), straightness=straight,
-            straightness_deviation=straight_deviation, column_px=self._column.mean * width,
-            column_deviation_px=self._column.deviation * width,
+            straightness_deviation=straight_deviation, column_px=column * width,
+            column_deviation_px=column_deviation * width,
             pitch_deg=math.degrees(horizon.pitch),
             pitch_deviation_deg=math.degrees(horizon.pitch_deviation),
             roll_deg=math.degrees(horizon.roll),
@@ -184,9 +188,10 @@ class SelfCalibration:
         if fit is None:
             return False
         self._fits += 1
-        self._log += _log_likelihood(fit, self._shape[1])
-        self._column.add(fit.column / self._shape[1], math.hypot(
-            _COLUMN_WRONG, _UNSURE * math.sqrt(fit.covariance[2, 2]) / self._shape[1]))
+        width = self._shape[1]
+        self._log += _log_likelihood(fit, width)
+        variance = _COLUMN_WRONG ** 2 + _UNSURE ** 2 * float(fit.covariance[2, 2]) / width ** 2
+        self._column += _student((_COLUMNS - fit.column / width) ** 2 / variance, 1)
         chord = 2.0 * max(abs(math.sin(fit.angle / 2.0)), 0.05)
         self._horizon.add_turn(fit.down, _SWAYS / chord)
         self._estimate = None
@@ -211,6 +216,17 @@ class SelfCalibration:
         return fit if math.sqrt(fit.covariance[0, 0]) < _LEAST_SURE else None
 
 
+def _density(log: NDArray[np.float64]) -> NDArray[np.float64]:
+    density = np.exp(log - log.max())
+    return np.asarray(density / density.sum(), np.float64)
+
+
+def _student(distance: NDArray[np.float64], dimensions: int) -> NDArray[np.float64]:
+    """Return the logarithm of Student's distribution at squared distances, in deviations."""
+    return np.asarray(
+        -(_FREEDOM + dimensions) / 2.0 * np.log1p(distance / _FREEDOM), np.float64)
+
+
 def _moments(density: NDArray[np.float64], values: NDArray[np.float64]) -> tuple[float, float]:
     mean = float(density @ values)
     return mean, math.sqrt(float(density @ (values - mean) ** 2))
@@ -226,5 +242,4 @@ def _log_likelihood(fit: TurnFit, width: int) -> NDArray[np.float64]:
     distance = (
         inverse[0, 0] * focal * focal + 2.0 * inverse[0, 1] * focal * straight
         + inverse[1, 1] * straight * straight)
-    log: NDArray[np.float64] = -(_FREEDOM + 2.0) / 2.0 * np.log1p(distance / _FREEDOM)
-    return log
+    return _student(distance, 2)

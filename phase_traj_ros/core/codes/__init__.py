@@ -1,3 +1,3 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The codes: movement and direction, and the state machines that make them."""
+"""The movement and direction codes, and the state machines that generate them."""

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Both codes of a drive while they grow, whatever rule makes them."""
+"""The base of all chain codes: the two series of codes, and how they grow."""
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
@@ -11,12 +11,12 @@ from phase_traj_ros.core.codes.codes import Direction, Movement
 from phase_traj_ros.core.codes.freeman import AnyDirection, Freeman
 from phase_traj_ros.core.codes.series import CodeSeries
 
-# Above this the vehicle yaws, radians per second.
+# Yaw rate above which the vehicle counts as yawing, in radians per second.
 _YAWING = math.radians(5.0)
 
 
 def yawing(rate: float) -> Movement | None:
-    """Return to which side a vehicle yaws at a rate in radians per second; None if it does not."""
+    """Return the side to which a vehicle yaws at ``rate``, in rad/s; None if it does not yaw."""
     if abs(rate) <= _YAWING:
         return None
     return Movement.LEFT if rate > 0 else Movement.RIGHT
@@ -38,15 +38,15 @@ class Step:
 
 class ChainCode(ABC):
     """
-    Two series of codes: a movement for every pair of frames, and the directions.
+    Two series of codes: one movement for each pair of frames, and the directions.
 
-    A direction is appended for each movement other than ``NO_CHANGE``. So for n frames there are
-    n - 1 movements, and as many directions as movements other than ``NO_CHANGE``.
+    A direction is appended for each movement other than ``NO_CHANGE``. So n frames give n - 1
+    movements, and as many directions as movements other than ``NO_CHANGE``.
     """
 
     def __init__(self, *, max_runs: int | None) -> None:
         self._movement: CodeSeries[Movement] = CodeSeries(max_runs=max_runs)
-        # Of the four directions, or of the eight.
+        # Elements are of type Direction or Freeman.
         self._direction: CodeSeries[Any] = CodeSeries(max_runs=max_runs)
         self._turn: Movement | None = None
         self._started = False
@@ -58,13 +58,13 @@ class ChainCode(ABC):
 
     @property
     def direction(self) -> CodeSeries[Direction] | CodeSeries[Freeman]:
-        """Return the direction codes so far, one per pair that is not ``NO_CHANGE``."""
+        """Return the direction codes so far, one per movement that is not ``NO_CHANGE``."""
         return self._direction
 
     @property
     @abstractmethod
     def directions(self) -> type[Direction] | type[Freeman]:
-        """Return which directions there are: the paper's four, or Freeman's eight."""
+        """Return the type of the directions: the paper's four, or Freeman's eight."""
 
     @property
     @abstractmethod
@@ -73,11 +73,11 @@ class ChainCode(ABC):
 
     @property
     def turn(self) -> Movement | None:
-        """Return the turn under way, ``LEFT`` or ``RIGHT``, or None."""
+        """Return the current turn, ``LEFT`` or ``RIGHT``, or None."""
         return self._turn
 
     def reset(self) -> None:
-        """Start anew: no codes, direction ``FORWARD``, the next pair is the first."""
+        """Start again: no codes, direction ``FORWARD``, the next pair is the first."""
         self._movement.clear()
         self._direction.clear()
         self._turn = None
@@ -87,8 +87,8 @@ class ChainCode(ABC):
         """
         Append ``NO_CHANGE`` for a pair that cannot be judged.
 
-        It says neither that a turn goes on nor that it ends. ``end_turn`` says that what comes
-        next has nothing to do with what came before: a turn under way is over.
+        The pair neither continues nor ends a turn. With ``end_turn`` the next pairs are unrelated
+        to the earlier ones, so the current turn ends.
         """
         if end_turn:
             self._end_turn()

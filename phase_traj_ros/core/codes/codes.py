@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The two codes of the method, and their compact forms."""
+"""The two codes of the method, and their packed form."""
 
 from collections.abc import Iterable
 from enum import IntEnum
@@ -9,11 +9,11 @@ _CODES_PER_BYTE = 4
 
 
 class Code(IntEnum):
-    """What all codes have."""
+    """The base of all codes."""
 
     @property
     def label(self) -> str:
-        """Return the code's name for people, such as ``no change``."""
+        """Return the name of the code for users, such as ``no change``."""
         return self.name.lower().replace('_', ' ')
 
 
@@ -33,7 +33,7 @@ class Direction(Code):
     FORWARD = 1
     RIGHT = 2
     BACKWARD = 3
-    """Heading opposite to the start; it never means reversing."""
+    """Heading opposite to the start. It does not mean that the vehicle reverses."""
 
     def turned_left(self) -> 'Direction':
         """Return the direction after a quarter turn to the left."""
@@ -48,8 +48,8 @@ def pack(codes: Iterable[int]) -> bytes:
     """
     Pack codes 0 to 3 into two bits each, four to a byte.
 
-    The first code of a byte stands in its two highest bits; the last byte is filled up with
-    zeros, so the number of codes has to be kept beside it.
+    The first code of a byte is in its two highest bits. The last byte is padded with zeros, so
+    the number of codes has to be stored as well.
 
     Raises
     ------
@@ -70,12 +70,12 @@ def pack(codes: Iterable[int]) -> bytes:
 
 def unpack(packed: bytes, count: int) -> list[int]:
     """
-    Return the first ``count`` codes of what ``pack`` made.
+    Return the first ``count`` codes of the result of ``pack``.
 
     Raises
     ------
     ValueError
-        ``packed`` is not as long as ``count`` codes take.
+        ``packed`` does not have the length of ``count`` codes.
 
     """
     expected = -(-count // _CODES_PER_BYTE)

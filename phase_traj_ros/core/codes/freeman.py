@@ -1,10 +1,10 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
 """
-Freeman's eight directions, and how they go with the four of the paper.
+Freeman's eight directions, and their relation to the four of the paper.
 
-Counted counter-clockwise in steps of 45 degrees as in H. Freeman, "On the encoding of arbitrary
-geometric configurations", 1961, with the start heading up, 2 (in brackets, the paper's codes):
+Codes count counter-clockwise in steps of 45 degrees as in H. Freeman, "On the encoding of
+arbitrary geometric configurations", 1961. The start heads up, code 2 (the paper's in brackets):
 
     3      2 (1)   1
     4 (0)    .     0 (2)
@@ -44,17 +44,17 @@ _TO_FOUR = MappingProxyType({code: direction for direction, code in _OF_FOUR.ite
 
 
 def from_four(direction: Direction) -> Freeman:
-    """Return the same direction as one of the eight codes: 0, 1, 2, 3 are 4, 2, 0, 6."""
+    """Return the Freeman code of a direction: 0, 1, 2, 3 become 4, 2, 0, 6."""
     return _OF_FOUR[direction]
 
 
 def to_four(code: Freeman, before: Direction = Direction.FORWARD) -> Direction:
     """
-    Return the one of the four codes for one of the eight.
+    Return the paper's direction for a Freeman code.
 
-    0, 2, 4 and 6 are the same direction. A diagonal lies between two of the four, and is the one
-    of them nearer to ``before``, the direction so far: who has turned by 45 degrees has not turned
-    yet. (Of two equally near ones, which are opposite to ``before``, the right one.)
+    0, 2, 4 and 6 have an equal direction. A diagonal lies between two directions and becomes the
+    one nearer to ``before``, the direction so far: a turn by 45 degrees does not change it yet.
+    If both are equally near, which are those opposite to ``before``, it becomes the right one.
     """
     if code in _TO_FOUR:
         return _TO_FOUR[code]

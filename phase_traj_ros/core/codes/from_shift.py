@@ -1,9 +1,9 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
 """
-The dynamic chain code: from shifts to movements and directions.
+The chain code from the shifts: the paper's state machine.
 
-The paper's state machine; docs/explanation/method.md says how its words and inequalities are read.
+docs/explanation/method.md explains how the paper's text and inequalities are interpreted.
 """
 
 import math
@@ -18,15 +18,15 @@ class DynamicChainCode(ChainCode):
     """
     Turns the x-shift of each pair of frames into a movement code and a direction code.
 
-    A shift of ``threshold`` or more begins a turn: one code on the pair where it begins, and
-    ``NO_CHANGE`` until a pair falls below the threshold again. So for n frames there are n - 1
-    movements, and as many directions as movements other than ``NO_CHANGE``.
+    A shift of ``threshold`` or more begins a turn. The pair on which it begins has one code, and
+    the next pairs are ``NO_CHANGE`` until one falls below the threshold.
 
-    Wrong shifts can be waited out. A turn counts on the ``confirm_frames``-th pair in a row at or
-    beyond the threshold on one side; those before it are ``NO_CHANGE``, and stay so if it never
-    comes. A turn ends on the ``release_frames``-th pair in a row that is not beyond the threshold
-    on its side: those before it are part of the turn, and that one is judged afresh. Codes once
-    given never change. With 1 and 1, the defaults, this is the paper's state machine.
+    Wrong shifts can be bridged. A turn begins on the ``confirm_frames``-th consecutive pair at or
+    beyond the threshold on one side. The pairs before it are ``NO_CHANGE``, and stay so if the
+    turn is not confirmed. A turn ends on the ``release_frames``-th consecutive pair that is not
+    beyond the threshold on its side. The pairs before it belong to the turn, and that pair is
+    judged afresh. Codes never change later. With 1 and 1, the defaults, this is the paper's state
+    machine.
     """
 
     def __init__(
@@ -41,16 +41,16 @@ class DynamicChainCode(ChainCode):
         threshold
             T in pixels per frame, finite and above 0 (the paper: 12 to 60).
         confirm_frames
-            Pairs in a row beyond the threshold that make a turn; 3 lets swerves of up to 2 pass.
+            Consecutive pairs beyond the threshold that begin a turn; 3 ignores swerves of up to 2.
         release_frames
-            Pairs in a row that end a turn; 4 lets up to 3 wrong ones pass.
+            Consecutive pairs that end a turn; 4 bridges up to 3 wrong ones.
         max_runs
-            Runs that each of the two series keeps; None keeps all.
+            Runs that each of the two series keeps; None keeps all of them.
 
         Raises
         ------
         ValueError
-            The threshold is not a finite positive number, or one of the others is below 1.
+            The threshold is not a finite number above 0, or one of the other values is below 1.
 
         """
         super().__init__(max_runs=max_runs)
@@ -61,7 +61,7 @@ class DynamicChainCode(ChainCode):
 
     @property
     def threshold(self) -> float:
-        """Return T in pixels per frame; a new value holds from the next pair on."""
+        """Return T in pixels per frame; a new value applies from the next pair on."""
         return self._threshold
 
     @threshold.setter
@@ -72,7 +72,7 @@ class DynamicChainCode(ChainCode):
 
     @property
     def confirm_frames(self) -> int:
-        """Return how many pairs in a row make a turn; a new value holds from the next pair on."""
+        """Return how many consecutive pairs begin a turn; applies from the next pair on."""
         return self._confirm_frames
 
     @confirm_frames.setter
@@ -81,7 +81,7 @@ class DynamicChainCode(ChainCode):
 
     @property
     def release_frames(self) -> int:
-        """Return how many pairs in a row end a turn; a new value holds from the next pair on."""
+        """Return how many consecutive pairs end a turn; applies from the next pair on."""
         return self._release_frames
 
     @release_frames.setter
@@ -90,7 +90,7 @@ class DynamicChainCode(ChainCode):
 
     @property
     def directions(self) -> type[Direction]:
-        """Return which directions there are."""
+        """Return the type of the directions: the paper's four."""
         return Direction
 
     @property
@@ -99,7 +99,7 @@ class DynamicChainCode(ChainCode):
         return self._heading
 
     def reset(self) -> None:
-        """Start anew: no codes, direction ``FORWARD``, the next pair is the first."""
+        """Start again: no codes, direction ``FORWARD``, the next pair is the first."""
         super().reset()
         self._heading = Direction.FORWARD
         self._end_turn()
@@ -111,8 +111,8 @@ class DynamicChainCode(ChainCode):
         Raises
         ------
         ValueError
-            ``dx`` is NaN or infinite; nothing has changed (a pair without a measurement is for
-            ``skip``).
+            ``dx`` is NaN or infinite. The state is unchanged. Use ``skip`` for a pair without a
+            measurement.
 
         """
         if not math.isfinite(dx):
@@ -121,9 +121,9 @@ class DynamicChainCode(ChainCode):
 
     def _end_turn(self) -> None:
         super()._end_turn()
-        # Pairs in a row that were not beyond the threshold on the side of the turn under way.
+        # Consecutive pairs that were not beyond the threshold on the side of the current turn.
         self._off_turn = 0
-        # The side on which the newest pair was beyond the threshold, and for how many in a row.
+        # Side on which the newest pair was beyond the threshold, and for how many pairs in a row.
         self._side: Movement | None = None
         self._on_side = 0
 
@@ -154,7 +154,7 @@ class DynamicChainCode(ChainCode):
         return Movement.RIGHT if dx <= -self._threshold else None
 
     def _is_released(self, side: Movement | None) -> bool:
-        """Count a pair in mid-turn; return whether the turn ends with it."""
+        """Count a pair during a turn; return whether the turn ends with it."""
         self._off_turn = 0 if side is self._turn else self._off_turn + 1
         return self._off_turn >= self._release_frames
 

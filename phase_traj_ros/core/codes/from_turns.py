@@ -1,12 +1,12 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
 """
-The chain code from the turns: a quarter turn is coded when the vehicle has made it.
+The chain code from the turns: a quarter turn is coded when the vehicle has completed it.
 
 A turn counts from 60 degrees on. It changes the direction by its angle in right angles, rounded
 (see ``Turn.quarter_turns``). So a corner of 70 degrees and one of 110 are one quarter each, a
 U-turn is two, and a bend of less than 60 degrees changes nothing. An angle that is wrong by 20
-degrees, as with a field of view that is not known well, still gives the right code.
+degrees, e.g. because the field of view is not known well, still gives the right code.
 """
 
 from collections import deque
@@ -19,12 +19,12 @@ from phase_traj_ros.core.codes.codes import Direction, Movement
 
 class TurnCode(ChainCode):
     """
-    Turns the quarters that count after each pair into a movement and a direction code.
+    Turns the completed quarter turns into a movement code and a direction code for each pair.
 
     The movement is ``LEFT`` or ``RIGHT`` for a pair that completes a quarter of a turn,
     ``NO_CHANGE`` for the other pairs of a turn or a bend, and ``FORWARD`` otherwise. The direction
-    changes by a quarter per pair at most; where the turn is more than one ahead, the next pairs
-    follow.
+    changes by at most one quarter per pair. If the turn is more than one quarter ahead, the next
+    pairs follow it.
     """
 
     def __init__(self, *, max_runs: int | None = None) -> None:
@@ -34,7 +34,7 @@ class TurnCode(ChainCode):
 
     @property
     def directions(self) -> type[Direction]:
-        """Return which directions there are."""
+        """Return the type of the directions: the paper's four."""
         return Direction
 
     @property
@@ -43,13 +43,13 @@ class TurnCode(ChainCode):
         return self._heading
 
     def reset(self) -> None:
-        """Start anew: no codes, direction ``FORWARD``, the next pair is the first."""
+        """Start again: no codes, direction ``FORWARD``, the next pair is the first."""
         super().reset()
         self._heading = Direction.FORWARD
         self._due: deque[int] = deque()
 
     def expect(self, quarters: Iterable[int]) -> None:
-        """Take quarter turns that are to be coded by the next pairs, see ``update``."""
+        """Queue quarter turns for the next pairs, see ``update``."""
         self._due.extend(quarters)
 
     def update(self, quarters: Iterable[int], rate: float) -> Step:
@@ -59,14 +59,14 @@ class TurnCode(ChainCode):
         Parameters
         ----------
         quarters
-            Quarter turns that count from this pair on, in their order: 1 left, -1 right.
+            Quarter turns completed since the last pair, in order: 1 left, -1 right.
         rate
-            Yaw rate in the pair, in radians per second, left positive.
+            Yaw rate of the pair in radians per second, positive to the left.
 
         Raises
         ------
         ValueError
-            The rate is NaN or infinite; nothing has changed.
+            The rate is NaN or infinite. The state is unchanged.
 
         """
         if not math.isfinite(rate):

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A series of codes, kept run by run."""
+"""A run-length encoded series of codes."""
 
 from collections import Counter, deque
 from collections.abc import Iterator, Mapping
@@ -24,14 +24,14 @@ class Run(Generic[CodeT]):
 
 class CodeSeries(Generic[CodeT]):
     """
-    Codes in the order they came, run-length encoded.
+    Codes in the order of arrival, run-length encoded.
 
-    With ``max_runs`` only the newest runs are kept, so that a series that flickers between two
-    codes for days stays small. The length and the totals always count every code ever appended.
+    With ``max_runs`` only the newest runs are kept, so a series that flickers between two codes
+    for days stays small. The length and the totals count every code ever appended.
     """
 
     def __init__(self, *, max_runs: int | None = None) -> None:
-        """Make an empty series that keeps ``max_runs`` runs, or all of them."""
+        """Make an empty series that keeps the newest ``max_runs`` runs, or all of them."""
         if max_runs is not None and max_runs < 1:
             raise ValueError(f'max_runs is {max_runs}: give at least 1')
         self._runs: deque[Run[CodeT]] = deque(maxlen=max_runs)
@@ -49,7 +49,7 @@ class CodeSeries(Generic[CodeT]):
         self._length += 1
 
     def clear(self) -> None:
-        """Forget everything."""
+        """Remove all codes, and clear the totals."""
         self._runs.clear()
         self._totals.clear()
         self._length = 0
@@ -66,16 +66,16 @@ class CodeSeries(Generic[CodeT]):
 
     @property
     def totals(self) -> Mapping[CodeT, int]:
-        """Return how often each code was appended, forgotten ones included."""
+        """Return how often each code was appended, including those in discarded runs."""
         return MappingProxyType(self._totals)
 
     def totals_of(self, codes: type[Code]) -> tuple[int, ...]:
-        """Return how often each of ``codes`` was appended, from the lowest one on."""
+        """Return how often each code of the type ``codes`` was appended, in ascending order."""
         counts: Mapping[Any, int] = self._totals
         return tuple(counts.get(code, 0) for code in sorted(codes))
 
     def __len__(self) -> int:
-        """Return how many codes were appended, forgotten ones included."""
+        """Return how many codes were appended, including those in discarded runs."""
         return self._length
 
     def __iter__(self) -> Iterator[CodeT]:

@@ -1,7 +1,7 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
 """
-The chain code as one line that a person can read, and its parser.
+The chain code as one line of text for people, and its parser.
 
 Grammar (a space stands for exactly one)::
 
@@ -11,10 +11,18 @@ Grammar (a space stands for exactly one)::
     n       = a decimal number without sign
 
 The first number of a series is its length, the brackets hold how often each code occurred, and
-the runs follow, oldest first; ``...`` says that older runs are left out. With Freeman's eight
-directions the brackets of the second series go on to 7, and so do its codes. For example::
+the runs follow, oldest first; ``...`` means that older runs are omitted. With Freeman's eight
+directions, the brackets and the codes of the second series go up to 7. For example::
 
     frames 34; movement 33 (0:0 1:25 2:1 3:7) 1x23 2x1 3x7 1x2; direction 26 (...) 1x23 2x3
+
+The code of equal links has a line of its own, with a link's length and its unit::
+
+    links   = "step " length " " unit "; links " series
+
+For example::
+
+    step 2.5 m; links 26 (0:0 1:23 2:3 3:0) 1x23 2x3
 """
 
 from dataclasses import dataclass
@@ -23,6 +31,7 @@ from typing import Any
 
 from phase_traj_ros.core.codes.chain import ChainCode
 from phase_traj_ros.core.codes.codes import Code, Movement
+from phase_traj_ros.core.codes.links import LinkCode
 from phase_traj_ros.core.codes.series import CodeSeries
 
 _NUMBER = r'(0|[1-9]\d*)'
@@ -36,19 +45,20 @@ def _pattern(kinds: int) -> re.Pattern[str]:
 
 _FOUR, _EIGHT = _pattern(4), _pattern(8)
 _TEXT = re.compile(f'frames {_NUMBER}; movement (.*); direction (.*)', re.ASCII)
+_LINKS = re.compile(r'step (\d+(?:\.\d+)?) ([a-z ]+); links (.*)', re.ASCII)
 
 
 @dataclass(frozen=True, slots=True)
 class SeriesText:
-    """One series of codes as far as the text tells it."""
+    """One series of codes, as far as the text contains it."""
 
     length: int
     totals: tuple[int, ...]
-    """How often each of the codes, from 0 on, occurred; there are four, or eight."""
+    """How often each code, from 0 on, occurred; 4 or 8 numbers."""
     runs: tuple[tuple[int, int], ...]
     """(code, count) of the newest runs, oldest first."""
     complete: bool
-    """Whether the runs are all there ever were."""
+    """Whether ``runs`` contains all runs."""
 
     def __str__(self) -> str:
         """Return the series in the grammar of this module."""
@@ -59,7 +69,7 @@ class SeriesText:
 
 @dataclass(frozen=True, slots=True)
 class ChainCodeText:
-    """Both codes as far as the text tells them."""
+    """Both codes, as far as the text contains them."""
 
     frames: int
     movement: SeriesText
@@ -70,18 +80,57 @@ class ChainCodeText:
         return f'frames {self.frames}; movement {self.movement}; direction {self.direction}'
 
 
+@dataclass(frozen=True, slots=True)
+class LinksText:
+    """The code of equal links as far as the text tells it."""
+
+    step: float
+    """Length of a link."""
+    unit: str
+    """What it is in, such as ``m``."""
+    links: SeriesText
+
+    def __str__(self) -> str:
+        """Return the line in the grammar of this module."""
+        return f'step {self.step:.12g} {self.unit}; links {self.links}'
+
+
 def describe(
     codes: ChainCode, *, frames: int, max_runs: int | None = None,
 ) -> ChainCodeText:
-    """Return what the text tells of ``codes``, with at most ``max_runs`` runs a series."""
+    """Return the text form of ``codes``, with at most ``max_runs`` runs per series."""
     return ChainCodeText(
         frames, _series_text(codes.movement, Movement, max_runs),
         _series_text(codes.direction, codes.directions, max_runs))
 
 
+def describe_links(
+    code: LinkCode, *, unit: str, max_runs: int | None = None,
+) -> LinksText:
+    """Return what the text tells of the equal links, with at most ``max_runs`` runs."""
+    return LinksText(code.step, unit, _series_text(code.series, code.directions, max_runs))
+
+
+def parse_links(text: str) -> LinksText:
+    """
+    Return what a line about the equal links says.
+
+    Raises
+    ------
+    ValueError
+        The text does not follow the grammar, or its numbers do not add up.
+
+    """
+    match = _LINKS.fullmatch(text)
+    if match is None:
+        raise ValueError(f'not a text of equal links: {text!r:.80}')
+    step, unit, links = match.groups()
+    return LinksText(float(step), unit, _parse_directions(links))
+
+
 def parse(text: str) -> ChainCodeText:
     """
-    Return what a line in the grammar of this module says.
+    Parse a line in the grammar of this module.
 
     Raises
     ------
@@ -94,8 +143,7 @@ def parse(text: str) -> ChainCodeText:
         raise ValueError(f'not a chain code text: {text!r:.80}')
     frames, movement, direction = match.groups()
     return ChainCodeText(
-        int(frames), _parse_series(movement, _FOUR),
-        _parse_series(direction, _FOUR if _FOUR.fullmatch(direction) else _EIGHT))
+        int(frames), _parse_series(movement, _FOUR), _parse_directions(direction))
 
 
 def _series_text(
@@ -109,6 +157,10 @@ def _series_text(
         runs=tuple((int(run.code), run.count) for run in runs),
         complete=kept == len(series),
     )
+
+
+def _parse_directions(text: str) -> SeriesText:
+    return _parse_series(text, _FOUR if _FOUR.fullmatch(text) else _EIGHT)
 
 
 def _parse_series(text: str, pattern: re.Pattern[str]) -> SeriesText:

@@ -1,9 +1,9 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
 """
-Whether the paper's threshold fits a camera, told by the shifts that were measured anyway.
+Checks whether the paper's threshold fits a camera, from the measured shifts.
 
-A threshold that is too high finds no turn at all, and one that is too low finds nothing else.
+With a threshold that is too high no turn is found; with one that is too low, nothing but turns.
 """
 
 from collections import deque
@@ -11,22 +11,22 @@ from dataclasses import dataclass
 from enum import Enum
 from statistics import median
 
-# A turn lasts so many pairs at least.
+# Smallest number of pairs that a turn lasts.
 _LASTING = 5
-# A lasting shift is taken for a turn's if it crosses this share of the width in a second: a
-# camera 130 degrees across that turns by 20 degrees per second sees that much.
+# A lasting shift counts as a turn if it crosses this share of the width per second. A camera of
+# 130 degrees that turns by 20 degrees per second sees that much.
 _TURNING = 0.08
 # Share of the pairs beyond the threshold that is too much for turns.
 _MOST_BEYOND = 0.4
-# So many turns, this share of which lasts for two pairs at most, are flickering.
+# The codes flicker if there are this many turns and this share of them lasts at most two pairs.
 _FLICKERS, _SHORT, _MOST_SHORT = 6, 2, 0.5
-# Of the largest lasting shift, what makes a good threshold.
+# A good threshold, as a share of the largest lasting shift.
 _FITTING = 0.5
 _LEAST_PAIRS = 20
 
 
 class Misfit(Enum):
-    """How a threshold does not fit."""
+    """How the threshold does not fit."""
 
     TOO_HIGH = 'too_high'
     TOO_LOW = 'too_low'
@@ -40,11 +40,11 @@ class ThresholdHint:
     What to do about a threshold that does not fit.
 
     misfit
-        How it does not.
+        How it does not fit.
     threshold_px, largest_px
-        The threshold, and the largest shift that lasted for some pairs.
+        The threshold, and the largest shift that lasted for some pairs, in pixels per frame.
     suggested_px
-        A threshold that may fit; None if the shifts do not tell.
+        A threshold that may fit; None if the shifts do not suggest one.
     beyond
         Share of the pairs that shift by the threshold or more.
     """
@@ -57,7 +57,7 @@ class ThresholdHint:
 
     @property
     def sentence(self) -> str:
-        """Return the hint as a sentence for people."""
+        """Return the hint as a sentence for users."""
         advice = 'try code_source auto'
         if self.suggested_px is not None:
             advice += f', or a threshold of about {self.suggested_px:.2g} px'
@@ -66,20 +66,20 @@ class ThresholdHint:
                     f' largest was {self.largest_px:.2g} px: if the vehicle turned, {advice}')
         if self.misfit is Misfit.TOO_LOW:
             return (f'{100 * self.beyond:.0f} % of the pairs shift by the threshold of'
-                    f' {self.threshold_px:.3g} px or more, as no drive turns: {advice}')
-        return (f'with a threshold of {self.threshold_px:.3g} px most turns end as soon as they'
+                    f' {self.threshold_px:.3g} px or more, too many for turns: {advice}')
+        return (f'with a threshold of {self.threshold_px:.3g} px, most turns end as soon as they'
                 f' begin: {advice}')
 
 
 class ShiftSummary:
-    """Sums up the shifts of a drive against the threshold, in a few numbers."""
+    """Compares the shifts of a drive with the threshold, in a few numbers."""
 
     def __init__(self) -> None:
-        """Make a summary of no pairs."""
+        """Make an empty summary."""
         self.reset()
 
     def reset(self) -> None:
-        """Start anew, as the codes do."""
+        """Start again without pairs."""
         self._newest: deque[float] = deque(maxlen=_LASTING)
         self._pairs = self._beyond = self._turns = self._short = self._length = 0
         self._threshold = self._largest = self._fastest = 0.0
@@ -91,11 +91,11 @@ class ShiftSummary:
         Parameters
         ----------
         dx
-            Its shift, in pixels of the full frame.
+            Shift of the pair in pixels of the full frame.
         threshold
-            What it is judged by, in the same pixels.
+            Threshold of the pair in the same pixels.
         interval
-            Between its frames, in seconds, above 0.
+            Seconds between the two frames, above 0.
 
         """
         self._pairs += 1
@@ -112,7 +112,7 @@ class ShiftSummary:
             self._end_turn()
 
     def miss(self) -> None:
-        """Take note of a pair that was not measured: what lasts does not do so across it."""
+        """Record a pair that was not measured: it interrupts a lasting shift."""
         self._newest.clear()
         self._end_turn()
 
@@ -123,7 +123,7 @@ class ShiftSummary:
         self._length = 0
 
     def hint(self, width: int) -> ThresholdHint | None:
-        """Return what does not fit for frames ``width`` pixels wide; None if nothing shows."""
+        """Return the hint for frames ``width`` pixels wide; None if the threshold may fit."""
         if self._pairs < _LEAST_PAIRS:
             return None
         turned = self._fastest >= _TURNING * width

@@ -1,11 +1,11 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
 """
-How the parts of a picture move: a cheap second opinion on a pair of frames.
+Displacements of the blocks of an image: an inexpensive second opinion on a pair of frames.
 
-Both frames are reduced to some thousands of pixels and cut into blocks. It serves where one
-shift for the whole frame does not tell enough: whether anything moves at all, and which of two
-shifts most of the picture follows.
+Both frames are reduced to some thousands of pixels and cut into blocks. The blocks answer what
+one shift for the whole frame cannot: whether anything moves, and which of two shifts most of the
+image follows.
 """
 
 from dataclasses import dataclass
@@ -18,13 +18,13 @@ from numpy.typing import ArrayLike, NDArray
 from phase_traj_ros.core.correlation.mask import mask_weights
 from phase_traj_ros.core.correlation.phase_correlation import Frame, Shift
 
-# The frames are reduced to about so many pixels: enough to average the sensor's noise away.
+# The frames are reduced to about this many pixels, which averages the sensor's noise away.
 _PIXELS = 8000
 _ROWS, _COLUMNS = 4, 8
 _LEAST_SIDE = 6
-# What counts as texture, as a share of what the tenth-best block has.
+# A block is textured if it has this share of the texture of the tenth-best block.
 _TEXTURE = 0.02
-# Share of a block that a mask has to leave.
+# Share of a block that the mask has to leave open.
 _OPEN = 0.5
 
 
@@ -34,9 +34,9 @@ class BlockFlow:
     Displacements of the blocks between two frames.
 
     vectors
-        (n, 2) pixels of the frame, x to the right and y downwards.
+        (n, 2) displacements in pixels of the frame, x to the right and y downwards.
     textured
-        (n,) which of the blocks hold enough texture to tell.
+        (n,) whether a block has enough texture for its vector to be valid.
     """
 
     vectors: NDArray[np.float64]
@@ -52,21 +52,20 @@ class BlockMotion:
 
     def __init__(self, *, mask: ArrayLike | None = None) -> None:
         """
-        Make one that waits for its first frame.
+        Make a comparison that waits for its first frame.
 
-        Blocks of which ``mask``, as the correlator takes it, leaves less than half are not
-        looked at.
+        ``mask`` is the correlator's. Blocks of which it leaves less than half open are ignored.
 
         Raises
         ------
         ValueError
-            The mask is not usable (see ``mask_shares``).
+            The mask is invalid (see ``mask_shares``).
 
         """
         self._mask = None if mask is None else mask_weights(mask)
         self._form: tuple[tuple[int, ...], np.dtype[Any]] | None = None
         self._primed = False
-        # Reduced: the newest frame and the one before.
+        # The newest and the previous frame, reduced.
         self._current: NDArray[np.float32] = np.empty((0, 0), np.float32)
         self._previous: NDArray[np.float32] = np.empty((0, 0), np.float32)
 
@@ -76,10 +75,10 @@ class BlockMotion:
 
     def update(self, frame: Frame) -> bool:
         """
-        Take the next frame, (H, W) of a type and a size that the correlator takes.
+        Take the next frame, (H, W), of a type and a size that the correlator accepts.
 
-        Return whether there is one to compare it with: not after the start, a reset or a change
-        of size.
+        Return whether there is a previous frame to compare it with. There is none at the start,
+        after a reset and after a change of size.
         """
         if (frame.shape, frame.dtype) != self._form:
             self._allocate(frame.shape, frame.dtype)
@@ -87,7 +86,7 @@ class BlockMotion:
         height, width = self._current.shape
         reduced: NDArray[Any] = frame[:height * self._scale, :width * self._scale]
         for half in self._halves:
-            # Halving again and again is several times as fast as reducing at one go.
+            # Repeated halving is several times as fast as reducing in one step.
             reduced = cv2.resize(
                 reduced, half.shape[::-1], dst=half, interpolation=cv2.INTER_AREA)
         self._current[...] = reduced
@@ -96,17 +95,16 @@ class BlockMotion:
 
     def flow(self) -> BlockFlow:
         """
-        Return how far each block has moved, by one step of least squares (Lucas and Kanade, 1981).
+        Return the displacement of each block, by one least-squares step (Lucas and Kanade, 1981).
 
-        A block may change in brightness and contrast as well. This holds for displacements up to
-        about a pixel of the reduced frames; larger ones give wrong vectors, but hardly ever small
-        ones.
+        Changes of a block's brightness and contrast are allowed for. Displacements are valid up to
+        about a pixel of the reduced frames. Larger ones give wrong vectors, but rarely small ones.
         """
         parts = self._parts
         height, width = parts.shape[1:]
         both = np.add(self._current, self._previous, out=self._both)
         down, right = slice(1, height + 1), slice(1, width + 1)
-        # In the sum of both frames central differences are four times the mean gradient.
+        # In the sum of both frames, central differences are four times the mean gradient.
         np.subtract(both[down, 2:width + 2], both[down, :width], out=parts[0])
         np.subtract(both[2:height + 2, right], both[:height, right], out=parts[1])
         parts[2] = both[down, right]
@@ -119,9 +117,9 @@ class BlockMotion:
 
     def share_following(self, shift: Shift) -> float:
         """
-        Return the share of the textured blocks that ``shift`` explains better than standing still.
+        Return the share of the textured blocks that ``shift`` explains better than no motion.
 
-        What it brings in from outside of the frame is left out; 0 where no block is left.
+        Content that the shift brings in from outside the frame is ignored. 0 if no block is left.
         """
         height, width = self._current.shape
         matrix = np.array(
@@ -133,7 +131,7 @@ class BlockMotion:
         down, right = (slice(1, side + 1) for side in parts.shape[1:])
         np.subtract(self._current[down, right], self._previous[down, right], out=parts[0])
         np.subtract(self._current[down, right], moved[down, right], out=parts[1])
-        # Without its level, so that the sums of squares keep their digits.
+        # The level is subtracted so that the sums of squares keep their precision.
         np.subtract(self._current[down, right], self._current.mean(), out=parts[2])
         seen = np.isfinite(parts[1], out=parts[3])
         parts[:3] *= seen
@@ -150,10 +148,10 @@ class BlockMotion:
         across, along = moments[:, 0, 0], moments[:, 1, 1]
         weaker = (across + along - np.hypot(across - along, 2.0 * moments[:, 0, 1])) / 2.0
         known = moments[:, :3, :3]
-        # Keeps blocks without any texture solvable, and bends no others.
+        # Keeps blocks without texture solvable, and does not affect the others.
         lift = 1e-6 * float(np.trace(known, axis1=1, axis2=2).mean()) + np.finfo(np.float32).tiny
         solved = np.linalg.solve(known + lift * np.eye(3), moments[:, :3, 3:])[:, :2, 0]
-        # Where it is brighter to the right, growing brightness says that the content moves left.
+        # Where brightness rises to the right, growing brightness means motion to the left.
         return BlockFlow(
             vectors=solved * (-4.0 * self._scale),
             textured=self._textured(weaker))
@@ -177,7 +175,7 @@ class BlockMotion:
         self._halves = [
             np.empty((height << left, width << left), dtype)
             for left in reversed(range(halvings))]
-        # Differences are taken within the frame, so its border is in no block.
+        # Differences are taken within the frame, so no block contains its border.
         rows, columns = (
             max(min(most, (side - 2) // _LEAST_SIDE), 1)
             for most, side in ((_ROWS, height), (_COLUMNS, width)))

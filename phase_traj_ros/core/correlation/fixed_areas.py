@@ -1,17 +1,17 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
 """
-Which parts of the picture stay where they are while the world moves.
+Finds the parts of the image that are fixed to the camera while the world moves.
 
-Black bars, the bonnet, burnt-in text and drops on the windscreen hold still, and a correlation of
-the whole picture finds them rather than the street. They show in the mean of the picture's
+Black bars, the bonnet, burnt-in text and drops on the windscreen do not move, and a correlation
+of the whole image locks on to them instead of the street. They are found in the mean of the image
 gradients: those of the world average out as it passes by, those of a fixed pattern remain.
 
-Three things keep the world from being taken for a fixed pattern. Evidence counts in so far as the
-picture changes round about, so a vehicle that stands, and what is far away straight ahead, give
-none. A pattern has to be fixed in both directions, as an edge that is parallel to the motion (a
-kerb, a lane marking) remains, too: the weaker eigenvalue of the mean gradients' matrix is what
-counts. And what moves again is forgotten.
+Three rules keep the world from being taken for a fixed pattern. First, a gradient counts only as
+far as the image around it changes, so a stationary vehicle and the far distance straight ahead
+give no evidence. Second, a pattern has to be fixed in both directions: the weaker eigenvalue of
+the matrix of mean gradients counts, because edges parallel to the motion (a kerb, a lane marking)
+remain too. Third, areas that move again are released.
 """
 
 import cv2
@@ -20,56 +20,56 @@ from numpy.typing import NDArray
 from phase_traj_ros.core.correlation.phase_correlation import Frame, Shift
 from phase_traj_ros.core.correlation.picture_samples import PictureSamples
 
-# What a sample adds to the means at most, and every how many samples areas are found anew.
+# Largest weight of a sample in the means, and the number of samples between two searches.
 _SHARE = 0.06
 _RENEWED = 4
-# Share of the gradients that has to change for the world to be moving.
+# Share of the gradients that changes if the world moves.
 _MOVING = 0.25
-# So much of it in each strip of rows that has a share of all gradients, but one, which may be the
-# bonnet: traffic fills a few.
+# The world moves if this share changes in all strips of rows but one (which may be the bonnet).
+# Traffic fills only a few strips. Strips with a small share of all gradients are ignored.
 _STRIPS, _TELLING, _EVERYWHERE = 4, 0.1, 0.1
-# Round about a place: from where on its gradients begin to count, and where they count fully.
+# Share of change around a cell at which its gradients start to count, and count fully.
 _LEAST_CHANGE, _FULL_CHANGE = 0.2, 0.6
-# Where the picture has turned so far from sample to sample, in reduced pixels, all of it counts.
+# Above this shift between samples, in reduced pixels, all gradients count fully.
 _TURNED = 4.0
-# A shift no further than this from zero, in pixels, may be that of a fixed pattern.
+# A shift of at most this, in pixels along each axis, may be that of a fixed pattern.
 _AT_ZERO = 0.75
-# Within so many seconds, driving changes more of the picture than the second share, however slow,
-# and standing less than the first.
+# Over this many seconds, a vehicle that drives, however slowly, changes more than the second
+# share of the image, and a stationary one less than the first.
 _LONG = 2.0
 _STANDING, _DRIVING = 0.1, 0.5
-# How far that is, in places.
+# Radius of "around a cell", in cells.
 _ABOUT = 2
-# What is fixed has a share of the gradients' energy above this, the more so the less is known.
+# Share of the gradients' energy above which a place is fixed. It is higher where less is known.
 _FIXED, _DOUBT, _LEAST_KNOWN = 0.1, 0.08, 0.3
-# Half a side of the square in which gradients are compared, as a share of the diagonal.
+# Half the side of the square over which gradients are compared, as a share of the diagonal.
 _NEAR = 0.012
-# Bars are darker than this, and vary by less, on the scale of the brightness above.
+# Bars are darker than this and vary by less, in grey levels of the scaled samples.
 _DARK, _CONSTANT, _RELAXING = 25.0, 8.0, 0.03
-# Areas that differ in a smaller share of the picture than this are left as they are.
+# Areas are replaced only if they differ in more than this share of the image.
 _SAME = 0.005
-# Share of what is not black that has to be left, and of the whole picture.
+# Share that has to remain of what is not black, and of the whole image.
 _LEAST_LEFT, _LEAST_SEEN = 0.5, 0.1
 
 
 class FixedAreas:
     """
-    Learns which parts of the pictures of one camera are fixed to it.
+    Learns which parts of the images of one camera are fixed to it.
 
-    Nothing is known at the start; some seconds of driving tell. What is learned fades as fast.
+    Starts without knowledge and needs some seconds of driving. Learned areas fade as quickly.
     """
 
     def __init__(self) -> None:
-        """Make one that has seen nothing."""
+        """Make a detector that has seen no frame."""
         self.reset()
 
     def reset(self) -> None:
-        """Forget everything: the next frame may be of another camera."""
+        """Forget everything: the next frame may be from another camera."""
         self._shape: tuple[int, int] | None = None
         self._lay_out((1, 1))
 
     def interrupt(self) -> None:
-        """Do not compare the next frame with those before; what is learned stays."""
+        """Do not compare the next frame with earlier ones; learned areas are kept."""
         self._samples.interrupt()
         self._reference: NDArray[np.float32] | None = None
         self._age = 0.0
@@ -77,51 +77,51 @@ class FixedAreas:
 
     @property
     def share(self) -> float:
-        """Return the share of the picture that is fixed, 0 to 1."""
+        """Return the share of the image that is fixed, 0 to 1."""
         return self._share
 
     @property
     def sufficient(self) -> bool:
         """
-        Return whether enough is left of the picture to measure anything.
+        Return whether enough of the image remains to measure a shift.
 
-        Bars leave a smaller picture, which is as good as any; drops leave gaps.
+        Bars leave a smaller but complete image; drops leave an image with gaps.
         """
         return self._left >= max(_LEAST_LEFT * (1.0 - self._black), _LEAST_SEEN)
 
     @property
     def changing(self) -> float:
         """
-        Return which share of the picture's gradients, 0 to 1, changed up to the newest sample.
+        Return the share of the gradients that changed up to the newest sample, 0 to 1.
 
-        What is fixed does not count. Of a vehicle that stands it is near 0 by day; some tenths of
-        a second of driving change more than half.
+        Fixed areas do not count. By day, the share is near 0 for a stationary vehicle, and above
+        one half after some tenths of a second of driving.
         """
         return self._changing
 
     @property
     def moving(self) -> bool:
-        """Return whether it is so much, in all parts of the picture, that the world moves."""
+        """Return whether the change is large, and in all parts of the image: the world moves."""
         return self._moving
 
     @property
     def blank(self) -> bool:
-        """Return whether the newest sample shows nothing but the sensor's noise, as by night."""
+        """Return whether the newest sample holds only sensor noise, as in the dark."""
         return self._samples.blank
 
     def doubts(self, shift: Shift, *, agreed: bool = True) -> bool:
         """
-        Return whether the newest shift is no evidence of driving straight on.
+        Return whether the newest shift is not evidence of driving straight ahead.
 
-        It is not where it is zero and only what is fixed can agree with it: part of the picture
-        changes, and most of it does not for long, or the blocks do not agree with each other.
+        This is so if the shift is zero and only fixed areas can agree with it: a part of the image
+        changes while most of it has not changed for long, or the blocks do not agree.
 
         Parameters
         ----------
         shift
-            Of the newest pair of frames.
+            The shift of the newest pair of frames.
         agreed
-            Whether the parts of the picture agree with it, where they were asked.
+            Whether the blocks of the image agree with the shift; True if they were not examined.
 
         """
         if abs(shift.dx) > _AT_ZERO:
@@ -130,9 +130,9 @@ class FixedAreas:
 
     def weights(self) -> NDArray[np.uint8] | None:
         """
-        Return how much each pixel of a frame counts, (H, W): 0 where it is fixed, 255 elsewhere.
+        Return the weight of each pixel of a frame, (H, W) uint8: 0 where fixed, 255 elsewhere.
 
-        None if nothing is fixed. This is a mask as the correlator and the yaw meter take it.
+        None if nothing is fixed. The correlator and the yaw meter accept it as a mask.
         """
         if self._shape is None or self._share == 0.0:
             return None
@@ -143,16 +143,16 @@ class FixedAreas:
 
     def update(self, frame: Frame, interval: float, *, turned: float = 0.0) -> bool:
         """
-        Take the next frame; return whether ``weights`` have changed.
+        Take the next frame; return whether ``weights`` has changed.
 
         Parameters
         ----------
         frame
-            (H, W) uint8, uint16 or float32. A frame of another size starts anew.
+            (H, W) uint8, uint16 or float32. A frame of another size restarts the learning.
         interval
-            Seconds since the frame before it, 0 for the first.
+            Seconds since the previous frame, 0 for the first.
         turned
-            Shift of the picture since then in pixels, positive to the right, where it is known.
+            Shift since the previous frame in pixels, positive to the right; 0 if not known.
 
         """
         if frame.shape != self._shape:
@@ -164,13 +164,13 @@ class FixedAreas:
         return self._learned % _RENEWED == 0 and self._renew()
 
     def _lay_out(self, shape: tuple[int, int]) -> None:
-        """Start anew for frames of this shape."""
+        """Start again for frames of this shape."""
         self._samples = PictureSamples(shape)
         reduced = self._samples.shape
         self._near = 2 * max(round(_NEAR * self._samples.diagonal), 1) + 1
         self._learned = 0
-        # The means of the gradients to the right and downwards, of their energy, and of 1: how
-        # much is known.
+        # Means of the gradients to the right, downwards, of their energy, and of 1 (the amount of
+        # evidence).
         self._means: NDArray[np.float32] = np.zeros((4, *reduced), np.float32)
         self._darkest = np.full(reduced, np.inf, np.float32)
         self._brightest = np.full(reduced, -np.inf, np.float32)
@@ -179,7 +179,7 @@ class FixedAreas:
         self.interrupt()
 
     def _learn(self) -> bool:
-        """Take the newest sample into the means, if the world moves; return whether it does."""
+        """Add the newest sample to the means if the world moves; return whether it does."""
         changed, energy = self._samples.changes()
         closed = self._samples.by_places(self._fixed.astype(np.float32)) / np.float32(255)
         self._watch(closed)
@@ -200,7 +200,7 @@ class FixedAreas:
         return True
 
     def _watch(self, closed: NDArray[np.float32]) -> None:
-        """Look whether most of the picture has held still for long while some of it has not."""
+        """Check whether most of the image has not changed for long while a part of it has."""
         if self._reference is not None:
             changed, energy = self._samples.changes(self._reference)
             total = float((energy - energy * closed).sum())
@@ -212,7 +212,7 @@ class FixedAreas:
         self._reference, self._age = self._samples.gradients.copy(), 0.0
 
     def _moves(self, changed: NDArray[np.float32], energy: NDArray[np.float32]) -> bool:
-        """Return whether it is the world that moves, and not what passes by in a part of it."""
+        """Return whether the world moves, and not only traffic in a part of the image."""
         total = float(energy.sum())
         self._changing = min(float(changed.sum()) / total, 1.0) if total > 0.0 else 0.0
         rows = np.array_split(np.stack([changed.sum(axis=1), energy.sum(axis=1)]), _STRIPS, axis=1)
@@ -223,10 +223,10 @@ class FixedAreas:
         return self._moving
 
     def _renew(self) -> bool:
-        """Find the areas anew; return whether they are others than before."""
+        """Find the areas again; return whether they have changed."""
         black = self._bars()
         fixed = self._patterns() | black
-        # A pattern ends beyond its gradients, and the middle of a drop has none.
+        # A pattern extends beyond its gradients, and the middle of a drop has none.
         square = np.ones((3, 3), np.uint8)
         closed = cv2.morphologyEx(fixed, cv2.MORPH_CLOSE, square)
         fixed = np.asarray(cv2.dilate(closed, square), np.uint8)
@@ -235,12 +235,12 @@ class FixedAreas:
         self._fixed = fixed
         self._share = np.count_nonzero(fixed) / fixed.size
         self._black = np.count_nonzero(black) / black.size
-        # What is left between two areas that nearly touch does not tell anything.
+        # A narrow strip between two fixed areas is not usable.
         self._left = 1.0 - np.count_nonzero(cv2.dilate(fixed, square)) / fixed.size
         return True
 
     def _remaining(self) -> NDArray[np.float32]:
-        """Return the share of the gradients' energy that remains, in the weaker direction."""
+        """Return the share of the gradients' energy that remains, along the weaker direction."""
         across, down, energy, known = self._means
         near = (self._near, self._near)
         xx, yy, xy = (cv2.blur(product, near) for product in (
@@ -250,14 +250,14 @@ class FixedAreas:
         return remaining
 
     def _patterns(self) -> NDArray[np.uint8]:
-        """Return where there are patterns that remain, 255 or 0."""
+        """Return the patterns that remain, (h, w): 255 or 0."""
         known = self._means[3]
         limit = _FIXED + _DOUBT / np.maximum(known, _LEAST_KNOWN)
         found = (known > _LEAST_KNOWN) & (self._remaining() > limit)
         return np.where(found, np.uint8(255), np.uint8(0))
 
     def _bars(self) -> NDArray[np.uint8]:
-        """Return what reaches the edge of the picture and has always been black, 255 or 0."""
+        """Return the areas that touch the border and have always been black, (h, w): 255 or 0."""
         black = ((self._brightest < _DARK) & (
             self._brightest - self._darkest < _CONSTANT)).astype(np.uint8)
         framed = cv2.copyMakeBorder(black, 1, 1, 1, 1, cv2.BORDER_CONSTANT, value=(1,))

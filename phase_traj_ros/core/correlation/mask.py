@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Which pixels of a frame count: a mask over what never moves, as a bonnet or burnt-in text."""
+"""The mask: how much each pixel of a frame counts, e.g. 0 on the bonnet or on burnt-in text."""
 
 import math
 from typing import Any
@@ -10,42 +10,42 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from phase_traj_ros.errors import FrameError
 
-# Width of the soft edge around what is masked out, as a share of the frame's diagonal.
+# Width of the soft edge around masked-out areas, as a share of the frame's diagonal.
 _FEATHER = 1 / 160
 
 
 def mask_shares(mask: ArrayLike) -> NDArray[np.float32]:
     """
-    Return how much each pixel of a mask counts, (H, W) float32, from 0 to 1.
+    Return the weight of each pixel of a mask, (H, W) float32, 0 to 1.
 
-    It counts in proportion to the largest of the mask's values: 0 to 255, 0 to 65535, 0 to 1 and
-    False to True all do.
+    Weights are relative to the largest value of the mask, so the ranges 0 to 255, 0 to 65535,
+    0 to 1 and False to True are equivalent.
 
     Raises
     ------
     ValueError
-        The mask is not (H, W), holds a negative value, NaN or infinity, or is empty: 0 everywhere.
+        The mask is not (H, W), holds a negative value, NaN or infinity, or is empty (all 0).
 
     """
     values = np.asarray(mask)
     if values.ndim != 2:
-        raise ValueError(f'mask has shape {values.shape}: give a grey one of shape (H, W)')
+        raise ValueError(f'mask has shape {values.shape}: give a greyscale mask of shape (H, W)')
     shares = values.astype(np.float32)
     largest = float(shares.max(initial=0.0))
     if not (np.isfinite(shares).all() and shares.min(initial=0.0) >= 0.0):
         raise ValueError('mask holds NaN, infinity or a negative value: give 0 to 255, or 0 to 1')
     if largest == 0.0:
-        raise ValueError('mask is 0 everywhere: nothing of the frames would be left')
+        raise ValueError('mask is empty (0 everywhere): no part of the frames would be used')
     shares /= largest
     return shares
 
 
 def mask_weights(mask: ArrayLike) -> NDArray[np.float32]:
     """
-    Return the weights of a mask, (H, W) float32 in 0 to 1, with soft edges.
+    Return the weights of a mask with soft edges, (H, W) float32, 0 to 1.
 
-    What has the weight 0 keeps it. Around it the weights rise smoothly, as a hard edge would be a
-    fixed pattern of its own: the picture's brightness ends there in every frame.
+    Pixels of weight 0 keep it. Around them the weights rise smoothly: a hard edge would itself be
+    a fixed pattern, because the brightness drops there in every frame.
 
     Raises
     ------
@@ -57,7 +57,7 @@ def mask_weights(mask: ArrayLike) -> NDArray[np.float32]:
     counts = (weights > 0.0).astype(np.uint8)
     if not counts.all():
         distance = cv2.distanceTransform(counts, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
-        # Pixel centres next to a masked-out one are at distance 1: half a pixel from its edge.
+        # Centres of pixels next to a masked-out one are at distance 1: half a pixel from its edge.
         rise = (distance - 0.5) / (_FEATHER * math.hypot(*weights.shape))
         weights *= np.sin(np.pi / 2 * np.clip(rise, 0.0, 1.0)) ** 2
     return weights
@@ -65,16 +65,16 @@ def mask_weights(mask: ArrayLike) -> NDArray[np.float32]:
 
 def check_size(frame: NDArray[Any], mask: NDArray[Any]) -> None:
     """
-    Make sure that a mask is of the size of a frame, (H, W) both.
+    Check that a mask and a frame, both (H, W), have the same size.
 
     Raises
     ------
     FrameError
-        It is not.
+        The sizes differ.
 
     """
     if frame.shape != mask.shape:
         (height, width), (mask_height, mask_width) = frame.shape, mask.shape
         raise FrameError(
             f'frame is {width}x{height} pixels, the mask {mask_width}x{mask_height}:'
-            " give a mask of the frames' size")
+            ' give a mask of the same size as the frames')

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Where the peak of a correlation map is, to a fraction of a pixel."""
+"""Locates the peak of a correlation map to a fraction of a pixel."""
 
 import math
 
@@ -10,13 +10,13 @@ from numpy.typing import NDArray
 
 def refine(line: NDArray[np.float32], peak: int) -> float:
     """
-    Return the peak's position along a cyclic line through it, in fractions of a pixel.
+    Return the position of the peak along a cyclic line through it, in pixels.
 
     A shift by whole pixels and a fraction d gives a peak of the form sin(pi x) / (pi x) about
     the true position (the Dirichlet kernel; cf. Foroosh, Zerubia, Berthod, "Extension of phase
-    correlation to subpixel registration", 2002). For that form the two neighbours' difference
-    over the peak is q = 2 d / (1 - d**2), which is solved for d. Taking the difference leaves
-    out whatever surrounds the peak evenly, such as the broad foot that forward motion gives it.
+    correlation to subpixel registration", 2002). For this form, the difference of the two
+    neighbours divided by the peak is q = 2 d / (1 - d**2), which is solved for d. The difference
+    cancels whatever surrounds the peak evenly, such as the broad foot caused by forward motion.
     """
     length = len(line)
     centre = float(line[peak])

@@ -1,10 +1,10 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
 """
-Phase correlation: the shift of the picture between two frames.
+Phase correlation: the shift of the image between two frames.
 
-The method is Kuglin and Hines's; the equations are numbered as in A. A. Abdulkadhem, "Trajectory
-Approximation of Video Based on Phase Correlation for Forward Facing Camera".
+The method is that of Kuglin and Hines (1975). Equations are numbered as in A. Abdulkadhem,
+"Trajectory Approximation of Video Based on Phase Correlation for Forward Facing Camera".
 """
 
 from dataclasses import dataclass
@@ -28,7 +28,7 @@ _MIN_SIDE = 8
 _DTYPES = (np.uint8, np.uint16, np.float32)
 # Rounding noise of a float32 transform, as a share of the spectrum's root mean square.
 _ROUNDING = 1e-6
-# Half a side of the square about a peak that forward motion spreads it over, as a share of the
+# Half the side of the square over which forward motion spreads a peak, as a share of the
 # frame's size (the root of its area): 4 pixels for a frame of 376 x 1241.
 _REACH = 1 / 170
 
@@ -36,15 +36,15 @@ _REACH = 1 / 170
 @dataclass(frozen=True, slots=True)
 class Shift:
     """
-    Displacement of the picture's content from the previous frame to the current one.
+    Displacement of the image content from the previous frame to the current one.
 
     dx
         Pixels, positive to the right: the camera turned left.
     dy
         Pixels, positive downwards.
     response
-        Height of the correlation peak, 0 to 1: 1 for identical frames, 0 where there is nothing
-        to correlate (a constant frame).
+        Height of the correlation peak, 0 to 1: 1 for identical frames, 0 if there is nothing to
+        correlate (a constant frame).
     """
 
     dx: float
@@ -54,9 +54,9 @@ class Shift:
 
 class PhaseCorrelator:
     """
-    Measures the shift between each frame and the one before it.
+    Measures the shift between each frame and the previous one.
 
-    Keeps the previous frame's spectrum, so that a frame costs one forward and one
+    It keeps the spectrum of the previous frame, so each frame costs one forward and one
     inverse transform. Nothing of a frame's size is allocated after the first frame.
     """
 
@@ -65,23 +65,23 @@ class PhaseCorrelator:
         transform: TransformLibrary = TransformLibrary.AUTO,
     ) -> None:
         """
-        Make a correlator; the frames' size is learned from the first frame.
+        Make a correlator; it takes the size of the frames from the first one.
 
         Parameters
         ----------
         window
             Taper of the frames.
         mask
-            How much each pixel counts, (H, W) from 0 to 1 or from 0 to 255; None for all alike.
+            Weight of each pixel, (H, W), 0 to 1 or 0 to 255; None weights all pixels equally.
         transform
             Which library computes the transforms.
 
         Raises
         ------
         ValueError
-            The mask is not usable (see ``mask_shares``).
+            The mask is invalid (see ``mask_shares``).
         MissingDependencyError
-            That library is not installed.
+            The library is not installed.
 
         """
         self._transforms = find_transform(transform)
@@ -89,26 +89,26 @@ class PhaseCorrelator:
         self._mask = None if mask is None else mask_weights(mask)
         self._shape: tuple[int, int] | None = None
         self._primed = False
-        # Every step of a pair is done in place: here are the tapered frame, its spectrum, the
-        # cross-phase spectrum and the map, one after the other.
+        # All steps of a pair are done in place: this array holds the tapered frame, its spectrum,
+        # the cross-phase spectrum and the map, in this order.
         self._map: NDArray[np.float32] = np.empty((0, 0), np.float32)
         self._energy = 0.0
         # Of the last pair: the height of the peak of identical frames as a share of the map's
-        # unit, 0 if there is no map; that unit; and where the peak is.
+        # unit (0 if there is no map), that unit, and the position of the peak.
         self._highest = 0.0
         self._unit = 1.0
         self._peak = (0, 0)
 
     def reset(self) -> None:
-        """Forget the previous frame: the next one starts anew."""
+        """Forget the previous frame: the next one becomes the first of a pair."""
         self._primed = False
 
     def update(self, frame: Frame) -> Shift | None:
         """
-        Return the shift from the previous frame to ``frame``, or None if there is none.
+        Return the shift from the previous frame to ``frame``, or None if there is no pair.
 
-        There is none for the first frame, after a reset, and when the frame's size changes: then
-        the correlator starts anew with the frame given.
+        There is no pair at the first frame, after a reset, and when the size of the frames
+        changes. The frame given is then the first of the next pair.
 
         Parameters
         ----------
@@ -118,8 +118,8 @@ class PhaseCorrelator:
         Raises
         ------
         FrameError
-            The frame has another shape or type than it may have, or not the mask's size, or it
-            holds NaN or infinity. The correlator is as it was before the call.
+            The shape or type of the frame is not supported, its size is not that of the mask, or
+            it holds NaN or infinity. The state of the correlator is unchanged.
 
         """
         _check_form(frame)
@@ -140,21 +140,21 @@ class PhaseCorrelator:
         """
         Return a copy of the last pair's correlation map r (eq. 2, the paper's figure 2).
 
-        (M, N) float32, the padded size; the zero shift is at [M // 2, N // 2], and identical
-        frames peak at 1. Meaningful after ``update`` has returned a shift.
+        (M, N) float32, the padded size. The zero shift is at [M // 2, N // 2], and identical
+        frames peak at 1. Valid after ``update`` has returned a shift.
         """
         centred = np.fft.fftshift(self._map)
         return cast('NDArray[np.float32]', centred / np.float32(self._unit))
 
     def significance(self, shift: Shift) -> float:
         """
-        Return how far the last pair's map stands out about ``shift``, in standard deviations.
+        Return the sum of the last pair's map around ``shift``, in standard deviations of noise.
 
-        That is the map's sum over a small square about the shift, over what such a sum would
-        typically be if the two frames had nothing in common: then the phases are random, and the
-        map is noise of which the standard deviation is known (the energy of a whitened spectrum
-        is). Unlike the peak's height, the sum keeps what forward motion spreads around it.
-        Meaningful for shifts measured on the last pair; 0 where nothing was correlated.
+        The sum is taken over a small square about the shift, and divided by the standard
+        deviation of the same sum for two unrelated frames: their phases are random, and the map
+        is noise of known standard deviation, because the energy of a whitened spectrum is known.
+        Unlike the height of the peak, the sum includes what forward motion spreads around it.
+        Valid for shifts measured on the last pair; 0 if nothing was correlated.
         """
         if self._highest == 0.0:
             return 0.0
@@ -168,10 +168,10 @@ class PhaseCorrelator:
         """
         Return the highest point of the last pair's map that is not near the peak.
 
-        Near is what lies within ``apart`` pixels of it, along the rows and along the columns,
-        cyclically as the map is. It is refined like the peak. Response 0 says that the map holds
-        nothing positive there, or nothing at all. Meaningful after ``update`` has returned a
-        shift; calls change nothing and allocate nothing of a frame's size.
+        Points within ``apart`` pixels of the peak along both axes are near it; the map is cyclic.
+        The position is refined like that of the peak. A response of 0 means that the map holds
+        no positive value there, or that there is no map. Valid after ``update`` has returned a
+        shift. Leaves the state unchanged and allocates nothing of a frame's size.
         """
         if self._highest == 0.0:
             return Shift(0.0, 0.0, 0.0)
@@ -187,7 +187,7 @@ class PhaseCorrelator:
     def _near(
         self, place: tuple[int, int], reach: int,
     ) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-        """Return the index of the square about ``place`` (row, column) of the cyclic map."""
+        """Return the index of the square about ``place`` (row, column) in the cyclic map."""
         rows, columns = (
             np.arange(middle - most, middle + most + 1) % side
             for middle, side in zip(place, self._map.shape)
@@ -207,7 +207,7 @@ class PhaseCorrelator:
         self._primed = False
 
     def _transform(self, frame: Frame, mean: float, deviation: float) -> float:
-        """Put the cross-phase spectrum of ``frame`` where the map was; return its energy."""
+        """Replace the map by the cross-phase spectrum of ``frame``; return its energy."""
         height, width = frame.shape
         spectrum = self._map
         if deviation == 0.0:
@@ -215,25 +215,25 @@ class PhaseCorrelator:
         tapered = spectrum[:height, :width]
         spectrum[height:] = 0.0
         spectrum[:height, width:] = 0.0
-        # Without its mean, a frame that is almost constant does not show the window's own
-        # spectrum, which never moves and would measure a shift of zero.
+        # Subtracting the mean keeps the spectrum of the window out of a frame that is almost
+        # constant: it never moves, and would be measured as a shift of zero.
         cv2.subtract(  # type: ignore[call-overload]
             frame, (mean, 0.0, 0.0, 0.0), dst=tapered, dtype=cv2.CV_32F)
         cv2.multiply(tapered, self._window, dst=tapered)
         spectrum_rms = deviation * self._window_rms * math.sqrt(frame.size)
         if self._mask is not None:
-            # The mean of what the mask leaves is another one, and there may be nothing else.
+            # The mean of the unmasked part differs, and the mask may leave nothing else.
             rest = cv2.sumElems(tapered)[0] / self._window_sum
             cv2.scaleAdd(self._window, -rest, tapered, dst=tapered)
             if cv2.norm(tapered) <= _ROUNDING * spectrum_rms:
                 return self._nothing()
         self._transforms.forward(spectrum, height)
         # Eq. 1 conjugates the current spectrum and so peaks at minus the displacement. Here the
-        # previous one is conjugated, which puts the peak at the displacement itself.
+        # previous one is conjugated, so the peak is at the displacement itself.
         return self._cross(spectrum, _ROUNDING * spectrum_rms)
 
     def _nothing(self) -> float:
-        """Take a frame without any content; return its energy."""
+        """Take a frame without content; return its energy."""
         self._cross.clear()
         return 0.0
 
@@ -257,12 +257,12 @@ class PhaseCorrelator:
 
 def check_frame(frame: Frame) -> None:
     """
-    Make sure that a frame can be correlated; a mask's size is not looked at.
+    Check that a frame can be correlated; the size of a mask is not checked.
 
     Raises
     ------
     FrameError
-        The frame has another shape or type than it may have, or it holds NaN or infinity.
+        The shape or type of the frame is not supported, or it holds NaN or infinity.
 
     """
     _check_form(frame)
@@ -272,13 +272,13 @@ def check_frame(frame: Frame) -> None:
 
 def _check_form(frame: Frame) -> None:
     if frame.ndim != 2:
-        raise FrameError(f'frame has shape {frame.shape}: give a grey frame of shape (H, W)')
+        raise FrameError(f'frame has shape {frame.shape}: give a greyscale frame of shape (H, W)')
     if frame.dtype not in _DTYPES:
         raise FrameError(f'frame is {frame.dtype}: give uint8, uint16 or float32')
     if min(frame.shape) < _MIN_SIDE:
         height, width = frame.shape
         raise FrameError(
-            f'frame is {width}x{height} pixels: at least {_MIN_SIDE}x{_MIN_SIDE} are needed')
+            f'frame is {width}x{height} pixels: give at least {_MIN_SIDE}x{_MIN_SIDE}')
 
 
 def _statistics(frame: Frame) -> tuple[float, float]:

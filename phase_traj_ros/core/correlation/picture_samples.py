@@ -1,9 +1,9 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
 """
-Pictures of a drive as they are every third of a second: reduced, and reduced to their gradients.
+Samples of a drive, one every third of a second: reduced images and their gradients.
 
-So far apart, what a vehicle passes has changed, and what is fixed to the camera has not.
+Over this interval the scene changes, but whatever is fixed to the camera does not.
 """
 
 import math
@@ -13,52 +13,52 @@ import numpy as np
 from numpy.typing import NDArray
 from phase_traj_ros.core.correlation.phase_correlation import Frame
 
-# Frames are reduced to about so many pixels, and one is looked at every so many seconds.
+# Frames are reduced to about this many pixels. The sampling period is in seconds.
 _PIXELS = 14000
 _PERIOD = 0.35
 _LEAST_SIDE = 8
-# Brightness that pictures are brought to, as a grey level.
+# Mean grey level to which each sample is scaled.
 _BRIGHTNESS = 100.0
-# A gradient counts by its direction as far as it is well above the mean one, and above noise.
+# Gradients well above the mean and above the noise are scaled to length 1; weaker ones less.
 _SOFT, _NOISE = 0.25, 2.0
-# Side of a place, as a share of the diagonal.
+# Side of a cell, as a share of the diagonal.
 _PLACE = 0.02
-# Averaged over a place, noise keeps less than this share of its contrast, and a scene far more.
+# Averaged over cells, noise keeps less than this share of its contrast. A scene keeps far more.
 _NOISY = 0.4
 
 
 class PictureSamples:
-    """Keeps the newest two samples of frames of one size, and compares them."""
+    """Keeps the two newest samples of frames of one size, and compares them."""
 
     def __init__(self, shape: tuple[int, int]) -> None:
-        """Make one for frames (H, W) that waits for the first."""
+        """Make an empty sampler for frames of ``shape`` (H, W)."""
         wanted = max(round(math.log2(shape[0] * shape[1] / _PIXELS) / 2), 0)
         self._halvings = min(wanted, int(math.log2(max(min(shape) / _LEAST_SIDE, 1.0))))
         self.shape = height, width = shape[0] >> self._halvings, shape[1] >> self._halvings
-        """Of the reduced pictures, (h, w)."""
+        """Size of the reduced images, (h, w)."""
         self.diagonal = math.hypot(height, width)
         across, down = (max(round(side / (_PLACE * self.diagonal)), 1) for side in (width, height))
         self._places = across, down
         self.picture: NDArray[np.float32] = np.zeros((height, width), np.float32)
-        """The newest sample, of a mean brightness of 100."""
+        """The newest sample, (h, w), scaled to a mean brightness of 100."""
         self.gradients: NDArray[np.float32] = np.zeros((3, height, width), np.float32)
-        """Its gradients to the right and downwards, the strong ones of length 1; their energy."""
+        """Its gradients to the right and downwards (length 1 if strong), and their energy."""
         self._before: NDArray[np.float32] = np.zeros((3, height, width), np.float32)
         self.turned = 0.0
-        """How far the picture has moved sideways since the sample before, in reduced pixels."""
+        """Sideways shift since the previous sample, in reduced pixels, without sign."""
         self.elapsed = 0.0
-        """Seconds since then."""
+        """Seconds since the previous sample."""
         self.blank = False
-        """Whether the newest sample shows nothing but the sensor's noise."""
+        """Whether the newest sample holds only sensor noise."""
         self._turning = 0.0
         self.interrupt()
 
     def interrupt(self) -> None:
-        """Do not compare the next frame with those before; it is a sample of its own."""
+        """Do not compare the next frame with earlier ones; it becomes the first sample."""
         self._primed, self._waited, self._turning = False, 0.0, 0.0
 
     def take(self, frame: Frame, interval: float, turned: float) -> bool:
-        """Take the next frame; return whether there are now two other samples to compare."""
+        """Take the next frame; return whether it completed a new pair of samples."""
         self._waited += interval
         self._turning += turned
         if self._primed and self._waited < _PERIOD:
@@ -76,9 +76,9 @@ class PictureSamples:
         self, since: NDArray[np.float32] | None = None,
     ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
         """
-        Return, by places, what has changed of the gradients' energy, and that of both samples.
+        Return the change of the gradients' energy, and the energy of both samples, by cells.
 
-        It is the change since the sample before, or since the gradients given, (3, h, w).
+        The change is since the previous sample, or since the gradients ``since``, (3, h, w).
         """
         before = self._before if since is None else since
         step = self.gradients[:2] - before[:2]
@@ -87,12 +87,12 @@ class PictureSamples:
                 self.by_places(self.gradients[2] + before[2]))
 
     def by_places(self, values: NDArray[np.float32]) -> NDArray[np.float32]:
-        """Return the means of values (h, w) over some thousand places."""
+        """Return the means of values (h, w) over the cells, of which there are a few thousand."""
         return cv2.resize(  # type: ignore[return-value]
             values, self._places, interpolation=cv2.INTER_AREA)
 
     def _reduced(self, frame: Frame) -> NDArray[np.float32]:
-        """Return the frame, reduced and of a mean brightness."""
+        """Return the frame, reduced and scaled to the common mean brightness."""
         height, width = self.shape
         picture = frame[:height << self._halvings, :width << self._halvings]
         for left in reversed(range(self._halvings)):

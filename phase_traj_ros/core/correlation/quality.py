@@ -1,10 +1,10 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
 """
-What a measured shift is worth: whether there is one, and whether anything moves at all.
+Tests of a measured shift: whether it is a measurement, and whether the vehicle moves at all.
 
-Without these tests a covered lens, a scene cut and a vehicle at a red light all look like
-driving straight on. The paper has none of them. docs/measurements/quality.md shows how they were
+Without these tests, a covered lens, a scene cut and a stop at a red light all look like driving
+straight ahead. The paper has no such tests. docs/measurements/quality.md shows how they were
 chosen.
 """
 
@@ -18,21 +18,21 @@ from numpy.typing import ArrayLike
 from phase_traj_ros.core.correlation.block_motion import BlockFlow, BlockMotion
 from phase_traj_ros.core.correlation.phase_correlation import Frame, PhaseCorrelator, Shift
 
-# A peak no further than this from zero, in pixels along each axis, may be that of a fixed pattern.
+# A peak of at most this shift, in pixels along each axis, may be that of a fixed pattern.
 _AT_ZERO = 0.75
-# Half a side of the square about the peak in which no second one is looked for, in pixels.
+# Half the side of the square about the peak that is excluded from the search for a second one.
 _APART = 8
-# Share of the blocks that has to move for a vehicle that stands to be taken to have driven off.
-# A vehicle that passes in front of the camera hides many of them.
+# Share of the blocks that has to move before a stationary vehicle counts as driving again.
+# A vehicle that crosses in front of the camera covers many of them.
 _DRIVEN_OFF = 0.65
-# Mean displacement of the whole picture that is taken for shaking, as a multiple of still_motion.
+# Common displacement of all blocks that counts as shaking, as a multiple of max_motion.
 _SHAKING = 2.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GateSettings:
     """
-    When a pair counts as measured.
+    When a pair counts as a measurement.
 
     Raises
     ------
@@ -42,9 +42,9 @@ class GateSettings:
     """
 
     min_significance: float = 6.0
-    """Standard deviations by which the map has to stand out of noise about the shift."""
+    """Standard deviations by which the map has to stand out of noise around the shift."""
     look_past_zero: bool = True
-    """Whether a peak at zero gives way to a second one that most of the picture follows."""
+    """Whether a peak at zero gives way to a second peak that most of the image follows."""
 
     def __post_init__(self) -> None:
         """Check the values."""
@@ -54,27 +54,27 @@ class GateSettings:
 
 
 class MeasurementGate:
-    """Tells measured shifts from those of frames that have nothing in common."""
+    """Separates measured shifts from those of unrelated frames."""
 
     def __init__(self, settings: GateSettings | None = None) -> None:
-        """Make a gate; it remembers nothing from pair to pair."""
+        """Make a gate. It keeps no state between pairs."""
         self._settings = settings or GateSettings()
 
     def judge(
         self, shift: Shift, correlator: PhaseCorrelator, blocks: BlockMotion | None,
     ) -> Shift | None:
         """
-        Return the shift that the pair is to be judged by, or None if nothing was measured.
+        Return the shift to use for the pair, or None if nothing was measured.
 
         Parameters
         ----------
         shift
-            What ``correlator`` has just measured.
+            The shift that ``correlator`` has just measured.
         correlator
             Holds the map of this pair.
         blocks
-            Holds the same two frames; looked at only if the shift is zero and the settings say
-            so, and not looked past zero without it.
+            Holds the same two frames. Used only if the shift is zero and ``look_past_zero`` is
+            set; None disables ``look_past_zero``.
 
         """
         significance = correlator.significance(shift)
@@ -89,7 +89,7 @@ class MeasurementGate:
         self, second: Shift, first_significance: float, correlator: PhaseCorrelator,
         blocks: BlockMotion,
     ) -> bool:
-        """Return whether a peak at zero is a fixed pattern's, and ``second`` is the scene's."""
+        """Return whether the peak at zero is of a fixed pattern and ``second`` is of the scene."""
         significance = correlator.significance(second)
         return (self._suffices(significance) and significance > first_significance
                 and blocks.share_following(second) > 0.5)
@@ -101,7 +101,7 @@ class MeasurementGate:
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StillnessSettings:
     """
-    When a vehicle counts as standing still.
+    When a vehicle counts as stationary.
 
     Raises
     ------
@@ -111,9 +111,9 @@ class StillnessSettings:
     """
 
     frames: int = 5
-    """Pairs over which the motion of the picture's parts is averaged."""
+    """Pairs over which the displacements of the blocks are averaged."""
     max_motion: float = 2e-4
-    """Their mean displacement per pair up to which they stand, as a share of the width."""
+    """Largest mean displacement per pair of a stationary block, as a share of the width."""
 
     def __post_init__(self) -> None:
         """Check the values."""
@@ -125,29 +125,31 @@ class StillnessSettings:
 
 class StillnessDetector:
     """
-    Tells a vehicle that stands from one that creeps.
+    Separates a stationary vehicle from one that creeps.
 
-    A vehicle that drives, however slowly, moves every part of the picture, away from the point it
-    drives to. One that stands moves none for long: noise and shaking average out, and what passes
-    by covers a part of the picture only.
+    A moving vehicle, however slow, displaces every part of the image, away from the point it
+    drives towards. With a stationary one, noise and shaking average out, and traffic covers only
+    a part of the image.
     """
 
     def __init__(self, settings: StillnessSettings | None = None) -> None:
-        """Make a detector that has seen nothing."""
+        """Make a detector that has seen no frame."""
         self._settings = settings or StillnessSettings()
         self._flows: deque[BlockFlow] = deque(maxlen=self._settings.frames)
         self._still = False
 
     def reset(self) -> None:
-        """Forget what was seen: the next pairs have nothing to do with it."""
+        """Forget the pairs seen so far: the next ones are unrelated to them."""
         self._flows.clear()
         self._still = False
 
     def update(self, flow: BlockFlow, width: int) -> bool:
         """
-        Take the flow of the next pair of frames, ``width`` pixels wide; return whether it stands.
+        Take the flow of the next pair; return whether the vehicle is stationary.
 
-        It never does before as many pairs have come as are averaged.
+        ``width`` is the width of the frames in pixels.
+
+        False until as many pairs have arrived as are averaged.
         """
         if self._flows and len(self._flows[-1].vectors) != len(flow.vectors):
             self.reset()
@@ -170,21 +172,21 @@ class StillnessDetector:
 
 
 class Worth(Enum):
-    """What a pair of frames tells."""
+    """What a pair of frames is worth."""
 
     MEASURED = 'measured'
-    """How the view has moved."""
+    """The frames show how the view has moved."""
     STILL = 'still'
-    """That the vehicle stands still."""
+    """The vehicle is stationary."""
     NOTHING = 'nothing'
-    """Nothing: the two frames have nothing in common, or one of them is constant."""
+    """Nothing is measured: the two frames are unrelated, or one of them is constant."""
 
 
 class PairQuality:
     """
-    The tests that are switched on, for the frames of one camera.
+    The enabled tests, for the frames of one camera.
 
-    ``update`` takes every frame that the correlator took, and ``judge`` follows wherever that
+    Call ``update`` for every frame that the correlator accepted, and ``judge`` after it if that
     gave a shift.
     """
 
@@ -192,7 +194,7 @@ class PairQuality:
         self, *, gate: GateSettings | None = None, stillness: StillnessSettings | None = None,
         mask: ArrayLike | None = None,
     ) -> None:
-        """Make the tests; None switches one off. The mask is that of the correlator."""
+        """Make the tests; None disables one. ``mask`` is that of the correlator."""
         self._gate = None if gate is None else MeasurementGate(gate)
         self._detector = None if stillness is None else StillnessDetector(stillness)
         self._blocks = BlockMotion(mask=mask)
@@ -202,11 +204,11 @@ class PairQuality:
 
     @property
     def looks_at_frames(self) -> bool:
-        """Return whether any of the tests looks at the frames, and not at the map alone."""
+        """Return whether any of the tests needs the frames, and not only the map."""
         return self._needs_blocks
 
     def reset(self) -> None:
-        """Forget all frames, as at the start and where the frames change."""
+        """Forget all frames, as at the start and when the form of the frames changes."""
         self._blocks.reset()
         self._has_pair = False
         self.interrupt()
@@ -215,23 +217,23 @@ class PairQuality:
         """
         Keep the newest frame, and forget what was seen before it.
 
-        The next pair has the newest frame as its first one, but a gap, a change of encoding or a
-        jump of time lies between it and the pairs before.
+        The next pair starts with the newest frame, but a gap, a change of encoding or a jump of
+        time separates it from the earlier pairs.
         """
         if self._detector is not None:
             self._detector.reset()
 
     def update(self, frame: Frame) -> None:
-        """Take the next frame, the very one that the correlator has taken."""
+        """Take the next frame, the same one as the correlator."""
         if self._needs_blocks:
             self._has_pair = self._blocks.update(frame)
             self._width = frame.shape[1]
 
     def judge(self, shift: Shift, correlator: PhaseCorrelator) -> tuple[Worth, Shift]:
         """
-        Return what the pair is worth, and the shift that it is to be judged by.
+        Return what the pair is worth, and the shift to use for it.
 
-        A pair that is not measured says nothing of standing still, and is not held against it.
+        A pair that is not a measurement is not evidence for or against standing still.
         """
         if self._gate is not None:
             blocks = self._blocks if self._has_pair else None

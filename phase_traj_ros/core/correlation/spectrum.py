@@ -1,12 +1,12 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
 """
-Real 2-D spectra in OpenCV's packed layout, and what phase correlation does with them.
+Real 2-D spectra in OpenCV's packed layout, and the cross-phase spectrum of two of them.
 
-``cv2.dft`` keeps the spectrum of a real (M, N) array in an array of the same size. With both
-sides even, columns 1 to N-2 hold pairs (real, imaginary) of the column frequencies 1 to N/2-1;
-column 0 and column N-1 hold the frequencies 0 and N/2, which are spectra of real columns
-themselves: a real number in the first and the last row, pairs down the column between them.
+``cv2.dft`` stores the spectrum of a real (M, N) array in an array of the same size. With both
+sides even, columns 1 to N-2 hold pairs (real, imaginary) of the column frequencies 1 to N/2-1.
+Column 0 and column N-1 hold the frequencies 0 and N/2, which are spectra of real columns: a real
+number in the first and the last row, and pairs down the column between them.
 """
 
 import cv2
@@ -18,7 +18,7 @@ _FACTORS = (2, 3, 5)
 _MULTIPLE = 8
 _LEAST_PADDING = 4
 _CRAMPED, _CROWDED = 256, 1024
-# Bins whitened at a time: few enough to stay in a core's own cache, enough to hide call costs.
+# Bins whitened at a time: few enough to fit a core's own cache, enough to hide call overhead.
 _BLOCK_BINS = 1 << 16
 
 
@@ -33,17 +33,17 @@ def padded_side(length: int) -> int:
     """
     Return the transform's length for a side of ``length`` pixels.
 
-    A pure function of the length, so that every run of every program gives the same shifts. It
+    A pure function of the length, so that every run on every machine gives the same shifts. It
     is the smallest side that
 
     - is a multiple of 8 and a product of 2, 3 and 5: both of OpenCV's implementations (its own,
-      which Ubuntu has, and Intel's, which the wheels have) are fast there;
+      in Ubuntu, and Intel's, in the wheels) are fast for these;
     - is ``length`` itself or at least 4 more: with a padding of a pixel or two, the content that
-      a cyclic shift wraps around would correlate right beside the peak and bend it;
-    - is no multiple of 1024, and is a multiple of 256 only if it is ``length`` itself: at a
-      stride of powers of two the columns get in each other's way in the cache.
+      a cyclic shift wraps around would correlate right beside the peak and bias it;
+    - is not a multiple of 1024, and is a multiple of 256 only if it is ``length`` itself: with
+      strides of powers of two the columns evict each other from the cache.
 
-    ``make bench`` measures the rule against its alternatives.
+    ``make bench`` compares the rule with its alternatives.
     """
     side = length
     while not _suits(side, length):
@@ -64,38 +64,38 @@ def padded_shape(shape: tuple[int, int]) -> tuple[int, int]:
 
 class CrossPhase:
     """
-    Turns the spectrum of each frame into its cross-phase spectrum with the frame before (eq. 1).
+    Turns the spectrum of each frame into its cross-phase spectrum with the previous one (eq. 1).
 
-    Every bin of both is scaled to magnitude 1, and the one before is conjugated. It is all done
-    block by block, in place; nothing of a spectrum's size is allocated after the start.
+    Every bin of both is scaled to magnitude 1, and the previous one is conjugated. All steps run
+    block by block, in place. Nothing of a spectrum's size is allocated after construction.
     """
 
     def __init__(self, shape: tuple[int, int]) -> None:
-        """Make the scratch space for spectra of ``shape`` (M, N), both even, with none before."""
+        """Allocate for spectra of ``shape`` (M, N), both even; there is no previous spectrum."""
         self._size = shape[0] * shape[1]
         columns = shape[1] // 2 - 1
         rows = min(max(_BLOCK_BINS // max(columns, 1) // _MULTIPLE, 1) * _MULTIPLE, shape[0])
-        # One more number each: arrays that are aligned alike OpenCV writes past the cache, which
+        # One extra number each: OpenCV writes arrays of equal alignment past the cache, which
         # takes twice as long.
         scratch = aligned_zeros((5, rows * columns + 1))
         self._scratch = scratch[:, :-1].reshape(5, rows, columns)
-        # Of the frame before, at magnitude 1: real and imaginary part of the bins between the
-        # edges, and the two edges as they are packed.
+        # Of the previous frame, at magnitude 1: real and imaginary part of the bins between the
+        # edges, and the two edges in the packed layout.
         self._parts = aligned_zeros((2, shape[0], columns))
         self._edges = aligned_zeros((2, shape[0]))
 
     def clear(self) -> None:
-        """Take a spectrum that holds nothing."""
+        """Take an empty spectrum."""
         self._parts.fill(0.0)
         self._edges.fill(0.0)
 
     def __call__(self, spectrum: NDArray[np.float32], floor: float) -> float:
         """
-        Take the next spectrum, (M, N); put its product with the conjugate of the last one there.
+        Replace the next spectrum, (M, N), by its product with the conjugate of the previous one.
 
-        Bins weaker than ``floor`` hold rounding noise rather than picture: they are divided by
-        the floor and so stay weak. Return the mean squared magnitude of the spectrum after the
-        scaling: 1 unless bins lay below the floor.
+        Bins weaker than ``floor`` hold rounding noise: they are divided by the floor and so stay
+        weak. Return the mean squared magnitude of the spectrum after the scaling: 1 unless bins
+        were below the floor.
         """
         weakest = np.inf
         rows_at_once, columns = self._scratch.shape[1:]
@@ -103,11 +103,11 @@ class CrossPhase:
             bins = spectrum[first:first + rows_at_once, 1:-1].reshape(-1, columns, 2)
             before = self._parts[:, first:first + rows_at_once]
             # OpenCV's and numpy's loops over real numbers are vectorised on every processor,
-            # those over complex ones on few; taking the parts apart costs less than that.
+            # those over complex ones on few. Splitting costs less than the difference.
             real, imaginary, magnitude, *cross = self._scratch[:, :len(bins)]
             cv2.split(bins, (real, imaginary))
             cv2.magnitude(real, imaginary, magnitude=magnitude)
-            # Looking for weak bins costs a fifth of lifting them, and there hardly ever are any.
+            # Searching for weak bins costs a fifth of lifting them, and they are rare.
             weakest_here = float(magnitude.min())
             if weakest_here < floor:
                 np.maximum(magnitude, floor, out=magnitude)
@@ -137,8 +137,8 @@ class CrossPhase:
         return weakest
 
     def _mean_square(self) -> float:
-        # A pair stands for two conjugate bins, so it counts twice; the edges' four real numbers
-        # stand for themselves.
+        # A pair stands for two conjugate bins, so it counts twice. The four real numbers of the
+        # edges count once.
         parts = cv2.norm(self._parts.reshape(-1, self._parts.shape[2]), cv2.NORM_L2SQR)
         corners = float(np.square(_lines(self._edges)[1], dtype=np.float64).sum())
         edges = cv2.norm(self._edges, cv2.NORM_L2SQR)

@@ -1,12 +1,12 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
 """
-The Fourier transforms, and which library computes them.
+The Fourier transforms, and the choice of the library that computes them.
 
 OpenCV's own transforms take four times as long as Intel's, which its wheels for x86_64 contain;
-scipy's lie between. docs/explanation/transforms.md has the measurements and the reasons. All of
-them work in place, on the packed layout that ``phase_traj_ros.core.correlation.spectrum``
-describes, so that nothing else depends on the library.
+scipy's are in between. docs/explanation/transforms.md gives the measurements and the reasons. All
+of them work in place on the packed layout of ``phase_traj_ros.core.correlation.spectrum``, so
+no other module depends on the library.
 """
 
 from enum import Enum
@@ -24,7 +24,7 @@ class TransformLibrary(Enum):
     """Which library computes the transforms."""
 
     AUTO = 'auto'
-    """OpenCV where it contains Intel's transforms or where there is no scipy, else scipy."""
+    """OpenCV if it contains Intel's transforms or scipy is not installed, otherwise scipy."""
     OPENCV = 'opencv'
     SCIPY = 'scipy'
 
@@ -34,38 +34,38 @@ class Transform(Protocol):
 
     @property
     def name(self) -> str:
-        """Return the library with its version, and what of it is used."""
+        """Return the library, its version and the implementation in use."""
 
     def forward(self, picture: NDArray[np.float32], rows: int) -> None:
-        """Turn ``picture``, of which only the first ``rows`` are not 0, into its spectrum."""
+        """Replace ``picture``, whose rows from ``rows`` on are 0, by its spectrum."""
 
     def inverse(self, spectrum: NDArray[np.float32]) -> float:
-        """Turn ``spectrum`` into its picture times the factor that is returned."""
+        """Replace ``spectrum`` by its image times a factor; return the factor."""
 
 
 class OpenCvTransform:
-    """``cv2.dft``, which packs spectra by itself."""
+    """``cv2.dft``, whose spectra are packed already."""
 
     @property
     def name(self) -> str:
-        """Return the version of OpenCV, and whose transforms it contains."""
+        """Return the version of OpenCV, and whether it contains Intel's transforms."""
         return f'OpenCV {cv2.__version__} ({"Intel IPP" if opencv_has_intels() else "its own"})'
 
     def forward(self, picture: NDArray[np.float32], rows: int) -> None:  # noqa: ARG002
-        """Transform all rows: telling OpenCV of the empty ones keeps it from Intel's library."""
+        """Transform all rows: given the number of rows, OpenCV does not call Intel's library."""
         cv2.dft(picture, dst=picture)
 
     def inverse(self, spectrum: NDArray[np.float32]) -> float:
-        """Leave the division by the size, which would take time, to the caller."""
+        """Leave the division by the size to the caller, to save time."""
         cv2.dft(spectrum, dst=spectrum, flags=cv2.DFT_INVERSE)
         return float(spectrum.size)
 
 
 class ScipyTransform:
     """
-    pocketfft, which scipy contains: first along the rows, then down the columns.
+    pocketfft, part of scipy: first along the rows, then down the columns.
 
-    ``scipy.fftpack`` packs a real line as OpenCV does, and in place; ``scipy.fft`` would allocate.
+    ``scipy.fftpack`` packs a real line like OpenCV and works in place; ``scipy.fft`` allocates.
     """
 
     def __init__(self) -> None:
@@ -75,7 +75,7 @@ class ScipyTransform:
         Raises
         ------
         MissingDependencyError
-            It is not installed.
+            scipy is not installed.
 
         """
         try:
@@ -84,7 +84,7 @@ class ScipyTransform:
             self._real: Any = importlib.import_module('scipy.fftpack')
         except ImportError as error:
             raise MissingDependencyError(
-                'the transforms of scipy are asked for, and scipy is not installed: install'
+                'transform is scipy, but scipy is not installed: install'
                 ' python3-scipy (apt) or scipy (pip), or set transform to auto') from error
 
     @property
@@ -93,13 +93,13 @@ class ScipyTransform:
         return f'scipy {self._version}'
 
     def forward(self, picture: NDArray[np.float32], rows: int) -> None:
-        """Transform the rows that are not empty, and all columns."""
+        """Transform the rows that are not empty, then all columns."""
         self._real.rfft(picture[:rows], axis=1, overwrite_x=True)
         self._real.rfft(_ends(picture), axis=0, overwrite_x=True)
         self._complex.fft(_pairs(picture), axis=0, overwrite_x=True)
 
     def inverse(self, spectrum: NDArray[np.float32]) -> float:
-        """Transform all columns, and all rows."""
+        """Transform all columns, then all rows."""
         self._complex.ifft(_pairs(spectrum), axis=0, overwrite_x=True)
         self._real.irfft(_ends(spectrum), axis=0, overwrite_x=True)
         self._real.irfft(spectrum, axis=1, overwrite_x=True)
@@ -120,8 +120,7 @@ def opencv_has_intels() -> bool:
     """
     Return whether OpenCV was built with Intel's library.
 
-    Whether that is in use at the moment (it can be switched off) does not matter: what is chosen
-    must not depend on it.
+    It may be disabled at run time. That is ignored, because the choice must not depend on it.
     """
     return hasattr(cv2, 'ipp') and cv2.ipp.getIppVersion() != 'disabled'
 
@@ -136,13 +135,13 @@ def scipy_is_installed() -> bool:
 
 
 def transform_hint(library: TransformLibrary) -> str:
-    """Return what would make ``library`` faster, empty where nothing is known to."""
+    """Return how to make ``library`` faster; empty if no faster choice is known."""
     transform = find_transform(library)
     if isinstance(transform, ScipyTransform) or opencv_has_intels():
         return ''
     if library is TransformLibrary.OPENCV and scipy_is_installed():
-        return 'scipy transforms twice as fast as this OpenCV: set transform to auto'
-    return ('scipy transforms twice as fast as this OpenCV: install python3-scipy (apt) or scipy'
+        return 'scipy is twice as fast as this OpenCV: set transform to auto'
+    return ('scipy is twice as fast as this OpenCV: install python3-scipy (apt) or scipy'
             ' (pip)')
 
 
@@ -151,13 +150,12 @@ def find_transform(library: TransformLibrary = TransformLibrary.AUTO) -> Transfo
     """
     Return the transforms of ``library``.
 
-    What AUTO stands for depends on what is installed, and on nothing else: one installation gives
-    the same shifts at all times.
+    AUTO depends only on what is installed, so one installation always gives the same shifts.
 
     Raises
     ------
     MissingDependencyError
-        scipy is asked for and is not installed.
+        ``library`` is SCIPY, and scipy is not installed.
 
     """
     if library is TransformLibrary.SCIPY:

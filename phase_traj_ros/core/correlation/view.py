@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Which part of a frame is correlated, and at which scale."""
+"""The part of a frame that is correlated, and its scale."""
 
 from dataclasses import dataclass
 import math
@@ -18,7 +18,7 @@ class View:
     Raises
     ------
     ValueError
-        A band is empty or reaches beyond the frame, or the decimation is below 1.
+        A band is empty or extends beyond the frame, or the decimation is below 1.
 
     """
 
@@ -27,7 +27,7 @@ class View:
     columns: tuple[float, float] = (0.0, 1.0)
     """First and last column, as fractions of the width from the left of the upright picture."""
     decimation: int = 1
-    """Pixels of the frame, in each direction, averaged into one."""
+    """Size of the squares of pixels that are averaged into one."""
     rotate_180: bool = False
     """Whether the camera is mounted upside down."""
 
@@ -36,19 +36,19 @@ class View:
         for name, (begin, end) in (('rows', self.rows), ('columns', self.columns)):
             if not 0.0 <= begin < end <= 1.0:
                 raise ValueError(
-                    f'{name} from {begin} to {end}: give two fractions of the frame, the first'
-                    ' one smaller')
+                    f'{name} from {begin} to {end}: give two fractions of the frame, the smaller'
+                    ' one first')
         if self.decimation < 1:
             raise ValueError(f'decimation is {self.decimation}: give at least 1')
 
     def of(self, frame: Frame) -> Frame:
         """
-        Return what is to be correlated of ``frame``, (h, w) of the same type.
+        Return the part of ``frame`` to correlate, (h, w) of the same type.
 
         It is a view of the frame, not a copy, unless it is decimated.
         """
         if frame.ndim != 2:
-            return frame  # the correlator says what is wrong with it
+            return frame  # the correlator raises the error
         first, last = _pixels(self._upright(self.rows), frame.shape[0], self.decimation)
         left, right = _pixels(self._upright(self.columns), frame.shape[1], self.decimation)
         band = frame[first:last, left:right]
@@ -60,7 +60,7 @@ class View:
         return cast('Frame', cv2.resize(band, size, interpolation=cv2.INTER_AREA))
 
     def full_shift(self, shift: Shift) -> Shift:
-        """Return a shift measured in this view in pixels of the full, upright frame."""
+        """Convert a shift measured in this view to pixels of the full, upright frame."""
         scale = -self.decimation if self.rotate_180 else self.decimation
         return Shift(shift.dx * scale, shift.dy * scale, shift.response)
 
@@ -69,6 +69,6 @@ class View:
 
 
 def _pixels(band: tuple[float, float], length: int, multiple: int) -> tuple[int, int]:
-    """Return the pixels of a band, as many as a multiple allows."""
+    """Return the first and last pixel of a band; their distance is a multiple of ``multiple``."""
     first, last = math.floor(band[0] * length + 0.5), math.floor(band[1] * length + 0.5)
     return first, first + (last - first) // multiple * multiple

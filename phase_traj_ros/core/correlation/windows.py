@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Windows that taper a frame towards its edges, so that the edges do not correlate."""
+"""Windows that taper a frame towards its borders, so that the borders do not correlate."""
 
 from enum import Enum
 from typing import cast
@@ -8,21 +8,21 @@ from typing import cast
 import numpy as np
 from numpy.typing import NDArray
 
-# Share of a side that the Tukey window tapers (both ends together).
+# Share of a side that the Tukey window tapers, both ends together.
 _TUKEY_TAPER = 0.25
 
 
 class Window(Enum):
     """
-    Taper of a frame before its transform; separable, the same form along rows and columns.
+    Taper of a frame before its transform; separable, equal along rows and columns.
 
-    All are sampled at the pixels' centres, so that no row or column is multiplied by zero.
+    All windows are sampled at the centres of the pixels: no row or column is multiplied by 0.
     """
 
     SQRT_HANN = 'sqrt_hann'
-    """Half a sine wave; what ``cv2.createHanningWindow`` makes, too."""
+    """Half a sine wave, the same as ``cv2.createHanningWindow``."""
     HANN = 'hann'
-    """A raised cosine: less leakage, and less of the frame used."""
+    """A raised cosine: less leakage, but it uses less of the frame."""
     TUKEY = 'tukey'
     """Flat, with a cosine taper over the outer eighth at each end."""
 

@@ -7,9 +7,9 @@ import math
 
 import numpy as np
 from numpy.typing import NDArray
+from phase_traj_ros.core.calibration.field_of_view import FieldOfView, FieldOfViewEstimator
 from phase_traj_ros.core.calibration.self_calibration import SelfCalibration
 from phase_traj_ros.core.camera.estimate import CameraEstimate
-from phase_traj_ros.core.camera.field_of_view import FieldOfView, FieldOfViewEstimator
 from phase_traj_ros.core.camera.in_use import CameraInUse
 from phase_traj_ros.core.camera.lens import Lens, LensOrigin
 from phase_traj_ros.core.camera.model import CameraModel

@@ -23,6 +23,9 @@ _STOP = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 10, 0.03)
 # a block says nothing, and above which it is as good as any.
 _NO_TEXTURE = 1e-4
 _GOOD_TEXTURE = 3e-3
+# Least share of the smaller eigenvalue in the larger one. Below, a block shows an edge alone, and
+# how it moves along that cannot be seen: in a bend, the kerb stays where it is in the picture.
+_NO_EDGE = 0.1
 # A block that moves less, in pixels, where the world must have moved, may be fixed to the camera;
 # one that moves more is not. So fast does either become certain.
 _STILL = 0.3
@@ -77,6 +80,12 @@ class BlockGrid:
             seen = counts[np.rint(y).astype(int), np.rint(x).astype(int)]
             y, x = y[seen], x[seen]
         self._middles = np.stack([x, y], axis=1).astype(np.float32)
+        # Where the blocks are in a flattened picture, and what their gradients are taken from.
+        reach = np.arange(-(_BLOCK[0] // 2) - 1, _BLOCK[0] // 2 + 2)
+        row, column = (
+            np.clip(np.rint(middle)[:, None].astype(int) + reach, 0, side - 1)
+            for middle, side in ((y, height), (x, width)))
+        self._pixels = row[:, :, None] * width + column[:, None, :]
         self._fixed = np.zeros(len(x))
         self._open = np.ones(len(x), np.bool_)
 
@@ -123,8 +132,18 @@ class BlockGrid:
             flags=cv2.OPTFLOW_USE_INITIAL_FLOW | cv2.OPTFLOW_LK_GET_MIN_EIGENVALS)
         moved = (found - self._middles).astype(np.float64)
         weight = np.minimum(texture.ravel() / _GOOD_TEXTURE, 1.0)
-        weight = np.where((state.ravel() == 1) & self._open & ~self.fixed, weight, 0.0)
-        return BlockShifts(moved[:, 0], moved[:, 1], weight)
+        told = (state.ravel() == 1) & self._open & ~self.fixed & self._corners(previous)
+        return BlockShifts(moved[:, 0], moved[:, 1], np.where(told, weight, 0.0))
+
+    def _corners(self, picture: NDArray[np.uint8]) -> NDArray[np.bool_]:
+        """Return which blocks show more than an edge, (N,)."""
+        pixels = picture.ravel()[self._pixels].astype(np.float32)
+        x = (pixels[:, 1:-1, 2:] - pixels[:, 1:-1, :-2]).reshape(len(pixels), -1)
+        y = (pixels[:, 2:, 1:-1] - pixels[:, :-2, 1:-1]).reshape(len(pixels), -1)
+        xx, xy, yy = (np.einsum('ij,ij->i', *pair) for pair in ((x, x), (x, y), (y, y)))
+        # The product of the eigenvalues against the square of their sum.
+        return np.asarray(
+            (1.0 + _NO_EDGE) ** 2 * (xx * yy - xy * xy) > _NO_EDGE * (xx + yy) ** 2, np.bool_)
 
     def learn(self, shifts: BlockShifts, must_move: NDArray[np.bool_]) -> None:
         """

@@ -50,6 +50,11 @@ class Travel:
     scale: float = 0.0
 
     @property
+    def known(self) -> bool:
+        """Return whether there is a distance at all, be it measured, bridged or given."""
+        return self.state is not TravelState.UNKNOWN
+
+    @property
     def own_variance(self) -> float:
         """Return the part of the variance that has nothing to do with other pairs."""
         shares = self.swing ** 2 + self.tilt ** 2 + self.scale ** 2

@@ -1,3 +1,3 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""One source replayed with all its results, and many of them in parallel."""
+"""Replays one source with all its results, or many sources in parallel."""

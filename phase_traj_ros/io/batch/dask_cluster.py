@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Jobs on a Dask cluster."""
+"""Runs jobs on a Dask cluster."""
 
 from __future__ import annotations
 
@@ -18,22 +18,22 @@ def run_on_dask(
     on_progress: Callable[[float], object] = lambda done: None,
 ) -> Generator[Outcome, None, None]:
     """
-    Yield the outcomes of all jobs, as the workers of a cluster have done them.
+    Yield the outcomes of all jobs in the order in which the workers of a cluster finish them.
 
     Each worker needs this package, and the sources and the folder of results under the same
-    paths. The scheduler gives the job of a worker that dies to another one, as often as its
-    setting ``distributed.scheduler.allowed-failures`` says; after that it is reported.
+    paths. If a worker dies, the scheduler gives its job to another one, as often as the setting
+    ``distributed.scheduler.allowed-failures`` permits. After that, the job is reported as failed.
 
     Parameters
     ----------
     jobs
-        What there is to do.
+        The jobs to run.
     address
-        The scheduler's, such as tcp://host:8786.
+        Address of the scheduler, such as tcp://host:8786.
     run
-        What does a job; a function that the workers can import.
+        Runs a job; a function that the workers can import.
     on_progress
-        Is called with the number of jobs done.
+        Called with the number of finished jobs.
 
     Raises
     ------
@@ -62,7 +62,7 @@ def run_on_dask(
             raise ParameterError(
                 f'dask at {address}: the scheduler has no workers; start some with dask-worker'
             ) from None
-        # Not pure: the same source is replayed again if it is asked for again.
+        # Not pure: a source that is requested again is replayed again.
         futures = {client.submit(run, job, pure=False): job for job in jobs}
         try:
             for number, future in enumerate(as_completed(futures)):

@@ -1,12 +1,13 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""One source replayed, with all the results that are wanted of it."""
+"""Replays one source and writes the requested results."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import closing, ExitStack
 from dataclasses import dataclass
+from enum import Enum
 from pathlib import Path
 from typing import Final
 
@@ -35,42 +36,58 @@ from phase_traj_ros.parameters import Parameters
 
 REPORT: Final = 'report.html'
 
-# Files of a replay's folder that not every replay writes: those of an older one have to go.
+# Files in a replay's folder that not every replay writes: those of an earlier one are removed.
 _OPTIONAL = (REPORT, 'trajectory.svg', 'turns.png', 'turns.svg')
+
+
+class Pass(Enum):
+    """Which time the frames of a source are gone through; the value names it to the user."""
+
+    ONLY = ''
+    FIRST = 'pass 1 of 2: learning the camera'
+    SECOND = 'pass 2 of 2'
+
+
+Through = Callable[[Iterable[StampedFrame], Pass], Iterable[StampedFrame]]
+"""Takes the frames of a pass and yields them, as a progress bar does."""
+
+
+def _straight(frames: Iterable[StampedFrame], _: Pass) -> Iterable[StampedFrame]:
+    return frames
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Wanted:
     """
-    Which results are written, and where.
+    The results to write, and where.
 
     Raises
     ------
     ParameterError
-        The choices do not go together.
+        The choices contradict each other.
 
     """
 
     output: Path | None = None
     """Folder of the codes, shifts, trajectory and pictures."""
     svg: bool = False
-    """Whether the pictures are written as SVG, too."""
+    """Whether the pictures are also written as SVG."""
     report: bool = False
-    """Whether report.html is written, too."""
+    """Whether report.html is written."""
     bag_out: Path | None = None
-    """Bag of all that the node would publish."""
+    """Bag with all messages that the node would publish."""
     bag_debug_images: bool = False
-    """Whether the debug images are in it."""
+    """Whether the bag contains the debug images."""
     animation: Path | None = None
-    """Animated GIF."""
+    """File of the animated GIF."""
 
     def __post_init__(self) -> None:
-        """Check that the choices go together."""
+        """Check the combination of the choices."""
         for name, chosen in (('report', self.report), ('svg', self.svg)):
             if chosen and self.output is None:
                 raise ParameterError(f'{name} writes into the output folder: give output')
         if self.bag_debug_images and self.bag_out is None:
-            raise ParameterError('bag_debug_images is about the bag of bag_out: give bag_out')
+            raise ParameterError('bag_debug_images needs a bag to write them to: give bag_out')
         for name, path, suffix in (
                 ('bag_out', self.bag_out, SUFFIX), ('animation', self.animation, '.gif')):
             if path is not None and path.suffix != suffix:
@@ -80,22 +97,22 @@ class Wanted:
 def replay_source(
     source: FrameSource, parameters: Parameters, wanted: Wanted, *, title: str,
     watchers: Sequence[Watcher] = (),
-    through: Callable[[Iterable[StampedFrame]], Iterable[StampedFrame]] = iter,
+    through: Through = _straight,
     speed_topic: str = DEFAULT_SPEED_TOPIC, one_pass: bool = False,
 ) -> Replay:
     """
-    Replay a source and write what is wanted, each file and folder whole or not at all.
+    Replay a source and write the results, each file and folder completely or not at all.
 
-    ``title`` is the source's name, for the report. ``watchers`` see the frames and what they add,
-    too; ``through`` takes the frames and yields them, as a progress bar does. ``speed_topic`` is
-    the bag's topic of speeds, where the parameters ask for them.
+    ``title`` is the name of the source in the report. ``watchers`` receive the frames and their
+    results in the last pass. ``speed_topic`` is the bag's topic of speeds, used if the parameters
+    ask for it.
 
-    A camera that nothing is known of is learned from a first pass over all frames, unless
-    ``one_pass`` has it learned on the way, as the node does.
+    An unknown camera is learned in a first pass over all frames. With ``one_pass`` it is learned
+    during the replay instead, as in the node.
 
     Raises
     ------
-    PhaseTrajError
+    The source cannot be read, a result cannot be written, or a package is missing.
         The source cannot be read, a result cannot be written, or a package is missing.
 
     """
@@ -117,23 +134,26 @@ def replay_source(
                 source=source.description, debug_images=wanted.bag_debug_images)))
         frames = KeptFrames(source)
         lens = known_lens(source, parameters)
+        last = Pass.ONLY
         if lens is None and not one_pass and parameters.learns_camera:
+            last = Pass.SECOND
             with closing(frames.keeping()) as first:
-                lens = learned_lens(through(first), parameters, source.description)
+                lens = learned_lens(
+                    through(first, Pass.FIRST), parameters, source.description)
         speeds = source.speeds(speed_topic) if parameters.use_speed_topic else ()
         with closing(frames.once()) as again:
             result = replay(
-                through(again), parameters, source=source.description, watchers=seen,
+                through(again, last), parameters, source=source.description, watchers=seen,
                 lens=lens, speeds=speeds)
         for output in outputs:
-            # All outputs are open: a fault in writing one of them is not a fault of another.
+            # All outputs are open; an error of one must not be attributed to another.
             with writing_to(output.target):
                 output.write(result)
     return result
 
 
 class _Folder:
-    """What goes into the folder of --output."""
+    """The results in the folder of --output."""
 
     def __init__(
         self, staging: Path, target: Path, wanted: Wanted, title: str, parameters: Parameters,
@@ -167,7 +187,7 @@ class _Folder:
 
 
 class _Gif:
-    """The animated picture of --animation."""
+    """The animated GIF of --animation."""
 
     def __init__(self, staged: Path, target: Path, animation: Animation) -> None:
         self.target = target

@@ -1,12 +1,12 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Many sources, each replayed on its own: what there is to do, and how it went."""
+"""The jobs of a batch of sources, and their outcomes."""
 
 from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum
 from itertools import count
 from pathlib import Path
@@ -15,9 +15,10 @@ import time
 
 import cv2
 import numpy as np
+from phase_traj_ros.core import LengthUnit, Way
 from phase_traj_ros.core.reliability import Reliability
 from phase_traj_ros.errors import OutputError, PhaseTrajError
-from phase_traj_ros.io.batch.job import replay_source, Wanted
+from phase_traj_ros.io.batch.job import Pass, replay_source, Wanted
 from phase_traj_ros.io.replay.overview import turn_marks
 from phase_traj_ros.io.replay.run import Replay
 from phase_traj_ros.io.sources.base import DEFAULT_SPEED_TOPIC, StampedFrame
@@ -26,12 +27,12 @@ from phase_traj_ros.io.sources.selection import EVERYTHING, Selection
 from phase_traj_ros.parameters import Parameters
 
 _LONGEST_NAME = 80
-# By how much a route may be off, as a share of its size: the summary draws it 40 pixels wide.
+# Tolerance of a thinned route, as a share of its size: the summary draws it 40 pixels wide.
 _ROUTE_DETAIL = 1 / 80
 
 
 class Status(Enum):
-    """How a source fared."""
+    """Result of the replay of a source."""
 
     OK = 'ok'
     FAILED = 'failed'
@@ -40,13 +41,13 @@ class Status(Enum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Job:
-    """One source to replay; it can be sent to another process or another machine."""
+    """A source to replay. It can be sent to another process or machine."""
 
     source: Path
     root: Path
-    """Folder of the whole batch, which exists."""
+    """Folder of the whole batch. It exists."""
     folder: str
-    """Name of this source's folder in it."""
+    """Name of the folder of this source in ``root``."""
     parameters: Parameters
     topic: str | None = None
     speed_topic: str = DEFAULT_SPEED_TOPIC
@@ -56,7 +57,7 @@ class Job:
     svg: bool = False
     report: bool = False
     bag_name: str | None = None
-    """Name of the bag of results in the folder; None for no bag."""
+    """Name of the result bag in the folder; None for no bag."""
     bag_debug_images: bool = False
 
     @property
@@ -66,7 +67,7 @@ class Job:
 
     @property
     def wanted(self) -> Wanted:
-        """Return which results are written."""
+        """Return the results to write."""
         bag = None if self.bag_name is None else self.output / self.bag_name
         return Wanted(
             output=self.output, svg=self.svg, report=self.report, bag_out=bag,
@@ -75,7 +76,7 @@ class Job:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Outcome:
-    """How a job went."""
+    """Outcome of a job."""
 
     source: str
     folder: str
@@ -83,40 +84,46 @@ class Outcome:
     frames: int = 0
     turns: int = 0
     reliability: Reliability | None = None
-    """Whether the result can be relied upon; None without one."""
+    """Whether the result is reliable; None without a result."""
     seconds: float = 0.0
-    """That the work took."""
+    """Duration of the work."""
     error: str = ''
-    """What went wrong, in one line."""
+    """Error message, in one line."""
     route: tuple[tuple[float, float], ...] = ()
-    """The drawn path, thinned for a small picture, in its unit, REP 103 axes."""
+    """The drawn path, thinned for a thumbnail, in its unit, REP 103 axes."""
+    way: Way = field(default_factory=Way)
+    """Distance travelled; without pairs if no distance is measured."""
+    length_unit: LengthUnit = LengthUnit.METRE
+    """Unit of the distance."""
 
 
 Progress = Callable[[int, 'int | None'], object]
-"""Takes the number of frames done and of those to expect; an exception stops the job."""
+"""Takes the number of frames done and expected; an exception stops the job."""
 
 
 def run_job(job: Job, progress: Progress | None = None) -> Outcome:
-    """Replay one source; whatever goes wrong with it is told in the outcome."""
+    """Replay one source; return any error in the outcome."""
     began = time.monotonic()
     try:
         result = _replay(job, progress)
     except PhaseTrajError as error:
         return failure(job, str(error), seconds=time.monotonic() - began)
-    # One source, however broken, must not stop the others.
+    # A broken source must not stop the others.
     except Exception as error:
         return failure(
             job, f'{type(error).__name__}: {error}', seconds=time.monotonic() - began)
     return Outcome(
         source=str(job.source), folder=job.folder, status=Status.OK, frames=result.frames,
         turns=len(turn_marks(result)), reliability=result.reliability,
-        seconds=time.monotonic() - began, route=_route(result))
+        seconds=time.monotonic() - began, route=_route(result),
+        way=result.way,
+        length_unit=result.parameters.length_unit)
 
 
 def failure(
     job: Job, error: str, *, seconds: float = 0.0, status: Status = Status.FAILED,
 ) -> Outcome:
-    """Return the outcome of a job that was not done."""
+    """Return the outcome of a job that failed or was not run."""
     return Outcome(
         source=str(job.source), folder=job.folder, status=status, seconds=seconds,
         error=' '.join(error.split()))
@@ -124,10 +131,10 @@ def failure(
 
 def folder_names(sources: Iterable[Path], *, taken: Sequence[str] = ()) -> list[str]:
     """
-    Return a folder name for each source, unlike one another also where case does not count.
+    Return a unique folder name for each source, unique also if case is ignored.
 
-    It is the source's name, after that of its parent where several have the same, and numbered
-    where that does not tell them apart.
+    It is the name of the source. Equal names are prefixed with the name of the parent folder,
+    and numbered if they are still equal.
     """
     places = [_named(source) for source in sources]
     often = Counter(_name_of(place).lower() for place in places)
@@ -147,7 +154,7 @@ def folder_names(sources: Iterable[Path], *, taken: Sequence[str] = ()) -> list[
 
 
 def remove_leftovers(jobs: Iterable[Job]) -> None:
-    """Remove what killed processes were about to write; the jobs must be over."""
+    """Remove the unfinished files of killed processes, once the jobs are over."""
     for job in jobs:
         for staging in job.output.glob('.phase_traj-*'):
             shutil.rmtree(staging, ignore_errors=True)
@@ -156,7 +163,7 @@ def remove_leftovers(jobs: Iterable[Job]) -> None:
 
 
 def _named(source: Path) -> Path:
-    """Return a path whose last part is a name: '.' and '..' are none."""
+    """Return a path whose last part is a name, unlike '.' and '..'."""
     return source if source.name not in ('', '..') else source.resolve()
 
 
@@ -170,18 +177,18 @@ def _clean(name: str) -> str:
 
 
 def _replay(job: Job, progress: Progress | None) -> Replay:
-    # Made by whoever starts the batch. A worker must not make it: it would take it away again
-    # if its source fails, or write where nobody looks.
+    # The process that starts the batch creates this folder. A worker must not: it would remove it
+    # again if its source fails, or write to a folder of its own machine.
     if not job.root.is_dir():
         raise OutputError(
-            f'the folder {job.root} is not there: a cluster has to share it between its machines')
+            f'the folder {job.root} does not exist: the machines of a cluster have to share it')
     with open_source(
             job.source, topic=job.topic, selection=job.selection, fps=job.fps) as source:
         passes = 2 if job.parameters.learns_camera and not job.one_pass else 1
         total = None if source.frame_count is None else passes * source.frame_count
         done = count()
 
-        def counted(frames: Iterable[StampedFrame]) -> Iterator[StampedFrame]:
+        def counted(frames: Iterable[StampedFrame], _: Pass) -> Iterator[StampedFrame]:
             for frame in frames:
                 if progress is not None:
                     progress(next(done), total)
@@ -193,7 +200,7 @@ def _replay(job: Job, progress: Progress | None) -> Replay:
 
 
 def _route(result: Replay) -> tuple[tuple[float, float], ...]:
-    """Return as few points of the drawn path as show it in a small picture."""
+    """Return the drawn path, thinned to the points that a thumbnail needs."""
     path = np.array([(0, 0), *((each.tip.x, each.tip.y) for each in result.updates)], np.float32)
     finest = float(np.ptp(path, axis=0).max()) * _ROUTE_DETAIL
     points = cv2.approxPolyDP(path.reshape(-1, 1, 2), finest, closed=False)

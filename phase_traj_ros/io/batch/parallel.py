@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Jobs in parallel processes, none of which can take another job down with it."""
+"""Runs jobs in parallel processes, isolated from each other."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ import cv2
 from phase_traj_ros.io.batch.many import failure, Job, Outcome, Progress, run_job
 
 ATTEMPTS: Final = 2
-"""How often a job is tried whose process dies."""
+"""How often a job is tried if its process dies."""
 
 _POLL_S = 0.1
-# What a slot and its process tell each other. Plain numbers without a lock: a process that is
-# killed while it holds a lock would never give it back.
+# Shared memory between a slot and its process. Plain numbers without a lock: a process that is
+# killed while it holds a lock would never release it.
 _DONE, _EXPECTED, _STOP = range(3)
 
 Run = Callable[[Job, Progress], Outcome]
@@ -34,22 +34,22 @@ def run_parallel(
     on_progress: Callable[[float], object] = lambda done: None,
 ) -> Generator[Outcome, None, None]:
     """
-    Yield the outcomes of all jobs, as they are done, in whatever order that is.
+    Yield the outcomes of all jobs in the order in which they finish.
 
-    Each worker is a process of its own that knows nothing of the others. Where one dies (killed,
-    or out of memory), its job is tried once more in a new process, and then reported. Closing
-    the generator stops all jobs after the frame they are at.
+    Each worker is a separate process. If one dies (killed, or out of memory), its job is tried
+    once more in a new process, and then reported as failed. Closing the generator stops all jobs
+    after their current frame.
 
     Parameters
     ----------
     jobs
-        What there is to do.
+        The jobs to run.
     workers
-        Processes at a time, at least 1.
+        Number of parallel processes, at least 1.
     run
-        What does a job; a function that other processes can import.
+        Runs a job; a function that other processes can import.
     on_progress
-        Is called, some times a second, with the number of jobs done, in fractions.
+        Called several times a second with the number of finished jobs, including fractions.
 
     """
     todo: SimpleQueue[Job] = SimpleQueue()
@@ -76,7 +76,7 @@ def run_parallel(
 
 
 class _Slot:
-    """A thread with a process of its own, which does one job after the other."""
+    """A thread with its own process, which runs one job after the other."""
 
     def __init__(
         self, todo: SimpleQueue[Job], done: SimpleQueue[Outcome], run: Run,
@@ -91,12 +91,12 @@ class _Slot:
 
     @property
     def fraction(self) -> float:
-        """Return how much of the job under way is done."""
+        """Return the finished share of the current job."""
         expected = self._cells[_EXPECTED]
         return min(self._cells[_DONE] / expected, 0.99) if expected else 0.0
 
     def stop(self) -> None:
-        """Ask the job under way to end with the next frame, and take no other."""
+        """Stop the current job at the next frame, and start no other."""
         self._cells[_STOP] = 1
 
     def join(self) -> None:
@@ -123,7 +123,7 @@ class _Slot:
                 return self._executor().submit(_in_worker, self._run, job).result()
             except BrokenProcessPool:
                 self._pool = None
-            # What cannot be sent to the process, or comes back from it broken.
+            # The job or its outcome cannot be transferred.
             except Exception as error:
                 return failure(job, f'{type(error).__name__}: {error}')
         return failure(
@@ -138,7 +138,7 @@ class _Slot:
 
 
 class _Stopped(BaseException):
-    """Leaves a job, through everything that handles errors."""
+    """Leaves a job, past all error handlers."""
 
 
 _cells: Any = None
@@ -148,7 +148,7 @@ def _begin_worker(cells: Any) -> None:
     """Prepare a worker process."""
     global _cells
     _cells = cells
-    # The process that started this one decides when to stop, and says so in the cells.
+    # The parent process decides when to stop, and signals it in the shared memory.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     Thread(target=_follow_parent, daemon=True).start()
     cv2.setNumThreads(1)

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A table of how a batch went, as CSV and as HTML."""
+"""The summary of a batch as a table, in CSV and HTML."""
 
 from collections.abc import Sequence
 import csv
@@ -28,20 +28,21 @@ from phase_traj_ros.io.results.report.page import (
 CSV_NAME: Final = 'summary.csv'
 HTML_NAME: Final = 'summary.html'
 COLUMNS: Final = (
-    'source', 'folder', 'status', 'frames', 'turns', 'seconds', 'error', 'reliable', 'reasons')
+    'source', 'folder', 'status', 'frames', 'turns', 'seconds', 'error', 'reliable', 'reasons',
+    'distance', 'distance_unit', 'distance_states')
 
-# Of the square that a route is drawn in.
+# Side of the square in which a route is drawn.
 _SIDE = 40
 
 
 def write_summary(outcomes: Sequence[Outcome], directory: Path) -> None:
     """
-    Write summary.csv and summary.html, a row per source, each whole or not at all.
+    Write summary.csv and summary.html, one row per source, each completely or not at all.
 
     Raises
     ------
     OutputError
-        They cannot be written.
+        A file cannot be written.
 
     """
     with (output_file(directory / CSV_NAME) as path,
@@ -59,7 +60,17 @@ def _row(outcome: Outcome) -> list[str]:
         outcome.source, outcome.folder, outcome.status.value, str(outcome.frames),
         str(outcome.turns), f'{outcome.seconds:.2f}', outcome.error,
         '' if found is None else str(found.reliable).lower(),
-        '' if found is None else ' '.join(found.words)]
+        '' if found is None else ' '.join(found.words),
+        *_way_cells(outcome)]
+
+
+def _way_cells(outcome: Outcome) -> tuple[str, str, str]:
+    way = outcome.way
+    if not way.pairs:
+        return '', '', ''
+    return (
+        f'{way.distance:.1f}', outcome.length_unit.value,
+        ' '.join(f'{state.value}:{count}' for state, count in way.states.items()))
 
 
 def _page(outcomes: Sequence[Outcome], directory: Path) -> str:
@@ -78,13 +89,13 @@ def _page(outcomes: Sequence[Outcome], directory: Path) -> str:
         ]),
         'sources': table(
             [_cells(outcome, directory) for outcome in outcomes], head=('', *COLUMNS),
-            numbers=(4, 5, 6), kind='routes'),
+            numbers=(4, 5, 6, 10), kind='routes'),
     })
 
 
 def _cells(outcome: Outcome, directory: Path) -> list[Cell]:
     cells: list[Cell] = [_route(outcome), *_row(outcome)]
-    # Nothing is loaded: these are links to follow.
+    # The links are not loaded; the user follows them.
     for page in (REPORT, 'trajectory.png'):
         if outcome.status is Status.OK and (directory / outcome.folder / page).exists():
             address = escape(quote(f'{outcome.folder}/{page}'))
@@ -98,7 +109,7 @@ def _cells(outcome: Outcome, directory: Path) -> list[Cell]:
 
 
 def _route(outcome: Outcome) -> Markup:
-    """Return the drawn path as a small picture, its start heading up."""
+    """Return a thumbnail of the drawn path, its start heading up."""
     if not outcome.route:
         return Markup('')
     points = normalised(to_axes(np.array(outcome.route, np.float64), Axes.FIGURE))

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""How good a replay's turns, heading, codes and drawing are, measured against the truth."""
+"""Scores the turns, heading, codes and path of a replay against the ground truth."""
 
 from __future__ import annotations
 
@@ -31,14 +31,14 @@ from phase_traj_ros.io.evaluation.scores import (
 @dataclass(frozen=True, slots=True)
 class DirectionScore:
     """
-    The direction codes against the true heading, quantised in the same way.
+    The direction codes compared with the true heading, quantised in the same way.
 
     agreement
-        Share of the frames at which both directions are the same.
+        Share of the frames at which both directions are equal.
     changes, true_changes
         The sequences of left and right turns (0 and 2) that the codes make.
     same_changes
-        Whether they are the same.
+        Whether both sequences are equal.
     """
 
     agreement: float
@@ -50,33 +50,33 @@ class DirectionScore:
 @dataclass(frozen=True, slots=True)
 class ShapeError:
     """
-    Distance of the drawn path from the true one, as a share of the latter's longer side.
+    Distance of the drawn path from the true one, as a share of the longer side of the true path.
 
-    Root mean square over the frames, after the similarity transform that fits them best. None
-    where there is nothing to draw it from.
+    Root mean square over the frames, after the similarity transform that fits best. None if there
+    is no such path.
     """
 
     codes: float | None
     heading: float | None
     path: float | None
-    """Of the path as the replay has written it: from either, or in metres by the speed."""
+    """Of the path as written by the replay: from codes or heading, or in metres by the speed."""
 
 
 @dataclass(frozen=True, slots=True)
 class PathErrors:
     """
-    Errors of the path as the replay has written it, in the plane.
+    Errors of the path as written by the replay, in the plane.
 
-    All but ``ate_scaled_m`` take a path in metres, and are None for any other.
+    All but ``ate_scaled_m`` need a path in metres, and are None for any other.
 
     distance_error_percent
-        By how much its length is too long, negative if too short.
+        Error of its length, negative if the path is too short.
     t_rel_percent, r_rel_deg_per_100m
-        Mean errors gained on parts of 100, 200, ... 800 m, see ``relative_errors``; None, too,
-        where the drive is shorter than the shortest part.
+        Mean errors over parts of 100, 200, ... 800 m, see ``relative_errors``. Also None if the
+        drive is shorter than the shortest part.
     ate_m, ate_scaled_m
         Root mean square distance from the true path, after the best fit by a rotation and a
-        translation; after one that also scales the path.
+        translation, and after the best fit that also scales the path.
     """
 
     distance_error_percent: float | None = None
@@ -88,10 +88,10 @@ class PathErrors:
 
 @dataclass(frozen=True, slots=True)
 class Evaluation:
-    """All figures of one replay; None where the replay does not hold what they take."""
+    """All scores of one replay; None where the replay lacks the data."""
 
     frames: int
-    """Frames that the truth covers."""
+    """Frames that the ground truth covers."""
     length_m: float
     turns: TurnScore | None
     direction: DirectionScore
@@ -100,7 +100,7 @@ class Evaluation:
     path_errors: PathErrors
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the figures as they stand in ``evaluation.json``."""
+        """Return the scores in the form of ``evaluation.json``."""
         content = asdict(self)
         of_the_path = content.pop('path_errors')
         return {**content, 'scored_in': 'plane', **of_the_path}
@@ -108,12 +108,12 @@ class Evaluation:
 
 def evaluate(drive: ReplayedDrive, truth: GroundTruth) -> tuple[Evaluation, MatchedTruth]:
     """
-    Return the figures of a replay, and the truth at its frames.
+    Return the scores of a replay, and the ground truth at its frames.
 
     Raises
     ------
     ResultError
-        The truth does not cover the replay.
+        The ground truth does not cover the replay.
 
     """
     true = match(truth, drive.stamps_ns)
@@ -141,7 +141,7 @@ def evaluate(drive: ReplayedDrive, truth: GroundTruth) -> tuple[Evaluation, Matc
 def write_evaluation(
     evaluation: Evaluation, path: Path, *, source: str, ground_truth: str,
 ) -> None:
-    """Write the figures as JSON; docs/reference/files.md lists the keys."""
+    """Write the scores as JSON; docs/reference/files.md lists the keys."""
     content = {'source': source, 'ground_truth': ground_truth, **evaluation.as_dict()}
     path.write_text(json.dumps(content, indent=2) + '\n', encoding='utf-8')
 
@@ -170,7 +170,7 @@ def _direction_score(drive: ReplayedDrive, true: MatchedTruth) -> DirectionScore
     for heading, rate in zip(true.headings[1:].tolist(), rates.tolist()):
         there.append(codes.update(heading, rate).direction)
     found = drive.direction_at[true.frames]
-    # The truth starts with the direction forward wherever it starts.
+    # The ground truth starts with the direction forward, at whichever frame it starts.
     offset = found[0] - drive.directions.FORWARD
     changes = _changes(drive.movement[frame - 1] for frame in true.frames[1:].tolist())
     true_changes = _changes(codes.movement)

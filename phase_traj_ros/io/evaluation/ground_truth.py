@@ -1,9 +1,9 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
 """
-True trajectories: KITTI poses or TUM, as headings and places on the ground.
+Ground truth in KITTI or TUM format, as headings and positions on the ground.
 
-Whatever axes a file uses, what comes out starts at the origin with the heading 0, in REP 103 axes
+Whatever the axes of the file, the result starts at the origin with heading 0, in REP 103 axes
 (x forward, y left, yaw counter-clockwise) and metres.
 """
 
@@ -20,11 +20,11 @@ from phase_traj_ros.io.sources.times_file import read_times, TIMES_FILE
 
 _KITTI_COLUMNS, _TUM_COLUMNS = 12, 8
 _NANO = 1_000_000_000
-# How far from a rotation the 3 x 3 part of a KITTI pose, or a quaternion's length, may be.
+# Tolerance of the 3 x 3 part of a KITTI pose as a rotation, and of a quaternion's length.
 _TOLERANCE = 0.02
-# A frame may lie this far outside the time of the truth, seconds.
+# A frame may be this far outside the time of the ground truth, in seconds.
 _OUTSIDE = 0.05
-# The axes of a body (forward, up), as columns of its rotation matrix with their signs.
+# Axes of a body (forward, up): column of its rotation matrix, and sign.
 _ROS_BODY = ((0, 1.0), (2, 1.0))
 _OPTICAL_BODY = ((2, 1.0), (1, -1.0))
 
@@ -32,14 +32,14 @@ _OPTICAL_BODY = ((2, 1.0), (1, -1.0))
 @dataclass(frozen=True, slots=True, eq=False)
 class GroundTruth:
     """
-    A true trajectory, re-based to its first pose.
+    A true trajectory relative to its first pose.
 
     headings
-        (N,) radians, left positive, not wrapped, 0 at the first pose.
+        (N,) radians, positive to the left, not wrapped, 0 at the first pose.
     positions
         (N, 2) metres, x forward and y left of the first pose.
     stamps_ns
-        (N,) nanoseconds, or None where the file knows no times: then pose i is frame i.
+        (N,) nanoseconds, or None if the file has no times: then pose i belongs to frame i.
     """
 
     headings: NDArray[np.float64]
@@ -54,12 +54,12 @@ class GroundTruth:
 @dataclass(frozen=True, slots=True, eq=False)
 class MatchedTruth:
     """
-    What is true at the frames of a replay, re-based to the first of them.
+    The ground truth at the frames of a replay, relative to the first of them.
 
     frames
-        (M,) numbers of the frames that the truth covers, consecutive.
+        (M,) numbers of the frames that the ground truth covers, consecutive.
     stamps_ns, headings, positions
-        Of these frames: nanoseconds, radians, metres as in ``GroundTruth``.
+        At these frames: nanoseconds, radians, metres as in ``GroundTruth``.
     """
 
     frames: NDArray[np.int64]
@@ -70,20 +70,20 @@ class MatchedTruth:
 
 def read_ground_truth(path: Path) -> GroundTruth:
     """
-    Return the trajectory of a file of KITTI poses or in the TUM format.
+    Read a file of KITTI poses or in the TUM format.
 
     - KITTI: lines of 12 numbers, the 3 x 4 matrix camera to world, of a camera with x to the
-      right, y down and z forward. If there is a ``times.txt`` of as many lines beside it, its
-      times belong to the poses; 13 numbers begin with the time.
-    - TUM: lines ``stamp x y z qx qy qz qw``, comments begin with #. Which axis of the body points
-      forward, x (ROS) or z (a camera's), is seen from how it moves.
+      right, y down and z forward. If there is a ``times.txt`` of as many lines beside it, it
+      gives the times of the poses; with 13 numbers, the first is the time.
+    - TUM: lines ``stamp x y z qx qy qz qw``; comments begin with #. The motion decides which axis
+      of the body points forward, x (ROS) or z (a camera's).
 
-    The vertical is the axis of the world that is nearest to the vehicle's, so it may be any.
+    The vertical is the axis of the world nearest to the vehicle's, so any axis may be up.
 
     Raises
     ------
     SourceError
-        The file cannot be read, or is neither.
+        The file cannot be read, or has another format.
 
     """
     rows = _read_rows(path)
@@ -107,11 +107,11 @@ def read_ground_truth(path: Path) -> GroundTruth:
 
 def match(truth: GroundTruth, stamps_ns: NDArray[np.int64]) -> MatchedTruth:
     """
-    Return what is true at frames with the given stamps, rising.
+    Return the ground truth at frames with the given stamps, which rise.
 
-    With times, the truth is interpolated; where it shares no time with the frames at all (one
-    counts from an epoch, the other from 0), the first pose belongs to the first frame. Without
-    times, pose i belongs to frame i.
+    With times, the ground truth is interpolated. If its times do not overlap with those of the
+    frames at all (one counts from an epoch, the other from 0), the first pose belongs to the
+    first frame. Without times, pose i belongs to frame i.
 
     Raises
     ------
@@ -136,7 +136,7 @@ def match(truth: GroundTruth, stamps_ns: NDArray[np.int64]) -> MatchedTruth:
         (stamps_ns >= given[0] - margin) & (stamps_ns <= given[-1] + margin))
     if len(frames) < 2:
         raise ResultError('the ground truth covers fewer than two frames: is it of this drive?')
-    # Differences first: a float cannot hold the nanoseconds of an epoch.
+    # Differences first: a float cannot represent the nanoseconds of an epoch.
     at = (stamps_ns[frames] - given[0]) / _NANO
     times = (given - given[0]) / _NANO
     headings = np.interp(at, times, truth.headings)
@@ -189,7 +189,7 @@ def _stamps(path: Path, texts: list[str]) -> NDArray[np.int64]:
         stamps = [round(Decimal(text) * _NANO) for text in texts]
         values = np.array(stamps, np.int64)
     except (ArithmeticError, ValueError, OverflowError):
-        raise SourceError(f'{path}: the first column is no time in seconds') from None
+        raise SourceError(f'{path}: the first column is not a time in seconds') from None
     return _rising(path, values)
 
 
@@ -211,7 +211,7 @@ def _from_quaternions(path: Path, given: NDArray[np.float64]) -> NDArray[np.floa
     """Return the rotation matrices (N, 3, 3) of quaternions (N, 4), x y z w."""
     lengths = np.linalg.norm(given, axis=1)
     if (np.abs(lengths - 1.0) > _TOLERANCE).any():
-        raise SourceError(f'{path}: the last four columns are no quaternions of length 1')
+        raise SourceError(f'{path}: the last four columns are not quaternions of length 1')
     x, y, z, w = (given / lengths[:, None]).T
     rows = [
         [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
@@ -223,13 +223,13 @@ def _from_quaternions(path: Path, given: NDArray[np.float64]) -> NDArray[np.floa
 def _check_rotations(path: Path, rotations: NDArray[np.float64]) -> None:
     off = rotations @ rotations.transpose(0, 2, 1) - np.eye(3)
     if (np.abs(off) > _TOLERANCE).any() or (np.linalg.det(rotations) < 0).any():
-        raise SourceError(f'{path} holds matrices that are no rotations: are these KITTI poses?')
+        raise SourceError(f'{path} holds matrices that are not rotations: are these KITTI poses?')
 
 
 def _body(
     rotations: NDArray[np.float64], places: NDArray[np.float64],
 ) -> tuple[tuple[int, float], tuple[int, float]]:
-    """Return which axes of the body point forward and up, from how it moves."""
+    """Return which axes of the body point forward and up, judging by the motion."""
     steps = np.diff(places, axis=0)
     along_x, _, along_z = np.abs(np.einsum('ni,nij->nj', steps, rotations[:-1]).sum(axis=0))
     return _OPTICAL_BODY if along_z > along_x else _ROS_BODY

@@ -1,10 +1,10 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
 """
-Errors of odometry in metres: of the distance, and gained on parts of the drive.
+Errors of odometry in metres: of the distance, and over parts of the drive.
 
-All of it is in the plane. Scored in three dimensions, a planar path pays for each slope: a perfect
-one is then off by 1.4 to 2.5 %.
+All errors are in the plane. In three dimensions each slope would count as an error of a planar
+path: a perfect one would be off by 1.4 to 2.5 %.
 """
 
 from __future__ import annotations
@@ -16,22 +16,22 @@ from numpy.typing import NDArray
 from phase_traj_ros.io.evaluation.scores import way_along
 
 _LENGTHS_M = (100, 200, 300, 400, 500, 600, 700, 800)
-# Of drives shorter than this, parts of a lesser length count, too.
+# For shorter drives, shorter parts are included.
 _SHORT_DRIVE_M = 200.0
 _SHORT_M = 50
-# A part begins at every so many frames.
+# Number of frames between the starts of two parts.
 _EVERY = 10
 
 
 @dataclass(frozen=True, slots=True)
 class RelativeErrors:
     """
-    Mean errors gained on parts of a drive, as in KITTI's odometry benchmark, but in the plane.
+    Mean errors over parts of a drive, as in KITTI's odometry benchmark, but in the plane.
 
     translation
-        Distance between the end reached and the true end, as a share of the true way there.
+        Distance between the estimated and the true end of a part, as a share of its true length.
     rotation
-        Size of the heading's error at the end, in radians per metre of it.
+        Absolute error of the heading at the end of a part, in radians per metre of true length.
     """
 
     translation: float
@@ -40,9 +40,9 @@ class RelativeErrors:
 
 def distance_error(found: NDArray[np.float64], true: NDArray[np.float64]) -> float | None:
     """
-    Return by which share the way along positions (n, 2) is too long, negative if too short.
+    Return the relative error of the path length of positions (n, 2), negative if too short.
 
-    None where the true vehicle does not move.
+    None if the true vehicle does not move.
     """
     there = way_along(true)[-1]
     return float(way_along(found)[-1] / there - 1.0) if there > 0.0 else None
@@ -54,19 +54,19 @@ def relative_errors(
     """
     Return the mean errors over all parts of 100, 200, ... 800 m that begin at every 10th frame.
 
-    Where the drive is shorter than 200 m, parts of 50 m count, too. A part ends with the first
-    frame at which the true way has its length; the errors are shares of the true way up to there
-    (KITTI's own program takes the nominal length, which differs by half a step on average).
+    If the drive is shorter than 200 m, parts of 50 m are included. A part ends at the first frame
+    at which the true path has its length. The errors are shares of the true length up to there
+    (KITTI's own program divides by the nominal length, which differs by half a step on average).
 
     Parameters
     ----------
     found, true
-        (n, 3) x, y and yaw at the same frames, each in any frame of its own; metres and radians.
+        (n, 3) x, y and yaw at the same frames, each in its own frame; metres and radians.
 
     Returns
     -------
     RelativeErrors or None
-        None where the drive is shorter than the shortest part.
+        None if the drive is shorter than the shortest part.
 
     """
     way = way_along(true[:, :2])
@@ -78,7 +78,7 @@ def relative_errors(
     reached, turned = _moved(found, starts, ends)
     true_reached, true_turned = _moved(true, starts, ends)
     lengths = way[ends] - way[starts]
-    # Whole turns do not count.
+    # Modulo full turns.
     turn_error = np.abs(np.angle(np.exp(1j * (turned - true_turned))))
     return RelativeErrors(
         translation=float(np.mean(np.abs(reached - true_reached) / lengths)),
@@ -96,7 +96,7 @@ def _parts(way: NDArray[np.float64], length: float) -> NDArray[np.int64]:
 def _moved(
     poses: NDArray[np.float64], starts: NDArray[np.int64], ends: NDArray[np.int64],
 ) -> tuple[NDArray[np.complex128], NDArray[np.float64]]:
-    """Return where each part ends, x + iy as seen from its first pose, and what it has turned."""
+    """Return the end of each part, x + iy relative to its first pose, and its rotation."""
     place = poses[:, 0] + 1j * poses[:, 1]
     yaw = poses[:, 2]
     return (place[ends] - place[starts]) * np.exp(-1j * yaw[starts]), yaw[ends] - yaw[starts]

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The picture of an evaluation: the drawn trajectory beside the true one, and the headings."""
+"""The figure of an evaluation: the drawn trajectory beside the true one, and the headings."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
-from phase_traj_ros.core import Axes, normalised, to_axes
+from phase_traj_ros.core import Axes, LengthUnit, normalised, to_axes
 from phase_traj_ros.io.evaluation.evaluate import Evaluation, PathErrors
 from phase_traj_ros.io.evaluation.ground_truth import MatchedTruth
 from phase_traj_ros.io.evaluation.replayed_drive import ReplayedDrive
@@ -25,15 +25,16 @@ def write_evaluation_picture(
     drive: ReplayedDrive, true: MatchedTruth, evaluation: Evaluation, path: Path,
 ) -> None:
     """
-    Draw the true trajectory and the ones drawn from the codes and from the heading, side by side.
+    Draw the true trajectory and those drawn from the codes and from the heading, side by side.
 
-    Each is normalised, its start heading up; behind the drawn ones is the true one, where it fits
-    best. A path in metres is drawn in metres, too, with the true one where it fits best without
-    being scaled. Below are both headings over time, and where the true turns and the turns found
-    are.
+    Each is normalised with its start heading up. The true one is drawn behind the others, at the
+    best fit. A path in metres is also drawn in metres, with the true one at the best fit without
+    scaling; a path in camera heights with the true one at the best fit. Below are both headings
+    over time, and the spans of the true and the found turns.
     """
     by_heading = drive.drawn_from_heading()
-    columns = 4 if drive.metric else 3
+    as_written = drive.path is not None and drive.unit is not LengthUnit.STEP
+    columns = 4 if as_written else 3
     figure = new_figure(11 / 3 * columns, 6.5 if drive.heading is not None else 4)
     rows = 2 if drive.heading is not None else 1
     grid = figure.add_gridspec(rows, columns, height_ratios=(1.5, 1)[:rows])
@@ -47,10 +48,13 @@ def write_evaluation_picture(
             _draw_path(
                 figure.add_subplot(grid[0, column]), drawn[true.frames],
                 f'drawn from the {name}{note}', behind=true.positions)
-    if drive.path is not None and drive.metric:
-        _draw_in_metres(
-            figure.add_subplot(grid[0, 3]), drive.path[true.frames], true.positions,
-            evaluation.path_errors)
+    if drive.path is not None and as_written:
+        plot, drawn = figure.add_subplot(grid[0, 3]), drive.path[true.frames]
+        if drive.metric:
+            _draw_in_metres(plot, drawn, true.positions, evaluation.path_errors)
+        else:
+            note = '' if shapes.path is None else f', off by {shapes.path:.1%}'
+            _draw_path(plot, drawn, f'in {drive.unit.value}{note}', behind=true.positions)
     if drive.heading is not None:
         _draw_headings(figure.add_subplot(grid[1, :]), drive, true, drive.heading)
     save(figure, path)

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What a replay's directory holds of a drive, read back."""
+"""Reads the results of a replay from its directory."""
 
 from __future__ import annotations
 
@@ -18,6 +18,7 @@ from phase_traj_ros.core.codes.codes import Direction, Movement
 from phase_traj_ros.core.codes.freeman import AnyDirection, Freeman
 from phase_traj_ros.core.heading.turns import Turn
 from phase_traj_ros.core.path.trajectory import vertices
+from phase_traj_ros.core.path.way import LengthUnit
 from phase_traj_ros.core.status import PairStatus
 from phase_traj_ros.errors import ResultError
 
@@ -27,25 +28,25 @@ _NO_STEP = frozenset(status.value for status in PairStatus if not status.judged)
 @dataclass(frozen=True, slots=True, eq=False)
 class ReplayedDrive:
     """
-    What a replay's directory holds of a drive, as far as it can be compared with the truth.
+    The results of a replay, as far as they can be compared with the ground truth.
 
     stamps_ns
-        (n,) of the frames.
+        (n,) stamps of the frames, nanoseconds.
     movement, direction
         The codes.
     status
         One per pair.
     connectivity
-        In how many directions the codes have quantised the heading, 4 or 8.
+        Number of directions of the codes, 4 or 8.
     heading
-        (n,) radians, left positive, not wrapped; None where the replay did not measure it.
+        (n,) radians, positive to the left, not wrapped; None if the replay did not measure it.
     turns
-        The turns found; None likewise.
+        The turns found; None if the replay did not measure the heading.
     poses
-        (n, 3) x, y and yaw as they stand in ``trajectory.tum``, in REP 103 axes, the yaw in
-        radians and wrapped; None where that file is missing.
-    metric
-        Whether there are poses and x and y are metres.
+        (n, 3) x, y and yaw as in ``trajectory.tum``, in REP 103 axes, the yaw in radians and
+        wrapped; None if that file is missing.
+    unit
+        Unit of x and y of the poses.
     """
 
     source: str
@@ -57,16 +58,21 @@ class ReplayedDrive:
     heading: NDArray[np.float64] | None
     turns: tuple[Turn, ...] | None
     poses: NDArray[np.float64] | None
-    metric: bool
+    unit: LengthUnit
+
+    @property
+    def metric(self) -> bool:
+        """Return whether there are poses, in metres."""
+        return self.poses is not None and self.unit is LengthUnit.METRE
 
     @property
     def path(self) -> NDArray[np.float64] | None:
-        """Return the places of the poses, (n, 2)."""
+        """Return the positions of the poses, (n, 2)."""
         return None if self.poses is None else self.poses[:, :2]
 
     @property
     def directions(self) -> type[Direction] | type[Freeman]:
-        """Return which directions there are."""
+        """Return the type of the directions."""
         return Freeman if self.connectivity == 8 else Direction
 
     @property
@@ -82,13 +88,13 @@ class ReplayedDrive:
         return np.array(found, np.int64)
 
     def drawn_from_codes(self) -> NDArray[np.float64]:
-        """Return where the path drawn from the codes has got to at each frame, (n, 2)."""
+        """Return the path drawn from the codes, as the position at each frame, (n, 2)."""
         steps = np.array([movement is not Movement.NO_CHANGE for movement in self.movement])
         reached = np.concatenate([[0], np.cumsum(steps)])
         return np.asarray(vertices(self.direction, codes=self.directions)[reached])
 
     def drawn_from_heading(self) -> NDArray[np.float64] | None:
-        """Return the same with a unit step along the measured heading, in REP 103 axes."""
+        """Return the path with a unit step along the measured heading, (n, 2), REP 103 axes."""
         if self.heading is None:
             return None
         length = np.array([status not in _NO_STEP for status in self.status], np.float64)
@@ -99,12 +105,12 @@ class ReplayedDrive:
 
 def read_replay(directory: Path) -> ReplayedDrive:
     """
-    Return what ``phase_traj replay --output`` has written to a directory.
+    Read what ``phase_traj replay --output`` has written to a directory.
 
     Raises
     ------
     ResultError
-        It has not, or the files do not fit together.
+        The directory does not contain a replay, or its files do not belong together.
 
     """
     try:
@@ -114,7 +120,6 @@ def read_replay(directory: Path) -> ReplayedDrive:
         heading = content.get('heading_deg')
         connectivity = int(content.get('connectivity', 4))
         directions = Freeman if connectivity == 8 else Direction
-        poses = _read_poses(directory)
         drive = ReplayedDrive(
             source=str(content['source']),
             stamps_ns=np.array([int(content['first_stamp_ns']), *stamps], np.int64),
@@ -123,8 +128,8 @@ def read_replay(directory: Path) -> ReplayedDrive:
             status=tuple(content['status']), connectivity=connectivity,
             heading=None if heading is None else np.radians(
                 np.array(heading, np.float64).reshape(-1)),
-            turns=_read_turns(content.get('turns')), poses=poses,
-            metric=poses is not None and _is_metric(content))
+            turns=_read_turns(content.get('turns')), poses=_read_poses(directory),
+            unit=_read_unit(content))
     except OSError as error:
         raise ResultError(
             f'{directory} does not hold a replay ({error.strerror}: {error.filename}): replay'
@@ -142,7 +147,7 @@ def read_replay(directory: Path) -> ReplayedDrive:
             and all(each is None or len(each) == pairs + 1
                     for each in (drive.heading, drive.poses))):
         raise ResultError(
-            f'{directory}: chain_code.json, shifts.csv and trajectory.tum do not fit together:'
+            f'{directory}: chain_code.json, shifts.csv and trajectory.tum do not belong together:'
             ' replay again')
     return drive
 
@@ -156,12 +161,13 @@ def _read_poses(directory: Path) -> NDArray[np.float64] | None:
     return np.stack([x, y, 2 * np.arctan2(qz, qw)], axis=1)
 
 
-def _is_metric(content: Mapping[str, Any]) -> bool:
+def _read_unit(content: Mapping[str, Any]) -> LengthUnit:
     unit = content.get('path_unit')
-    if unit is None:
-        # Written before there was this key; of speeds from a topic, nothing was kept.
-        return content.get('path_from') == 'heading' and float(content.get('speed') or 0.0) > 0
-    return bool(unit == 'm')
+    if unit is not None:
+        return LengthUnit(unit)
+    # Written by a version without this key; it did not store speeds from a topic.
+    metric = content.get('path_from') == 'heading' and float(content.get('speed') or 0.0) > 0
+    return LengthUnit.METRE if metric else LengthUnit.STEP
 
 
 def _read_turns(turns: Iterable[Mapping[str, Any]] | None) -> tuple[Turn, ...] | None:

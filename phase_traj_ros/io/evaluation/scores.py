@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Figures that tell how right turns, headings and drawn paths are, given the truth."""
+"""Scores of turns, headings and drawn paths against the ground truth."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 from phase_traj_ros.core.heading.turns import find_turns, MIN_ANGLE_DEG, Turn
 from phase_traj_ros.io.evaluation.ground_truth import MatchedTruth
 
-# Turns this close to the least angle, to either side, count neither way.
+# Turns within this margin of the smallest angle of a turn are not scored.
 _MARGIN_DEG = 5.0
-# A turn may be found by so much earlier or later than it is, nanoseconds.
+# Tolerance of the time of a turn, in nanoseconds.
 _TOLERANCE_NS = 1_000_000_000
 _STRETCH_M = 100.0
 
@@ -23,16 +23,16 @@ _STRETCH_M = 100.0
 @dataclass(frozen=True, slots=True)
 class TurnScore:
     """
-    The turns found against the true ones.
+    The turns found, compared with the true ones.
 
     precision
-        Share of the turns found that are true; 1 where none was found.
+        Share of the turns found that are true; 1 if none was found.
     recall
-        Share of the true turns that were found; 1 where there are none.
+        Share of the true turns that were found; 1 if there are none.
     found, true
-        How many there are of each, without those that count neither way.
+        Numbers of turns, without those that are not scored.
     angle_error_deg
-        Root mean square of the angles' errors, of the turns found that are true.
+        Root mean square error of the angles of the correct turns.
     """
 
     precision: float
@@ -45,14 +45,14 @@ class TurnScore:
 @dataclass(frozen=True, slots=True)
 class HeadingError:
     """
-    Errors of the heading in degrees, which is 0 at the first frame in both.
+    Errors of the heading in degrees; both headings are 0 at the first frame.
 
     rms, end, max
-        Root mean square over the frames, at the last one (with its sign), the largest.
+        Root mean square over the frames, error at the last one (with its sign), largest error.
     per_100m
-        Mean size of the error gained on stretches of 100 m (on all of a shorter drive, scaled).
+        Mean absolute error over stretches of 100 m (a shorter drive is scaled to 100 m).
     per_frame_rms
-        Root mean square of the error gained from frame to frame.
+        Root mean square of the error from frame to frame.
     """
 
     rms: float
@@ -63,16 +63,16 @@ class HeadingError:
 
 
 def true_turns(true: MatchedTruth) -> list[Turn]:
-    """Return the turns of the truth, those a little below the least angle included."""
+    """Return the true turns, including those slightly below the smallest angle of a turn."""
     return find_turns(
         true.stamps_ns.tolist(), true.headings.tolist(), min_angle_deg=MIN_ANGLE_DEG - _MARGIN_DEG)
 
 
 def turn_score(found: Sequence[Turn], true: MatchedTruth) -> TurnScore:
     """
-    Return how the turns found go with the true ones.
+    Compare the turns found with the true ones.
 
-    Those near the least angle are neither missed nor invented.
+    Turns near the smallest angle count neither as missed nor as invented.
     """
     begin, end = true.stamps_ns[[0, -1]].tolist()
     covered = [turn for turn in found if begin <= turn.end_ns and turn.start_ns <= end]
@@ -82,7 +82,7 @@ def turn_score(found: Sequence[Turn], true: MatchedTruth) -> TurnScore:
         index for index, turn in enumerate(there) if abs(turn.angle_deg) >= clear]
     partners = _partners(covered, there)
     right = sum(index in clear_there for index in partners.values())
-    # Of a turn of which the truth knows a part only, it cannot be said that it is wrong.
+    # A turn that the ground truth covers only in part cannot be called wrong.
     wrong = sum(
         number not in partners and abs(turn.angle_deg) >= clear
         and begin <= turn.start_ns and turn.end_ns <= end
@@ -97,7 +97,7 @@ def turn_score(found: Sequence[Turn], true: MatchedTruth) -> TurnScore:
 
 
 def heading_error(heading: NDArray[np.float64], true: MatchedTruth) -> HeadingError:
-    """Return the errors of a heading, (M,) radians at the frames of the truth."""
+    """Return the errors of a heading, (M,) radians at the frames of the ground truth."""
     error = np.degrees(heading - heading[0] - true.headings)
     return HeadingError(
         rms=_rms(error), end=float(error[-1]), max=float(np.abs(error).max()),
@@ -108,11 +108,11 @@ def aligned(
     points: NDArray[np.float64], target: NDArray[np.float64], *, scaled: bool = True,
 ) -> NDArray[np.float64]:
     """
-    Return points (n, 2) moved, turned and scaled, not mirrored, to fit the target (n, 2) best.
+    Fit points (n, 2) to the target (n, 2) by translation, rotation and scale; return them.
 
-    Without ``scaled`` they keep their size. The least squares solution of S. Umeyama,
-    "Least-squares estimation of transformation parameters between two point patterns", 1991,
-    written with complex numbers.
+    Without ``scaled`` they keep their size. They are not mirrored. This is the least-squares
+    solution of S. Umeyama, "Least-squares estimation of transformation parameters between two
+    point patterns", 1991, written with complex numbers.
     """
     source, wanted = (
         side[:, 0] + 1j * side[:, 1] for side in (points, target))
@@ -127,7 +127,7 @@ def aligned(
 
 
 def way_along(positions: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return how far it is along positions (n, 2) from the first to each of them, (n,)."""
+    """Return the path length from the first of positions (n, 2) to each of them, (n,)."""
     steps = np.hypot(*np.diff(positions, axis=0).T)
     return np.concatenate([[0.0], np.cumsum(steps)])
 
@@ -143,17 +143,17 @@ def absolute_error(
     points: NDArray[np.float64], true: NDArray[np.float64], *, scaled: bool = True,
 ) -> float:
     """
-    Return how far points (n, 2) are from the true ones after the best fit, root mean square.
+    Return the root mean square distance of points (n, 2) from the true ones after the best fit.
 
-    That is the absolute trajectory error (ATE), in the unit of the true ones; ``scaled`` as in
-    ``aligned``.
+    That is the absolute trajectory error (ATE), in the unit of the true points. ``scaled`` is as
+    in ``aligned``.
     """
     off = aligned(points, true, scaled=scaled) - true
     return _rms(np.hypot(off[:, 0], off[:, 1]))
 
 
 def _partners(found: Sequence[Turn], there: Sequence[Turn]) -> dict[int, int]:
-    """Return which turn found is which true one, to the same side and within a second."""
+    """Return the true turn for each turn found, by indices: same side, within the tolerance."""
     overlaps = sorted(
         ((_overlap_ns(turn, other), number, index)
          for number, turn in enumerate(found) for index, other in enumerate(there)
@@ -167,12 +167,12 @@ def _partners(found: Sequence[Turn], there: Sequence[Turn]) -> dict[int, int]:
 
 
 def _overlap_ns(turn: Turn, other: Turn) -> int:
-    """Return for how long both last, negative for how long there is neither between them."""
+    """Return how long two turns overlap, negative for the time between them."""
     return min(turn.end_ns, other.end_ns) - max(turn.start_ns, other.start_ns)
 
 
 def _per_100m(error: NDArray[np.float64], positions: NDArray[np.float64]) -> float | None:
-    """Return the mean size of the error gained on each stretch of 100 m."""
+    """Return the mean absolute error over stretches of 100 m."""
     way = way_along(positions)
     if way[-1] == 0.0:
         return None

@@ -1,3 +1,3 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""From compressed pictures to grey images."""
+"""Decodes compressed images to greyscale."""

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Compressed pictures to grey images."""
+"""Decodes compressed images to greyscale."""
 
 from typing import cast, Final, TypeAlias
 
@@ -16,20 +16,20 @@ from phase_traj_ros.io.images.header import (
 )
 
 GreyImage: TypeAlias = npt.NDArray[np.uint8] | npt.NDArray[np.uint16]
-"""A grey image, (H, W), uint8 or uint16."""
+"""A greyscale image, (H, W), uint8 or uint16."""
 
 DEFAULT_MAX_PIXELS: Final = 2 ** 26
-"""Largest picture that is decoded unless the caller says otherwise: 67 million pixels."""
+"""Default limit of the size of a decoded image: 67 million pixels."""
 
 
 def decode_picture(
     data: bytes, *, max_pixels: int = DEFAULT_MAX_PIXELS,
 ) -> tuple[GreyImage, PictureHeader]:
     """
-    Decode a JPEG or PNG picture to grey, (H, W), uint8, or uint16 for a PNG of 16 bits.
+    Decode a JPEG or PNG to greyscale, (H, W), uint8, or uint16 for a PNG of 16 bits.
 
-    Its header is returned, too. Raises FrameError, before anything is decoded, for another
-    container, for a picture of more than max_pixels pixels and for one that is cut off or damaged.
+    The header is returned as well. Raises FrameError, before decoding, if the container is not
+    supported, the image has more than max_pixels pixels, or it is cut off or damaged.
     """
     header = read_header(data)
     if header.width * header.height > max_pixels:
@@ -42,10 +42,10 @@ def decode_picture(
 
 def decode_picture_file(data: bytes) -> GreyImage:
     """
-    Decode the content of a picture file of any format that OpenCV reads.
+    Decode the content of an image file of any format that OpenCV reads.
 
-    JPEG and PNG are checked as decode_picture does; of the other formats OpenCV itself refuses
-    what is cut off. Raises FrameError.
+    JPEG and PNG are checked as in decode_picture. For the other formats, OpenCV itself rejects
+    data that is cut off. Raises FrameError.
     """
     if not data:
         raise FrameError('it is empty')
@@ -56,7 +56,7 @@ def decode_picture_file(data: bytes) -> GreyImage:
 
 
 def _decode(data: bytes) -> GreyImage:
-    """Let OpenCV decode to grey, keeping 16 bits."""
+    """Decode to greyscale with OpenCV, keeping 16 bits."""
     try:
         image = cv2.imdecode(
             np.frombuffer(data, np.uint8), cv2.IMREAD_GRAYSCALE | cv2.IMREAD_ANYDEPTH)
@@ -65,5 +65,5 @@ def _decode(data: bytes) -> GreyImage:
     if image is None:
         raise FrameError('OpenCV cannot decode it (cut off, damaged, or of an unknown format)')
     if image.ndim != 2 or image.dtype.name not in ('uint8', 'uint16'):
-        raise FrameError(f'its pixels are {image.dtype}; only 8 and 16 bit pictures can be used')
+        raise FrameError(f'its pixels are {image.dtype}; only 8 and 16 bits are supported')
     return cast('GreyImage', image)

@@ -1,10 +1,10 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
 """
-Size and wholeness of a JPEG or PNG picture, read without decoding it.
+Size and completeness of a JPEG or PNG image, read without decoding it.
 
-A few hundred bytes can claim a picture of gigabytes, and OpenCV fills what a truncated JPEG lacks
-with grey and only prints a warning; so both are found out here, before a decoder sees the data.
+A few hundred bytes can claim an image of gigabytes, and OpenCV fills the missing part of a
+truncated JPEG with grey and only prints a warning. So both are checked before decoding.
 
 Sources: ITU-T T.81 (JPEG), annex B; W3C PNG specification, clauses 5 and 11.
 """
@@ -19,8 +19,8 @@ from phase_traj_ros.errors import FrameError
 
 _JPEG_START = b'\xff\xd8\xff'
 _JPEG_END_MARKER = b'\xff\xd9'
-# What libjpeg skips between segments (padding 0xFF, stray bytes, stuffed zeros) is skipped too,
-# so that both see the same header.
+# libjpeg skips padding 0xFF, stray bytes and stuffed zeros between segments. They are skipped here
+# too, so that both find the same header.
 _JPEG_MARKER = re.compile(rb'\xff[^\x00\xff]', re.DOTALL)
 _JPEG_START_OF_FRAME = frozenset(range(0xC0, 0xD0)) - {0xC4, 0xC8, 0xCC}
 _JPEG_WITHOUT_LENGTH = frozenset({0x01, *range(0xD0, 0xD8)})
@@ -32,7 +32,7 @@ _PNG_CHANNELS = {0: 1, 2: 3, 3: 3, 4: 2, 6: 4}
 
 
 class Container(Enum):
-    """File format of a compressed picture; the value is its name for messages."""
+    """File format of a compressed image; the value is its name in messages."""
 
     JPEG = 'JPEG'
     PNG = 'PNG'
@@ -41,7 +41,7 @@ class Container(Enum):
 @dataclass(frozen=True, slots=True)
 class PictureHeader:
     """
-    What the header of a compressed picture says.
+    Content of the header of a compressed image.
 
     width and height are in pixels, channels counts the samples of a decoded pixel, and end is the
     offset in bytes of the first byte after the header.
@@ -55,7 +55,7 @@ class PictureHeader:
 
 
 def recognise(data: bytes) -> Container | None:
-    """Return the container whose signature data starts with, None if it is another."""
+    """Return the container whose signature data starts with; None for others."""
     if data.startswith(_JPEG_START):
         return Container.JPEG
     if data.startswith(_PNG_SIGNATURE):
@@ -65,9 +65,9 @@ def recognise(data: bytes) -> Container | None:
 
 def read_header(data: bytes) -> PictureHeader:
     """
-    Read the header of a JPEG or PNG picture.
+    Read the header of a JPEG or PNG image.
 
-    Raises FrameError for another container and for a header that is cut off or damaged.
+    Raises FrameError if the container is another one or the header is cut off or damaged.
     """
     container = recognise(data)
     if container is None:
@@ -81,10 +81,11 @@ def read_header(data: bytes) -> PictureHeader:
 
 def check_complete(data: bytes, header: PictureHeader) -> None:
     """
-    Raise FrameError if the picture whose header was read from data is cut off or damaged.
+    Check that the image whose header was read from data is complete.
 
-    A JPEG must have its end marker (what follows it is ignored: some cameras pad), a PNG all
-    chunks up to IEND, the critical ones with matching checksums.
+    A JPEG must have its end marker (data after it is ignored: some cameras pad), a PNG all chunks
+    up to IEND, the critical ones with matching checksums. Raises FrameError if it is cut off or
+    damaged.
     """
     if header.container is Container.JPEG:
         if data.rfind(_JPEG_END_MARKER, header.end) < 0:
@@ -143,7 +144,7 @@ def _check_png_chunks(data: bytes) -> None:
         end = position + 12 + length
         if end > len(data):
             break
-        # An upper-case first letter marks a chunk that a decoder cannot do without.
+        # An upper-case first letter marks a chunk that decoders require.
         critical = kind[:1].isupper()
         if critical and zlib.crc32(view[position + 4:end - 4]) != int.from_bytes(
                 view[end - 4:end], 'big'):

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Reads the file of a picture."""
+"""Reads an image file."""
 
 from pathlib import Path
 from typing import Final
@@ -10,11 +10,11 @@ from phase_traj_ros.io.images.decoding import decode_picture_file, GreyImage
 
 PICTURE_SUFFIXES: Final = (
     '.png', '.jpg', '.jpeg', '.bmp', '.tif', '.tiff', '.pgm', '.ppm', '.webp')
-"""What makes a file a picture, whatever the case."""
+"""Suffixes of image files, in any case."""
 
 
 def read_picture(path: Path) -> GreyImage:
-    """Return the picture as a grey image, (H, W); raises SourceError."""
+    """Return the image as greyscale, (H, W); raises SourceError if it cannot be read."""
     try:
         return decode_picture_file(path.read_bytes())
     except OSError as error:

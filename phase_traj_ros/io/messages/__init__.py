@@ -1,3 +1,3 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Between ROS messages and values, whichever library made the messages."""
+"""Converts ROS messages to values and back, for messages of any library."""

@@ -3,8 +3,8 @@
 """
 The calibration of a camera from a sensor_msgs/CameraInfo.
 
-Nothing here needs ROS: any object with the fields of the message will do, so those of rclpy and
-of rosbags both work. ROS 1 writes D, K and P where ROS 2 writes d, k and p.
+This module does not need ROS: it accepts any object with the fields of the message, such as those
+of rclpy and rosbags. ROS 1 writes D, K and P, ROS 2 d, k and p.
 
 Sources: the comments of sensor_msgs/CameraInfo and sensor_msgs/RegionOfInterest, REP 104.
 """
@@ -19,15 +19,15 @@ from phase_traj_ros.errors import CalibrationError
 CAMERA_INFO_TYPE: Final = 'sensor_msgs/msg/CameraInfo'
 """Name of the message type."""
 
-# The names of sensor_msgs/distortion_models, and the one that the calibrator of ROS 1 has written
-# for the last of them.
+# The names of sensor_msgs/distortion_models, and the name that the ROS 1 calibrator writes for the
+# last of them.
 _MODELS = {
     'plumb_bob': Distortion.BROWN,
     'rational_polynomial': Distortion.BROWN,
     'equidistant': Distortion.FISHEYE,
     'fisheye': Distortion.FISHEYE,
 }
-# Coefficients of the model of that name.
+# Number of coefficients of plumb_bob.
 _PLUMB_BOB = 5
 
 
@@ -53,14 +53,14 @@ class RegionOfInterest(Protocol):
 
 class CameraInfo(Protocol):
     """
-    The fields of sensor_msgs/CameraInfo that are used and have one name in ROS 1 and ROS 2.
+    The fields of sensor_msgs/CameraInfo that are used and have the same name in ROS 1 and ROS 2.
 
-    Besides, there are k or K (3x3), p or P (3x4), and d or D.
+    In addition there are k or K (3x3), p or P (3x4), and d or D.
     """
 
     @property
     def height(self) -> int:
-        """Rows of the picture that the camera was calibrated with."""
+        """Rows of the image that the camera was calibrated with."""
 
     @property
     def width(self) -> int:
@@ -72,20 +72,20 @@ class CameraInfo(Protocol):
 
     @property
     def binning_x(self) -> int:
-        """How many columns of the sensor make one of the image; 0 is 1."""
+        """Columns of the sensor per column of the image; 0 means 1."""
 
     @property
     def binning_y(self) -> int:
-        """How many rows make one."""
+        """Rows of the sensor per row of the image; 0 means 1."""
 
     @property
     def roi(self) -> RegionOfInterest:
-        """Which part of the sensor the image shows; all zero: everything."""
+        """Part of the sensor that the image covers; all zero means the whole sensor."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Axis:
-    """From pixels of the sensor to pixels of the image, along one of its axes."""
+    """Conversion from pixels of the sensor to pixels of the image, along one axis."""
 
     offset: int
     size: int
@@ -99,30 +99,30 @@ class _Axis:
         return focal / self.binning
 
     def centre(self, centre: float) -> float:
-        # The first pixel of the image has its centre in the middle of those it is made of.
+        # The centre of the first image pixel is in the middle of the sensor pixels it combines.
         return (centre - self.offset + 0.5) / self.binning - 0.5
 
 
 def camera_from_info(message: object, *, rectified: bool) -> CameraModel:
     """
-    Return the model of the camera for the images that a CameraInfo belongs to.
+    Return the camera model for the images that a CameraInfo belongs to.
 
-    K and P are for the whole sensor; the model is for the images as they come, of the region of
-    interest and binned. Distortion coefficients that are all zero are no distortion, unless the
-    model is equidistant.
+    K and P are for the whole sensor. The model is for the images as they arrive, i.e. after
+    cropping to the region of interest and binning. If all distortion coefficients are zero, there
+    is no distortion, unless the model is equidistant.
 
     Parameters
     ----------
     message
         A sensor_msgs/CameraInfo of rclpy or rosbags, of ROS 2 or ROS 1.
     rectified
-        Whether the images are rectified ones, which P describes, and have no distortion left;
-        otherwise K, D and distortion_model describe them.
+        Whether the images are rectified: P describes them, and they have no distortion.
+        Otherwise K, D and distortion_model describe them.
 
     Raises
     ------
     CalibrationError
-        The camera is not calibrated, its distortion model is unknown, or a value cannot be.
+        The camera is not calibrated, its distortion model is unknown, or a value is invalid.
 
     """
     try:
@@ -132,7 +132,7 @@ def camera_from_info(message: object, *, rectified: bool) -> CameraModel:
         name = info.distortion_model
         coefficients = _numbers(message, 'd')
     except (AttributeError, TypeError, ValueError) as error:
-        raise CalibrationError(f'this is no sensor_msgs/CameraInfo: {error}') from error
+        raise CalibrationError(f'this is not a sensor_msgs/CameraInfo: {error}') from error
     _check_matrix(matrix, rectified)
     distortion = Distortion.NONE
     if not rectified:
@@ -153,10 +153,10 @@ def camera_info_fields(
     camera: CameraModel, *, rectified: CameraModel | None = None,
 ) -> dict[str, object]:
     """
-    Return the fields of the CameraInfo for images as they come from ``camera``, but the header.
+    Return the fields of the CameraInfo, without the header, for images of ``camera``.
 
-    ``rectified`` is the model of the same images rectified, for P. Where it is not given and there
-    is no distortion, the images are rectified ones as they are.
+    ``rectified`` is the model of the same images after rectification, for P. If it is not given
+    and there is no distortion, the images count as rectified.
     """
     if rectified is None and camera.distortion is Distortion.NONE:
         rectified = camera
@@ -177,7 +177,7 @@ def camera_info_fields(
 
 
 def _numbers(message: object, name: str) -> tuple[float, ...]:
-    """Return the numbers of a field that ROS 1 writes in upper case."""
+    """Return the numbers of a field, whose name is upper case in ROS 1."""
     found = getattr(message, name, None)
     if found is None:
         found = getattr(message, name.upper())
@@ -193,7 +193,7 @@ def _axes(info: CameraInfo) -> tuple[_Axis, _Axis]:
     if x + width > info.width or y + height > info.height:
         raise CalibrationError(
             f'the region of interest of the camera_info, {width}x{height} pixels at ({x}, {y}),'
-            f' reaches beyond the {info.width}x{info.height} pixels it is calibrated for: correct'
+            f' extends beyond the {info.width}x{info.height} pixels it is calibrated for: correct'
             ' it, or give focal_px')
     return _Axis(x, width, info.binning_x or 1), _Axis(y, height, info.binning_y or 1)
 
@@ -204,7 +204,7 @@ def _check_matrix(matrix: tuple[float, ...], rectified: bool) -> None:
         raise CalibrationError(
             f'{name} of the camera_info has {len(matrix)} numbers, not {size}: correct it, or give'
             ' focal_px')
-    # What the message's comments tell its readers to look at.
+    # A test that the comments of the message definition recommend.
     if matrix[0] == 0.0:
         raise CalibrationError(
             f'the camera is not calibrated ({name}[0] of the camera_info is 0): calibrate it, or'
@@ -212,7 +212,7 @@ def _check_matrix(matrix: tuple[float, ...], rectified: bool) -> None:
 
 
 def _distortion(name: str, coefficients: tuple[float, ...]) -> Distortion:
-    """Return the kind of distortion that a name from sensor_msgs/distortion_models stands for."""
+    """Return the distortion model for a name of sensor_msgs/distortion_models."""
     found = _MODELS.get(name)
     if not any(coefficients) and (found is Distortion.BROWN or not name):
         return Distortion.NONE

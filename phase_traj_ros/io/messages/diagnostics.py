@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from enum import IntEnum
 
 from phase_traj_ros.core import Counters, LensOrigin, TrajectoryEstimator
-from phase_traj_ros.core.camera.field_of_view import FieldOfView, SURE
+from phase_traj_ros.core.calibration.field_of_view import FieldOfView, SURE
 from phase_traj_ros.core.camera.lens_family import PINHOLE
 from phase_traj_ros.core.correlation.transforms import find_transform
 from phase_traj_ros.core.heading.estimator import HeadingEstimator
@@ -59,6 +59,7 @@ class MeasurementReporter:
             if heading.field_of_view is not None:
                 values['field of view (deg)'] = described(heading.field_of_view)
                 wrong = _contradiction(heading, heading.field_of_view)
+        values.update(_way_values(estimator))
         pairs = counters.frames - self._counted.frames
         unusable = sum(
             getattr(counters, name) - getattr(self._counted, name) for name in _UNUSABLE)
@@ -79,6 +80,17 @@ class MeasurementReporter:
         return Report(level, message, {
             'frames': str(counters.frames), 'response (median)': f'{response:.3f}', **counted,
             **values})
+
+
+def _way_values(estimator: TrajectoryEstimator) -> dict[str, str]:
+    """Return how far it was and how that was found: nothing where no distance is measured."""
+    way, unit = estimator.way, estimator.settings.length_unit.value
+    if not way.pairs:
+        return {}
+    speed = 'unknown' if way.speed is None else f'{way.speed:.2f}'
+    return {
+        f'distance ({unit})': f'{way.distance:.1f}', f'speed ({unit}/s)': speed,
+        **{f'distance {state.value}': str(count) for state, count in way.states.items()}}
 
 
 def described(view: FieldOfView) -> str:

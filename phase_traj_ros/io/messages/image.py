@@ -1,10 +1,10 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
 """
-Image messages to grey images.
+Converts image messages to greyscale.
 
-Nothing here needs ROS: any object with the fields of sensor_msgs/Image or
-sensor_msgs/CompressedImage will do, so the messages of rclpy and of rosbags both work.
+This module does not need ROS: it accepts any object with the fields of sensor_msgs/Image or
+sensor_msgs/CompressedImage, such as the messages of rclpy and rosbags.
 """
 
 from dataclasses import dataclass
@@ -35,7 +35,7 @@ class ImageMessage(Protocol):
 
     @property
     def is_bigendian(self) -> int:
-        """Whether samples of 16 bits have their high byte first."""
+        """Whether samples of 16 bits are stored high byte first."""
 
     @property
     def step(self) -> int:
@@ -50,17 +50,17 @@ class CompressedImageMessage(Protocol):
     """
     The fields of sensor_msgs/CompressedImage that are used; data is any buffer of bytes.
 
-    Of format (not listed: linters take the name for the builtin) the part before the semicolon
-    counts, where image_transport writes the encoding before compression.
+    Also used is format (not declared here: linters mistake it for the builtin). Its part before
+    the semicolon is the encoding before compression, written by image_transport.
     """
 
     @property
     def data(self) -> object:
-        """Content of a picture file."""
+        """Content of an image file."""
 
 
 class _Conversion(Enum):
-    """How samples become grey."""
+    """How samples are converted to grey."""
 
     NONE = auto()
     COLOUR = auto()
@@ -71,9 +71,9 @@ class _Conversion(Enum):
 @dataclass(frozen=True, slots=True)
 class _Layout:
     """
-    Where the samples of an encoding are, and what turns them into grey.
+    Positions of the samples of an encoding, and their conversion to grey.
 
-    code is the cv2.cvtColor code of COLOUR and MOSAIC, the index of the luma sample for LUMA.
+    code is the cv2.cvtColor code for COLOUR and MOSAIC, the index of the luma sample for LUMA.
     """
 
     channels: int
@@ -97,7 +97,7 @@ def _mosaic(bits: int, code: int) -> _Layout:
 _UYVY = _Layout(2, 8, _Conversion.LUMA, 1)
 _YUY2 = _Layout(2, 8, _Conversion.LUMA, 0)
 
-# ROS names a mosaic by its first two rows from the corner on; OpenCV's old names start at the
+# ROS names a mosaic by its first two rows from the corner on; OpenCV's original names start at the
 # second pixel of the second row. Hence rggb is BG here, and so on.
 _LAYOUTS = {
     'mono8': _Layout(1, 8),
@@ -130,7 +130,7 @@ _LAYOUTS = {
 }
 
 ENCODINGS = tuple(_LAYOUTS)
-"""Names of the encodings that to_grey understands."""
+"""Names of the encodings that to_grey supports."""
 
 _MIN_MOSAIC_SIDE = 3
 
@@ -139,17 +139,17 @@ def to_grey(msg: ImageMessage) -> GreyImage:
     """
     Convert a raw image message to grey, (H, W), uint8, or uint16 for encodings of 16 bits.
 
-    A grey image comes back as a view of the message's data wherever it can: do not write to it,
-    and keep the message's data as it is while the image is used. Its rows may be padded, which
-    numpy and OpenCV both accept. Colours become luma as cv2.cvtColor has it; of YUV the luma is
-    taken as it is. The padding of the last row may be missing.
+    A grey image is returned as a view of the message's data if possible: do not write to it, and
+    keep the data unchanged while the image is in use. Rows may be padded, which numpy and
+    OpenCV both support. Colours are converted to luma as in cv2.cvtColor; the luma of YUV is
+    used as it is. The padding of the last row may be missing.
 
-    Raises FrameError if the encoding is not known or the fields contradict each other.
+    Raises FrameError if the encoding is unknown or the fields contradict each other.
     """
     layout = _LAYOUTS.get(msg.encoding)
     if layout is None:
         raise FrameError(
-            f'the image encoding {msg.encoding[:40]!r} is not known; known are '
+            f'the image encoding {msg.encoding[:40]!r} is unknown; known are '
             f'{", ".join(ENCODINGS)}')
     pixels = _samples(msg, layout)
     try:
@@ -170,11 +170,11 @@ def decode_compressed(
     """
     Decode a compressed image message to grey, (H, W), uint8, or uint16 for a PNG of 16 bits.
 
-    A mosaic that was compressed as it came from the sensor (the format field starts with its
-    encoding) is converted, too.
+    A mosaic that was compressed without conversion (the format field starts with its encoding)
+    is converted as well.
 
-    Raises FrameError if the data is not a whole JPEG or PNG picture, or one of more than
-    max_pixels pixels, which is found out before it is decoded.
+    Raises FrameError, before decoding, if the data is not a complete JPEG or PNG image or has
+    more than max_pixels pixels.
     """
     data = _buffer(msg.data).tobytes()
     name = str(getattr(msg, 'format', ''))
@@ -192,7 +192,7 @@ def decode_compressed(
 
 def msg_to_frame(msg: object, *, max_pixels: int = DEFAULT_MAX_PIXELS) -> GreyImage:
     """
-    Convert a raw or compressed image message, told apart by its fields, to a grey image.
+    Convert a raw or compressed image message to a grey image; its fields decide which it is.
 
     Raises FrameError as to_grey and decode_compressed do, and for any other message.
     """
@@ -219,7 +219,7 @@ def _buffer(data: object) -> npt.NDArray[np.uint8]:
 
 
 def _samples(msg: ImageMessage, layout: _Layout) -> GreyImage:
-    """Check the fields against each other, then view data as (H, W) or (H, W, C) samples."""
+    """Check the fields for consistency, then view data as (H, W) or (H, W, C) samples."""
     height, width, step = msg.height, msg.width, msg.step
     what = f'the {width}x{height} image of encoding {msg.encoding}'
     if height <= 0 or width <= 0:

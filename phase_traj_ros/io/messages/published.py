@@ -13,9 +13,9 @@ import math
 from typing import Any, Final
 
 import numpy as np
-from numpy.typing import NDArray
-from phase_traj_ros.core import Corner, Shift, TrajectoryEstimator, Update
-from phase_traj_ros.core.codes.text import describe
+from numpy.typing import ArrayLike, NDArray
+from phase_traj_ros.core import Corner, Shift, TrajectoryEstimator, Travel, Update
+from phase_traj_ros.core.codes.text import describe, describe_links
 from phase_traj_ros.core.path.odometry import Odometry
 from phase_traj_ros.io.messages.diagnostics import Level, Report
 from phase_traj_ros.parameters import NODE_NAME, Parameters
@@ -24,6 +24,8 @@ _NANOSECONDS = 10**9
 # Variances of what is not measured, and of the speed to the side, which a vehicle hardly has.
 _UNKNOWN = 1e6
 _SIDEWAYS = 0.01
+# Of x, y, z, roll, pitch and yaw: those that a vehicle on the ground has.
+_ON_THE_GROUND = np.ix_((0, 1, 5), (0, 1, 5))
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,9 +58,11 @@ HEADING: Final = (
 """What it makes them for where the heading is measured, too."""
 
 ODOMETRY: Final = Topic('odom', 'nav_msgs/msg/Odometry')
-"""What it makes them for where a speed is known, too."""
+SPEED: Final = Topic('speed', 'geometry_msgs/msg/TwistWithCovarianceStamped')
+"""What it makes them for where metres are known, too."""
 
 CHAIN_CODE: Final = Topic('chain_code', 'std_msgs/msg/String', latched=True)
+LINKS: Final = Topic('links', 'std_msgs/msg/String', latched=True)
 PATH: Final = Topic('path', 'nav_msgs/msg/Path', latched=True)
 DEBUG_IMAGE: Final = Topic('debug_image', 'sensor_msgs/msg/Image')
 
@@ -68,7 +72,12 @@ def pair_topics(parameters: Parameters) -> tuple[Topic, ...]:
     topics: tuple[Topic, ...] = PER_PAIR
     if parameters.measures_heading:
         topics += HEADING
-    return (*topics, ODOMETRY) if parameters.metric else topics
+    return (*topics, ODOMETRY, SPEED) if parameters.metric else topics
+
+
+def whole_topics(parameters: Parameters) -> tuple[Topic, ...]:
+    """Return the topics that ``Messages.of_all`` makes messages for with these parameters."""
+    return (CHAIN_CODE, PATH, LINKS) if parameters.code_step > 0 else (CHAIN_CODE, PATH)
 
 
 class Messages:
@@ -129,6 +138,11 @@ class Messages:
                 header=header, quaternion=self._yaw(update.heading.heading))
         if update.odometry is not None and wanted('odom'):
             yield 'odom', self.odometry(update.odometry, parameters.child_frame_id, header)
+        if update.odometry is not None and wanted('speed'):
+            # A twist is told in the frame of what moves.
+            yield 'speed', types['geometry_msgs/msg/TwistWithCovarianceStamped'](
+                header=self.header(update.stamp_ns, parameters.child_frame_id),
+                twist=self._twist(update.odometry))
         if update.camera is not None:
             yield 'camera', types['std_msgs/msg/String'](data=str(update.camera))
         for turn in update.turns if update.turns and wanted('turn') else ():
@@ -143,7 +157,7 @@ class Messages:
 
         It is the one standard message that has a stamp, names and words, so that what belongs to
         a pair stays together and can be synchronised with images. The direction is empty where
-        none is appended.
+        none is appended, the distance where it is not known.
         """
         step, shift = update.step, update.shift
         report = Report(Level.OK, update.status.value, {
@@ -152,6 +166,7 @@ class Messages:
             'dx': str(math.nan if shift is None else shift.dx),
             'dy': str(math.nan if shift is None else shift.dy),
             'response': str(_response(shift)),
+            **_distance_values(update.travel),
         })
         return self.diagnostics(
             {'pair': report}, node=NODE_NAME, hardware_id='', stamp=self.time(update.stamp_ns))
@@ -159,11 +174,16 @@ class Messages:
     def of_all(
         self, topic: Topic, estimator: TrajectoryEstimator, parameters: Parameters,
     ) -> Any:
-        """Return the message about all pairs so far that goes out on CHAIN_CODE or PATH."""
+        """Return the message about all pairs so far that goes out on one of ``whole_topics``."""
         if topic == CHAIN_CODE:
             text = describe(
                 estimator.codes, frames=estimator.frames, max_runs=parameters.chain_code_runs)
             return self._types['std_msgs/msg/String'](data=str(text))
+        if topic == LINKS:
+            assert estimator.links is not None
+            return self._types['std_msgs/msg/String'](data=str(describe_links(
+                estimator.links, unit=parameters.length_unit.value,
+                max_runs=parameters.chain_code_runs)))
         return self.path(
             estimator.path.points(parameters.max_path_poses), parameters.path_scale,
             self.header(estimator.last_stamp_ns or 0, parameters.frame_id))
@@ -222,16 +242,17 @@ class Messages:
             header=header, child_frame_id=child_frame_id,
             pose=types['geometry_msgs/msg/PoseWithCovariance'](
                 pose=self._pose(odometry.pose, 1.0),
-                covariance=_covariance(
-                    x=odometry.position_variance, y=odometry.position_variance,
-                    yaw=odometry.yaw_variance)),
-            twist=types['geometry_msgs/msg/TwistWithCovariance'](
-                twist=types['geometry_msgs/msg/Twist'](
-                    linear=types['geometry_msgs/msg/Vector3'](x=odometry.speed, y=0.0, z=0.0),
-                    angular=types['geometry_msgs/msg/Vector3'](
-                        x=0.0, y=0.0, z=odometry.yaw_rate)),
-                covariance=_covariance(
-                    x=odometry.speed_variance, y=_SIDEWAYS, yaw=odometry.yaw_rate_variance)))
+                covariance=_covariance(odometry.covariance)),
+            twist=self._twist(odometry))
+
+    def _twist(self, odometry: Odometry) -> Any:
+        types = self._types
+        return types['geometry_msgs/msg/TwistWithCovariance'](
+            twist=types['geometry_msgs/msg/Twist'](
+                linear=types['geometry_msgs/msg/Vector3'](x=odometry.speed, y=0.0, z=0.0),
+                angular=types['geometry_msgs/msg/Vector3'](x=0.0, y=0.0, z=odometry.yaw_rate)),
+            covariance=_covariance(np.diag(
+                [odometry.speed_variance, _SIDEWAYS, odometry.yaw_rate_variance])))
 
     def _pose(self, corner: Corner, scale: float) -> Any:
         types = self._types
@@ -253,10 +274,21 @@ class Messages:
         ])
 
 
+def _distance_values(travel: Travel | None) -> dict[str, str]:
+    known = travel if travel is not None and travel.known else None
+    return {
+        'distance': '' if known is None else str(known.distance),
+        'distance_variance': '' if known is None else str(known.variance),
+        'distance_state': '' if travel is None else travel.state.value,
+    }
+
+
 def _response(shift: Shift | None) -> float:
     return 0.0 if shift is None else shift.response
 
 
-def _covariance(*, x: float, y: float, yaw: float) -> NDArray[np.float64]:
-    """Return the 6 x 6 covariance (x, y, z, roll, pitch, yaw) of a motion on the ground."""
-    return np.diag([x, y, _UNKNOWN, _UNKNOWN, _UNKNOWN, yaw]).ravel()
+def _covariance(part: ArrayLike) -> NDArray[np.float64]:
+    """Return the covariance of a motion in space, (36,), of that on the ground: x, y and yaw."""
+    whole = np.diag([0.0, 0.0, _UNKNOWN, _UNKNOWN, _UNKNOWN, 0.0])
+    whole[_ON_THE_GROUND] = part
+    return whole.ravel()

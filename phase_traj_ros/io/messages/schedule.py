@@ -1,88 +1,96 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""When what is published, live and in a bag written offline."""
+"""When messages are published, by the node and into a bag written offline."""
 
 from typing import Final
 
 from phase_traj_ros.core import Movement, Update
-from phase_traj_ros.io.messages.published import CHAIN_CODE, PATH, Topic
+from phase_traj_ros.core.codes.freeman import AnyDirection
+from phase_traj_ros.io.messages.published import CHAIN_CODE, LINKS, PATH, Topic, whole_topics
+from phase_traj_ros.parameters import Parameters
 
 CHAIN_CODE_PERIOD_NS: Final = 10**9
-"""The chain code's text goes out when the movement changes, else at most this often."""
+"""The texts of the codes are published when the newest code changes, else at most this often."""
 
 DIAGNOSTICS_PERIOD_NS: Final = 10**9
-"""The diagnostics go out this often."""
+"""Period of the diagnostics."""
 
 
 class Pace:
-    """Lets news out at once, but at most once a period; times are of any one clock."""
+    """Limits a message to one per period, and sends the first at once; any clock will do."""
 
     def __init__(self, period_ns: int) -> None:
-        """Make a pace that has let nothing out yet."""
+        """Make a pace without anything to send."""
         self._period_ns = period_ns
         self._due_ns: int | None = None
         self._pending = False
 
     def changed(self, *, urgent: bool = False) -> None:
-        """Note that there is news; what is urgent does not wait for the period to end."""
+        """Record that there is new content; urgent content does not wait for the period to end."""
         self._pending = True
         if urgent:
             self._due_ns = None
 
     def sent(self, now_ns: int) -> None:
-        """Note that all there is has gone out."""
+        """Record that all content has been sent."""
         self._pending = False
         self._due_ns = now_ns + self._period_ns
 
     @property
     def pending(self) -> bool:
-        """Return whether there is news that has not gone out."""
+        """Return whether there is content that has not been sent."""
         return self._pending
 
     def is_due(self, now_ns: int) -> bool:
-        """Return whether there is news and it may go out now."""
+        """Return whether there is content, and it may be sent now."""
         return self._pending and (self._due_ns is None or now_ns >= self._due_ns)
 
 
 class Schedule:
     """
-    Says when the chain code's text and the path go out.
+    Decides when the texts of the codes and the path are published.
 
-    Both go out only when there is news: the text when the movement changes, else at most once a
-    second; the path at most at ``path_rate``. Times are in nanoseconds, of any one clock.
+    They are published only if they have changed: the texts when the movement or the direction of
+    the links changes, else at most once a second; the path at most at ``path_rate``. Times are in
+    nanoseconds, of any one clock.
     """
 
-    def __init__(self, path_rate: float) -> None:
-        """Make a schedule that has let nothing out yet; ``path_rate`` is in Hz."""
-        self._paces = {
-            CHAIN_CODE: Pace(CHAIN_CODE_PERIOD_NS), PATH: Pace(round(1e9 / path_rate))}
+    def __init__(self, parameters: Parameters) -> None:
+        """Make a schedule without anything to send."""
+        self._paces = {topic: Pace(CHAIN_CODE_PERIOD_NS) for topic in whole_topics(parameters)}
+        self._paces[PATH] = Pace(round(1e9 / parameters.path_rate))
         self._last_movement: Movement | None = None
+        self._last_link: AnyDirection | None = None
 
     def add(self, update: Update) -> None:
-        """Note what a pair adds."""
+        """Record what a pair adds."""
         movement = update.step.movement
         self._paces[CHAIN_CODE].changed(urgent=movement is not self._last_movement)
         self._paces[PATH].changed()
         self._last_movement = movement
+        if update.links and LINKS in self._paces:
+            self._paces[LINKS].changed(
+                urgent=any(link is not self._last_link for link in update.links))
+            self._last_link = update.links[-1]
 
     def restart(self) -> None:
-        """Note that all has begun anew: both go out at once."""
-        self._last_movement = None
+        """Record that everything starts again: all of it is published at once."""
+        self._last_movement = self._last_link = None
         for pace in self._paces.values():
             pace.changed(urgent=True)
 
     @property
     def pending(self) -> bool:
-        """Return whether there is news that has not gone out."""
+        """Return whether there is content that has not been sent."""
         return any(pace.pending for pace in self._paces.values())
 
     def take(self, now_ns: int) -> tuple[Topic, ...]:
-        """Return the topics that a message goes out on now."""
+        """Return the topics to publish now."""
         return self._sent(now_ns, [
             topic for topic, pace in self._paces.items() if pace.is_due(now_ns)])
 
     def take_rest(self, now_ns: int) -> tuple[Topic, ...]:
-        """Return the topics with news that has not gone out yet, for the end."""
+        """Return the topics with content that has not been sent, for the end."""
         return self._sent(now_ns, [
             topic for topic, pace in self._paces.items() if pace.pending])
 

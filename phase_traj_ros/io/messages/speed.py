@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The vehicle's speed out of messages, whoever made their classes."""
+"""Reads the vehicle's speed from messages of any library."""
 
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
@@ -22,11 +22,11 @@ SPEED_TYPES: Final[Mapping[SpeedType, str]] = MappingProxyType({
     SpeedType.TWIST_WITH_COVARIANCE: 'geometry_msgs/msg/TwistWithCovarianceStamped',
     SpeedType.ODOMETRY: 'nav_msgs/msg/Odometry',
 })
-"""Types of messages that tell a speed."""
+"""Types of messages that contain a speed."""
 
 SPEED_OF: Final[Mapping[str, Callable[[Any], float]]] = MappingProxyType({
     'geometry_msgs/msg/TwistStamped': _of_twist,
     'geometry_msgs/msg/TwistWithCovarianceStamped': _of_twist_with_covariance,
     'nav_msgs/msg/Odometry': _of_twist_with_covariance,
 })
-"""Functions from such a message to the x of the linear velocity, in m/s, by the type's name."""
+"""Functions from such a message to the x of the linear velocity, in m/s, by type name."""

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Which time an image message was taken at."""
+"""Selects the time of an image message."""
 
 from typing import Protocol
 
@@ -14,7 +14,7 @@ class Time(Protocol):
 
     @property
     def nanosec(self) -> int:
-        """Nanoseconds behind them."""
+        """Nanoseconds in addition to them."""
 
 
 def to_nanoseconds(time: Time) -> int:
@@ -24,12 +24,12 @@ def to_nanoseconds(time: Time) -> int:
 
 class StampRule:
     """
-    Decide between the header's stamp and the receive time of each message of one camera.
+    Selects the header's stamp or the receive time for each message of one camera.
 
-    Some drivers leave all stamps zero. A single zero is believed (simulated time starts there);
-    from the second zero in a row on, the time at which the message was received is used, until a
-    stamp is not zero. A reader that can look ahead and has found that the stream starts with two
-    zeros says so with zero_seen, and the first message gets its receive time, too.
+    Some drivers leave all stamps zero. A single zero is accepted (simulated time starts there).
+    From the second consecutive zero on, the receive time is used, until a stamp is not zero. A
+    reader that can look ahead and finds two zeros at the start of the stream sets zero_seen; the
+    first message then gets its receive time too.
     """
 
     def __init__(self, *, zero_seen: bool = False) -> None:

@@ -1,3 +1,3 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A source of frames driven through the estimator, and what is gathered from it."""
+"""Runs a source of frames through the estimator, and collects the results."""

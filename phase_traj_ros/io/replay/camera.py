@@ -1,19 +1,22 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What is known of a recording's camera: from the source itself, or learned from the drive."""
+"""The camera of a recording: given by the source, or learned from the drive."""
 
 from collections.abc import Iterable
 
 from phase_traj_ros.core import Lens
 from phase_traj_ros.errors import CalibrationError
-from phase_traj_ros.io.replay.run import replay
+from phase_traj_ros.io.replay.estimator import feed, make_estimator
 from phase_traj_ros.io.sources.base import FrameSource, StampedFrame
 from phase_traj_ros.parameters import Parameters
+
+# Frames nearer than this to the last one used do not help to learn the camera; in nanoseconds.
+_SOON_NS = 39_000_000
 
 
 def known_lens(source: FrameSource, parameters: Parameters) -> Lens | None:
     """
-    Return what the source says of its camera, where that counts; None if it says nothing.
+    Return the lens that the source gives, if the parameters need one; None otherwise.
 
     Raises
     ------
@@ -39,15 +42,28 @@ def learned_lens(
     frames: Iterable[StampedFrame], parameters: Parameters, source: str,
 ) -> Lens | None:
     """
-    Return what a pass over all frames tells of the camera; None if nothing does, or need not.
+    Return the camera learned in a pass over all frames.
+
+    None if nothing was learned, or if the parameters do not ask for it.
+
+    Of more than 25 frames per second, the camera learns nothing more: the rest is skipped.
 
     Raises
     ------
     SourceError
-        There are fewer than two frames, or one of them cannot be used.
+        A frame cannot be used.
 
     """
-    if not parameters.estimator_settings().learns_lens:
+    estimator = make_estimator(parameters)
+    if not estimator.settings.learns_lens:
         return None
-    estimate = replay(frames, parameters, source=source).learned
-    return None if estimate is None else Lens(estimate=estimate)
+    last_ns = None
+    for number, frame in enumerate(frames):
+        if last_ns is None or not 0 < frame.stamp_ns - last_ns < _SOON_NS:
+            last_ns = frame.stamp_ns
+            feed(estimator, frame, number, source)
+    heading = estimator.heading
+    if heading is None:
+        return None
+    heading.finish()
+    return None if heading.learned is None else Lens(estimate=heading.learned)

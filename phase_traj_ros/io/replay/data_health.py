@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""How sound the data of a replay is: what is missing from it, and how well it was measured."""
+"""The quality of the data of a replay: what is missing, and how well it was measured."""
 
 from collections import Counter
 from dataclasses import dataclass
@@ -11,38 +11,38 @@ from phase_traj_ros.io.replay.overview import Overview
 from phase_traj_ros.io.replay.run import Replay
 
 LOW_RESPONSE: Final = 0.02
-"""Frames that have nothing in common reach 0.014 to 0.021 at 1241 x 376 pixels."""
+"""Unrelated frames reach a response of 0.014 to 0.021 at 1241 x 376 pixels."""
 
-# An interval this many times the usual one has a frame missing.
+# An interval of this many usual ones lacks a frame.
 _DROPPED = 1.5
 
 
 @dataclass(frozen=True, slots=True)
 class DataHealth:
-    """What a person should know before trusting a result."""
+    """What a user should know before trusting a result."""
 
     frames: int
     seconds: float
-    """From the first frame to the last."""
+    """Duration from the first frame to the last."""
     interval_s: float
     """Median time between two frames."""
     longest_interval_s: float
     dropped: int
-    """Frames missing, judging by intervals of 1.5 times the median and more."""
+    """Missing frames, one or more for each interval of 1.5 times the median or longer."""
     response: float
-    """Median; NaN where nothing was measured."""
+    """Median response; NaN if nothing was measured."""
     low_responses: int
     """Pairs with a response below ``LOW_RESPONSE``."""
     statuses: tuple[tuple[str, int], ...]
-    """How many pairs have each status, the most frequent first."""
+    """Number of pairs for each status, the most frequent first."""
     repeated: int
-    """Frames left out because their stamp was that of the frame before."""
+    """Frames dropped because they have the stamp of the previous frame."""
     time_resets: int
-    """How often the stamps went back; everything before the last time is left out."""
+    """How often the stamps went back; everything before the last time is dropped."""
 
 
 def data_health(result: Replay, shown: Overview) -> DataHealth:
-    """Return the health of the data behind ``result``; ``shown`` is its overview."""
+    """Return the quality of the data of ``result``; ``shown`` is its overview."""
     intervals = np.diff(shown.seconds, prepend=0.0)
     usual = float(np.median(intervals))
     late = intervals[intervals >= _DROPPED * usual] if usual > 0 else intervals[:0]

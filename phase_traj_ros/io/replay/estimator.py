@@ -1,18 +1,19 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The estimator that the parameters ask for, with the mask that they name."""
+"""Makes the estimator from the parameters, with their mask, and puts frames in."""
 
 from dataclasses import replace
 
-from phase_traj_ros.core import TrajectoryEstimator
-from phase_traj_ros.errors import ParameterError
+from phase_traj_ros.core import TrajectoryEstimator, Update
+from phase_traj_ros.errors import FrameError, ParameterError, SourceError
+from phase_traj_ros.io.sources.base import StampedFrame
 from phase_traj_ros.io.sources.mask_file import read_mask
 from phase_traj_ros.parameters import Parameters
 
 
 def make_estimator(parameters: Parameters, *, keep_all: bool = False) -> TrajectoryEstimator:
     """
-    Return an estimator, bounded in memory unless it is to keep everything.
+    Return an estimator, bounded in memory unless ``keep_all``.
 
     Raises
     ------
@@ -29,3 +30,21 @@ def make_estimator(parameters: Parameters, *, keep_all: bool = False) -> Traject
         raise
     except ValueError as error:
         raise ParameterError(str(error)) from None
+
+
+def feed(
+    estimator: TrajectoryEstimator, frame: StampedFrame, number: int, source: str,
+) -> Update | None:
+    """
+    Put a source's frame, of this number, through an estimator; return what its pair adds.
+
+    Raises
+    ------
+    SourceError
+        The frame cannot be used.
+
+    """
+    try:
+        return estimator.update(frame.image, frame.stamp_ns, encoding=frame.encoding)
+    except FrameError as error:
+        raise SourceError(f'{source}: frame {number}: {error}') from None

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Frames kept in memory for a second pass, where there are not too many of them."""
+"""Keeps frames in memory for a second pass, unless there are too many."""
 
 from collections.abc import Generator
 from contextlib import closing
@@ -15,17 +15,17 @@ class KeptFrames:
     """
     The frames of a source, to be iterated over more than once.
 
-    A drive that fits into the memory set aside for it is decoded once, a longer one each time.
+    A drive that fits into the memory limit is decoded once, a longer one on each pass.
     """
 
     def __init__(self, source: FrameSource, *, most_bytes: int = _MOST_BYTES) -> None:
-        """Keep at most so many bytes of the frames of ``source``."""
+        """Keep at most ``most_bytes`` bytes of the frames of ``source``."""
         self._source = source
         self._most_bytes = most_bytes
         self._kept: list[StampedFrame] | None = None
 
     def once(self) -> Generator[StampedFrame, None, None]:
-        """Yield all frames, and forget them."""
+        """Yield all frames, and release them."""
         kept, self._kept = self._kept, None
         if kept is not None:
             yield from kept
@@ -34,7 +34,7 @@ class KeptFrames:
             yield from frames
 
     def keeping(self) -> Generator[StampedFrame, None, None]:
-        """Yield all frames, and keep them for the next time if they fit."""
+        """Yield all frames, and keep them for the next pass if they fit."""
         kept: list[StampedFrame] | None = []
         size = 0
         with closing(self.once()) as frames:

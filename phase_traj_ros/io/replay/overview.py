@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What pictures and reports show of a replay, gathered once for all of them."""
+"""The data that figures and reports show of a replay, computed once for all of them."""
 
 from dataclasses import dataclass
 
@@ -12,10 +12,10 @@ from phase_traj_ros.io.replay.run import Replay
 
 @dataclass(frozen=True, slots=True)
 class TurnMark:
-    """A turn, as it is marked in pictures."""
+    """A turn, as marked in figures."""
 
     number: int
-    """From 1 on."""
+    """Number of the turn, from 1 on."""
     side: Movement
     """LEFT or RIGHT."""
     pair: int
@@ -23,13 +23,13 @@ class TurnMark:
     end_pair: int
     """The last pair that belongs to it."""
     start_s: float
-    """When the first frame of ``pair`` was taken, in seconds since the first frame."""
+    """Time of the first frame of ``pair``, in seconds since the first frame."""
     end_s: float
-    """When the second frame of ``end_pair`` was taken."""
+    """Time of the second frame of ``end_pair``."""
     corner: tuple[float, float]
-    """Where on the drawn path, in its unit, REP 103 axes."""
+    """Position on the drawn path, in its unit, REP 103 axes."""
     angle_deg: float | None = None
-    """By how much the camera turned, left positive; None where that is not measured."""
+    """Angle by which the camera turned, positive to the left; None if it was not measured."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,9 +37,10 @@ class Overview:
     """
     The series of a replay over time, one value per pair of frames, and its turns.
 
-    ``seconds`` are those since the first frame. What is not measured is NaN. ``path`` is the drawn
-    path, (n + 1, 2) for n pairs, in its unit, REP 103 axes. ``heading_deg`` is the heading since
-    the start, left positive, None where it is not measured.
+    ``seconds`` are the times since the first frame. Missing measurements are NaN. ``path`` is the
+    drawn path, (n + 1, 2) for n pairs, in its unit, REP 103 axes. ``heading_deg`` is the heading
+    since the start, positive to the left, and ``speed`` is in metres or camera heights per second;
+    each is None if it was not measured.
     """
 
     seconds: NDArray[np.float64]
@@ -48,10 +49,11 @@ class Overview:
     path: NDArray[np.float64]
     turns: tuple[TurnMark, ...]
     heading_deg: NDArray[np.float64] | None = None
+    speed: NDArray[np.float64] | None = None
 
 
 def overview(result: Replay) -> Overview:
-    """Return what there is to show of ``result``."""
+    """Return the overview of ``result``."""
     updates = result.updates
     shifts = [update.shift for update in updates]
     tips = [update.tip for update in updates]
@@ -62,12 +64,20 @@ def overview(result: Replay) -> Overview:
         path=np.array([(0, 0), *((tip.x, tip.y) for tip in tips)], np.float64),
         turns=turn_marks(result),
         heading_deg=_heading(result),
+        speed=_speed(result),
     )
 
 
 def _heading(result: Replay) -> NDArray[np.float64] | None:
     headings = [update.heading.heading for update in result.updates if update.heading]
     return np.degrees(headings) if len(headings) == len(result.updates) else None
+
+
+def _speed(result: Replay) -> NDArray[np.float64] | None:
+    if not result.way.pairs:
+        return None
+    speeds = (update.speed for update in result.updates)
+    return np.array([np.nan if speed is None else speed for speed in speeds])
 
 
 def _angle(result: Replay, frame: int) -> float | None:
@@ -81,8 +91,8 @@ def turn_marks(result: Replay) -> tuple[TurnMark, ...]:
     """
     Return the turns, oldest first.
 
-    Where the codes come from the heading, they are those of the heading: a U-turn is two changes
-    of the direction and one turn. Elsewhere they are those that the movement codes tell of.
+    If the codes come from the heading, these are the turns of the heading: a U-turn is two
+    changes of the direction and one turn. Otherwise they are those of the movement codes.
     """
     if result.parameters.codes_from_heading:
         return _marks_of_heading(result)
@@ -93,7 +103,7 @@ def turn_marks(result: Replay) -> tuple[TurnMark, ...]:
         if update.step.movement not in (Movement.LEFT, Movement.RIGHT):
             continue
         end = pair
-        # In mid-turn there may be pairs that could not be judged.
+        # During a turn there may be pairs that could not be judged.
         for later in range(pair + 1, len(updates)):
             if updates[later].step.appended:
                 break

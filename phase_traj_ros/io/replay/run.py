@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Offline replay: all frames of a source through the same estimator as the live node's."""
+"""Offline replay: runs all frames of a source through the estimator that the node uses."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
@@ -11,26 +11,31 @@ from phase_traj_ros.core import (
     CameraInUse,
     ChainCode,
     Counters,
+    LengthUnit,
     Lens,
+    LinkCode,
     Movement,
+    PathSource,
     TrajectoryEstimator,
+    TravelState,
     Update,
+    Way,
 )
-from phase_traj_ros.core.camera.field_of_view import FieldOfView
+from phase_traj_ros.core.calibration.field_of_view import FieldOfView
 from phase_traj_ros.core.camera.projection import threshold_px
 from phase_traj_ros.core.codes.freeman import AnyDirection
 from phase_traj_ros.core.codes.threshold_hint import ThresholdHint
 from phase_traj_ros.core.heading.turns import Turn
 from phase_traj_ros.core.reliability import Reliability
-from phase_traj_ros.errors import FrameError, ParameterError, SourceError
-from phase_traj_ros.io.replay.estimator import make_estimator
+from phase_traj_ros.errors import ParameterError, SourceError
+from phase_traj_ros.io.replay.estimator import feed, make_estimator
 from phase_traj_ros.io.sources.base import Speed, StampedFrame
 from phase_traj_ros.parameters import Parameters
 
 
 @dataclass(frozen=True, slots=True)
 class Replay:
-    """What a replay has found, from the last reset (a backward jump of time) to the end."""
+    """Results of a replay, from the last reset (a backward jump of time) to the end."""
 
     source: str
     parameters: Parameters
@@ -39,26 +44,40 @@ class Replay:
     codes: ChainCode
     counters: Counters
     turns: tuple[Turn, ...] = ()
-    """The turns driven, where the camera's focal length or field of view is known."""
+    """The turns driven, if the focal length or field of view of the camera is known."""
     focal_px: float | None = None
-    """The focal length that heading and turns were measured with; None where they were not."""
+    """Focal length used for heading and turns; None if they were not measured."""
     field_of_view: FieldOfView | None = None
-    """What the turns tell of the field of view; None without any."""
+    """Field of view as learned from the turns; None without any."""
     camera: CameraInUse | None = None
-    """What the camera was taken for at the end; None where heading and turns were not measured."""
+    """Camera in use at the end; None if heading and turns were not measured."""
     reliability: Reliability = field(default_factory=Reliability)
-    """Whether the codes can be relied upon, and if not, why."""
+    """Whether the codes are reliable, and if not, why."""
     threshold_hint: ThresholdHint | None = None
-    """What to do about a threshold that does not fit; None if nothing shows."""
+    """What to do about a threshold that does not fit; None if it may fit."""
     learned: CameraEstimate | None = None
-    """What this pass has learned of the camera; None without a turn, or if it was known."""
+    """Camera learned in this pass; None without a turn, or if the camera was known."""
+    way: Way = field(default_factory=Way)
+    """Distance travelled; without pairs if no distance is measured."""
+    links: LinkCode | None = None
+    """The chain code of equal links, if it was asked for."""
 
     @property
     def pairs_without_speed(self) -> int:
-        """Return for how many pairs speeds were asked for, and none held."""
+        """Return the number of pairs that needed a speed and had no valid one."""
         if not self.parameters.use_speed_topic:
             return 0
-        return sum(update.odometry is None for update in self.updates)
+        return sum(
+            update.travel is None or update.travel.state is not TravelState.GIVEN
+            for update in self.updates)
+
+    @property
+    def path_unit(self) -> LengthUnit:
+        """Return what the drawn path is in: steps where no distance was measured."""
+        if self.parameters.drawn_from is PathSource.CODES:
+            return LengthUnit.STEP
+        told = self.parameters.metric or self.way.states[TravelState.MEASURED] > 0
+        return self.parameters.length_unit if told else LengthUnit.STEP
 
     @property
     def threshold_px(self) -> float | None:
@@ -72,7 +91,7 @@ class Replay:
 
     @property
     def frames(self) -> int:
-        """Return how many frames the codes stand for: one more than the pairs."""
+        """Return the number of frames that the codes cover: one more than the pairs."""
         return len(self.updates) + 1
 
     @property
@@ -87,16 +106,16 @@ class Replay:
 
 
 class Watcher:
-    """Sees each frame of a replay and what it adds, as it goes; frames are not to be changed."""
+    """Receives each frame of a replay and its result; must not change the frames."""
 
     def start(self, frame: StampedFrame, estimator: TrajectoryEstimator) -> None:
-        """Begin with the first frame, or anew with the one whose stamp went back."""
+        """Start with the first frame, or again with the one whose stamp went back."""
 
     def add(self, frame: StampedFrame, update: Update, estimator: TrajectoryEstimator) -> None:
-        """Take what a pair adds; ``frame`` is the second of the pair."""
+        """Take the result of a pair; ``frame`` is its second frame."""
 
     def finish(self, turns: Sequence[Turn]) -> None:
-        """End after the last frame; ``turns`` are those under way there, which it ends."""
+        """End after the last frame; ``turns`` are those that were not finished and end there."""
 
 
 def replay(
@@ -104,18 +123,18 @@ def replay(
     watchers: Sequence[Watcher] = (), lens: Lens | None = None, speeds: Iterable[Speed] = (),
 ) -> Replay:
     """
-    Put all frames through an estimator, under the eyes of ``watchers``.
+    Run all frames through an estimator, and pass the results to ``watchers``.
 
-    ``source`` is what they come from, for reports. ``lens`` is what is known of its camera, and
-    counts where the parameters do not say it. ``speeds`` are the vehicle's, in any order, and
-    count where the parameters ask for them.
+    ``source`` describes the origin of the frames, for reports. ``lens`` is the known lens of the
+    camera; parameters override it. ``speeds`` are those of the vehicle, in any order; they are
+    used if the parameters ask for them.
 
     Raises
     ------
     SourceError
         There are fewer than two frames, or one of them cannot be used.
     ParameterError
-        Parameters ask for the camera's calibration, and there is none.
+        The parameters need a calibration of the camera, and there is none.
 
     """
     estimator = make_estimator(parameters, keep_all=True)
@@ -124,9 +143,9 @@ def replay(
         estimator.use_lens(lens)
     elif estimator.settings.awaits_lens:
         raise ParameterError(
-            f'{source} does not say what its camera is like, and a focal length is needed:'
+            f'{source} does not contain a calibration, and a focal length is required:'
             ' give focal_px or hfov_deg, or code_source auto')
-    # All at once, and in the order of their stamps: whatever comes late or twice in a bag.
+    # All at once, sorted by stamp: in a bag they may be late or repeated.
     for speed in sorted(speeds, key=lambda each: each.stamp_ns):
         estimator.add_speed(speed.stamp_ns, speed.speed)
     updates: list[Update] = []
@@ -134,7 +153,7 @@ def replay(
     first_stamp_ns = 0
     for number, frame in enumerate(frames):
         repeated = frame.stamp_ns == estimator.last_stamp_ns
-        update = _update(estimator, frame, number, source)
+        update = feed(estimator, frame, number, source)
         if update is not None:
             updates.append(update)
             turns += update.turns
@@ -149,7 +168,7 @@ def replay(
     if not updates:
         raise SourceError(
             f'{source}: {estimator.frames} frame{"" if estimator.frames == 1 else "s"}'
-            ' to use, but a trajectory takes at least two, with different stamps')
+            ' to use, but a trajectory needs at least two, with different stamps')
     heading = estimator.heading
     under_way = [] if heading is None else sorted(heading.finish(), key=_start_frame)
     for watcher in watchers:
@@ -157,7 +176,8 @@ def replay(
     found = Replay(
         source, parameters, first_stamp_ns, tuple(updates), estimator.codes, estimator.counters,
         tuple(sorted([*turns, *under_way], key=_start_frame)),
-        reliability=estimator.reliability, threshold_hint=estimator.threshold_hint)
+        reliability=estimator.reliability, threshold_hint=estimator.threshold_hint,
+        way=estimator.way, links=estimator.links)
     if heading is None:
         return found
     return replace(
@@ -167,12 +187,3 @@ def replay(
 
 def _start_frame(turn: Turn) -> int:
     return turn.start_frame
-
-
-def _update(
-    estimator: TrajectoryEstimator, frame: StampedFrame, number: int, source: str,
-) -> Update | None:
-    try:
-        return estimator.update(frame.image, frame.stamp_ns, encoding=frame.encoding)
-    except FrameError as error:
-        raise SourceError(f'{source}: frame {number}: {error}') from None

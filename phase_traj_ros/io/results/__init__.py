@@ -1,3 +1,3 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What a replay leaves behind: files, figures, bags, reports."""
+"""Writes the results of a replay: files, figures, bags, reports."""

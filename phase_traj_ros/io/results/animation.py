@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""An animated picture of a replay: the camera's view, the path as it grows, and the shift."""
+"""Animated GIF of a replay: the camera image, the path as it grows, and the shift."""
 
 from __future__ import annotations
 
@@ -33,13 +33,13 @@ _BLENDS = 5
 _PAPER, _INK = rgb(LIGHT.card), rgb(LIGHT.ink)
 _LINE, _FAINT_LINE, _ACCENT = rgb(LIGHT.line), rgb(LIGHT.tint), rgb(LIGHT.accent)
 _FONT = cv2.FONT_HERSHEY_SIMPLEX
-# Milliseconds that a picture is shown at least, at most, and the last one.
+# Shortest and longest time that an image is shown, and that of the last one, in milliseconds.
 _SHORTEST_MS, _LONGEST_MS, _LAST_MS = 40, 200, 1500
 
 
 @dataclass(frozen=True, slots=True)
 class _Scene:
-    """A frame of the animation: the second one of a pair."""
+    """An image of the animation, made from the second frame of a pair."""
 
     update: Update
     picture: Picture
@@ -68,7 +68,7 @@ class Animation(Watcher):
         self._scenes: Thinned[_Scene] = Thinned(limit)
 
     def start(self, frame: StampedFrame, estimator: TrajectoryEstimator) -> None:
-        """Begin with the first frame."""
+        """Start with the first frame."""
         self._scenes.clear()
 
     def add(self, frame: StampedFrame, update: Update, estimator: TrajectoryEstimator) -> None:
@@ -78,10 +78,10 @@ class Animation(Watcher):
             _Scene(update, small(frame, estimator, self._width)) if wanted else None)
 
     def write(self, result: Replay, path: Path, *, max_bytes: int = _MAX_BYTES) -> None:
-        """Write the GIF; where it would be larger than ``max_bytes``, with fewer pictures."""
+        """Write the GIF. If it would exceed ``max_bytes``, use fewer images."""
         canvas = _Canvas(result)
         scenes = self._scenes.kept
-        # Frames of another size come after a camera was changed: they do not fit in.
+        # Frames of another size come after a change of camera: they do not fit.
         shape = scenes[0].picture.shape
         pictures = [canvas.draw(each) for each in scenes if each.picture.shape == shape]
         seconds = float(overview(result).seconds[-1])
@@ -91,7 +91,7 @@ class Animation(Watcher):
 
 
 class _Canvas:
-    """Draws scenes above the path and the shift of the whole replay."""
+    """Draws a camera image above the path and the shift of the whole replay."""
 
     def __init__(self, result: Replay) -> None:
         self._shown: Overview = overview(result)
@@ -99,8 +99,8 @@ class _Canvas:
         self._points = to_axes(self._shown.path.astype(np.float64), Axes.FIGURE)
 
     def draw(self, scene: _Scene) -> Picture:
-        """Return a picture, (H, W, 3) in the order red, green, blue."""
-        # The grain of asphalt is most of what a GIF would have to store.
+        """Return an image, (H, W, 3) in the order red, green, blue."""
+        # The texture of asphalt would fill most of a GIF.
         above = cv2.cvtColor(cv2.medianBlur(scene.picture, 3), cv2.COLOR_GRAY2RGB)
         width = above.shape[1]
         below = np.full((_PANEL, width, 3), _PAPER, np.uint8)
@@ -165,7 +165,7 @@ def _polyline(
 
 
 def _palette() -> list[int]:
-    """Return few greys for the camera, and the colours of the drawing with their smooth rims."""
+    """Return a few greys for the camera image, and the colours of the drawing with soft edges."""
     greys = [[round(level)] * 3 for level in np.linspace(0, 255, _GREYS)]
     blends = [
         np.round(np.array(colour) * share + np.array(_PAPER) * (1 - share)).astype(int).tolist()

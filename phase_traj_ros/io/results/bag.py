@@ -16,12 +16,11 @@ from phase_traj_ros.core import TrajectoryEstimator, Update
 from phase_traj_ros.errors import OutputError, rosbags_missing
 from phase_traj_ros.io.messages.diagnostics import Level, MeasurementReporter, Report
 from phase_traj_ros.io.messages.published import (
-    CHAIN_CODE,
     DEBUG_IMAGE,
     Messages,
     pair_topics,
-    PATH,
     Topic,
+    whole_topics,
 )
 from phase_traj_ros.io.messages.schedule import DIAGNOSTICS_PERIOD_NS, Pace, Schedule
 from phase_traj_ros.io.replay.run import Watcher
@@ -79,7 +78,8 @@ class BagSink(Watcher):
         self._source = source
         self._debug_images = debug_images
         self._topics = (
-            *pair_topics(parameters), CHAIN_CODE, PATH, *([DEBUG_IMAGE] if debug_images else []))
+            *pair_topics(parameters), *whole_topics(parameters),
+            *([DEBUG_IMAGE] if debug_images else []))
         self._bag: _Bag | None = None
 
     def __enter__(self) -> BagSink:
@@ -174,7 +174,7 @@ class _Bag:
         self._parameters = parameters
         self._estimator = estimator
         self._source = source
-        self._schedule = Schedule(parameters.path_rate)
+        self._schedule = Schedule(parameters)
         self._diagnosed = Pace(DIAGNOSTICS_PERIOD_NS)
         self._diagnosed.sent(start_ns)
         self._responses: deque[float] = deque(maxlen=_RESPONSES)

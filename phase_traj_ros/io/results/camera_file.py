@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A camera that was learned, as a ROS parameter file."""
+"""Writes a learned camera as a ROS parameter file."""
 
 from pathlib import Path
 
@@ -11,16 +11,16 @@ from phase_traj_ros.parameters import specs
 import yaml
 
 CAMERA_FILE = 'camera.yaml'
-# Beyond this, the edges of the picture are so far from the pinhole that the focal length is kept.
+# Above this, the edges of the image are so far from a pinhole that the focal length is written.
 _MOST_HFOV_DEG = 175.0
 
 
 def camera_values(estimate: CameraEstimate) -> dict[str, float]:
     """
-    Return the parameters that stand for a camera, by name.
+    Return the parameters that describe a camera, by name.
 
-    It is the field of view, which goes for pictures of any size, unless the lens is so wide that
-    only the focal length tells it.
+    This is the field of view, which is valid for images of any size, unless the lens is so wide
+    that only the focal length describes it.
     """
     offset = _allowed('lens_offset', estimate.column_px / estimate.width)
     straightness = _allowed('lens_straightness', estimate.straightness)
@@ -36,7 +36,7 @@ def camera_values(estimate: CameraEstimate) -> dict[str, float]:
 
 
 def write_camera(estimate: CameraEstimate, path: Path, *, rotate_180: bool = False) -> None:
-    """Write a parameter file that ``--params`` and the node take."""
+    """Write a parameter file for ``--params`` and for the node."""
     known = CameraInUse.of(Lens(estimate=estimate), estimate.width)
     turned = {'rotate_180': True} if rotate_180 else {}
     values = yaml.safe_dump(
@@ -49,5 +49,5 @@ def write_camera(estimate: CameraEstimate, path: Path, *, rotate_180: bool = Fal
 def _allowed(name: str, value: float, *, digits: int = 4) -> float:
     [spec] = [each for each in specs() if each.name == name]
     assert spec.minimum is not None and spec.maximum is not None
-    # Adding 0 makes 0 of -0.
+    # Adding 0 converts -0 to 0.
     return round(min(max(value, spec.minimum), spec.maximum), digits) + 0.0

@@ -1,13 +1,14 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""One picture that shows what the estimator sees and makes of it."""
+"""The debug image: what the estimator sees, and its result."""
 
+import math
 from typing import cast
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from phase_traj_ros.core import PAPER_THRESHOLD, TrajectoryEstimator, Update
+from phase_traj_ros.core import LengthUnit, PAPER_THRESHOLD, TrajectoryEstimator, Update
 from phase_traj_ros.io.images.decoding import GreyImage
 from phase_traj_ros.io.results.palette import bgr, DARK, LIGHT, Rgb
 from phase_traj_ros.io.sources.base import StampedFrame
@@ -23,9 +24,9 @@ Picture = NDArray[np.uint8]
 
 def as_shown(image: GreyImage, *, rotate_180: bool) -> Picture:
     """
-    Return a frame as it is shown to people: (H, W) uint8, upright.
+    Return a frame for display, (H, W) uint8, upright.
 
-    Of 16 bits the 8 highest in use are kept: many cameras fill only 10 or 12.
+    Of 16 bits, the highest 8 in use are kept: many cameras use only 10 or 12.
     """
     if image.dtype != np.uint8:
         bits = max(int(image.max(initial=0)).bit_length(), 8)
@@ -35,12 +36,11 @@ def as_shown(image: GreyImage, *, rotate_180: bool) -> Picture:
 
 def draw(frame: StampedFrame, update: Update, estimator: TrajectoryEstimator) -> Picture:
     """
-    Return a BGR picture (H, W, 3) of the upright frame.
+    Return the debug image of the upright frame, BGR (H, W, 3).
 
-    The band that is used is framed, and what is left out as fixed to the camera is shaded; from
-    the middle an arrow shows the shift, between the lines of +T and -T a quarter of the width
-    away; the codes and the response stand above it, the correlation map in the lower right
-    corner.
+    The band in use is framed, and fixed areas are shaded. An arrow from the middle is the shift,
+    between lines at +T and -T, a quarter of the width away. Codes, response and distance are above
+    it, the correlation map is in the lower right corner.
     """
     view = estimator.settings.view
     picture = cast('Picture', cv2.cvtColor(
@@ -54,15 +54,15 @@ def draw(frame: StampedFrame, update: Update, estimator: TrajectoryEstimator) ->
     _draw_shift(picture, update, estimator.threshold_px)
     if update.shift is not None:
         _draw_map(picture, estimator)
-    _draw_text(picture, update)
+    _draw_text(picture, update, estimator.settings.length_unit)
     return picture
 
 
 def shade(picture: Picture, left_out: NDArray[np.uint8], *, rotate_180: bool) -> None:
     """
-    Shade what is left out in an upright BGR picture, (H, W, 3).
+    Shade the masked-out areas of an upright BGR image, (H, W, 3).
 
-    ``left_out`` (H, W) is 0 there, in the frame as the camera gives it.
+    ``left_out`` (H, W) is 0 in these areas; it applies to the frame as delivered by the camera.
     """
     fixed = (left_out[::-1, ::-1] if rotate_180 else left_out) == 0
     tinted = (1 - _SHADE) * picture[fixed] + _SHADE * np.array(_FIXED)
@@ -71,7 +71,7 @@ def shade(picture: Picture, left_out: NDArray[np.uint8], *, rotate_180: bool) ->
 
 def _draw_shift(picture: Picture, update: Update, threshold: float | None) -> None:
     height, width, _ = picture.shape
-    # So long that +-T stand at a quarter of the width.
+    # Scaled so that +T and -T are a quarter of the width away.
     scale = width / 4 / (threshold or PAPER_THRESHOLD)
     middle, row = width // 2, round(0.8 * height)
     for column in () if threshold is None else (middle - width // 4, middle + width // 4):
@@ -88,7 +88,7 @@ def _draw_map(picture: Picture, estimator: TrajectoryEstimator) -> None:
     size = (round(width * _INSET_SHARE), round(height * _INSET_SHARE))
     if min(size) < 16:
         return
-    # The peak is one pixel: it has to survive the reduction.
+    # The peak is one pixel, which would be lost in the reduction.
     correlation = cv2.dilate(correlation, np.ones((3, 3), np.uint8))
     small = cv2.resize(correlation, size, interpolation=cv2.INTER_NEAREST)
     shades = (small * (255 / max(float(small.max()), 1e-6))).astype(np.uint8)
@@ -97,22 +97,34 @@ def _draw_map(picture: Picture, estimator: TrajectoryEstimator) -> None:
         picture, (width - size[0], height - size[1]), (width - 1, height - 1), _BAND, 1)
 
 
-def _draw_text(picture: Picture, update: Update) -> None:
+def _draw_text(picture: Picture, update: Update, unit: LengthUnit) -> None:
     shift = update.shift
     measured = 'no shift' if shift is None else (
         f'dx {shift.dx:+.1f} dy {shift.dy:+.1f} response {shift.response:.3f}')
     movement, direction = update.step.movement, update.step.direction
-    lines = (
+    lines = [
         f'movement {int(movement)} {movement.label}   direction {int(direction)}'
         f' {direction.label}   {update.status.value}',
-        measured)
+        measured]
+    if update.travel is not None:
+        lines.append(_distance_line(update, unit))
     scale = max(picture.shape[1] / 1600, 0.35)
     for index, line in enumerate(lines):
         column, row = 8, round((index + 1) * 34 * scale)
-        # Moved, not thicker: from OpenCV 5 on, thicker letters are wider.
+        # Moved, not thicker: since OpenCV 5, thicker letters are wider.
         for right, down in ((-1, -1), (-1, 1), (1, -1), (1, 1)):
             _write(picture, line, (column + right, row + down), scale, _RIM)
         _write(picture, line, (column, row), scale, _TEXT)
+
+
+def _distance_line(update: Update, unit: LengthUnit) -> str:
+    travel, speed = update.travel, update.speed
+    assert travel is not None
+    if speed is None:
+        return f'distance {travel.state.value}'
+    return (
+        f'distance {travel.distance:.2f} +- {math.sqrt(travel.variance):.2f} {unit.value}'
+        f' {travel.state.value}   speed {speed:.2f} {unit.value}/s')
 
 
 def _write(

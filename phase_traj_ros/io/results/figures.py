@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Pictures of results, drawn with matplotlib and without a display."""
+"""Figures of results, drawn with matplotlib and without a display."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ _SETTINGS = Lock()
 _STRIP = 4
 # Turns that get a number.
 _NUMBERED = 40
-# Dots beyond which an SVG holds them as pixels.
+# Number of dots above which an SVG stores them as pixels.
 _MANY = 2000
 
 
@@ -38,19 +38,19 @@ def write_trajectory_picture(
     result: Replay, path: Path, *, truth: NDArray[np.float64] | None = None,
 ) -> None:
     """
-    Draw the paper's figure: the normalised trajectory, and the shift and both codes over time.
+    Draw the normalised trajectory, and the shift and both codes over time (as in the paper).
 
-    The turns are numbered and shaded, and the shift stands between the lines of +T and -T.
+    The turns are numbered and shaded. The shift is drawn with lines at +T and -T.
 
     Parameters
     ----------
     result
-        What is drawn.
+        The replay to draw.
     path
-        The file, .png or .svg.
+        The output file, .png or .svg.
     truth
-        The true trajectory, (n, 2) in any unit, REP 103 axes with the start heading along x; it
-        is drawn beneath, normalised as the other is.
+        The true trajectory, (n, 2) in any unit, REP 103 axes with the start heading along x. It
+        is drawn below the other, normalised as well.
 
     """
     shown = overview(result)
@@ -84,7 +84,7 @@ def write_trajectory_picture(
 
 def write_turn_picture(turns: Sequence[TurnFrames], result: Replay, path: Path) -> None:
     """
-    Draw a film strip: a row of frames for each turn, from its first frame to its last.
+    Draw a film strip: one row of frames for each turn, from its first frame to its last.
 
     Raises
     ------
@@ -101,7 +101,7 @@ def write_turn_picture(turns: Sequence[TurnFrames], result: Replay, path: Path) 
     high = (step - gap) * rows / columns
     height = len(turns) * (high + line) + gap
     figure = new_figure(width, height, layout=None)
-    # One set of axes for all frames, in inches from the upper left: many sets are slow.
+    # One set of axes for all frames, in inches from the upper left: many sets would be slow.
     plot = figure.add_axes((0, 0, 1, 1))
     plot.set_axis_off()
     for row, turn in enumerate(turns):
@@ -123,10 +123,10 @@ def write_turn_picture(turns: Sequence[TurnFrames], result: Replay, path: Path) 
 
 
 def save(figure: Figure, path: Path) -> None:
-    """Write a figure as its suffix says, the same bytes for the same figure."""
+    """Write a figure in the format of its suffix; equal figures give equal bytes."""
     from matplotlib import rc_context
     kind = path.suffix[1:] or 'png'
-    # matplotlib's settings are those of the process, and workers of a cluster may be threads.
+    # Settings of matplotlib are global to the process, and workers of a cluster may be threads.
     with _SETTINGS, rc_context({'svg.hashsalt': 'phase_traj'}):
         figure.savefig(
             path, dpi=_DPI, format=kind, metadata={'Date': None} if kind == 'svg' else None)
@@ -145,7 +145,7 @@ def write_correlation_picture(
         plot.set_axis_off()
     rows, columns = correlation.shape
     extent = (-columns / 2 - 0.5, columns / 2 - 0.5, rows / 2 - 0.5, -rows / 2 - 0.5)
-    # Most of the map is noise about zero and the peak is one pixel: a square root shows both.
+    # Most of the map is noise around zero and the peak is one pixel: a square root shows both.
     drawn = plots[2].imshow(
         np.sqrt(np.maximum(correlation, 0)), cmap='magma', extent=extent,
         interpolation='nearest')
@@ -163,7 +163,7 @@ def write_correlation_picture(
 
 def require_matplotlib() -> None:
     """
-    Find out before the work whether pictures can be drawn after it.
+    Check before the work that matplotlib is available for the figures after it.
 
     Raises
     ------
@@ -178,7 +178,7 @@ def new_figure(
     width: float, height: float, *, layout: Literal['constrained'] | None = 'constrained',
 ) -> Figure:
     """
-    Return an empty figure of ``width`` x ``height`` inches that needs no display.
+    Return an empty figure of ``width`` x ``height`` inches that does not need a display.
 
     Raises
     ------
@@ -196,7 +196,7 @@ def new_figure(
 
 
 def write_path_picture(points: NDArray[np.float64], path: Path) -> None:
-    """Draw a trajectory alone; its vertices (n, 2) are in REP 103 axes."""
+    """Draw a trajectory only; its vertices (n, 2) are in REP 103 axes."""
     figure = new_figure(5, 5)
     _draw_trajectory(figure.add_subplot(), points)
     save(figure, path)
@@ -206,7 +206,7 @@ def _draw_trajectory(
     plot: Plot, path: NDArray[np.float64], turns: Sequence[TurnMark] = (),
     truth: NDArray[np.float64] | None = None,
 ) -> None:
-    """Draw a path (n, 2) in REP 103 axes, normalised, its start heading up."""
+    """Draw a normalised path (n, 2) in REP 103 axes, its start heading up."""
     points = normalised(to_axes(path, Axes.FIGURE))
     if truth is not None:
         true = normalised(to_axes(truth, Axes.FIGURE))
@@ -227,7 +227,7 @@ def _number_turns(
     plot: Plot, points: NDArray[np.float64], turns: Sequence[TurnMark],
 ) -> None:
     for mark in turns[::_every(turns)]:
-        # The vertex from which the first step in the new direction is drawn.
+        # The vertex at which the first step in the new direction starts.
         plot.annotate(
             str(mark.number), points[mark.pair], fontsize=8, color='white', ha='center',
             va='center', zorder=5,
@@ -240,7 +240,7 @@ def _draw_shift(plot: Plot, shown: Overview, threshold: float | None) -> None:
         _draw_threshold(plot, threshold)
     plot.plot(shown.seconds, shown.dx, color=LIGHT.line, linewidth=1)
     plot.grid(axis='y', color=LIGHT.muted, alpha=0.3)
-    # Room for the numbers of the turns.
+    # Space for the numbers of the turns.
     plot.margins(y=0.16)
     known = '' if threshold is None else f', T = {threshold:.3g}'
     _title(plot, f'shift (px per frame, positive in a left turn){known}')
@@ -269,7 +269,7 @@ def _draw_codes(
     many = len(values) > _MANY
     plot.step(
         seconds, values, where='post', color=LIGHT.muted, linewidth=0.8, rasterized=many)
-    # In an SVG every dot is an element of its own.
+    # An SVG has one element per dot.
     plot.scatter(seconds, values, s=7, color=LIGHT.line, zorder=3, rasterized=many)
     plot.set_yticks(range(len(names)), names)
     plot.set_ylim(-0.4, len(names) - 0.6)
@@ -277,7 +277,7 @@ def _draw_codes(
 
 
 def _every(turns: Sequence[TurnMark]) -> int:
-    """Return the step at which turns are numbered: more numbers than that hide one another."""
+    """Return the step at which turns are numbered; with a smaller one the numbers overlap."""
     return -(-len(turns) // _NUMBERED) or 1
 
 

@@ -14,7 +14,17 @@ from typing import Any, TextIO
 import cv2
 import numpy as np
 import phase_traj_ros
-from phase_traj_ros.core import CameraInUse, Corner, Direction, pack, Run, Update
+from phase_traj_ros.core import (
+    CameraInUse,
+    Corner,
+    Direction,
+    LengthUnit,
+    LinkCode,
+    pack,
+    Run,
+    Update,
+    Way,
+)
 from phase_traj_ros.core.correlation.transforms import find_transform, TransformLibrary
 from phase_traj_ros.core.heading.tracker import HeadingStep
 from phase_traj_ros.core.heading.turns import Turn
@@ -24,7 +34,8 @@ from phase_traj_ros.io.results.figures import write_trajectory_picture
 
 CSV_COLUMNS = (
     'pair', 'stamp', 'interval', 'dx', 'dy', 'response', 'movement', 'direction', 'status',
-    'heading_deg', 'yaw_deg', 'bridged')
+    'heading_deg', 'yaw_deg', 'bridged', 'distance', 'distance_variance', 'distance_state',
+    'speed', 'speed_variance')
 
 
 def write_results(result: Replay, directory: Path) -> None:
@@ -51,14 +62,18 @@ def write_chain_code(result: Replay, path: Path) -> None:
         **reliability_content(result.reliability),
         'cuts': [update.pair for update in result.updates if update.cut],
         **_heading_content(result),
-        'path_unit': 'm' if result.parameters.path_in_metres else 'step',
+        'path_unit': result.path_unit.value,
         'first_stamp_ns': result.first_stamp_ns,
         'last_stamp_ns': result.updates[-1].stamp_ns,
         'repeated_frames': result.counters.repeated,
         'time_resets': result.counters.time_resets,
         'window': result.parameters.window,
         'versions': versions(TransformLibrary(result.parameters.transform)),
+        **way_content(result.way, unit=result.parameters.length_unit),
+        **links_content(result.links, unit=result.parameters.length_unit),
     }
+    if result.links is not None:
+        content['links'] = [int(code) for code in result.links.series]
     write_json(content, path)
 
 
@@ -87,6 +102,29 @@ def _heading_content(result: Replay) -> dict[str, Any]:
         'bridged_share': sum(heading.bridged for heading in headings) / len(headings),
         'turns': turn_list(result.turns),
         'field_of_view': None if result.field_of_view is None else asdict(result.field_of_view),
+    }
+
+
+def way_content(way: Way, *, unit: LengthUnit) -> dict[str, Any]:
+    """Return how far it was as it stands in files: nothing where no distance is measured."""
+    if not way.pairs:
+        return {}
+    return {
+        'distance': round(way.distance, 4),
+        'distance_unit': unit.value,
+        'distance_states': {state.value: count for state, count in way.states.items()},
+    }
+
+
+def links_content(links: LinkCode | None, *, unit: LengthUnit) -> dict[str, Any]:
+    """Return what there is of the equal links as it stands in files, without the series itself."""
+    if links is None:
+        return {}
+    return {
+        'code_step': links.step,
+        'code_step_unit': unit.value,
+        'links_runs': run_pairs(links.series.runs),
+        'links_totals': links.series.totals_of(links.directions),
     }
 
 
@@ -130,7 +168,9 @@ class ShiftTable:
     Stamps and intervals in seconds, shifts in pixels; dx, dy and response are empty where the two
     frames could not be compared, the direction is empty where none was appended. Heading and yaw
     in degrees, left positive, and 1 where the yaw was bridged instead of measured, else 0; the
-    three are empty where no heading is measured.
+    three are empty where no heading is measured. Distance and speed in metres, or in camera
+    heights where no metres are known, with their variances and the state of the distance: the
+    numbers are empty where it is unknown, all five where no distance is measured.
     """
 
     def __init__(self, file: TextIO) -> None:
@@ -147,7 +187,7 @@ class ShiftTable:
             update.pair, _seconds(update.stamp_ns), _seconds(update.interval_ns), *measured,
             int(update.step.movement),
             int(update.step.direction) if update.step.appended else '', update.status.value,
-            *_heading_cells(update.heading)))
+            *_heading_cells(update.heading), *_distance_cells(update)))
 
 
 def _heading_cells(heading: HeadingStep | None) -> tuple[object, object, object]:
@@ -156,6 +196,17 @@ def _heading_cells(heading: HeadingStep | None) -> tuple[object, object, object]
     return (
         f'{math.degrees(heading.heading):.4f}', f'{math.degrees(heading.yaw):.4f}',
         int(heading.bridged))
+
+
+def _distance_cells(update: Update) -> tuple[str, str, str, str, str]:
+    travel, speed, variance = update.travel, update.speed, update.speed_variance
+    if travel is None:
+        return '', '', '', '', ''
+    if speed is None or variance is None:
+        return '', '', travel.state.value, '', ''
+    return (
+        f'{travel.distance:.5f}', f'{travel.variance:.3e}', travel.state.value, f'{speed:.4f}',
+        f'{variance:.3e}')
 
 
 def write_tum(result: Replay, path: Path) -> None:
@@ -170,7 +221,8 @@ def tum_lines(poses: Iterable[tuple[int, Corner]]) -> str:
     """
     Return stamped corners as lines ``stamp x y z qx qy qz qw``.
 
-    REP 103 axes; a step of the trajectory is 1, without a unit, or metres where a speed is known.
+    REP 103 axes; in metres where they are known, else in camera heights, or in steps without a
+    unit.
     """
     return ''.join(_tum_line(stamp_ns, corner) for stamp_ns, corner in poses)
 

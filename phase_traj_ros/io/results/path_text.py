@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from phase_traj_ros.core import Axes, Corner, to_axes
 
-# Of the dots of a braille sign, by row and column: the bit that each has in Unicode.
+# Bit of each dot of a braille character in Unicode, by row and column.
 _DOTS = np.array([[0x01, 0x08], [0x02, 0x10], [0x04, 0x20], [0x40, 0x80]])
 _BLANK = 0x2800
 
@@ -18,19 +18,19 @@ def path_lines(
     corners: Sequence[Corner], *, columns: int, rows: int, braille: bool = True,
 ) -> list[str]:
     """
-    Return ``rows`` lines of at most ``columns`` signs that show a path, its start heading up.
+    Return a path as ``rows`` lines of at most ``columns`` characters, its start heading up.
 
     Parameters
     ----------
     corners
-        Where it starts, turns and ends, oldest first.
+        Start, turns and end of the path, oldest first.
     columns, rows
-        Room for it, at least 1 each.
+        Size of the text, at least 1 each.
     braille
-        Whether to use the braille signs of Unicode, which hold 2 x 4 dots each; else only ASCII.
+        Whether to use Unicode braille characters, which hold 2 x 4 dots each; otherwise ASCII.
 
     """
-    # A sign is about twice as high as wide, so the dots of braille are square, whole signs not.
+    # A character is about twice as high as wide: braille dots are square, whole characters not.
     across, down = (2, 4) if braille else (1, 1)
     width, height = columns * across, rows * down
     stretch = 1.0 if braille else 2.0
@@ -51,10 +51,10 @@ def path_lines(
 
 
 def _fitted(points: NDArray[np.float64], width: int, height: int) -> list[tuple[int, int]]:
-    """Return points (x right, y up) as columns and rows of a grid, as large as they fit."""
+    """Return points (x right, y up) as columns and rows of a grid, as large as possible."""
     low, extent = points.min(axis=0), np.ptp(points, axis=0)
     room = np.array([width - 1, height - 1], np.float64)
-    # One dot per step at most: a path that has just begun is short.
+    # At most one dot per step, so that a path that has just begun is short.
     scale = min(1.0, *(room / np.maximum(extent, 1e-9)))
     moved = (points - low) * scale + (room - extent * scale) / 2
     return [(round(x), round(height - 1 - y)) for x, y in moved.tolist()]

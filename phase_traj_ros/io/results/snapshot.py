@@ -17,7 +17,7 @@ from phase_traj_ros.core import (
     Run,
     TrajectoryEstimator,
 )
-from phase_traj_ros.core.camera.field_of_view import FieldOfView
+from phase_traj_ros.core.calibration.field_of_view import FieldOfView
 from phase_traj_ros.core.heading.estimator import HeadingEstimator
 from phase_traj_ros.core.heading.turns import Turn
 from phase_traj_ros.core.reliability import Reliability
@@ -26,11 +26,13 @@ from phase_traj_ros.io.results.camera_file import CAMERA_FILE, write_camera
 from phase_traj_ros.io.results.figures import write_path_picture
 from phase_traj_ros.io.results.files import (
     camera_content,
+    links_content,
     reliability_content,
     run_pairs,
     tum_lines,
     turn_list,
     versions,
+    way_content,
     write_json,
 )
 
@@ -61,6 +63,8 @@ class Snapshot:
     heading: '_Heading | None'
     learned: CameraEstimate | None
     """What the drive has told of the camera."""
+    way: Mapping[str, Any]
+    """What stands in files of the way and of the equal links."""
 
     @classmethod
     def of(cls, estimator: TrajectoryEstimator, *, source: str) -> 'Snapshot':
@@ -73,7 +77,9 @@ class Snapshot:
             path.corners if path.tip is None else (*path.corners, path.tip),
             estimator.counters.as_dict(), estimator.turns, estimator.reliability,
             None if estimator.heading is None else _Heading.of(estimator.heading),
-            None if estimator.heading is None else estimator.heading.learned)
+            None if estimator.heading is None else estimator.heading.learned,
+            {**way_content(estimator.way, unit=estimator.settings.length_unit),
+             **links_content(estimator.links, unit=estimator.settings.length_unit)})
 
     def write(self, directory: Path) -> None:
         """
@@ -120,6 +126,7 @@ class Snapshot:
             'turns': turn_list(self.turns),
             **({} if self.heading is None else asdict(self.heading)),
             'versions': versions(self.settings.transform),
+            **self.way,
         }
 
 

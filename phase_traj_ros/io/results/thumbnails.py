@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Small copies of the frames of a replay, kept within bounds however long it is."""
+"""Small copies of the frames of a replay, bounded in number and size."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -23,24 +23,24 @@ _PER_TURN = 12
 
 @dataclass(frozen=True, slots=True)
 class Thumbnail:
-    """A small JPEG picture of a frame."""
+    """A small JPEG image of a frame."""
 
     frame: int
-    """Number of the frame, 0 for the first; frame n is the second one of pair n - 1."""
+    """Number of the frame, 0 for the first. Frame n is the second one of pair n - 1."""
     jpeg: bytes
 
 
 class Thumbnails(Watcher):
     """
-    Watches a replay and keeps thumbnails of frames that are evenly spread over it.
+    Watches a replay and keeps thumbnails of frames that are spread evenly over it.
 
-    Their number and their bytes in all are bounded.
+    The number of thumbnails and their total size are bounded.
     """
 
     def __init__(
         self, *, width: int = 448, limit: int = 400, max_bytes: int = 5_500_000,
     ) -> None:
-        """Keep up to ``limit`` pictures, ``max_bytes`` in all, each at most ``width`` wide."""
+        """Keep up to ``limit`` images of ``width`` pixels at most, ``max_bytes`` in total."""
         self._width = width
         self._max_bytes = max_bytes
         self._thinned: Thinned[Thumbnail] = Thinned(limit)
@@ -51,7 +51,7 @@ class Thumbnails(Watcher):
         return self._thinned.kept
 
     def start(self, frame: StampedFrame, estimator: TrajectoryEstimator) -> None:
-        """Begin with the first frame."""
+        """Start with the first frame."""
         self._thinned.clear()
         self._take(frame, 0, estimator)
 
@@ -71,15 +71,15 @@ class Thumbnails(Watcher):
 
 
 class LeftOutPicture(Watcher):
-    """Keeps the newest frame of which something is left out as fixed to the camera."""
+    """Keeps the newest frame of which a part is masked out as fixed to the camera."""
 
     def __init__(self, *, width: int = 640) -> None:
-        """Make a picture at most ``width`` wide."""
+        """Make an image at most ``width`` pixels wide."""
         self._width = width
         self._kept: tuple[StampedFrame, NDArray[np.uint8], TrajectoryEstimator] | None = None
 
     def start(self, frame: StampedFrame, estimator: TrajectoryEstimator) -> None:
-        """Begin with the first frame."""
+        """Start with the first frame."""
         self._kept = None
 
     def add(self, frame: StampedFrame, update: Update, estimator: TrajectoryEstimator) -> None:
@@ -90,7 +90,7 @@ class LeftOutPicture(Watcher):
 
     @property
     def jpeg(self) -> bytes | None:
-        """Return the frame with what is left out shaded; None if nothing ever was."""
+        """Return the frame with the fixed areas shaded; None if there never were any."""
         if self._kept is None:
             return None
         frame, left_out, estimator = self._kept
@@ -108,13 +108,13 @@ class TurnFrames:
     pair: int
     """The pair on which it begins."""
     frames: Thinned[tuple[int, Picture]] = field(default_factory=lambda: Thinned(_PER_TURN))
-    """Number of the frame (0 for the first of the replay) and picture, (H, W) uint8."""
+    """Number of the frame (0 for the first of the replay) and image, (H, W) uint8."""
 
     last: int | None = None
-    """The last frame that belongs to it; None: the last one there is."""
+    """The last frame that belongs to the turn; None for the last one kept."""
 
     def spread(self, count: int) -> tuple[tuple[int, Picture], ...]:
-        """Return up to ``count`` frames, from the first to the last one kept."""
+        """Return up to ``count`` of the frames, spread from the first to the last one kept."""
         kept = [
             each for each in self.frames.kept if self.last is None or each[0] <= self.last]
         places = np.linspace(0, len(kept) - 1, min(count, len(kept))).round().astype(int)
@@ -125,7 +125,7 @@ class TurnWatcher(Watcher):
     """Watches a replay and keeps a few frames of each turn of the codes, up to ``limit`` turns."""
 
     def __init__(self, *, width: int = 480, limit: int = 12) -> None:
-        """Keep pictures at most ``width`` wide."""
+        """Keep images at most ``width`` pixels wide."""
         self._width = width
         self._limit = limit
         self._turns: list[TurnFrames] = []
@@ -134,11 +134,11 @@ class TurnWatcher(Watcher):
 
     @property
     def turns(self) -> tuple[TurnFrames, ...]:
-        """Return the turns kept, the first of the replay, in order."""
+        """Return the turns kept, i.e. the first of the replay, in order."""
         return tuple(self._turns)
 
     def start(self, frame: StampedFrame, estimator: TrajectoryEstimator) -> None:
-        """Begin with the first frame."""
+        """Start with the first frame."""
         self._turns = []
         self._open, self._last = None, frame
 
@@ -154,7 +154,7 @@ class TurnWatcher(Watcher):
         elif update.step.appended:
             self._open = None
         elif update.status is not PairStatus.TURNING:
-            # A pair that could not be judged: the turn may go on after it.
+            # A pair that could not be judged: the turn may continue after it.
             return
         if self._open is not None:
             self._keep(self._open, frame, update.pair + 1, estimator)
@@ -162,7 +162,7 @@ class TurnWatcher(Watcher):
     def _begin(
         self, first: StampedFrame, update: Update, estimator: TrajectoryEstimator,
     ) -> TurnFrames:
-        """Return the frames of what may be a turn, which begins with the first of a pair."""
+        """Return the frames of a possible turn, which begins with the first frame of a pair."""
         begun = TurnFrames(update.pair)
         self._keep(begun, first, update.pair, estimator)
         return begun
@@ -177,19 +177,19 @@ class TurnWatcher(Watcher):
 
 class HeadingTurnWatcher(TurnWatcher):
     """
-    Keeps a few frames of each turn of the heading instead.
+    Keeps a few frames of each turn of the heading.
 
-    Whether a stretch in which the vehicle yaws is a turn is only known when it has ended.
+    Whether a yaw is a turn is known only when it has ended.
     """
 
     def __init__(self, *, width: int = 480, limit: int = 12) -> None:
-        """Keep pictures at most ``width`` wide."""
+        """Keep images at most ``width`` pixels wide."""
         super().__init__(width=width, limit=limit)
         self._stretches: dict[bool, TurnFrames] = {}
         self._yawed_ns: dict[bool, int] = {}
 
     def start(self, frame: StampedFrame, estimator: TrajectoryEstimator) -> None:
-        """Begin with the first frame."""
+        """Start with the first frame."""
         super().start(frame, estimator)
         self._stretches.clear()
 

@@ -1,3 +1,3 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Where frames come from: bags, videos, folders."""
+"""Sources of frames: bags, videos, folders."""

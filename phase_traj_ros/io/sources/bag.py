@@ -1,10 +1,10 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
 """
-Frames from bags of ROS 2 and ROS 1, without ROS: rosbags reads them, else rosbag2_py.
+Frames from ROS 2 and ROS 1 bags, without ROS: read by rosbags, or else by rosbag2_py.
 
-Only images, the calibration of their camera and speeds are ever deserialised, with the definitions
-that ROS itself has had for them since they exist. So a bag opens whatever else is in it.
+Only images, the CameraInfo of their camera and speeds are deserialised, with the standard ROS
+definitions of these types. So a bag opens whatever other types it contains.
 """
 
 from collections.abc import Callable, Generator, Iterable, Iterator
@@ -49,7 +49,7 @@ _MAX_REASON = 200
 
 
 class _Kind(Enum):
-    """Kind of bag; the value is its name for reports."""
+    """Kind of bag; the value is its name in reports."""
 
     ROS1 = 'ROS 1 bag'
     ROS2 = 'ROS 2 bag'
@@ -70,7 +70,7 @@ class _Topic:
 
 @dataclass(frozen=True, slots=True)
 class _Message:
-    """An image message as it stands in the bag, deserialised."""
+    """An image message of the bag, deserialised."""
 
     msg: object
     header_stamp_ns: int
@@ -82,11 +82,11 @@ class _Header(Protocol):
 
     @property
     def stamp(self) -> Time:
-        """When the image was taken."""
+        """Time at which the image was taken."""
 
     @property
     def frame_id(self) -> str:
-        """Name of the camera's frame."""
+        """Name of the coordinate frame of the camera."""
 
 
 class _Stamped(Protocol):
@@ -94,19 +94,19 @@ class _Stamped(Protocol):
 
     @property
     def header(self) -> _Header:
-        """Stamp and frame."""
+        """Stamp and coordinate frame."""
 
 
 class BagSource(FrameSource):
     """
     The images of one topic of a ROS 2 bag (a directory, a .mcap or .db3 file) or a ROS 1 .bag.
 
-    Without a topic, the bag's only image topic is taken, Image or CompressedImage; one that has
-    no messages does not count where another has some. The stamps are those of the headers, unless
+    Without a topic, the bag's only image topic (Image or CompressedImage) is used. Topics without
+    messages are ignored if another image topic has some. Stamps are those of the headers, unless
     the driver left them zero (see StampRule).
 
-    Raises SourceError if the bag cannot be read or the topic is not clear, and
-    MissingDependencyError where neither rosbags nor, for a ROS 2 bag, rosbag2_py is installed.
+    Raises SourceError if the bag cannot be read or the topic is ambiguous, and
+    MissingDependencyError if neither rosbags nor, for a ROS 2 bag, rosbag2_py is installed.
     """
 
     def __init__(
@@ -117,7 +117,7 @@ class BagSource(FrameSource):
         selection: Selection = EVERYTHING,
     ) -> None:
         self._path = path
-        # A ROS 2 bag is a directory, whatever its name ends in; one of ROS 1 is a file.
+        # A ROS 2 bag is a directory, whatever its suffix; a ROS 1 bag is a file.
         is_file = path.suffix.lower() == '.bag' and not path.is_dir()
         self._kind = _Kind.ROS1 if is_file else _Kind.ROS2
         self._deserialise = _deserialiser(self._kind)
@@ -134,15 +134,15 @@ class BagSource(FrameSource):
 
     @property
     def topic(self) -> str:
-        """Name of the image topic that is read."""
+        """Name of the image topic in use."""
         return self._topic.name
 
     def camera(self, *, rectified: bool) -> CameraModel | None:
         """
-        Return the model that the first CameraInfo that can be used gives of the camera.
+        Return the camera model of the first valid CameraInfo for the image topic.
 
-        It is looked for beside the image topic. None if there is no such message. Raises
-        SourceError if one cannot be read, and CalibrationError if none can be used.
+        None if there is no such message. Raises SourceError if a message cannot be read, and
+        CalibrationError if none is valid.
         """
         topic = camera_info_topic(self._topic.name)
         unusable: CalibrationError | None = None
@@ -158,10 +158,10 @@ class BagSource(FrameSource):
 
     def speeds(self, topic: str) -> Iterator[Speed]:
         """
-        Yield the speeds on a topic of one of SPEED_TYPES, by the stamps of their headers.
+        Yield the speeds on a topic of one of SPEED_TYPES, stamped by their headers.
 
-        Where a header has none, the time of reception stands in. Those that cannot be
-        (NaN, thousands of metres per second) are left out. Raises SourceError.
+        If a header has no stamp, the time of reception is used. Impossible speeds (NaN, thousands
+        of metres per second) are skipped. Raises SourceError.
         """
         name = topic if topic.startswith('/') else f'/{topic}'
         with self._errors_explained(), self._reader() as reader:
@@ -170,13 +170,13 @@ class BagSource(FrameSource):
         if not types:
             raise SourceError(
                 f'{self._path} has no speed on {name}, that is, none of'
-                f' {", ".join(SPEED_TYPES.values())}; on other topics it has'
-                f' {_listed(there, none="none")}: name one of them as the speed topic, or give the'
+                f' {", ".join(SPEED_TYPES.values())}; topics with speeds:'
+                f' {_listed(there, none="none")}; give one of them as the speed topic, or give the'
                 ' parameter speed')
         speed_of = SPEED_OF[types[0]]
         for message, receive_ns in self._messages_of(name, types[0]):
             speed = speed_of(message)
-            # As the node does, which says so; a bag cannot be mended.
+            # The node warns of them; a bag cannot be corrected, so there is no warning here.
             if is_speed(speed):
                 stamp = cast('_Stamped', message).header.stamp
                 yield Speed(to_nanoseconds(stamp) or receive_ns, speed)
@@ -184,12 +184,12 @@ class BagSource(FrameSource):
     def _messages_of(
         self, topic: str, msgtype: str,
     ) -> Generator[tuple[object, int], None, None]:
-        """Yield the messages of a topic, deserialised, and when they were received."""
+        """Yield the messages of a topic, deserialised, with their times of reception."""
         with self._errors_explained(f', topic {topic}'), self._reader() as reader:
             connections = [
                 each for each in reader.connections
                 if each.topic == topic and each.msgtype == msgtype]
-            # Without any, rosbags would give the messages of all topics.
+            # Given no connections, rosbags would yield the messages of all topics.
             if not connections:
                 return
             with closing(reader.messages(connections=connections)) as messages:
@@ -198,7 +198,7 @@ class BagSource(FrameSource):
 
     def _candidates(self) -> Generator[Candidate, None, None]:
         with closing(self._messages()) as messages:
-            # Two zeros at the start show a driver without stamps before the first is used.
+            # Two zeros at the start identify a driver without stamps before the first one is used.
             head = list(islice(messages, 2))
             rule = StampRule(
                 zero_seen=len(head) == 2 and all(each.header_stamp_ns == 0 for each in head))
@@ -216,7 +216,7 @@ class BagSource(FrameSource):
                 f'{self._path}, topic {self._topic.name}, message {index}: {error}') from error
 
     def _messages(self) -> Generator[_Message, None, None]:
-        """Yield the topic's messages in the order they were received in."""
+        """Yield the messages of the topic in order of reception."""
         index = 0
         with self._errors_explained():
             reader = self._reader()
@@ -261,17 +261,17 @@ class BagSource(FrameSource):
 
     @contextmanager
     def _errors_explained(self, where: str = '') -> Iterator[None]:
-        """Turn whatever a broken file provokes in its parsers into a SourceError."""
+        """Convert any error that a broken file causes in the parsers to a SourceError."""
         try:
             yield
         except PhaseTrajError:
             raise
-        # A damaged file gets through to any line of the parsers (struct, assert, ord, sqlite,
-        # decompressors, no memory for an absurd length), so any exception is expected here.
+        # Damaged data can reach any line of the parsers (struct, assert, ord, sqlite,
+        # decompressors, no memory for an impossible length), so any exception is expected here.
         except Exception as error:
             reason = ' '.join(str(error).split())[:_MAX_REASON].rstrip('.')
             if isinstance(error, (MemoryError, OverflowError)):
-                reason = 'it claims an absurd length'
+                reason = 'it claims an impossible length'
             reason = reason or type(error).__name__
             raise SourceError(
                 f'{self._path}{where} cannot be read as a {self._kind.value} ({reason}); '
@@ -289,7 +289,7 @@ class BagSource(FrameSource):
 
 
 def _deserialiser(kind: _Kind) -> Callable[[bytes, str], object]:
-    """Return the function from the bytes and type name of an image message to the message."""
+    """Return the function that deserialises an image message, given its bytes and type name."""
     try:
         from rosbags.typesys import get_typestore, Stores
         if kind is _Kind.ROS1:
@@ -305,13 +305,13 @@ def _deserialiser(kind: _Kind) -> Callable[[bytes, str], object]:
 
 
 def _opens_single_files() -> bool:
-    """Tell whether rosbags reads .mcap and .db3 files that have no directory around them."""
+    """Return whether rosbags reads .mcap and .db3 files that are not in a bag's directory."""
     from rosbags.rosbag2 import reader
     return hasattr(reader, 'DirectoryReader')
 
 
 def _topics_of(connections: 'Iterable[Connection]') -> list[_Topic]:
-    """Sum up the connections (a topic has one per publisher, and perhaps several types)."""
+    """Merge the connections by topic (a topic has one per publisher, maybe of several types)."""
     counts: dict[tuple[str, str], int] = {}
     for connection in connections:
         key = (connection.topic, connection.msgtype)
@@ -320,7 +320,7 @@ def _topics_of(connections: 'Iterable[Connection]') -> list[_Topic]:
 
 
 def _choose_topic(path: Path, topics: list[_Topic], wanted: str | None) -> _Topic:
-    """Return the image topic that is wanted, or the only one."""
+    """Return the requested image topic, or the only one."""
     images = [each for each in topics if each.msgtype in IMAGE_TYPES]
     if not images:
         raise SourceError(f'{path} has no image topic; it has {_listed(topics)}')
@@ -331,11 +331,11 @@ def _choose_topic(path: Path, topics: list[_Topic], wanted: str | None) -> _Topi
                     return each
         raise SourceError(
             f'{path} has no image topic {wanted}; its image topics are {_listed(images)}')
-    # A recorder also keeps topics on which nothing came.
+    # Recorders also store topics on which no message arrived.
     filled = [each for each in images if each.count > 0] or images
     if len(filled) > 1:
         raise SourceError(
-            f'{path} has several image topics: {_listed(filled)}; name one as the topic')
+            f'{path} has several image topics: {_listed(filled)}; give one as the topic')
     return filled[0]
 
 

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What every source of frames has, whatever it reads."""
+"""The base class of all sources of frames."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Generator, Iterator
@@ -15,27 +15,27 @@ from phase_traj_ros.io.images.decoding import GreyImage
 from phase_traj_ros.io.sources.selection import Choice, Selection, Selector
 
 DEFAULT_FPS: Final = 10.0
-"""Frames per second where neither the source nor the user says."""
+"""Frames per second, if neither the source nor the user gives a rate."""
 
 DEFAULT_SPEED_TOPIC: Final = '/speed'
-"""Topic of a bag that speeds are taken from: that of a node in the root namespace."""
+"""Topic of a bag that holds speeds: the node's, if it runs in the root namespace."""
 
 CAMERA_FRAME: Final = 'camera'
-"""Name of the camera's frame where the source gives none."""
+"""Name of the camera's coordinate frame, if the source gives none."""
 
 _SourceT = TypeVar('_SourceT', bound='FrameSource')
 
 
 @dataclass(frozen=True, slots=True)
 class StampedFrame:
-    """A grey image, (H, W), uint8 or uint16, and the time it was taken at, in nanoseconds."""
+    """A greyscale image, (H, W), uint8 or uint16, and the time it was taken in nanoseconds."""
 
     image: GreyImage
     stamp_ns: int
     encoding: str = ''
-    """What the image was made from, where the source says so."""
+    """Original encoding of the image, if the source gives it."""
     frame_id: str = CAMERA_FRAME
-    """Name of the camera's frame in ROS."""
+    """Name of the camera's coordinate frame in ROS."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,7 +48,7 @@ class Speed:
 
 @dataclass(frozen=True, slots=True)
 class Candidate:
-    """A frame that is not decoded yet: it may turn out not to be selected."""
+    """A frame that is not decoded until it is selected."""
 
     stamp_ns: int
     decode: Callable[[], GreyImage]
@@ -60,11 +60,10 @@ class FrameSource(ABC):
     """
     Frames in order, from a bag, a video or a folder.
 
-    Each iter() starts anew from the first frame. An iterator opens what it reads in the thread
-    that iterates, and releases it when it is exhausted or closed, so it can be handed to a
-    background thread as a whole. Iterating raises SourceError where the source cannot be read,
-    FrameError at an image that cannot be used, and SourceError at the end if there was no frame
-    to be had.
+    Each iter() starts again from the first frame. An iterator opens its files in the thread that
+    iterates, and releases them when it is exhausted or closed, so it can be passed as a whole to a
+    background thread. Iterating raises SourceError if the source cannot be read, FrameError at an
+    image that cannot be used, and SourceError at the end if there was no frame.
     """
 
     def __init__(
@@ -77,7 +76,7 @@ class FrameSource(ABC):
 
     @property
     def description(self) -> str:
-        """Say what is read, in a few words, for reports."""
+        """Return a short description of the source for reports."""
         return self._description
 
     @property
@@ -85,41 +84,41 @@ class FrameSource(ABC):
         """
         Return the number of frames to expect, after selection; None if not known.
 
-        It is meant for a progress bar: videos and broken bags may hold more or fewer.
+        It is an estimate for progress bars: videos and broken bags may hold more or fewer.
         """
         return self._frame_count
 
     def camera(self, *, rectified: bool) -> CameraModel | None:
         """
-        Return what the source knows of the camera; None if it knows nothing.
+        Return the camera model that the source holds; None if it holds none.
 
         Parameters
         ----------
         rectified
-            Whether the images are rectified ones, where the source has calibrations for both.
+            Whether the images are rectified, if the source has calibrations for both cases.
 
         Raises
         ------
         SourceError
-            It should know something, but that cannot be read.
+            The calibration cannot be read.
         CalibrationError
-            What it knows cannot be used.
+            The calibration cannot be used.
 
         """
         return None
 
     def speeds(self, topic: str) -> Iterator[Speed]:
         """
-        Yield the vehicle's speeds that come on a topic of a bag, in order.
+        Yield the vehicle's speeds on a topic of a bag, in order.
 
         Raises
         ------
         SourceError
-            It is no bag, or there is no such topic, or it cannot be read.
+            The source is not a bag, the topic does not exist, or it cannot be read.
 
         """
         raise SourceError(
-            f'{self._description} is no bag, so no speed comes with it: give the parameter speed')
+            f'{self._description} is not a bag and has no speeds: give the parameter speed')
 
     def __enter__(self: _SourceT) -> _SourceT:
         return self
@@ -133,7 +132,7 @@ class FrameSource(ABC):
         self.close()
 
     def close(self) -> None:
-        """Release what the source holds; it cannot be iterated over any more."""
+        """Release the source. It cannot be iterated over afterwards."""
         self._closed = True
 
     def __iter__(self) -> Iterator[StampedFrame]:
@@ -163,16 +162,16 @@ class FrameSource(ABC):
 
     @abstractmethod
     def _candidates(self) -> Generator[Candidate, None, None]:
-        """Yield all frames from the first one on, before selection."""
+        """Yield all frames from the first one on, before the selection."""
 
 
 def index_stamp_ns(index: int, fps: float) -> int:
-    """Return the stamp, in nanoseconds, of the frame of that index at a constant rate."""
+    """Return the stamp in nanoseconds of the frame with that index, at a constant rate."""
     return round(index * 1_000_000_000 / fps)
 
 
 def selected_count(stamps_ns: list[int], selection: Selection) -> int:
-    """Return how many frames of the given stamps are selected."""
+    """Return how many frames with the given stamps are selected."""
     selector = Selector(selection)
     for stamp_ns in stamps_ns:
         if selector.judge(stamp_ns) is Choice.STOP:

@@ -13,15 +13,15 @@ CALIBRATION_FILE: Final = 'calib.txt'
 """Name of the file with the projection matrices of a KITTI sequence, ``P0:`` to ``P3:``."""
 
 KITTI_CAMERAS: Final = ('image_0', 'image_2', 'image_1', 'image_3')
-"""Folders of a sequence: the grey cameras first, the left one of each pair before the right."""
+"""Folders of a sequence: greyscale cameras first, the left one of each pair first."""
 
 
 def kitti_camera(picture: Path) -> CameraModel | None:
     """
-    Return the model of the camera that has taken a picture of a KITTI sequence.
+    Return the model of the camera that took a picture of a KITTI sequence.
 
-    It is that of the line P0 to P3 in the calib.txt beside the folder, image_0 to image_3, that
-    the picture is in; None where there is no such folder or file. The pictures are rectified.
+    It is read from the line P0 to P3 of the calib.txt beside the picture's folder, image_0 to
+    image_3. None if there is no such folder or file. The pictures are rectified.
 
     Raises
     ------
@@ -52,7 +52,7 @@ def _read_matrix(path: Path, name: str) -> list[float]:
     except OSError as error:
         raise SourceError(f'{path} cannot be read: {error.strerror}') from error
     except ValueError as error:
-        raise ValueError('the file is no text') from error
+        raise ValueError('it is not a text file') from error
     found = [line.partition(':')[2].split() for line in lines if line.startswith(f'{name}:')]
     if not found:
         raise ValueError(f'there is no line {name!r}')

@@ -26,14 +26,14 @@ _BAG_SUFFIXES = ('.mcap', '.db3')
 
 class FolderSource(FrameSource):
     """
-    The pictures of a folder in natural order of their names (2 before 10), 16 bits kept.
+    The pictures of a folder in natural order of their names (2 before 10); 16 bits are kept.
 
-    The stamps are those of times.txt, in the folder or beside it: line by line where there are
-    as many lines as pictures, else the line whose number, from 0 on, is the picture's name. An
-    fps that is given is stronger than times.txt; without either it is 10. Where the folder itself
-    has no pictures, but is a KITTI sequence, the first of its cameras is taken.
+    The stamps are those of times.txt, in the folder or beside it. If it has as many lines as there
+    are pictures, lines and pictures correspond; otherwise the name of each picture is the number
+    of its line, from 0 on. A given fps overrides times.txt; without either, it is 10. If the
+    folder itself has no pictures but is a KITTI sequence, its first camera is used.
 
-    Raises SourceError if there are no pictures or times.txt does not fit them.
+    Raises SourceError if there are no pictures or times.txt does not match them.
     """
 
     def __init__(
@@ -62,8 +62,8 @@ class FolderSource(FrameSource):
         """
         Return the model of the camera of a KITTI sequence; None for other folders.
 
-        It is that of the line P0 to P3 in calib.txt, beside the folder image_0 to image_3 that
-        the pictures are in. They are rectified, whatever ``rectified`` says. Raises SourceError.
+        It is read from the line P0 to P3 of calib.txt, beside the picture folder image_0 to
+        image_3. The pictures are rectified, whatever ``rectified`` is. Raises SourceError.
         """
         return kitti_camera(self._pictures[0])
 
@@ -73,13 +73,13 @@ class FolderSource(FrameSource):
 
 
 def natural_key(name: str) -> tuple[tuple[str | int, ...], str]:
-    """Return a sort key that orders runs of digits by their value, the rest without case."""
+    """Return a sort key that orders runs of digits by value, and letters ignoring case."""
     parts = re.split(r'([0-9]+)', name.casefold())
     return tuple(int(part) if index % 2 else part for index, part in enumerate(parts)), name
 
 
 def _pictures_in(folder: Path) -> list[Path]:
-    """Return the pictures right in the folder, in natural order."""
+    """Return the pictures directly in the folder, in natural order."""
     try:
         found = [
             entry for entry in folder.iterdir()
@@ -93,7 +93,7 @@ def _pictures_in(folder: Path) -> list[Path]:
 
 
 def _find_pictures(path: Path) -> tuple[Path, list[Path]]:
-    """Return the folder that holds the pictures, and these."""
+    """Return the folder that holds the pictures, and the pictures."""
     pictures = _pictures_in(path)
     if pictures:
         return path, pictures

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Reads the mask that the parameters name."""
+"""Reads the mask file given by the parameters."""
 
 from pathlib import Path
 
@@ -13,7 +13,7 @@ from phase_traj_ros.parameters import Parameters
 
 def read_mask(parameters: Parameters) -> GreyImage | None:
     """
-    Return the mask of ``mask_file``, (H, W) uint8 or uint16, or None where none is named.
+    Return the mask in ``mask_file``, (H, W) uint8 or uint16; None if it is not given.
 
     Raises
     ------

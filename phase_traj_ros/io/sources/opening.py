@@ -1,7 +1,7 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
 """
-Opens whatever frames come from: a bag, a video or a folder of pictures.
+Opens any source of frames: a bag, a video or a folder of pictures.
 
 A source is iterated over::
 
@@ -31,30 +31,30 @@ def open_source(
     fps: float | None = None,
 ) -> FrameSource:
     """
-    Open a bag, a video or a folder of pictures, recognised by what path is.
+    Open a bag, a video or a folder of pictures; ``path`` decides which.
 
-    A directory with metadata.yaml and a .mcap or .db3 file are ROS 2 bags, a .bag file is one of
-    ROS 1, a directory with pictures (or a KITTI sequence) is a folder, any other file a video.
+    A directory with metadata.yaml and a .mcap or .db3 file are ROS 2 bags, a .bag file is a ROS 1
+    bag, a directory with pictures (or a KITTI sequence) is a folder, any other file is a video.
 
     Parameters
     ----------
     path
         The bag, video or folder.
     topic
-        The image topic of a bag; needed where it has several.
+        The image topic of a bag; required if it has several.
     selection
         Which frames to use.
     fps
-        Frames per second of a video or folder, instead of the stamps that it may have.
+        Frames per second of a video or folder; overrides the stamps of the source.
 
     Raises
     ------
     SourceError
-        path is missing, unreadable or empty, or topic does not fit it.
+        path is missing, unreadable or empty, or the bag does not have the topic.
     ParameterError
         fps is not a finite number from 0.001 to 1,000,000.
     MissingDependencyError
-        path is a bag, and the package that reads bags is not installed.
+        path is a bag, and no package that reads bags is installed.
 
     """
     path = Path(path)
@@ -74,7 +74,7 @@ def open_source(
     except (OSError, ValueError) as error:
         raise SourceError(f'{path} cannot be read: {error}') from error
 
-    # Imported here, so that only what is used needs to be there, and is waited for.
+    # Imported here, so that only the packages in use are required and loaded.
     if is_bag:
         if fps is not None:
             raise SourceError(f'{path} is a bag: its images have stamps; leave out fps')

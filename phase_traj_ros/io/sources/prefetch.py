@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Read ahead in a background thread."""
+"""Reads ahead in a background thread."""
 
 from collections.abc import Generator, Iterable
 from dataclasses import dataclass
@@ -25,10 +25,10 @@ def prefetch(items: Iterable[ItemT], depth: int = 8) -> Generator[ItemT, None, N
     """
     Yield the items in order, while a background thread fetches up to depth of them ahead.
 
-    It pays where fetching releases the interpreter's lock, as decoding in OpenCV does. An error
-    of the iterable is raised when its turn comes. Closing the generator, or dropping it, stops
-    the thread after the item it is at, closes the iterator (in that thread, which is the only
-    one that ever touches it) and waits for that.
+    This helps if fetching releases the interpreter lock, as decoding in OpenCV does. An error of
+    the iterable is raised when its turn comes. Closing or deleting the generator stops the thread
+    after the current item, closes the iterator in that thread (no other one uses it), and waits
+    until this is done.
 
     Raises ValueError, at the first item, if depth is less than 1.
     """
@@ -60,8 +60,8 @@ def prefetch(items: Iterable[ItemT], depth: int = 8) -> Generator[ItemT, None, N
             error = caught
         queue.put(_End(error))
 
-    # A daemon, because a generator that is still alive when the interpreter exits must not
-    # keep it from doing so.
+    # A daemon: a generator that is still alive when the interpreter exits must not keep it
+    # from exiting.
     thread = Thread(target=fetch, name='prefetch', daemon=True)
     thread.start()
     try:

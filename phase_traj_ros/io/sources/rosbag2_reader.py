@@ -1,10 +1,10 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
 """
-Bags of ROS 2 read by the packages of a ROS installation, where rosbags is not installed.
+ROS 2 bags read with the packages of a ROS installation, if rosbags is not installed.
 
-The one module of io that asks ROS for help, and only when such a bag is opened there. It looks
-like the reader of rosbags, as far as that is used.
+This is the only module of io that uses ROS, and only when such a bag is opened. It has the same
+interface as the reader of rosbags, as far as that is used.
 """
 
 from collections.abc import Generator, Iterable
@@ -27,7 +27,7 @@ class Connection:
 
 
 class Rosbag2Reader:
-    """Reads a ROS 2 bag with rosbag2_py; raises ImportError where that is not to be had."""
+    """Reads a ROS 2 bag with rosbag2_py; raises ImportError if that is not installed."""
 
     def __init__(self, path: Path) -> None:
         """Prepare to read the bag ``path``, a directory or a file."""
@@ -47,7 +47,7 @@ class Rosbag2Reader:
 
     def open(self) -> None:  # noqa: A003
         """Open the bag."""
-        # Of a directory, metadata.yaml says how it is stored.
+        # For a directory, metadata.yaml gives the storage format.
         storage = '' if self._path.is_dir() else _STORAGE[self._path.suffix.lower()]
         self._reader = self._rosbag2.SequentialReader()
         self._reader.open(
@@ -77,7 +77,7 @@ class Rosbag2Reader:
 
 
 def deserialise(data: bytes, msgtype: str) -> object:
-    """Return the message of the type, such as ``sensor_msgs/msg/Image``, in serialised data."""
+    """Deserialise a message of a type such as ``sensor_msgs/msg/Image``."""
     package, _, name = msgtype.split('/')
     kind = getattr(import_module(f'{package}.msg'), name)
     return import_module('rclpy.serialization').deserialize_message(data, kind)

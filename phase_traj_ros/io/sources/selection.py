@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Which frames of a source are used."""
+"""Selection of the frames of a source."""
 
 from dataclasses import dataclass
 from enum import auto, Enum
@@ -13,14 +13,14 @@ from phase_traj_ros.errors import ParameterError
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Selection:
     """
-    A stretch of a source, thinned out.
+    A part of a source, of which every N-th frame is used.
 
     Of the frames stamped within [start, start + duration), in seconds from the first frame's
-    stamp (duration None: to the end), every N-th is used, the first of them included. A start of
-    0 excludes nothing, not even a frame stamped before the first one (a bag that was looped).
+    stamp (duration None: to the end), every N-th is used, beginning with the first of them. A
+    start of 0 excludes no frame, not even one stamped before the first (a bag that was looped).
 
-    Raises ParameterError if start is negative, duration not positive, either of them not finite,
-    or every not a positive whole number.
+    Raises ParameterError if start is negative, duration is not positive, either of them is not
+    finite, or every is not a positive whole number.
     """
 
     start: float = 0.0
@@ -37,17 +37,17 @@ class Selection:
 
     @property
     def start_ns(self) -> int:
-        """Begin of the stretch in nanoseconds from the first frame."""
+        """Start of the part in nanoseconds since the first frame."""
         return round(self.start * 1e9)
 
     @property
     def end_ns(self) -> int | None:
-        """End of the stretch in nanoseconds from the first frame, None if it has none."""
+        """End of the part in nanoseconds since the first frame, None if it is open."""
         return None if self.duration is None else self.start_ns + round(self.duration * 1e9)
 
     @property
     def is_everything(self) -> bool:
-        """Whether no frame is left out on account of its time."""
+        """Whether no frame is excluded by its time."""
         return self.start_ns == 0 and self.duration is None
 
 
@@ -56,7 +56,7 @@ EVERYTHING: Final = Selection()
 
 
 class Choice(Enum):
-    """What becomes of a frame: used, left out, or left out with all that follow it."""
+    """What to do with a frame: use it, skip it, or skip it and all later ones."""
 
     USE = auto()
     SKIP = auto()
@@ -65,10 +65,10 @@ class Choice(Enum):
 
 class Selector:
     """
-    Apply a Selection to the frames of one source, one after the other.
+    Applies a Selection to the frames of one source, one after the other.
 
-    A reader may stop early, which matters in long bags: not at the first frame behind the end,
-    whose stamp may be a glitch, but after so many of them in a row that it cannot be one.
+    A reader may stop early, which matters in long bags. It does not stop at the first frame after
+    the end, whose stamp may be wrong, but after several of them in a row.
     """
 
     PATIENCE = 50
@@ -79,11 +79,11 @@ class Selector:
         self._inside = 0
         self._behind_in_a_row = 0
         self.seen = 0
-        """Frames judged so far."""
+        """Number of frames judged so far."""
         self.used = 0
-        """Frames judged to be used so far."""
+        """Number of frames selected so far."""
         self.span_ns = 0
-        """Latest stamp so far, from the first frame's on."""
+        """Latest stamp so far, in nanoseconds since the first frame."""
 
     def judge(self, stamp_ns: int) -> Choice:
         """Judge the next frame by its stamp in nanoseconds."""

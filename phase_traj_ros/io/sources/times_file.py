@@ -16,7 +16,7 @@ _MAX_SECONDS = Decimal(2 ** 63 // 10 ** 9)
 
 
 def find_times(folder: Path) -> Path | None:
-    """Return the times.txt in the folder or beside it, None where there is none."""
+    """Return the times.txt in the folder or beside it; None if there is none."""
     # resolve() first: the parent of "." would be "." again.
     for place in (folder, folder.resolve().parent):
         times = place / TIMES_FILE
@@ -27,7 +27,7 @@ def find_times(folder: Path) -> Path | None:
 
 def read_times(path: Path) -> list[int]:
     """
-    Read a file with a time in seconds on each line, to whole nanoseconds, exactly rounded.
+    Read a file with a time in seconds on each line; return exactly rounded nanoseconds.
 
     Blank lines at the end are ignored. Raises SourceError.
     """
@@ -45,7 +45,7 @@ def read_times(path: Path) -> list[int]:
         if not fits:
             raise SourceError(
                 f'{path}, line {number}: {line.strip()[:40]!r} is not a time in seconds; correct '
-                'it, or give fps to do without the file')
+                'it, or give fps to ignore the file')
         stamps.append(round(seconds * 1_000_000_000))
     return stamps
 
@@ -54,8 +54,8 @@ def stamps_of_pictures(pictures: list[Path], times: Path) -> list[int]:
     """
     Return the stamp of each picture in nanoseconds, from a times.txt.
 
-    Line by line where there are as many lines as pictures, else from the line whose number, from
-    0 on, is the picture's name. Raises SourceError where neither fits.
+    If it has as many lines as there are pictures, lines and pictures correspond; otherwise the
+    name of each picture is the number of its line, from 0 on. Raises SourceError if neither holds.
     """
     stamps = read_times(times)
     if len(stamps) == len(pictures):
@@ -67,5 +67,5 @@ def stamps_of_pictures(pictures: list[Path], times: Path) -> list[int]:
     if len(chosen) != len(pictures):
         raise SourceError(
             f'{times} has {len(stamps)} lines for {len(pictures)} pictures, and their names are '
-            'not line numbers; give fps to do without it')
+            'not line numbers; give fps to ignore the file')
     return chosen

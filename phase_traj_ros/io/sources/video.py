@@ -25,10 +25,11 @@ _SNIFFED_BYTES = 4096
 
 class VideoClock:
     """
-    Stamps of the frames of a video from the positions that its reader reports.
+    Stamps of the frames of a video, from the positions that its reader reports.
 
-    A position counts where it is behind the frame before; else (some containers and readers have
-    none) the frame gets the period of the frame rate. So the stamps always increase.
+    A position is used if it is later than that of the previous frame. Otherwise (some containers
+    and readers give none) the stamp advances by one period of the frame rate. So stamps always
+    increase.
     """
 
     def __init__(self, fps: float, *, use_positions: bool = True) -> None:
@@ -39,7 +40,7 @@ class VideoClock:
         self._last_ns = 0
 
     def stamp_ns(self, position_ms: float) -> int:
-        """Return the stamp, in nanoseconds, of the next frame, which is at that position."""
+        """Return the stamp in nanoseconds of the next frame, given its position."""
         self._since_anchor += 1
         stamp_ns = self._anchor_ns + index_stamp_ns(self._since_anchor, self._fps)
         if self._use_positions and 0 < position_ms < _MAX_POSITION_MS:
@@ -55,10 +56,10 @@ class VideoSource(FrameSource):
     """
     The frames of a video, as luma.
 
-    The stamps are the positions in the file, or those of a constant rate where fps is given.
-    Frames that are not selected are passed over without converting them.
+    The stamps are the positions in the file, or those of a constant rate if fps is given. Frames
+    that are not selected are skipped without being converted.
 
-    Raises SourceError if the file is no video or not one frame of it can be decoded.
+    Raises SourceError if the file is not a video or if none of its frames can be decoded.
     """
 
     def __init__(
@@ -73,7 +74,7 @@ class VideoSource(FrameSource):
         capture = self._open()
         try:
             if not capture.grab():
-                raise SourceError(f'{path}: not one frame of the video can be decoded')
+                raise SourceError(f'{path}: no frame of the video can be decoded')
             self._retrieve(capture, 0)
             own_fps = capture.get(cv2.CAP_PROP_FPS)
             count = capture.get(cv2.CAP_PROP_FRAME_COUNT)
@@ -89,7 +90,7 @@ class VideoSource(FrameSource):
             frame_count=self._expected(count, selection))
 
     def _expected(self, count: float, selection: Selection) -> int | None:
-        """Return how many of the frames that the file claims to have are selected."""
+        """Return how many of the frames that the file claims to hold are selected."""
         if not (math.isfinite(count) and 0 < count <= _MAX_FRAME_COUNT):
             return None
         indices = range(int(count))
@@ -113,8 +114,8 @@ class VideoSource(FrameSource):
             capture.release()
 
     def _open(self) -> cv2.VideoCapture:
-        # Named one by one: among all that cv2.CAP_ANY stands for is a reader of numbered
-        # pictures, which takes any name with digits for a pattern.
+        # Listed explicitly: cv2.CAP_ANY includes a reader of numbered pictures, which takes any
+        # name with digits for a pattern.
         wanted = [
             backend for backend in (cv2.CAP_FFMPEG, cv2.CAP_GSTREAMER)
             if cv2.videoio_registry.hasBackend(backend)
@@ -139,7 +140,7 @@ class VideoSource(FrameSource):
 
 
 def _refuse_foreign(path: Path) -> None:
-    """Raise SourceError for files that a video reader would take, though they are no videos."""
+    """Raise SourceError for files that a video reader would accept but that are not videos."""
     if path.suffix.lower() in PICTURE_SUFFIXES:
         raise SourceError(f'{path} is a single picture; give the folder that holds it')
     try:
@@ -147,18 +148,18 @@ def _refuse_foreign(path: Path) -> None:
             start = file.read(_SNIFFED_BYTES)
     except OSError as error:
         raise SourceError(f'{path} cannot be read: {error.strerror}') from error
-    # FFmpeg plays text as the output of a terminal.
+    # FFmpeg plays text files as terminal output.
     if _is_text(start):
         raise SourceError(
             f'{path} is a text file, not a video; give a bag, a video or a folder of pictures')
 
 
 def _is_text(start: bytes) -> bool:
-    """Tell whether the first bytes of a file are text; all video formats have zeros early."""
+    """Return whether the first bytes of a file are text; all video formats have zeros early."""
     if 0 in start:
         return False
     try:
-        # A character may be cut at the end.
+        # The last character may be incomplete.
         codecs.getincrementaldecoder('utf-8')().decode(start, final=False)
     except UnicodeDecodeError:
         return False

@@ -5,7 +5,7 @@
 import time
 
 import cv2
-from phase_traj_ros.core import CodeSource, Lens, Update
+from phase_traj_ros.core import CodeSource, Lens, TravelState, Update
 from phase_traj_ros.core.camera.model import CameraModel
 from phase_traj_ros.core.codes.threshold_hint import Misfit
 from phase_traj_ros.core.correlation.transforms import find_transform, transform_hint
@@ -182,7 +182,8 @@ class Work:
             self._hinted = True
 
     def _warn_without_speed(self, update: Update) -> None:
-        if self._speed is None or update.odometry is not None:
+        travel = update.travel
+        if self._speed is None or (travel is not None and travel.state is TravelState.GIVEN):
             return
         newest_ns = self._estimator.newest_speed_ns
         known = 'none has come yet'
@@ -190,8 +191,9 @@ class Work:
             apart_s = (update.stamp_ns - newest_ns) / 1e9
             known = f'the newest is {abs(apart_s):.3f} s {"older" if apart_s > 0 else "newer"}'
         self._node.get_logger().warning(
-            f'no speed on {self._speed.topic} for the time of an image ({known}): odom does not go'
-            ' on', throttle_duration_sec=_THROTTLE_S)
+            f'no speed on {self._speed.topic} for the time of an image ({known}):'
+            f' {"odom does not go on" if update.odometry is None else "the road tells it"}',
+            throttle_duration_sec=_THROTTLE_S)
 
     def _on_reset(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         frames = self._estimator.frames

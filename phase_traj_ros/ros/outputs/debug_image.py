@@ -7,6 +7,7 @@ from phase_traj_ros.io.messages.published import DEBUG_IMAGE
 from phase_traj_ros.io.results.debug_picture import draw
 from phase_traj_ros.io.sources.base import StampedFrame
 from phase_traj_ros.ros.outputs.messages import MESSAGES
+from rclpy.event_handler import PublisherEventCallbacks
 from rclpy.node import Node
 from rclpy.qos import qos_profile_sensor_data
 from rclpy.qos_overriding_options import QoSOverridingOptions
@@ -22,6 +23,7 @@ class DebugImage:
         self._estimator = estimator
         self._publisher = node.create_publisher(
             Image, f'~/{DEBUG_IMAGE.name}', qos_profile_sensor_data,
+            event_callbacks=PublisherEventCallbacks(use_default_callbacks=False),
             qos_overriding_options=QoSOverridingOptions.with_default_policies())
 
     def publish(self, frame: StampedFrame, update: Update, header: Header) -> None:

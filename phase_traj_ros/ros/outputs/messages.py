@@ -16,6 +16,7 @@ from geometry_msgs.msg import (
     QuaternionStamped,
     Twist,
     TwistWithCovariance,
+    TwistWithCovarianceStamped,
     Vector3,
     Vector3Stamped,
 )
@@ -52,6 +53,7 @@ TYPES = MappingProxyType({
     'geometry_msgs/msg/QuaternionStamped': QuaternionStamped,
     'geometry_msgs/msg/Twist': Twist,
     'geometry_msgs/msg/TwistWithCovariance': TwistWithCovariance,
+    'geometry_msgs/msg/TwistWithCovarianceStamped': TwistWithCovarianceStamped,
     'geometry_msgs/msg/Vector3': Vector3,
     'geometry_msgs/msg/Vector3Stamped': Vector3Stamped,
     'nav_msgs/msg/Odometry': Odometry,

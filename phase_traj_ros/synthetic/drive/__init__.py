@@ -1,3 +1,3 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Plans of drives, their frames and their truth."""
+"""Plans of drives, their frames and their ground truth."""

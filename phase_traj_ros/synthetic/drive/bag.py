@@ -23,7 +23,7 @@ from phase_traj_ros.topics import camera_info_topic
 if TYPE_CHECKING:
     from rosbags.typesys.store import Typestore
 
-#: The topics of the ground truth and of the vehicle's speed, and frames.
+#: The topics and coordinate frames of the ground truth and of the vehicle's speed.
 TRUTH_TOPIC = '/ground_truth/pose'
 SPEED_TOPIC = '/speed'
 _MAP = 'map'
@@ -85,7 +85,7 @@ class _Messages:
 
 @contextmanager
 def _completed(path: Path) -> Iterator[Path]:
-    """Give a temporary place beside ``path``; move what is there to ``path`` at the end."""
+    """Yield a temporary path beside ``path``; rename it to ``path`` at the end."""
     if path.exists():
         raise OutputError(f'{path} exists already: remove it, or choose another name')
     try:
@@ -95,7 +95,7 @@ def _completed(path: Path) -> Iterator[Path]:
         raise OutputError(
             f'cannot write to {path.parent} ({error.strerror}): choose another place') from error
     try:
-        # The files in a bag are named after its directory, so this has its final name already.
+        # The files in a bag are named after its directory, so it has its final name already.
         yield beside / path.name
         os.rename(beside / path.name, path)
     except OSError as error:
@@ -119,9 +119,8 @@ def write_drive_bag(
     speed from this frame to the next as ``geometry_msgs/TwistStamped`` on ``/speed``.
 
     ``progress`` is called after each frame. The bag is written under a temporary name beside
-    ``path``; after a failure nothing is left of it. Raises
-    `MissingDependencyError` without the rosbags library, and `OutputError` where the bag cannot be
-    written or ``path`` exists.
+    ``path`` and removed after an error. Raises `MissingDependencyError` if the rosbags library is
+    not installed, and `OutputError` if the bag cannot be written or ``path`` exists.
     """
     try:
         from rosbags.rosbag2 import StoragePlugin, Writer
@@ -151,7 +150,7 @@ def write_drive_bag(
 
 
 def _speeds(drive: Drive) -> list[float]:
-    """Return the speed from each frame to the next in metres per second; the last one lasts."""
+    """Return the speed from each frame to the next in m/s; the last speed is repeated."""
     steps = np.diff(drive.poses[:, :2], axis=0)
     speeds = np.hypot(steps[:, 0], steps[:, 1]) / np.diff(drive.stamps_ns) * 1e9
     return [*speeds.tolist(), *speeds[-1:].tolist()] or [0.0]

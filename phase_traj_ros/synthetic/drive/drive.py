@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A drive: a camera, where it is at every frame, what there is to see, and what is true of it."""
+"""A drive: a camera, its pose at every frame, the scene, and the ground truth."""
 
 from __future__ import annotations
 
@@ -17,21 +17,21 @@ from phase_traj_ros.synthetic.drive.plan import check, drive_plan, duration, Pla
 from phase_traj_ros.synthetic.scene.scene import Scene
 from phase_traj_ros.synthetic.town.ready import scene_along, street_grid
 
-#: The stamp of the first frame, in nanoseconds: a day in November 2023.
+#: Stamp of the first frame, in nanoseconds: a day in November 2023.
 EPOCH_NS = 1_700_000_000_000_000_000
 
-#: Streets that lie nearer to each other than this are joined, in metres.
+#: Streets nearer to each other than this are merged, in metres.
 _SAME_STREET = 20.0
-#: Where the streets of a drive leave larger blocks than this, streets are put between.
+#: If the blocks between the streets of a drive are larger than this, streets are inserted.
 _LARGEST_BLOCK = 110.0
 
 
 @dataclass(frozen=True, slots=True)
 class TrueTurn:
     """
-    A turn as it truly is.
+    A true turn.
 
-    It begins with the motion after frame ``start_frame`` and is done at ``end_frame``;
+    It begins with the motion after frame ``start_frame`` and ends at ``end_frame``.
     ``angle_deg`` is positive to the left.
     """
 
@@ -46,8 +46,8 @@ class Drive:
     A drive through a scene, seen by one camera.
 
     ``stamps_ns``: (N,) integer nanoseconds; ``poses``: (N, 5) x, y in metres, yaw, pitch, roll in
-    radians (REP 103); ``turns``: the true turns, as far as they are known; ``build_scene``: makes
-    the scene, the same at every call.
+    radians (REP 103); ``turns``: the true turns, as far as known; ``build_scene``: builds the
+    scene, the same on every call.
     """
 
     name: str
@@ -73,18 +73,18 @@ class Drive:
         return len(self.stamps_ns)
 
     def pose(self, frame: int) -> Pose:
-        """Return where the camera is at this frame."""
+        """Return the pose of the camera at this frame."""
         return Pose(*self.poses[frame].tolist())
 
     def yaw_steps(self) -> Floats:
-        """Return how far the camera turns from each frame to the next, (N - 1,) radians."""
+        """Return the yaw of the camera from each frame to the next, (N - 1,) radians."""
         return np.diff(np.unwrap(self.poses[:, 2]))
 
     def take(self, frames: npt.ArrayLike) -> Drive:
         """
-        Return the drive with these frames only, indices that rise.
+        Return the drive reduced to these frames, given by rising indices.
 
-        Turns that begin before the first of them or end after the last are left out.
+        Turns that begin before the first of them or end after the last are dropped.
         """
         index = np.asarray(frames, np.int64)
         turns = tuple(
@@ -99,7 +99,7 @@ class Drive:
 
 def _check_rate(rate_hz: float) -> None:
     if not (np.isfinite(rate_hz) and rate_hz > 0):
-        raise ParameterError(f'{rate_hz} frames per second is no rate: give a positive number')
+        raise ParameterError(f'the rate is {rate_hz} frames per second: give a number above 0')
 
 
 def stamps_at(count: int, rate_hz: float) -> Ints:
@@ -123,7 +123,7 @@ def _true_turns(plan: Plan, rate_hz: float) -> tuple[TrueTurn, ...]:
 
 
 def _filled(lines: Sequence[float]) -> list[float]:
-    """Join streets that are almost one, and put more where the blocks are too large."""
+    """Merge streets that are almost the same, and insert some where the blocks are too large."""
     streets: list[float] = []
     for line in sorted(lines):
         if streets and line - streets[-1] < _SAME_STREET:
@@ -136,7 +136,7 @@ def _filled(lines: Sequence[float]) -> list[float]:
 
 
 def _grid_under(poses: Floats, plan: Plan, seed: int) -> Scene:
-    """Build a grid of streets under a drive that goes along x and y only."""
+    """Build a grid of streets for a drive along x and y only."""
     (x, y, yaw) = poses[:, :3].T
     quarters = np.rint(yaw / (np.pi / 2))
     straight = np.abs(yaw - quarters * np.pi / 2) < 1e-6
@@ -152,11 +152,11 @@ def plan_drive(
     camera: Camera = KITTI_CAMERA, seed: int = 0,
 ) -> Drive:
     """
-    Return the drive that follows a plan, at ``speed`` m/s where a segment has none of its own.
+    Return the drive that follows a plan, at ``speed`` m/s in segments without a speed.
 
-    One frame is at the start and one after each 1 / rate up to the end: 24 s at 10 Hz are 241
-    frames. If all turns are multiples of 90 degrees the drive is through a grid of streets,
-    else along a street of its own. Raises `ParameterError` for a plan that cannot be driven.
+    There is one frame at the start and one after each 1 / rate up to the end: 24 s at 10 Hz are
+    241 frames. If all turns are multiples of 90 degrees, the drive is through a grid of streets,
+    otherwise along a single street. Raises `ParameterError` if the plan cannot be driven.
     """
     check(plan, speed)
     _check_rate(rate_hz)
@@ -175,9 +175,9 @@ def pose_drive(
     seed: int = 0, turns: tuple[TrueTurn, ...] = (),
 ) -> Drive:
     """
-    Return the drive along any poses (N, 3 or 5): x, y, yaw[, pitch, roll], through a street.
+    Return the drive along given poses (N, 3 or 5): x, y, yaw[, pitch, roll], in a street.
 
-    Frames are ``rate_hz`` apart; metres and radians, REP 103.
+    Frames are 1 / ``rate_hz`` apart. Poses are in metres and radians, REP 103.
     """
     given = np.array(poses, np.float64)
     if given.ndim != 2 or given.shape[1] not in (3, 5) or not len(given):

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The pictures of a drive, one after the other."""
+"""Renders the frames of a drive."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ def render_drive(drive: Drive, *, scene: Scene | None = None) -> Iterator[Bytes]
     """
     Yield the frames of a drive in order, each (height, width) uint8.
 
-    Each is rendered when it is asked for, so that a drive may be of any length. ``scene`` saves
-    building the drive's scene where it is at hand.
+    Each is rendered on demand, so a drive may have any length. ``scene`` is the scene of the
+    drive, if it has been built already.
     """
     seen = drive.build_scene() if scene is None else scene
     for frame in range(len(drive)):

@@ -17,8 +17,8 @@ def poses_from_kitti(matrices: npt.ArrayLike) -> Floats:
 
     ``matrices`` is (N, 12), the lines of a KITTI pose file: 3 x 4 camera to world, row-major, with
     x to the right, y down, z forward, metres. The result is in metres and radians in REP 103
-    axes: x is KITTI's z, y its -x. The height is dropped, and yaw is continuous, without jumps
-    by a whole turn. Raises `ParameterError` for another shape.
+    axes: x is KITTI's z, y its -x. The height is dropped, and yaw is not wrapped. Raises
+    `ParameterError` for another shape.
     """
     given = np.asarray(matrices, np.float64)
     if given.ndim != 2 or given.shape[1] != 12 or not np.isfinite(given).all():

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The drives that come with the package, by name."""
+"""The named drives of the package."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from phase_traj_ros.errors import ParameterError
 from phase_traj_ros.synthetic.drive.drive import Drive, plan_drive
 from phase_traj_ros.synthetic.drive.plan import Straight, Turn
 
-#: On straights and in turns, in metres per second.
+#: Speed on straights and in turns, in metres per second.
 _SPEED = 8.0
 _TURNING = 4.5
 
@@ -40,13 +40,13 @@ def paper_case_2() -> Drive:
         Straight(2.0)], speed=_SPEED, seed=3)
 
 
-#: Makers of all drives, by name.
+#: Functions that make the drives, by name.
 DRIVES: dict[str, Callable[[], Drive]] = {
     'demo': demo, 'paper_case_1': paper_case_1, 'paper_case_2': paper_case_2}
 
 
 def named_drive(name: str) -> Drive:
-    """Return the drive of this name; raises `ParameterError` for an unknown one."""
+    """Return the drive with this name; raises `ParameterError` if the name is unknown."""
     if name not in DRIVES:
         raise ParameterError(f'there is no drive {name!r}: choose one of {", ".join(DRIVES)}')
     return DRIVES[name]()

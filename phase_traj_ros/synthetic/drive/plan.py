@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A drive written down as a few segments, and the smooth motion that follows from it."""
+"""A drive as a list of segments, and the smooth motion that follows them."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ import numpy as np
 from phase_traj_ros.errors import ParameterError
 from phase_traj_ros.synthetic.arrays import Floats
 
-#: At the beginning and the end of a turn, this share of it is spent turning in and out.
+#: Share of a turn in which the yaw rate rises, and in which it falls.
 _RAMP = 0.25
-#: A change of speed takes so long, in seconds.
+#: Duration of a change of speed, in seconds.
 _SPEED_CHANGE = 1.0
-#: The path is integrated in steps of this length, in seconds.
+#: Integration step of the path, in seconds.
 _STEP = 0.002
 
 
 @dataclass(frozen=True, slots=True)
 class Straight:
-    """Straight on for ``seconds``; ``speed`` in m/s, None for the drive's, 0 to stand still."""
+    """Straight ahead for ``seconds``; ``speed`` in m/s, None for the drive's, 0 for a stop."""
 
     seconds: float
     speed: float | None = None
@@ -48,7 +48,7 @@ Plan: TypeAlias = Sequence[Straight | Turn]
 
 
 def duration(plan: Plan) -> float:
-    """Return how long a plan takes, in seconds."""
+    """Return the duration of a plan, in seconds."""
     return math.fsum(segment.seconds for segment in plan)
 
 
@@ -60,14 +60,14 @@ def check(plan: Plan, speed: float) -> None:
         if not (math.isfinite(segment.seconds) and segment.seconds > 0
                 and math.isfinite(segment.angle_deg)):
             raise ParameterError(
-                f'{segment}: a segment takes a positive time and turns by a finite angle')
+                f'{segment}: a segment needs a positive duration and a finite angle')
         wanted = speed if segment.speed is None else segment.speed
         if not (math.isfinite(wanted) and wanted >= 0):
-            raise ParameterError(f'{wanted} m/s is no speed: give a finite number, 0 or more')
+            raise ParameterError(f'the speed is {wanted} m/s: give a finite number, 0 or more')
 
 
 def _turned(progress: Floats) -> Floats:
-    """Return the share of a turn done after a share ``progress`` of its time."""
+    """Return the completed share of a turn after a share ``progress`` of its time."""
     ramp = np.clip(progress / _RAMP, 0.0, 1.0)
     out = np.clip((1.0 - progress) / _RAMP, 0.0, 1.0)
     level = np.clip(progress, _RAMP, 1.0 - _RAMP) - _RAMP
@@ -81,7 +81,7 @@ def _turned(progress: Floats) -> Floats:
 
 
 def _speeds(plan: Plan, speed: float) -> tuple[list[float], list[float]]:
-    """Return times and the speeds then, linear between: brake before, accelerate after."""
+    """Return times and speeds, linear in between: brake before a segment, accelerate after it."""
     wanted = [speed if segment.speed is None else segment.speed for segment in plan]
     (times, speeds) = ([0.0], [wanted[0]])
     start = 0.0
@@ -98,16 +98,16 @@ def _speeds(plan: Plan, speed: float) -> tuple[list[float], list[float]]:
 
 def drive_plan(plan: Plan, times: Floats, *, speed: float) -> Floats:
     """
-    Return where a vehicle is that follows a plan, (N, 3): x, y, yaw.
+    Return the positions of a vehicle that follows a plan, (N, 3): x, y, yaw.
 
-    ``times`` (N,) are in seconds from the start, rising; before and after the plan the vehicle
-    goes straight on. It starts at the origin, along x. x and y in metres, yaw in radians.
-    ``speed`` in m/s is that of all segments that have none of their own; the vehicle brakes
-    before a slower segment and accelerates after a slower one.
+    ``times`` (N,) are in seconds from the start, rising. Before and after the plan the vehicle
+    goes straight ahead. It starts at the origin, along x. x and y are in metres, yaw in radians.
+    ``speed`` in m/s applies to segments without a speed. The vehicle brakes before a slower
+    segment and accelerates after it.
     """
     check(plan, speed)
     starts = np.concatenate([[0.0], np.cumsum([segment.seconds for segment in plan])])
-    # The middles of short steps, and their ends.
+    # The midpoints of short steps, and their ends.
     count = max(math.ceil(max(float(times[-1]), 0.0) / _STEP), 1)
     ends = np.linspace(0.0, max(float(times[-1]), _STEP), count + 1)
     middles = (ends[:-1] + ends[1:]) / 2

@@ -1,3 +1,3 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What a camera can see: panels, ground and sky."""
+"""The parts of a scene: panels, ground and sky."""

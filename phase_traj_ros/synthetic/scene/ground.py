@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The ground: a painted map of the streets, with a fine grain multiplied onto it."""
+"""The ground: a painted map of the streets, multiplied by a fine grain."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from phase_traj_ros.synthetic.arrays import as_bytes, Bytes, Floats, Singles
 from phase_traj_ros.synthetic.camera import Camera, Pose
 
 _LEVELS = 7
-#: Beyond this distance, in metres, the ground is of one tone.
+#: Beyond this distance, in metres, the ground has a uniform tone.
 _HORIZON = 400.0
 
 
@@ -32,9 +32,9 @@ class Ground:
     """
     The flat ground, as two pyramids of textures.
 
-    ``paint``: what is where, rows along y and columns along x, ``paint_density`` pixels per metre,
-    its first pixel's corner at ``origin``; ``grain``: a square tile repeated everywhere, 128 where
-    it changes nothing.
+    ``paint``: the map, rows along y and columns along x, ``paint_density`` pixels per metre, the
+    corner of its first pixel at ``origin``; ``grain``: a square tile repeated everywhere, neutral
+    at 128.
     """
 
     paint: tuple[Bytes, ...]
@@ -48,18 +48,18 @@ class Ground:
         cls, paint: Bytes, origin: tuple[float, float], paint_density: float, grain: Bytes,
         grain_density: float,
     ) -> Ground:
-        """Shrink the textures for the distance."""
+        """Build the pyramids, whose smaller levels are for larger distances."""
         return cls(_pyramid(paint), origin, paint_density, _pyramid(grain), grain_density)
 
     def draw(self, picture: Bytes, camera: Camera, pose: Pose) -> None:
-        """Draw all rows of ``picture`` below the horizon, seen by a level camera."""
+        """Draw all rows of ``picture`` below the horizon, as seen by a level camera."""
         first = min(max(int(np.floor(camera.cy)) + 1, 0), camera.height)
         below = np.arange(first, camera.height, dtype=np.float64) - camera.cy
         depth = camera.focal * camera.above_ground / below
         near = first + int(np.count_nonzero(depth > _HORIZON))
         picture[first:near] = int(self.paint[-1].mean())
         depth = depth[near - first:]
-        # A pixel covers depth / f across and depth ** 2 / (f h) along.
+        # A pixel covers depth / f across and depth ** 2 / (f h) along the viewing direction.
         footprint = depth ** 1.5 / (camera.focal * camera.above_ground ** 0.5)
         (paint, grain) = (
             np.clip(np.rint(np.log2(footprint * density)), 0, _LEVELS - 1).astype(int)
@@ -73,7 +73,7 @@ class Ground:
     def _band(
         self, camera: Camera, pose: Pose, depth: Floats, paint_level: int, grain_level: int,
     ) -> Bytes:
-        """Draw rows that share their levels; ``depth`` is (R,)."""
+        """Draw rows with common pyramid levels; ``depth`` is (R,)."""
         slope = (np.arange(camera.width) - camera.cx) / camera.focal
         (cos, sin) = (np.cos(pose.yaw), np.sin(pose.yaw))
         directions = (cos + slope * sin, sin - slope * cos)

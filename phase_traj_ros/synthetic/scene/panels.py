@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Everything solid is made of panels: upright pieces of planes over lines on the ground."""
+"""Panels, of which everything solid is made: upright rectangles over lines on the ground."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ class Panel(NamedTuple):
     One upright panel.
 
     From ``start`` to ``end`` (x, y) in metres, between the heights ``base`` and ``top``, cut out
-    by ``silhouette``. Its texture begins ``offset`` metres from the texture's left edge, at its
-    bottom, and is brightened by ``gain``. It is not drawn from farther away than ``reach``.
+    by ``silhouette``. Its texture starts ``offset`` metres from the left edge and at the bottom,
+    and is brightened by ``gain``. It is not drawn from farther away than ``reach``, in metres.
     """
 
     start: tuple[float, float]
@@ -59,11 +59,11 @@ class Panels:
         return cls(**arrays)
 
     def __len__(self) -> int:
-        """Return how many panels there are."""
+        """Return the number of panels."""
         return len(self.base)
 
     def __getitem__(self, which: Ints) -> Panels:
-        """Return the panels of these indices."""
+        """Return the panels with these indices."""
         return Panels(*(getattr(self, field.name)[which] for field in fields(self)))
 
     def lengths(self) -> Floats:

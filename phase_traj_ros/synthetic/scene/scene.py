@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A scene: everything a camera can see, fixed for ever."""
+"""A scene: everything a camera can see. It never changes."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from phase_traj_ros.synthetic.textures.materials import Materials
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Scene:
-    """Upright panels and what they are made of, the ground they stand on, the sky above."""
+    """Upright panels with their materials, the ground below and the sky above."""
 
     panels: Panels
     materials: Materials

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The sky and the hills below it, infinitely far away: they turn, but never come nearer."""
+"""The sky and the hills below it, infinitely far away: they rotate, but never come nearer."""
 
 from __future__ import annotations
 
@@ -12,28 +12,28 @@ from phase_traj_ros.synthetic.arrays import Bytes
 from phase_traj_ros.synthetic.camera import Camera
 from phase_traj_ros.synthetic.textures.noise import spectral_noise
 
-#: Pixels of the panorama per turn, and per unit of the elevation's tangent.
+#: Pixels of the panorama per full turn, and per unit of the elevation's tangent.
 _TURN = 4096
 _SCALE = _TURN / (2 * np.pi)
-#: The panorama reaches up to this tangent of the elevation, and down to minus a quarter of it.
+#: The panorama extends up to this tangent of the elevation, and down to minus a quarter of it.
 _HIGHEST = 0.8
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Sky:
-    """A panorama of two whole turns, ``horizon`` rows of which are above the horizon."""
+    """A panorama of two full turns, ``horizon`` rows of which are above the horizon."""
 
     panorama: Bytes
     horizon: int
 
     def draw(self, picture: Bytes, camera: Camera, yaw: float) -> None:
-        """Draw all rows of ``picture`` down to the horizon, seen by a level camera."""
+        """Draw all rows of ``picture`` down to the horizon, as seen by a level camera."""
         rows = np.arange(min(max(int(np.floor(camera.cy)) + 1, 0), camera.height))
         if not len(rows):
             return
         slope = (np.arange(camera.width) - camera.cx) / camera.focal
         azimuth = np.arctan(slope)
-        # The panorama runs clockwise, as columns of the picture do.
+        # The panorama runs clockwise, like the columns of the image.
         turn = (azimuth[0] - yaw) % (2 * np.pi) + (azimuth - azimuth[0])
         steep = _SCALE / (camera.focal * np.sqrt(1.0 + slope * slope))
         columns = np.broadcast_to(

@@ -1,10 +1,10 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
 """
-All textures of the walls in one picture, shrunk in either direction by any power of two.
+All textures of the walls in one image, reduced in either direction by any power of two.
 
-Such a *ripmap* lets one ``cv2.remap`` draw every wall of a view without shimmering: a wall seen
-at a grazing angle is shrunk along its length only, a far one in both directions.
+Such a *ripmap* lets one ``cv2.remap`` draw every wall of a view without aliasing: a wall seen at
+a grazing angle is reduced along its length only, a distant one in both directions.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ import cv2
 import numpy as np
 from phase_traj_ros.synthetic.arrays import as_bytes, Bytes, Floats, Ints
 
-#: Shrunk by up to 2 ** LEVELS in each direction.
+#: Largest reduction in each direction, as a power of 2.
 LEVELS = 6
 
 _GRID = 32
@@ -26,9 +26,9 @@ _SHEET_WIDTH = 4096
 @dataclass(frozen=True, slots=True, eq=False)
 class Atlas:
     """
-    The picture, and where in it the unshrunk textures are.
+    The image, and the positions of the full-size textures in it.
 
-    ``image``: (2 h, 2 w) uint8, of which [:h, :w] is the sheet of unshrunk textures;
+    ``image``: (2 h, 2 w) uint8, of which [:h, :w] is the sheet of full-size textures;
     ``left``, ``bottom``: (T,) pixels; ``length``, ``height``: (T,) metres; ``density``: (T,)
     pixels per metre.
     """
@@ -41,16 +41,16 @@ class Atlas:
     density: Floats
 
     def columns(self, x: Floats, level: Ints) -> Floats:
-        """Return the columns in the picture of the sheet's columns x at these levels."""
+        """Return the columns of the image for columns x of the sheet at these levels."""
         return _in_ripmap(x, level, self.image.shape[1])
 
     def rows(self, y: Floats, level: Ints) -> Floats:
-        """Return the rows in the picture of the sheet's rows y at these levels."""
+        """Return the rows of the image for rows y of the sheet at these levels."""
         return _in_ripmap(y, level, self.image.shape[0])
 
 
 def _in_ripmap(edge: Floats, level: Ints, size: int) -> Floats:
-    """Take a coordinate counted from the sheet's edge to one counted from a pixel's centre."""
+    """Convert a coordinate from the sheet's edge to one from the centre of a pixel."""
     shrink: Floats = np.exp2(-level.astype(np.float64))
     return size * (1.0 - shrink) + edge * shrink - 0.5
 
@@ -62,12 +62,12 @@ def level_of(footprint: Floats) -> Ints:
 
 
 def _grown(size: int) -> int:
-    """Leave a gutter, so that the textures next to each other mix at the far levels only."""
+    """Add a margin, so that neighbouring textures mix at high levels only."""
     return (size + _GRID // 2 + _GRID - 1) // _GRID * _GRID
 
 
 def _packed(pictures: Sequence[Bytes]) -> tuple[Bytes, Ints]:
-    """Place the pictures on shelves; return the sheet and the (left, top) of each, (T, 2)."""
+    """Arrange the textures on shelves; return the sheet and the (left, top) of each, (T, 2)."""
     places = np.zeros((len(pictures), 2), np.int64)
     (x, y, shelf) = (0, 0, 0)
     for index in sorted(range(len(pictures)), key=lambda i: -pictures[i].shape[0]):
@@ -86,7 +86,7 @@ def _packed(pictures: Sequence[Bytes]) -> tuple[Bytes, Ints]:
 
 
 def _ripmap(sheet: Bytes) -> Bytes:
-    """Shrink the sheet in both directions independently."""
+    """Reduce the sheet in both directions independently."""
     (height, width) = sheet.shape
     image = np.zeros((2 * height, 2 * width), np.uint8)
     tall = sheet

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Fronts of houses: plaster or brick, with windows, doors, bands and pipes, all random."""
+"""Random fronts of houses: plaster or brick, with windows, doors, bands and pipes."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def _brick_courses(
     rows = np.arange(height) / density / course
     columns = np.arange(width) / density / brick
     row = rows.astype(int)
-    # Every other course is half a brick along.
+    # Every second course is offset by half a brick.
     place = columns[None, :] + 0.5 * (row[:, None] % 2)
     tones = rng.normal(1.0, 0.13, (row[-1] + 1, int(columns[-1]) + 2))
     picture = tones[row[:, None], place.astype(int)]
@@ -56,7 +56,7 @@ def _brick_courses(
 def _plaster(
     rng: np.random.Generator, noise: NoiseBank, height: int, width: int, density: float,
 ) -> Singles:
-    """Return a bare wall with its grain, stains and streaks of rain."""
+    """Return a bare wall with grain, stains and streaks of rain."""
     picture = np.full((height, width), rng.uniform(120, 235), np.float32)
     if rng.random() < 0.35:
         picture *= 0.7 * _brick_courses(rng, height, width, density)
@@ -84,7 +84,7 @@ def _window(
     canvas.box(left - 0.18, bottom - 0.17, width + 0.36, 0.09, tone=1.15 * frame)
     canvas.box(left - 0.14, bottom - 0.3, width + 0.28, 0.13, tone=60.0, keep=0.4)
     canvas.box(left, bottom, width, height, tone=rng.uniform(15, 55), keep=0.08)
-    # What the glass reflects, or a curtain.
+    # A reflection in the glass, or a curtain.
     (dx, dz) = rng.uniform(0.0, 0.6, 2)
     canvas.box(
         left + dx * width, bottom + dz * height, 0.4 * width, 0.4 * height,
@@ -97,7 +97,7 @@ def _window(
         drop = rng.uniform(0.15, 1.0) * height
         _slats(canvas, left, bottom + height - drop, width, drop,
                tone=rng.uniform(110, 220), pitch=0.09)
-    # The lintel throws a shadow.
+    # Shadow of the lintel.
     canvas.box(left, bottom + height - 0.12, width, 0.12, tone=10.0, keep=0.5)
     if shutters:
         tone = rng.uniform(50, 150)
@@ -106,7 +106,7 @@ def _window(
 
 
 def _columns(rng: np.random.Generator, length: float) -> list[tuple[float, float]]:
-    """Return (left edge, width) of the windows along a wall, never evenly spaced."""
+    """Return (left edge, width) of the windows along a wall; the spacing is never even."""
     columns: list[tuple[float, float]] = []
     x = rng.uniform(0.5, 1.8)
     while True:
@@ -118,7 +118,7 @@ def _columns(rng: np.random.Generator, length: float) -> list[tuple[float, float
 
 
 def _floors(rng: np.random.Generator, height: float) -> Floats:
-    """Return the heights at which the floors begin."""
+    """Return the heights of the floors."""
     floors = [rng.uniform(0.3, 1.0)]
     while floors[-1] < height:
         floors.append(floors[-1] + rng.uniform(2.6, 3.4))

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""All textures and outlines that scenes are built from, made once per process."""
+"""All textures and outlines of scenes, generated once per process."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from phase_traj_ros.synthetic.textures.silhouettes import build_silhouettes, Sil
 
 
 class Material(Enum):
-    """What a panel is made of."""
+    """Material of a panel."""
 
     FACADE = auto()
     TOWER = auto()
@@ -32,7 +32,7 @@ class Material(Enum):
 
 @dataclass(frozen=True, slots=True)
 class _Recipe:
-    """How many textures of what size, in metres, at how many pixels per metre."""
+    """Number and size of textures, in metres, and their pixels per metre."""
 
     draw: Callable[..., Bytes]
     count: int
@@ -41,7 +41,7 @@ class _Recipe:
     density: float
 
 
-# Dense enough not to look soft at the least distance, 7 m for a front and 4 m for a car.
+# Sharp at the smallest distance, 7 m for a front and 4 m for a car.
 _RECIPES = {
     Material.FACADE: _Recipe(facades.facade, 16, 16.0, 12.5, 56.0),
     Material.TOWER: _Recipe(facades.facade, 6, 24.0, 22.0, 20.0),
@@ -56,7 +56,7 @@ _RECIPES = {
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Materials:
-    """The atlas of textures, which of them are of what material, and the outlines."""
+    """The atlas of textures, their indices by material, and the outlines."""
 
     atlas: Atlas
     members: dict[Material, tuple[int, ...]]
@@ -65,7 +65,7 @@ class Materials:
 
 @lru_cache(maxsize=2)
 def materials(seed: int) -> Materials:
-    """Return the materials of this seed; they are shared, and must not be written to."""
+    """Return the materials of this seed; they are shared and must not be changed."""
     rng = np.random.default_rng((seed, 1))
     noise = NoiseBank(rng)
     pictures: list[Bytes] = []

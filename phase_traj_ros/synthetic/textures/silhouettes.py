@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Outlines of what stands in a street: houses are square, trees and cars are not."""
+"""Outlines of objects in a street: houses are rectangular, trees and cars are not."""
 
 from __future__ import annotations
 
@@ -29,8 +29,8 @@ class Silhouettes:
     """
     Upper and lower edges along a panel, as shares of its height.
 
-    ``upper``, ``lower``: (S, 193), from one end of the panel to the other; ``members``: which
-    rows are of which kind.
+    ``upper``, ``lower``: (S, 193), from one end of the panel to the other; ``members``: the rows
+    of each kind.
     """
 
     upper: Floats
@@ -50,7 +50,7 @@ class Silhouettes:
 
 
 def _ragged(rng: np.random.Generator) -> Floats:
-    """Return an irregular line about 0, of standard deviation 1."""
+    """Return an irregular line of mean 0 and standard deviation 1."""
     line = np.zeros(_SAMPLES)
     for (knots, weight) in ((7, 1.0), (19, 0.5), (49, 0.25), (97, 0.12)):
         line += weight * np.interp(

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Everything in a street but the fronts of houses: leaves, roofs, garden walls, bark, cars."""
+"""Textures of all but the fronts of houses: leaves, roofs, garden walls, bark, cars."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ def masonry(
 def bark(
     rng: np.random.Generator, noise: NoiseBank, *, length: float, height: float, density: float,
 ) -> Bytes:
-    """Return bark, furrowed up and down."""
+    """Return bark with vertical furrows."""
     (rows, columns) = (round(height * density), round(length * density))
     furrows = cv2.resize(noise.patch(max(rows // 8, 1), columns, slope=0.5), (columns, rows))
     values = rng.uniform(40, 90) * (1.0 + 0.3 * furrows)
@@ -86,7 +86,7 @@ def bark(
 def _paintwork(
     rng: np.random.Generator, noise: NoiseBank, rows: int, columns: int,
 ) -> tuple[Singles, float]:
-    """Return the body of a car, lighter towards the top as it mirrors the sky, and its tone."""
+    """Return the body of a car, lighter at the top, which reflects the sky, and its tone."""
     tone = float(rng.choice([rng.uniform(15, 60), rng.uniform(90, 160), rng.uniform(190, 235)]))
     sheen = np.linspace(1.3, 0.6, rows, dtype=np.float32)[:, None]
     mirrored = cv2.resize(noise.patch(rows, max(columns // 10, 1), slope=1.0), (columns, rows))
@@ -96,7 +96,7 @@ def _paintwork(
 def car_side(
     rng: np.random.Generator, noise: NoiseBank, *, length: float, height: float, density: float,
 ) -> Bytes:
-    """Return a car from its side: body, side windows, wheels, lines of the doors."""
+    """Return the side of a car: body, side windows, wheels, lines of the doors."""
     (rows, columns) = (round(height * density), round(length * density))
     (values, tone) = _paintwork(rng, noise, rows, columns)
 
@@ -127,7 +127,7 @@ def car_side(
 def car_end(
     rng: np.random.Generator, noise: NoiseBank, *, length: float, height: float, density: float,
 ) -> Bytes:
-    """Return a car from behind or before: window, lamps, number plate, bumper."""
+    """Return the front or the rear of a car: window, lamps, number plate, bumper."""
     (rows, columns) = (round(height * density), round(length * density))
     (values, tone) = _paintwork(rng, noise, rows, columns)
 

@@ -1,3 +1,3 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Streets, buildings and paving: ready scenes to drive through."""
+"""Streets, buildings and paving: complete scenes to drive through."""

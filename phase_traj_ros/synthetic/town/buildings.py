@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Builds houses, trees and parked cars along streets, out of panels."""
+"""Builds houses, trees and parked cars along streets from panels."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from phase_traj_ros.synthetic.town.streets import Street
 
 #: Half the width of the carriageway, in metres.
 ROADWAY = 4.4
-#: From one point to the next where a footprint is checked, in metres.
+#: Distance between the points at which a footprint is checked, in metres.
 _CHECK = 0.5
-#: The end of a street is seen from this far, in metres.
+#: The end of a street is visible from this far, in metres.
 _END_REACH = 700.0
-#: Nothing narrower is built as a house, in metres.
+#: Smallest width of a house, in metres.
 _NARROWEST = 3.0
 
 
@@ -51,7 +51,7 @@ class Town:
         return int(self.rng.choice(self.materials.silhouettes.members[outline]))
 
     def lit(self, normal: Floats) -> float:
-        """Return how bright a wall is that faces along ``normal`` (a unit vector)."""
+        """Return the brightness of a wall that faces along ``normal`` (a unit vector)."""
         return 0.42 + 0.8 * max(float(normal @ self.sun), 0.0)
 
     def wall(
@@ -59,7 +59,7 @@ class Town:
         base: float = 0.0, gain: float = 1.0, outline: Outline = Outline.SQUARE,
         reach: float = 300.0, texture: int | None = None,
     ) -> None:
-        """Put up one panel, unless it comes too near to a pose."""
+        """Add one panel, unless it is too near to a pose."""
         length = float(np.hypot(*(end - start)))
         if not self.poses.clear(_samples(start, end)).all():
             return
@@ -75,7 +75,7 @@ class Town:
     def free_stretch(
         self, start: Floats, end: Floats, *, ignore: int | None = None,
     ) -> tuple[Floats, Floats] | None:
-        """Return the longest stretch of a line that a house may stand on, if long enough."""
+        """Return the longest part of a line where a house may be; None if it is too short."""
         points = _samples(start, end)
         free = self.poses.clear(points) & self.corridors.clear(points, ignore=ignore)
         edges = np.flatnonzero(np.diff(np.concatenate([[False], free, [False]]).astype(int)))
@@ -115,7 +115,7 @@ class Town:
         self.shadows.append(np.concatenate([line, (line - length * self.sun)[::-1]]))
 
     def tree(self, place: Floats, *, size: float, reach: float = 150.0) -> None:
-        """Plant a tree whose crown is 2 * ``size`` metres wide: two panels that cross."""
+        """Plant a tree with a crown of 2 * ``size`` metres in width: two crossed panels."""
         if not self._may_stand(place, size):
             return
         angle = self.rng.uniform(0, np.pi)
@@ -132,7 +132,7 @@ class Town:
                        - self.sun * base, 0.7 * size)
 
     def lamp(self, place: Floats) -> None:
-        """Put up a lamp post."""
+        """Add a lamp post."""
         if self._may_stand(place, 0.2):
             for across in (np.array([0.07, 0.0]), np.array([0.0, 0.07])):
                 self.wall(place - across, place + across, self.rng.uniform(3.5, 4.0),
@@ -177,7 +177,7 @@ def _samples(start: Floats, end: Floats) -> Floats:
 
 
 def _row_of_houses(town: Town, street: Street, side: float) -> None:
-    """Build the houses on one side; gaps between them have a garden wall or a hedge."""
+    """Build the houses on one side, with a garden wall or a hedge in the gaps."""
     (rng, total) = (town.rng, street.lengths()[-1])
     place = rng.uniform(0.0, 6.0)
     while place < total - _NARROWEST:
@@ -200,7 +200,7 @@ def _row_of_houses(town: Town, street: Street, side: float) -> None:
 
 
 def _second_row(town: Town, street: Street, side: float) -> None:
-    """Put high houses and trees behind the first row: something to see through every gap."""
+    """Put high houses and trees behind the first row, visible through the gaps."""
     (rng, total) = (town.rng, street.lengths()[-1])
     place = rng.uniform(0.0, 20.0)
     while place < total:
@@ -217,7 +217,7 @@ def _second_row(town: Town, street: Street, side: float) -> None:
 
 
 def _furniture(town: Town, street: Street, side: float) -> None:
-    """Line the road with trees, parked cars and lamps."""
+    """Put trees, parked cars and lamps along the road."""
     (rng, total) = (town.rng, street.lengths()[-1])
     (trees, cars) = (rng.uniform(9.0, 22.0), rng.uniform(0.25, 0.8))
     place = rng.uniform(0.0, trees)
@@ -237,7 +237,7 @@ def _furniture(town: Town, street: Street, side: float) -> None:
 
 
 def _close(town: Town, street: Street, index: int) -> None:
-    """End a street with houses across it, so that no view is endless."""
+    """Close a street with houses across its end, so that no view is endless."""
     for (end, before) in ((0, 1), (-1, -2)):
         ahead = street.line[end] - street.line[before]
         ahead /= max(float(np.hypot(*ahead)), 1e-9)
@@ -251,7 +251,7 @@ def _close(town: Town, street: Street, index: int) -> None:
 
 
 def build(town: Town, streets: Sequence[Street]) -> None:
-    """Build along all streets that are not there already."""
+    """Build along all streets that do not repeat another one."""
     for (index, street) in enumerate(streets):
         if street.again:
             continue

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Where nothing may be built: round the poses of a drive, and on the streets."""
+"""Areas without buildings: around the poses of a drive, and on the streets."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from phase_traj_ros.synthetic.arrays import Bools, Floats, Ints
 
 class KeepOut:
     """
-    Discs on the ground, found by a grid of square cells.
+    Discs on the ground, indexed by a grid of square cells.
 
-    ``centers`` is (N, 2) and ``radii`` (N,), in metres; ``owners`` (N,) names whose a disc is, so
-    that a street can be asked to ignore its own.
+    ``centers`` is (N, 2) and ``radii`` (N,), in metres. ``owners`` (N,) gives the owner of each
+    disc, so that a street can ignore its own.
     """
 
     def __init__(self, centers: Floats, radii: Floats, owners: Ints | None = None) -> None:
-        """Sort the discs into cells."""
+        """Assign the discs to cells."""
         self._centers = np.asarray(centers, np.float64).reshape(-1, 2)
         self._radii = np.asarray(radii, np.float64)
         self._owners = np.zeros(len(radii), np.int64) if owners is None else owners
@@ -37,7 +37,7 @@ class KeepOut:
         return np.array(found, np.int64)
 
     def clear(self, points: Floats, *, ignore: int | None = None) -> Bools:
-        """Return which of the points (M, 2), close together, lie in no disc."""
+        """Return which of the points (M, 2), close together, are in no disc."""
         near = self._near(points)
         if ignore is not None:
             near = near[self._owners[near] != ignore]

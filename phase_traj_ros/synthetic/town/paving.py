@@ -15,18 +15,18 @@ from phase_traj_ros.synthetic.textures.noise import spectral_noise
 from phase_traj_ros.synthetic.town.buildings import ROADWAY
 from phase_traj_ros.synthetic.town.streets import Street
 
-#: Pixels per metre, and how many pixels a map may have at most.
+#: Pixels per metre, and the largest number of pixels of a map.
 _DENSITY = 9.0
 _LARGEST = 24e6
 _MARGIN = 30.0
 _TILE = 1024
 _GRAIN_DENSITY = 44.0
-#: Coordinates are drawn in 1 / 16 of a pixel.
+#: Drawing coordinates have 4 fractional bits.
 _SHIFT = 4
 
 
 class _Map:
-    """A map of all streets: draws lines and areas given in metres."""
+    """A map of all streets. It draws lines and areas given in metres."""
 
     def __init__(self, streets: Sequence[Street]) -> None:
         points = np.concatenate([street.line for street in streets])
@@ -54,14 +54,14 @@ class _Map:
 
 
 def _tile(rng: np.random.Generator, *, slope: float, contrast: float) -> Bytes:
-    """Return a tile that repeats seamlessly and brightens and darkens about 128."""
+    """Return a periodic tile with variations around 128."""
     noise = spectral_noise(rng, _TILE, _TILE, slope=slope)
     tile: Bytes = np.clip(128.0 * (1.0 + contrast * noise), 20, 255).astype(np.uint8)
     return tile
 
 
 def _mend(rng: np.random.Generator, area: _Map, picture: Bytes, street: Street) -> None:
-    """Patch the carriageway, seal its cracks, and mark its middle."""
+    """Draw patches, sealed cracks and the centre marking of the carriageway."""
     total = street.lengths()[-1]
     for _ in range(int(total / 9)):
         (along, left) = (rng.uniform(0, total), rng.uniform(-ROADWAY + 0.6, ROADWAY - 0.6))
@@ -81,7 +81,7 @@ def _mend(rng: np.random.Generator, area: _Map, picture: Bytes, street: Street) 
 
 
 def _shade(area: _Map, shadows: Sequence[Floats]) -> Bytes:
-    """Return how much light each place gets, 128 in full sun."""
+    """Return the light at each place, 128 in full sun."""
     light = area.blank(128)
     for shadow in shadows:
         area.area(light, shadow, 55)
@@ -91,7 +91,7 @@ def _shade(area: _Map, shadows: Sequence[Floats]) -> Bytes:
 def pave(
     rng: np.random.Generator, streets: Sequence[Street], shadows: Sequence[Floats],
 ) -> Ground:
-    """Return the ground under some streets, with these shadows (each (K, 2)) on it."""
+    """Return the ground of the streets, with these shadows, (K, 2) each."""
     area = _Map(streets)
     picture = area.blank(88)
     for street in streets:

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Ready scenes: a grid of streets, or a street along any route."""
+"""Complete scenes: a grid of streets, or a street along any route."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ from phase_traj_ros.synthetic.town.keep_out import KeepOut
 from phase_traj_ros.synthetic.town.paving import pave
 from phase_traj_ros.synthetic.town.streets import grid_streets, Street, streets_along
 
-#: Nothing solid comes nearer to any pose than this, in metres.
+#: Smallest distance of anything solid from a pose, in metres.
 CLEARANCE = 4.0
-#: Footprints are checked at points up to half a metre apart: so much is left for what is between.
+#: Footprints are checked at points up to half a metre apart; this covers what is in between.
 _BETWEEN = 0.3
 
 
 def _keep_out(streets: Sequence[Street], less: float | None) -> KeepOut:
-    """Keep the streets free: up to ``less`` before the houses, or the carriageways only."""
+    """Keep the streets free: up to ``less`` from the houses, or the carriageways only."""
     radii = [ROADWAY if less is None else street.half_width - less for street in streets]
     return KeepOut(
         np.concatenate([street.line for street in streets]),
@@ -56,8 +56,8 @@ def street_grid(
     """
     Return a town whose streets form a grid.
 
-    Streets run north and south at each of ``xs``, east and west at each of ``ys`` (metres), and on
-    beyond the outermost crossings. Nothing solid is within 4 m of the points ``clear_of`` (N, 2).
+    Streets run north and south at each of ``xs``, east and west at each of ``ys`` (metres), and
+    extend beyond the outermost crossings. Nothing solid is within 4 m of ``clear_of`` (N, 2).
     """
     points = np.asarray(clear_of, np.float64).reshape(-1, 2)
     return _scene(grid_streets(xs, ys), points, seed)
@@ -67,8 +67,8 @@ def scene_along(poses_xy: npt.ArrayLike, *, seed: int = 0) -> Scene:
     """
     Return a town whose streets follow a route.
 
-    ``poses_xy`` (N, 2), metres, may cross itself, turn at any angle and stand still. The fronts
-    are 7 to 10 m from it on both sides, with side streets; nothing solid is within 4 m of any of
+    ``poses_xy`` (N, 2), in metres, may cross itself, turn at any angle and contain stops. The
+    fronts are 7 to 10 m from it on both sides, with side streets. Nothing solid is within 4 m of
     the points.
     """
     points = np.asarray(poses_xy, np.float64).reshape(-1, 2)

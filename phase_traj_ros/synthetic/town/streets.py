@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Where streets run: their middle lines, from grids or along a route."""
+"""Centre lines of streets, from grids or along a route."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ import numpy.typing as npt
 from phase_traj_ros.errors import ParameterError
 from phase_traj_ros.synthetic.arrays import Floats, Ints
 
-#: How far a street goes on beyond the end of a route or the last crossing, in metres.
+#: How far a street extends beyond the end of a route or the last crossing, in metres.
 _BEYOND = 100.0
-#: Side streets are so long, and so far apart, in metres.
+#: Length and distance of side streets, in metres.
 _SIDE_LENGTH = (60.0, 110.0)
 _SIDE_SPACING = (70.0, 150.0)
-#: A side street that comes this near to the route again ends there; the route up to _OWN from
-#: where it leaves does not count. What is then too short is not built. In metres.
+#: A side street ends where it comes this near to the route again; the route within _OWN of its
+#: start does not count. If it would be too short, it is omitted. In metres.
 _APART = 24.0
 _OWN = 64
 _SHORTEST = 40
@@ -26,10 +26,10 @@ _SHORTEST = 40
 _SHARP = np.radians(50.0)
 _BEND = 16
 
-#: Shorter steps of a route are put together, in metres.
+#: Shorter steps of a route are merged, in metres.
 _STILL = 0.4
-#: A route that comes this near, in metres, to where it was more than _REVISIT metres before is
-#: in the same street again.
+#: A route that comes this near, in metres, to where it was more than _REVISIT metres before is in
+#: the same street again.
 _SAME_LANE = 6.0
 _REVISIT = 24
 
@@ -39,9 +39,9 @@ class Street:
     """
     A street.
 
-    ``line``: its middle, (N, 2) in metres, about a metre from point to point; ``half_width``: from
-    there to the fronts of the houses; ``again``: it runs where another street already is, so
-    that it is kept free and paved, but nothing is built along it.
+    ``line``: its centre line, (N, 2) in metres, with points about a metre apart; ``half_width``:
+    distance to the fronts of the houses; ``again``: it repeats another street, so it is kept free
+    and paved, but nothing is built along it.
     """
 
     line: Floats
@@ -54,7 +54,7 @@ class Street:
         return np.concatenate([[0.0], np.cumsum(np.hypot(dx, dy))])
 
     def beside(self, along: Floats, left: float) -> Floats:
-        """Return the points (M, 2) ``along`` the street (M,), ``left`` of its middle."""
+        """Return the points (M, 2) at ``along`` (M,), at ``left`` from the centre line."""
         lengths = self.lengths()
         ahead = np.gradient(self.line, axis=0)
         (x, y, dx, dy) = (
@@ -64,11 +64,11 @@ class Street:
 
 
 def evenly(points: npt.ArrayLike) -> Floats:
-    """Return a line through the points (N, 2) with about a metre from point to point."""
+    """Return a line through the points (N, 2), resampled to about a metre between points."""
     given = np.asarray(points, np.float64).reshape(-1, 2)
     if not len(given) or not np.isfinite(given).all():
         raise ParameterError('a route needs at least one point, and finite numbers only')
-    # A vehicle that stands has no direction; steps below _STILL are not followed.
+    # A vehicle at rest has no direction; steps below _STILL are skipped.
     kept = [given[0]]
     for point in given[1:]:
         if np.hypot(*(point - kept[-1])) > _STILL:
@@ -88,7 +88,7 @@ def grid_streets(
     Return the streets of a grid.
 
     One street runs north and south at each of ``xs``, one east and west at each of ``ys``, in
-    metres; all go on ``beyond`` the outermost crossings.
+    metres. All extend ``beyond`` the outermost crossings.
     """
     if not (len(xs) and len(ys)):
         raise ParameterError('a street grid needs at least one street in each direction')
@@ -112,7 +112,7 @@ def _straight_on(route: Floats) -> Floats:
 
 
 def _corners(route: Floats) -> Ints:
-    """Return where the route turns sharply, one index for each turn."""
+    """Return the sharp turns of a route, one index for each."""
     ahead = np.gradient(route, axis=0)
     heading = np.unwrap(np.arctan2(ahead[:, 1], ahead[:, 0]))
     if len(heading) <= 2 * _BEND:
@@ -127,11 +127,11 @@ def _corners(route: Floats) -> Ints:
 
 
 def _side(route: Floats, root: int, start: Floats, direction: Floats, length: float) -> Street:
-    """Return a side street that ends before it meets the route again, away from its root."""
+    """Return a side street that ends before it meets the route again, away from its start."""
     line = _ray(start, direction, length)
     around = route[np.hypot(*(route - start).T) < length + _APART]
     own = route[max(root - _OWN, 0):root + _OWN + 1]
-    # Other passes through the same street are not met either.
+    # Other passes through the same street do not count either.
     elsewhere = around[_distances(around, own) > _SAME_LANE]
     if len(elsewhere):
         meets = np.flatnonzero(_distances(line, elsewhere) < _APART)
@@ -140,14 +140,14 @@ def _side(route: Floats, root: int, start: Floats, direction: Floats, length: fl
 
 
 def _distances(points: Floats, line: Floats) -> Floats:
-    """Return how far each of the points (N, 2) is from the nearest of ``line`` (M, 2)."""
+    """Return the distance of each of the points (N, 2) from the nearest of ``line`` (M, 2)."""
     (dx, dy) = (points[:, None, :] - line[None, :, :]).transpose(2, 0, 1)
     distances: Floats = np.sqrt((dx * dx + dy * dy).min(axis=1))
     return distances
 
 
 def _pieces(route: Floats) -> list[Street]:
-    """Cut a route into the pieces where it is new and those where it has been before."""
+    """Split a route into new pieces and pieces that repeat earlier ones."""
     been = np.zeros(len(route), bool)
     for index in range(_REVISIT, len(route)):
         (dx, dy) = (route[:index - _REVISIT + 1] - route[index]).T
@@ -155,7 +155,7 @@ def _pieces(route: Floats) -> list[Street]:
     edges = np.flatnonzero(np.diff(been)) + 1
     pieces = []
     for (first, last) in zip([0, *edges], [*edges, len(route)]):
-        # The pieces meet in one point.
+        # Neighbouring pieces share a point.
         line = route[first:last + 1]
         if len(line) > 1:
             pieces.append(Street(line, again=bool(been[first]) or len(line) < _REVISIT // 2))
@@ -166,8 +166,8 @@ def streets_along(points: npt.ArrayLike, rng: np.random.Generator) -> tuple[Stre
     """
     Return the street that follows a route (N, 2), in metres, and streets off it.
 
-    Where the route turns sharply, the streets it leaves and enters go on straight; side streets
-    leave it at random places. Where it runs along itself again there is but one street.
+    At a sharp turn of the route, the streets it leaves and enters continue straight ahead. Side
+    streets leave it at random places. Where the route repeats itself, there is only one street.
     """
     route = evenly(points)
     sides: list[Street] = []

@@ -1,3 +1,3 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""From a scene, a camera and a pose to a picture."""
+"""Renders a scene from a camera and its pose."""

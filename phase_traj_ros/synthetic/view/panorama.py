@@ -1,9 +1,9 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
 """
-A fisheye's picture, tilted or not, put together from level pinhole views side by side.
+Fisheye images, level or tilted, composed of level pinhole views side by side.
 
-The views share the place of the camera, so each ray of the fisheye is a pixel of one of them.
+The views share the position of the camera, so each ray of the fisheye is a pixel of one of them.
 """
 
 from __future__ import annotations
@@ -23,18 +23,18 @@ from phase_traj_ros.synthetic.camera import (
     rotation,
 )
 
-#: A view reaches so far to either side, in radians, and a little more for the interpolation.
+#: Half the angle of a view, in radians; a margin for the interpolation is added.
 _HALF = np.radians(30.0)
 _MARGIN = 2
-#: What is steeper than this, as a slope, looks as what is there.
+#: Steeper rays, by their slope, are clamped to this slope.
 _STEEPEST = 1.7
-#: No lens is followed farther from its axis, in radians.
+#: Largest angle from the axis of a lens, in radians.
 _WIDEST = 2.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Cut:
-    """The views: their camera, their yaw (clockwise, radians), and where each pixel is in them."""
+    """The views: their camera, their yaw (clockwise, radians), and each pixel's place in them."""
 
     camera: Camera
     turned: tuple[float, ...]
@@ -43,7 +43,7 @@ class _Cut:
 
 
 def rays(camera: Camera) -> Floats:
-    """Return the unit vector of each pixel of a fisheye, (height, width, 3), in picture axes."""
+    """Return the unit vector of each pixel of a fisheye, (height, width, 3), in image axes."""
     assert camera.fisheye is not None
     x = (np.arange(camera.width) - camera.cx) / camera.focal
     y = ((np.arange(camera.height) - camera.cy) / camera.focal)[:, None]
@@ -57,7 +57,7 @@ def rays(camera: Camera) -> Floats:
 
 @lru_cache(maxsize=4)
 def _cut(camera: Camera, pitch: float, roll: float) -> _Cut:
-    """Return which views show what a fisheye sees; pitch and roll in radians."""
+    """Return the views that cover the image of a fisheye; pitch and roll in radians."""
     tilt = BODY_TO_PICTURE @ rotation(0.0, pitch, roll) @ BODY_TO_PICTURE.T
     (x, y, z) = np.moveaxis(rays(camera) @ tilt.T, -1, 0)
     azimuth = np.arctan2(x, z)
@@ -76,7 +76,7 @@ def _cut(camera: Camera, pitch: float, roll: float) -> _Cut:
 
 
 def draw_fisheye(camera: Camera, pose: Pose, draw: Callable[[Camera, Pose], Bytes]) -> Bytes:
-    """Return what a fisheye sees, where ``draw`` returns what a level pinhole camera sees."""
+    """Return the image of a fisheye; ``draw`` renders that of a level pinhole camera."""
     cut = _cut(camera, pose.pitch, pose.roll)
     views = [draw(cut.camera, Pose(pose.x, pose.y, pose.yaw - turned)) for turned in cut.turned]
     return as_bytes(cv2.remap(np.hstack(views), cut.columns, cut.rows, cv2.INTER_LINEAR))

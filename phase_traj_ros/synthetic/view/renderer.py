@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""From a scene, a camera and a pose to a picture."""
+"""Renders a scene from a camera and its pose."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from phase_traj_ros.synthetic.textures.atlas import level_of
 from phase_traj_ros.synthetic.view.panorama import draw_fisheye
 from phase_traj_ros.synthetic.view.visibility import cut, Runs, Strips, visible
 
-#: The air between: after so many metres, all contrast has fallen to 1 / e.
+#: Distance at which the air has reduced all contrast to 1 / e, in metres.
 _VISIBILITY = 900.0
 _AIR = 190.0
-#: The blur of a lens in focus, in pixels.
+#: Blur of a lens in focus, in pixels.
 _LENS = 0.45
 
 
@@ -26,16 +26,16 @@ def render(scene: Scene, camera: Camera, pose: Pose) -> Bytes:
     """
     Return what ``camera`` sees of ``scene`` from ``pose``, (height, width) uint8.
 
-    A pure function: the same arguments give the same picture. A tilted camera's picture is a
-    level one, rotated by the exact homography; a tilt far from level raises `ParameterError`. A
-    fisheye's is put together from level ones.
+    A pure function: the same arguments give the same image. The image of a tilted camera is a
+    level one, warped by the exact homography; raises `ParameterError` if the tilt is too large. A
+    fisheye image is composed of level ones.
     """
     if camera.fisheye is not None:
         return draw_fisheye(camera, pose, partial(_render_level, scene))
     if pose.pitch == 0 and pose.roll == 0:
         level = _render_level(scene, camera, pose)
         return as_bytes(cv2.GaussianBlur(level, (3, 3), _LENS))
-    # The interpolation blurs as much as the lens does.
+    # The interpolation blurs as much as the lens.
     (view, homography) = level_view(camera, pose.pitch, pose.roll)
     return as_bytes(cv2.warpPerspective(
         _render_level(scene, view, pose), homography, (camera.width, camera.height),
@@ -54,7 +54,7 @@ def _render_level(scene: Scene, camera: Camera, pose: Pose) -> Bytes:
 
 
 def _spread(values: Floats, length: Ints, camera: Camera) -> Singles:
-    """Give every pixel the value of its run; (width, height): a column is contiguous."""
+    """Assign to every pixel the value of its run; (width, height), so columns are contiguous."""
     spread: Singles = np.repeat(values.astype(np.float32), length)
     return spread.reshape(camera.width, camera.height)
 
@@ -62,10 +62,10 @@ def _spread(values: Floats, length: Ints, camera: Camera) -> Singles:
 def _draw_panels(
     scene: Scene, camera: Camera, strips: Strips, runs: Runs,
 ) -> tuple[Bytes, Bytes]:
-    """Return the panels' pixels, and a mask of where they are."""
+    """Return the pixels of the panels, and a mask of them."""
     (panels, atlas) = (scene.panels, scene.materials.atlas)
     solid = runs.strip >= 0
-    # Runs of nothing look up some strip; the mask drops them.
+    # Runs without a strip look up an arbitrary one; the mask removes them.
     panel = strips.panel[runs.strip]
     (depth, along) = (strips.depth[runs.strip], strips.along[runs.strip])
     texture = panels.texture[panel]
@@ -75,7 +75,7 @@ def _draw_panels(
     upwards = level_of(depth / camera.focal * density)
     offset = np.clip(panels.offset[panel] + along, 0.0, atlas.length[texture])
     columns = atlas.columns(atlas.left[texture] + offset * density, across)
-    # The row in the atlas is linear in the row of the picture.
+    # The row in the atlas is linear in the row of the image.
     (step, at_horizon) = (depth / camera.focal, camera.above_ground - panels.base[panel])
     top = atlas.rows(
         atlas.bottom[texture] - (at_horizon + camera.cy * step) * density, upwards)

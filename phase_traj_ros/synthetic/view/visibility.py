@@ -1,11 +1,11 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
 """
-Which piece of which panel is seen in which pixels, for a level camera.
+The visible parts of panels in each pixel, for a level camera.
 
-Every panel is cut into the columns of the picture it crosses; such a piece, a *strip*, has one
-depth and one place along the panel. In each column the strips are sorted by depth, and each row
-is given to the nearest that covers it.
+Every panel is cut into the image columns it crosses. Such a piece, a *strip*, has one depth and
+one position along the panel. In each column the strips are sorted by depth, and each row is
+assigned to the nearest strip that covers it.
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ from phase_traj_ros.synthetic.camera import Camera, Pose
 from phase_traj_ros.synthetic.scene.panels import Panels
 from phase_traj_ros.synthetic.textures.silhouettes import Silhouettes
 
-#: Nothing nearer to the camera's plane than this is drawn, in metres.
+#: Nearest distance from the camera's plane that is drawn, in metres.
 _NEAR = 0.3
-#: At most so many strips are seen in one column, one behind the other.
+#: Largest number of strips visible behind each other in a column.
 _LAYERS = 14
 _DEPTH_BITS = 22
 _INDEX_BITS = 30
@@ -31,9 +31,10 @@ class Strips:
     """
     Pieces of panels, one column wide; all arrays are (S,).
 
-    ``panel``: whose; ``column``: where; ``depth``: distance from the camera's plane, ``along``:
-    distance from the panel's start, both in metres; ``stretch``: metres of the panel to a column;
-    rows ``first`` to ``last`` (exclusive) are covered; ``grounded``: reaches down to the ground.
+    ``panel``: its panel; ``column``: its column; ``depth``: distance from the camera's plane,
+    ``along``: distance from the panel's start, both in metres; ``stretch``: metres of the panel
+    per column; rows ``first`` to ``last`` (exclusive) are covered; ``grounded``: it extends to
+    the ground.
     """
 
     panel: Ints
@@ -49,9 +50,9 @@ class Strips:
 @dataclass(frozen=True, slots=True, eq=False)
 class Runs:
     """
-    The whole picture, column by column from the left, each from the top, as runs of pixels.
+    The whole image as runs of pixels, column by column from the left, each from the top.
 
-    ``strip``: (R,) indices of strips, -1 where there is none; ``length``: (R,) pixels.
+    ``strip``: (R,) indices of strips, -1 for none; ``length``: (R,) pixels.
     """
 
     strip: Ints
@@ -59,9 +60,9 @@ class Runs:
 
 
 def cut(panels: Panels, silhouettes: Silhouettes, camera: Camera, pose: Pose) -> Strips:
-    """Cut the panels before the camera into strips."""
+    """Cut the panels in front of the camera into strips."""
     (cos, sin) = (np.cos(pose.yaw), np.sin(pose.yaw))
-    # Ends in the camera's axes: `ahead` and `right` are (2, N).
+    # Ends in the axes of the camera: `ahead` and `right` are (2, N).
     ends = np.stack([panels.start, panels.end]) - (pose.x, pose.y)
     ahead = ends @ np.array([cos, sin])
     right = ends @ np.array([sin, -cos])
@@ -74,7 +75,7 @@ def cut(panels: Panels, silhouettes: Silhouettes, camera: Camera, pose: Pose) ->
     index = np.flatnonzero(seen)
     (ahead, right) = (ahead[:, index], right[:, index])
     (deeper, wider) = (ahead[1] - ahead[0], right[1] - right[0])
-    # The ends, moved along the panel to where they are before the camera.
+    # The ends, moved along the panel to the part in front of the camera.
     safe = np.where(np.abs(deeper) > 1e-9, deeper, 1.0)
     share = np.where(ahead < _NEAR, (_NEAR - ahead[0]) / safe, np.array([[0.0], [1.0]]))
     place = camera.cx + camera.focal * (right[0] + share * wider) / (ahead[0] + share * deeper)
@@ -107,7 +108,7 @@ def cut(panels: Panels, silhouettes: Silhouettes, camera: Camera, pose: Pose) ->
 
 
 def _nearest_first(strips: Strips) -> Ints:
-    """Sort by column, then by depth; strips without rows are left out."""
+    """Sort by column, then by depth, without strips that have no rows."""
     index = np.flatnonzero(strips.last > strips.first)
     millimetres = np.minimum(strips.depth[index] * 1000, 2 ** _DEPTH_BITS - 1).astype(np.int64)
     key = (strips.column[index] << _DEPTH_BITS | millimetres) << _INDEX_BITS | index
@@ -126,7 +127,7 @@ def _table(column: Ints, values: Ints, width: int, missing: int) -> Ints:
 
 
 def _unhidden(strips: Strips, order: Ints, camera: Camera) -> tuple[Ints, Ints]:
-    """Drop what nearer strips that stand on the ground hide; return what is left and its ends."""
+    """Remove what nearer strips on the ground hide; return the remaining strips and their ends."""
     column = strips.column[order]
     edges = np.where(strips.grounded[order], strips.first[order], camera.height)
     edge = _table(column, edges, camera.width, camera.height)
@@ -139,7 +140,7 @@ def _unhidden(strips: Strips, order: Ints, camera: Camera) -> tuple[Ints, Ints]:
 
 
 def visible(strips: Strips, camera: Camera) -> Runs:
-    """Give every pixel to the nearest strip that covers it."""
+    """Assign every pixel to the nearest strip that covers it."""
     (order, last) = _unhidden(strips, _nearest_first(strips), camera)
     column = strips.column[order]
     index = _table(column, order, camera.width, -1)[:, :_LAYERS]

@@ -5,7 +5,8 @@
 from hypothesis import given, strategies as st
 from phase_traj_ros.core import DynamicChainCode
 from phase_traj_ros.core.codes.from_heading import HeadingCode
-from phase_traj_ros.core.codes.text import describe, parse
+from phase_traj_ros.core.codes.links import LinkCode
+from phase_traj_ros.core.codes.text import describe, describe_links, parse, parse_links
 import pytest
 
 SHIFTS = st.lists(st.floats(-40, 40), max_size=60)
@@ -60,3 +61,26 @@ def test_what_is_written_can_be_read(shifts, kept, shown):
 def test_what_does_not_follow_the_grammar_is_refused(text):
     with pytest.raises(ValueError, match=r'chain code text|series'):
         parse(text)
+
+
+@pytest.mark.parametrize(('connectivity', 'unit', 'expected'), [
+    (4, 'm', 'step 2.5 m; links 5 (0:2 1:3 2:0 3:0) 1x3 0x2'),
+    (8, 'camera heights',
+     'step 2.5 camera heights; links 5 (0:0 1:0 2:3 3:1 4:1 5:0 6:0 7:0) 2x3 3x1 4x1')])
+def test_links_have_a_line_of_their_own(connectivity, unit, expected):
+    links = LinkCode(2.5, connectivity=connectivity)
+    links.add(7.5, 0.0, 0.0)
+    links.add(5.0, 1.6, 0.0)
+    text = describe_links(links, unit=unit)
+    assert str(text) == expected
+    assert parse_links(expected) == text
+    shown = describe_links(links, unit=unit, max_runs=1)
+    assert ' ... ' in str(shown) and parse_links(str(shown)) == shown
+
+
+@pytest.mark.parametrize('text', [
+    '', 'links 0 (0:0 1:0 2:0 3:0)', 'step x m; links 0 (0:0 1:0 2:0 3:0)',
+    'step 1 m; links 2 (0:0 1:1 2:0 3:0) 1x1'])
+def test_what_is_not_about_links_is_refused(text):
+    with pytest.raises(ValueError, match=r'equal links|series'):
+        parse_links(text)

@@ -60,7 +60,7 @@ def test_a_threshold_below_what_straights_shift_is_too_low():
     assert given.misfit is Misfit.TOO_LOW
     assert given.beyond > 0.6
     assert hint(TURNS, given.suggested_px) is None
-    assert 'as no drive turns: try code_source auto, or a threshold of about' in given.sentence
+    assert 'too many for turns: try code_source auto, or a threshold of about' in given.sentence
 
 
 def test_without_a_turn_no_threshold_is_suggested():

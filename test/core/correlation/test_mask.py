@@ -44,8 +44,8 @@ def test_a_mask_without_anything_masked_out_is_left_as_it_is():
 @pytest.mark.parametrize(('mask', 'reason'), [
     (np.ones((4, 4, 3)), 'shape'),
     (np.ones(4), 'shape'),
-    (np.zeros((4, 4)), 'nothing'),
-    (np.zeros((0, 4)), 'nothing'),
+    (np.zeros((4, 4)), 'empty'),
+    (np.zeros((0, 4)), 'empty'),
     (np.array([[1.0, np.nan]]), 'NaN'),
     (np.array([[1.0, np.inf]]), 'NaN'),
     (np.array([[1.0, -0.1]]), 'negative'),

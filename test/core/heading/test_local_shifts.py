@@ -40,6 +40,21 @@ def test_blocks_without_texture_say_nothing():
     assert np.median(shifts.weight[~left & (grid.middles[:, 0] > 210)]) > 0.5
 
 
+def test_edges_say_nothing_as_a_shift_along_them_is_not_seen():
+    # Stripes such as kerbs on the left, and noise that makes them look like more than that.
+    first, second = pair(SHAPE, 2.0, 0.0)
+    rows, columns = np.indices(SHAPE)
+    noise = np.random.default_rng(3).normal(0.0, 4.0, (2, *SHAPE))
+    for picture, seen in ((first, noise[0]), (second, noise[1])):
+        stripes = 120 + 80 * np.sin((rows + 0.5 * columns) / 3.0) + seen
+        picture[:, :180] = np.clip(stripes, 0, 255)[:, :180]
+    grid = BlockGrid(SHAPE)
+    shifts = grid.measure(first, second, expected=(2.0, 0.0))
+    left = grid.middles[:, 0] < 150
+    assert np.median(shifts.weight[left]) == 0.0
+    assert np.median(shifts.weight[~left & (grid.middles[:, 0] > 210)]) > 0.5
+
+
 def test_blocks_that_do_not_count_are_left_out():
     counts = np.ones(SHAPE, np.bool_)
     counts[60:] = False

@@ -12,6 +12,7 @@ import cv2
 from far_scene import turned_drive
 from fragile import killed_always, killed_once, never_returns, VARIABLE
 import numpy as np
+from phase_traj_ros.core import LengthUnit, Travel, TravelState, Way
 from phase_traj_ros.core.reliability import Reason, Reliability
 from phase_traj_ros.io.batch.many import (
     failure,
@@ -90,7 +91,7 @@ def test_a_route_along_the_heading_has_few_points_too(tmp_path, root):
 
 
 @pytest.mark.parametrize(('fault', 'error'), [
-    ('missing', 'does not exist'), ('root', 'a cluster has to share it'), ('bug', 'KeyError')])
+    ('missing', 'does not exist'), ('root', 'have to share it'), ('bug', 'KeyError')])
 def test_whatever_goes_wrong_is_told_in_one_line(tmp_path, root, monkeypatch, fault, error):
     source = write_rolled(tmp_path / 'drive')
     if fault == 'missing':
@@ -187,11 +188,14 @@ def test_the_summary(tmp_path):
     (tmp_path / 'x <b>').mkdir()
     (tmp_path / 'x <b>' / 'report.html').touch()
     job = Job(source=Path('bad,"\n.mp4'), root=tmp_path, folder='bad', parameters=Parameters())
+    way = Way()
+    way.add(Travel(2.5, 0.1, TravelState.MEASURED), 0.1)
     outcomes = [
         Outcome(
             source='x <b>.mp4', folder='x <b>', status=Status.OK, frames=9, turns=1, seconds=1.239,
             route=((0, 0), (4, 0), (4, 4)),
-            reliability=Reliability((Reason.MANY_CUTS, Reason.CAMERA_NOT_KNOWN))),
+            reliability=Reliability((Reason.MANY_CUTS, Reason.CAMERA_NOT_KNOWN)), way=way,
+            length_unit=LengthUnit.CAMERA_HEIGHT),
         failure(job, 'it is\n<i>bad</i>', seconds=0.5),
         failure(job, 'not done', status=Status.INTERRUPTED),
     ]
@@ -201,9 +205,10 @@ def test_the_summary(tmp_path):
     assert rows == [
         list(COLUMNS),
         ['x <b>.mp4', 'x <b>', 'ok', '9', '1', '1.24', '', 'false',
-         'many_cuts camera_not_known'],
-        ['bad,"\n.mp4', 'bad', 'failed', '0', '0', '0.50', 'it is <i>bad</i>', '', ''],
-        ['bad,"\n.mp4', 'bad', 'interrupted', '0', '0', '0.00', 'not done', '', '']]
+         'many_cuts camera_not_known', '2.5', 'camera heights',
+         'measured:1 bridged:0 standing:0 given:0 unknown:0'],
+        ['bad,"\n.mp4', 'bad', 'failed', '0', '0', '0.50', 'it is <i>bad</i>', *[''] * 5],
+        ['bad,"\n.mp4', 'bad', 'interrupted', '0', '0', '0.00', 'not done', *[''] * 5]]
     assert COLUMNS[:7] == ('source', 'folder', 'status', 'frames', 'turns', 'seconds', 'error')
     page = (tmp_path / 'summary.html').read_text()
     assert '<a href="x%20%3Cb%3E/report.html">x &lt;b&gt;</a>' in page

@@ -191,6 +191,16 @@ def write_tum(path, places, yaw):
 METRES = {'path_from': 'heading', 'path_unit': 'm'}
 
 
+def test_a_path_in_camera_heights_has_the_shape_of_the_way(replayed):
+    # True proportions: a shape without error, and no length in metres.
+    drive = read_replay(with_path(
+        replayed(PLAN, path_from='heading', path_unit='camera heights'), 1 / 1.65))
+    found = evaluate(drive, truth_of(PLAN))[0]
+    assert found.shape_error.path == pytest.approx(0.0, abs=1e-9)
+    assert found.path_errors.ate_scaled_m == pytest.approx(0.0, abs=1e-6)
+    assert found.path_errors.distance_error_percent is None
+
+
 @pytest.mark.parametrize('turned', [0.0, 3.0])
 def test_a_path_in_metres(replayed, turned):
     drive = read_replay(with_path(replayed(PLAN, **METRES), turned=turned))
@@ -223,6 +233,7 @@ def test_a_replay_without_a_path_has_no_errors_of_it(replayed):
 
 @pytest.mark.parametrize(('content', 'metric'), [
     ({'path_unit': 'm'}, True), ({'path_unit': 'step', 'path_from': 'heading'}, False),
+    ({'path_unit': 'camera heights', 'path_from': 'heading'}, False),
     # As it was before there was a unit.
     ({'path_from': 'heading', 'speed': 5.0}, True),
     ({'path_from': 'heading', 'speed': 0.0}, False),
@@ -238,7 +249,7 @@ def test_errors_of_the_path_hold_from_where_the_truth_begins(replayed):
     assert max(abs(errors.distance_error_percent), errors.t_rel_percent, errors.ate_m) < 1e-6
 
 
-@pytest.mark.parametrize('unit', ['m', 'step'])
+@pytest.mark.parametrize('unit', ['m', 'step', 'camera heights'])
 def test_a_path_in_metres_is_drawn_beside_the_truth(replayed, tmp_path, monkeypatch, unit):
     drawn = []
     monkeypatch.setattr(picture, 'save', lambda figure, path: drawn.append(figure))
@@ -247,6 +258,12 @@ def test_a_path_in_metres_is_drawn_beside_the_truth(replayed, tmp_path, monkeypa
     picture.write_evaluation_picture(drive, true, evaluation, tmp_path / 'evaluation.png')
     plots = [plot for plot in drawn[0].axes if 'metres' in plot.get_title(loc='left')]
     assert len(plots) == (unit == 'm')
+    in_heights = [plot for plot in drawn[0].axes if 'heights' in plot.get_title(loc='left')]
+    assert len(in_heights) == (unit == 'camera heights')
+    for plot in in_heights:
+        assert 'off by 0.0%' in plot.get_title(loc='left')
+        behind, path = (line.get_xydata() for line in plot.lines[:2])
+        np.testing.assert_allclose(behind, path, atol=1e-6)
     for plot in plots:
         assert 'distance +5.0 %' in plot.get_title(loc='left')
         behind, path = (
@@ -321,7 +338,7 @@ def test_refuses_what_is_no_replay(replayed, tmp_path):
         read_replay(tmp_path)
     for changed in ({'movement': [1, 1]}, {'direction': [9]}, {'status': None},
                     {'heading_deg': [0.0]}, {'heading_deg': 0.0}, {'turns': [{}]},
-                    {'movement': 5}):
+                    {'movement': 5}, {'path_unit': 'miles'}):
         with pytest.raises(ResultError, match='replay again'):
             read_replay(replayed(PLAN, **changed))
     directory = replayed(PLAN)

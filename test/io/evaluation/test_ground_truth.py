@@ -152,12 +152,12 @@ def test_clocks_that_have_nothing_in_common_start_together(write):
     ('', 'fewer than two'),
     ('1 2 3\n1 2 3\n', '3 columns'),
     ('0 0 0 0 0 0 0 1\n1 0 0 0 0 0 0\n', 'pose 2: 7 columns'),
-    ('0 0 0 0 0 0 0 2\n1 0 0 0 0 0 0 2\n', 'no quaternions'),
+    ('0 0 0 0 0 0 0 2\n1 0 0 0 0 0 0 2\n', 'not quaternions'),
     ('0 0 0 0 0 0 0 1\n0 0 0 0 0 0 0 1\n', 'do not rise'),
-    ('x 0 0 0 0 0 0 1\ny 0 0 0 0 0 0 1\n', 'no time'),
+    ('x 0 0 0 0 0 0 1\ny 0 0 0 0 0 0 1\n', 'not a time'),
     ('0 0 0 nan 0 0 0 1\n1 0 0 0 0 0 0 1\n', 'NaN'),
     ('0 a 0 0 0 0 0 1\n1 0 0 0 0 0 0 1\n', 'could not convert'),
-    ('1 2 3 4 5 6 7 8 9 10 11 12\n' * 2, 'no rotations'),
+    ('1 2 3 4 5 6 7 8 9 10 11 12\n' * 2, 'not rotations'),
 ])
 def test_refuses_what_is_no_trajectory(tmp_path, text, message):
     path = tmp_path / 'truth.txt'

@@ -134,7 +134,7 @@ def test_binned_images_are_averages_of_the_whole_ones(info, rectified, roi):
     ({'k': (-700.0, *K[1:])}, False, 'camera_info cannot be used: fx is -700.0'),
     ({'p': (*P[:5], float('nan'), *P[6:])}, True, 'fy is nan'),
     ({'width': 0, 'height': 0}, False, '0x0 pixels'),
-    ({'roi': (700, 0, 640, 480)}, False, r'640x480 pixels at \(700, 0\), reaches beyond'),
+    ({'roi': (700, 0, 640, 480)}, False, r'640x480 pixels at \(700, 0\), extends beyond'),
     ({'roi': (0, 300, 640, 480)}, True, 'beyond the 1280x720 pixels'),
     ({'roi': (5, 5, 0, 0)}, False, '0x0 pixels'),
     ({'binning_x': 2000}, False, '0x720 pixels'),
@@ -147,11 +147,11 @@ def test_errors(info, fields, rectified, message):
 
 
 def test_what_is_no_camera_info():
-    with pytest.raises(CalibrationError, match='no sensor_msgs/CameraInfo'):
+    with pytest.raises(CalibrationError, match='not a sensor_msgs/CameraInfo'):
         camera_from_info(SimpleNamespace(data='hello'), rectified=False)
-    with pytest.raises(CalibrationError, match='no sensor_msgs/CameraInfo'):
+    with pytest.raises(CalibrationError, match='not a sensor_msgs/CameraInfo'):
         camera_from_info(SimpleNamespace(k=7), rectified=False)
-    with pytest.raises(CalibrationError, match='no sensor_msgs/CameraInfo'):
+    with pytest.raises(CalibrationError, match='not a sensor_msgs/CameraInfo'):
         camera_from_info(SimpleNamespace(p=K), rectified=True)
 
 

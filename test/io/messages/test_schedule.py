@@ -1,18 +1,23 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""When the chain code's text and the path go out."""
+"""When the texts of the codes and the path go out."""
 
 from types import SimpleNamespace
 
-from phase_traj_ros.core import Movement
-from phase_traj_ros.io.messages.published import CHAIN_CODE, PATH
+from phase_traj_ros.core import Direction, Movement
+from phase_traj_ros.io.messages.published import CHAIN_CODE, LINKS, PATH
 from phase_traj_ros.io.messages.schedule import Pace, Schedule
+from phase_traj_ros.parameters import Parameters
 
 TENTH = 10**8
 
 
-def pair(movement):
-    return SimpleNamespace(step=SimpleNamespace(movement=movement))
+def made(**values):
+    return Schedule(Parameters(**values))
+
+
+def pair(movement, links=()):
+    return SimpleNamespace(step=SimpleNamespace(movement=movement), links=links)
 
 
 def sent(schedule, movements):
@@ -47,7 +52,7 @@ def test_urgent_news_does_not_wait():
 
 def test_text_goes_out_when_the_movement_changes_else_once_a_second():
     movements = [Movement.FORWARD] * 15 + [Movement.LEFT] + [Movement.NO_CHANGE] * 14
-    taken = sent(Schedule(path_rate=2.0), movements)
+    taken = sent(made(path_rate=2.0), movements)
     assert [index for index, topics in enumerate(taken) if CHAIN_CODE in topics] == [
         0, 10, 15, 16, 26]
     assert [index for index, topics in enumerate(taken) if PATH in topics] == [
@@ -55,7 +60,7 @@ def test_text_goes_out_when_the_movement_changes_else_once_a_second():
 
 
 def test_what_had_to_wait_goes_out_later_and_at_the_end():
-    schedule = Schedule(path_rate=2.0)
+    schedule = made(path_rate=2.0)
     sent(schedule, [Movement.FORWARD] * 2)
     assert schedule.take(4 * TENTH) == ()
     assert schedule.take(5 * TENTH) == (PATH,)
@@ -64,9 +69,24 @@ def test_what_had_to_wait_goes_out_later_and_at_the_end():
 
 
 def test_a_new_start_goes_out_at_once():
-    schedule = Schedule(path_rate=0.1)
+    schedule = made(path_rate=0.1)
     sent(schedule, [Movement.FORWARD] * 2)
     schedule.restart()
     assert schedule.take(2 * TENTH) == (CHAIN_CODE, PATH)
     schedule.add(pair(Movement.FORWARD))
     assert schedule.take(3 * TENTH) == (CHAIN_CODE,)
+
+
+def test_links_go_out_when_their_direction_changes_else_once_a_second():
+    schedule, taken = made(code_step=2.0), []
+    for index in range(30):
+        link = Direction.FORWARD if index < 14 else Direction.LEFT
+        schedule.add(pair(Movement.FORWARD, (link,) if index % 2 == 0 else ()))
+        taken.append(schedule.take(index * TENTH))
+    assert [index for index, topics in enumerate(taken) if LINKS in topics] == [0, 10, 14, 24]
+
+
+def test_without_a_step_there_are_no_links():
+    schedule = made()
+    schedule.add(pair(Movement.FORWARD, (Direction.FORWARD,)))
+    assert LINKS not in schedule.take(0)

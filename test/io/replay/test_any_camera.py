@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Right turns where nothing is known of the camera: a slice of benchmarks/any_camera.py."""
+"""Right turns and camera where nothing is known of it: a slice of benchmarks/any_camera.py."""
 
 from dataclasses import replace
 import math
@@ -50,10 +50,15 @@ def frames_of(camera, rate_hz, pitch_deg, plan):
 
 
 @pytest.mark.parametrize('name', DRIVES)
-def test_the_turns_of_any_camera_are_right(name):
-    (*of, right) = DRIVES[name]
-    frames = frames_of(*of)
-    found = replay(
-        frames, Parameters(), source=name, lens=learned_lens(frames, Parameters(), name))
+def test_the_turns_and_the_camera_are_right(name):
+    (camera, *of, right) = DRIVES[name]
+    frames = frames_of(camera, *of)
+    lens = learned_lens(frames, Parameters(), name)
+    found = replay(frames, Parameters(), source=name, lens=lens)
     turns = [code for code in found.movement if code in (Movement.LEFT, Movement.RIGHT)]
     assert ''.join('LR'[code is Movement.RIGHT] for code in turns) == right
+    assert found.reliability.reliable
+    if right:
+        least, most = lens.estimate.focal_interval_px
+        assert least < camera.focal < most < 1.4 * least
+        assert lens.estimate.focal_px == pytest.approx(camera.focal, rel=0.1)

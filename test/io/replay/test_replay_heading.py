@@ -376,7 +376,7 @@ def test_what_is_no_bag_has_no_speeds(tmp_path, picture):
     import cv2
     for index in range(3):
         cv2.imwrite(str(tmp_path / f'{index}.png'), picture())
-    with open_source(tmp_path) as source, pytest.raises(SourceError, match='is no bag'):
+    with open_source(tmp_path) as source, pytest.raises(SourceError, match='is not a bag'):
         replay_source(
             source, Parameters(hfov_deg=80.0, use_speed_topic=True), Wanted(), title='pictures')
 

@@ -10,7 +10,7 @@ from far_scene import render
 import numpy as np
 from phase_traj_ros.core import LensOrigin
 from phase_traj_ros.core.camera.model import CameraModel
-from phase_traj_ros.io.batch.job import replay_source, Wanted
+from phase_traj_ros.io.batch.job import Pass, replay_source, Wanted
 from phase_traj_ros.io.batch.many import Job, run_job
 from phase_traj_ros.io.replay.kept import KeptFrames
 from phase_traj_ros.io.replay.run import Watcher
@@ -45,7 +45,7 @@ class Seen(Watcher):
         self.pairs += 1
 
 
-def replayed(folder, *, one_pass, through=iter, **values):
+def replayed(folder, *, one_pass, through=lambda frames, which: frames, **values):
     seen = Seen()
     with open_source(folder) as source:
         result = replay_source(
@@ -73,14 +73,26 @@ def changes(result):
 def test_what_is_known_takes_one_pass(folder, values, expected):
     passes = []
 
-    def counted(frames):
-        passes.append(1)
+    def counted(frames, which):
+        passes.append(which)
         return frames
 
     plain = replayed(folder, one_pass=False, through=counted, **values)
-    assert len(passes) == 1
+    assert passes == [Pass.ONLY]
     assert codes(plain) == codes(replayed(folder, one_pass=True, **values))
     assert changes(plain) == expected
+
+
+def test_the_passes_are_told_apart(folder):
+    passes = []
+
+    def counted(frames, which):
+        frames = list(frames)
+        passes.append((which, len(frames)))
+        return frames
+
+    replayed(folder, one_pass=False, through=counted)
+    assert passes == [(Pass.FIRST, len(YAWS)), (Pass.SECOND, len(YAWS))]
 
 
 def test_the_second_pass_codes_with_what_the_first_has_learned(folder):

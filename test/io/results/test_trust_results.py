@@ -65,12 +65,12 @@ def test_replay_prints_and_writes_what_speaks_against_it(tmp_path, capsys):
         'replay', source, '--output', str(output), '--report', '-p', 'code_source:=shift']) == 0
     [line] = [
         line for line in capsys.readouterr().out.splitlines() if line.startswith('not reliable')]
-    assert line.startswith('not reliable: The parts of the picture do not move as seen from one')
+    assert line.startswith('not reliable: The parts of the image do not move as seen from one')
     content = json.loads((output / 'chain_code.json').read_text())
     assert (content['reliable'], content['reasons']) == (False, ['not_one_motion'])
     page = (output / 'report.html').read_text()
     assert '<dt>reliable</dt><dd>no</dd>' in page
-    assert '<p class="warn">The parts of the picture' in page
+    assert '<p class="warn">The parts of the image' in page
 
 
 def test_scenes_and_what_is_left_out_are_in_files_and_report(tmp_path, barred, capsys):
@@ -122,7 +122,7 @@ def test_a_snapshot_and_the_diagnostics_tell_it(tmp_path):
         assert report.values['reliable'] == str(reliable).lower()
         assert report.values['reasons'] == ' '.join(content['reasons'])
         assert report.level is (Level.OK if reliable else Level.WARN)
-        assert reliable or report.message.startswith('The parts of the picture do not move')
+        assert reliable or report.message.startswith('The parts of the image do not move')
 
 
 def test_before_there_is_anything_to_tell_nothing_is_warned_of():

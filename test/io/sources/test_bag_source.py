@@ -100,7 +100,7 @@ def several_topics(maker, path, drive_frame, right_messages=1):
 
 def test_several_image_topics(tmp_path, maker, drive_frame):
     path = several_topics(maker, tmp_path / 'bag', drive_frame)
-    with pytest.raises(SourceError, match=r'several image topics.*name one as') as caught:
+    with pytest.raises(SourceError, match=r'several image topics.*give one as') as caught:
         open_source(path)
     message = str(caught.value)
     assert '/left/image (sensor_msgs/msg/Image, 2 messages)' in message
@@ -190,7 +190,7 @@ def test_only_selected_messages_are_converted(tmp_path, maker, drive_frame):
         '/image': (IMAGE, [(1, good), (2, bad), (3, good), (4, bad)])})
     assert len(stamps_of(path, selection=Selection(every=2))) == 2
     with open_source(path) as source, pytest.raises(
-            FrameError, match=r"topic /image, message 1: .*'nonsense' is not known"):
+            FrameError, match=r"topic /image, message 1: .*'nonsense' is unknown"):
         list(source)
 
 

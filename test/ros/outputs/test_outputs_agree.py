@@ -3,6 +3,7 @@
 """What the node publishes and what a bag written offline holds are the same."""
 
 from collections import defaultdict
+from types import SimpleNamespace
 
 import cv2
 import numpy as np
@@ -18,6 +19,7 @@ from rosbags import rosbag2, typesys
 
 STORE = typesys.get_typestore(typesys.Stores.ROS2_JAZZY)
 
+LINKS = {'speed': 5.0, 'code_step': 0.5}
 PER_PAIR = ('movement', 'direction', 'shift', 'response', 'status', 'pose', 'pair')
 
 
@@ -78,7 +80,8 @@ def frames():
 
 
 @pytest.mark.parametrize('values', [
-    {}, {'focal_px': 300.0, 'speed': 5.0, 'path_from': 'heading', 'max_path_poses': 4}])
+    {}, {'focal_px': 300.0, 'speed': 5.0, 'path_from': 'heading', 'max_path_poses': 4},
+    {'focal_px': 300.0, 'camera_height': 1.65}, {'focal_px': 300.0, **LINKS}])
 def test_the_same_messages(frames, tmp_path, values):
     from phase_traj_ros.ros.outputs.topics import Outputs
     parameters = Parameters(
@@ -104,15 +107,18 @@ def test_the_same_messages(frames, tmp_path, values):
                 texts.append(node.publishers['chain_code'].data[-1])
     outputs.publish_state()
 
-    more = ('heading', 'heading_stamped', 'odom') if values else ()
+    more = ('heading', 'heading_stamped') if values else ()
     for topic in (*PER_PAIR, *more, 'debug_image'):
         assert node.publishers[topic].data == stored[topic], topic
         assert stored[topic]
+    for topic in ('odom', 'speed') if parameters.metric else ():
+        assert node.publishers[topic].data == stored[topic], topic
+        assert stored[topic] or 'speed' not in values
     assert len(stored['movement']) == len(frames) - 1
     assert {Movement.LEFT, Movement.RIGHT} <= {data[4] for data in stored['movement']}
     # Texts at changes of the movement, and the last text and path, which come last in both.
     assert texts and all(text in stored['chain_code'] for text in texts)
-    for topic in ('chain_code', 'path'):
+    for topic in ('chain_code', 'path', *(['links'] if 'code_step' in values else [])):
         assert node.publishers[topic].data[-1] == stored[topic][-1], topic
 
 
@@ -168,6 +174,7 @@ def test_nothing_is_made_for_nobody(frames):
 
         def create_publisher(self, kind, topic, *args, **kwargs):
             made = self.publishers[topic.replace('~/', '')] = Alone(kind)
+            made.on_match = kwargs['event_callbacks'].matched
             return made
 
     node = Lonely()
@@ -177,6 +184,13 @@ def test_nothing_is_made_for_nobody(frames):
         update = estimator.update(frame.image, frame.stamp_ns)
         if update is not None:
             outputs.publish(frame, update)
-    # What is latched is there for whoever comes later.
+    # What is latched is there for whoever comes later; a long path is made when somebody comes.
     assert {name for name, each in node.publishers.items() if each.data} == {
-        'camera', 'chain_code', 'path'}
+        'camera', 'chain_code'}
+    path = node.publishers['path']
+    path.on_match(SimpleNamespace(current_count_change=-1))
+    assert not path.data
+    for _ in range(2):
+        path.on_match(SimpleNamespace(current_count_change=1))
+        # The second time, the middleware has the newest one to hand out.
+        assert len(path.data) == 1

@@ -86,7 +86,7 @@ def write_report(
         'legend': _legend(),
         'turns': _turns(shown.turns),
         'trust': _trust(result, left_out),
-        'health': _health(health),
+        'health': _health(result, health),
         'settings': _settings(result.parameters),
         'codes': _codes(result),
         'picture': data_uri(picture.read_bytes(), picture.suffix),
@@ -107,10 +107,19 @@ def _facts(
         ('turns', f'{len(shown.turns)}'),
         ('movement codes', f'{len(result.movement)}'),
         ('direction codes', f'{len(result.direction)}'),
+        *_way(result),
         *_threshold(result),
         ('reliable', 'yes' if result.reliability.reliable else 'no'),
         ('median response', f'{health.response:.3f}'),
     ]
+
+
+def _way(result: Replay) -> list[tuple[str, str]]:
+    if not result.way.pairs:
+        return []
+    unit = result.parameters.length_unit.value
+    links = [] if result.links is None else [('links', str(len(result.links.series)))]
+    return [(f'distance, {unit}', f'{result.way.distance:.1f}'), *links]
 
 
 def _threshold(result: Replay) -> list[tuple[str, str]]:
@@ -159,7 +168,7 @@ def _trust(result: Replay, left_out: bytes | None) -> Markup:
     return Markup(''.join(notes) or '<p class="note">Nothing speaks against the result.</p>')
 
 
-def _health(health: DataHealth) -> Markup:
+def _health(result: Replay, health: DataHealth) -> Markup:
     pairs = health.frames - 1
     rows = [
         ('time between frames', _milliseconds(health.interval_s), False),
@@ -174,6 +183,9 @@ def _health(health: DataHealth) -> Markup:
     rows += [
         (f'pairs with status {status}', _share(count, pairs), False)
         for status, count in health.statuses]
+    rows += [
+        (f'distances {state.value}', _share(count, pairs), False)
+        for state, count in result.way.states.items() if count]
     return table([
         (name, Markup(f'<span class="{"warn" if bad else ""}">{escape(value)}</span>'))
         for name, value, bad in rows])
@@ -199,7 +211,17 @@ def _codes(result: Replay) -> Markup:
     movement, direction = result.codes.movement, result.codes.direction
     return Markup(
         f'<p class="runs">movement ({len(movement)}): {_runs(movement)}</p>'
-        f'<p class="runs">direction ({len(direction)}): {_runs(direction)}</p>')
+        f'<p class="runs">direction ({len(direction)}): {_runs(direction)}</p>'
+        f'{_links(result)}')
+
+
+def _links(result: Replay) -> str:
+    if result.links is None:
+        return ''
+    series, unit = result.links.series, result.parameters.length_unit.value
+    return (
+        f'<p class="runs">links of {result.links.step:g} {escape(unit)} ({len(series)}):'
+        f' {_runs(series)}</p>')
 
 
 def _runs(series: CodeSeries[Any]) -> str:
@@ -217,6 +239,11 @@ def _data(
         'dx': _numbers(shown.dx, 2),
         'response': _numbers(shown.response, 4),
         'heading': None if shown.heading_deg is None else _numbers(shown.heading_deg, 2),
+        'speed': None if shown.speed is None else _numbers(shown.speed, 3),
+        'speed_unit': f'{result.parameters.length_unit.value}/s',
+        'distance_state': None if shown.speed is None else [
+            '' if update.travel is None else update.travel.state.value
+            for update in result.updates],
         'movement': ''.join(str(int(update.step.movement)) for update in result.updates),
         'direction': ''.join(str(int(update.step.direction)) for update in result.updates),
         'movements': [code.label for code in _MOVEMENT_COLOURS],

@@ -18,6 +18,9 @@
       lines: [data.low_response] },
   ];
   if (data.heading) plots.push({ title: 'heading (°)', values: data.heading, height: 110 });
+  if (data.speed) {
+    plots.push({ title: `speed (${data.speed_unit})`, values: data.speed, height: 90 });
+  }
   const ribbons = [
     { title: 'movement', codes: data.movement,
       colours: data.movement_colours },
@@ -350,6 +353,10 @@
       ['status', data.statuses[data.status[selected]]],
     ];
     if (data.heading) list.push(['heading', fixed(data.heading[selected], 1, '°')]);
+    if (data.speed) {
+      list.push(['speed', fixed(data.speed[selected], 2, ` ${data.speed_unit}`)],
+        ['distance', data.distance_state[selected]]);
+    }
     show(list);
     const slider = byId('plots');
     slider.setAttribute('aria-valuenow', selected);

@@ -5,7 +5,7 @@
 import math
 
 import numpy as np
-from phase_traj_ros.core.camera.field_of_view import FieldOfViewEstimator, SURE
+from phase_traj_ros.core.calibration.field_of_view import FieldOfViewEstimator, SURE
 from phase_traj_ros.core.camera.projection import focal_from_hfov
 import pytest
 

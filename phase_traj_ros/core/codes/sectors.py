@@ -1,0 +1,66 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The direction that a heading is quantised to, with hysteresis at the borders of the sectors."""
+
+import math
+
+from phase_traj_ros.core.codes.codes import Direction
+from phase_traj_ros.core.codes.freeman import AnyDirection, Freeman, to_four
+
+CONNECTIVITIES = (4, 8)
+# How far, in sectors, the heading has to be past the border of two sectors to leave the one it is
+# in: 6 degrees of 90. A field of view that is 10 % too narrow makes three right angles to the same
+# side 36 degrees too small; they are still three as long as that and the hysteresis are below 45.
+_HYSTERESIS = 6.0 / 90.0
+
+
+class HeadingSector:
+    """Follows a heading from one sector to the next; it starts in the one of ``FORWARD``."""
+
+    def __init__(self, connectivity: int) -> None:
+        """
+        Make 4 sectors of 90 degrees (the paper's codes), or 8 of 45 degrees (Freeman's).
+
+        Raises
+        ------
+        ValueError
+            The connectivity is neither 4 nor 8.
+
+        """
+        if connectivity not in CONNECTIVITIES:
+            raise ValueError(f'connectivity is {connectivity}: give 4 or 8')
+        self._connectivity = connectivity
+        self._width = 2.0 * math.pi / connectivity
+        self._border = self._width * (0.5 + _HYSTERESIS)
+        self.reset()
+
+    @property
+    def connectivity(self) -> int:
+        """Return how many directions there are, 4 or 8."""
+        return self._connectivity
+
+    @property
+    def directions(self) -> type[Direction] | type[Freeman]:
+        """Return which directions there are: the paper's four, or Freeman's eight."""
+        return Freeman if self._connectivity == 8 else Direction
+
+    @property
+    def direction(self) -> AnyDirection:
+        """Return the direction of the current sector."""
+        code = Freeman((Freeman.FORWARD + self._number * (8 // self._connectivity)) % 8)
+        return code if self._connectivity == 8 else to_four(code)
+
+    def reset(self) -> None:
+        """Go back to ``FORWARD``."""
+        self._number = 0
+
+    def follow(self, heading: float) -> int:
+        """
+        Go one sector towards a heading at most: return 1 to the left, -1 to the right, else 0.
+
+        The heading is in radians since the start, left positive, not wrapped.
+        """
+        off = heading - self._number * self._width
+        step = int(off > self._border) - int(off < -self._border)
+        self._number += step
+        return step
