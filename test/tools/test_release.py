@@ -109,7 +109,7 @@ def spoil_manifest(tree):
     (spoil_cleanness, 'not committed'),
     (spoil_version, 'setup.py has version 1.2.4'),
     (spoil_changelog, 'does not begin with 1.2.3'),
-    (spoil_licence, 'LICENSE, which is not there'),
+    (spoil_licence, 'LICENSE, which does not exist'),
     (spoil_manifest, 'maintainer'),
 ])
 def test_what_is_not_ready_is_said(tool, tree, spoil, said):
