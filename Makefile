@@ -19,7 +19,7 @@ environment = $(or $(boot),$(error No Python found: install Python 3.10 to 3.13 
 unexport _ROS_WHEELS_BOOTSTRAP_COMPLETE
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-noble lint colcon dist bench bench-system robustness any-camera docs \
+.PHONY: help demo test test-noble lint colcon dist bench bench-system robustness any-camera distance docs \
 	docs-links version release pins clean
 
 help:  ## Show this list
@@ -65,6 +65,10 @@ bench-system:  ## Measure speed on the distribution's OpenCV, for docs/measureme
 robustness:  ## Measure robustness to noise against peers; writes docs/measurements/robustness.md
 	@$(environment) .venv --extras ros
 	@.venv/bin/python benchmarks/robustness.py
+
+distance:  ## Measure distances on clips and drives; writes docs/measurements/distance.md
+	@$(environment) .venv --extras ros
+	@.venv/bin/python benchmarks/distance.py
 
 any-camera:  ## Measure the turns of 16 unknown cameras; writes docs/measurements/any_camera.md
 	@$(environment) .venv --extras ros

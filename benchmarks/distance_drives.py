@@ -117,20 +117,23 @@ def wet_night(frame: Frame) -> Frame:
 
 
 def snow(frame: Frame) -> Frame:
-    """Whiten the lower half but for a hundredth of its contrast."""
+    """Whiten the lower half but for a hundredth of its contrast, with a grey level of noise."""
     half = len(frame) // 2
-    frame[half:] = (235 + 0.01 * (frame[half:].astype(np.float32) - 128)).astype(np.uint8)
+    rng = np.random.default_rng(int(frame[::16, ::16].sum()))
+    below = frame[half:]
+    white = 235 + 0.01 * (below.astype(np.float32) - 128) + rng.normal(0.0, 1.0, below.shape)
+    below[:] = np.clip(white, 0, 255).astype(np.uint8)
     return frame
 
 
-def crest(ride: Ride, frames: int = 200) -> Ride:
+def crest(frames: int = 200) -> Ride:
     """Return a straight drive of which the middle pitches as over a crest of 500 m radius."""
     drive = plan_drive('crest', [Straight(frames / 10)], speed=15.0, camera=KITTI_CAMERA, seed=5)
     poses = drive.poses.copy()
     way = 1.5 * np.arange(len(poses))
     # A road that bends away below is seen as if the camera looked up: by the slope some 5 m on.
     poses[:, 3] = MOUNTED - (5.0 / 500.0) * ((way > way[-1] / 3) & (way < 2 * way[-1] / 3))
-    return replace(_streamed(replace(drive, poses=poses)), name='crest')
+    return _streamed(replace(drive, poses=poses))
 
 
 SPOILT: dict[str, Callable[[Frame], Frame]] = {

@@ -1,16 +1,30 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Prints codes and distances."""
+"""Prints codes, turns and distances."""
 
+from collections.abc import Sequence
 from typing import Any
 
-from phase_traj_ros.core import ChainCode, CodeSeries, LengthUnit, LinkCode, Way
+from phase_traj_ros.core import ChainCode, CodeSeries, LengthUnit, LinkCode, Turn, Way
+
+# Turns that are printed; chain_code.json lists all of them.
+_MOST_TURNS = 12
 
 
 def print_codes(codes: ChainCode) -> None:
     """Print both codes in run-length form."""
     _print_series('movement ', codes.movement)
     _print_series('direction', codes.direction)
+
+
+def print_turns(turns: Sequence[Turn]) -> None:
+    """Print the angles of the first turns."""
+    angles = [
+        f'{"left" if turn.angle_deg > 0 else "right"} {abs(turn.angle_deg):.0f}'
+        for turn in turns[:_MOST_TURNS]]
+    more = ['...'] if len(turns) > _MOST_TURNS else []
+    if angles:
+        print(f'turns     ({len(turns)}): {", ".join(angles + more)} (degrees)')
 
 
 def print_way(way: Way, links: LinkCode | None, *, unit: LengthUnit) -> None:

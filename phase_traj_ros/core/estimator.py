@@ -393,7 +393,7 @@ class TrajectoryEstimator:
         status = status.coded(step)
         self._trust.add_shift(dx, self._coder.threshold_px, interval)
         turned = None if heading is None else heading.step
-        # The road itself tells whether it moves: a doubt about the rest of the picture is no matter.
+        # The road itself shows whether the vehicle moves, whatever the rest of the picture does.
         motion = None if comparison.yaw is None else comparison.yaw.motion
         travel = self._travelling.update(
             frame, self._heading, motion, status, stamp_ns, interval_ns)

@@ -50,7 +50,8 @@ def found(text):
 
 
 @pytest.mark.parametrize(('drives', 'words'), [
-    (['six'], 'learned from'), (['one'], 'learned from 1 turn;'), (['one', 'six'], 'together: '),
+    (['six'], 'learned from'), (['one'], 'learned from 1 part of a turn;'),
+    (['one', 'six'], 'together: '),
     (['none', 'one'], 'none: the camera cannot be learned')])
 def test_the_camera_is_learned_from_the_turns(bag, capsys, drives, words):
     assert main(['calibrate', *(str(bag / name) for name in drives)]) == 0
@@ -61,7 +62,7 @@ def test_the_camera_is_learned_from_the_turns(bag, capsys, drives, words):
     assert told['lens_straightness'] == pytest.approx(1.0, abs=0.15)
     assert told['lens_offset'] == pytest.approx(0.0, abs=0.03)
     assert abs(told['camera_pitch_deg']) < 3 and abs(told['camera_roll_deg']) < 3
-    least, most = map(float, re.findall(r'90 % sure of ([\d.]+) to ([\d.]+)', text)[-1])
+    least, most = map(float, re.findall(r'90 % interval: ([\d.]+) to ([\d.]+)', text)[-1])
     assert least < 160 / math.tan(math.radians(HFOV / 2)) < most < 1.5 * least
 
 
@@ -86,7 +87,7 @@ def test_the_file_goes_to_replay(bag, tmp_path, capsys):
     assert main(['calibrate', str(bag / 'one'), '--output', str(path)]) == 0
     text = capsys.readouterr().out
     assert f'written to {path}' in text
-    assert 'learned from 1 turn' in path.read_text()
+    assert 'learned from 1 part of a turn' in path.read_text()
     parameters = read_parameters(path)
     assert {name: getattr(parameters, name) for name in found(text)} == found(text)
     out = tmp_path / 'out'

@@ -287,7 +287,7 @@ def test_nothing_known_is_coded_as_a_replay_in_one_pass_has_it(live, drive, tmp_
     assert parse_links(links[-1].data).links.runs == tuple(map(tuple, code['links_runs']))
     # What it has learned is told, and kept in a file that the next start takes.
     live.until(lambda: told and 'learned from' in told[-1].data, process=node)
-    assert 'assumed, as no turn has told it' in live.logs() and told[-1].data in live.logs()
+    assert 'assumed until a turn determines it' in live.logs() and told[-1].data in live.logs()
     assert live.call(Trigger, 'phase_traj/save', Trigger.Request()).success
     kept = read_parameters(tmp_path / 'kept' / 'camera.yaml')
     saved = json.loads((tmp_path / 'kept' / 'chain_code.json').read_text())
@@ -324,7 +324,7 @@ def test_a_calibration_that_comes_late_is_taken_once(live, drive):
     assert [code for code in codes if code in (0, 2)] == [0, 2]
     live.until(lambda: len(heard['direction']) == len(codes) - codes.count(3))
     # Told once, and the last word: nothing is learned any more.
-    live.until(lambda: 'from its calibration' in told[-1].data)
+    live.until(lambda: 'from the calibration' in told[-1].data)
     assert [each.data for each in told if 'calibration' in each.data] == [told[-1].data]
     assert live.logs().count(f'camera: {told[-1].data}') == 1
     truth = np.unwrap(drive.poses[:, 2])[1:]

@@ -22,7 +22,7 @@ from phase_traj_ros.cli.options import (
     source_of,
 )
 from phase_traj_ros.cli.progress import progress
-from phase_traj_ros.cli.report import print_codes, print_way
+from phase_traj_ros.cli.report import print_codes, print_turns, print_way
 from phase_traj_ros.io.batch.job import Pass, replay_source, Wanted
 from phase_traj_ros.io.messages.diagnostics import described
 from phase_traj_ros.io.replay.run import Replay
@@ -130,6 +130,9 @@ def _print(result: Replay, seconds: float) -> None:
     print(f'{result.source}: {result.frames} frames in {seconds:.1f} s'
           f' ({result.frames / seconds:.0f} frames/s)')
     print_codes(result.codes)
+    print_turns(result.turns)
+    if result.camera is not None:
+        print(f'camera: {result.camera}')
     print_way(result.way, result.links, unit=result.parameters.length_unit)
     if result.parameters.estimate_fov and result.field_of_view is not None:
         print(f'field of view in degrees: {described(result.field_of_view)}')
@@ -143,6 +146,6 @@ def _print(result: Replay, seconds: float) -> None:
                                           ' again'),
             (result.counters.unmeasured, 'pairs had nothing to correlate'),
             (result.counters.reprimed, 'times the size of the frames changed'),
-            (result.pairs_without_speed, 'pairs had no speed')):
+            (result.pairs_without_speed, 'pairs had no speed: the way goes on without them')):
         if count:
             print(f'warning: {count} {what}')

@@ -81,15 +81,16 @@ class CameraInUse:
 
     def __str__(self) -> str:
         """Return the camera in words, for people."""
-        seen = f'{self.hfov_deg:.0f} degrees across, focal length {self.focal_px:.4g} px'
-        if self.origin is LensOrigin.GIVEN:
-            return f'{seen}, as the parameters say'
+        focal = f'focal length {self.focal_px:.4g} px'
         if self.origin is LensOrigin.CALIBRATION:
-            return f'focal length {self.focal_px:.4g} px, from its calibration'
+            return f'{focal}, from the calibration'
+        seen = f'field of view {self.hfov_deg:.0f} degrees, {focal}'
+        if self.origin is LensOrigin.GIVEN:
+            return f'{seen}, from the parameters'
         if self.interval_px is None:
-            return f'{seen}: assumed, as no turn has told it'
+            return f'{seen}, assumed until a turn determines it'
         least, most = self.interval_px
-        turns = f'{self.turns} turn{"" if self.turns == 1 else "s"}'
+        turns = '1 part of a turn' if self.turns == 1 else f'{self.turns} parts of turns'
         return (
-            f'{seen} (90 % sure of {least:.4g} to {most:.4g}), learned from {turns}; it looks'
+            f'{seen} (90 % interval: {least:.4g} to {most:.4g}), learned from {turns}; pitch'
             f' {abs(self.pitch_deg):.0f} degrees {"down" if self.pitch_deg >= 0 else "up"}')

@@ -155,8 +155,8 @@ class MotionFit:
             state -= inverse @ gradient
         covariance = inverse * variance
         agreeing = float(weight[error < (_OUTLIER * self._deviation) ** 2].sum())
-        # What each block leaves over is one number, as its distance takes up the other one; half of
-        # them tell the deviation, whatever the others do.
+        # Each block leaves one residual, as its depth takes up the other one. The median of them
+        # gives the deviation, whatever the outliers do.
         spread = float(np.median(error)) / (_MEDIAN * variance)
         return CameraMotion(
             yaw=float(state[_YAW]), pitch=float(state[_PITCH]), roll=float(state[_ROLL]),

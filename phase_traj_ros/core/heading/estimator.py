@@ -11,7 +11,7 @@ from phase_traj_ros.core.calibration.field_of_view import FieldOfView, FieldOfVi
 from phase_traj_ros.core.calibration.self_calibration import SelfCalibration
 from phase_traj_ros.core.camera.estimate import CameraEstimate
 from phase_traj_ros.core.camera.in_use import CameraInUse
-from phase_traj_ros.core.camera.lens import Lens
+from phase_traj_ros.core.camera.lens import Lens, LensOrigin
 from phase_traj_ros.core.camera.model import CameraModel
 from phase_traj_ros.core.camera.projection import CylinderProjection
 from phase_traj_ros.core.correlation.mask import check_size
@@ -24,6 +24,9 @@ from phase_traj_ros.core.heading.yaw_meter import YawMeasurement, YawMeter
 from phase_traj_ros.errors import FrameError
 
 _LEAST_BEND_DEG = 20.0
+# A vehicle drives straight on if it turns by less than this, radians per second, and drives if
+# half of what is seen passes by more than this (way over distance).
+_STRAIGHT, _DRIVING = math.radians(3.0), 0.01
 
 
 @dataclass(frozen=True, slots=True)
@@ -269,6 +272,7 @@ class HeadingEstimator:
             step = self._tracker.update(
                 None if yaw is None else yaw / self._lens.tilt, interval,
                 certain=measurement.certain, variance=measurement.variance)
+            self._learn_from_travel(measurement, step)
         turns = (*self._cut_short, *self._turns.update(stamp_ns, step.heading))
         self._cut_short.clear()
         for bend in self._bends.update(stamp_ns, step.heading):
@@ -293,6 +297,14 @@ class HeadingEstimator:
     def _mask_learning(self) -> None:
         if self._learning is not None:
             self._learning.use_mask(self._left_out.as_seen(rotate_180=self._rotate_180))
+
+    def _learn_from_travel(self, measurement: YawMeasurement, step: HeadingStep) -> None:
+        """Learn the pitch from the direction of travel, straight on and with a camera learned."""
+        motion = measurement.motion
+        if (self._learning is None or motion is None or motion.passing < _DRIVING
+                or self._lens.origin is not LensOrigin.DRIVE or abs(step.rate) > _STRAIGHT):
+            return
+        self._learning.add_travel(motion.travel.slope, math.sqrt(motion.travel.slope_variance))
 
     def _learn_from_bend(self, angle_deg: float) -> None:
         """Learn from the angle of a bend what the field of view is."""

@@ -38,6 +38,8 @@ _LEAST_SEEN = 0.3
 # What slides by less, in cells, may be fixed to the camera or stand; the vehicle does not stand
 # where the world passes by more than this (way over distance, of half the blocks).
 _AT_ZERO, _PASSING = 1.0, 0.002
+# A vehicle that stands does not turn as fast as this, in radians per second.
+_TURNING = math.radians(3.0)
 # Seconds after which a camera that goes on pitching does so with the road.
 _BENDS = 2.0
 # Over a gap, a speed is taken to go on for so many seconds.
@@ -152,7 +154,8 @@ class RoadMeter:
             self.start(frame)
         else:
             travel = self._measure(frame, interval, motion)
-        return travel or self._bridged(interval)
+        turns = motion is not None and abs(motion.yaw) > _TURNING * interval
+        return travel or self._bridged(interval, turns=turns and not still)
 
     def _measure(
         self, frame: Frame, interval: float, motion: CameraMotion,
@@ -206,7 +209,8 @@ class RoadMeter:
                 each, way=each.raw / self._stretched(each.middle)) for each in agreeing]
         if all(abs(each.raw) < _AT_ZERO * CELL for each in agreeing) and (
                 motion.passing < _PASSING):
-            return self._standing()
+            # No vehicle turns on the spot: what is seen is no road.
+            return None if abs(motion.yaw) > _TURNING * interval else self._standing()
         weights = np.array([each.deviation ** -2 for each in agreeing])
         way = float(weights @ [each.way for each in agreeing] / weights.sum())
         depth = agreeing[0].middle
@@ -257,9 +261,10 @@ class RoadMeter:
         self.pace.stand()
         return Travel(0.0, 0.0, TravelState.STANDING)
 
-    def _bridged(self, interval: float) -> Travel:
+    def _bridged(self, interval: float, *, turns: bool) -> Travel:
         off = self.pace.deviation * interval
-        if not self.pace.known:
+        # One that turns goes somewhere, even if it was standing when it was last measured.
+        if not self.pace.known or (turns and self.pace.speed == 0.0):
             return Travel(1.0, off ** 2, TravelState.UNKNOWN)
         way = self.pace.speed * min(interval, _HOLDS)
         # A speed that is wrong stays so from pair to pair.

@@ -64,12 +64,10 @@ class Replay:
 
     @property
     def pairs_without_speed(self) -> int:
-        """Return the number of pairs that needed a speed and had no valid one."""
+        """Return the number of pairs that needed a speed, and neither it nor the road told one."""
         if not self.parameters.use_speed_topic:
             return 0
-        return sum(
-            update.travel is None or update.travel.state is not TravelState.GIVEN
-            for update in self.updates)
+        return sum(update.odometry is None for update in self.updates)
 
     @property
     def path_unit(self) -> LengthUnit:

@@ -105,17 +105,17 @@ def test_what_cannot_be(values, message):
 
 
 @pytest.mark.parametrize(('lens', 'words'), [
-    (Lens(hfov_deg=90.0), '90 degrees across, focal length 160 px, as the parameters say'),
-    (Lens(camera=MODEL), 'focal length 200 px, from its calibration'),
+    (Lens(hfov_deg=90.0), 'field of view 90 degrees, focal length 160 px, from the parameters'),
+    (Lens(camera=MODEL), 'focal length 200 px, from the calibration'),
     (Lens(hfov_deg=75.0, assumed=True),
-     '75 degrees across, focal length 208.5 px: assumed, as no turn has told it'),
+     'field of view 75 degrees, focal length 208.5 px, assumed until a turn determines it'),
     (Lens(estimate=replace(ESTIMATE, straightness=1.0, column_px=0.0, focal_deviation=0.1)),
-     '90 degrees across, focal length 160 px (90 % sure of 135.7 to 188.6), learned from 3 turns;'
-     ' it looks 5 degrees down'),
+     'field of view 90 degrees, focal length 160 px (90 % interval: 135.7 to 188.6), learned from'
+     ' 3 parts of turns; pitch 5 degrees down'),
     (Lens(estimate=replace(ESTIMATE, straightness=1.0, column_px=0.0, focal_deviation=0.1,
                            turns=1, pitch_deg=-12.0)),
-     '90 degrees across, focal length 160 px (90 % sure of 135.7 to 188.6), learned from 1 turn;'
-     ' it looks 12 degrees up'),
+     'field of view 90 degrees, focal length 160 px (90 % interval: 135.7 to 188.6), learned from'
+     ' 1 part of a turn; pitch 12 degrees up'),
 ])
 def test_in_words(lens, words):
     assert str(CameraInUse.of(lens, 320)) == words

@@ -79,7 +79,7 @@ def test_a_route_along_the_heading_has_few_points_too(tmp_path, root):
     routes = {}
     for path_from in ('codes', 'heading'):
         parameters = Parameters(
-            threshold=16.0, focal_px=camera.fx, path_from=path_from)
+            threshold=16.0, focal_px=camera.fx, path_from=path_from, speed=5.0)
         job = Job(
             source=tmp_path / 'drive', root=root, folder=path_from, parameters=parameters)
         routes[path_from] = np.array(run_job(job).route)

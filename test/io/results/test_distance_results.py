@@ -167,8 +167,9 @@ def test_a_way_counts_what_is_not_known_and_does_not_add_it():
 @pytest.mark.parametrize('values', [{'focal_px': 300.0}, {}])
 def test_links_take_a_camera(values):
     parameters = Parameters(code_step=2.0, code_source='shift', **values)
-    assert parameters.measures_heading and parameters.needs_camera is not bool(values)
+    assert parameters.measures_heading
     settings = parameters.estimator_settings()
+    assert settings.awaits_lens is not bool(values)
     assert settings.measures_distance and settings.length_unit is LengthUnit.CAMERA_HEIGHT
 
 

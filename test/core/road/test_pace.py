@@ -1,0 +1,40 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+from phase_traj_ros.core.road.pace import Pace
+import pytest
+
+
+def test_it_knows_nothing_at_first():
+    pace = Pace()
+    assert not pace.known
+    low, high = pace.bounds
+    assert low < 0.0 < 30.0 < high
+
+
+def test_the_bounds_widen_with_the_time_that_passes_and_not_with_the_frames():
+    once, often = Pace(), Pace()
+    for pace in (once, often):
+        pace.add(10.0, 0.01)
+    once.pass_time(1.0)
+    for _ in range(20):
+        often.pass_time(0.05)
+    assert often.bounds == pytest.approx(once.bounds)
+    low, high = once.bounds
+    # Hard braking, 8 m/s2 with a camera 1.65 m above the road, is within them.
+    assert low < 10.0 - 8.0 / 1.65 and high > 10.0 + 8.0 / 1.65
+
+
+def test_after_long_anything_may_be():
+    pace = Pace()
+    pace.add(10.0, 0.01)
+    pace.pass_time(60.0)
+    assert pace.bounds == Pace().bounds
+
+
+def test_measurements_narrow_it():
+    pace = Pace()
+    for _ in range(20):
+        pace.pass_time(0.1)
+        pace.add(8.0, 0.04)
+    assert pace.speed == pytest.approx(8.0)
+    assert 0.0 < pace.deviation <= 0.2

@@ -1,0 +1,199 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A road as a plane of noise, seen by cameras that move over it."""
+
+import math
+
+import cv2
+import numpy as np
+from phase_traj_ros.core.camera.horizon import Horizon
+from phase_traj_ros.core.camera.lens_family import OneNumberLens
+from phase_traj_ros.core.camera.model import CameraModel
+from phase_traj_ros.core.correlation.transforms import TransformLibrary
+from phase_traj_ros.core.heading.camera_motion import CameraMotion, Travel as Direction
+from phase_traj_ros.core.road.ground import CELL, GroundPatch, rotation, stretches
+from phase_traj_ros.core.road.meter import RoadMeter
+from phase_traj_ros.core.road.slide import Slide
+from phase_traj_ros.core.road.travel import TravelState
+import pytest
+
+PINHOLE = CameraModel.pinhole((240, 640), 370.0)
+FISHEYE = OneNumberLens(220.0, 0.0).model((400, 640))
+NOISE = cv2.GaussianBlur(
+    np.random.default_rng(0).normal(size=(4096, 1024)).astype(np.float32), (0, 0), 1.5)
+NOISE = np.clip(110 + 14 * NOISE / NOISE.std(), 0, 255).astype(np.uint8)
+PER_HEIGHT = 40.0
+
+
+class Road:
+    """Pictures of a plane one unit below a camera; heights and radians, REP 103."""
+
+    def __init__(self, camera, pitch=0.0):
+        self.shape = camera.shape
+        rows, columns = np.indices(camera.shape, np.float64)
+        # The directions of the pixels, by looking them up the other way round.
+        if camera is PINHOLE:
+            x, y = (columns - camera.cx) / camera.fx, (rows - camera.cy) / camera.fy
+            self.rays = np.stack([x, y, np.ones_like(x)], axis=-1)
+        else:
+            angle = np.hypot(columns - camera.cx, rows - camera.cy) / camera.fx
+            along = np.arctan2(rows - camera.cy, columns - camera.cx)
+            self.rays = np.stack([
+                np.sin(angle) * np.cos(along), np.sin(angle) * np.sin(along), np.cos(angle)],
+                axis=-1)
+        self.pitch = pitch
+
+    def seen(self, x, y=0.0, yaw=0.0, pitch=0.0):
+        levelling = Horizon(self.pitch + pitch).levelling()
+        level = self.rays @ levelling.T
+        below = level[..., 1] > 0.02
+        down = np.where(below, level[..., 1], 1.0)
+        ahead, left = level[..., 2] / down, -level[..., 0] / down
+        cosine, sine = math.cos(yaw), math.sin(yaw)
+        way = x + cosine * ahead - sine * left
+        aside = y + sine * ahead + cosine * left
+        frame = cv2.remap(
+            NOISE, (512 + PER_HEIGHT * aside).astype(np.float32),
+            (PER_HEIGHT * way + 100).astype(np.float32), cv2.INTER_LINEAR,
+            borderMode=cv2.BORDER_WRAP)
+        frame[~below] = 90
+        return frame
+
+
+def motion(yaw=0.0, pitch=0.0, *, slope=0.0, passing=0.05):
+    return CameraMotion(
+        yaw, pitch, 0.0, Direction(slope=slope, slope_variance=0.004 ** 2), 100.0, 1.0, 1e-8,
+        passing)
+
+
+def drive(camera, step, *, pitch=0.0, told=None, frames=12, spoil=None, **kwargs):
+    road = Road(camera, pitch)
+    meter = RoadMeter(camera, Horizon(0.0 if told is None else told), **kwargs)
+    travels = []
+    for index in range(frames):
+        frame = road.seen(index * step)
+        if spoil is not None:
+            spoil(index, frame)
+        if index == 0:
+            meter.start(frame)
+            continue
+        travels.append(meter.update(
+            frame, 0.1, motion(slope=-math.tan(pitch), passing=max(0.1 * step, 0.0))))
+    return travels
+
+
+@pytest.mark.parametrize('camera', [PINHOLE, FISHEYE])
+@pytest.mark.parametrize('step', [0.1, 0.5, 1.3])
+def test_the_way_is_that_of_the_road(camera, step):
+    travels = drive(camera, step, pitch=0.03)
+    assert {travel.state for travel in travels} == {TravelState.MEASURED}
+    assert np.mean([travel.distance for travel in travels]) == pytest.approx(
+        step, rel=0.02, abs=0.1 * CELL)
+    for travel in travels:
+        assert abs(travel.distance - step) < 3.0 * math.sqrt(travel.variance)
+
+
+def test_two_patches_cover_a_near_and_a_far_stretch():
+    near, far = stretches(PINHOLE, Horizon())
+    assert 2.0 < near.begin < far.begin < near.end < far.end <= 10.0
+
+
+def test_a_camera_that_sees_no_road_has_none():
+    assert stretches(CameraModel.pinhole((60, 640), 1500.0), Horizon()) == ()
+    travels = drive(PINHOLE, 0.5, told=-0.5, pitch_known=True)
+    assert {travel.state for travel in travels} == {TravelState.UNKNOWN}
+
+
+def test_a_pitch_that_is_given_wrong_is_believed_but_for_what_the_springs_may_do():
+    right, little, much = (
+        np.mean([travel.distance for travel in drive(
+            PINHOLE, 0.5, pitch=0.02, told=told, pitch_known=True, frames=8)])
+        for told in (0.02, 0.03, 0.08))
+    assert right == pytest.approx(0.5, rel=0.01)
+    assert little == pytest.approx(0.5, rel=0.03)
+    assert much < 0.95 * 0.5
+
+
+@pytest.mark.parametrize(('yaw', 'pitch'), [(0.06, 0.0), (-0.06, 0.0), (0.0, 0.008)])
+def test_rotation_is_taken_out(yaw, pitch):
+    road = Road(PINHOLE)
+    patch = GroundPatch(PINHOLE, Horizon(), stretches(PINHOLE, Horizon())[0])
+    slide = Slide(patch.window, TransformLibrary.AUTO)
+    slide.keep(patch(road.seen(0.0)))
+    # Seen from a camera that has turned up by the pitch (nose down is positive).
+    turned = patch(road.seen(0.6, yaw=yaw, pitch=-pitch))
+    slide.compare(patch.turned_back(turned, rotation(yaw, pitch, 0.0)))
+    with_it = slide.peak(0, slide.most)
+    slide.compare(turned)
+    assert with_it.cells * CELL == pytest.approx(0.6, rel=0.02)
+    assert with_it.score > 12.0
+
+
+def test_it_stands_where_the_road_does_and_goes_exactly_nowhere():
+    road = Road(PINHOLE)
+    meter = RoadMeter(PINHOLE, Horizon(pitch_deviation=0.005))
+    meter.start(road.seen(0.0))
+    for _ in range(5):
+        travel = meter.update(road.seen(0.0), 0.1, motion(passing=0.0))
+        assert (travel.distance, travel.state) == (0.0, TravelState.STANDING)
+
+
+def test_reverse_is_told():
+    travels = drive(PINHOLE, -0.15, told=0.0, pitch_known=True)
+    assert sum(travel.distance for travel in travels) == pytest.approx(-0.15 * 11, rel=0.05)
+
+
+def test_what_does_not_move_with_the_world_is_no_road():
+    def pattern(_, frame):
+        frame[frame.shape[0] * 3 // 5:] = NOISE[:frame.shape[0] * 2 // 5, :frame.shape[1]]
+
+    travels = drive(PINHOLE, 0.5, spoil=pattern)
+    assert all(travel.state is not TravelState.STANDING for travel in travels)
+    mask = np.ones(PINHOLE.shape, np.float32)
+    mask[190:] = 0.0
+
+    def bonnet(_, frame):
+        frame[190:] = NOISE[:50, :frame.shape[1]]
+
+    travels = drive(PINHOLE, 0.5, spoil=bonnet, mask=mask)
+    assert np.mean([travel.distance for travel in travels]) == pytest.approx(0.5, rel=0.03)
+
+
+def test_a_road_that_is_not_seen_is_bridged_ever_less_surely():
+    def blank(index, frame):
+        if 6 <= index < 12:
+            frame[:] = 200
+
+    travels = drive(PINHOLE, 0.5, frames=18, spoil=blank)
+    bridged = travels[6:11]
+    assert {travel.state for travel in bridged} == {TravelState.BRIDGED}
+    assert [travel.distance for travel in bridged] == pytest.approx([0.5] * 5, rel=0.05)
+    assert np.all(np.diff([travel.variance for travel in bridged]) > 0.0)
+    assert travels[-1].state is TravelState.MEASURED
+
+
+def test_a_short_gap_is_bridged_and_a_long_one_is_not_made_up():
+    road = Road(PINHOLE)
+    meter = RoadMeter(PINHOLE, Horizon())
+    meter.start(road.seen(0.0))
+    for index in range(1, 5):
+        meter.update(road.seen(0.5 * index), 0.1, motion())
+    short = meter.update(road.seen(5.0), 0.6, None)
+    assert short.distance == pytest.approx(3.0, rel=0.05)
+    long = meter.update(road.seen(9.0), 60.0, None)
+    assert long.distance < 0.1 * 60.0 * 5.0
+    assert math.sqrt(long.variance) > 300.0
+
+
+def test_upside_down_is_all_the_same():
+    road = Road(PINHOLE)
+    one, other = RoadMeter(PINHOLE, Horizon()), RoadMeter(PINHOLE, Horizon(), rotate_180=True)
+    for index in range(6):
+        frame = road.seen(0.4 * index)
+        turned = np.ascontiguousarray(frame[::-1, ::-1])
+        if index == 0:
+            one.start(frame)
+            other.start(turned)
+            continue
+        assert other.update(turned, 0.1, motion()).distance == pytest.approx(
+            one.update(frame, 0.1, motion()).distance, rel=1e-3)

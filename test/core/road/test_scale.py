@@ -1,0 +1,23 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+from phase_traj_ros.core.road.scale import CameraHeight
+import pytest
+
+
+def test_without_anything_there_are_no_metres():
+    assert CameraHeight(0.0, 0.04).metres is None
+
+
+def test_a_height_that_was_given_is_believed_as_far_as_it_says():
+    height = CameraHeight(1.65, 0.04)
+    assert (height.metres, height.deviation) == (1.65, pytest.approx(0.04))
+
+
+@pytest.mark.parametrize('given', [0.0, 1.5])
+def test_speeds_calibrate_it(given):
+    height = CameraHeight(given, 0.04)
+    for _ in range(2000):
+        height.add(1.8, 1.0)
+    assert height.metres == pytest.approx(1.8, rel=0.01)
+    # No speedometer is better than this.
+    assert height.deviation == pytest.approx(0.02)

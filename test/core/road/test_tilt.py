@@ -1,0 +1,57 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+import math
+
+import numpy as np
+from phase_traj_ros.core.camera.horizon import Horizon
+from phase_traj_ros.core.road.tilt import RoadTilt
+import pytest
+
+
+def driven(tilt, pitches, *, slope_error=0.004, slides=False, seed=1):
+    rng = np.random.default_rng(seed)
+    for pitch in pitches:
+        tilt.pass_time(0.1)
+        tilt.add_travel(-math.tan(pitch + slope_error * rng.normal()), slope_error ** 2)
+        if slides:
+            # Patches made level; the far one is two heights farther ahead.
+            ratio = math.exp(2.0 * 2.0 * (pitch + 0.008 * rng.normal()))
+            tilt.add_slides(ratio, 2.0, (4.0 * 0.008) ** 2, assumed=0.0)
+    return tilt
+
+
+@pytest.mark.parametrize('pitch', [-0.05, 0.0, 0.02, 0.1])
+def test_it_finds_the_mounting_within_seconds(pitch):
+    tilt = driven(RoadTilt(Horizon()), [pitch] * 60)
+    assert tilt.mounting == pytest.approx(pitch, abs=0.003)
+    assert tilt.deviation < 0.005
+
+
+def test_near_and_far_road_tell_as_well():
+    tilt = RoadTilt(Horizon(pitch_deviation=0.02))
+    rng = np.random.default_rng(2)
+    for _ in range(200):
+        tilt.pass_time(0.1)
+        ratio = math.exp(4.0 * (0.012 - 0.01 + 0.01 * rng.normal()))
+        tilt.add_slides(ratio, 2.0, 0.04 ** 2, assumed=0.01)
+    assert tilt.mounting == pytest.approx(0.012, abs=0.003)
+
+
+def test_it_follows_the_springs_and_keeps_the_mounting():
+    tilt = driven(RoadTilt(Horizon()), [0.01] * 200, slides=True)
+    braking = driven(tilt, [0.02] * 15, slides=True)
+    assert braking.pitch == pytest.approx(0.02, abs=0.005)
+    assert braking.mounting == pytest.approx(0.01, abs=0.004)
+
+
+def test_a_pitch_that_was_given_stays():
+    tilt = driven(RoadTilt(Horizon(0.05), fixed=True), [0.01] * 200)
+    assert tilt.mounting == 0.05
+    assert tilt.common_deviation == 0.0
+
+
+def test_one_wild_value_hardly_counts():
+    tilt = driven(RoadTilt(Horizon()), [0.01] * 100)
+    before = tilt.pitch
+    tilt.add_travel(-0.5, 0.004 ** 2)
+    assert tilt.pitch == pytest.approx(before, abs=0.006)
