@@ -233,7 +233,7 @@ def measure_costs() -> tuple[list[Cost], Bystanders]:
 
 
 def measure() -> tuple[list[Run], list[Cost], Bystanders]:
-    """Return what came of high rates, what a frame costs at a camera's, what else ran then."""
+    """Return the results at high rates, the cost of a frame at a camera's rate, the other load."""
     # Other robots on the network have nothing to do with this.
     os.environ.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
     return [feed(*each) for each in _FAST], *measure_costs()
