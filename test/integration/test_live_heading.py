@@ -366,7 +366,7 @@ def test_a_threshold_at_run_time_is_the_papers_rule(live, drive):
 
 def test_the_old_name_of_learning_is_accepted_with_a_warning(live):
     live.start('-p', 'estimate_fov:=true')
-    live.until(lambda: 'estimate_fov is an old name: code_source auto' in live.logs())
+    live.until(lambda: 'estimate_fov is deprecated: code_source auto' in live.logs())
 
 
 @pytest.mark.parametrize(('clip', 'focal', 'turns'), [('00', 718.856, 1), ('06', 707.091, 0)])
