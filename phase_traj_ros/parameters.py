@@ -102,7 +102,7 @@ class Parameters:
         ' with focal_px or hfov_deg, in widths of the image.', minimum=-0.5, maximum=0.5,
         read_only=True)
     camera_pitch_deg: float = parameter(
-        0.0, 'How far the camera looks down, with focal_px or hfov_deg.', unit='deg',
+        0.0, 'How far the camera looks down. 0: found from the drive.', unit='deg',
         minimum=-60.0, maximum=60.0, read_only=True)
     camera_roll_deg: float = parameter(
         0.0, 'How far the right side of the camera hangs down, with focal_px or hfov_deg.',
@@ -378,6 +378,7 @@ class Parameters:
             awaits_speeds=self.use_speed_topic,
             camera_height=self.camera_height,
             camera_height_deviation=self.camera_height_deviation,
+            camera_pitch_deg=self.camera_pitch_deg,
             code_step=self.code_step,
             gate=self._gate(),
             stillness=StillnessSettings(
