@@ -156,10 +156,11 @@ def page() -> Iterator[str]:
             exact += [value for row in rows for value in row.exact]
     if every:
         yield '## Variances'
-        yield (f'Of all {len(every)} poses above but those of what breaks it, '
-               f'{_inside(every)} lie within the band. Where the rendered cameras have exactly '
-               f'the height and the mounting that the estimator is told, {_inside(exact)} do: the '
-               'others are too good.')
+        yield paragraphs(f"""
+            Of all {len(every)} poses above but those of what breaks it, {_inside(every)} lie
+            within the band. Where the rendered cameras have exactly the height and the mounting
+            that the estimator is told, {_inside(exact)} do: most others are too good.
+            """)
     if _file('time').exists():
         yield '## Time'
         yield from json.loads(_file('time').read_text(encoding='utf-8'))
