@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Drives of many cameras of which nothing is told, and the truth about them."""
+"""Drives of many cameras that are not known beforehand, and their ground truth."""
 
 from __future__ import annotations
 
@@ -30,23 +30,23 @@ BETWEEN = ((55.0, 65.0), (130.0, 140.0))
 
 @dataclass(frozen=True)
 class Mount:
-    """A camera, how often it takes pictures, and how it sits on the vehicle."""
+    """A camera, its frame rate, and its pose on the vehicle."""
 
     camera: Camera
     rate_hz: float
     pitch_deg: float = 0.0
-    """Nose down positive."""
+    """Positive nose down."""
     roll_deg: float = 0.0
-    """Right side down positive."""
+    """Positive right side down."""
     yaw_deg: float = 0.0
-    """To the left positive."""
+    """Positive to the left."""
     ahead: float = 0.0
-    """Metres ahead of the point of the vehicle that goes where it heads, the rear axle."""
+    """Metres ahead of the rear axle, the point that moves where the vehicle heads."""
     overlay: Callable[[Frame], Frame] | None = None
 
 
 def _bars_and_bonnet(frame: Frame) -> Frame:
-    """Blacken an eighth at either side, and put a bonnet into the lower fifth."""
+    """Blacken an eighth at each side, and draw a bonnet in the lower fifth."""
     bar = frame.shape[1] // 8
     frame = bonnet(frame)
     frame[:, :bar] = frame[:, -bar:] = 0
@@ -108,7 +108,7 @@ PLANS = {
 
 @dataclass(frozen=True, eq=False)
 class Ride:
-    """A drive as one of the cameras sees it, and the truth about it."""
+    """A drive as seen by one of the cameras, and its ground truth."""
 
     name: str
     mount: Mount
@@ -116,7 +116,7 @@ class Ride:
     turns: tuple[FoundTurn, ...]
 
     def frames(self) -> Iterator[Frame]:
-        """Yield the frames, (height, width) uint8 each, rendered when they are asked for."""
+        """Yield the frames, (height, width) uint8 each, rendered on demand."""
         for frame in render_drive(self.drive):
             yield frame if self.mount.overlay is None else self.mount.overlay(frame.copy())
 

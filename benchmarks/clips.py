@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What is measured on: real clips where they are at hand, rendered drives elsewhere."""
+"""The material of the measurements: real clips if available, rendered drives otherwise."""
 
 from __future__ import annotations
 
@@ -14,21 +14,21 @@ import numpy as np
 from phase_traj_ros.io.sources.folder import FolderSource
 from phase_traj_ros.synthetic import Camera, KITTI_CAMERA, named_drive, poses_from_kitti, render
 
-#: Where a turn is under way in the drives below.
+#: Frames of the drives below during a turn.
 _KITTI_TURN, _DEMO_TURN = 80, 20
 _FULL_HD = Camera.with_field_of_view(1920, 1080, 70)
 
 
 @dataclass(frozen=True, slots=True)
 class Clip:
-    """Frames of one camera, with the truth where it is known."""
+    """Frames of one camera, with the ground truth if it is known."""
 
     name: str
     camera: Camera
     frames: list[np.ndarray]
     """Each (H, W) uint8."""
     yaw: np.ndarray
-    """The camera's yaw at each frame, (N,) radians, left positive."""
+    """The camera's yaw at each frame, (N,) radians, positive to the left."""
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -36,14 +36,14 @@ class Clip:
         return self.camera.height, self.camera.width
 
     def there_and_back(self, count: int) -> Iterator[np.ndarray]:
-        """Yield ``count`` frames, forwards and backwards in turns: no two are far apart."""
+        """Yield ``count`` frames, alternately forwards and backwards: neighbours stay close."""
         cycle = [*range(len(self.frames)), *range(len(self.frames) - 2, 0, -1)]
         for number in range(count):
             yield self.frames[cycle[number % len(cycle)]]
 
 
 def kitti_root() -> Path | None:
-    """Return the folder of the KITTI clips, or None where there is none."""
+    """Return the folder of the KITTI clips, or None if there is none."""
     beside = Path(__file__).resolve().parents[2] / 'shared' / 'kitti'
     root = Path(os.environ.get('PHASE_TRAJ_KITTI', beside))
     return root if (root / '00' / 'image_0').is_dir() else None
@@ -58,7 +58,7 @@ def kitti_camera(source: FolderSource) -> Camera:
 
 
 def kitti_clip(sequence: str, *, first: int = 0, count: int | None = None) -> Clip | None:
-    """Return a clip of the KITTI odometry benchmark; None where it is not at hand."""
+    """Return a clip of the KITTI odometry benchmark; None if it is not available."""
     root = kitti_root()
     if root is None:
         return None
@@ -72,7 +72,7 @@ def kitti_clip(sequence: str, *, first: int = 0, count: int | None = None) -> Cl
 
 
 def rendered_clip(camera: Camera, *, first: int = _DEMO_TURN, count: int) -> Clip:
-    """Return a stretch of the demo's drive as ``camera`` sees it."""
+    """Return a part of the demo's drive as seen by ``camera``."""
     drive = replace(named_drive('demo'), camera=camera)
     scene = drive.build_scene()
     stretch = range(first, first + count)
@@ -91,7 +91,7 @@ def usual_clips(count: int) -> tuple[Clip, Clip, Clip]:
 
 
 def mirrored(clip: Clip) -> Clip:
-    """Return the clip as seen in a mirror: left and right change places."""
+    """Return the mirrored clip: left and right are swapped."""
     camera = replace(clip.camera, cx=clip.camera.width - 1 - clip.camera.cx)
     frames = [np.ascontiguousarray(cv2.flip(frame, 1)) for frame in clip.frames]
     return Clip(f'{clip.name}, mirrored', camera, frames, -clip.yaw)

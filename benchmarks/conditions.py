@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What clips are made worse by, each condition under a name."""
+"""Degradations of clips, by name."""
 
 from __future__ import annotations
 
@@ -29,11 +29,11 @@ _FLICKER = 0.6, 1.4
 
 @dataclass(frozen=True, slots=True)
 class Condition:
-    """One way to make a clip worse."""
+    """One degradation of a clip."""
 
     name: str
     spoil: Callable[[Clip, int], Clip]
-    """Takes a clip and a seed; leaves the clip as it is and returns another one."""
+    """Takes a clip and a seed; returns another clip and leaves the first unchanged."""
 
 
 def _noise(frame: np.ndarray, seed: tuple[int, int], *, sigma: float) -> np.ndarray:
@@ -61,7 +61,7 @@ def _rain(frame: np.ndarray, seed: tuple[int, int], *, streaks: int) -> np.ndarr
 
 
 def _each(spoil: Callable[..., np.ndarray], **options: float) -> Callable[[Clip, int], Clip]:
-    """Return what spoils every frame of a clip on its own."""
+    """Return the degradation of a clip that applies ``spoil`` to each frame."""
     def spoil_all(clip: Clip, seed: int) -> Clip:
         return replace(clip, frames=[
             spoil(frame, (seed, number), **options)
@@ -89,7 +89,7 @@ def _vibrate(clip: Clip, seed: int, *, degrees: float) -> Clip:
 
 
 def _tilted(frame: np.ndarray, camera: Camera, pitch: float, roll: float) -> np.ndarray:
-    """Return what the camera sees when it is turned on the spot: exact, but for the edges."""
+    """Return the image after a rotation of the camera: exact, except at the edges."""
     turn = BODY_TO_PICTURE @ rotation(0.0, pitch, roll).T @ BODY_TO_PICTURE.T
     matrix = camera.matrix()
     return cv2.warpPerspective(

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What the heading is measured on: real clips, rendered drives, and what is stuck to the lens."""
+"""The material of the heading study: real clips, rendered drives, and overlays."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ CAMERAS = {
 
 @dataclass(frozen=True, eq=False)
 class Ride:
-    """Frames of one camera, and the truth: yaw in radians, places in metres, REP 103 axes."""
+    """Frames of one camera, and the truth: yaw in radians, positions in metres, REP 103 axes."""
 
     name: str
     camera: Camera
@@ -73,17 +73,17 @@ class Ride:
     frames: Callable[[], Iterable[Frame]]
 
     def spoilt(self, name: str, spoil: Callable[[Frame], Frame]) -> Ride:
-        """Return the ride with something in every frame that does not belong there."""
+        """Return the ride with ``spoil`` applied to every frame."""
         return replace(
             self, name=f'{self.name}, {name}',
             frames=lambda: (spoil(frame.copy()) for frame in self.frames()))
 
     def kept(self) -> Ride:
-        """Return the ride with its frames rendered once and kept, for more than one use."""
+        """Return the ride with its frames rendered once and kept in memory."""
         return replace(self, frames=lru_cache(lambda: list(self.frames())))
 
     def mirrored(self) -> Ride:
-        """Return the ride as seen in a mirror."""
+        """Return the mirrored ride."""
         camera = replace(self.camera, cx=self.camera.width - 1 - self.camera.cx)
         return Ride(
             f'{self.name}, mirrored', camera, self.stamps_ns, -self.yaw, self.places * (1, -1),
@@ -91,7 +91,7 @@ class Ride:
 
 
 def real_rides() -> list[Ride]:
-    """Return the real clips and their mirrors; none where they are not at hand."""
+    """Return the real clips and their mirror images; empty if they are not available."""
     root = kitti_root()
     if root is None:
         return []
@@ -111,7 +111,7 @@ def real_rides() -> list[Ride]:
 
 
 def rendered(name: str, camera: str) -> Ride:
-    """Return a plan's drive as one of the cameras sees it."""
+    """Return the drive of a plan as seen by one of the cameras."""
     (lens, rate_hz) = CAMERAS[camera]
     drive = plan_drive(
         name, PLANS[name], rate_hz=rate_hz, speed=_SPEED, camera=lens, seed=17)
@@ -119,7 +119,7 @@ def rendered(name: str, camera: str) -> Ride:
 
 
 def named(name: str) -> Ride:
-    """Return one of the drives that come with the package."""
+    """Return one of the package's named drives."""
     return _streamed(named_drive(name))
 
 
@@ -142,7 +142,7 @@ def _streamed(drive: Drive) -> Ride:
 
 
 def clock(frame: Frame) -> Frame:
-    """Burn a clock and a speed into the picture."""
+    """Draw a clock and a speed into the image."""
     (height, width), scale = frame.shape, len(frame) / 376
     thick = max(1, round(2 * scale))
     cv2.rectangle(frame, (0, 0), (round(0.35 * width), round(26 * scale)), 0, -1)
@@ -154,7 +154,7 @@ def clock(frame: Frame) -> Frame:
 
 
 def bonnet(frame: Frame) -> Frame:
-    """Put a shining bonnet, full of reflections, into the lower fifth of the picture."""
+    """Draw a shiny bonnet with reflections in the lower fifth of the image."""
     noise = np.random.default_rng(3).normal(size=frame.shape).astype(np.float32)
     shine = cv2.GaussianBlur(noise, (0, 0), 4)
     shine *= 40 / shine.std()

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Follows the rides of the heading study as the node does, and compares with the truth."""
+"""Runs the estimator of the node over the rides of the heading study, and scores it."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from phase_traj_ros.io.evaluation.scores import heading_error, HeadingError, tur
 
 @dataclass(frozen=True)
 class Result:
-    """What came of one ride."""
+    """Result of one ride."""
 
     ride: Ride
     headings: np.ndarray
@@ -28,11 +28,11 @@ class Result:
     codes: tuple[int, ...]
     bridged: int
     view: FieldOfView | None
-    """What the turns tell of the field of view."""
+    """Field of view learned from the turns."""
 
     @property
     def truth(self) -> MatchedTruth:
-        """Return the truth as an evaluation takes it."""
+        """Return the ground truth in the form of an evaluation."""
         return truth_of(self.ride)
 
     @property
@@ -42,7 +42,7 @@ class Result:
 
     @property
     def score(self) -> TurnScore:
-        """Return how many turns were found."""
+        """Return the score of the turns."""
         return turn_score(self.turns, self.truth)
 
     @property
@@ -54,7 +54,7 @@ class Result:
 
 
 class Follower:
-    """Follows one camera as the node does, with the focal length alone."""
+    """Follows one camera like the node, given the focal length only."""
 
     def __init__(
         self, ride: Ride, focal_px: float | None = None, *, nothing_known: bool = False,
@@ -69,7 +69,7 @@ class Follower:
         self._turns: list[Turn] = []
 
     def update(self, frame: np.ndarray) -> float | None:
-        """Take the next frame; return by how much the heading has changed."""
+        """Take the next frame; return the change of the heading."""
         number = len(self._headings)
         stamps = self._ride.stamps_ns
         interval = (stamps[number] - stamps[number - 1]) / 1e9 if number else 0.1
@@ -85,7 +85,7 @@ class Follower:
         return update.step.yaw
 
     def result(self) -> Result:
-        """Return what came of it."""
+        """Return the result."""
         changes = tuple(int(code) for code in self._codes.movement if code in (0, 2))
         return Result(
             self._ride, np.array(self._headings), self._turns + self._estimator.finish(),
@@ -110,7 +110,7 @@ def truth_of(ride: Ride) -> MatchedTruth:
 
 
 def true_codes(ride: Ride, scale: float = 1.0) -> tuple[int, ...]:
-    """Return the turns that the codes make of the true heading, wrong by a factor."""
+    """Return the codes of the turns of the true heading, scaled by a factor."""
     codes, truth = HeadingCode(), truth_of(ride)
     headings = truth.headings * scale
     rates = np.diff(headings) / np.diff(truth.stamps_ns) * 1e9

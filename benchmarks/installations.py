@@ -1,12 +1,12 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
 """
-A step with the wheels' OpenCV and with the distribution's, side by side.
+One step with the OpenCV of the wheels and with that of the distribution, side by side.
 
-Two OpenCVs cannot be loaded into one process. So each is measured by itself against what its own
-OpenCV takes for the same thing, and the ratios are compared. What was measured last of either is
-kept in docs/measurements/benchmarks.json. Run as a program, this measures the Python it is run
-with, as the distribution's, and puts the result into docs/measurements/benchmarks.md.
+Two versions of OpenCV cannot be loaded into one process. So each is measured by itself, relative
+to its own function for the same task, and the ratios are compared. The latest measurement of each
+is kept in docs/measurements/benchmarks.json. Run as a program, this measures the Python it runs
+with as the distribution's, and writes the result to docs/measurements/benchmarks.md.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ INTRODUCTION = paragraphs("""
     of the heading, which is a step on the cylinder plus its blocks.
     """)
 
-#: The peers, and the largest ratio aimed at on the distribution's OpenCV at the three sizes.
+#: The peers, and the target for the ratio on the distribution's OpenCV at the three sizes.
 PEERS: dict[str, tuple[Callable[[Clip], Any], tuple[float | None, ...]]] = {
     'cv2.phaseCorrelate': (lambda _: OpenCv(), (0.36, 0.36, 0.40)),
     'bare transforms': (lambda clip: BareTransforms(clip.shape), (1.6, 1.6, None)),
@@ -47,7 +47,7 @@ PEERS: dict[str, tuple[Callable[[Clip], Any], tuple[float | None, ...]]] = {
 
 
 def measure() -> dict[str, Any]:
-    """Return what this installation is, and the medians of all contestants at each size."""
+    """Return the description of this installation, and the medians of all peers at each size."""
     results: dict[str, Any] = {
         'python': sys.version.split()[0], 'numpy': np.__version__, 'opencv': cv2.__version__,
         'transforms': find_transform().name, 'frames': []}
@@ -70,13 +70,13 @@ def _duel(clip: Clip, peer: Callable[[np.ndarray], Any]) -> tuple[float, float]:
 
 
 def keep(name: str, results: dict[str, Any]) -> None:
-    """Keep what was measured of an installation, in the place of what was known of it."""
+    """Store the results of an installation, replacing earlier ones."""
     known = kept() | {name: results}
     _KEPT.write_text(json.dumps(known, indent=1, ensure_ascii=False) + '\n', encoding='utf-8')
 
 
 def kept() -> dict[str, Any]:
-    """Return what was measured last of each installation."""
+    """Return the latest results of each installation."""
     return json.loads(_KEPT.read_text(encoding='utf-8')) if _KEPT.exists() else {}
 
 

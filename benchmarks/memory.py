@@ -1,11 +1,11 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
 """
-What a step allocates once it is under way: nothing of a frame's size.
+Memory allocated by a step in steady state: nothing of a frame's size.
 
-Three instruments, as none sees everything. tracemalloc counts what Python and numpy allocate.
-Page faults also show the buffers inside of OpenCV: they are counted in a process of its own,
-whose malloc fetches every large buffer from the kernel, which clears it page by page. And the
+Three instruments are used, as none covers everything. tracemalloc counts what Python and numpy
+allocate. Page faults also cover the buffers inside OpenCV; they are counted in a separate process,
+whose malloc requests every large buffer from the kernel, which clears it page by page. The
 resident memory shows whether anything is kept.
 """
 
@@ -28,7 +28,7 @@ from timing import prepare, unpinned
 _FRAMES = 8
 _STEPS, _FAULT_STEPS, _WARM_UP = 2000, 200, 10
 _PAGE = resource.getpagesize()
-#: Above this size malloc asks the kernel each time, and gives the buffer back at once.
+#: Above this size malloc requests memory from the kernel each time, and returns it at once.
 _EAGER = {'MALLOC_MMAP_THRESHOLD_': str(2 ** 16), 'MALLOC_TOP_PAD_': '0'}
 
 PEERS = {'step': Ours, 'cv2.phaseCorrelate': OpenCv}
@@ -45,7 +45,7 @@ INTRODUCTION = paragraphs("""
 
 @dataclass(frozen=True, slots=True)
 class Memory:
-    """What a step costs in memory, in bytes."""
+    """Memory used by a step, in bytes."""
 
     name: str
     peak: int
@@ -54,12 +54,12 @@ class Memory:
 
 
 def resident() -> int:
-    """Return the bytes of memory that this process has in use."""
+    """Return the resident memory of this process, in bytes."""
     return int(Path('/proc/self/statm').read_text().split()[1]) * _PAGE
 
 
 def peak_of_a_step(peer: Peer, clip: Clip) -> int:
-    """Return the most that a step allocated through Python and numpy, in bytes."""
+    """Return the peak memory that a step allocates through Python and numpy, in bytes."""
     peaks = []
     tracemalloc.start()
     try:
@@ -74,7 +74,7 @@ def peak_of_a_step(peer: Peer, clip: Clip) -> int:
 
 
 def growth(peer: Peer, clip: Clip) -> int:
-    """Return by how much the process grew over many steps, in bytes."""
+    """Return the growth of the process over many steps, in bytes."""
     for frame in clip.there_and_back(_WARM_UP):
         peer.update(frame)
     before = resident()
@@ -84,7 +84,7 @@ def growth(peer: Peer, clip: Clip) -> int:
 
 
 def faults(peer: Peer, clip: Clip) -> int:
-    """Return the bytes of pages that the kernel gave this process per step."""
+    """Return the page faults of this process per step, in bytes."""
     for frame in clip.there_and_back(_WARM_UP):
         peer.update(frame)
     before = resource.getrusage(resource.RUSAGE_SELF).ru_minflt
@@ -106,7 +106,7 @@ def _clip() -> Clip:
 
 
 def measure() -> list[Memory]:
-    """Return what a step costs in memory, of the correlator and of OpenCV's."""
+    """Return the memory used by a step of the correlator and of OpenCV's."""
     clip = _clip()
     return [
         Memory(

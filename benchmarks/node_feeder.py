@@ -1,7 +1,7 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
 """
-Publishes frames at a given rate, losing none; started by node_throughput.py.
+Publishes frames at a given rate without losing any; started by node_throughput.py.
 
     python node_feeder.py RATE COUNT --ros-args -r __ns:=NAMESPACE
 """
@@ -24,7 +24,7 @@ _DISCOVERY_S = 30.0
 
 
 def stamped(images: Iterator[np.ndarray], rate: float) -> Iterator[StampedFrame]:
-    """Yield frames whose stamps are ``rate`` to the second, from the first second on."""
+    """Yield frames with stamps at ``rate`` per second, starting at one second."""
     for number, image in enumerate(images):
         yield StampedFrame(image, 10 ** 9 + index_stamp_ns(number, rate))
 

@@ -1,11 +1,11 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
 """
-The real node, fed over real DDS: how many frames per second it takes, and what a frame costs.
+Throughput of the real node over DDS: frames per second, and the cost of a frame.
 
-Three processes: the feeder, the node, and this one, which counts the movement codes that come
-back. Images and codes are reliable with KEEP_ALL at both ends, so that none may be lost; a frame
-whose code never comes counts as lost.
+There are three processes: the feeder, the node, and this one, which counts the movement codes that
+come back. Images and codes are reliable with KEEP_ALL at both ends, so none may be lost. A frame
+whose code never arrives counts as lost.
 """
 
 from __future__ import annotations
@@ -76,13 +76,13 @@ class Cost:
 
 @dataclass(frozen=True, slots=True)
 class Run:
-    """What came of feeding the node at one rate."""
+    """Result of feeding the node at one rate."""
 
     asked: float
-    """Frames per second asked of the feeder."""
+    """Frames per second requested from the feeder."""
     sent: int
     received: int
-    """Movement codes: one less than frames where none is lost."""
+    """Movement codes received: one less than frames if none is lost."""
     rate: float
     """Movement codes per second."""
     node_ms: float
@@ -90,7 +90,7 @@ class Run:
 
     @property
     def lost(self) -> int:
-        """Return how many pairs of frames gave no code."""
+        """Return the number of pairs without a code."""
         return self.sent - 1 - self.received
 
 
@@ -103,17 +103,17 @@ class Counter(Node):
         self._executor = SingleThreadedExecutor()
         self._executor.add_node(self)
         self.create_subscription(UInt8, f'{NODE_NAME}/movement', self._count, LOSSLESS)
-        # Made after the subscription: the node can answer only whom it knows, and it learns of
-        # both in this order.
+        # Created after the subscription: the node can answer only clients that it has discovered,
+        # and it discovers both in this order.
         self._reset = self.create_client(Trigger, f'{NODE_NAME}/reset')
 
     def connect(self) -> None:
-        """Return when the node certainly knows this subscription."""
+        """Wait until the node has discovered this subscription."""
         if not self._reset.wait_for_service(_DISCOVERY_S):
             raise TimeoutError('the node does not start')
         deadline = time.monotonic() + _DISCOVERY_S
         while time.monotonic() < deadline:
-            # An answer is lost where the node sees the call before it has seen who calls.
+            # An answer is lost if the node receives the call before it has discovered the client.
             answer = self._reset.call_async(Trigger.Request())
             self._executor.spin_until_future_complete(answer, _ASK_AGAIN_S)
             if answer.done():
@@ -122,7 +122,7 @@ class Counter(Node):
         raise TimeoutError('the node does not answer')
 
     def wait_for(self, count: int) -> None:
-        """Return when that many codes have come in all, or none for some time."""
+        """Wait until that many codes have arrived in total, or none for some time."""
         seen, quiet_since = -1, 0.0
         while len(self.times) < count:
             # The feeder has to start first.
@@ -134,7 +134,7 @@ class Counter(Node):
             self._executor.spin_once(timeout_sec=0.1)
 
     def destroy_node(self) -> None:
-        """Take down what was made."""
+        """Destroy what was created."""
         self._executor.shutdown()
         super().destroy_node()
 
@@ -143,14 +143,14 @@ class Counter(Node):
 
 
 def processor_time(pid: int) -> float:
-    """Return the seconds of processor time that a process has used, all threads included."""
+    """Return the processor time of a process in seconds, including all threads."""
     fields = Path(f'/proc/{pid}/stat').read_text().rpartition(')')[2].split()
     return (int(fields[11]) + int(fields[12])) * _TICK_S
 
 
 @contextmanager
 def process(*arguments: str) -> Iterator[subprocess.Popen[bytes]]:
-    """Run Python in a process of its own, which does not outlive the block."""
+    """Run Python in a separate process, which ends with the block."""
     running = subprocess.Popen(
         [sys.executable, *arguments], env=unpinned(), stdin=subprocess.DEVNULL,
         stdout=subprocess.DEVNULL)
@@ -167,13 +167,13 @@ def process(*arguments: str) -> Iterator[subprocess.Popen[bytes]]:
 
 def feed(rate: float, count: int, arguments: Sequence[str] = ()) -> Run:
     """
-    Feed a node ``count`` frames at ``rate`` to the second; return what came of it.
+    Feed a node ``count`` frames at ``rate`` per second; return the result.
 
     ``arguments`` are for ROS, such as a parameter file.
     """
     namespace = f'/phase_traj_bench_{os.getpid()}'
     within = ['--ros-args', '-r', f'__ns:={namespace}']
-    # The way back must not lose any either, should this process not keep up with counting.
+    # The codes must not be lost either if this process counts too slowly.
     codes = f'qos_overrides.{namespace}/{NODE_NAME}/movement.publisher.history:=keep_all'
     warm_up = count // 5
     feeder = str(Path(__file__).with_name('node_feeder.py'))
@@ -197,7 +197,7 @@ def feed(rate: float, count: int, arguments: Sequence[str] = ()) -> Run:
 
 
 def estimator_ms(rate: float, parameters: Parameters) -> float:
-    """Return the processor time of the estimator by itself, per frame, at that rate."""
+    """Return the processor time of the estimator alone, per frame, at that rate."""
     estimator = make_estimator(parameters)
     images = list(rendered_clip(KITTI_CAMERA, count=_FRAMES).there_and_back(_ALONE))
     took = []
@@ -210,7 +210,7 @@ def estimator_ms(rate: float, parameters: Parameters) -> float:
 
 
 def measure_costs() -> tuple[list[Cost], Bystanders]:
-    """Return what a frame costs at a camera's rate, and what else ran meanwhile."""
+    """Return the cost of a frame at a camera's rate, and the load of other programs."""
     paper = ROOT / 'config' / 'paper.yaml'
     configurations = {
         '`config/paper.yaml`': (read_parameters(paper), ('--params-file', str(paper)), _NODE_MS),
@@ -233,7 +233,7 @@ def measure_costs() -> tuple[list[Cost], Bystanders]:
 
 
 def measure() -> tuple[list[Run], list[Cost], Bystanders]:
-    """Return what came of high rates, what a frame costs at a camera's, what else ran then."""
+    """Return the results at high rates, the cost of a frame at a camera's rate, the other load."""
     # Other robots on the network have nothing to do with this.
     os.environ.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
     return [feed(*each) for each in _FAST], *measure_costs()

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What the options for weaker machines save, and what they cost in accuracy."""
+"""Options for slow machines: the time they save, and their cost in accuracy."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ OPTIONS = {
 
 
 def measure() -> dict[str, dict[str, tuple[Timed, np.ndarray, int]]]:
-    """Return, by clip and option, the times, the errors in degrees and the turns counted."""
+    """Return, by clip and option, the times, the errors in degrees and the number of turns."""
     clips = [kitti_clip('00'), rendered_clip(KITTI_CAMERA, first=0, count=140)]
     return {clip.name: _measure(clip) for clip in clips if clip is not None}
 
@@ -73,7 +73,7 @@ def _with_threshold(settings: EstimatorSettings) -> EstimatorSettings:
 
 
 def section() -> str:
-    """Measure, and return the part of the document."""
+    """Run the measurement; return the section of the document."""
     parts = ['## Options for weaker machines', INTRODUCTION]
     for clip, measured in measure().items():
         plain = measured['all defaults'][0]

@@ -3,10 +3,10 @@
 """
 Phase correlation and its peers, behind one interface.
 
-Each takes one grey frame after the other and says how far the picture has moved since the one
-before, in pixels, positive to the right. The feature methods measure an angle; a yaw angle a
-(positive to the left) moves the middle of the picture by focal * tan(a), which is what they
-return, so that all can be compared, and coded by the same chain code.
+Each takes one greyscale frame after the other and returns the shift of the image since the
+previous one, in pixels, positive to the right. The feature methods measure an angle. A yaw angle a
+(positive to the left) moves the middle of the image by focal * tan(a), which they return, so that
+all methods can be compared and coded by the same chain code.
 """
 
 from __future__ import annotations
@@ -25,17 +25,17 @@ from phase_traj_ros.errors import MissingDependencyError
 from phase_traj_ros.synthetic import Camera
 
 _FEATURES = 1000
-# Between the frames of all clips, in seconds.
+# Interval between the frames of all clips, in seconds.
 _PERIOD_S = 0.1
 _LEAST_MATCHES = 8
 _CONFIDENCE, _RANSAC_PX = 0.999, 1.0
 
 
 class Peer(Protocol):
-    """Whatever measures how the picture moves."""
+    """A method that measures the motion of the image."""
 
     def update(self, frame: np.ndarray) -> float | None:
-        """Return the shift since the frame before in pixels; None where there is no answer."""
+        """Return the shift since the previous frame in pixels; None without an answer."""
 
 
 class Ours:
@@ -51,7 +51,7 @@ class Ours:
 
 
 class Heading:
-    """The heading of this package, with the focal length as all that is known of the camera."""
+    """The heading of this package, given the focal length of the camera only."""
 
     def __init__(self, camera: Camera) -> None:
         self._focal = camera.focal
@@ -102,7 +102,7 @@ class ScikitImage:
         self._previous: np.ndarray | None = None
 
     def update(self, frame: np.ndarray) -> float | None:
-        """Return dx; the function itself returns the shift that undoes the motion."""
+        """Return dx; the function itself returns the shift that reverses the motion."""
         frame = frame if self._dtype is None else frame.astype(self._dtype)
         previous, self._previous = self._previous, frame
         if previous is None:
@@ -152,7 +152,7 @@ class Orb:
 
 
 class BareTransforms:
-    """One forward and one inverse transform of the size a frame is padded to, nothing else."""
+    """One forward and one inverse transform of the padded size of a frame, and nothing else."""
 
     def __init__(self, shape: tuple[int, int]) -> None:
         self._frame = np.random.default_rng(0).normal(size=padded_shape(shape)).astype(np.float32)
@@ -161,7 +161,7 @@ class BareTransforms:
         self._transform = find_transform()
 
     def update(self, frame: np.ndarray) -> None:
-        """Transform there and back what has nothing to do with ``frame``."""
+        """Transform an array that is unrelated to ``frame`` forwards and back."""
         if isinstance(self._transform, OpenCvTransform):
             cv2.dft(self._frame, dst=self._spectrum)
             cv2.dft(self._spectrum, dst=self.result, flags=cv2.DFT_INVERSE)
@@ -170,7 +170,7 @@ class BareTransforms:
             self._transform.inverse(self.result)
 
     def is_exact(self) -> bool:
-        """Return whether the way there and back has led back."""
+        """Return whether the inverse transform has restored the array."""
         factor = self.result.size if isinstance(self._transform, OpenCvTransform) else 1
         return bool(np.allclose(self.result / factor, self._frame, atol=1e-4))
 
@@ -184,6 +184,6 @@ def _yaw_px(before: np.ndarray, after: np.ndarray, camera: Camera) -> float | No
     if essential is None or essential.shape[0] < 3:
         return None
     _, rotation, _, _ = cv2.recoverPose(essential[:3], before, after, matrix, mask=inliers)
-    # Picture axes: a camera that turns left sees what was ahead (0, 0, 1) to its right.
+    # In image axes, a camera that turns left sees what was ahead (0, 0, 1) to its right.
     sine, cosine = rotation[0, 2], rotation[2, 2]
     return float(camera.focal * sine / cosine) if cosine > 0 else None

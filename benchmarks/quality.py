@@ -1,9 +1,9 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
 """
-How the tests of quality were chosen: what tells a measurement, standing still, a fixed pattern.
+How the tests of quality were chosen: for measurements, standing still and fixed patterns.
 
-Every candidate is tried on the same pairs of frames. Takes some ten minutes; writes
+Every candidate is tried on the same pairs of frames. Takes about ten minutes; writes
 docs/measurements/quality.md and the curves in docs/images.
 """
 
@@ -57,7 +57,7 @@ _INTRODUCTION = """
 
 
 def cost_section(clip: Clip) -> str:
-    """Return what the tests cost per frame, as a share of the correlation."""
+    """Return the cost of the tests per frame, as a share of the correlation."""
     correlator, blocks, detector = PhaseCorrelator(), BlockMotion(), StillnessDetector()
     spent: dict[str, list[float]] = defaultdict(list)
 

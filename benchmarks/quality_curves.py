@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Truth, curves, pictures and tables for the tests of quality."""
+"""Ground truth, curves, figures and tables for the tests of quality."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ import numpy as np
 from report import ROOT
 
 IMAGES = ROOT / 'docs' / 'images'
-#: A shift is right if it is off by no more than so many pixels, or by so much of the truth.
+#: Tolerance of a correct shift: in pixels, or as a share of the true shift.
 _RIGHT_PX, _RIGHT_SHARE = 6.0, 0.15
-#: From this shift on the picture turns; up to the other one it does not.
+#: A turn has at least the first shift, straight driving at most the second.
 TURNING_PX, STRAIGHT_PX = 10.0, 3.0
 _FLOOR = 1e-4
 
@@ -25,30 +25,30 @@ Item = TypeVar('Item')
 
 
 def is_right(dx: float, truth: float) -> bool:
-    """Return whether a shift is the true one, but for what nearness and parallax do."""
+    """Return whether a shift is correct, within the effects of proximity and parallax."""
     return bool(abs(dx - truth) <= max(_RIGHT_PX, _RIGHT_SHARE * abs(truth)))
 
 
 def is_turning(dx: float) -> bool:
-    """Return whether the picture moves enough for a turn."""
+    """Return whether the image moves enough for a turn."""
     return abs(dx) >= TURNING_PX
 
 
 def true_shift(clip: Clip, first: int, second: int) -> float:
-    """Return the shift that turning alone would give, in pixels; NaN beyond the frame."""
+    """Return the shift of a pure rotation, in pixels; NaN beyond the frame."""
     yaw = clip.yaw[second] - clip.yaw[first]
     shift = clip.camera.focal * np.tan(np.clip(yaw, -1.5, 1.5))
     return float(shift) if abs(shift) < clip.camera.width / 2 else float('nan')
 
 
 def rates(values: np.ndarray, limits: np.ndarray) -> np.ndarray:
-    """Return which share of the values is at or above each limit."""
+    """Return the share of the values at or above each limit."""
     return 1.0 - np.searchsorted(np.sort(values), limits, side='left') / len(values)
 
 
 def curve(good: np.ndarray, bad: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """
-    Return for every limit the shares of bad values accepted and of good ones lost.
+    Return, for every limit, the shares of bad values accepted and of good ones lost.
 
     Values of minus infinity are never accepted.
     """
@@ -61,7 +61,7 @@ def draw(
     name: str, curves: Mapping[str, tuple[np.ndarray, np.ndarray]],
     chosen: tuple[float, float], labels: tuple[str, str],
 ) -> None:
-    """Write a picture of curves, both axes logarithmic, and the point chosen."""
+    """Write a figure of curves, both axes logarithmic, with the chosen point."""
     figure = Figure(figsize=(6.4, 4.4), layout='constrained')
     plot = figure.add_subplot()
     for label, (false, lost) in curves.items():
@@ -76,12 +76,12 @@ def draw(
 
 
 def percent(share: float) -> str:
-    """Return a share in per cent, as finely as it matters."""
+    """Return a share in per cent, with the digits that matter."""
     return f'{100 * share:.1f}' if share < 0.1 else f'{100 * share:.0f}'
 
 
 def grouped(items: Iterable[Item], key: Callable[[Item], str]) -> dict[str, list[Item]]:
-    """Return items by a key, in the order in which the keys came."""
+    """Return items by key, in the order in which the keys appear."""
     groups = defaultdict(list)
     for item in items:
         groups[key(item)].append(item)

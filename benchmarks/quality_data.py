@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What the tests of quality are measured on: drives, standing vehicles, pictures of nothing."""
+"""The material of the quality study: drives, stationary vehicles, frames without content."""
 
 from __future__ import annotations
 
@@ -24,16 +24,16 @@ from phase_traj_ros.synthetic import (
 )
 from phase_traj_ros.synthetic.degradations import gain, night, rain, sensor_noise
 
-#: Frames of the stretches along true poses.
+#: Number of frames of the parts along true poses.
 _STRETCH = 120
 _SMALL = Camera.with_field_of_view(320, 240, 80)
 _VGA = Camera.with_field_of_view(640, 480, 60)
 _HD = Camera.with_field_of_view(1280, 720, 70)
-#: The cameras that creep, with their rates.
+#: The creeping cameras, with their rates.
 _CREEPING = {'KITTI': (Camera(), 10.0), '320x240': (_SMALL, 20.0), '640x480': (_VGA, 30.0)}
-#: How conditions begin under which there is little or nothing to see.
+#: Prefixes of conditions under which there is little or nothing to see.
 BLIND = ('lens covered', 'nearly blind')
-#: From this speed on a vehicle has to be told from one that stands, in m/s.
+#: Speed from which a vehicle has to be recognised as moving, in m/s.
 _CREEP = 0.4
 
 
@@ -42,7 +42,7 @@ def _clip_of(drive: Drive) -> Clip:
 
 
 def _fast_and_winding(sequence: str) -> Iterator[Drive]:
-    """Yield the fastest stretch along true poses, and that which turns most."""
+    """Yield the fastest part along true poses, and the one with the most turning."""
     root = kitti_root()
     path = root / 'poses' / f'{sequence}.txt' if root else None
     if path is None or not path.is_file():
@@ -57,7 +57,7 @@ def _fast_and_winding(sequence: str) -> Iterator[Drive]:
 
 
 def driving() -> list[Clip]:
-    """Return clips of vehicles that drive, real and rendered, of several cameras."""
+    """Return clips of moving vehicles, real and rendered, of several cameras."""
     real = [clip for clip in (kitti_clip('00'), kitti_clip('06')) if clip is not None]
     turns = [Straight(1.5), Turn(90.0, 3.0, 4.5), Straight(1.0), Turn(-90.0, 3.0, 4.5),
              Straight(1.0)]
@@ -70,7 +70,7 @@ def driving() -> list[Clip]:
 
 
 def windows(clip: Clip, count: int, length: int, seed: int) -> Clip:
-    """Return ``count`` stretches of ``length`` frames each, one after the other."""
+    """Return ``count`` parts of ``length`` frames each, one after the other."""
     rng = np.random.default_rng(seed)
     firsts = rng.choice(len(clip.frames) - length + 1, count, replace=False)
     index = (np.sort(firsts)[:, None] + np.arange(length)).ravel()
@@ -78,12 +78,12 @@ def windows(clip: Clip, count: int, length: int, seed: int) -> Clip:
 
 
 def named(*names: str) -> list[Condition]:
-    """Return the conditions of these names."""
+    """Return the conditions with these names."""
     return [next(each for each in CONDITIONS if each.name == name) for name in names]
 
 
 def cropped(frame: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
-    """Return the middle of a frame, enlarged where it is too small."""
+    """Return the middle of a frame, enlarged if it is too small."""
     scale = max(shape[0] / frame.shape[0], shape[1] / frame.shape[1])
     if scale > 1:
         size = [int(np.ceil(side * scale)) for side in frame.shape[::-1]]
@@ -93,7 +93,7 @@ def cropped(frame: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
 
 
 def _glared(frame: np.ndarray, spread: float, seed: int) -> np.ndarray:
-    """Look into the sun: little contrast around it, none in the middle."""
+    """Simulate a view into the sun: little contrast around it, none in the middle."""
     rng = np.random.default_rng(seed)
     rows, columns = (np.arange(side) for side in frame.shape)
     row, column = rng.uniform(0.2, 0.6) * len(rows), rng.uniform(0.3, 0.7) * len(columns)
@@ -102,7 +102,7 @@ def _glared(frame: np.ndarray, spread: float, seed: int) -> np.ndarray:
 
 
 def blind_frames(clip: Clip, seed: int) -> Iterator[tuple[str, np.ndarray, np.ndarray, bool]]:
-    """Yield pairs of frames on which there is little or nothing to see: name, both, related."""
+    """Yield pairs of frames with little or nothing to see: name, both frames, related."""
     black = np.zeros(clip.shape, np.uint8)
     shade = _glared(black, 0.8, seed) // 4
 
@@ -127,17 +127,17 @@ def blind_frames(clip: Clip, seed: int) -> Iterator[tuple[str, np.ndarray, np.nd
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Stretch:
-    """Frames of a vehicle that stands or drives, and when it does."""
+    """Frames of a stationary or moving vehicle, and when it moves."""
 
     name: str
     condition: str
     frames: list[np.ndarray]
     moving: np.ndarray
-    """(n - 1,) whether it moved between two frames; NaN where it is to be left open."""
+    """(n - 1,) whether it moved between two frames; NaN if not defined."""
 
 
 def _held(frame: np.ndarray, count: int, seed: int) -> Iterator[tuple[str, list[np.ndarray]]]:
-    """Yield what a camera sees that stands, each with the name of what disturbs."""
+    """Yield the view of a stationary camera, once for each disturbance, with its name."""
     def each(spoil: Callable[[np.ndarray, tuple[int, int]], np.ndarray]) -> list[np.ndarray]:
         return [spoil(frame, (seed, number)) for number in range(count)]
 
@@ -169,7 +169,7 @@ def _held(frame: np.ndarray, count: int, seed: int) -> Iterator[tuple[str, list[
 
 
 def _shaken(frame: np.ndarray, pixels: float, seed: tuple[int, int]) -> np.ndarray:
-    """Return the frame as a camera on an idling engine sees it; pixels of a width of 1241."""
+    """Return the frame with the vibration of an idling engine; pixels of a width of 1241."""
     height, width = frame.shape
     across, down, roll = np.random.default_rng(seed).normal(0, pixels * width / 1241, 3)
     matrix = cv2.getRotationMatrix2D(
@@ -180,14 +180,14 @@ def _shaken(frame: np.ndarray, pixels: float, seed: tuple[int, int]) -> np.ndarr
 
 
 def _pasted(frame: np.ndarray, patch: np.ndarray, top: int, left: int) -> None:
-    """Put a patch into the frame, as far as it lies within, in place."""
+    """Draw the part of a patch that is within the frame, in place."""
     begin, end = max(left, 0), min(left + patch.shape[1], frame.shape[1])
     if begin < end:
         frame[top:top + patch.shape[0], begin:end] = patch[:, begin - left:end - left]
 
 
 def _texture(shape: tuple[int, int], seed: int) -> np.ndarray:
-    """Return panes and panels, as a vehicle's side has them."""
+    """Return panes and panels like those of a vehicle's side."""
     rng = np.random.default_rng(seed)
     texture = np.full(shape, rng.integers(60, 200), np.uint8)
     for _ in range(25):
@@ -200,7 +200,7 @@ def _texture(shape: tuple[int, int], seed: int) -> np.ndarray:
 def _passed(
     frame: np.ndarray, count: int, share: float, speed: float, seed: int,
 ) -> Iterator[np.ndarray]:
-    """Yield what a camera sees that stands while a vehicle passes in front of it."""
+    """Yield the view of a stationary camera while a vehicle passes in front of it."""
     height, width = frame.shape
     vehicle = _texture((int(min(0.75, 1.6 * share) * height), int(share * width)), seed)
     start = np.random.default_rng(seed).uniform(-share, 1.0 - share)
@@ -212,7 +212,7 @@ def _passed(
 
 
 def _walked(frame: np.ndarray, count: int, seed: int) -> Iterator[np.ndarray]:
-    """Yield what a camera sees that stands while people cross."""
+    """Yield the view of a stationary camera while people cross."""
     height, width = frame.shape
     rng = np.random.default_rng(seed)
     people = [
@@ -236,7 +236,7 @@ def standing(clips: list[Clip], *, pictures: int, count: int) -> Iterator[Stretc
 
 
 def creeping() -> Iterator[Stretch]:
-    """Yield rendered drives that stop, creep and go on, under several conditions."""
+    """Yield rendered drives that stop, creep and continue, under several conditions."""
     conditions = [
         *named('as they are', 'noise, σ = 10', 'noise, σ = 20', 'night, 6 % of the light'),
         Condition('rain', _rained), Condition('shaking, 0.4 px of 1241', _idled),
@@ -258,18 +258,18 @@ def _rained(clip: Clip, seed: int) -> Clip:
 
 
 def _streaked(frame: np.ndarray, seed: tuple[int, int]) -> np.ndarray:
-    """Return the frame in rain, as dense for a small picture as for a large one."""
+    """Return the frame with rain, equally dense for small and large images."""
     return rain(frame, streaks=max(400 * frame.size // (376 * 1241), 1), seed=seed)
 
 
 def _idled(clip: Clip, seed: int) -> Clip:
-    """Shake the camera as an idling engine does; half a pixel of KITTI's."""
+    """Add the vibration of an idling engine, half a pixel of KITTI's."""
     return replace(clip, frames=[
         _shaken(frame, 0.4, (seed, number)) for number, frame in enumerate(clip.frames)])
 
 
 def _only_lights(clip: Clip, _: int) -> Clip:
-    """Leave black what is not bright, as a camera at night does, without any noise."""
+    """Blacken all but the bright parts, like a camera at night, without noise."""
     return replace(clip, frames=[
         np.clip((frame.astype(np.int16) - 140) * 2, 0, 255).astype(np.uint8)
         for frame in clip.frames])
@@ -277,7 +277,7 @@ def _only_lights(clip: Clip, _: int) -> Clip:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Overlay:
-    """Something in front of the scene, or in the picture, that never moves."""
+    """A fixed object in front of the scene, or in the image."""
 
     name: str
     opacity: np.ndarray
@@ -285,23 +285,23 @@ class Overlay:
     tone: np.ndarray
     """(H, W) grey levels."""
     added: np.ndarray | float = 0.0
-    """(H, W) grey levels added to the whole picture."""
+    """(H, W) grey levels added to the whole image."""
 
     def over(self, frame: np.ndarray) -> np.ndarray:
-        """Return the frame with it."""
+        """Return the frame with the overlay."""
         mixed = frame * (1 - self.opacity) + self.tone * self.opacity + self.added
         return np.clip(np.rint(mixed), 0, 255).astype(np.uint8)
 
     @property
     def mask(self) -> np.ndarray:
-        """Return what its user would draw: 0 where it is, roughly, and 255 elsewhere."""
+        """Return a mask as a user would draw it: 0 roughly where it is, and 255 elsewhere."""
         hidden = (self.opacity > 0.02).astype(np.uint8)
         side = max(self.opacity.shape[1] // 200, 1)
         return 255 * (1 - cv2.dilate(hidden, np.ones((side, 2 * side), np.uint8)))
 
 
 def overlays(shape: tuple[int, int], seed: int) -> list[Overlay]:
-    """Return what locks the peak to zero, or may do so."""
+    """Return overlays that may lock the peak to zero."""
     rng = np.random.default_rng(seed)
     nothing = np.zeros(shape, np.float32)
     text = _text(shape)

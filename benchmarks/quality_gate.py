@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What tells a measurement: every candidate on pairs with and without anything in common."""
+"""Tests of a measurement: every candidate on related and unrelated pairs."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _ACCEPTED = (0.02, 0.01, 0.003)
 _CANDIDATES = {
     'response': 'response (height of the peak)', 'ratio': 'peak over second peak',
     'significance': 'significance of the peak'}
-#: Pairs of each condition that have nothing in common.
+#: Number of unrelated pairs for each condition.
 _UNRELATED = 150
 
 _TEXT = """
@@ -49,17 +49,17 @@ _TEXT = """
 
 @dataclass(frozen=True, slots=True)
 class Pair:
-    """What all candidates see of a pair of frames, and what is true of it."""
+    """The values of all candidates for a pair of frames, and its ground truth."""
 
     source: str
     condition: str
     gap: int
-    """Frames from the first to the second; 0 for frames that have nothing in common."""
+    """Frames from the first to the second; 0 for unrelated frames."""
     right: bool
-    """Whether the shift is the true one."""
+    """Whether the shift is correct."""
     response: float
     ratio: float
-    """Peak over second peak."""
+    """Peak divided by second peak."""
     significance: float
 
 
@@ -69,7 +69,7 @@ _CORRELATORS: dict[tuple[int, ...], PhaseCorrelator] = {}
 def observed(
     source: str, condition: str, frames: tuple[np.ndarray, np.ndarray], gap: int, truth: float,
 ) -> Pair:
-    """Return a pair whose true shift is ``truth`` pixels, NaN where there is none."""
+    """Return a pair whose true shift is ``truth`` pixels, NaN if there is none."""
     correlator = _CORRELATORS.setdefault(frames[0].shape, PhaseCorrelator())
     correlator.reset()
     correlator.update(frames[0])
@@ -99,7 +99,7 @@ def unrelated_pairs(
     rng = np.random.default_rng(seed)
     for number in range(count):
         first, second = (clips[each] for each in rng.choice(len(clips), 2, replace=False))
-        # A mirrored clip shows the same streets, the other way round: that is another picture.
+        # A mirrored clip shows the same streets reversed, which makes it a different image.
         frames = (
             first.frames[rng.integers(len(first.frames))],
             cropped(second.frames[rng.integers(len(second.frames))], first.shape))
@@ -119,7 +119,7 @@ def distant_pairs(clip: Clip, count: int, seed: int) -> Iterable[Pair]:
 
 
 def blind_pairs(clip: Clip, count: int) -> Iterable[Pair]:
-    """Yield pairs on which there is little or nothing to see."""
+    """Yield pairs with little or nothing to see."""
     for number in range(count):
         at = 7 * number % (len(clip.frames) - 1)
         for name, first, second, related in blind_frames(clip, 7 * number):
@@ -128,7 +128,7 @@ def blind_pairs(clip: Clip, count: int) -> Iterable[Pair]:
 
 
 def measure(clips: Sequence[Clip]) -> list[Pair]:
-    """Return all pairs that the test of a measurement is tried on."""
+    """Return all pairs on which the test of a measurement is tried."""
     pairs: list[Pair] = []
     length = max(_STRIDES) + 1
     for number, condition in enumerate(CONDITIONS):
@@ -148,18 +148,18 @@ def measure(clips: Sequence[Clip]) -> list[Pair]:
 
 
 def lost_at(good: np.ndarray, bad: np.ndarray, accepted: float) -> float:
-    """Return the share of good pairs lost where a share of the bad ones is accepted."""
+    """Return the share of good pairs lost if a share ``accepted`` of the bad ones is accepted."""
     limit = np.quantile(bad, 1.0 - accepted)
     return float(np.mean(good <= limit))
 
 
 def values(pairs: Iterable[Pair], name: str) -> np.ndarray:
-    """Return what one candidate says of pairs."""
+    """Return the values of one candidate for pairs."""
     return np.array([getattr(pair, name) for pair in pairs])
 
 
 def section(pairs: Sequence[Pair]) -> str:
-    """Draw the curves of the first test; return its part of the document."""
+    """Draw the curves of the first test; return its section of the document."""
     limit = GateSettings().min_significance
     driven = [pair for pair in pairs if pair.gap in _STRIDES and not is_blind(pair)]
     good = [pair for pair in driven if pair.right]
@@ -192,7 +192,7 @@ def section(pairs: Sequence[Pair]) -> str:
 
 
 def is_blind(pair: Pair) -> bool:
-    """Return whether it is a pair on which there is little to see."""
+    """Return whether there is little to see in a pair."""
     return pair.condition.startswith(BLIND)
 
 
@@ -216,7 +216,7 @@ def gate_table(
 
 
 def blind_table(pairs: Sequence[Pair], limit: float) -> str:
-    """Return what becomes of pairs that have little or nothing in common."""
+    """Return the results for pairs that have little or nothing in common."""
     rows = []
     for name, group in grouped(pairs, lambda pair: pair.condition).items():
         accepted = [pair for pair in group if pair.significance >= limit]

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What frees a peak that a fixed pattern locks to zero: every candidate on the same pairs."""
+"""Tests against a peak locked to zero by a fixed pattern: every candidate on the same pairs."""
 
 from __future__ import annotations
 
@@ -64,15 +64,15 @@ class Locked:
     height_ratio: float
     """Second peak over first."""
     significance: float
-    """Of the second peak."""
+    """Significance of the second peak."""
     advantage: float
-    """Of the second peak's significance over that of the first."""
+    """Significance of the second peak divided by that of the first."""
     share: float
-    """Of the blocks that follow it."""
+    """Share of the blocks that follow the second peak."""
 
     @property
     def led_astray(self) -> bool:
-        """Return whether the guard makes a turn of what was none."""
+        """Return whether the guard turns straight driving into a turn."""
         return is_turning(self.guarded) and not is_turning(self.plain)
 
 
@@ -80,12 +80,12 @@ class Follower:
     """A correlator and blocks, with or without a mask, and the guard."""
 
     def __init__(self, mask: np.ndarray | None) -> None:
-        """Make one that waits for its first frame."""
+        """Make a follower that waits for its first frame."""
         self.correlator, self.blocks = PhaseCorrelator(mask=mask), BlockMotion(mask=mask)
         self._guard = MeasurementGate(GateSettings())
 
     def update(self, frame: np.ndarray) -> tuple[Shift, Shift] | None:
-        """Return the shift measured, and that after the guard."""
+        """Return the shift measured, and the shift after the guard."""
         shift, primed = self.correlator.update(frame), self.blocks.update(frame)
         if shift is None or not primed:
             return None
@@ -93,7 +93,7 @@ class Follower:
 
 
 def measure(clips: Sequence[Clip]) -> list[Locked]:
-    """Return all pairs that the guard is tried on."""
+    """Return all pairs on which the guard is tried."""
     pairs = []
     for number, clip in enumerate(clips):
         count = min(len(clip.frames), 120)
@@ -112,7 +112,7 @@ def measure(clips: Sequence[Clip]) -> list[Locked]:
 
 
 def measure_passing(clips: Sequence[Clip]) -> list[Locked]:
-    """Return pairs of a vehicle that stands while others pass."""
+    """Return pairs of a stationary vehicle while others pass."""
     pairs = []
     for stretch in standing(list(clips), pictures=2, count=16):
         if 'passes' not in stretch.condition:
@@ -141,8 +141,8 @@ def locked(
 
 
 def section(pairs: Sequence[Locked], passing: Sequence[Locked]) -> str:
-    """Draw the curves of the guard; return its part of the document."""
-    # A vehicle that fills most of the view is another question, which the table answers.
+    """Draw the curves of the guard; return its section of the document."""
+    # A vehicle that fills most of the view is a separate case, covered by the table.
     usual = [pair for pair in passing if '60 %' not in pair.overlay]
     at_zero = [pair for pair in (*pairs, *usual) if pair.at_zero]
     good = [pair for pair in at_zero if is_turning(pair.truth)
@@ -151,7 +151,7 @@ def section(pairs: Sequence[Locked], passing: Sequence[Locked]) -> str:
     limit = GateSettings().min_significance
 
     def of(group: Sequence[Locked], name: str) -> np.ndarray:
-        # A second peak so near that it makes no turn does no harm.
+        # A second peak too near for a turn does no harm.
         return np.array([
             getattr(pair, name) if is_turning(pair.second) else -np.inf for pair in group])
 

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What tells standing still from creeping: every candidate on the same stretches."""
+"""Tests of standing still against creeping: every candidate on the same frames."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ _NOTES = """
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Watched:
-    """A stretch of frames as the candidates for stillness see it."""
+    """The values of the candidates for a series of frames."""
 
     name: str
     condition: str
@@ -59,13 +59,13 @@ class Watched:
     flows: list[BlockFlow]
 
     def settled(self, state: float) -> np.ndarray:
-        """Return at which pairs the state had been this one for a while."""
+        """Return at which pairs this state had lasted for a while."""
         same = np.convolve(self.moving == state, np.ones(_SETTLED))[:len(self.moving)]
         return same >= _SETTLED
 
 
 def watch(stretch: Stretch) -> Watched:
-    """Return what a correlator and blocks make of a stretch."""
+    """Return the results of a correlator and blocks for a series of frames."""
     correlator, blocks = PhaseCorrelator(), BlockMotion()
     shifts, flows = [], []
     for frame in stretch.frames:
@@ -78,7 +78,7 @@ def watch(stretch: Stretch) -> Watched:
 
 
 def measure(clips: Sequence[Clip]) -> list[Watched]:
-    """Return all stretches that the test of stillness is tried on."""
+    """Return all series on which the test of stillness is tried."""
     watched = []
     for stretch in standing(list(clips), pictures=2, count=16):
         watched.append(watch(stretch))
@@ -97,13 +97,13 @@ def measure(clips: Sequence[Clip]) -> list[Watched]:
 
 
 def still(seen: Watched, settings: StillnessSettings) -> np.ndarray:
-    """Return what the detector says of every pair."""
+    """Return the decision of the detector for every pair."""
     detector = StillnessDetector(settings)
     return np.array([detector.update(flow, seen.width) for flow in seen.flows])
 
 
 def by_response(seen: Watched, frames: int) -> np.ndarray:
-    """Return how high the peaks were of late where the shift was zero, else 0."""
+    """Return the height of recent peaks if the shift was zero, else 0."""
     heights = [shift.response * (max(abs(shift.dx), abs(shift.dy)) < 1) for shift in seen.shifts]
     return np.array([
         np.median(heights[max(end - frames, 0):end]) for end in range(1, len(heights) + 1)])
@@ -112,13 +112,13 @@ def by_response(seen: Watched, frames: int) -> np.ndarray:
 def said(
     watched: Sequence[Watched], verdicts: Sequence[np.ndarray], state: float,
 ) -> np.ndarray:
-    """Return the verdicts where the state had lasted for a while."""
+    """Return the decisions at pairs where the state had lasted for a while."""
     return np.concatenate([
         verdict[seen.settled(state)] for seen, verdict in zip(watched, verdicts)])
 
 
 def shares(watched: Sequence[Watched], verdicts: Sequence[np.ndarray]) -> tuple[float, float]:
-    """Return the share of moving pairs taken for still, and that of standing ones missed."""
+    """Return the shares of moving pairs taken for still, and of still pairs missed."""
     return (
         float(said(watched, verdicts, 1.0).mean()),
         1.0 - float(said(watched, verdicts, 0.0).mean()))
@@ -142,9 +142,9 @@ def curves(watched: Sequence[Watched]) -> dict[str, tuple[np.ndarray, np.ndarray
 
 
 def section(watched: Sequence[Watched]) -> str:
-    """Draw the curves of the second test; return its part of the document."""
+    """Draw the curves of the second test; return its section of the document."""
     chosen = StillnessSettings()
-    # A vehicle that fills most of the view is another question, which the table answers.
+    # A vehicle that fills most of the view is a separate case, covered by the table.
     usual = [seen for seen in watched if '60 %' not in seen.condition]
     draw('stillness', curves(usual), shares(usual, [still(seen, chosen) for seen in usual]),
          ('moving pairs taken for still', 'standing pairs missed'))
@@ -158,7 +158,7 @@ def section(watched: Sequence[Watched]) -> str:
 
 
 def stillness_table(watched: Sequence[Watched], settings: StillnessSettings) -> str:
-    """Return how often standing and moving vehicles are taken to stand."""
+    """Return how often stationary and moving vehicles are taken for stationary."""
     rows = []
     for name, group in grouped(
             watched, lambda seen: f'{seen.name}, {seen.condition}' if seen.moving.any()

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What all of it does for the codes: how often the turns found are the true ones."""
+"""The effect of the tests on the codes: how often the turns are correct."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ _WAYS = {
 
 @dataclass(frozen=True, slots=True)
 class Score:
-    """Whether the turns of one drive were right, one way."""
+    """Whether the turns of one drive were correct with one set of settings."""
 
     condition: str
     way: str
@@ -62,7 +62,7 @@ class Score:
 
 
 def turns(shifts: Iterable[float | None], threshold: float, way: Way) -> list[Movement]:
-    """Return the turns that the chain code finds; None is a pair that is not judged."""
+    """Return the turns that the chain code finds; None is a pair that is skipped."""
     codes = DynamicChainCode(
         threshold, confirm_frames=way.confirm_frames, release_frames=way.release_frames)
     steps = [codes.skip() if dx is None else codes.update(dx) for dx in shifts]
@@ -70,7 +70,7 @@ def turns(shifts: Iterable[float | None], threshold: float, way: Way) -> list[Mo
 
 
 def followed(frames: Iterable[np.ndarray]) -> tuple[list[float], list[float | None]]:
-    """Return the shifts as they are measured, and those that the tests leave to be judged."""
+    """Return the shifts as measured, and those that pass the tests."""
     correlator = PhaseCorrelator()
     tests = PairQuality(gate=GateSettings(), stillness=StillnessSettings())
     measured: list[float] = []
@@ -86,7 +86,7 @@ def followed(frames: Iterable[np.ndarray]) -> tuple[list[float], list[float | No
 
 
 def spoiled(clip: Clip, seed: int) -> Iterator[tuple[str, Callable[[], list[np.ndarray]]]]:
-    """Yield the conditions, and what makes the frames of each."""
+    """Yield the conditions, each with a function that makes its frames."""
     for condition in named(*_CONDITIONS):
         yield condition.name, lambda condition=condition: condition.spoil(clip, seed).frames
     for overlay in overlays(clip.shape, seed)[1:]:
@@ -94,7 +94,7 @@ def spoiled(clip: Clip, seed: int) -> Iterator[tuple[str, Callable[[], list[np.n
 
 
 def measure(clips: Sequence[Clip]) -> list[Score]:
-    """Return how all ways do on all drives under all conditions."""
+    """Return the scores of all settings on all drives under all conditions."""
     scores = []
     for seed, clip in enumerate(clips):
         true_shifts = (clip.camera.focal * np.tan(np.diff(clip.yaw))).tolist()
@@ -111,7 +111,7 @@ def measure(clips: Sequence[Clip]) -> list[Score]:
 
 
 def section(scores: Sequence[Score]) -> str:
-    """Return the part of the document on turns."""
+    """Return the section of the document on turns."""
     rows = []
     for condition, group in grouped(scores, lambda score: score.condition).items():
         ways = grouped(group, lambda score: score.way)

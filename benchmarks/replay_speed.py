@@ -1,11 +1,11 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
 """
-Offline replay: how well decoding and correlating overlap, and whether memory stays flat.
+Offline replay: how well decoding and correlation overlap, and whether memory stays constant.
 
-Reading ahead pays where decoding releases Python's lock. Three things take turns on the same
-folder: decoding alone, correlating alone (of frames in memory), and the replay as the command
-line does it. With two cores the replay should take little longer than the slower of the others.
+Reading ahead helps if decoding releases Python's lock. Three tasks alternate on the same folder:
+decoding alone, correlation alone (of frames in memory), and the replay of the command line. With
+two cores the replay should take little longer than the slower of the others.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ _FORMATS = ('png', 'jpg')
 _LIMIT = 1.3
 _LONG, _EARLY = 20_000, 2_000
 _SMALL = Camera.with_field_of_view(620, 188, 81)
-#: What is kept of a pair is a few small objects; a frame of the small camera has 116,560 bytes.
+#: A pair keeps a few small objects; a frame of the small camera has 116,560 bytes.
 _LARGEST_RECORD = 2000
 
 INTRODUCTION = paragraphs("""
@@ -48,7 +48,7 @@ INTRODUCTION = paragraphs("""
 
 @dataclass(frozen=True, slots=True)
 class Overlap:
-    """What replaying a folder takes, in seconds by the clock on the wall."""
+    """Wall-clock time of the replay of a folder, in seconds."""
 
     name: str
     decode: float
@@ -57,13 +57,13 @@ class Overlap:
 
     @property
     def ratio(self) -> float:
-        """Return how much longer the replay takes than the slower of its parts."""
+        """Return the time of the replay relative to the slower of its parts."""
         return self.replay / max(self.decode, self.correlate)
 
 
 @dataclass(frozen=True, slots=True)
 class Growth:
-    """How memory grows over a long replay, in bytes."""
+    """Growth of memory over a long replay, in bytes."""
 
     pairs: int
     early: int
@@ -71,12 +71,12 @@ class Growth:
 
     @property
     def per_pair(self) -> float:
-        """Return the bytes by which memory grows with each pair."""
+        """Return the growth of memory per pair, in bytes."""
         return (self.late - self.early) / (_LONG - _EARLY)
 
 
 def measure_folder(clip: Clip, suffix: str) -> Overlap:
-    """Return what replaying a folder of such pictures takes."""
+    """Return the time to replay a folder of such images."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         for number, frame in enumerate(clip.frames):
@@ -103,7 +103,7 @@ def measure_folder(clip: Clip, suffix: str) -> Overlap:
 
 
 def measure_growth() -> Growth:
-    """Return how memory grows over a long replay."""
+    """Return the growth of memory over a long replay."""
     clip = rendered_clip(_SMALL, count=20)
     seen: list[int] = []
 
@@ -111,7 +111,7 @@ def measure_growth() -> Growth:
         for number, image in enumerate(clip.there_and_back(_LONG)):
             if number in (_EARLY, _LONG - 1):
                 seen.append(resident())
-            # A copy, as each frame of a file is a new one.
+            # A copy, as frames read from files are separate arrays.
             yield StampedFrame(image.copy(), index_stamp_ns(number, 10.0))
 
     with closing(prefetch(frames())) as ahead:
@@ -120,7 +120,7 @@ def measure_growth() -> Growth:
 
 
 def measure() -> tuple[list[Overlap], Bystanders, Growth]:
-    """Return what replaying folders takes, what else ran meanwhile, and how memory grows."""
+    """Return the times to replay folders, the load of other programs, and the memory growth."""
     clip = kitti_clip('00', count=_FRAMES) or rendered_clip(KITTI_CAMERA, count=_FRAMES)
     with bystanders() as watched:
         overlaps = [measure_folder(clip, suffix) for suffix in _FORMATS]

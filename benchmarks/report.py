@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Tables that read well on a terminal and in Markdown, and what was measured on."""
+"""Tables that are readable on a terminal and in Markdown, and the description of the machine."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ import cv2
 import numpy as np
 from timing import Bystanders, PINNED
 
-#: From this on other programs are no longer said to be none: they take caches and memory, too.
+#: Load of other programs that is reported: they compete for caches and memory as well.
 _BUSY_CORES = 0.1
 
 ROOT = Path(__file__).resolve().parent.parent
 
 
 def table(header: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
-    """Return a Markdown table; columns are as wide as what they hold."""
+    """Return a Markdown table with columns as wide as their content."""
     cells = [[str(cell) for cell in row] for row in (header, *rows)]
     widths = [max(len(row[column]) for row in cells) for column in range(len(header))]
     lines = ['| ' + ' | '.join(cell.ljust(width) for cell, width in zip(row, widths)) + ' |'
@@ -41,14 +41,14 @@ def paragraphs(text: str) -> str:
 
 
 def verdict(value: float, limit: float | None) -> str:
-    """Return whether a figure is within its limit, in a word."""
+    """Return whether a value is within its limit, in a word."""
     if limit is None:
         return ''
     return 'yes' if value <= limit else '**no**'
 
 
 def disturbance(watched: Bystanders) -> str:
-    """Return a line on how much else ran on the machine meanwhile."""
+    """Return a line on the load of other programs meanwhile."""
     if watched.cores is None:
         return 'What else ran on the machine meanwhile is not known.'
     text = f'Other programs kept {watched.cores:.2f} of the cores busy meanwhile'
@@ -56,7 +56,7 @@ def disturbance(watched: Bystanders) -> str:
 
 
 def versions() -> str:
-    """Return the versions of what the figures depend on."""
+    """Return the versions of the libraries that affect the results."""
     return (f'Python {platform.python_version()}, numpy {np.__version__}, '
             f'OpenCV {cv2.__version__} {transforms()}')
 
@@ -69,7 +69,7 @@ def transforms() -> str:
 
 
 def machine() -> str:
-    """Return the table of what was measured on."""
+    """Return the table that describes the machine."""
     pinned = ' '.join(f'{name}={value}' for name, value in PINNED.items())
     return table(('', ''), (
         ('processor', f'{_processor()}, {os.cpu_count()} cores'),

@@ -1,12 +1,11 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
 """
-The paper's second claim, robustness to noise: how often the turn codes stay right.
+The paper's second claim, robustness to noise: how often the turn codes stay correct.
 
-Every clip is spoiled in every way, and followed by phase correlation, heading, KLT and ORB. What
-each of them measures goes through the same chain code, and is right if it gives the true turns,
-all of them, in their order, and no other. Takes ten minutes on two cores; writes
-docs/measurements/robustness.md.
+Every clip is degraded in every way, and followed by phase correlation, heading, KLT and ORB. Their
+measurements go through the same chain code. A result is correct if it has exactly the true turns
+in their order. Takes ten minutes on two cores; writes docs/measurements/robustness.md.
 """
 
 from __future__ import annotations
@@ -91,7 +90,7 @@ _NOTES = """
 
 @dataclass(frozen=True, slots=True)
 class Score:
-    """How one method has done on one clip under one condition."""
+    """Score of one method on one clip under one condition."""
 
     clip: str
     condition: str
@@ -99,11 +98,11 @@ class Score:
     right: bool
     """Whether the turns are the true ones, in order."""
     errors_deg: np.ndarray
-    """How far off the yaw of each pair is; infinite where there was no answer."""
+    """Error of the yaw of each pair; infinite without an answer."""
 
 
 def turns(shifts: Iterable[float | None]) -> list[Movement]:
-    """Return the turns that the chain code finds in shifts in pixels; None is no answer."""
+    """Return the turns that the chain code finds in shifts in pixels; None is a missing answer."""
     codes = DynamicChainCode(_THRESHOLD_PX)
     steps = [codes.skip() if dx is None else codes.update(dx) for dx in shifts]
     return [step.movement for step in steps
@@ -116,7 +115,7 @@ def true_turns(clip: Clip) -> list[Movement]:
 
 
 def clip_names() -> tuple[str, ...]:
-    """Return the names of the clips at hand."""
+    """Return the names of the available clips."""
     real = (f'KITTI {_KITTI}', f'KITTI {_KITTI}, mirrored') if kitti_clip(_KITTI) else ()
     return (*DRIVES, *real)
 
@@ -133,7 +132,7 @@ def clip_named(name: str) -> Clip:
 
 
 def score(task: tuple[int, int]) -> list[Score]:
-    """Return how all methods do on a clip under a condition, both given by number."""
+    """Return the scores of all methods on a clip under a condition, both given by index."""
     cv2.setNumThreads(1)
     name = clip_names()[task[0]]
     condition = CONDITIONS[task[1]]
@@ -156,7 +155,7 @@ def measure() -> list[Score]:
     """Return all scores."""
     tasks = list(product(range(len(clip_names())), range(len(CONDITIONS))))
     scores: list[Score] = []
-    # Not forked: OpenCV's threads do not survive it.
+    # Not forked: OpenCV's threads do not survive a fork.
     context = multiprocessing.get_context('spawn')
     with ProcessPoolExecutor(mp_context=context) as pool:
         for number, part in enumerate(pool.map(score, tasks), 1):
@@ -168,12 +167,12 @@ def measure() -> list[Score]:
 
 @dataclass(frozen=True, slots=True)
 class Summary:
-    """How one method has done under one condition, all clips together."""
+    """Score of one method under one condition over all clips."""
 
     right: int
     median_deg: float
     wrong: float
-    """Share of pairs that are off by more than a degree, or without an answer."""
+    """Share of pairs with an error above a degree, or without an answer."""
 
     @classmethod
     def of(cls, scores: list[Score]) -> Summary:
@@ -196,7 +195,7 @@ def summaries(scores: list[Score]) -> Iterator[tuple[str, dict[str, Summary]]]:
 def winners(
     rows: list[tuple[str, dict[str, Summary]]], key: Callable[[Summary], float],
 ) -> dict[str, list[str]]:
-    """Return under which conditions each method is best by itself."""
+    """Return the conditions under which each method is the only best one."""
     best: dict[str, list[str]] = {method: [] for method in METHODS}
     for condition, row in rows:
         values = {method: key(summary) for method, summary in row.items()}

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Run all benchmarks but that of robustness; write docs/measurements/benchmarks.md."""
+"""Run all benchmarks except robustness; write docs/measurements/benchmarks.md."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ METHOD = paragraphs("""
 
 
 def sections() -> dict[str, Callable[[], str]]:
-    """Return what is measured, each with a word for who waits."""
+    """Return the measurements, each with a name for the progress display."""
     return {
         'step against peers': lambda: speed.section(*speed.measure()),
         'installations': installations.wheels_section,

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The padding rule of the correlator against other rules, on the sizes that cameras have."""
+"""The padding rule of the correlator against other rules, on common camera sizes."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from phase_traj_ros.core.correlation.spectrum import padded_side
 from report import disturbance, paragraphs, table, transforms
 from timing import bystanders, prepare, take_turns, Timed
 
-#: (H, W) of KITTI's, of webcams and of industrial cameras.
+#: (H, W) of KITTI, of webcams and of industrial cameras.
 SHAPES = (
     (240, 320), (370, 1226), (375, 1242), (376, 1241), (480, 640), (480, 752), (512, 1392),
     (540, 960), (600, 960), (720, 1280), (964, 1288), (1080, 1920), (1200, 1920))
@@ -75,7 +75,7 @@ class Transforms:
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """What the rules cost at one size of frame."""
+    """Cost of the rules at one size of frame."""
 
     shape: tuple[int, int]
     padded: dict[str, tuple[int, int]]
@@ -86,12 +86,12 @@ class Row:
         return self.timed[self.padded[rule]].ms
 
     def relative(self, rule: str) -> float:
-        """Return the time by ``rule`` over that of the correlator's own."""
+        """Return the time with ``rule`` relative to that of the correlator's rule."""
         return self.ms(rule) / self.ms('rule')
 
 
 def measure(shape: tuple[int, int], rounds: int) -> Row:
-    """Return what each rule costs at this size; equal sizes are measured once."""
+    """Return the cost of each rule at this size; equal sizes are measured once."""
     padded = {name: (rule(shape[0]), rule(shape[1])) for name, rule in RULES.items()}
     timed = take_turns(
         {each: Transforms(each) for each in set(padded.values())}, range(rounds + _WARM_UP),
@@ -114,7 +114,7 @@ def section() -> str:
     """Measure; return the results as Markdown."""
     parts = ['## Padded sizes', INTRODUCTION]
     with bystanders() as watched:
-        # Without Intel's, OpenCV's own transforms take several times as long.
+        # OpenCV's own transforms take several times as long as Intel's.
         for ipp, rounds in ((True, 40), (False, 10)):
             if ipp and not cv2.ipp.useIPP():
                 continue

@@ -1,9 +1,9 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
 """
-Whether memory stays flat: 20,000 frames over DDS, 10 million updates of the state machine.
+Check that memory stays constant: 20,000 frames over DDS, 10 million updates of the state machine.
 
-By hand: python benchmarks/soak.py
+Run it by hand: python benchmarks/soak.py
 """
 
 import os
@@ -45,7 +45,7 @@ def soak_state_machine():
 
 
 def soak_node():
-    """Play frames to the real node, over DDS, without a loss; watch its memory."""
+    """Play frames to the real node over DDS without a loss; watch its memory."""
     texture = np.random.default_rng(0).integers(0, 256, _SHAPE, dtype=np.uint8)
     frames = [np.roll(texture, 7 * index, axis=1) for index in range(50)]
     node = subprocess.Popen([

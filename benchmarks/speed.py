@@ -1,11 +1,11 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
 """
-One step of the correlator against its peers, and against what no such step can do without.
+One step of the correlator against its peers, and against the minimum that any such step needs.
 
-A step is everything from a grey frame of bytes to the shift. Each comparison is a duel: the two
-take turns frame by frame, so that a ratio compares what ran in the same moments, and the answers
-are compared, too.
+A step is everything from a greyscale frame of bytes to the shift. In each comparison, the two
+alternate frame by frame, so the ratio compares what ran at the same time. The answers are compared
+as well.
 """
 
 from __future__ import annotations
@@ -22,8 +22,8 @@ from timing import Bystanders, bystanders, prepare, Quartiles, ratios, take_turn
 
 _FRAMES = 40
 _WARM_UP = 5
-#: Every duel is fought this many times, one after the other, so that no disturbance of a few
-#: seconds decides any of them.
+#: Every comparison is repeated this many times, one after the other, so that a disturbance of a
+#: few seconds does not decide any of them.
 _PASSES = 3
 
 INTRODUCTION = paragraphs("""
@@ -46,17 +46,17 @@ INTRODUCTION = paragraphs("""
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Opponent:
-    """Who is measured against, on how many frames of each pass, and what is aimed at."""
+    """A peer, the number of its frames in each pass, and the target."""
 
     name: str
     make: Callable[[Clip], Peer]
     rounds: int
     tolerance_px: float | None
-    """How far the median answer may be from ours; None where there is no answer."""
+    """Tolerance of the median answer relative to ours; None if it gives no answer."""
     limits: tuple[float | None, ...]
-    """Largest ratio aimed at, for each of the three sizes; None is no aim."""
+    """Target for the ratio at each of the three sizes; None without a target."""
     large: bool = True
-    """Whether it takes part at the largest size."""
+    """Whether it is measured at the largest size."""
 
 
 OPPONENTS = (
@@ -83,7 +83,7 @@ OPPONENTS = (
 
 @dataclass(frozen=True, slots=True)
 class Duel:
-    """How one comparison ended."""
+    """Result of one comparison."""
 
     clip: Clip
     opponent: Opponent
@@ -103,17 +103,17 @@ class Duel:
 
     @property
     def difference_px(self) -> float | None:
-        """Return the median difference of the answers, None where there is none to compare."""
+        """Return the median difference of the answers; None if there is none to compare."""
         if self.opponent.tolerance_px is None:
             return None
-        # A peer's missing answer is as far off as can be.
+        # A missing answer counts as an infinite error.
         return float(np.median([
             np.inf if b is None else abs(a - b)
             for a, b in zip(self.ours.results, self.theirs.results)]))
 
 
 def fights(clips: tuple[Clip, ...]) -> Iterator[tuple[Clip, Opponent, float | None]]:
-    """Yield who meets whom on what, and the ratio aimed at."""
+    """Yield the comparisons: clip, peer, and target for the ratio."""
     for index, clip in enumerate(clips):
         for opponent in OPPONENTS:
             if opponent.large or clip is not max(clips, key=lambda each: np.prod(each.shape)):
@@ -121,7 +121,7 @@ def fights(clips: tuple[Clip, ...]) -> Iterator[tuple[Clip, Opponent, float | No
 
 
 def fight(clip: Clip, opponent: Opponent) -> tuple[Timed, Timed]:
-    """Let the two take turns once through the clip."""
+    """Let the two alternate once through the clip."""
     cv2.setRNGSeed(0)
     peer = opponent.make(clip)
     timed = take_turns(
@@ -133,7 +133,7 @@ def fight(clip: Clip, opponent: Opponent) -> tuple[Timed, Timed]:
 
 
 def measure() -> tuple[list[Duel], Bystanders]:
-    """Return how all comparisons ended, their answers checked, and what else ran meanwhile."""
+    """Return the results of all comparisons, with checked answers, and the other load."""
     schedule = list(fights(usual_clips(_FRAMES)))
     duels = [Duel(clip, opponent, Timed(), Timed(), limit)
              for clip, opponent, limit in schedule]

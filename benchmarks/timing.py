@@ -1,16 +1,16 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
 """
-How things are timed: side by side, in turns, in one process, with a pinned allocator.
+Timing: side by side, alternating, in one process, with a pinned allocator.
 
-glibc's malloc gives buffers of a megabyte back to the kernel and fetches them anew, or not,
-depending on what was allocated before: the same call takes twice or three times as long. And
-what runs right before leaves the cache warm or cold. So figures of two processes, or of two
-loops one after the other, say little; ratios of calls that took turns do.
+glibc's malloc may return buffers of a megabyte to the kernel and request them again, depending on
+earlier allocations: the same call then takes two or three times as long. The previous call leaves
+the cache warm or cold. So times of two processes, or of two loops one after the other, are of
+little value; ratios of alternating calls are reliable.
 
-What is timed is the processor time of the whole process. On one thread that is the time it takes,
-without what other programs took in between; and should a contestant use more threads than it is
-allowed, all of them count.
+The processor time of the whole process is measured. On one thread, that is the elapsed time
+without the time taken by other programs. If a contestant uses more threads than allowed, all of
+them count.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from typing import Any
 import cv2
 import numpy as np
 
-#: Buffers come from the heap, and the heap is never given back.
+#: Buffers come from the heap, and the heap is never returned.
 PINNED = {
     'MALLOC_MMAP_THRESHOLD_': str(2 ** 30),
     'MALLOC_TRIM_THRESHOLD_': str(2 ** 31),
@@ -37,7 +37,7 @@ PINNED = {
 
 
 def prepare() -> None:
-    """Start this program anew with the allocator pinned, if it is not; let OpenCV use a thread."""
+    """Restart this program with a pinned allocator, if necessary; limit OpenCV to one thread."""
     if any(os.environ.get(name) != value for name, value in PINNED.items()):
         sys.stdout.flush()
         os.execve(sys.executable, sys.orig_argv, {**os.environ, **PINNED})
@@ -45,7 +45,7 @@ def prepare() -> None:
 
 
 def unpinned() -> dict[str, str]:
-    """Return the environment of a program that runs as its users run it."""
+    """Return the environment of a program as users run it."""
     return {name: value for name, value in os.environ.items() if name not in PINNED}
 
 
@@ -65,12 +65,12 @@ class Quartiles:
 
 @dataclass(frozen=True, slots=True)
 class Timed:
-    """What one contestant took in each round, and what it returned."""
+    """Times of one contestant in each round, and its return values."""
 
     seconds: list[float] = field(default_factory=list)
     """Processor time."""
     wall: list[float] = field(default_factory=list)
-    """By the clock on the wall, in seconds."""
+    """Wall-clock time, in seconds."""
     results: list[Any] = field(default_factory=list)
 
     def extend(self, more: Timed) -> None:
@@ -89,9 +89,9 @@ def take_turns(
     contestants: Mapping[str, Callable[[Any], Any]], items: Iterable[Any], *, warm_up: int = 5,
 ) -> dict[str, Timed]:
     """
-    Give every item to every contestant; the order changes with every item.
+    Pass every item to every contestant; the order changes with every item.
 
-    Two swap places, more are shuffled. The first ``warm_up`` items are not timed.
+    Two contestants swap places, more are shuffled. The first ``warm_up`` items are not timed.
     """
     rng = random.Random(0)
     order = list(contestants)
@@ -117,15 +117,15 @@ def take_turns(
 
 @dataclass(slots=True)
 class Bystanders:
-    """How much of the machine was taken by something else while something was measured."""
+    """Load of the machine by other programs during a measurement."""
 
     cores: float | None = None
-    """Cores that other programs kept busy, or the host of a virtual machine took; None unknown."""
+    """Cores used by other programs or by the host of a virtual machine; None if unknown."""
 
 
 @contextmanager
 def bystanders() -> Iterator[Bystanders]:
-    """Watch what runs besides this process in the block; yields what is known at its end."""
+    """Watch the load of other programs in the block; the value is available at its end."""
     watched = Bystanders()
     wall, own, all_cores = time.perf_counter(), time.process_time(), _busy_s()
     yield watched
@@ -135,7 +135,7 @@ def bystanders() -> Iterator[Bystanders]:
 
 
 def _busy_s() -> float | None:
-    """Return the seconds that all cores have worked since the start, or None if not known."""
+    """Return the total busy time of all cores in seconds, or None if not known."""
     try:
         with open('/proc/stat', encoding='ascii') as file:
             user, nice, system, _, _, *rest = map(int, file.readline().split()[1:9])
@@ -145,5 +145,5 @@ def _busy_s() -> float | None:
 
 
 def ratios(ours: Timed, theirs: Timed) -> Quartiles:
-    """Return how the ratio of the two spreads over the rounds."""
+    """Return the distribution of the ratio of the two over the rounds."""
     return Quartiles.of(a / b for a, b in zip(ours.seconds, theirs.seconds))

@@ -18,6 +18,7 @@ from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument, OpaqueFunction
 from launch_ros.actions import Node
 from launch_ros.utilities.namespace_utils import make_namespace_absolute, prefix_namespace
+from phase_traj_ros.errors import ParameterError
 from phase_traj_ros.io.params_file import values_for
 from phase_traj_ros.parameters import NODE_NAME, Parameters, Transport
 
@@ -81,8 +82,16 @@ def params_file(given):
     for path in (Path(given), CONFIG / given):
         if path.is_file():
             return path.resolve()
-    names = ', '.join(sorted(path.name for path in CONFIG.glob('*.yaml')))
+    names = ', '.join(sorted(path.name for path in CONFIG.glob('*.yaml') if is_for_node(path)))
     raise RuntimeError(f'params_file {given!r} does not exist; in config/ there are {names}')
+
+
+def is_for_node(path):
+    """Return whether a parameter file has anything for the node."""
+    try:
+        return bool(values_for(path, f'/{NODE_NAME}'))
+    except ParameterError:
+        return False
 
 
 def own_parameters(given):

@@ -14,7 +14,7 @@ try:
 except ImportError:
     pass
 else:
-    # A machine that has other things to do is no failure.
+    # A slow machine must not make a test fail.
     settings.register_profile(
         'patient', deadline=None, suppress_health_check=[HealthCheck.too_slow])
     settings.load_profile('patient')
@@ -37,9 +37,9 @@ def pytest_configure(config):
 @pytest.fixture(scope='session')
 def kitti_root() -> Path:
     """
-    Return the folder with the KITTI clips; skip the test where there is none.
+    Return the folder with the KITTI clips; skip the test if there is none.
 
-    It is named by PHASE_TRAJ_KITTI, and stands in ../shared/kitti beside the project otherwise.
+    It is given by PHASE_TRAJ_KITTI; the default is ../shared/kitti beside the project.
     """
     beside = Path(__file__).resolve().parents[2] / 'shared' / 'kitti'
     root = Path(os.environ.get('PHASE_TRAJ_KITTI', beside))

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""All tests are collected, on a ROS installation, too."""
+"""All tests are collected, also on a ROS installation."""
 
 import ast
 from pathlib import Path
@@ -14,7 +14,7 @@ SKIPS = {'importorskip', 'skip', 'xfail', 'exit', 'fail'}
 
 
 def run_on_import(node):
-    """Yield the parts of a module that run when it is imported."""
+    """Yield the parts of a module that run on import."""
     for child in ast.iter_child_nodes(node):
         if not isinstance(child, (ast.FunctionDef, ast.AsyncFunctionDef, ast.Lambda)):
             yield child
@@ -25,7 +25,7 @@ def run_on_import(node):
 
 
 def skips(source):
-    """Return the calls by which a module that is imported would skip itself."""
+    """Return the calls by which a module would skip itself on import."""
     return [
         ast.unparse(node.func) for node in run_on_import(ast.parse(source))
         if isinstance(node, ast.Call) and ast.unparse(node.func).split('.')[-1] in SKIPS

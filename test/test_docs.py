@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What the docs point to is there."""
+"""Links of the docs, and tables generated from the code."""
 
 from pathlib import Path
 import re

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What the package says about itself in several places is the same in all of them."""
+"""The metadata of the package is the same in all places."""
 
 import importlib
 from pathlib import Path
@@ -23,7 +23,7 @@ CODE = sorted(
 
 
 def run_setup(monkeypatch, *, for_pip):
-    """Return what setup.py passes to setuptools, built for pip or run by itself."""
+    """Return the arguments of setup.py to setuptools, for pip or when run directly."""
     setuptools = pytest.importorskip('setuptools')
     calls = []
     monkeypatch.chdir(ROOT)
@@ -39,7 +39,7 @@ def run_setup(monkeypatch, *, for_pip):
 
 @pytest.fixture
 def setup_arguments(monkeypatch):
-    """Return what setup.py passes to setuptools when pip builds the package."""
+    """Return the arguments of setup.py to setuptools when pip builds the package."""
     return run_setup(monkeypatch, for_pip=True)
 
 
@@ -51,7 +51,7 @@ def manifest():
 
 @pytest.fixture
 def citation():
-    """Return what CITATION.cff says."""
+    """Return the content of CITATION.cff."""
     return pytest.importorskip('yaml').safe_load((ROOT / 'CITATION.cff').read_text())
 
 
@@ -142,7 +142,7 @@ def test_all_programs_are_installed(setup_arguments):
 
 
 def test_colcon_finds_that_the_tests_are_for_pytest(setup_arguments, manifest):
-    # It looks for this very name among the requirements of this very extra.
+    # It looks for this name among the requirements of this extra.
     names = [re.split('[ <>=!]', each)[0] for each in setup_arguments['extras_require']['test']]
 
     assert 'pytest' in names
@@ -177,7 +177,7 @@ def test_pip_installs_what_the_program_imports(setup_arguments):
 
 
 def test_colcon_and_bloom_require_nothing_that_rosdep_names_otherwise(monkeypatch):
-    # pkg_resources would refuse to start the programs where a requirement has another name.
+    # pkg_resources would refuse to start the programs if a requirement had another name.
     arguments = run_setup(monkeypatch, for_pip=False)
 
     assert arguments['install_requires'] == ['setuptools']
@@ -205,6 +205,6 @@ def test_what_tests_ask_for_is_installed_and_pinned(setup_arguments):
 
 @pytest.mark.parametrize('path', CODE, ids=lambda path: str(path.relative_to(ROOT)))
 def test_file_starts_with_the_licence(path):
-    # A linter's note may stand behind the first line.
+    # A linter's note may follow the first line.
     text = re.sub(r'\A(.*?)  # noqa: .*', r'\1', path.read_text())
     assert text.startswith(HEADER)

@@ -1,7 +1,7 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
 """
-Who may import whom: the order of the package's rooms, written here and nowhere else.
+The order of the package's rooms, which decides who may import whom; it is defined here only.
 
 Every import counts, also those inside functions and those under TYPE_CHECKING.
 """
@@ -99,7 +99,7 @@ def upward(modules, floors):
 
 
 def homeless(modules, floors):
-    """Return what lies in an ordered folder and has no place in its order."""
+    """Return the modules in an ordered folder that have no place in its order."""
     found = []
     for name in filter(None, modules.files):
         folder, _, part = name.rpartition('.')
@@ -111,7 +111,7 @@ def homeless(modules, floors):
 
 
 def circular(modules):
-    """Return the modules that import themselves by way of others."""
+    """Return the modules that import themselves through others."""
     return [name for name in modules.files if name in _reached(modules.imports, name)]
 
 
@@ -224,7 +224,7 @@ def test_the_readme_shows_the_rooms(modules):
 
 
 def test_errors_below_the_command_line_do_not_name_its_options(modules):
-    # Who calls from Python has no --topic to leave out.
+    # A caller from Python has no option --topic.
     options = {
         node.value for name, tree in modules.trees.items() if name.startswith('cli.')
         for node in _texts(tree) if re.fullmatch(r'--[a-z-]+', node.value)}

@@ -1,11 +1,11 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
 """
-Build the sdist and the wheel into out/dist, and install them as users do, each into nothing.
+Build the sdist and the wheel into out/dist, and install them as users do, in empty environments.
 
-What is installed with pip (from the checkout, the wheel and the sdist), uv and pipx has to turn
-pictures into the right codes, and to say in one line what the demo lacks. With the extra ``ros``
-the demo has to run. To be run by an environment with the extra ``dist``, in a shell without ROS.
+The packages installed with pip (from the checkout, the wheel and the sdist), uv and pipx have to
+convert images to the right codes, and report in one line what the demo lacks. With the extra
+``ros`` the demo has to run. Needs an environment with the extra ``dist``, in a shell without ROS.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from check_install import check_share, CheckError, NOT_SOURCE, PACKAGE, ROOT, sa
 
 DIST = ROOT / 'out' / 'dist'
 CONSTRAINTS = ROOT / 'tools' / 'constraints.txt'
-# Draws eight pictures into a folder: the camera turns left, then right.
+# Writes eight images into a folder: the camera turns left, then right.
 DRAW = """
 import sys
 import cv2
@@ -36,7 +36,7 @@ RESULTS = {'chain_code.json', 'report.html', 'shifts.csv', 'trajectory.png', 'tr
 
 
 def run(*command: object, environment: dict[str, str] | None = None) -> None:
-    """Run a command that has to succeed."""
+    """Run a command; it has to succeed."""
     done = subprocess.run(
         [str(each) for each in command], env=environment or clean_environment(),
         stdin=subprocess.DEVNULL, check=False)
@@ -45,10 +45,10 @@ def run(*command: object, environment: dict[str, str] | None = None) -> None:
 
 
 def clean_environment(**more: str) -> dict[str, str]:
-    """Return the environment without what would let an installed package find another one."""
+    """Return the environment without variables that lead an installed package to another one."""
     left_out = {'PYTHONPATH', 'VIRTUAL_ENV', '_ROS_WHEELS_BOOTSTRAP_COMPLETE'}
     kept = {name: value for name, value in os.environ.items() if name not in left_out}
-    # To compile all of five environments would take longer than to install them.
+    # Compiling five environments would take longer than installing them.
     return {**kept, 'PIP_DISABLE_PIP_VERSION_CHECK': '1', 'PIP_NO_COMPILE': '1', **more}
 
 
@@ -67,7 +67,7 @@ def build(source: Path) -> tuple[Path, Path]:
 
 
 def check_replay(program: Path, python: Path, folder: Path) -> None:
-    """Fail unless the installed program codes pictures, in a folder that is not the source's."""
+    """Check that the installed program codes images, in a folder outside the source."""
     pictures, results = folder / 'pictures', folder / 'results'
     pictures.mkdir(parents=True)
     run(python, '-c', DRAW, pictures)
@@ -85,7 +85,7 @@ def check_replay(program: Path, python: Path, folder: Path) -> None:
 
 
 def check_demo_is_refused(program: Path, folder: Path) -> None:
-    """Fail unless one line says what the demo needs."""
+    """Check that one line says what the demo needs."""
     done = subprocess.run(
         [program, 'demo'], cwd=folder, env=clean_environment(), stdin=subprocess.DEVNULL,
         capture_output=True, check=False, text=True)
@@ -96,7 +96,7 @@ def check_demo_is_refused(program: Path, folder: Path) -> None:
 
 
 def check_pip(what: object, name: str, workspace: Path) -> Path:
-    """Install with pip into a new environment, look at it, use it; return the environment."""
+    """Install with pip into a new environment, check and use it; return the environment."""
     say(f'pip install: {name}')
     venv = workspace / name
     run(sys.executable, '-m', 'venv', venv)
@@ -110,7 +110,7 @@ def check_pip(what: object, name: str, workspace: Path) -> Path:
 
 
 def check_node(wheel: Path, venv: Path, workspace: Path) -> None:
-    """Add the extra ``ros`` to the environment, and run the demo."""
+    """Install the extra ``ros`` into the environment, and run the demo."""
     say('the extra ros')
     run(venv / 'bin' / 'python', '-m', 'pip', '-qq', '--no-input', 'install',
         '--constraint', CONSTRAINTS, f'{wheel}[ros]')
@@ -158,7 +158,7 @@ def main() -> int:
         except CheckError as error:
             print(f'error: {error}', file=sys.stderr)
             return 1
-    say(f'all is well; {sdist.name} and {wheel.name} are in {DIST.relative_to(ROOT)}')
+    say(f'all checks passed; {sdist.name} and {wheel.name} are in {DIST.relative_to(ROOT)}')
     return 0
 
 

@@ -1,11 +1,11 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
 """
-Install the package with colcon, as users of a ROS do, and check what was installed.
+Install the package with colcon, as ROS users do, and check the installation.
 
-Works on a copy in a new, temporary workspace. The colcon installation is tested too, without the
-integration tests, which `make test` runs. To be run by an environment that has colcon and
-everything the package needs, but not the package.
+Works on a copy in a new, temporary workspace. The installation is tested as well, without the
+integration tests, which `make test` runs. Needs an environment with colcon and all dependencies
+of the package, but without the package.
 """
 
 from __future__ import annotations
@@ -27,21 +27,21 @@ NOT_SOURCE = shutil.ignore_patterns(
     '.git', '.venv*', '.hypothesis', '.*_cache', '__pycache__', '*.egg-info',
     'build', 'install', 'log', 'out')
 NODE_TIMEOUT_S = 60.0
-# What a ROS installation adds to pytest's collection.
+# Plugins that a ROS installation adds to pytest's collection.
 ROS_PLUGINS = ('launch_testing', 'launch_ros', 'launch_pytest')
 
 
 class CheckError(Exception):
-    """Something is not installed as it should be."""
+    """The installation is not as it should be."""
 
 
 def say(text: str) -> None:
-    """Print a line about what is going on."""
+    """Print a progress message."""
     print(f'-- {text}', flush=True)
 
 
 def colcon(*arguments: str, workspace: Path, environment: dict[str, str]) -> None:
-    """Run colcon, of this interpreter, in the workspace."""
+    """Run the colcon of this interpreter in the workspace."""
     program = 'import sys; from colcon_core.command import main; sys.exit(main())'
     done = subprocess.run(
         [sys.executable, '-c', program, *arguments],
@@ -51,7 +51,7 @@ def colcon(*arguments: str, workspace: Path, environment: dict[str, str]) -> Non
 
 
 def sourced(script: Path, environment: dict[str, str]) -> dict[str, str]:
-    """Return the environment that a shell has after sourcing the script."""
+    """Return the environment of a shell that has sourced the script."""
     done = subprocess.run(
         ['bash', '-c', '. "$0" >&2 && env -0', str(script)],
         env=environment, stdout=subprocess.PIPE, check=True)
@@ -60,26 +60,26 @@ def sourced(script: Path, environment: dict[str, str]) -> dict[str, str]:
 
 
 def require(*paths: Path) -> None:
-    """Fail unless all of these exist."""
+    """Check that all of these exist."""
     for path in paths:
         if not path.exists():
             raise CheckError(f'not installed: {path}')
 
 
 def check_share(prefix: Path, source: Path) -> None:
-    """Fail unless the data files are all there."""
+    """Check that all data files are installed."""
     share = prefix / 'share'
     require(share / 'ament_index' / 'resource_index' / 'packages' / PACKAGE)
     require(share / PACKAGE / 'package.xml')
     for folder in ('config', 'launch'):
         expected = [path.name for path in (source / folder).iterdir() if path.is_file()]
         if not expected:
-            raise CheckError(f'there is nothing in {folder}/')
+            raise CheckError(f'{folder}/ is empty')
         require(*(share / PACKAGE / folder / name for name in expected))
 
 
 def check_program(program: Path, environment: dict[str, str], folder: Path) -> None:
-    """Fail unless the command-line program runs, from a folder that is not the source's."""
+    """Check that the command-line program runs, from a folder outside the source."""
     require(program)
     done = subprocess.run(
         [str(program), '--version'], cwd=folder, env=environment, stdin=subprocess.DEVNULL,
@@ -89,7 +89,7 @@ def check_program(program: Path, environment: dict[str, str], folder: Path) -> N
 
 
 def check_node(program: Path, environment: dict[str, str], folder: Path) -> None:
-    """Fail unless the node appears in the graph, and ends with status 0 on SIGINT."""
+    """Check that the node appears in the graph, and ends with status 0 on SIGINT."""
     import rclpy  # only here: its import needs the environment of this process as it was started
 
     require(program)
@@ -119,7 +119,7 @@ def check_node(program: Path, environment: dict[str, str], folder: Path) -> None
 
 
 def check_colcon(workspace: Path, source: Path, environment: dict[str, str]) -> None:
-    """Build, look at the installation, run it, test it."""
+    """Build, check the installation, run it, test it."""
     say('colcon build')
     colcon('build', workspace=workspace, environment=environment)
     prefix = workspace / 'install' / PACKAGE
@@ -137,13 +137,13 @@ def check_colcon(workspace: Path, source: Path, environment: dict[str, str]) -> 
     colcon('test', '--event-handlers', 'console_direct+', '--pytest-args', ' -m',
            'not integration', workspace=workspace, environment=installed)
     results = workspace / 'build' / PACKAGE / 'pytest.xml'
-    require(results)  # without any, the next command would find nothing wrong
+    require(results)  # without any results, the next command would not find an error
     colcon('test-result', '--verbose', workspace=workspace, environment=installed)
     check_all_ran(results, source, installed)
 
 
 def check_requirements(prefix: Path) -> None:
-    """Fail if the package requires what rosdep has installed under another name."""
+    """Check that the package does not require what rosdep has installed under another name."""
     [metadata] = prefix.glob('lib/python*/site-packages/*.egg-info')
     required = [
         each for each in PathDistribution(metadata).requires or [] if 'extra ==' not in each]
@@ -152,7 +152,7 @@ def check_requirements(prefix: Path) -> None:
 
 
 def check_all_ran(results: Path, source: Path, environment: dict[str, str]) -> None:
-    """Fail if fewer tests ran than pytest finds by itself, without the plugins of ROS."""
+    """Check that as many tests ran as pytest finds without the plugins of ROS."""
     done = subprocess.run(
         [sys.executable, '-m', 'pytest', '--collect-only', '-q', '-m', 'not integration',
          *(argument for plugin in ROS_PLUGINS for argument in ('-p', f'no:{plugin}'))],
@@ -180,7 +180,7 @@ def main() -> int:
         except (CheckError, subprocess.CalledProcessError) as error:
             print(f'error: {error}', file=sys.stderr)
             return 1
-    say('all is well')
+    say('all checks passed')
     return 0
 
 

@@ -3,8 +3,8 @@
 """
 Write docs/reference/command-line.md from the parser of the program.
 
-The page is made of the parser's arguments, not of its help, whose layout is another one in each
-version of Python.
+The page is generated from the arguments of the parser, not from its help, whose layout differs
+between versions of Python.
 """
 
 from argparse import Action, ArgumentParser, SUPPRESS
@@ -50,13 +50,13 @@ def table(parser: ArgumentParser) -> str:
 
 
 def names(action: Action) -> str:
-    """Return how an argument is written, with its value."""
+    """Return the names of an argument, with its value."""
     value = action.metavar
     if value is None and action.choices:
         value = '{' + ','.join(action.choices) + '}'
     if not action.option_strings:
         return f'`{value}`' if action.nargs != '+' else f'`{value} [{value} ...]`'
-    # What takes no value has no room for one.
+    # An option without a value has no placeholder.
     shown = '' if action.nargs == 0 else f' {value}'
     return ', '.join(f'`{each}{shown}`' for each in action.option_strings)
 

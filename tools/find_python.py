@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Find a Python that can hold this package, or say why there is none and what to do."""
+"""Find a Python that suits this package, or explain why there is none and what to do."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import subprocess
 
 WHEEL_PYTHONS = ('3.12', '3.13', '3.11', '3.10')
 WHEEL_GLIBC = (2, 28)
-# The order in which interpreters are tried: the usual one first.
+# The order in which interpreters are tried: the default one first.
 CANDIDATES = ('python3', *(f'python{version}' for version in WHEEL_PYTHONS), '/usr/bin/python3')
 
 ROS_MODULES = (
@@ -21,7 +21,7 @@ ROS_MODULES = (
     'rcl_interfaces', 'rosgraph_msgs', 'sensor_msgs', 'std_msgs', 'std_srvs',
 )
 
-# Runs in every interpreter considered, however old.
+# Runs in every candidate, whatever its version.
 PROBE = r"""
 import json, platform, struct, sys, sysconfig
 
@@ -57,14 +57,14 @@ class SetupError(Exception):
 
 @dataclass(frozen=True)
 class Interpreter:
-    """A Python that runs, and what its probe found."""
+    """A working Python, and the results of its probe."""
 
     name: str
     facts: dict
 
     @property
     def path(self) -> str:
-        """Return the executable itself, not the shim or link it was found by."""
+        """Return the executable itself, not the shim or link that led to it."""
         return self.facts['executable']
 
     @property
@@ -74,7 +74,7 @@ class Interpreter:
 
     @property
     def minor_version(self) -> str:
-        """Return the version as in `python3.12`."""
+        """Return the version in the form of `python3.12`."""
         return '.'.join(map(str, self.facts['version'][:2]))
 
     def __str__(self) -> str:
@@ -82,10 +82,10 @@ class Interpreter:
 
 
 def child_environment() -> dict[str, str]:
-    """Return the environment for child processes, without what would misdirect them."""
+    """Return the environment for child processes, without variables that misdirect them."""
     environment = dict(os.environ)
-    # The ROS wheels of an activated environment mark their own set-up as done, which would
-    # keep those of the new one from doing theirs. The other two would install elsewhere.
+    # The ROS wheels of an activated environment mark their set-up as done, which would keep those
+    # of the new one from doing theirs. The other two variables install elsewhere.
     for name in ('_ROS_WHEELS_BOOTSTRAP_COMPLETE', 'PIP_USER', 'PIP_TARGET'):
         environment.pop(name, None)
     environment['PIP_DISABLE_PIP_VERSION_CHECK'] = '1'
@@ -101,7 +101,7 @@ def probe(name: str, modules: tuple[str, ...] = ()) -> Interpreter | None:
         done = subprocess.run(
             [path, '-c', PROBE, *modules], env=child_environment(), stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, timeout=60, check=True)
-        # Some installations print greetings first.
+        # Some installations print other text first.
         return Interpreter(name, json.loads(done.stdout.decode().splitlines()[-1]))
     except (OSError, subprocess.SubprocessError, ValueError, IndexError):
         return None
@@ -111,7 +111,7 @@ def behind_shims(version: str) -> list[str]:
     """
     Return the interpreters of that version (such as 3.12) that pyenv has, but has not enabled.
 
-    pyenv puts a `python3.12` on PATH for every version it has; those which are not enabled fail.
+    pyenv puts a `python3.12` on PATH for every version it has. Those not enabled fail.
     """
     shim = shutil.which(f'python{version}')
     if shim is None or Path(shim).parent.name != 'shims':
@@ -149,12 +149,12 @@ def find_for_wheels(asked: str, version: str | None) -> Interpreter:
     """
     Return an interpreter for the ROS wheels.
 
-    asked: the name or path of the interpreter to use, or '' for the first that suits.
-    version: the only one that will do, such as '3.12'.
+    asked: the name or path of the interpreter to use, or '' for the first suitable one.
+    version: the only suitable version, such as '3.12'.
     """
     if os.environ.get('ROS_DISTRO'):
         raise SetupError(
-            f'ROS wheels are wanted here, and ROS {os.environ["ROS_DISTRO"]} is sourced.\n'
+            f'ROS wheels were requested, but ROS {os.environ["ROS_DISTRO"]} is sourced.\n'
             'What to do: run this again in a shell where no ROS is sourced.')
     if asked:
         names = [asked]
@@ -177,16 +177,16 @@ def find_for_wheels(asked: str, version: str | None) -> Interpreter:
 
     raise SetupError('\n'.join([
         f'no suitable Python found: CPython {version or "3.10 to 3.13"} with its venv module is '
-        'needed,\non Linux, x86_64, glibc 2.28 or newer.',
+        'required,\non Linux, x86_64, glibc 2.28 or newer.',
         *(f'  {refusal}' for refusal in dict.fromkeys(refusals)),
-        f'What to do: install one, or name the one to use (make PYTHON=/path/to/'
+        f'What to do: install one, or give the one to use (make PYTHON=/path/to/'
         f'python{version or "3.12"} ...);',
         'or source the setup file of a ROS 2 Jazzy installation (https://docs.ros.org/en/jazzy),\n'
         'which is then used instead; or work in its container image, ros:jazzy.']))
 
 
 def find_of_ros(asked: str) -> Interpreter:
-    """Return the interpreter of the ROS that is sourced."""
+    """Return the interpreter of the sourced ROS."""
     distro = os.environ['ROS_DISTRO']
     lacking = []
     for name in [asked] if asked else ['python3', '/usr/bin/python3']:

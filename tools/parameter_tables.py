@@ -1,9 +1,9 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
 """
-Print the tables of docs/reference/parameters.md, as the parameters are declared.
+Print the tables of docs/reference/parameters.md from the declarations of the parameters.
 
-Run it with the Python of ``.venv``, and put what it prints into the page: a test compares them.
+Run it with the Python of ``.venv``, and copy its output into the page: a test compares them.
 """
 
 from phase_traj_ros.parameter_spec import Group, Spec

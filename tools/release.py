@@ -3,9 +3,9 @@
 """
 Set the version, or check that a tree can be released.
 
-The version is that of package.xml. ROS's tools need a copy in setup.py, Python one in the package
-and citations one in CITATION.cff: --set-version writes all of them and dates the changelog.
-Without options everything that a release needs is checked: no changes, the tag, one version, the
+The version is that of package.xml. ROS tools need a copy in setup.py, Python in the package, and
+citations in CITATION.cff: --set-version writes all of them and dates the changelog. Without
+options, all requirements of a release are checked: no changes, the tag, one version, the
 changelog, and the manifest and changelog as bloom reads them. The check needs catkin_pkg.
 """
 
@@ -21,7 +21,7 @@ import sys
 
 ROOT = Path(__file__).resolve().parent.parent
 FORTHCOMING = 'Forthcoming'
-# A version with what stands around it.
+# The version with its context.
 COPIES = {
     'package.xml': r'(<version>)([^<]*)(</version>)',
     'setup.py': r"(^    version=')([^']*)(',$)",
@@ -45,27 +45,27 @@ class Tree:
         return (self.root / name).read_text(encoding='utf-8')
 
     def substitute(self, name: str, pattern: str, replacement: str) -> None:
-        """Replace the one place that the pattern fits."""
+        """Replace the only match of the pattern."""
         text, count = re.subn(pattern, replacement, self.read(name), flags=re.MULTILINE)
         if count != 1:
             raise ReleaseError(f'{name} has {count} places that look like {pattern}, not one')
         (self.root / name).write_text(text, encoding='utf-8')
 
     def git(self, *arguments: str) -> list[str]:
-        """Return the lines that a command of git prints."""
+        """Return the lines printed by a git command."""
         done = subprocess.run(
             ['git', *arguments], cwd=self.root, check=True, stdout=subprocess.PIPE)
         return done.stdout.decode().splitlines()
 
     def versions(self) -> dict[str, str]:
-        """Return the version that each file holds."""
+        """Return the version in each file."""
         found = {
             name: re.search(pattern, self.read(name), re.MULTILINE)
             for name, pattern in COPIES.items()}
         return {name: match[2] if match else '(none)' for name, match in found.items()}
 
     def sections(self) -> dict[str, str]:
-        """Return the changelog's text by the titles of its sections."""
+        """Return the text of the changelog's sections by title."""
         parts = re.split(r'^(\S.*)\n-+\n', self.read('CHANGELOG.rst'), flags=re.MULTILINE)[1:]
         return dict(zip(parts[::2], parts[1::2]))
 
@@ -99,7 +99,7 @@ def check(tree: Tree) -> str:
     Raises
     ------
     ReleaseError
-        Something is not ready; the message names all that is found.
+        The tree is not ready; the message lists all reasons.
 
     """
     wrong = []
@@ -124,7 +124,7 @@ def check(tree: Tree) -> str:
 
 
 def needs_of_bloom(root: Path, version: str) -> list[str]:
-    """Return what bloom would refuse or leave out, by the library that it uses itself."""
+    """Return what bloom would refuse or omit, according to the library that it uses."""
     from catkin_pkg.changelog import get_changelog_from_path
     from catkin_pkg.package import InvalidPackage, parse_package
 
@@ -136,7 +136,7 @@ def needs_of_bloom(root: Path, version: str) -> list[str]:
     wrong += [f'package.xml: {each}' for each in warnings]
     for license_ in package.licenses:
         if license_.file and not (root / license_.file).is_file():
-            wrong.append(f'package.xml names the licence {license_.file}, which is not there')
+            wrong.append(f'package.xml names the licence {license_.file}, which does not exist')
     try:
         changelog = get_changelog_from_path(str(root), package.name)
         changelog.get_content_of_version(version)

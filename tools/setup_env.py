@@ -1,14 +1,14 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
 """
-Make a virtual environment that holds this package, editable, and what it needs; once.
+Make a virtual environment with this package, editable, and its dependencies, if necessary.
 
-It knows two kinds of machine. Where a ROS 2 is sourced whose Python has rclpy, that ROS is used
-together with its own numpy and OpenCV, and only what is missing is added. Everywhere else ROS
-comes as wheels, which exist for CPython 3.10 to 3.13 on Linux, x86_64, glibc 2.28 or newer.
+There are two cases. If a ROS 2 is sourced whose Python has rclpy, that ROS is used with its own
+numpy and OpenCV, and only what is missing is added. Otherwise ROS comes as wheels, which exist for
+CPython 3.10 to 3.13 on Linux, x86_64, glibc 2.28 or newer.
 
-Any Python from 3.8 on can run this script: it looks for a suitable one, and says what to do
-where there is none. A failed or interrupted attempt leaves no new environment behind.
+Any Python from 3.8 on can run this script: it searches for a suitable one, and says what to do if
+there is none. A failed or interrupted run leaves no new environment.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ STAMP = 'phase_traj_env.json'
 
 
 def pins_digest(constraints: str) -> str:
-    """Return a digest of everything that says what an extra consists of."""
+    """Return a digest of everything that defines the content of an extra."""
     digest = hashlib.sha256()
     for name in ('setup.py', 'setup.cfg', constraints):
         digest.update((ROOT / name).read_bytes())
@@ -50,14 +50,14 @@ def locked():
 
 
 class Environment:
-    """A virtual environment, and the stamp in it that says what was installed."""
+    """A virtual environment, and its stamp, which records what was installed."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
         self.python = path / 'bin' / 'python'
 
     def stamp(self) -> dict:
-        """Return what is installed; empty if the environment is absent or does not work."""
+        """Return what is installed; empty if the environment is absent or broken."""
         try:
             stamp = json.loads((self.path / STAMP).read_text())
             if stamp['path'] == str(self.path) and probe(str(self.python)) is not None:
@@ -67,27 +67,27 @@ class Environment:
         return {}
 
     def write_stamp(self, stamp: dict) -> None:
-        """Note what is installed."""
+        """Record what is installed."""
         (self.path / STAMP).write_text(json.dumps({**stamp, 'path': str(self.path)}, indent=2))
 
     def create(self, interpreter: Interpreter, *, system_site_packages: bool) -> None:
-        """Make the environment, empty but for pip, in place of any other one."""
+        """Make the environment with pip only, and replace any other one."""
         self.remove()
         options = ['--system-site-packages'] if system_site_packages else []
         self._run('venv', [interpreter.path, '-m', 'venv', *options, str(self.path)])
 
     def remove(self) -> None:
-        """Remove the environment, if it is there."""
+        """Remove the environment, if it exists."""
         shutil.rmtree(self.path, ignore_errors=True)
 
     def pip(self, *arguments: str) -> None:
-        """Run the environment's pip; it prints errors only."""
+        """Run the environment's pip, which prints errors only."""
         self._run(
             f'pip {arguments[0]}',
             [str(self.python), '-m', 'pip', '-qq', '--no-input', *arguments])
 
     def output(self, program: str, *arguments: str) -> str:
-        """Return what a program in Python prints, run in the environment."""
+        """Return the output of a Python program run in the environment."""
         done = subprocess.run(
             [str(self.python), '-c', program, *arguments], env=child_environment(),
             stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, check=True)
@@ -100,11 +100,11 @@ class Environment:
         if done.returncode:
             raise SetupError(
                 f'{name} failed; its message is above.\n'
-                'What to do: see to that (mostly it is the network or the disk), and run this '
+                'What to do: fix that (mostly it is the network or the disk), and run this '
                 'again.')
 
 
-# Runs in an environment that holds the package without what it requires, and prints that.
+# Runs in an environment that holds the package without its dependencies, and prints these.
 REQUIRED = """
 import importlib.metadata, importlib.util, json, sys
 from pip._vendor.packaging.requirements import Requirement
@@ -114,7 +114,7 @@ wanted = []
 for each in map(Requirement, importlib.metadata.requires(package) or []):
     if each.marker and not any(each.marker.evaluate({'extra': one}) for one in ['', *extras]):
         continue
-    # OpenCV's own module, whichever distribution it has come with.
+    # OpenCV's module, from any distribution.
     if each.name.startswith('opencv-') and importlib.util.find_spec('cv2'):
         continue
     parts = f'[{",".join(sorted(each.extras))}]' if each.extras else ''
@@ -125,10 +125,10 @@ print(json.dumps(wanted))
 
 def install_beside_ros(environment: Environment, extras: set[str]) -> None:
     """
-    Install the package, editable, and what the ROS does not have of what it requires.
+    Install the package, editable, and its dependencies that the ROS does not have.
 
-    No second numpy or OpenCV may be put over those ROS was built with. So the package itself goes
-    in without dependencies; those that are missing follow, but never an OpenCV where there is one.
+    No second numpy or OpenCV may replace those ROS was built with. So the package is installed
+    without dependencies. Missing ones follow, but no OpenCV if there is one.
     """
     environment.pip('install', '--use-pep517', '--no-deps', '--editable', '.')
     numpy = environment.output('import numpy; print(numpy.__version__)')
@@ -154,14 +154,14 @@ def install(
 
 
 def set_up(options: argparse.Namespace) -> None:
-    """Bring the environment into the state asked for, if it is not in it."""
+    """Bring the environment into the requested state, if it is not in it."""
     environment = Environment(ROOT / options.venv)
     old = environment.stamp()
     of_ros = bool(os.environ.get('ROS_DISTRO')) and not options.wheels
     kind = f'sourced ROS {os.environ["ROS_DISTRO"]}' if of_ros else 'ROS wheels'
 
     if old.get('kind') == kind and not options.interpreter:
-        interpreter = None  # whichever it was made with
+        interpreter = None  # the one it was made with
     else:
         interpreter = (
             find_of_ros(options.interpreter) if of_ros
@@ -203,17 +203,17 @@ def main() -> int:
     parser.add_argument('venv', help='folder of the environment, relative to the repository')
     parser.add_argument('--extras', required=True, help='extras of setup.py, joined by commas')
     parser.add_argument('--interpreter', default='', help='the Python to use, a name or a path')
-    parser.add_argument('--python-version', help='the only version of Python that will do')
+    parser.add_argument('--python-version', help='the only suitable version of Python')
     parser.add_argument('--constraints', default='tools/constraints.txt', help='the pins')
     parser.add_argument(
-        '--wheels', action='store_true', help='ROS from wheels, although a ROS may be sourced')
+        '--wheels', action='store_true', help='ROS from wheels, even if a ROS is sourced')
     parser.add_argument(
-        '--without-package', action='store_true', help='install only what the package needs')
+        '--without-package', action='store_true', help='install only the dependencies')
     parser.add_argument(
-        '--find', action='store_true', help='only tell whether there is a suitable Python')
+        '--find', action='store_true', help='only report whether there is a suitable Python')
     options = parser.parse_args()
 
-    # So that a termination cleans up as an interrupt does.
+    # So that a termination cleans up like an interrupt.
     signal.signal(signal.SIGTERM, lambda number, _: sys.exit(128 + number))
     try:
         if options.find:

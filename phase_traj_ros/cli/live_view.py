@@ -78,7 +78,7 @@ class LiveView(Watcher):
         self._stream.flush()
 
     def over(self, frames: Iterable[StampedFrame], doing: str) -> Iterator[StampedFrame]:
-        """Yield the frames of a pass, named by what it is ``doing``; show how far it is."""
+        """Yield the frames of a pass, named ``doing``, and show the progress."""
         self._began = self._clock()
         self._doing = f', {doing}' if doing else ''
         if doing and not self._terminal:
@@ -86,7 +86,7 @@ class LiveView(Watcher):
             self._stream.flush()
         for number, frame in enumerate(frames, 1):
             yield frame
-            # A pass that only learns the camera adds nothing else to show.
+            # A pass that only learns the camera has no other results to show.
             if self._terminal and self._newest is None and self._clock() >= self._due:
                 self._show([self._progress(number)])
 

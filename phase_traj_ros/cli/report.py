@@ -28,7 +28,7 @@ def print_turns(turns: Sequence[Turn]) -> None:
 
 
 def print_way(way: Way, links: LinkCode | None, *, unit: LengthUnit) -> None:
-    """Print how far it was, how that was found, and the equal links; nothing without them."""
+    """Print the distance, how it was measured, and the equal links; nothing without a distance."""
     if way.pairs:
         states = ', '.join(
             f'{count} {state.value}' for state, count in way.states.items() if count)

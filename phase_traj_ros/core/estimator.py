@@ -411,7 +411,7 @@ class TrajectoryEstimator:
         if travel is None:
             return ()
         self.way.add(travel, interval)
-        if self._links is None or heading is None:
+        if self._links is None or heading is None or not travel.known:
             return ()
         return self._links.add(travel.distance, heading.heading, heading.yaw)
 

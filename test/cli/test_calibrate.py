@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The camera from drives, and codes with nothing known of it."""
+"""The camera learned from drives, and codes with an unknown camera."""
 
 from dataclasses import replace
 import json
@@ -45,14 +45,15 @@ def bag(tmp_path_factory):
 
 
 def found(text):
-    """Return the parameters that were printed."""
+    """Return the printed parameters."""
     return {name: float(value) for name, value in re.findall(r'parameter: (\w+): (\S+)', text)}
 
 
 @pytest.mark.parametrize(('drives', 'words'), [
-    (['six'], 'learned from'), (['one'], 'learned from 1 part of a turn;'), (['one', 'six'], 'together: '),
+    (['six'], 'learned from'), (['one'], 'learned from 1 part of a turn;'),
+    (['one', 'six'], 'together: '),
     (['none', 'one'], 'none: the camera cannot be learned')])
-def test_the_turns_tell_the_camera(bag, capsys, drives, words):
+def test_the_camera_is_learned_from_the_turns(bag, capsys, drives, words):
     assert main(['calibrate', *(str(bag / name) for name in drives)]) == 0
     text = capsys.readouterr().out
     assert words in text
@@ -61,7 +62,7 @@ def test_the_turns_tell_the_camera(bag, capsys, drives, words):
     assert told['lens_straightness'] == pytest.approx(1.0, abs=0.15)
     assert told['lens_offset'] == pytest.approx(0.0, abs=0.03)
     assert abs(told['camera_pitch_deg']) < 3 and abs(told['camera_roll_deg']) < 3
-    least, most = map(float, re.findall(r'90 % sure of ([\d.]+) to ([\d.]+)', text)[-1])
+    least, most = map(float, re.findall(r'90 % interval: ([\d.]+) to ([\d.]+)', text)[-1])
     assert least < 160 / math.tan(math.radians(HFOV / 2)) < most < 1.5 * least
 
 
@@ -72,7 +73,7 @@ def test_without_a_turn_nothing_is_written(bag, tmp_path, capsys):
     assert not path.exists()
 
 
-def test_recordings_of_other_cameras_do_not_go_together(bag, tmp_path, capsys):
+def test_recordings_of_different_cameras_are_refused(bag, tmp_path, capsys):
     drive = plan_drive(
         'tall', PLAN[:3], rate_hz=10.0, speed=8.0,
         camera=Camera.with_field_of_view(240, 240, 80.0), seed=5)
@@ -99,7 +100,7 @@ def test_the_file_goes_to_replay(bag, tmp_path, capsys):
 
 @pytest.fixture(scope='module')
 def tilted(tmp_path_factory):
-    """Return a folder of pictures of a camera that looks down and whose middle is to the left."""
+    """Return a folder of pictures; the camera is pitched down, its centre is to the left."""
     drive = plan_drive(
         'tilted', PLAN[:4], rate_hz=10.0, speed=8.0,
         camera=Camera.with_field_of_view(360, 160, HFOV), seed=5)
@@ -123,7 +124,7 @@ def test_tilt_and_middle_and_the_way_up(tilted, tmp_path, capsys, name, options)
     parameters = read_parameters(path)
     assert parameters.rotate_180 == (name == 'turned')
     assert parameters.camera_pitch_deg == pytest.approx(PITCH, abs=2.0)
-    # Of 320 columns, the middle of the lens is 20 to the left of that of the picture.
+    # Of 320 columns, the centre of the lens is 20 to the left of that of the image.
     assert parameters.lens_offset == pytest.approx(-20 / 320, abs=0.03)
     assert parameters.estimator_settings().lens.focal_for(320) == pytest.approx(focal, rel=0.1)
     out = tmp_path / 'out'
@@ -156,7 +157,7 @@ def test_a_file_says_what_the_drive_has_told(tmp_path, changes):
 def test_a_lens_too_wide_for_an_angle_keeps_its_focal_length():
     assert 'hfov_deg' not in camera_values(estimate(focal_px=55.0, straightness=0.0))
     assert 'focal_px' not in camera_values(estimate())
-    # What is out of the range of a parameter ends at it.
+    # Values are clamped to the range of the parameter.
     values = camera_values(estimate(pitch_deg=80.0, column_px=200.0))
     assert (values['camera_pitch_deg'], values['lens_offset']) == (60.0, 0.5)
     Parameters(**values)
@@ -184,7 +185,7 @@ def test_the_old_name_is_accepted_with_a_warning(tilted, capsys):
     assert capsys.readouterr().err == ''
 
 
-def test_codes_with_nothing_known_of_the_camera(bag, tmp_path):
+def test_codes_with_an_unknown_camera(bag, tmp_path):
     params = tmp_path / 'params.yaml'
     params.write_text('/**:\n  ros__parameters: {code_source: heading, estimate_fov: true}\n')
     out = tmp_path / 'out'
@@ -192,7 +193,7 @@ def test_codes_with_nothing_known_of_the_camera(bag, tmp_path):
     code = json.loads((out / 'chain_code.json').read_text())
     assert code['field_of_view']['hfov_deg'] == pytest.approx(HFOV, rel=0.05)
     assert code['field_of_view']['sureness'] > 0.9
-    # The turns before it is settled are told late, but told.
+    # Turns before the camera is learned are coded late, but they are coded.
     changes = [code for code in code['movement'] if code in (0, 2)]
     assert changes == [0, 2, 0, 0, 2, 0]
     # From the correction on, the heading is the true one.

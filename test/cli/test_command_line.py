@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The program as its user sees it: files, one-line errors, exit status."""
+"""The program from a user's point of view: files, one-line errors, exit status."""
 
 import csv
 from importlib.util import find_spec
@@ -44,7 +44,7 @@ def run(*arguments, cwd=None):
 
 
 def refused(*arguments):
-    """Run a call that has to be refused; return its only line."""
+    """Run a call that has to fail; return its only line of output."""
     result = run(*arguments)
     assert result.returncode == 2, result
     assert result.stderr.count('\n') == 1, result.stderr
@@ -106,7 +106,7 @@ def test_a_second_replay_replaces_the_results(folder, tmp_path):
     assert len(os.listdir(output)) == 5
 
 
-def test_threshold_wins_over_the_parameter_file(folder, tmp_path):
+def test_threshold_overrides_the_parameter_file(folder, tmp_path):
     params = tmp_path / 'params.yaml'
     params.write_text('/**:\n  ros__parameters:\n    threshold: 35.0\n')
     code = 'movement  (7): '
@@ -173,7 +173,7 @@ def test_the_help_of_replay_lists_what_a_user_and_a_vehicle_may_need():
 
 @pytest.mark.parametrize(
     ('option', 'value'), [('--rate', '0'), ('--rate', 'nan'), ('--wait', 'nan')])
-def test_play_refuses_times_that_cannot_be(folder, option, value):
+def test_play_refuses_invalid_times(folder, option, value):
     assert f'{option} is {float(value)}: give' in refused('play', folder, option, value)
 
 
@@ -198,7 +198,7 @@ def test_play_refuses_times_that_cannot_be(folder, option, value):
     (['{folder}', '--nonsense'], '--nonsense'),
     (['{folder}', '--threshold', 'many'], 'many'),
 ])
-def test_replay_says_in_one_line_what_is_wrong(folder, tmp_path, arguments, message):
+def test_replay_reports_errors_in_one_line(folder, tmp_path, arguments, message):
     empty = tmp_path / 'empty'
     empty.mkdir()
     file = tmp_path / 'foreign.mp4'
@@ -230,7 +230,7 @@ def test_a_broken_picture_leaves_older_results_alone(folder, tmp_path):
     assert len(os.listdir(output)) == 5
 
 
-def test_inspect_refuses_frames_that_do_not_fit(folder, tmp_path):
+def test_inspect_refuses_frames_that_do_not_match(folder, tmp_path):
     cv2.imwrite(str(tmp_path / 'small.png'), np.eye(50, dtype=np.uint8) * 200)
     message = refused('inspect', folder / '0.png', tmp_path / 'small.png')
     assert '160x96' in message and '50x50' in message

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The demo fails where the codes are not those of the drive."""
+"""The demo fails if the codes are not those of the drive."""
 
 import numpy as np
 from phase_traj_ros.cli.commands.demo import check_turns
@@ -15,7 +15,7 @@ TEXTURE = np.random.default_rng(0).integers(0, 256, (64, 100), dtype=np.uint8)
 
 
 def driven(turns, count=201):
-    """Return a replay that turns for 20 frames from each of the frames given."""
+    """Return a replay that turns for 20 frames from each of the given frames."""
     shifts = np.zeros(count, int)
     for frame, dx in turns.items():
         shifts[frame:frame + 20] = dx
@@ -27,7 +27,7 @@ def driven(turns, count=201):
 
 @pytest.fixture(scope='module')
 def drive():
-    """Return the demo's drive and where its turns are in full swing."""
+    """Return the demo's drive and frames in the middle of its turns."""
     drive = named_drive('demo')
     return drive, [(turn.start_frame + turn.end_frame) // 2 - 10 for turn in drive.turns]
 

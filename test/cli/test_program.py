@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The program's help by task, its examples, and the shell's completion."""
+"""The help grouped by task, its examples, and shell completion."""
 
 import re
 import shlex

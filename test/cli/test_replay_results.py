@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What replay shows and writes: bags, pictures, reports, and many sources at once."""
+"""The output of replay: bags, figures, reports, and many sources at once."""
 
 import csv
 import io
@@ -45,7 +45,7 @@ def run(*arguments):
 
 
 def refused(capsys, *arguments):
-    """Run a call that has to be refused; return its only line."""
+    """Run a call that has to fail; return its only line of output."""
     assert run(*arguments) == 2
     captured = capsys.readouterr()
     assert captured.out == '' and captured.err.count('\n') == 1
@@ -67,12 +67,12 @@ def test_everything_of_one_source(folder, tmp_path, capsys):
         'report.html', 'trajectory.svg', 'turns.svg', 'drive.mcap'}
     assert files_in(tmp_path / 'gif') == {'drive.gif'}
     assert f'written to {output / "drive.mcap"}' in capsys.readouterr().out
-    # Its debug images can be replayed in turn.
+    # Its debug images can be replayed themselves.
     with open_source(output / 'drive.mcap') as source:
         assert len(list(source)) == len(PLACES) - 1
 
 
-def test_results_that_are_not_wanted_again_do_not_stay(tmp_path):
+def test_obsolete_results_are_removed(tmp_path):
     output = tmp_path / 'out'
     turning, straight = pictures(tmp_path / 'a'), pictures(tmp_path / 'b', [0, 0, 0, 0])
     assert run('replay', turning, *PAPER, '--output', output, '--report', '--svg') == 0
@@ -104,7 +104,7 @@ def test_an_error_leaves_nothing_behind(folder, tmp_path, capsys):
     (['{folder}', '--output', '{out}', '--jobs', '0'], '--jobs is 0'),
     (['{folder}', '--output', '{folder}/0.png'], 'cannot write to'),
 ])
-def test_what_does_not_go_together(folder, tmp_path, capsys, arguments, message):
+def test_contradicting_options(folder, tmp_path, capsys, arguments, message):
     filled = [each.format(folder=folder, out=tmp_path / 'out') for each in arguments]
     assert message in refused(capsys, 'replay', folder, *filled)
     assert files_in(tmp_path) == {'drive'}
@@ -116,7 +116,7 @@ def test_several_sources_one_of_them_broken(tmp_path):
     broken = tmp_path / 'broken.mp4'
     broken.write_bytes(b'this is no video' * 100)
     output = tmp_path / 'out'
-    # From a shell: the processes import the program's main module, too.
+    # From a shell, because the processes import the main module of the program.
     result = subprocess.run(
         [sys.executable, '-m', 'phase_traj_ros.cli.main', 'replay', sources[0], broken,
          sources[1], '--jobs', '2', '--output', output, '--report', '--bag-out', 'codes.mcap',
@@ -153,7 +153,7 @@ def test_an_interruption_keeps_what_is_done(tmp_path, monkeypatch, capsys):
     assert 'interrupted' in capsys.readouterr().err
 
 
-def test_without_a_cluster_nothing_is_made(folder, tmp_path, capsys, monkeypatch):
+def test_without_a_cluster_nothing_is_created(folder, tmp_path, capsys, monkeypatch):
     monkeypatch.setitem(sys.modules, 'distributed', None)
     message = refused(
         capsys, 'replay', folder, '--output', tmp_path / 'out', '--dask', 'tcp://127.0.0.1:9')
@@ -193,7 +193,7 @@ class Screen(io.StringIO):
 
 def viewed(screen, monkeypatch, *, size=(80, 24), total=8, title='drive'):
     monkeypatch.setattr('shutil.get_terminal_size', lambda: os.terminal_size(size))
-    # Time goes on by 60 ms at each look: every second frame is due.
+    # The clock advances by 60 ms at each reading: every second frame is due.
     times = iter(range(10**6))
     rng = np.random.default_rng(1)
     texture = cv2.GaussianBlur(rng.integers(0, 256, (96, 160), dtype=np.uint8), (0, 0), 1.5)
@@ -247,7 +247,7 @@ def test_elsewhere_a_pass_that_codes_nothing_is_one_line():
     assert passed(Screen(terminal=False)) == 'drive, learning\n'
 
 
-def test_elsewhere_the_live_view_is_a_line_per_turn(monkeypatch):
+def test_without_a_terminal_the_live_view_is_a_line_per_turn(monkeypatch):
     text = viewed(Screen(terminal=False), monkeypatch, title='\x1b[2Jname')
     assert '\x1b' not in text
     lines = text.splitlines()

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What phase_traj_ros.core hands out is enough to use it."""
+"""The public names of phase_traj_ros.core are sufficient to use it."""
 
 from dataclasses import fields, is_dataclass
 from typing import get_args, get_type_hints
@@ -18,7 +18,7 @@ def classes_in(annotation):
 
 
 def needed_for(kind, found):
-    """Collect the classes that a dataclass is made of, and those they are made of."""
+    """Collect the classes of a dataclass's fields, and those of their fields."""
     hints = get_type_hints(kind)
     for field in fields(kind):
         for each in classes_in(hints[field.name]):

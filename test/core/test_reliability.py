@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A result is relied upon where its pairs can be, and the reasons say why not."""
+"""A result is reliable if its pairs are; otherwise there are reasons."""
 
 import math
 
@@ -93,7 +93,7 @@ def drive():
 
 
 def followed(frames, interval=0.1):
-    """Return the verdict on frames that are followed as the estimator does."""
+    """Return the verdict on frames processed like in the estimator."""
     meter = YawMeter(CylinderProjection(CameraModel.pinhole((240, 320), FOCAL)))
     tracker, cuts, areas = HeadingTracker(), CutDetector(), FixedAreas()
     monitor = ReliabilityMonitor()
@@ -137,7 +137,7 @@ def test_a_night_without_light_and_a_lens_full_of_drops_do_not(drive, spoil, rea
 
 @pytest.mark.parametrize('shaking', [2.0, 5.0])
 def test_a_hand_held_camera_in_a_crowd_does_not(drive, shaking):
-    """About fifteen people walk across at 2 Hz, each its own way, and the hand shakes."""
+    """About fifteen people walk across at 2 Hz, each in another direction; the hand shakes."""
     rng = np.random.default_rng(6)
     coats = [np.clip(128 + 4 * (cv2.GaussianBlur(
         rng.integers(0, 255, (160, 50)).astype(np.uint8), (0, 0), 2) - 128.0), 0, 255)

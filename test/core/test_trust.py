@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Codes from turns leave out what is fixed, start anew at cuts, and say when they are in doubt."""
+"""Codes from turns mask fixed areas, restart at cuts, and report doubts."""
 
 from collections import Counter
 
@@ -42,7 +42,7 @@ def other():
 
 
 def followed(frames, *, source=CodeSource.AUTO, lens=KNOWN, period_ns=TENTH, **settings):
-    """Return the estimator after the frames, what each pair added, and the angles of all turns."""
+    """Return the estimator after the frames, the result of each pair, and the angles of turns."""
     estimator = TrajectoryEstimator(EstimatorSettings(code_source=source, lens=lens, **settings))
     updates = [estimator.update(frame, n * period_ns) for n, frame in enumerate(frames)][1:]
     turns = [*estimator.turns, *estimator.heading.finish()] if estimator.heading else []
@@ -86,7 +86,7 @@ def test_where_only_drops_agree_there_is_no_measurement(drive):
     estimator, updates, _ = followed(frames)
     assert statuses(updates)[PairStatus.NO_MEASUREMENT] > 0.6 * len(updates)
     assert estimator.reliability.words == ('view_blocked',)
-    # By the heading's codes, which stay as they were, nothing would show.
+    # The codes from the heading, which are unchanged, would not show it.
     _, updates, _ = followed(frames, source=CodeSource.HEADING)
     assert statuses(updates)[PairStatus.OK] > 0.8 * len(updates)
 
@@ -109,7 +109,7 @@ def test_a_film_in_scenes_is_one_drive_with_no_turn_at_the_cuts(drive, other):
     moved = [int(update.step.movement) for update in updates]
     assert [code for code in moved if code in (0, 2)] == [0, 2]
     headings = np.degrees([update.heading.heading for update in updates])
-    # What came before is kept, and the scenes add nothing where they meet.
+    # Earlier results are kept, and a cut between scenes adds nothing.
     assert headings[cuts[1] - 2] == pytest.approx(90.0, abs=8.0)
     assert abs(headings[cuts[1] + 1] - headings[cuts[1] - 2]) < 3.0
     assert estimator.reliability.reliable
@@ -190,7 +190,7 @@ def test_the_paper_s_rule_needs_no_camera(drive):
 
 
 def test_standing_is_asked_for_before_anything_is_doubted(drive):
-    """Part of the view is passing traffic: that is doubted only of a vehicle that drives."""
+    """Traffic in a part of the view is doubted only if the vehicle moves."""
     rng = np.random.default_rng(2)
     lorry = cv2.GaussianBlur(rng.integers(0, 255, (90, 700)).astype(np.uint8), (0, 0), 3)
 

@@ -3,6 +3,7 @@
 """What can go wrong with cameras and networks, injected over real DDS."""
 
 from array import array
+import csv
 import math
 from pathlib import Path
 
@@ -245,11 +246,13 @@ def test_saving_while_running(live, run, tmp_path):
     written = {path.name for path in folder.iterdir()}
     rows, = written - {'chain_code.json', 'trajectory.tum', 'trajectory.png'}
     # The rows are there while the node still runs, so a kill loses none of them.
-    head, *lines = [line.split(',') for line in (folder / rows).read_text().splitlines()]
-    assert tuple(head) == CSV_COLUMNS and len(lines) == 4
+    with (folder / rows).open(newline='') as file:
+        lines = list(csv.DictReader(file))
+    assert tuple(lines[0]) == CSV_COLUMNS and len(lines) == 4
     # With all that was measured: heading, yaw, and whether that was bridged.
-    assert {line[-1] for line in lines} <= {'0', '1'}
-    assert abs(sum(float(line[-2]) for line in lines) - float(lines[-1][-3])) < 0.001
+    assert {line['bridged'] for line in lines} <= {'0', '1'}
+    assert abs(sum(float(line['yaw_deg']) for line in lines)
+               - float(lines[-1]['heading_deg'])) < 0.001
     text = (folder / 'chain_code.json').read_text()
     assert '"movement_runs": [[1, 1], [0, 1], [1, 2]]' in text
     assert '"frames": 5' in text

@@ -115,7 +115,7 @@ def test_who_comes_late_gets_the_chain_code_and_the_path(live, topics, connected
     assert len(paths[0].poses) == 4
 
 
-def test_a_path_that_nobody_took_waits_for_who_comes(live):
+def test_who_comes_late_gets_a_path_that_nobody_took(live):
     process = live.start(*SHIFT)
     movement = live.listen(UInt8, 'phase_traj/movement')
     assert live.call(Trigger, 'phase_traj/reset', Trigger.Request()).success

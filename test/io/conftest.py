@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Pictures, messages and tiny bags for the tests of phase_traj_ros.io."""
+"""Images, messages and tiny bags for the tests of phase_traj_ros.io."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -23,7 +23,7 @@ def smooth_picture(height: int, width: int, seed: int) -> np.ndarray:
 
 @pytest.fixture
 def picture() -> Callable[..., np.ndarray]:
-    """Return the maker of smooth random colour pictures, (H, W, 3) uint8, BGR."""
+    """Return a function that makes smooth random colour images, (H, W, 3) uint8, BGR."""
     def make(height: int = 24, width: int = 32, seed: int = 0) -> np.ndarray:
         return smooth_picture(height, width, seed)
     return make

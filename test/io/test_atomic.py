@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Results are written whole or not at all."""
+"""Results are written completely or not at all."""
 
 from phase_traj_ros.errors import OutputError
 from phase_traj_ros.io.atomic import output_directory, output_file, writing_to
@@ -86,7 +86,7 @@ def test_two_programs_in_the_same_new_folder(tmp_path):
     assert [path.name for path in (tmp_path / 'out').iterdir()] == ['other.gif']
 
 
-def test_what_older_results_left_goes_with_the_new_ones_in_place(tmp_path):
+def test_obsolete_files_are_removed_with_the_new_results(tmp_path):
     for name in ('report', 'turns', 'mine'):
         (tmp_path / name).write_text('old')
 

@@ -1,7 +1,7 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
 """
-Random messages and damaged files: a clear error or frames, and nothing else.
+Random messages and damaged files give a clear error or frames, and nothing else.
 
 An exception of another kind, a crash, a hang or a huge allocation fails the test.
 """

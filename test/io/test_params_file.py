@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The node's parameter file, read without ROS."""
+"""The parameter file of the node, read without ROS."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -48,7 +48,7 @@ def test_a_threshold_asks_for_the_papers_rule(values, codes_from, drawn_from):
 
 @pytest.mark.parametrize(
     'node', ['/**', 'phase_traj', '/phase_traj', '/front/phase_traj', '/**/phase_traj'])
-def test_sections_that_are_meant(file, node):
+def test_matching_sections(file, node):
     path = file(f'{node}:\n  ros__parameters:\n    threshold: 20.0\n')
     assert read_parameters(path).threshold == 20.0
 
@@ -94,7 +94,7 @@ camera:
     ('/**:\n  ros__parameters: {max_path_poses: true}', 'give an integer'),
     ('/**:\n  ros__parameters: {frame_id: [a]}', 'string'),
 ])
-def test_what_is_wrong_is_said_in_one_line(file, text, message):
+def test_errors_are_reported_in_one_line(file, text, message):
     with pytest.raises(ParameterError, match=message) as caught:
         read_parameters(file(text))
     assert '\n' not in str(caught.value)
@@ -122,6 +122,6 @@ def test_assignments_are_those_of_ros(text, expected):
 
 
 @pytest.mark.parametrize('text', ['', 'a', 'a=1', ':=1', 'a:=[1', 'a:=2026-13-45'])
-def test_what_is_no_assignment(text):
+def test_invalid_assignments(text):
     with pytest.raises(ParameterError, match='NAME:=VALUE'):
         parse_assignment(text)

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A headless Chromium, steered over a pipe with its DevTools protocol: nothing to install."""
+"""A headless Chromium, controlled over a pipe by its DevTools protocol: nothing to install."""
 
 from contextlib import contextmanager
 import json
@@ -30,7 +30,7 @@ def find_browser():
 
 @contextmanager
 def opened_browser(profile):
-    """Start a browser with an empty profile; yield a Browser; end it."""
+    """Start a browser with an empty profile; yield a Browser; terminate it."""
     to_browser, our_write = os.pipe()
     our_read, from_browser = os.pipe()
     # The browser reads from file 3 and writes to file 4.
@@ -51,7 +51,7 @@ def opened_browser(profile):
 
 
 class Browser:
-    """Sends commands, and keeps the events that come in between."""
+    """Sends commands, and keeps the events received meanwhile."""
 
     def __init__(self, read, write):
         self._read = read
@@ -62,9 +62,9 @@ class Browser:
 
     def page(self, path, *, width=1200, height=2400, before=''):
         """
-        Open a file in a new tab; return a Page when it has loaded.
+        Open a file in a new tab; return a Page after it has loaded.
 
-        ``before`` is a script that runs ahead of those of the page.
+        ``before`` is a script that runs before those of the page.
         """
         target = self.call('Target.createTarget', url='about:blank')['targetId']
         session = self.call('Target.attachToTarget', targetId=target, flatten=True)['sessionId']
@@ -111,18 +111,18 @@ class Browser:
 
 
 class Page:
-    """A page that is open."""
+    """An open page."""
 
     def __init__(self, browser, session):
         self._browser = browser
         self._session = session
 
     def call(self, method, **params):
-        """Send a command that is about this page; return its result."""
+        """Send a command for this page; return its result."""
         return self._browser.call(method, self._session, **params)
 
     def seen(self, method):
-        """Return what the events of a kind have told since the page was opened."""
+        """Return the parameters of all events of a kind since the page was opened."""
         return [
             event['params'] for event in self._browser.events
             if event['method'] == method and event.get('sessionId') == self._session]
@@ -150,12 +150,12 @@ class Page:
         self.call('Input.dispatchKeyEvent', type='keyUp', key=key, code=key)
 
     def complaints(self):
-        """Return all that the page has said on the console, and its errors."""
+        """Return the console messages and errors of the page."""
         return [
             self.seen(method) for method in (
                 'Runtime.exceptionThrown', 'Runtime.consoleAPICalled', 'Log.entryAdded')
             if self.seen(method)]
 
     def loaded(self):
-        """Return the schemes and addresses of everything that was asked for."""
+        """Return the schemes and addresses of all requests."""
         return [each['request']['url'] for each in self.seen('Network.requestWillBeSent')]

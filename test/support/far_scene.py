@@ -1,7 +1,7 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
 """
-A far scene, all around, as any radially symmetric lens sees it at any heading.
+A distant scene all around, seen by any radially symmetric lens at any heading.
 
 The pictures are rendered without OpenCV's lens models: the radius in the picture is given as a
 function of the angle from the optical axis, and inverted by a table.

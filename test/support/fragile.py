@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Work whose process is killed in the middle of it; other processes import this."""
+"""Jobs whose process is killed while they run; other processes import this."""
 
 import os
 from pathlib import Path
@@ -8,7 +8,7 @@ import signal
 
 from phase_traj_ros.io.batch.many import run_job
 
-# Named by whoever starts the processes, which inherit it.
+# Set by the process that starts the others, which inherit it.
 VARIABLE = 'PHASE_TRAJ_TEST_KILLED'
 
 
@@ -23,7 +23,7 @@ def killed_always(job, progress=None):
 
 
 def never_returns(job, progress=None):
-    """Fail in a way that is not told in the outcome."""
+    """Fail in a way that the outcome cannot report."""
     raise RuntimeError('a fault\nof two lines')
 
 
@@ -31,7 +31,7 @@ def _deadly(job, progress, *, always):
     def step(done, expected):
         marks = Path(os.environ[VARIABLE])
         if job.source.name == 'victim' and done == 5 and (always or not any(marks.iterdir())):
-            # What is being written must be there to be left behind.
+            # There must be unfinished output that could be left behind.
             assert list(job.output.glob('.phase_traj-*'))
             (marks / str(os.getpid())).touch()
             os.kill(os.getpid(), signal.SIGKILL)

@@ -1,11 +1,11 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
 """
-What a file of tests needs, where the package itself does without.
+Requirements of test files that are not requirements of the package.
 
-A file that lacks something is not collected. No file may skip itself while it is imported:
+A file with a missing requirement is not collected. No file may skip itself on import:
 launch_testing, whose plugin is part of every ROS installation, imports the files during
-collection, and such a skip would end it all.
+collection, and such a skip would end the whole run.
 """
 
 from importlib.util import find_spec

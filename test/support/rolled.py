@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Frames of a texture that is moved sideways: the turns in them are known."""
+"""Frames of a texture that moves sideways by known shifts."""
 
 from pathlib import Path
 
@@ -20,7 +20,7 @@ DIRECTION = [1, 1, 1, 0, 0, 0, 0, 1, 1, 1, 1]
 
 
 def rolled_frames(shifts=SHIFTS, *, start_ns=START_NS, rate_ns=RATE_NS):
-    """Return frames, one more than ``shifts``; each is moved by its shift against the last."""
+    """Return frames, one more than ``shifts``; each shift is relative to the previous frame."""
     places = np.cumsum([0, *shifts])
     return [
         StampedFrame(np.roll(TEXTURE, int(place), axis=1), start_ns + index * rate_ns)

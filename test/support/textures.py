@@ -1,12 +1,12 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Real-looking textures, shifted cyclically by exact fractions of a pixel."""
+"""Realistic textures, shifted cyclically by exact fractions of a pixel."""
 
 import numpy as np
 
 
 def spectrum(shape, seed):
-    """Return the spectrum of a random texture whose power falls off as in real pictures."""
+    """Return the spectrum of a random texture whose power falls off as in natural images."""
     rng = np.random.default_rng(seed)
     rows = np.fft.fftfreq(shape[0])[:, None]
     columns = np.fft.rfftfreq(shape[1])[None]

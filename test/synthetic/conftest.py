@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Scenes and drives that several tests look at, built once."""
+"""Scenes and drives used by several tests, built once."""
 
 from collections.abc import Callable
 from functools import cache

@@ -64,7 +64,7 @@ def test_the_field_of_view_is_from_edge_to_edge():
 
 @pytest.mark.parametrize('wrong', [
     {'width': 0}, {'focal': 0.0}, {'focal': float('nan')}, {'above_ground': -1.0}])
-def test_what_is_no_camera_is_refused(wrong):
+def test_invalid_cameras_are_refused(wrong):
     with pytest.raises(ParameterError):
         Camera(**wrong)
 

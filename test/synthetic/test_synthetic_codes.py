@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The rendered drives give the codes they are meant to give."""
+"""The rendered drives give the intended codes."""
 
 from dataclasses import replace
 from itertools import pairwise

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What spoils pictures does so by the amount asked for, and the same way every time."""
+"""Degradations have the requested amount, and are reproducible."""
 
 import numpy as np
 from phase_traj_ros.errors import ParameterError
@@ -89,6 +89,6 @@ def test_frames_are_lost_by_their_share_but_never_the_first():
     lambda: spoil.gain(GREY, factor=-0.1),
     lambda: spoil.fog(GREY, visibility=-1.0),
     lambda: spoil.kept_frames(10, lost=1.0, seed=0)])
-def test_amounts_that_mean_nothing_are_refused(wrong):
+def test_invalid_amounts_are_refused(wrong):
     with pytest.raises(ParameterError):
         wrong()

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Overlays hide what they are to hide, and are the same on every frame."""
+"""Overlays cover the intended areas, and are the same on every frame."""
 
 import numpy as np
 from phase_traj_ros.errors import ParameterError
@@ -47,6 +47,6 @@ def test_more_drops_cover_more():
 @pytest.mark.parametrize('wrong', [
     lambda: overlays.black_bars(ONE, sides=0.5), lambda: overlays.bonnet(ONE, height=-0.1),
     lambda: overlays.drops(ONE, count=-1), lambda: overlays.drops(ONE, size=0.0)])
-def test_what_cannot_be_drawn_is_refused(wrong):
+def test_invalid_overlays_are_refused(wrong):
     with pytest.raises(ParameterError):
         wrong()

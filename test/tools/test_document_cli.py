@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The reference of the command line is what the parser says."""
+"""The reference page of the command line agrees with the parser."""
 
 from pathlib import Path
 import runpy

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Which Python the tools take, and what they say of one that they do not take."""
+"""Which Python the tools accept, and the reasons for rejecting others."""
 
 import importlib.util
 from pathlib import Path
@@ -47,7 +47,7 @@ def test_one_that_has_no_wheels_is_refused_with_the_reason(tool, changed, said):
     assert said in tool.wheels_refuse(interpreter, None)
 
 
-def test_where_none_suits_it_says_what_to_do(tool, monkeypatch):
+def test_advice_if_no_python_is_suitable(tool, monkeypatch):
     old = tool.Interpreter('python3', {**SUITABLE, 'version': [3, 9, 18]})
     monkeypatch.delenv('ROS_DISTRO', raising=False)
     monkeypatch.setattr(tool, 'probe', lambda name: old)

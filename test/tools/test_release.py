@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A release: one version everywhere, and nothing released that is not ready."""
+"""A release has one version everywhere, and requires a tree that is ready."""
 
 import datetime
 import importlib.util
@@ -30,7 +30,7 @@ def tool():
 
 @pytest.fixture
 def tree(tool, tmp_path):
-    """Return a repository with what a release concerns, and forthcoming changes."""
+    """Return a repository with the files of a release, and forthcoming changes."""
     if shutil.which('git') is None:
         pytest.skip('no git')
     for name in NAMES:
@@ -109,10 +109,10 @@ def spoil_manifest(tree):
     (spoil_cleanness, 'not committed'),
     (spoil_version, 'setup.py has version 1.2.4'),
     (spoil_changelog, 'does not begin with 1.2.3'),
-    (spoil_licence, 'LICENSE, which is not there'),
+    (spoil_licence, 'LICENSE, which does not exist'),
     (spoil_manifest, 'maintainer'),
 ])
-def test_what_is_not_ready_is_said(tool, tree, spoil, said):
+def test_everything_missing_is_reported(tool, tree, spoil, said):
     pytest.importorskip('catkin_pkg')
     tool.set_version(tree, '1.2.3', TODAY)
     commit(tree, '1.2.3')

@@ -146,6 +146,6 @@ def _print(result: Replay, seconds: float) -> None:
                                           ' again'),
             (result.counters.unmeasured, 'pairs had nothing to correlate'),
             (result.counters.reprimed, 'times the size of the frames changed'),
-            (result.pairs_without_speed, 'pairs had no speed')):
+            (result.pairs_without_speed, 'pairs had no speed: the way goes on without them')):
         if count:
             print(f'warning: {count} {what}')

@@ -1,14 +1,15 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
 """
-The chain code of equal links: a direction for each step of constant length along the way.
+The chain code of equal links: one direction for each step of constant length along the path.
 
-So H. Freeman defined chain codes ("On the encoding of arbitrary geometric configurations", 1961),
-and so the paper draws its own. A code per pair of frames is that only at constant speed.
+This is the definition of H. Freeman ("On the encoding of arbitrary geometric configurations",
+1961), and the way the paper draws its codes. One code per pair of frames is equivalent at constant
+speed only.
 
-A link's direction is the measured heading at its end, quantised. Both are functions of the place
-and not of the time, so speed, stops and frame rate do not matter. The turns, which begin and end
-at a yaw rate, would not do.
+The direction of a link is the measured heading at its end, quantised. Both depend on the position
+and not on time, so speed, stops and frame rate have no effect. Turns cannot be used instead: they
+begin and end at a yaw rate.
 """
 
 import math
@@ -20,26 +21,26 @@ from phase_traj_ros.core.codes.sectors import HeadingSector
 from phase_traj_ros.core.codes.series import CodeSeries
 
 LEAST_STEP = 0.1
-"""The shortest link, in metres or camera heights."""
+"""Length of the shortest link, in metres or camera heights."""
 
-# No vehicle goes that far within a pair: a stamp is wrong.
+# No vehicle travels so many links within a pair: a stamp is wrong.
 _MOST_OF_A_PAIR = 10_000
 
 
 class LinkCode:
     """
-    Turns heading and distance of each pair of frames into a direction per link.
+    Turns the heading and distance of each pair of frames into one direction per link.
 
-    Consecutive directions are neighbours: where the heading is more than one sector ahead, the
-    next links follow. Standing adds nothing. What is driven in reverse is taken off the way, and
-    no link is added until it is made up for: no code means reversing, and none is taken back.
+    Consecutive directions are neighbours: if the heading is more than one sector ahead, the next
+    links follow it. A stationary vehicle adds no links. Reversing is subtracted from the distance,
+    and no link is added until that is made up for: no code means reversing, and none is removed.
     """
 
     def __init__(
         self, step: float, *, connectivity: int = 4, max_runs: int | None = None,
     ) -> None:
         """
-        Make a code without any links.
+        Make a code without links.
 
         Parameters
         ----------
@@ -48,19 +49,19 @@ class LinkCode:
         connectivity
             4 for the paper's directions, 8 for Freeman's.
         max_runs
-            Runs that are kept; None keeps all.
+            Runs that are kept; None keeps all of them.
 
         Raises
         ------
         ValueError
-            One of them is out of its range.
+            An argument is out of its range.
 
         """
         if not LEAST_STEP <= step < math.inf:
             raise ValueError(f'step is {step}: give a finite number of {LEAST_STEP} or more')
         self._step = step
         self._sector = HeadingSector(connectivity)
-        # Of the four directions, or of the eight.
+        # Elements are of type Direction or Freeman.
         self._series: CodeSeries[Any] = CodeSeries(max_runs=max_runs)
         self.reset()
 
@@ -76,11 +77,11 @@ class LinkCode:
 
     @property
     def directions(self) -> type[Direction] | type[Freeman]:
-        """Return which directions there are: the paper's four, or Freeman's eight."""
+        """Return the type of the directions: the paper's four, or Freeman's eight."""
         return self._sector.directions
 
     def reset(self) -> None:
-        """Start anew: no links, direction ``FORWARD``."""
+        """Start again: no links, direction ``FORWARD``."""
         self._series.clear()
         self._sector.reset()
         self._begun = 0.0
@@ -92,16 +93,17 @@ class LinkCode:
         Parameters
         ----------
         distance
-            What the pair adds to the way, negative in reverse.
+            Distance travelled in the pair, negative in reverse.
         heading
-            After the pair, in radians since the first frame, left positive, not wrapped.
+            Heading after the pair, in radians relative to the first frame, positive to the left,
+            not wrapped.
         yaw
-            By how much it has changed in the pair; it is taken to change evenly along the way.
+            Change of the heading in the pair; it is assumed to be even along the path.
 
         Raises
         ------
         ValueError
-            One of them is NaN or infinite; nothing has changed.
+            An argument is NaN or infinite. The state is unchanged.
 
         """
         if not (math.isfinite(distance) and math.isfinite(heading) and math.isfinite(yaw)):

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The direction that a heading is quantised to, with hysteresis at the borders of the sectors."""
+"""Quantises a heading to directions, with hysteresis at the borders of the sectors."""
 
 import math
 
@@ -8,14 +8,14 @@ from phase_traj_ros.core.codes.codes import Direction
 from phase_traj_ros.core.codes.freeman import AnyDirection, Freeman, to_four
 
 CONNECTIVITIES = (4, 8)
-# How far, in sectors, the heading has to be past the border of two sectors to leave the one it is
-# in: 6 degrees of 90. A field of view that is 10 % too narrow makes three right angles to the same
-# side 36 degrees too small; they are still three as long as that and the hysteresis are below 45.
+# How far the heading has to pass the border of its sector to leave it, in sectors: 6 degrees of
+# 90. If the field of view is 10 % too narrow, three right angles to the same side are measured 36
+# degrees too small. They are still three, as 36 degrees and the hysteresis are below 45.
 _HYSTERESIS = 6.0 / 90.0
 
 
 class HeadingSector:
-    """Follows a heading from one sector to the next; it starts in the one of ``FORWARD``."""
+    """Follows a heading from sector to sector, starting with that of ``FORWARD``."""
 
     def __init__(self, connectivity: int) -> None:
         """
@@ -36,12 +36,12 @@ class HeadingSector:
 
     @property
     def connectivity(self) -> int:
-        """Return how many directions there are, 4 or 8."""
+        """Return the number of directions, 4 or 8."""
         return self._connectivity
 
     @property
     def directions(self) -> type[Direction] | type[Freeman]:
-        """Return which directions there are: the paper's four, or Freeman's eight."""
+        """Return the type of the directions: the paper's four, or Freeman's eight."""
         return Freeman if self._connectivity == 8 else Direction
 
     @property
@@ -56,9 +56,9 @@ class HeadingSector:
 
     def follow(self, heading: float) -> int:
         """
-        Go one sector towards a heading at most: return 1 to the left, -1 to the right, else 0.
+        Move at most one sector towards a heading; return 1 to the left, -1 to the right, else 0.
 
-        The heading is in radians since the start, left positive, not wrapped.
+        The heading is in radians since the start, positive to the left, not wrapped.
         """
         off = heading - self._number * self._width
         step = int(off > self._border) - int(off < -self._border)

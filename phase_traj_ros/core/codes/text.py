@@ -16,7 +16,7 @@ directions, the brackets and the codes of the second series go up to 7. For exam
 
     frames 34; movement 33 (0:0 1:25 2:1 3:7) 1x23 2x1 3x7 1x2; direction 26 (...) 1x23 2x3
 
-The code of equal links has a line of its own, with a link's length and its unit::
+The code of equal links is a separate line, with the length of a link and its unit::
 
     links   = "step " length " " unit "; links " series
 
@@ -82,12 +82,12 @@ class ChainCodeText:
 
 @dataclass(frozen=True, slots=True)
 class LinksText:
-    """The code of equal links as far as the text tells it."""
+    """The code of equal links, as far as the text contains it."""
 
     step: float
     """Length of a link."""
     unit: str
-    """What it is in, such as ``m``."""
+    """Unit of the step, such as ``m``."""
     links: SeriesText
 
     def __str__(self) -> str:
@@ -107,13 +107,13 @@ def describe(
 def describe_links(
     code: LinkCode, *, unit: str, max_runs: int | None = None,
 ) -> LinksText:
-    """Return what the text tells of the equal links, with at most ``max_runs`` runs."""
+    """Return the text form of the equal links, with at most ``max_runs`` runs."""
     return LinksText(code.step, unit, _series_text(code.series, code.directions, max_runs))
 
 
 def parse_links(text: str) -> LinksText:
     """
-    Return what a line about the equal links says.
+    Parse a line of equal links.
 
     Raises
     ------

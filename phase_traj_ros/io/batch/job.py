@@ -41,7 +41,7 @@ _OPTIONAL = (REPORT, 'trajectory.svg', 'turns.png', 'turns.svg')
 
 
 class Pass(Enum):
-    """Which time the frames of a source are gone through; the value names it to the user."""
+    """Pass over the frames of a source; the value is its name in progress bars."""
 
     ONLY = ''
     FIRST = 'pass 1 of 2: learning the camera'

@@ -92,7 +92,7 @@ class Outcome:
     route: tuple[tuple[float, float], ...] = ()
     """The drawn path, thinned for a thumbnail, in its unit, REP 103 axes."""
     way: Way = field(default_factory=Way)
-    """Distance travelled; without pairs if no distance is measured."""
+    """Distance travelled; it has no pairs if no distance is measured."""
     length_unit: LengthUnit = LengthUnit.METRE
     """Unit of the distance."""
 

@@ -10,7 +10,7 @@ from phase_traj_ros.io.replay.estimator import feed, make_estimator
 from phase_traj_ros.io.sources.base import FrameSource, StampedFrame
 from phase_traj_ros.parameters import Parameters
 
-# Frames nearer than this to the last one used do not help to learn the camera; in nanoseconds.
+# Smallest interval of the frames from which the camera is learned, in nanoseconds.
 _SOON_NS = 39_000_000
 
 
@@ -44,9 +44,8 @@ def learned_lens(
     """
     Return the camera learned in a pass over all frames.
 
-    None if nothing was learned, or if the parameters do not ask for it.
-
-    Of more than 25 frames per second, the camera learns nothing more: the rest is skipped.
+    None if nothing was learned, or if the parameters do not ask for it. More than 25 frames per
+    second would not add information, so the rest is skipped.
 
     Raises
     ------

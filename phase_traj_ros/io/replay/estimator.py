@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Makes the estimator from the parameters, with their mask, and puts frames in."""
+"""Makes the estimator from the parameters, with their mask, and feeds it frames."""
 
 from dataclasses import replace
 
@@ -36,7 +36,7 @@ def feed(
     estimator: TrajectoryEstimator, frame: StampedFrame, number: int, source: str,
 ) -> Update | None:
     """
-    Put a source's frame, of this number, through an estimator; return what its pair adds.
+    Feed frame ``number`` of a source to an estimator; return the result of its pair.
 
     Raises
     ------

@@ -58,22 +58,20 @@ class Replay:
     learned: CameraEstimate | None = None
     """Camera learned in this pass; None without a turn, or if the camera was known."""
     way: Way = field(default_factory=Way)
-    """Distance travelled; without pairs if no distance is measured."""
+    """Distance travelled; it has no pairs if no distance is measured."""
     links: LinkCode | None = None
-    """The chain code of equal links, if it was asked for."""
+    """The chain code of equal links, if the parameters ask for it."""
 
     @property
     def pairs_without_speed(self) -> int:
-        """Return the number of pairs that needed a speed and had no valid one."""
+        """Return the number of pairs that needed a speed, and neither it nor the road told one."""
         if not self.parameters.use_speed_topic:
             return 0
-        return sum(
-            update.travel is None or update.travel.state is not TravelState.GIVEN
-            for update in self.updates)
+        return sum(update.odometry is None for update in self.updates)
 
     @property
     def path_unit(self) -> LengthUnit:
-        """Return what the drawn path is in: steps where no distance was measured."""
+        """Return the unit of the drawn path: steps if no distance was measured."""
         if self.parameters.drawn_from is PathSource.CODES:
             return LengthUnit.STEP
         told = self.parameters.metric or self.way.states[TravelState.MEASURED] > 0

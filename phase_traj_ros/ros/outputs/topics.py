@@ -2,9 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the node publishes, and when."""
 
-from collections.abc import Callable
-from typing import Any
-
 from phase_traj_ros.core import TrajectoryEstimator, Update
 from phase_traj_ros.io.messages.published import (
     ODOMETRY,
@@ -32,6 +29,8 @@ _PER_PAIR = QoSProfile(depth=100)
 _LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 # How often it is looked for news that had to wait, where no pair comes that does it.
 _FLUSH_S = 0.25
+# How often a path goes out that nobody subscribes to.
+_UNWATCHED_PATH_NS = 5 * 10**9
 
 
 class Outputs:
@@ -40,8 +39,8 @@ class Outputs:
 
     Codes, shift, response, status and pose go out with every pair, as far as anybody subscribes:
     nobody can have them later. The texts of the codes and the path go out when the schedule says
-    so. A long path takes longer than the image it grows by: while nobody subscribes, it waits for
-    the next subscriber.
+    so. A long path takes longer to send than an image to correlate: while nobody subscribes, it
+    goes out now and then only, for late subscribers.
     """
 
     def __init__(
@@ -53,11 +52,9 @@ class Outputs:
         topics = pair_topics(parameters)
         self._per_pair = {topic.name: _publisher(node, topic) for topic in topics}
         self._latched = {topic.name for topic in topics if topic.latched}
-        self._of_all = {
-            topic: _publisher(
-                node, topic, on_match=self._on_path_match if topic is PATH else None)
-            for topic in whole_topics(parameters)}
+        self._of_all = {topic: _publisher(node, topic) for topic in whole_topics(parameters)}
         self._path_waits = False
+        self._path_sent_ns: int | None = None
         self._debug_image = DebugImage(node, estimator)
         self._transform = TransformOutput(node) if parameters.publish_tf else None
         # Two poses in one frame would contradict each other: that in metres is the vehicle's.
@@ -89,35 +86,39 @@ class Outputs:
     def publish_state(self) -> None:
         """Publish the chain code and the path as they are now, as after a reset."""
         self._schedule.restart()
+        # Late subscribers must not get the path from before.
+        self._path_sent_ns = None
         self._publish_due()
 
     def _publish_due(self) -> None:
-        for topic in self._schedule.take(self._clock.now().nanoseconds):
-            if topic == PATH and not self._of_all[PATH].get_subscription_count():
+        now_ns = self._clock.now().nanoseconds
+        for topic in self._schedule.take(now_ns):
+            if topic == PATH:
                 self._path_waits = True
             else:
                 self._send(topic)
+        if self._path_waits and self._is_path_wanted(now_ns):
+            self._path_waits = False
+            self._path_sent_ns = now_ns
+            self._send(PATH)
         # Each time it fires, rclpy goes through all that the node has: that takes a while.
-        if self._schedule.pending:
+        if self._schedule.pending or self._path_waits:
             self._timer.reset()
         else:
             self._timer.cancel()
 
-    def _on_path_match(self, match: Any) -> None:
-        # What has been sent, the middleware hands to who comes late.
-        if self._path_waits and match.current_count_change > 0:
-            self._send(PATH)
+    def _is_path_wanted(self, now_ns: int) -> bool:
+        if self._path_sent_ns is None or now_ns - self._path_sent_ns >= _UNWATCHED_PATH_NS:
+            return True
+        return bool(self._of_all[PATH].get_subscription_count())
 
     def _send(self, topic: Topic) -> None:
-        self._path_waits &= topic != PATH
         self._of_all[topic].publish(MESSAGES.of_all(topic, self._estimator, self.parameters))
 
 
-def _publisher(
-    node: Node, topic: Topic, *, on_match: Callable[[Any], None] | None = None,
-) -> Publisher:
+def _publisher(node: Node, topic: Topic) -> Publisher:
     return node.create_publisher(
         TYPES[topic.type], f'~/{topic.name}', _LATCHED if topic.latched else _PER_PAIR,
         # rclpy's own callbacks would have it go through two more entities per topic at each wait.
-        event_callbacks=PublisherEventCallbacks(matched=on_match, use_default_callbacks=False),
+        event_callbacks=PublisherEventCallbacks(use_default_callbacks=False),
         qos_overriding_options=QoSOverridingOptions.with_default_policies())

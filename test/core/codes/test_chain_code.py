@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The state machine."""
+"""The paper's state machine."""
 
 from itertools import groupby, product
 
@@ -23,7 +23,7 @@ def run(shifts, threshold=T):
 
 
 def facing(direction):
-    """Return a chain code under way that heads in direction."""
+    """Return a started chain code with this direction."""
     codes = DynamicChainCode(T)
     codes.update(0)
     for _ in range((direction - Direction.FORWARD) % 4):

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The state machine where it waits: turns to be confirmed and to be released."""
+"""The state machine with confirmation and release of turns over several pairs."""
 
 from itertools import groupby
 
@@ -40,7 +40,7 @@ def turns(steps):
 
 
 def papers_movements(pairs):
-    """Say what the paper's state machine says, in other words than the package's."""
+    """Run an independent implementation of the paper's state machine."""
     said, before, first = [], 'forward', True
     for each in pairs:
         if each in (SKIP, END):
@@ -110,7 +110,7 @@ def test_after_a_reset_nothing_is_left(before, after, confirm, release):
 
 
 @given(st.integers(2, 6), st.data())
-def test_wrong_pairs_fewer_than_it_takes_do_not_end_a_turn(release, data):
+def test_fewer_wrong_pairs_do_not_end_a_turn(release, data):
     wrong = st.lists(SHIFT, min_size=1, max_size=release - 1)
     good = st.lists(LEFT, min_size=1, max_size=4)
     parts = data.draw(st.lists(st.tuples(good, wrong), min_size=1, max_size=8))
@@ -120,7 +120,7 @@ def test_wrong_pairs_fewer_than_it_takes_do_not_end_a_turn(release, data):
 
 
 @given(st.integers(2, 6), st.data())
-def test_swerves_shorter_than_it_takes_are_no_turns(confirm, data):
+def test_shorter_swerves_are_not_turns(confirm, data):
     swerve = st.lists(LEFT, min_size=1, max_size=confirm - 1)
     straight = st.lists(STRAIGHT, min_size=1, max_size=4)
     parts = data.draw(st.lists(st.tuples(swerve, straight), max_size=8))
@@ -144,25 +144,25 @@ def test_a_turn_counts_once_it_has_lasted(shifts, confirm):
 
 
 @pytest.mark.parametrize(('options', 'shifts', 'codes'), [
-    # It ends on the third pair below, which is judged afresh: forward ...
+    # It ends on the third pair below the threshold, which is judged afresh: forward ...
     ({'release': 3}, [20, 20, 0, 0, 0, 0], [L, N, N, N, F, F]),
     # ... the opposite turn ...
     ({'release': 3}, [20, 20, 0, 0, -20, -20], [L, N, N, N, R, N]),
-    # ... the opposite turn that has had its pairs by then ...
+    # ... the opposite turn, confirmed by then ...
     ({'release': 3, 'confirm': 2}, [20, 20, -20, -20, -20, 0], [N, L, N, N, R, N]),
     # ... or one that is still to be confirmed.
     ({'release': 3, 'confirm': 2}, [20, 20, 0, 0, -20, -20], [N, L, N, N, N, R]),
     ({'release': 3, 'confirm': 2}, [20, 20, 0, 0, -20, 0], [N, L, N, N, N, F]),
-    # One pair that goes on with the turn, and the waiting begins anew.
+    # One pair that continues the turn restarts the count.
     ({'release': 3}, [20, 0, 0, 20, 0, 0, 0], [L, N, N, N, N, N, F]),
     # Also in the turn after a turn.
     ({'release': 2}, [20, 0, 0, 20, 0, 20, 0, 0], [L, N, F, L, N, N, N, F]),
-    # A swerve to the other side is no confirmation.
+    # A swerve to the other side is not a confirmation.
     ({'confirm': 2}, [20, -20, 20, -20, -20, 0], [N, N, N, N, R, F]),
-    # Neither are pairs apart.
+    # Neither are pairs that are not consecutive.
     ({'confirm': 2}, [20, 0, 20, 0, 20, 20], [N, F, N, F, N, L]),
 ])
-def test_what_comes_out_pair_by_pair(options, shifts, codes):
+def test_codes_pair_by_pair(options, shifts, codes):
     assert movements([0.0, *shifts], **options)[1:] == codes
 
 
@@ -170,7 +170,7 @@ def test_the_first_pair_confirms_nothing():
     assert movements([50, 50, 50], confirm=2) == [F, N, L]
 
 
-def test_the_turn_under_way_is_known_while_it_waits():
+def test_the_current_turn_is_known_while_it_waits():
     codes, _ = run([0, 20], confirm=2)
     assert codes.turn is None
     codes.update(20)

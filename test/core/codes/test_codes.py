@@ -23,7 +23,7 @@ def test_packing_is_pinned():
 
 
 @pytest.mark.parametrize('code', [-1, 4, 255])
-def test_pack_refuses_what_is_no_code(code):
+def test_pack_refuses_invalid_codes(code):
     with pytest.raises(ValueError, match='position 1'):
         pack([0, code])
 

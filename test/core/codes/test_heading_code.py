@@ -16,7 +16,7 @@ YAWS = st.lists(st.floats(-4.0, 4.0), max_size=80)
 
 
 def drive(yaws_deg, interval=0.1, **options):
-    """Return the code of a drive, given by how far it yaws in each pair, in degrees."""
+    """Return the code of a drive, given by the yaw of each pair in degrees."""
     codes = HeadingCode(**options)
     heading = 0.0
     for yaw in yaws_deg:
@@ -48,7 +48,7 @@ STRAIGHT = [0.0] * 20
     ([*STRAIGHT, *turn(90, 300), *STRAIGHT], [0]),
     ([*turn(90), *STRAIGHT, *turn(-90), *turn(-90)], [0, 2, 2]),
 ])
-def test_it_has_turned_when_it_has_turned(plan, expected):
+def test_the_direction_changes_when_the_heading_has(plan, expected):
     codes = drive(plan)
     assert changes(codes) == expected
     net = sum(1 - code for code in expected)
@@ -60,7 +60,7 @@ def test_movement_is_no_change_only_while_it_yaws():
     assert set(codes[:20]) == {F} and set(codes[50:]) == {F}
     assert sorted(set(codes[20:50])) == [L, N]
     assert codes.count(L) == 1
-    # A gentle bend goes forward, and turns on the pair on which it has turned.
+    # A gentle bend is forward, and turns on the pair that crosses the border.
     assert list(drive(turn(90, 300)).movement).count(N) == 0
 
 
@@ -81,7 +81,7 @@ def test_the_first_pair_is_forward_whatever_it_does():
     codes = HeadingCode()
     step = codes.update(math.pi, math.pi / 0.1)
     assert (step.movement, step.direction) == (F, Direction.FORWARD)
-    # The next pairs follow one by one.
+    # The next pairs follow, one sector each.
     assert codes.update(math.pi, 0.0).direction is Direction.LEFT
     assert codes.update(math.pi, 0.0).direction is Direction.BACKWARD
     assert codes.update(math.pi, 0.0).movement is F
@@ -103,7 +103,7 @@ def test_turn_under_way():
     assert drive([0.0, -2.0, 0.1]).turn is None
 
 
-def test_reset_starts_anew():
+def test_reset_starts_again():
     codes = drive([*turn(180), *STRAIGHT])
     codes.reset()
     assert len(codes.movement) == len(codes.direction) == 0
@@ -165,7 +165,7 @@ def test_maps_between_four_and_eight():
     for code in Direction:
         for before in Direction:
             assert to_four(from_four(code), before) is code
-    # A diagonal has not turned yet.
+    # A diagonal does not change the direction yet.
     assert to_four(Freeman.FORWARD_LEFT) is Direction.FORWARD
     assert to_four(Freeman.FORWARD_LEFT, Direction.LEFT) is Direction.LEFT
     assert to_four(Freeman.FORWARD_LEFT, Direction.RIGHT) is Direction.FORWARD
@@ -180,7 +180,7 @@ def test_series_stay_bounded():
     assert len(codes.movement) == 1000
 
 
-def test_refuses_nonsense():
+def test_invalid_arguments_are_refused():
     with pytest.raises(ValueError, match='connectivity is 6'):
         HeadingCode(connectivity=6)
     codes = HeadingCode()

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A threshold that cannot fit is named, with one that may; one that fits is left alone."""
+"""The hint on a threshold that does not fit, with a suggestion."""
 
 import numpy as np
 from phase_traj_ros.core.codes.threshold_hint import Misfit, ShiftSummary
@@ -10,7 +10,7 @@ WIDTH, INTERVAL = 320, 0.05
 
 
 def shifts(*parts, noise=0.3, seed=1):
-    """Return straights (0) and turns: (shift, pairs) each, with some noise."""
+    """Return the shifts of straights (0) and turns, (shift, pairs) each, with noise."""
     series = np.concatenate([np.full(count, float(shift)) for shift, count in parts])
     return series + np.random.default_rng(seed).normal(0, noise, len(series))
 
@@ -55,7 +55,7 @@ def test_a_straight_drive_gives_no_reason_to_lower_the_threshold(threshold):
     assert hint(shifts((0, 200), noise=0.1), threshold) is None
 
 
-def test_a_threshold_below_what_straights_shift_is_too_low():
+def test_a_threshold_below_the_shifts_of_straights_is_too_low():
     given = hint(TURNS, 0.15)
     assert given.misfit is Misfit.TOO_LOW
     assert given.beyond > 0.6
@@ -76,7 +76,7 @@ def test_a_threshold_at_the_height_of_the_turns_makes_the_codes_flicker():
     assert 'most turns end as soon as they begin' in given.sentence
 
 
-def test_what_was_not_measured_does_not_count_and_few_pairs_tell_nothing():
+def test_unmeasured_pairs_do_not_count_and_few_pairs_give_no_hint():
     assert hint(TURNS[95:112], 16.0) is None
     summary = ShiftSummary()
     for number, dx in enumerate(TURNS):

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Codes from the quarters of turns."""
+"""Codes from quarter turns."""
 
 from itertools import accumulate
 import math
@@ -42,13 +42,13 @@ def changes(codes):
     (STRAIGHT, [], Direction.FORWARD),
     ([*STRAIGHT, *bend(90), *STRAIGHT], [L], Direction.LEFT),
     ([*STRAIGHT, *bend(-90), *STRAIGHT], [R], Direction.RIGHT),
-    # A wrong field of view does no harm up to a point, and a bend is not a turn.
+    # A wrong field of view is tolerated to some degree, and a bend is not a turn.
     ([*STRAIGHT, *bend(72), *STRAIGHT, *bend(-108), *STRAIGHT], [L, R], Direction.FORWARD),
     ([*STRAIGHT, *bend(58), *STRAIGHT], [], Direction.FORWARD),
     # Two codes for a U-turn, four for a circle, in the order of the drive.
     ([*STRAIGHT, *bend(180, 50), *STRAIGHT, *bend(-90), *STRAIGHT], [L, L, R], Direction.LEFT),
     ([*STRAIGHT, *bend(-360, 90), *STRAIGHT], [R] * 4, Direction.FORWARD),
-    # A turn that is under way at the end counts as far as it goes.
+    # An unfinished turn at the end counts as far as it goes.
     ([*STRAIGHT, *bend(-70)], [R], Direction.RIGHT),
 ])
 def test_quarters_of_turns_are_the_codes(plan, expected, heading):
@@ -71,7 +71,7 @@ def test_a_quarter_is_coded_on_the_pair_that_completes_it():
 def test_the_first_pair_is_forward_whatever_it_is():
     codes = TurnCode()
     assert codes.update((-1, -1), -2.0).movement is F
-    # What counts from it on is coded by the pairs after it, one quarter each.
+    # Its quarters are coded by the next pairs, one each.
     assert [codes.update((), 0.0).movement for _ in range(3)] == [R, R, F]
     assert codes.heading is Direction.BACKWARD
 
@@ -84,7 +84,7 @@ def test_turns_to_both_sides_that_count_at_once_are_coded_in_their_order():
 
 
 @pytest.mark.parametrize('skipped', [range(15, 45), range(34, 37), range(1, 60)])
-def test_pairs_skipped_in_mid_turn_lose_nothing(skipped):
+def test_pairs_skipped_during_a_turn_lose_nothing(skipped):
     plan = [*STRAIGHT, *bend(90), *STRAIGHT, *STRAIGHT]
     codes = coded(plan, skipped)
     assert changes(codes) == [L]

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The same frames give the same shifts to the last bit, wherever arrays lie in memory."""
+"""The same frames give the same shifts to the last bit, wherever arrays are in memory."""
 
 import numpy as np
 from phase_traj_ros.core import EstimatorSettings, Lens, TrajectoryEstimator
@@ -27,7 +27,7 @@ def test_shifts_do_not_depend_on_where_arrays_lie(settings):
     rng = np.random.default_rng(0)
     seen = set()
     for _ in range(30):
-        # Moves what is allocated next.
+        # Moves the next allocation.
         kept = [np.empty(int(size), np.uint8) for size in rng.integers(1, 5000, 20)]
         estimator = TrajectoryEstimator(settings)
         updates = [estimator.update(frame, index * 10**8) for index, frame in enumerate(FRAMES)]

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""How the parts of a picture move."""
+"""Displacements of the blocks of an image."""
 
 import tracemalloc
 
@@ -16,7 +16,7 @@ SHAPE = (240, 320)
 
 
 def soft(shape, dx, dy, *, seed=0, dtype=np.uint8):
-    """Return a pair of frames without detail so fine that reducing them would alias it."""
+    """Return a pair of frames without fine detail, which would alias when reduced."""
     return tuple(
         cv2.GaussianBlur(frame, (0, 0), 4.0).astype(dtype) for frame in pair(
             shape, dx, dy, seed=seed, dtype=dtype))
@@ -34,7 +34,7 @@ def watched(*frames, **options):
 @pytest.mark.parametrize(('dx', 'dy'), [(0.0, 0.0), (0.3, -0.1), (-1.0, 0.6), (0.02, 0.05)])
 def test_blocks_follow_a_small_shift(shape, dx, dy):
     flow = watched(*soft(shape, dx, dy)).flow()
-    # Reducing the frame makes gradients look flatter than they are, by up to a third.
+    # Reducing the frame flattens gradients by up to a third.
     size = np.hypot(dx, dy)
     error = np.hypot(*(np.median(flow.vectors[flow.textured], axis=0) - (dx, dy)))
     assert error <= 0.35 * size + 0.01
@@ -112,7 +112,7 @@ def test_the_level_of_the_values_does_not_matter():
     assert blocks.flow().textured.mean() > 0.8
 
 
-def test_what_is_bright_and_without_texture_has_no_say():
+def test_bright_areas_without_texture_do_not_count():
     first, second = pair(SHAPE, 24, 0)
     for frame in (first, second):
         frame[:120] = 250
@@ -123,7 +123,7 @@ def test_a_shift_out_of_the_frame_is_followed_by_nothing():
     assert watched(*pair(SHAPE, 0, 0)).share_following(Shift(500, 0, 0.1)) == 0.0
 
 
-def test_looking_changes_nothing():
+def test_queries_change_nothing():
     blocks = watched(*soft(SHAPE, 0.3, 0.1))
     before = blocks.flow()
     share = blocks.share_following(Shift(20, 0, 0.1))
@@ -131,7 +131,7 @@ def test_looking_changes_nothing():
     assert blocks.share_following(Shift(20, 0, 0.1)) == share
 
 
-def test_what_a_mask_leaves_out_does_not_count():
+def test_masked_blocks_do_not_count():
     mask = np.ones(SHAPE, np.uint8)
     mask[:, :160] = 0
     first, second = pair(SHAPE, 24, 0)

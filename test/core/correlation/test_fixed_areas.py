@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What holds still while the world moves is found, and nothing else is."""
+"""Areas fixed to the camera are found, and no others."""
 
 import cv2
 import numpy as np
@@ -36,7 +36,7 @@ def learned(frames, *, areas=None, turned=0.0):
 
 
 def found(areas, hidden):
-    """Return the share of what is hidden that is found, and of the rest that is taken for it."""
+    """Return the share of the fixed areas that is found, and of the rest that is mistaken."""
     weights = areas.weights()
     fixed = np.zeros(hidden.shape, bool) if weights is None else weights == 0
     near = cv2.dilate(hidden.astype(np.uint8), np.ones((25, 25))) > 0
@@ -89,14 +89,14 @@ def test_the_world_is_not_fixed(drive, request):
     assert areas.sufficient
 
 
-def test_what_is_learned_fades_once_it_moves(right):
+def test_learned_areas_fade_once_they_move(right):
     areas = learned(overlays.drops(frame, count=80) for frame in right)
     assert areas.share > 0.05
     learned(right * 3, areas=areas)
     assert areas.share < 0.02
 
 
-def test_a_vehicle_that_stands_learns_nothing(right):
+def test_a_stationary_vehicle_learns_nothing(right):
     rng = np.random.default_rng(3)
     noisy = (np.clip(right[0] + rng.normal(0, 3, right[0].shape), 0, 255).astype(np.uint8)
              for _ in range(120))
@@ -116,7 +116,7 @@ def test_cross_traffic_does_not_make_the_houses_fixed(right):
 
 
 def doubted(frames, areas):
-    """Return the share of the frames after which a shift of zero is not believed."""
+    """Return the share of the frames after which a shift of zero is doubted."""
     doubts = []
     for number, frame in enumerate(frames):
         areas.update(frame, 1 / RATE if number else 0.0)
@@ -133,11 +133,11 @@ def test_zero_is_doubted_where_the_drops_leave_too_little(drive, count, least, m
     wet = (overlays.drops(frame, count=count, size=0.022, softness=0.1, seed=2)
            for frame in frames)
     assert least <= doubted(wet, areas) <= most
-    # What is not zero cannot be that of a drop.
+    # A shift other than zero cannot come from drops.
     assert not areas.doubts(Shift(3.0, 0.0, 0.3))
 
 
-def test_a_vehicle_that_creeps_is_not_in_doubt(straight):
+def test_a_creeping_vehicle_is_not_doubted(straight):
     areas = FixedAreas()
     slowly = 0.0
     for frame in straight[:40]:
@@ -147,7 +147,7 @@ def test_a_vehicle_that_creeps_is_not_in_doubt(straight):
         slowly = 6.0 / RATE / 0.8
 
 
-def test_a_vehicle_that_stands_is_not_in_doubt(right):
+def test_a_stationary_vehicle_is_not_doubted(right):
     areas = FixedAreas()
     assert doubted([right[0]] * 30, areas) == 0.0
     assert not areas.doubts(Shift(0.0, 0.0, 1.0), agreed=False)
@@ -174,7 +174,7 @@ def test_wide_bars_leave_a_small_picture_that_suffices(right):
     assert areas.sufficient
 
 
-def test_another_size_starts_anew_and_so_does_a_reset(right):
+def test_another_size_or_a_reset_restarts_learning(right):
     barred = [overlays.black_bars(frame, sides=0.1) for frame in right]
     areas = learned(barred)
     assert areas.weights().shape == (240, 320)

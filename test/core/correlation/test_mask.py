@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Masks over what never moves."""
+"""Masks over fixed areas."""
 
 import numpy as np
 from phase_traj_ros.core import PhaseCorrelator
@@ -50,13 +50,13 @@ def test_a_mask_without_anything_masked_out_is_left_as_it_is():
     (np.array([[1.0, np.inf]]), 'NaN'),
     (np.array([[1.0, -0.1]]), 'negative'),
 ])
-def test_what_is_no_mask_is_refused(mask, reason):
+def test_invalid_masks_are_refused(mask, reason):
     with pytest.raises(ValueError, match=reason):
         PhaseCorrelator(mask=mask)
 
 
 def through_a_dirty_window(dx):
-    """Return a pair of frames with sharp spots that stay, and their mask."""
+    """Return a pair of frames with sharp fixed spots, and their mask."""
     rng = np.random.default_rng(0)
     first, second = pair(SHAPE, dx, 0)
     mask = np.full(SHAPE, 255, np.uint8)
@@ -81,7 +81,7 @@ def test_a_mask_frees_the_peak_that_a_fixed_pattern_locks():
 
 
 def test_the_masks_own_edge_does_not_lock_the_peak():
-    # The darker the picture around what is masked out, the sharper a hard edge would be.
+    # The darker the image around the masked area, the sharper a hard edge would be.
     first, second, mask = through_a_dirty_window(21.4)
     for frame in (first, second):
         frame //= 2
@@ -98,7 +98,7 @@ def test_a_mask_that_leaves_all_changes_nothing():
     assert shift.response == pytest.approx(plain.response, abs=0.01)
 
 
-def test_what_the_mask_leaves_may_be_constant():
+def test_the_unmasked_part_may_be_constant():
     first, _ = pair(SHAPE, 0, 0)
     first[half_open() > 0] = 90
     assert shift_of(first, first, half_open()).response == pytest.approx(0.0, abs=1e-3)

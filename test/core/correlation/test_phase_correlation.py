@@ -106,7 +106,7 @@ def test_reset_forgets_the_previous_frame():
     assert correlator.update(second).response == pytest.approx(1.0, abs=1e-3)
 
 
-def test_another_size_starts_anew_and_goes_on():
+def test_another_size_restarts_the_correlator():
     correlator = PhaseCorrelator()
     correlator.update(pair((64, 80), 0, 0)[0])
     first, second = pair((70, 90), 5, 0)

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What else the correlation map tells: the second peak, and how far a peak is from noise."""
+"""The second peak of the correlation map, and the significance of a peak."""
 
 import tracemalloc
 
@@ -20,7 +20,7 @@ def correlated(first, second, **options):
 
 
 def two_layers(shape, stronger, weaker, share=0.4):
-    """Return frames in which most of the content moves one way and some of it another."""
+    """Return frames in which most of the content moves one way and the rest another way."""
     most = pair(shape, *stronger, dtype=np.float32, seed=1)
     some = pair(shape, *weaker, dtype=np.float32, seed=2)
     return [(1 - share) * a + share * b for a, b in zip(most, some)]
@@ -61,7 +61,7 @@ def test_it_is_the_highest_of_all_that_are_not_near(shape, seed, apart, style):
     assert found.response == pytest.approx(min(max(highest, 0.0), 1.0), rel=1e-3, abs=1e-6)
 
 
-def test_looking_changes_nothing():
+def test_queries_change_nothing():
     correlator, first = correlated(*two_layers((120, 160), (5, 0), (-20, 3)))
     before = correlator.correlation_map()
     assert correlator.second_peak(apart=8) == correlator.second_peak(apart=8)
@@ -73,7 +73,7 @@ def test_looking_changes_nothing():
         other.update(frame), other.update(moved)][1]
 
 
-def test_looking_allocates_nothing_of_a_frames_size():
+def test_queries_allocate_nothing_of_a_frames_size():
     correlator, first = correlated(*pair((376, 1241), 5, 0))
     correlator.second_peak(apart=8)
     tracemalloc.start()
@@ -100,13 +100,13 @@ def test_significance_is_in_standard_deviations_of_noise(shape):
     correlator, _ = correlated(*noise)
     places = rng.uniform(-0.5, 0.5, (400, 2)) * shape
     found = [correlator.significance(Shift(dx, dy, 0.0)) for dy, dx in places]
-    # The window leaves less noise far from zero than near it, and the same all in all.
+    # The window leaves less noise far from zero than near it; the total is the same.
     assert np.mean(found) == pytest.approx(0.0, abs=0.25)
     assert np.std(found) == pytest.approx(1.0, abs=0.35)
 
 
 @pytest.mark.parametrize('shape', [(64, 120), (240, 320), (376, 1241)], ids=str)
-def test_what_has_something_in_common_is_significant_and_what_has_not_is_not(shape):
+def test_related_frames_are_significant_and_unrelated_ones_are_not(shape):
     rng = np.random.default_rng(0)
     for seed in range(4):
         first, second = pair(shape, 9.3, -2.1, seed=seed)

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The fast implementation against the equations, written plainly in float64."""
+"""The fast implementation against a direct one of the equations in float64."""
 
 import numpy as np
 from phase_traj_ros.core import PhaseCorrelator, Window
@@ -52,7 +52,7 @@ def test_agrees_with_the_equations_in_float64():
         shift = correlator.update(second)
         dx, dy, response = reference(first, second, padded_shape(first.shape))
         if abs(shift.dx - dx) > 1 or abs(shift.dy - dy) > 1:
-            # Two peaks of the same height to seven digits: either may be called the highest.
+            # Two peaks of the same height to seven digits: either may be the highest.
             assert shift.response == pytest.approx(response, rel=1e-5)
             continue
         compared += 1

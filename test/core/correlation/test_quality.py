@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What is a measurement, what stands still, and what hides behind a fixed pattern."""
+"""Tests of a measurement, of standing still and of fixed patterns."""
 
 import cv2
 from hypothesis import given, strategies as st
@@ -26,7 +26,7 @@ MEASURED, STILL, NOTHING = Worth
 
 
 def verdicts(frames, **options):
-    """Return verdict and shift for every pair of frames."""
+    """Return worth and shift for every pair of frames."""
     options = {'gate': GateSettings(), 'stillness': StillnessSettings(frames=FRAMES)} | options
     correlator, quality = PhaseCorrelator(mask=options.get('mask')), PairQuality(**options)
     judged = []
@@ -48,7 +48,7 @@ def noisy(frame, sigma, seed):
 
 
 def creeping(count, *, zoom=1.004, sigma=0.0):
-    """Return what a camera sees that creeps towards the middle of the picture."""
+    """Return the frames of a camera that creeps towards the middle of the image."""
     scene, _ = pair(SHAPE, 0, 0, seed=5)
     frames = []
     for index in range(count):
@@ -60,18 +60,18 @@ def creeping(count, *, zoom=1.004, sigma=0.0):
 
 # --- measured or not
 
-def test_unrelated_frames_are_no_measurement():
+def test_unrelated_frames_are_not_a_measurement():
     frames = [pair(SHAPE, 0, 0, seed=seed)[0] for seed in range(6)]
     assert said(frames) == [NOTHING] * 5
 
 
 @pytest.mark.parametrize('level', [0, 60, 250])
-def test_a_covered_lens_is_no_measurement(level):
+def test_a_covered_lens_is_not_a_measurement(level):
     frames = [noisy(np.full(SHAPE, level, np.uint8), 4, seed) for seed in range(6)]
     assert said(frames) == [NOTHING] * 5
 
 
-def test_constant_frames_are_no_measurement_whatever_is_switched_on():
+def test_constant_frames_are_never_a_measurement():
     frames = [np.full(SHAPE, 9, np.uint8)] * 3
     assert said(frames) == said(frames, gate=None) == [NOTHING] * 2
     assert said(frames, gate=GateSettings(min_significance=0.0)) == [NOTHING] * 2
@@ -102,19 +102,19 @@ def test_the_limit_is_the_one_that_is_set():
 
 # --- standing still
 
-def test_a_held_picture_stands_from_as_many_pairs_on_as_are_averaged():
+def test_a_held_frame_is_still_after_as_many_pairs_as_are_averaged():
     frames = [pair(SHAPE, 0, 0)[0]] * 8
     assert said(frames) == [MEASURED] * (FRAMES - 1) + [STILL] * (8 - FRAMES)
 
 
 @pytest.mark.parametrize('sigma', [1, 5, 15])
-def test_noise_does_not_move_what_stands(sigma):
+def test_noise_does_not_end_standing_still(sigma):
     scene, _ = pair(SHAPE, 0, 0)
     frames = [noisy(scene, sigma, seed) for seed in range(20)]
     assert set(said(frames)[FRAMES:]) == {STILL}
 
 
-def test_flicker_does_not_move_what_stands():
+def test_flicker_does_not_end_standing_still():
     scene, _ = pair(SHAPE, 0, 0)
     gains = np.random.default_rng(0).uniform(0.7, 1.3, 20)
     frames = [np.clip(scene * gain, 0, 255).astype(np.uint8) for gain in gains]
@@ -122,17 +122,17 @@ def test_flicker_does_not_move_what_stands():
 
 
 @pytest.mark.parametrize('sigma', [0, 5, 15])
-def test_what_creeps_does_not_stand(sigma):
+def test_a_creeping_vehicle_is_not_still(sigma):
     assert set(said(creeping(20, sigma=sigma))) == {MEASURED}
 
 
-def test_a_slow_turn_on_the_spot_is_no_shaking():
+def test_a_slow_turn_on_the_spot_is_not_shaking():
     frames = [pair(SHAPE, 0.5 * index, 0)[1] for index in range(12)]
     assert set(said(frames)) == {MEASURED}
 
 
 @pytest.mark.parametrize('wide', [20, 80])
-def test_what_passes_in_front_of_the_camera_does_not_move_it(wide):
+def test_passing_traffic_does_not_end_standing_still(wide):
     scene, passing = pair(SHAPE, 0, 0)[0], pair(SHAPE, 0, 0, seed=9)[0]
     frames = [scene] * 6
     for left in range(0, SHAPE[1] - wide, 15):
@@ -142,22 +142,22 @@ def test_what_passes_in_front_of_the_camera_does_not_move_it(wide):
     assert set(said(frames)[FRAMES:]) == {STILL}
 
 
-def test_it_drives_off_soon():
+def test_driving_off_is_detected_soon():
     held = [pair(SHAPE, 0, 0, seed=5)[0]] * 8
     answers = said([*held, *creeping(8, zoom=1.02)])
     assert answers[6] is STILL
     assert set(answers[9:]) == {MEASURED}
 
 
-def test_a_pair_without_a_measurement_is_not_held_against_standing():
+def test_an_unmeasured_pair_does_not_end_standing_still():
     scene, _ = pair(SHAPE, 0, 0)
     stranger, _ = pair(SHAPE, 0, 0, seed=3)
     answers = said([*[scene] * 7, stranger, *[scene] * 4])
     assert answers[FRAMES:] == [STILL] * (6 - FRAMES) + [NOTHING] * 2 + [STILL] * 3
 
 
-def test_only_what_is_lit_tells():
-    # Most of the picture is black, as at night, and what is not creeps.
+def test_only_lit_blocks_count():
+    # Most of the image is black, as at night, and the rest creeps.
     frames = creeping(20)
     for frame in frames:
         frame[:160] = 0
@@ -199,8 +199,8 @@ def test_after_an_interruption_the_newest_frame_is_compared_with_the_next():
     assert answers == [MEASURED, STILL, STILL, MEASURED, STILL, STILL]
 
 
-def test_blocks_without_a_pair_of_their_own_are_not_asked(monkeypatch):
-    # Values of another type: the correlator goes on, the blocks start anew.
+def test_blocks_without_a_pair_are_not_used(monkeypatch):
+    # Values of another type: the correlator continues, the blocks restart.
     monkeypatch.setattr(BlockMotion, 'share_following', None)
     first, second = behind_a_pattern(24.0)
     (verdict, shift), = verdicts([first, second.astype(np.uint16)])
@@ -211,7 +211,7 @@ def test_blocks_without_a_pair_of_their_own_are_not_asked(monkeypatch):
 
 
 def flow(*lengths, textured=None):
-    """Return a flow whose blocks have moved so far, to the right."""
+    """Return a flow with these displacements to the right."""
     vectors = np.zeros((len(lengths), 2))
     vectors[:, 0] = lengths
     return BlockFlow(vectors, np.ones(len(lengths), bool) if textured is None else textured)
@@ -222,7 +222,7 @@ def feed_flows(flows, frames=1):
     return [detector.update(each, WIDTH) for each in flows]
 
 
-def test_half_of_the_blocks_have_to_stand_and_a_third_to_go_on_standing():
+def test_half_of_the_blocks_start_standing_still_and_a_third_keep_it():
     far = 100 * LIMIT
     stand, half, third, few = (
         flow(*[0.0] * still, *[far] * (12 - still)) for still in (12, 7, 5, 3))
@@ -230,7 +230,7 @@ def test_half_of_the_blocks_have_to_stand_and_a_third_to_go_on_standing():
     assert feed_flows([stand, third, few, third]) == [True, True, False, False]
 
 
-def test_blocks_without_texture_have_no_say():
+def test_blocks_without_texture_do_not_count():
     textured = np.array([True, True, False, False, False])
     moving, still = (100 * LIMIT, 90 * LIMIT), (0.0, 0.0, 0.0)
     assert feed_flows([flow(*moving, *still, textured=textured)]) == [False]
@@ -250,14 +250,14 @@ def test_the_whole_picture_may_shake_but_not_go_anywhere():
     assert feed_flows([flow(*[4 * LIMIT] * 8)]) == [False]
 
 
-def test_another_number_of_blocks_starts_anew():
+def test_another_number_of_blocks_restarts_the_detector():
     assert feed_flows([flow(0.0, 0.0)] * 2 + [flow(0.0)] * 2, frames=2) == [
         False, True, False, True]
 
 
 @given(st.lists(st.lists(
     st.floats(-50, 50), min_size=6, max_size=6), min_size=1, max_size=12), st.integers(1, 5))
-def test_mirrored_motion_stands_just_as_well(rows, frames):
+def test_mirrored_motion_gives_the_same_result(rows, frames):
     rows = [[round(value, 3) for value in row] for row in rows]
     mirrored = [flow(*(-value for value in row)) for row in rows]
     assert feed_flows([flow(*row) for row in rows], frames) == feed_flows(mirrored, frames)
@@ -266,7 +266,7 @@ def test_mirrored_motion_stands_just_as_well(rows, frames):
 # --- a fixed pattern
 
 def behind_a_pattern(dx, *, count=2, share=0.3, seed=0):
-    """Return frames of a scene that moves by dx each, behind sharp spots that do not."""
+    """Return frames of a scene that moves by dx each, behind sharp fixed spots."""
     rng = np.random.default_rng(seed)
     spots = cv2.resize((rng.random((24, 32)) < share).astype(np.uint8), SHAPE[::-1],
                        interpolation=cv2.INTER_NEAREST) > 0
@@ -284,7 +284,7 @@ def test_the_guard_looks_past_a_fixed_pattern():
 
 
 class Told:
-    """Stands for a correlator and for blocks, and says what it is told to."""
+    """Replaces a correlator and blocks, and returns given values."""
 
     def __init__(self, *, first, second, share):
         self.significances = {ZERO: first, ELSEWHERE: second}
@@ -313,7 +313,7 @@ ZERO, ELSEWHERE = Shift(0.2, -0.3, 0.3), Shift(25.0, 1.0, 0.1)
     (2, 9, 0.9, ELSEWHERE),
     (2, 9, 0.1, None),
 ])
-def test_what_it_takes_to_look_past_zero(first, second, share, believed):
+def test_conditions_for_looking_past_zero(first, second, share, believed):
     told = Told(first=first, second=second, share=share)
     gate = MeasurementGate(GateSettings(min_significance=6.0))
     assert gate.judge(ZERO, told, told) is believed
@@ -331,7 +331,7 @@ def test_a_zero_behind_a_fixed_pattern_stays_zero():
     assert shift.dx == pytest.approx(0, abs=0.1)
 
 
-def test_the_guard_does_not_follow_what_passes_by():
+def test_the_guard_does_not_follow_traffic():
     scene, passing = pair(SHAPE, 0, 0)[0], pair(SHAPE, 0, 0, seed=9)[0]
     frames = []
     for left in (60, 90):
@@ -342,7 +342,7 @@ def test_the_guard_does_not_follow_what_passes_by():
     for frame in frames:
         correlator.update(frame)
     second = correlator.second_peak(apart=8)
-    # It does stand out, and would be taken for a measurement.
+    # It stands out of noise, and would be taken for a measurement.
     assert second.dx == pytest.approx(30, abs=0.5)
     assert correlator.significance(second) > 6
     (_, shift), = verdicts(frames)

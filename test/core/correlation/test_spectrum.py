@@ -27,7 +27,7 @@ def test_padded_side_follows_its_rule(length):
     (8, 8), (9, 16), (240, 240), (376, 384), (480, 480), (1080, 1080), (1226, 1296),
     (1241, 1296), (1242, 1296), (1280, 1280), (1920, 1920), (2048, 2160)])
 def test_padded_sides_are_pinned(length, side):
-    # Whoever changes one changes the shifts, by a little, of everybody's recordings.
+    # A change would change the shifts of all recordings slightly.
     assert padded_side(length) == side
 
 

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Once it is under way, the correlator allocates nothing of a frame's size."""
+"""In steady state, the correlator allocates nothing of a frame's size."""
 
 from functools import partial
 import tracemalloc
@@ -33,7 +33,7 @@ def constant():
 
 
 def allocated_by_each_update(correlator, frames):
-    """Return the most that each update held at any time beyond what was held before it."""
+    """Return the peak memory of each update beyond what was allocated before it."""
     peaks = []
     tracemalloc.start()
     try:
@@ -58,7 +58,7 @@ def test_an_update_allocates_nothing_of_a_frames_size(make_frames, library):
         pytest.skip('scipy is not installed')
     correlator = PhaseCorrelator(transform=library)
     frames = make_frames()
-    # The first frame and the first pair make whatever is made once.
+    # The first frame and the first pair make the permanent allocations.
     for frame in frames:
         correlator.update(frame)
     assert max(allocated_by_each_update(correlator, frames * 2)) < FRAME_BYTES / 4
@@ -80,7 +80,7 @@ class Copy:
 
 
 def test_what_is_allocated_is_seen_here():
-    # Both numpy and OpenCV tell tracemalloc what they allocate: without that, the tests above
+    # Both numpy and OpenCV report allocations to tracemalloc: without that, the tests above
     # would pass whatever happens.
     frames = noise(np.uint8)
     assert allocated_by_each_update(Copy(), frames)[0] >= FRAME_BYTES

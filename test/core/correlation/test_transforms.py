@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Which library computes the transforms, and that it makes no difference to the answers."""
+"""The choice of the library of the transforms, and that the results do not depend on it."""
 
 import sys
 
@@ -48,7 +48,7 @@ def built_with(monkeypatch, intels):
 
 @needs_scipy
 @pytest.mark.parametrize('shape', SHAPES)
-def test_spectra_are_packed_alike(shape):
+def test_all_libraries_pack_spectra_the_same_way(shape):
     rows = shape[0] * 3 // 4
     picture = np.zeros(shape, np.float32)
     picture[:rows] = np.random.default_rng(0).normal(size=(rows, shape[1]))
@@ -61,7 +61,7 @@ def test_spectra_are_packed_alike(shape):
 @pytest.mark.parametrize('shape', SHAPES)
 @pytest.mark.parametrize('library', [
     OpenCvTransform, pytest.param(ScipyTransform, marks=needs_scipy)])
-def test_there_and_back_leads_back(library, shape):
+def test_the_inverse_restores_the_input(library, shape):
     picture = np.random.default_rng(1).normal(size=shape).astype(np.float32)
     work = picture.copy()
     library().forward(work, len(work))
@@ -77,21 +77,21 @@ def test_intels_transforms_are_preferred(monkeypatch):
 
 
 @needs_scipy
-def test_scipy_stands_in_for_intels(monkeypatch):
+def test_scipy_replaces_intels(monkeypatch):
     built_with(monkeypatch, False)
     assert find_transform().name.startswith('scipy ')
     assert transform_hint(TransformLibrary.AUTO) == ''
     assert 'auto' in transform_hint(TransformLibrary.OPENCV)
 
 
-def test_without_either_opencvs_own_serve(monkeypatch, no_scipy):
+def test_without_either_opencvs_own_are_used(monkeypatch, no_scipy):
     built_with(monkeypatch, False)
     assert isinstance(find_transform(), OpenCvTransform)
     assert find_transform().name == f'OpenCV {cv2.__version__} (its own)'
     assert 'python3-scipy' in transform_hint(TransformLibrary.AUTO)
 
 
-def test_scipy_asked_for_and_not_there_is_an_error(no_scipy):
+def test_missing_scipy_is_an_error_if_requested(no_scipy):
     with pytest.raises(MissingDependencyError, match='python3-scipy'):
         TrajectoryEstimator(EstimatorSettings(transform=TransformLibrary.SCIPY))
 

@@ -58,7 +58,7 @@ def test_shifts_are_those_of_the_upright_picture():
 @pytest.mark.parametrize('options', [
     {'rows': (0.5, 0.5)}, {'rows': (0.6, 0.5)}, {'rows': (-0.1, 1.0)}, {'columns': (0.0, 1.1)},
     {'columns': (float('nan'), 1.0)}, {'decimation': 0}])
-def test_what_makes_no_view_is_refused(options):
+def test_invalid_views_are_refused(options):
     with pytest.raises(ValueError, match=r'rows|columns|decimation'):
         View(**options)
 
@@ -72,6 +72,6 @@ def test_a_view_of_too_few_pixels_is_refused(view):
 
 
 @pytest.mark.parametrize('shape', [(100,), (10, 10, 3)])
-def test_what_is_no_grey_frame_is_refused(shape):
+def test_frames_that_are_not_greyscale_are_refused(shape):
     with pytest.raises(FrameError, match='shape'):
         TrajectoryEstimator().update(np.zeros(shape, np.uint8), 0)

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Many sources: names of folders, processes that die, and the table of how it went."""
+"""Many sources: names of folders, processes that die, and the summary."""
 
 import csv
 import json
@@ -60,7 +60,7 @@ def files_in(folder):
     return {path.name for path in folder.iterdir()}
 
 
-def test_a_job_tells_how_it_went(tmp_path, root):
+def test_the_outcome_of_a_job(tmp_path, root):
     [job] = jobs_for(root, [write_rolled(tmp_path / 'drive')])
     seen = []
     outcome = run_job(job, lambda done, expected: seen.append((done, expected)))
@@ -79,7 +79,7 @@ def test_a_route_along_the_heading_has_few_points_too(tmp_path, root):
     routes = {}
     for path_from in ('codes', 'heading'):
         parameters = Parameters(
-            threshold=16.0, focal_px=camera.fx, path_from=path_from)
+            threshold=16.0, focal_px=camera.fx, path_from=path_from, speed=5.0)
         job = Job(
             source=tmp_path / 'drive', root=root, folder=path_from, parameters=parameters)
         routes[path_from] = np.array(run_job(job).route)
@@ -92,7 +92,7 @@ def test_a_route_along_the_heading_has_few_points_too(tmp_path, root):
 
 @pytest.mark.parametrize(('fault', 'error'), [
     ('missing', 'does not exist'), ('root', 'have to share it'), ('bug', 'KeyError')])
-def test_whatever_goes_wrong_is_told_in_one_line(tmp_path, root, monkeypatch, fault, error):
+def test_every_error_is_reported_in_one_line(tmp_path, root, monkeypatch, fault, error):
     source = write_rolled(tmp_path / 'drive')
     if fault == 'missing':
         source = tmp_path / 'none'
@@ -161,14 +161,14 @@ def test_a_source_that_kills_its_process_each_time_is_reported(tmp_path, root, m
     assert files_in(root) == {'a'}
 
 
-def test_what_a_process_cannot_tell_is_reported_too(tmp_path, root):
+def test_errors_that_cannot_be_transferred_are_reported(tmp_path, root):
     jobs = jobs_for(root, [tmp_path / 'x', tmp_path / 'y'])
     outcomes = list(run_parallel(jobs, workers=1, run=never_returns))
     assert [outcome.error for outcome in outcomes] == ['RuntimeError: a fault of two lines'] * 2
 
 
 def test_an_interruption_ends_its_processes_and_what_they_were_writing(tmp_path, root):
-    # Long enough that it cannot be over before it is seen to have begun.
+    # Long enough that it cannot end before its start is noticed.
     long = write_rolled(tmp_path / 'long', [0])
     for number in range(2, 6000):
         os.link(long / '0000.png', long / f'{number:04}.png')

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A real cluster of worker processes, one of which is killed in the middle of its work."""
+"""A real cluster of worker processes, one of which is killed during its work."""
 
 import sys
 
@@ -37,7 +37,7 @@ def jobs(tmp_path):
 
 @pytest.fixture
 def cluster(marks):
-    """Return the address of a cluster of two processes; they inherit where to leave marks."""
+    """Return the address of a cluster of two processes, which inherit the folder of marks."""
     distributed = pytest.importorskip('distributed')
     with distributed.LocalCluster(
             n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None,
@@ -74,7 +74,7 @@ def test_no_scheduler(jobs, monkeypatch):
         next(run_on_dask(jobs, 'tcp://127.0.0.1:9'))
 
 
-def test_without_dask_it_says_so(jobs, monkeypatch):
+def test_missing_dask_is_reported(jobs, monkeypatch):
     monkeypatch.setitem(sys.modules, 'distributed', None)
     with pytest.raises(MissingDependencyError, match=r'phase_traj_ros\[dask\]'):
         next(run_on_dask(jobs, 'tcp://127.0.0.1:9'))

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A replay's figures against the truth."""
+"""Scores of a replay against the ground truth."""
 
 from argparse import Namespace
 import json
@@ -43,7 +43,7 @@ def truth_of(yaws, *, metres=1.0, stamps=None):
 
 @pytest.fixture
 def replayed(tmp_path):
-    """Return a writer of what a replay would write of measured yaws, in degrees per pair."""
+    """Return a function that writes the files of a replay with given yaws, degrees per pair."""
     def write(yaws, *, connectivity=4, **changed):
         heading = headings(yaws)
         codes, movement, direction = HeadingCode(connectivity=connectivity), [], []
@@ -115,7 +115,7 @@ def test_a_short_drive_is_scaled_to_100_m(replayed):
     ([*STRAIGHT, *STRAIGHT], [*STRAIGHT, *bend(90)], 1.0, 0.0),
     ([*STRAIGHT, *bend(90)], [*STRAIGHT, *STRAIGHT], 0.0, 1.0),
     ([*STRAIGHT, *bend(-90)], [*STRAIGHT, *bend(90)], 0.0, 0.0),
-    # 55 to 65 degrees count neither way.
+    # Turns of 55 to 65 degrees are not scored.
     ([*STRAIGHT, *bend(62)], [*STRAIGHT, *bend(58)], 1.0, 1.0),
     ([*STRAIGHT, *bend(62)], [*STRAIGHT, *STRAIGHT], 1.0, 1.0),
     ([*STRAIGHT, *bend(58)], [*STRAIGHT, *bend(63)], 1.0, 1.0),
@@ -124,7 +124,7 @@ def test_a_short_drive_is_scaled_to_100_m(replayed):
     # A U-turn that was taken for two turns.
     ([*STRAIGHT, *bend(90), *[0.0] * 8, *bend(82)], [*STRAIGHT, *bend(90), *[1.0] * 8, *bend(82)],
      0.5, 1.0),
-    # A second too late is near enough, two are not.
+    # A delay of one second is tolerated, two are not.
     ([*STRAIGHT, *[0.0] * 39, *bend(90)], [*STRAIGHT, *bend(90), *[0.0] * 39], 1.0, 1.0),
     ([*STRAIGHT, *[0.0] * 50, *bend(90)], [*STRAIGHT, *bend(90), *[0.0] * 50], 0.0, 0.0),
     (STRAIGHT, STRAIGHT, 1.0, 1.0),
@@ -165,7 +165,7 @@ def test_standing_still_draws_no_step(replayed):
 def test_figures_hold_from_where_the_truth_begins(replayed):
     drive = read_replay(replayed(PLAN))
     truth = truth_of(PLAN, stamps=np.arange(151) * PERIOD_NS)
-    # In the middle of the first turn, of which nothing can be said then.
+    # During the first turn, which is then not scored.
     later = GroundTruth(truth.headings[40:], truth.positions[40:], truth.stamps_ns[40:])
     found, true = evaluate(drive, later)
     assert true.frames[0] == 40 and found.frames == 111
@@ -206,7 +206,7 @@ def test_a_path_in_metres(replayed, turned):
     drive = read_replay(with_path(replayed(PLAN, **METRES), turned=turned))
     errors = evaluate(drive, truth_of(PLAN))[0].path_errors
     assert errors.distance_error_percent == pytest.approx(5.0)
-    # Of chords, which are shorter than the way.
+    # Chords are shorter than the path.
     assert 4.0 < errors.t_rel_percent < 5.0
     assert errors.r_rel_deg_per_100m == pytest.approx(0.0, abs=1e-6)
     true = truth_of(PLAN).positions
@@ -310,7 +310,7 @@ def test_the_command_writes_figures_and_a_picture(replayed, tmp_path, capsys):
     np.savetxt(path, rows, fmt='%.9f')
     command.run(Namespace(directory=directory, ground_truth=path))
     printed = capsys.readouterr().out
-    assert 'precision 1.000, recall 1.000' in printed and 'direction codes: 100.0%' in printed
+    assert 'precision 1.000, recall 1.000' in printed and 'at 100.0% of the frames' in printed
     written = json.loads((directory / 'evaluation.json').read_text())
     assert written['turns']['precision'] == written['turns']['recall'] == 1.0
     assert set(written['heading_error_deg']) >= {'rms', 'end', 'max', 'per_100m'}
@@ -333,7 +333,7 @@ def test_the_command_does_without_heading(replayed, tmp_path, capsys):
     assert written['turns'] is None and written['heading_error_deg'] is None
 
 
-def test_refuses_what_is_no_replay(replayed, tmp_path):
+def test_refuses_directories_without_a_replay(replayed, tmp_path):
     with pytest.raises(ResultError, match='does not hold a replay'):
         read_replay(tmp_path)
     for changed in ({'movement': [1, 1]}, {'direction': [9]}, {'status': None},

@@ -100,7 +100,7 @@ def test_absolute_errors_are_evos(apart, scaled):
 
 
 def test_relative_errors_are_evos(apart):
-    """Parts as KITTI's own program takes them, the error of each as evo has it."""
+    """The parts are those of KITTI's own program, the error of each is that of evo."""
     from evo.core import lie_algebra
     from evo.core.metrics import RPE
     true, found = (_trajectory(side).poses_se3 for side in apart)
@@ -121,7 +121,7 @@ def test_relative_errors_are_evos(apart):
     assert errors.rotation == pytest.approx(np.mean(turns))
 
 
-def test_evaluate_says_what_evo_says(results):
+def test_evaluate_agrees_with_evo(results):
     from evo.core import sync
     from evo.tools import file_interface
     truth = results / 'truth.tum'

@@ -96,7 +96,7 @@ def test_kitti_times_beside_or_in_front(write):
     assert beside.stamps_ns.tolist() == in_front.stamps_ns.tolist()
     assert beside.stamps_ns[3] == 300_000_000
     np.testing.assert_allclose(beside.headings, in_front.headings)
-    # Times of other poses are none of theirs.
+    # Times of other poses do not belong to them.
     assert read_ground_truth(write(rows[:50], 'part.txt')).stamps_ns is None
 
 
@@ -141,7 +141,7 @@ def test_frames_outside_the_truth_are_left_out(write):
     assert true.frames.tolist() == [3, 4, 5, 6, 7, 8]
 
 
-def test_clocks_that_have_nothing_in_common_start_together(write):
+def test_unrelated_clocks_start_together(write):
     xy, yaw = drive()
     truth = read_ground_truth(write(tum_rows(xy, yaw, np.arange(60) * 0.1)))
     stamps = 1_700_000_000 * SECOND + np.arange(60) * (SECOND // 10)
@@ -159,13 +159,13 @@ def test_clocks_that_have_nothing_in_common_start_together(write):
     ('0 a 0 0 0 0 0 1\n1 0 0 0 0 0 0 1\n', 'could not convert'),
     ('1 2 3 4 5 6 7 8 9 10 11 12\n' * 2, 'not rotations'),
 ])
-def test_refuses_what_is_no_trajectory(tmp_path, text, message):
+def test_refuses_invalid_trajectories(tmp_path, text, message):
     path = tmp_path / 'truth.txt'
     path.write_text(text)
     with pytest.raises(SourceError, match=message):
         read_ground_truth(path)
 
 
-def test_refuses_what_cannot_be_read(tmp_path):
+def test_refuses_unreadable_files(tmp_path):
     with pytest.raises(SourceError, match='cannot be read'):
         read_ground_truth(tmp_path / 'absent.txt')

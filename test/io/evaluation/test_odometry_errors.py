@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Errors of odometry, against what can be reckoned by hand."""
+"""Errors of odometry, against values calculated by hand."""
 
 import numpy as np
 from phase_traj_ros.io.evaluation.odometry_errors import distance_error, relative_errors
@@ -9,7 +9,7 @@ import pytest
 
 
 def poses(lengths, yaws):
-    """Return where steps lead, (n, 3): lengths in metres, yaws in radians, half of it before."""
+    """Return the poses after steps, (n, 3): lengths in metres, yaws in radians, half before."""
     yaw = np.concatenate([[0.0], np.cumsum(yaws)])
     middle = (yaw[1:] + yaw[:-1]) / 2
     steps = np.stack([lengths * np.cos(middle), lengths * np.sin(middle)], axis=1)
@@ -66,14 +66,14 @@ def test_a_constant_error_of_the_yaw_rate(metres):
 def test_which_parts_count(metres, lengths):
     true = straight(metres)
     found = true.copy()
-    # A jump that only those that begin at the first two starts see.
+    # A jump within the parts that begin at the first two starts only.
     found[15:, 1] += 1.0
     parts = [starts(metres, length) for length in lengths]
     seen = [min(count, 2) / length for count, length in zip(parts, lengths)]
     assert relative_errors(found, true).translation == pytest.approx(sum(seen) / sum(parts))
 
 
-def test_neither_where_the_frames_lie_nor_whole_turns_matter():
+def test_the_origin_and_full_turns_do_not_matter():
     rng = np.random.default_rng(3)
     true = poses(rng.uniform(0.5, 1.5, 400), rng.normal(0, 0.05, 400))
     found = true + rng.normal(0, 0.02, true.shape).cumsum(axis=0)
@@ -88,12 +88,12 @@ def test_neither_where_the_frames_lie_nor_whole_turns_matter():
     assert errors.rotation == pytest.approx(expected.rotation)
 
 
-def test_a_way_in_reverse_is_a_way():
+def test_reversing_counts_as_distance():
     there_and_back = poses(np.array([1.0] * 30 + [-1.0] * 30), np.zeros(60))[:, :2]
     assert distance_error(there_and_back, straight(60)[:, :2]) == pytest.approx(0.0)
 
 
-def test_without_a_way_there_is_nothing_to_compare_with():
+def test_without_motion_there_are_no_errors():
     assert distance_error(straight(60)[:, :2], np.zeros((61, 2))) is None
     assert relative_errors(straight(60), np.zeros((61, 3))) is None
     assert relative_errors(straight(49), straight(49)) is None
@@ -107,5 +107,5 @@ def test_absolute_errors():
     assert absolute_error(turned, true, scaled=False) == pytest.approx(0.05 * np.hypot(50, 50))
     mirrored = true * (1, -1)
     assert absolute_error(mirrored, true, scaled=False) > 10.0
-    # What stays where it is cannot be turned.
+    # A path that does not move cannot be rotated.
     assert absolute_error(np.zeros((4, 2)), true, scaled=False) == pytest.approx(np.hypot(50, 50))

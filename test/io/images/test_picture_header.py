@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Size and wholeness of compressed pictures, without decoding."""
+"""Size and completeness of compressed images, without decoding."""
 
 import struct
 import zlib
@@ -51,7 +51,7 @@ def test_png():
 
 
 def test_jpeg_preview_in_the_header_is_not_taken_for_the_picture():
-    """A camera's preview is a whole JPEG inside a segment, with a size and an end of its own."""
+    """A camera's preview is a complete JPEG inside a segment, with its own size and end."""
     preview = picture_file('.jpg', (8, 8))
     data = picture_file('.jpg', (37, 53))
     segment = b'\xff\xe1' + struct.pack('>H', len(preview) + 2) + preview

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Calibrations out of CameraInfo messages: those of rclpy, and of rosbags for ROS 2 and ROS 1."""
+"""Calibrations from CameraInfo messages of rclpy, and of rosbags for ROS 2 and ROS 1."""
 
 from types import SimpleNamespace
 
@@ -66,7 +66,7 @@ def test_raw_images(info):
 def test_rectified_images(info):
     assert camera_from_info(info(), rectified=True) == CameraModel(
         width=1280, height=720, fx=600.0, fy=605.0, cx=640.0, cy=360.0)
-    # What is of no use for them need not be known.
+    # Unused values may be unknown.
     message = info(k=(0.0,) * 9, distortion_model='acme')
     assert camera_from_info(message, rectified=True).fx == 600.0
 
@@ -78,7 +78,7 @@ def test_rectified_images(info):
     ('rational_polynomial', (*D, 0.1, 0.2, 0.3, *[0.001] * 6), Distortion.BROWN),
     ('equidistant', D[:4], Distortion.FISHEYE),
     ('fisheye', D[:4], Distortion.FISHEYE),
-    # Zeros are the ideal lens of a model; that of equidistant is no pinhole.
+    # Zeros are the ideal lens of a model; that of equidistant is not a pinhole.
     ('equidistant', (0.0,) * 4, Distortion.FISHEYE),
     ('plumb_bob', (0.0,) * 5, Distortion.NONE),
     ('rational_polynomial', (0.0,) * 8, Distortion.NONE),
@@ -146,7 +146,7 @@ def test_errors(info, fields, rectified, message):
     assert isinstance(caught.value, PhaseTrajError)
 
 
-def test_what_is_no_camera_info():
+def test_other_messages_are_refused():
     with pytest.raises(CalibrationError, match='not a sensor_msgs/CameraInfo'):
         camera_from_info(SimpleNamespace(data='hello'), rectified=False)
     with pytest.raises(CalibrationError, match='not a sensor_msgs/CameraInfo'):
@@ -179,7 +179,7 @@ def test_topic_beside_that_of_the_images(image, expected):
     assert camera_info_topic(image) == expected
 
 
-def test_a_source_knows_nothing_of_its_camera_unless_it_says_so():
+def test_sources_have_no_camera_by_default():
     class Source(FrameSource):
 
         def _candidates(self):

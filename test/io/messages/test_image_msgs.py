@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Raw and compressed image messages become the grey image that they show."""
+"""Conversion of raw and compressed image messages to greyscale."""
 
 from array import array
 from types import SimpleNamespace
@@ -18,7 +18,7 @@ BAYER = ['rggb', 'bggr', 'gbrg', 'grbg']
 
 
 def mosaic(bgr, pattern):
-    """Return what a sensor with that colour filter, read from the corner on, sees."""
+    """Return the samples of a sensor with that colour filter, read from the corner on."""
     result = np.empty(bgr.shape[:2], bgr.dtype)
     for index, letter in enumerate(pattern):
         row, column = divmod(index, 2)
@@ -73,14 +73,14 @@ def test_encoding(picture, image_msg, encoding, padding, big_endian):
     result = to_grey(msg)
     assert result.dtype == grey.dtype
     np.testing.assert_array_equal(result, grey)
-    # OpenCV takes it as it is, padded rows and all.
+    # OpenCV accepts it without a copy, including padded rows.
     assert cv2.mean(result)[0] == pytest.approx(grey.mean())
 
 
 @pytest.mark.parametrize('depth', [8, 16])
 @pytest.mark.parametrize('pattern', BAYER)
 def test_mosaic_is_named_from_the_corner_on(picture, image_msg, pattern, depth):
-    """The names that OpenCV has for them are shifted; the four must not be mixed up."""
+    """The names in OpenCV are shifted; the four must not be confused."""
     # Strongly coloured, so that red taken for blue, or either for green, stands out.
     bgr = picture(40, 48) // 4 + np.array([0, 60, 190], np.uint8)
     if depth == 16:

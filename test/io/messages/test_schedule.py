@@ -21,7 +21,7 @@ def pair(movement, links=()):
 
 
 def sent(schedule, movements):
-    """Return what goes out with each of the pairs, a tenth of a second apart."""
+    """Return what is sent with each of the pairs, a tenth of a second apart."""
     taken = []
     for index, movement in enumerate(movements):
         schedule.add(pair(movement))
@@ -29,7 +29,7 @@ def sent(schedule, movements):
     return taken
 
 
-def test_pace_lets_news_out_at_once_and_then_once_a_period():
+def test_pace_sends_at_once_and_then_once_a_period():
     pace = Pace(100)
     assert not pace.is_due(0)
     pace.changed()
@@ -40,7 +40,7 @@ def test_pace_lets_news_out_at_once_and_then_once_a_period():
     assert pace.pending and not pace.is_due(99) and pace.is_due(100)
 
 
-def test_urgent_news_does_not_wait():
+def test_urgent_content_does_not_wait():
     pace = Pace(100)
     pace.sent(0)
     pace.changed(urgent=True)
@@ -59,7 +59,7 @@ def test_text_goes_out_when_the_movement_changes_else_once_a_second():
         0, 5, 10, 15, 20, 25]
 
 
-def test_what_had_to_wait_goes_out_later_and_at_the_end():
+def test_pending_content_is_sent_later_and_at_the_end():
     schedule = made(path_rate=2.0)
     sent(schedule, [Movement.FORWARD] * 2)
     assert schedule.take(4 * TENTH) == ()
@@ -68,7 +68,7 @@ def test_what_had_to_wait_goes_out_later_and_at_the_end():
     assert schedule.take_rest(7 * TENTH) == () and schedule.take(10**12) == ()
 
 
-def test_a_new_start_goes_out_at_once():
+def test_a_restart_is_sent_at_once():
     schedule = made(path_rate=0.1)
     sent(schedule, [Movement.FORWARD] * 2)
     schedule.restart()

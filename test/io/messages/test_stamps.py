@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Header stamps, and the receive times that stand in for them."""
+"""Header stamps, and the receive times that replace them."""
 
 from types import SimpleNamespace
 
@@ -12,14 +12,14 @@ import pytest
     ([5, 6, 7], [5, 6, 7]),
     # Simulated time starts at zero.
     ([0, 5, 6], [0, 5, 6]),
-    # A driver that sets no stamps.
+    # A driver without stamps.
     ([0, 0, 0], [0, 101, 102]),
-    # One that starts to.
+    # A driver that sets stamps later.
     ([0, 0, 5, 6], [0, 101, 5, 6]),
-    # A zero in between is believed once.
+    # A single zero in between is accepted.
     ([5, 0, 6, 0, 7], [5, 0, 6, 0, 7]),
     ([5, 0, 0, 0], [5, 0, 102, 103]),
-    # A backward jump is not for this rule to judge.
+    # This rule does not handle backward jumps.
     ([9, 8, -1], [9, 8, -1]),
 ])
 def test_rule(headers, expected):

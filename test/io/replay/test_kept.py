@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Two passes over the frames of a source: what is kept between them, and what is left running."""
+"""Two passes over the frames of a source: the frames kept between them, and threads."""
 
 from functools import partial
 import threading
@@ -18,7 +18,7 @@ TENTH = 100_000_000
 
 
 class _Counted(FrameSource):
-    """Gives frames of noise, and counts how often they are read; some cannot be used."""
+    """Yields frames of noise, and counts how often they are read; some are invalid."""
 
     def __init__(self, *, unusable=()):
         super().__init__(description='noise', selection=EVERYTHING, frame_count=20)
@@ -47,7 +47,7 @@ def test_what_fits_is_read_once(most_bytes, passes):
     assert [frame.stamp_ns for frame in first] == [frame.stamp_ns for frame in second]
     assert all(np.array_equal(one.image, other.image) for one, other in zip(first, second))
     assert source.passes == passes
-    # They are forgotten: another pass reads them anew.
+    # They are released: another pass reads them again.
     assert len(list(kept.once())) == 20
     assert source.passes == passes + 1
 
@@ -60,6 +60,6 @@ def test_a_pass_that_fails_leaves_no_thread_that_reads(number_of_pass, monkeypat
     with pytest.raises(SourceError, match='frame 5') as failure:
         replay_source(source, Parameters(code_source='auto'), Wanted(), title='noise')
     assert source.passes == number_of_pass
-    # The error holds on to what was under way: the garbage collector would come too late.
+    # The error refers to the running generator: the garbage collector would come too late.
     assert failure.tb is not None
     assert no_thread_left()

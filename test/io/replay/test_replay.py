@@ -44,7 +44,7 @@ def test_repeated_stamps_are_dropped():
 
 
 class Diary(Watcher):
-    """Writes down what a watcher is told."""
+    """Records the calls of a watcher."""
 
     def __init__(self):
         self.told = []
@@ -66,7 +66,7 @@ def test_watchers_are_started_once_whatever_frames_are_repeated():
     assert diary.told == [('start', 0), (0, 10**8), (1, 2 * 10**8), ('finish',)]
 
 
-def test_watchers_begin_anew_where_time_goes_back():
+def test_watchers_restart_when_time_goes_back():
     diary = Diary()
     replay(
         frames([0, 0], start=10**10) + frames([0, 30]), Parameters(threshold=16.0), source='test',

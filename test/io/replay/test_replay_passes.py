@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""One pass, as the node makes it, and two where the camera is not known."""
+"""One pass, as in the node, and two passes if the camera is not known."""
 
 import json
 import math
@@ -33,7 +33,7 @@ def folder(tmp_path_factory):
 
 
 class Seen(Watcher):
-    """Counts what it sees."""
+    """Counts frames and pairs."""
 
     def __init__(self):
         self.starts, self.pairs = 0, 0

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The animated picture, and the path as text."""
+"""The animated GIF, and the path as text."""
 
 import sys
 
@@ -54,7 +54,7 @@ def test_frames_of_another_size_do_not_stop_it(tmp_path):
     assert len(animated(tmp_path / 'a.gif', frames)) == 2
 
 
-def test_without_pillow_it_says_so(monkeypatch):
+def test_missing_pillow_is_reported(monkeypatch):
     monkeypatch.setitem(sys.modules, 'PIL.Image', None)
     with pytest.raises(MissingDependencyError, match='Pillow'):
         Animation()
@@ -77,11 +77,11 @@ def test_a_path_as_text_starts_upwards():
 @pytest.mark.parametrize('path', [
     [], [corner(0, 0)], [corner(0, 0), corner(10**6, 0)],
     [corner(0, 0), corner(0, -10**6), corner(5, -10**6)]])
-def test_it_fits_its_room_whatever_the_path(path, braille):
+def test_it_fits_the_given_size_for_any_path(path, braille):
     lines = path_lines(path, columns=9, rows=5, braille=braille)
     assert len(lines) == 5 and max(map(len, lines)) <= 9
     assert any(lines) == bool(path)
 
 
-def test_it_fits_into_a_single_sign():
+def test_it_fits_into_a_single_character():
     assert path_lines([corner(0, 0), corner(3, 3)], columns=1, rows=1, braille=False) == ['*']

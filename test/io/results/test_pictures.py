@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Overview, thumbnails and the pictures made of them."""
+"""The overview, thumbnails, and the figures made of them."""
 
 from pathlib import Path
 import xml.etree.ElementTree as ElementTree
@@ -31,7 +31,7 @@ def watched():
 
 
 def svg_texts(path: Path):
-    """Return the comments of an SVG: matplotlib writes there what it draws as outlines."""
+    """Return the comments of an SVG, in which matplotlib stores the texts it draws as outlines."""
     parser = ElementTree.XMLParser(target=ElementTree.TreeBuilder(insert_comments=True))
     root = ElementTree.parse(path, parser).getroot()
     return [each.text.strip() for each in root.iter() if each.tag is ElementTree.Comment]
@@ -51,7 +51,7 @@ def test_overview(watched):
     assert right.corner == (3, 4)
 
 
-def test_the_text_of_the_debug_picture_has_a_rim_as_wide_as_itself():
+def test_the_text_of_the_debug_image_has_an_outline_of_equal_width():
     grey = [np.full((480, 1280), shade, np.uint8) for shade in (128, 129)]
     estimator = TrajectoryEstimator(Parameters(threshold=16.0).estimator_settings())
     estimator.update(grey[0], 0)
@@ -132,7 +132,7 @@ def test_thumbnails_are_bounded_in_number_width_and_bytes():
         assert picture.shape == (60, 100)
 
 
-def test_when_time_goes_back_the_thumbnails_and_turns_begin_anew():
+def test_when_time_goes_back_the_thumbnails_and_turns_restart():
     thumbnails, turns = Thumbnails(), TurnWatcher()
     frames = rolled_frames(start_ns=START_NS + 10**12) + rolled_frames([0, 0, 30])
     replay(frames, Parameters(threshold=16.0), source='', watchers=[thumbnails, turns])

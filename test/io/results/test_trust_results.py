@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Files, pictures, prints and diagnostics tell whether a result can be relied upon."""
+"""Files, figures, the console and diagnostics report whether a result is reliable."""
 
 import json
 
@@ -32,7 +32,7 @@ def drive_of(seed, *plan):
 
 @pytest.fixture(scope='module')
 def barred():
-    """Return a film with bars of two scenes; the second one begins with frame 30."""
+    """Return a video of two scenes with black bars; the second scene begins with frame 30."""
     scenes = [*drive_of(8, Straight(3.0))[:30], *drive_of(3, Straight(0.5), Turn(90.0, 3.0, 4.5))]
     return [overlays.black_bars(frame, sides=0.15) for frame in scenes]
 
@@ -59,7 +59,7 @@ def followed(images, parameters):
     return estimator, updates[-1]
 
 
-def test_replay_prints_and_writes_what_speaks_against_it(tmp_path, capsys):
+def test_replay_prints_and_writes_the_reasons(tmp_path, capsys):
     source, output = write(tmp_path / 'noise', noise()), tmp_path / 'out'
     assert main([
         'replay', source, '--output', str(output), '--report', '-p', 'code_source:=shift']) == 0
@@ -73,7 +73,7 @@ def test_replay_prints_and_writes_what_speaks_against_it(tmp_path, capsys):
     assert '<p class="warn">The parts of the image' in page
 
 
-def test_scenes_and_what_is_left_out_are_in_files_and_report(tmp_path, barred, capsys):
+def test_scenes_and_fixed_areas_are_in_files_and_report(tmp_path, barred, capsys):
     source, output = write(tmp_path / 'film', barred), tmp_path / 'out'
     assert main([
         'replay', source, '--output', str(output), '--report', '-p', 'code_source:=auto',
@@ -88,7 +88,7 @@ def test_scenes_and_what_is_left_out_are_in_files_and_report(tmp_path, barred, c
     assert 'alt="Fixed areas" src="data:image/jpeg' in page
 
 
-def test_what_is_left_out_is_shaded(barred):
+def test_fixed_areas_are_shaded(barred):
     watcher = LeftOutPicture(width=160)
     replay(stamped(barred), AUTO, source='', watchers=[watcher])
     picture = cv2.imdecode(np.frombuffer(watcher.jpeg, np.uint8), cv2.IMREAD_COLOR)
@@ -111,7 +111,7 @@ def test_the_debug_picture_shades_it_too(barred):
     assert np.flatnonzero(clear.any(axis=2)).tolist() == [23]
 
 
-def test_a_snapshot_and_the_diagnostics_tell_it(tmp_path):
+def test_a_snapshot_and_the_diagnostics_contain_it(tmp_path):
     for images, reliable in ((noise(), False), ([TEXTURE] * 30, True)):
         estimator, _ = followed(images, SHIFT)
         folder = tmp_path / str(reliable)
@@ -125,7 +125,7 @@ def test_a_snapshot_and_the_diagnostics_tell_it(tmp_path):
         assert reliable or report.message.startswith('The parts of the image do not move')
 
 
-def test_before_there_is_anything_to_tell_nothing_is_warned_of():
+def test_there_is_no_warning_before_the_first_pairs():
     estimator = TrajectoryEstimator(SHIFT.estimator_settings())
     assert MeasurementReporter().report(estimator, 0.0).level is Level.OK
     for index, each in enumerate(noise(4)):

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Images and their stamps out of bags, whole and broken."""
+"""Images and their stamps from intact and broken bags."""
 
 from pathlib import Path
 import threading
@@ -138,7 +138,7 @@ def test_empty_bag(tmp_path, maker):
 
 
 def test_foreign_messages_do_not_matter(tmp_path, mcap_maker, drive_frame):
-    """A type nobody here can parse, and a topic with two types."""
+    """A type without a known definition, and a topic with two types."""
     from rosbags.rosbag2 import StoragePlugin, Writer
     path = tmp_path / 'bag'
     store = mcap_maker.typestore
@@ -198,7 +198,7 @@ def test_message_that_is_cut_off(tmp_path, maker, drive_frame):
     path = maker.drive(tmp_path / 'bag')
     whole = maker.single_file(path).read_bytes()
     row = drive_frame(3)[12].tobytes()
-    # The number of data bytes stands right before them.
+    # The number of data bytes directly precedes them.
     count = (24 * 32).to_bytes(4, 'little')
     place = whole.index(row) - 12 * 32 - 4
     if maker.kind == 'sqlite3' and whole[place:place + 4] != count:
@@ -213,7 +213,7 @@ def test_message_that_is_cut_off(tmp_path, maker, drive_frame):
 
 
 def test_in_a_background_thread(tmp_path, maker):
-    """What is opened, read and closed there must not belong to this thread."""
+    """Everything is opened, read and closed in that thread."""
     with open_source(maker.drive(tmp_path / 'bag')) as source:
         assert len(list(prefetch(source))) == 5
         frames = prefetch(source)
@@ -279,7 +279,7 @@ def test_missing_storage_file(tmp_path, mcap_maker):
 
 
 def calibrated(maker, path, drive_frame, infos, *, topic='/camera/camera_info', msgtype=INFO):
-    """Write a bag with one image and, on a topic, what is given."""
+    """Write a bag with one image and, on a topic, the given messages."""
     return maker.write(path, {
         '/camera/image_raw': (IMAGE, [(SECOND, maker.image(drive_frame(0), SECOND))]),
         '/right/camera_info': (INFO, [(0, maker.camera_info(focal=99.0))]),

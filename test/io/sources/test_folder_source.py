@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Folders of pictures: order, stamps, depth, and what may be wrong with them."""
+"""Folders of pictures: order, stamps, bit depth and errors."""
 
 import cv2
 from hypothesis import given, strategies as st
@@ -20,7 +20,7 @@ def fill(folder, names, shape=(5, 7)):
     """Write pictures of those names, whose grey value is their place in the list."""
     folder.mkdir(parents=True, exist_ok=True)
     for value, name in enumerate(names):
-        # Written under a name that OpenCV understands whatever the case.
+        # Written under a name in lower case, which OpenCV requires.
         suffix = name[name.rindex('.'):].lower()
         channels = (3,) if suffix == '.ppm' else ()
         done, data = cv2.imencode(suffix, np.full((*shape, *channels), 3 * value, np.uint8))
@@ -30,7 +30,7 @@ def fill(folder, names, shape=(5, 7)):
 
 
 def read(folder, **options):
-    """Return the stamps, and the places in the list given to fill."""
+    """Return the stamps, and the positions in the list given to fill."""
     with open_source(folder, **options) as source:
         frames = list(source)
     # JPEG and WebP are off by a little.
@@ -96,7 +96,7 @@ def test_rate(tmp_path):
 @pytest.mark.parametrize('place', ['.', '..'])
 def test_times_line_by_line(tmp_path, place):
     folder = fill(tmp_path / 'x', ['a.png', 'b.png', 'c.png'])
-    # As KITTI writes them, and others; exact where a float would not be.
+    # In KITTI's format and others; exact where a float would not be.
     (folder / place / 'times.txt').write_text(
         '0.000000e+00\n 1.036224e-01 \n1700000000.123456789\n\n')
     assert read(folder)[0] == [0, 103_622_400, 1_700_000_000_123_456_789]
@@ -120,7 +120,7 @@ def test_times_beside_the_working_directory(tmp_path, monkeypatch):
 
 
 def test_times_by_number(tmp_path):
-    """A clip cut out of a sequence, with the times of all of it."""
+    """A clip cut out of a sequence, with the times of the whole sequence."""
     folder = fill(tmp_path / 'x', ['000002.png', '000003.png', '000005.png'])
     (tmp_path / 'times.txt').write_text(''.join(f'{index}.5\n' for index in range(9)))
     assert read(folder)[0] == [2_500_000_000, 3_500_000_000, 5_500_000_000]
@@ -145,14 +145,14 @@ def test_times_that_do_not_fit(tmp_path, names, lines):
 @pytest.mark.parametrize('line', [
     'hello', 'nan', 'inf', '-inf', '1e999999999', '1e-', '1,5', '', '9' * 40, 'sNaN',
     '1e99999999999999999999999'])
-def test_times_that_are_no_times(tmp_path, line):
+def test_invalid_times(tmp_path, line):
     path = tmp_path / 'times.txt'
     path.write_text(f'1.0\n{line}\n2.0\n')
     with pytest.raises(SourceError, match=r'line 2: .* is not a time in seconds'):
         read_times(path)
 
 
-def test_times_that_are_no_text(tmp_path):
+def test_times_in_a_binary_file(tmp_path):
     path = tmp_path / 'times.txt'
     path.write_bytes(b'\xff\xfe\x00')
     with pytest.raises(SourceError, match='cannot be read'):
@@ -221,7 +221,7 @@ def test_folders_without_a_calibration(tmp_path):
     fill(tmp_path / 'image_0', ['0.png'])
     with open_source(tmp_path) as source:
         assert source.camera(rectified=False) is None
-    # It belongs to the cameras of KITTI only.
+    # It applies to the cameras of KITTI only.
     fill(tmp_path / 'mine', ['0.png'])
     (tmp_path / 'calib.txt').write_text(KITTI_CALIBRATION)
     with open_source(tmp_path / 'mine') as source:
@@ -252,7 +252,7 @@ def test_truncated_picture(tmp_path, suffix):
     fill(tmp_path, ['0.png', f'1{suffix}', '2.png'], shape=(48, 64))
     bad = tmp_path / f'1{suffix}'
     whole = bad.read_bytes()
-    # A TIFF may end with a pointer that nobody follows.
+    # A TIFF may end with a pointer that no reader follows.
     for length in (0, 10, len(whole) // 2, len(whole) - (9 if suffix.startswith('.tif') else 3)):
         bad.write_bytes(whole[:length])
         with open_source(tmp_path) as source:
@@ -269,7 +269,7 @@ def test_picture_of_floats(tmp_path):
         list(source)
 
 
-def test_picture_that_went_away(tmp_path):
+def test_deleted_picture(tmp_path):
     fill(tmp_path, ['0.png', '1.png'])
     with open_source(tmp_path) as source:
         (tmp_path / '1.png').unlink()

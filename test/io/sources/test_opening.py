@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What open_source takes a path for, and how it refuses."""
+"""How open_source recognises sources, and its errors."""
 
 import os
 import re
@@ -58,7 +58,7 @@ def test_same_selection_for_all(tmp_path, maker, folder, video):
         assert len(stamps) == (1 if path == video else 2)
 
 
-def test_iterates_anew_each_time(tmp_path, maker, folder, video):
+def test_each_iteration_starts_again(tmp_path, maker, folder, video):
     bag = maker.drive(tmp_path / 'bag')
     for path in (bag, folder, video):
         with open_source(path) as source:

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Reading ahead keeps order and errors, is bounded, and stops when nobody wants more."""
+"""Reading ahead keeps order and errors, is bounded, and stops when the reader does."""
 
 import threading
 
@@ -58,7 +58,7 @@ def test_bounded(depth, taken):
 
     items = prefetch(source(), depth)
     assert [next(items) for _ in range(taken)] == list(range(taken))
-    # As many as allowed are fetched, and, as is sure once the thread has ended, no more.
+    # As many as allowed are fetched and, as is certain after the thread has ended, no more.
     assert enough.wait(PATIENCE)
     items.close()
     assert no_thread_left()
@@ -66,7 +66,7 @@ def test_bounded(depth, taken):
 
 
 class BrokenError(Exception):
-    """What a source raises."""
+    """The error of a source."""
 
 
 def broken_source():
@@ -80,7 +80,7 @@ def test_error_comes_in_its_turn():
     assert [next(items), next(items)] == [1, 2]
     with pytest.raises(BrokenError) as caught:
         next(items)
-    # With the place it comes from.
+    # With its traceback.
     assert any(entry.name == 'broken_source' for entry in caught.traceback)
     assert no_thread_left()
     assert list(items) == []
@@ -88,7 +88,7 @@ def test_error_comes_in_its_turn():
 
 def test_error_of_iter():
     class Source:
-        """Cannot even be started."""
+        """Fails at the start of the iteration."""
 
         def __iter__(self):
             raise BrokenError

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Bags without rosbags, on a ROS installation: a stand-in has the signatures of rosbag2_py."""
+"""Bags on a ROS installation without rosbags; a fake module replaces rosbag2_py."""
 
 from importlib.machinery import ModuleSpec
 from importlib.util import find_spec
@@ -20,7 +20,7 @@ SECOND = 1_000_000_000
 
 
 def stand_in(opened):
-    """Return a module that does with rosbags what rosbag2_py does."""
+    """Return a fake rosbag2_py that reads with rosbags."""
     from rosbags.rosbag2 import Reader
 
     class StorageOptions:
@@ -77,13 +77,13 @@ def stand_in(opened):
 
 @pytest.fixture
 def file(mcap_maker, bag):
-    """Return the file in that bag."""
+    """Return the storage file of that bag."""
     return mcap_maker.single_file(bag)
 
 
 @pytest.fixture
 def opened(monkeypatch):
-    """Take rosbags away, offer rosbag2_py; return what that has opened, and how."""
+    """Hide rosbags and provide rosbag2_py; return its calls."""
     opened = []
     monkeypatch.setitem(sys.modules, 'rosbag2_py', stand_in(opened))
     for name in ROSBAGS:

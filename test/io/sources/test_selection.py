@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Which frames --start, --duration and --every leave."""
+"""The frames selected by --start, --duration and --every."""
 
 from hypothesis import given, strategies as st
 from phase_traj_ros.errors import ParameterError
@@ -11,7 +11,7 @@ TENTH = 100_000_000
 
 
 def selected(selection, stamps):
-    """Return the indices of the frames that are used."""
+    """Return the indices of the selected frames."""
     selector = Selector(selection)
     used = []
     for index, stamp in enumerate(stamps):
@@ -31,7 +31,7 @@ TEN = [1_700_000_000_000_000_000 + index * TENTH for index in range(10)]
     (Selection(), range(10)),
     (Selection(start=0.3), range(3, 10)),
     (Selection(start=0.31), range(4, 10)),
-    # The begin is included, the end is not, exactly, at 0.1 s as well.
+    # The start is included, the end is excluded, exactly, also at 0.1 s.
     (Selection(start=0.1, duration=0.2), [1, 2]),
     (Selection(duration=0.1), [0]),
     (Selection(duration=0.11), [0, 1]),
@@ -57,17 +57,17 @@ def test_invalid(fields):
 
 
 def test_no_start_excludes_nothing():
-    """A looped bag jumps back, perhaps before its first stamp."""
+    """A looped bag jumps back, possibly to before its first stamp."""
     assert selected(Selection(), [5, 6, 2, 3]) == [0, 1, 2, 3]
     assert selected(Selection(every=2), [5, 6, 2, 3]) == [0, 2]
 
 
-def test_glitch_does_not_end_the_stretch():
+def test_wrong_stamp_does_not_end_the_selection():
     stamps = [*TEN[:3], TEN[3] + 10 ** 15, *TEN[4:]]
     assert selected(Selection(duration=0.6), stamps) == [0, 1, 2, 4, 5]
 
 
-def test_reading_ends_soon_after_the_stretch():
+def test_reading_ends_soon_after_the_selection():
     selector = Selector(Selection(duration=1.0))
     stamps = iter(range(0, 10 ** 15, TENTH))
     while selector.judge(next(stamps)) is not Choice.STOP:

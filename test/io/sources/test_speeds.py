@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Speeds out of bags, in whichever message they come."""
+"""Speeds from bags, in all supported messages."""
 
 import numpy as np
 from phase_traj_ros.io import open_source

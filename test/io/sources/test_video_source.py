@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Videos: frames, stamps, and files that are none."""
+"""Videos: frames, stamps, and files that are not videos."""
 
 from itertools import pairwise
 
@@ -17,7 +17,7 @@ TENTH = 100_000_000
 
 @pytest.fixture
 def video(tmp_path):
-    """Return a video at 10 Hz of 8 frames of which each is brighter by 20 than the last."""
+    """Return a video at 10 Hz of 8 frames, each brighter by 20 than the previous one."""
     path = tmp_path / 'video.avi'
     writer = cv2.VideoWriter(str(path), cv2.VideoWriter_fourcc(*'MJPG'), 10.0, (64, 48))
     assert writer.isOpened()
@@ -28,7 +28,7 @@ def video(tmp_path):
 
 
 def read(path, **options):
-    """Return the stamps, and the indices of the frames as their brightness tells."""
+    """Return the stamps, and the indices of the frames derived from their brightness."""
     with open_source(path, **options) as source:
         frames = list(source)
     for frame in frames:
@@ -45,7 +45,7 @@ def test_frames_and_stamps(video):
     assert read(video) == ([index * TENTH for index in range(8)], list(range(8)))
 
 
-def test_rate_that_is_given_wins(video):
+def test_given_rate_overrides_that_of_the_video(video):
     assert read(video, fps=4)[0] == [index * 250_000_000 for index in range(8)]
 
 
@@ -62,7 +62,7 @@ def test_selection(video, selection, expected):
 
 class FakeCapture:
     """
-    A cv2.VideoCapture that says what it is told to.
+    A fake cv2.VideoCapture that returns given values.
 
     A frame that is None can be grabbed, but not decoded.
     """
@@ -93,7 +93,7 @@ class FakeCapture:
 
 @pytest.fixture
 def fake(tmp_path, monkeypatch):
-    """Return the path of a video that behaves as the arguments say."""
+    """Return the path of a fake video described by the arguments."""
     def make(frames, properties):
         monkeypatch.setattr(cv2, 'VideoCapture', lambda *_: FakeCapture(frames, properties))
         path = tmp_path / 'fake.avi'
@@ -145,12 +145,12 @@ def test_frame_that_cannot_be_decoded(fake):
     path = fake([GREY, GREY, None], {cv2.CAP_PROP_FPS: 10.0})
     with open_source(path) as source, pytest.raises(SourceError, match='frame 2 of the video'):
         list(source)
-    # Unless it is not needed.
+    # Unless it is not selected.
     assert len(read(path, selection=Selection(every=3))[0]) == 1
 
 
 @pytest.mark.parametrize('frames', [[], [None]])
-def test_not_one_frame(fake, frames):
+def test_no_frame(fake, frames):
     with pytest.raises(SourceError, match=r'no frame|frame 0 of the video'):
         open_source(fake(frames, {}))
 

@@ -3,7 +3,7 @@
 """What the node publishes and what a bag written offline holds are the same."""
 
 from collections import defaultdict
-from types import SimpleNamespace
+import time
 
 import cv2
 import numpy as np
@@ -167,30 +167,39 @@ def test_nothing_is_made_for_nobody(frames):
 
     class Alone(Publisher):
 
+        subscribers = 0
+
         def get_subscription_count(self):
-            return 0
+            return self.subscribers
 
     class Lonely(Node):
 
         def create_publisher(self, kind, topic, *args, **kwargs):
             made = self.publishers[topic.replace('~/', '')] = Alone(kind)
-            made.on_match = kwargs['event_callbacks'].matched
             return made
 
-    node = Lonely()
-    estimator = TrajectoryEstimator(Parameters().estimator_settings())
-    outputs = Outputs(node, estimator, Parameters())
+        def create_timer(self, period, callback, *args, **kwargs):
+            self.callback = callback
+            return Timer()
+
+    node, parameters = Lonely(), Parameters(path_rate=100.0)
+    estimator = TrajectoryEstimator(parameters.estimator_settings())
+    outputs = Outputs(node, estimator, parameters)
     for frame in frames:
         update = estimator.update(frame.image, frame.stamp_ns)
         if update is not None:
             outputs.publish(frame, update)
-    # What is latched is there for whoever comes later; a long path is made when somebody comes.
+    # What is latched is there for whoever comes later; the path not always the newest.
     assert {name for name, each in node.publishers.items() if each.data} == {
-        'camera', 'chain_code'}
+        'camera', 'chain_code', 'path'}
     path = node.publishers['path']
-    path.on_match(SimpleNamespace(current_count_change=-1))
-    assert not path.data
+    assert len(path.data) == 1
+    path.subscribers = 1
+    time.sleep(0.02)
     for _ in range(2):
-        path.on_match(SimpleNamespace(current_count_change=1))
-        # The second time, the middleware has the newest one to hand out.
-        assert len(path.data) == 1
+        node.callback()
+        assert len(path.data) == 2
+    # After a reset, at once.
+    path.subscribers = 0
+    outputs.publish_state()
+    assert len(path.data) == 3

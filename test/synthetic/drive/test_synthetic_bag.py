@@ -86,7 +86,7 @@ def test_the_speed_leads_from_frame_to_frame(drive, bag):
 
 def test_the_bag_is_mcap_named_after_its_directory(bag):
     assert sorted(path.name for path in bag.iterdir()) == ['metadata.yaml', 'short.mcap']
-    # Nothing temporary is left beside it.
+    # No temporary files are left beside it.
     assert list(bag.parent.iterdir()) == [bag]
 
 
@@ -110,7 +110,7 @@ def test_nothing_is_left_behind_on_failure(drive, tmp_path, failure):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_what_is_there_already_is_left_alone(drive, tmp_path):
+def test_existing_files_are_left_alone(drive, tmp_path):
     path = tmp_path / 'bag'
     path.mkdir()
     (path / 'mine').write_text('mine')

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Drives: the motion that follows from a plan, and what is said to be true of it."""
+"""Drives: the motion that follows from a plan, and its ground truth."""
 
 from hypothesis import given, strategies as st
 import numpy as np
@@ -36,7 +36,7 @@ def test_named_drives(name, frames, quarters):
 
 
 @pytest.mark.parametrize('name', DRIVES)
-def test_true_turns_are_all_the_yaw_there_is(name):
+def test_true_turns_add_up_to_the_yaw(name):
     drive = named_drive(name)
     yaw = drive.poses[:, 2]
     covered = np.zeros(len(drive) - 1, bool)
@@ -77,7 +77,7 @@ def test_a_left_turn_leads_to_the_left():
     assert np.abs(np.diff(rates)).max() < 0.2
 
 
-def test_a_vehicle_brakes_and_stands():
+def test_a_vehicle_brakes_and_stops():
     plan = [Straight(3.0), Straight(4.0, speed=0.0), Straight(3.0)]
     x = drive_plan(plan, np.arange(0, 10.01, 0.1), speed=8.0)[:, 0]
     speed = np.diff(x) * 10
@@ -108,7 +108,7 @@ def test_a_plan_that_cannot_be_driven_is_refused(plan):
 
 
 @pytest.mark.parametrize('rate', [0.0, -1.0, float('nan')])
-def test_a_rate_that_is_none_is_refused(rate):
+def test_invalid_rates_are_refused(rate):
     with pytest.raises(ParameterError, match='rate'):
         plan_drive('d', [Straight(1.0)], rate_hz=rate)
 
@@ -174,6 +174,6 @@ def test_kitti_yaw_is_continuous_over_a_whole_turn():
 
 
 @pytest.mark.parametrize('matrices', [np.zeros((3, 11)), np.zeros(12), np.full((1, 12), np.nan)])
-def test_what_is_no_list_of_kitti_poses_is_refused(matrices):
+def test_invalid_kitti_poses_are_refused(matrices):
     with pytest.raises(ParameterError, match='12 finite numbers'):
         poses_from_kitti(matrices)

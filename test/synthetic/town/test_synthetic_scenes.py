@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Streets along any route: nothing in the way, always something to see."""
+"""Streets along any route are free, and there is always something to see."""
 
 from hypothesis import given, settings, strategies as st
 import numpy as np
@@ -100,7 +100,7 @@ def test_a_route_of_one_point_looks_forward():
 
 
 @pytest.mark.parametrize('route', [[], [(0.0, float('nan'))]])
-def test_what_is_no_route_is_refused(route):
+def test_invalid_routes_are_refused(route):
     with pytest.raises(ParameterError, match='route'):
         scene_along(route)
 

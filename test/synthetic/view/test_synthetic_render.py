@@ -19,7 +19,7 @@ from phase_traj_ros.synthetic.scene.panels import Panel, Panels
 import pytest
 
 SMALL = Camera.with_field_of_view(320, 120, 80.0)
-#: Far brighter, or darker, than all else in a picture.
+#: Far brighter, or darker, than everything else in an image.
 (WHITE, BLACK) = (1000.0, 0.0)
 
 
@@ -40,7 +40,7 @@ def project(camera, pose, point):
 
 
 def box(picture):
-    """Return the first and last columns and rows that are white, but for the lens."""
+    """Return the first and last columns and rows that are white, ignoring the lens blur."""
     (rows, columns) = np.nonzero(picture >= 230)
     return (columns.min(), columns.max(), rows.min(), rows.max())
 
@@ -59,7 +59,7 @@ def test_corners_of_a_wall_are_where_a_pinhole_camera_sees_them(demo_scene, pose
         project(KITTI_CAMERA, pose, (*end, height)) for end in (near, far)
         for height in (0.5, 4.0)])
     (left, right, top, bottom) = box(picture[:250])
-    # A pixel is white or not by its centre; a tilted picture is interpolated besides.
+    # The centre of a pixel decides whether it is white; a tilted image is also interpolated.
     slack = 1.1 if pose.pitch == 0 else 2.0
     assert left == pytest.approx(corners[:, 0].min(), abs=slack)
     assert right == pytest.approx(corners[:, 0].max(), abs=slack)
@@ -181,7 +181,7 @@ def test_the_ground_moves_as_the_pinhole_camera_says(demo_scene):
     assert same > other + 0.4
 
 
-def test_pictures_are_the_same_at_every_run(demo_drive, demo_scene):
+def test_images_are_the_same_in_every_run(demo_drive, demo_scene):
     again = named_drive('demo').build_scene()
     pose = demo_drive.pose(45)._replace(pitch=0.01, roll=-0.01)
     first = render(demo_scene, demo_drive.camera, pose)
@@ -196,7 +196,7 @@ def test_pictures_look_like_a_street(demo_drive, demo_scene):
         assert picture.dtype == np.uint8
         assert picture.std() > 30
         assert 50 < picture.mean() < 160
-        # Neither burnt out nor black.
+        # Neither saturated nor black.
         assert ((picture > 5) & (picture < 250)).mean() > 0.8
 
 
