@@ -75,8 +75,8 @@ _OTHER_TEXT = """
     """
 _BREAKS_TEXT = """
     The lorry hides the road from 8 m on; on the wet night a tenth of the light is
-    left, and the noise of a sensor at its limit; the snow leaves a hundredth of the contrast. On the
-    snow nothing is known from the start, so no metres are made up.
+    left, and the noise of a sensor at its limit; the snow leaves a hundredth of the contrast. On
+    the snow nothing is known from the start, so no metres are made up.
     """
 
 
