@@ -70,7 +70,7 @@ _OTHER_TEXT = """
     The camera looks down by 1 degree, which is not told.
     """
 _BREAKS_TEXT = """
-    What breaks it. The lorry hides the road from 8 m on; on the wet night a tenth of the light is
+    The lorry hides the road from 8 m on; on the wet night a tenth of the light is
     left, and the noise of a sensor at its limit; the snow leaves a hundredth of the contrast. Of
     the states, *m* is measured, *b* bridged, *s* standing, *u* unknown.
     """

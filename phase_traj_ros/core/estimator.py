@@ -394,9 +394,8 @@ class TrajectoryEstimator:
         self._trust.add_shift(dx, self._coder.threshold_px, interval)
         turned = None if heading is None else heading.step
         # The road itself shows whether the vehicle moves, whatever the rest of the picture does.
-        motion = None if comparison.yaw is None else comparison.yaw.motion
         travel = self._travelling.update(
-            frame, self._heading, motion, status, stamp_ns, interval_ns)
+            frame, self._heading, comparison.yaw, status, stamp_ns, interval_ns)
         odometry = self._route.add(step, turned, travel, stamp_ns, interval_ns)
         tip = self.path.tip
         assert tip is not None
@@ -412,7 +411,7 @@ class TrajectoryEstimator:
         if travel is None:
             return ()
         self.way.add(travel, interval)
-        if self._links is None or heading is None:
+        if self._links is None or heading is None or not travel.known:
             return ()
         return self._links.add(travel.distance, heading.heading, heading.yaw)
 

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 from phase_traj_ros.core.camera.lens import Lens
 from phase_traj_ros.core.correlation.phase_correlation import Frame
-from phase_traj_ros.core.heading.camera_motion import CameraMotion
 from phase_traj_ros.core.heading.estimator import HeadingEstimator
+from phase_traj_ros.core.heading.yaw_meter import YawMeasurement
 from phase_traj_ros.core.path.speed import SpeedTrack
 from phase_traj_ros.core.road.meter import RoadMeter
 from phase_traj_ros.core.road.scale import CameraHeight
@@ -57,7 +57,7 @@ class Travelling:
                 self._meter.start(frame)
 
     def update(
-        self, frame: Frame, heading: HeadingEstimator | None, motion: CameraMotion | None,
+        self, frame: Frame, heading: HeadingEstimator | None, measured: YawMeasurement | None,
         status: PairStatus, stamp_ns: int, interval_ns: int,
     ) -> Travel | None:
         """
@@ -69,8 +69,8 @@ class Travelling:
             (H, W), not to be changed afterwards.
         heading
             What follows the heading; without it, there is no distance either.
-        motion
-            How the camera has turned, where that was measured and is believed.
+        measured
+            What the pair tells of the rotation; None if the frames cannot be compared.
         status
             Of the pair.
         stamp_ns
@@ -85,7 +85,8 @@ class Travelling:
         by_road = None
         if self._meter is not None:
             by_road = self._meter.update(
-                frame, interval, motion, still=status is PairStatus.STILL)
+                frame, interval, None if measured is None else measured.motion,
+                yaw=None if measured is None else measured.yaw, still=status is PairStatus.STILL)
             if by_road.state is TravelState.UNKNOWN and not status.judged:
                 by_road = replace(by_road, distance=0.0)
             by_road = by_road.scaled(1.0, heading.lens.focal_deviation)

@@ -55,16 +55,24 @@ class Diagnostics:
 
     def _report(self) -> None:
         self._watch_silence()
-        self._publisher.publish(MESSAGES.diagnostics(
-            {'images': self._images(),
-             'measurement': self._measured.report(self._estimator, self._health.response())},
-            node=self._node.get_fully_qualified_name(), hardware_id=self._input.topic,
-            stamp=self._node.get_clock().now().to_msg()))
+        bad, lost = self._health.bad - self._reported[0], self._health.lost - self._reported[1]
+        self._reported = (self._health.bad, self._health.lost)
+        if lost:
+            self._warn_of_losses(lost)
+        # The medians of the newest images take a while.
+        if self._publisher.get_subscription_count():
+            self._publish(bad, lost)
         logger = self._node.get_logger()
-        # Sorted anew, the medians take a while.
         if logger.is_enabled_for(LoggingSeverity.DEBUG):
             logger.debug('microseconds per image: ' + ', '.join(
                 f'{stage.value} {self._health.microseconds(stage):.0f}' for stage in Stage))
+
+    def _publish(self, bad: int, lost: int) -> None:
+        self._publisher.publish(MESSAGES.diagnostics(
+            {'images': self._images(bad, lost),
+             'measurement': self._measured.report(self._estimator, self._health.response())},
+            node=self._node.get_fully_qualified_name(), hardware_id=self._input.topic,
+            stamp=self._node.get_clock().now().to_msg()))
 
     def _watch_silence(self) -> None:
         arrival = self._health.last_arrival_ns
@@ -93,18 +101,15 @@ class Diagnostics:
                 text += f'; the quality of service of {name} does not match: {reason.strip()}'
         return text
 
-    def _images(self) -> Report:
+    def _images(self, bad: int, lost: int) -> Report:
         health = self._health
         now_ns = time.monotonic_ns()
-        bad, lost = health.bad - self._reported[0], health.lost - self._reported[1]
-        self._reported = (health.bad, health.lost)
         if self._warned:
             level, message = Level.STALE, 'no images'
         elif bad:
             level, message = Level.ERROR, f'{bad} images could not be used'
         elif lost:
             level, message = Level.WARN, f'{lost} images were lost'
-            self._warn_of_losses(lost)
         elif not health.images:
             level, message = Level.OK, 'waiting for the first image'
         else:

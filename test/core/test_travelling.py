@@ -169,3 +169,15 @@ def test_real_roads(kitti_root, sequence, stretch):
             places.append((update.odometry.pose.x, update.odometry.pose.y))
     true = poses_from_kitti(np.loadtxt(folder / 'poses.txt'))[stretch, :2]
     assert abs(distance_error(np.array(places), true)) < 0.05
+
+
+def test_reversing_goes_back():
+    frames, _, _, steps = street()
+    estimator = TrajectoryEstimator(settings(camera_height=1.65))
+    # Slowly, as vehicles reverse: every frame takes three times as long as it was driven in.
+    order = [*range(15), *[15] * 8, *range(14, 0, -1)]
+    updates = [estimator.update(frames[index], place * 3 * S // 10)
+               for place, index in enumerate(order)]
+    back = [update.travel for update in updates[-10:]]
+    assert sum(travel.distance for travel in back) == pytest.approx(-steps[1:11].sum(), rel=0.15)
+    assert updates[-1].tip.x < updates[20].tip.x - 5.0

@@ -28,6 +28,8 @@ from phase_traj_ros.core.road.travel import Travel, TravelState
 _STANDS_OUT = 7.0
 # Of a peak's place, in cells, and of the blocks' pitch from frame to frame, in radians.
 _PEAK, _NODDING = 0.3, 0.0006
+# The same where the blocks do not give it: what springs do from frame to frame.
+_SPRINGS = 0.0025
 # With a pitch less sure than this, nothing can be told; patches made with one that turns out to
 # be wrong by more than the second number are made anew.
 _SURE, _REMADE = 0.03, 0.006
@@ -65,6 +67,23 @@ class _Found:
     score: float
     middle: float
     raw: float
+
+
+@dataclass(frozen=True, slots=True)
+class _Turned:
+    """How the camera has turned, how well its nodding is known, and how the world passes by."""
+
+    yaw: float
+    pitch: float
+    roll: float
+    nodding: float
+    passing: float | None
+    """Way over distance, of half the blocks; None where they do not agree."""
+
+    @property
+    def moves(self) -> bool:
+        """Return whether the vehicle moves, whatever the road seems to do."""
+        return self.passing is None or self.passing > _PASSING
 
 
 class RoadMeter:
@@ -127,7 +146,7 @@ class RoadMeter:
 
     def update(
         self, frame: Frame, interval: float, motion: CameraMotion | None, *,
-        still: bool = False,
+        yaw: float | None = None, still: bool = False,
     ) -> Travel:
         """
         Take the next frame, and return what its pair adds, in heights of the camera.
@@ -139,7 +158,10 @@ class RoadMeter:
         interval
             Seconds since the frame before, above 0.
         motion
-            How the camera has turned since then; None if it was not measured.
+            How the camera has turned since then; None if the blocks do not agree on it, as in
+            reverse.
+        yaw
+            In that case, what is known of the yaw alone, in radians; None for nothing.
         still
             Whether the vehicle is known to stand.
 
@@ -150,20 +172,22 @@ class RoadMeter:
         if still:
             self.start(frame)
             travel = self._standing()
-        elif motion is None:
-            self.start(frame)
+        elif motion is not None:
+            if self.pace.speed * interval > _DRIVING or not self.pace.known:
+                self._tilt.add_travel(motion.travel.slope, motion.travel.slope_variance)
+            turned = _Turned(
+                motion.yaw, self._nodded(motion.pitch, interval), motion.roll, _NODDING,
+                motion.passing)
+            travel = self._measure(frame, interval, turned)
+        elif yaw is not None:
+            travel = self._measure(frame, interval, _Turned(yaw, 0.0, 0.0, _SPRINGS, None))
         else:
-            travel = self._measure(frame, interval, motion)
+            self.start(frame)
         turns = motion is not None and abs(motion.yaw) > _TURNING * interval
         return travel or self._bridged(interval, turns=turns and not still)
 
-    def _measure(
-        self, frame: Frame, interval: float, motion: CameraMotion,
-    ) -> Travel | None:
+    def _measure(self, frame: Frame, interval: float, turned: _Turned) -> Travel | None:
         before, self._kept = self._kept, frame
-        driving = self.pace.known and self.pace.speed * interval > _DRIVING
-        if driving or not self.pace.known:
-            self._tilt.add_travel(motion.travel.slope, motion.travel.slope_variance)
         if self._tilt.deviation > _SURE:
             self._looks = None
             return None
@@ -173,13 +197,13 @@ class RoadMeter:
         if before is None:
             self.start(frame)
             return None
-        turn = rotation(motion.yaw, self._nodded(motion.pitch, interval), motion.roll)
+        turn = rotation(turned.yaw, turned.pitch, turned.roll)
         patches = [look.patch(frame) for look in self._looks]
         found = [
-            self._slid(look, look.patch.turned_back(patch, turn), interval, motion)
+            self._slid(look, look.patch.turned_back(patch, turn), interval, turned)
             for look, patch in zip(self._looks, patches)]
         self._keep(patches)
-        return self._judged([each for each in found if each is not None], interval, motion)
+        return self._judged([each for each in found if each is not None], interval, turned)
 
     def _nodded(self, pitch: float, interval: float) -> float:
         """
@@ -193,7 +217,7 @@ class RoadMeter:
         return pitch - self._bending * interval
 
     def _judged(
-        self, found: list[_Found], interval: float, motion: CameraMotion,
+        self, found: list[_Found], interval: float, turned: _Turned,
     ) -> Travel | None:
         """Put what the patches tell together."""
         if not found:
@@ -207,10 +231,9 @@ class RoadMeter:
             self._compare(*agreeing)
             agreeing = [replace(
                 each, way=each.raw / self._stretched(each.middle)) for each in agreeing]
-        if all(abs(each.raw) < _AT_ZERO * CELL for each in agreeing) and (
-                motion.passing < _PASSING):
+        if not turned.moves and all(abs(each.raw) < _AT_ZERO * CELL for each in agreeing):
             # No vehicle turns on the spot: what is seen is no road.
-            return None if abs(motion.yaw) > _TURNING * interval else self._standing()
+            return None if abs(turned.yaw) > _TURNING * interval else self._standing()
         weights = np.array([each.deviation ** -2 for each in agreeing])
         way = float(weights @ [each.way for each in agreeing] / weights.sum())
         depth = agreeing[0].middle
@@ -232,22 +255,23 @@ class RoadMeter:
             (nod ** 2 + 2.0 * (_PEAK * CELL) ** 2) / near.raw ** 2, assumed=self._assumed)
 
     def _slid(
-        self, look: _Look, patch: NDArray[np.float32], interval: float, motion: CameraMotion,
+        self, look: _Look, patch: NDArray[np.float32], interval: float, turned: _Turned,
     ) -> _Found | None:
         look.slide.compare(patch)
         middle = look.patch.middle
         stretched = self._stretched(middle)
-        deviation = math.hypot(_PEAK * CELL, (1.0 + middle * middle) * _NODDING)
+        deviation = math.hypot(_PEAK * CELL, (1.0 + middle * middle) * turned.nodding)
         apart = _DIFFER * deviation
         least, most = (speed * interval * stretched for speed in self.pace.bounds)
-        least, most = least - apart, most + apart
-        if motion.passing > _PASSING:
-            # The world passes by, so what does not move is no road.
-            if most > 0.0:
-                least = max(least, _AT_ZERO * CELL)
-            else:
-                most = min(most, -_AT_ZERO * CELL)
-        peak = look.slide.peak(least / CELL, min(most / CELL, look.slide.most))
+        least, most = (least - apart) / CELL, min((most + apart) / CELL, look.slide.most)
+        places = [(least, most)]
+        if turned.moves:
+            # What does not move is no road.
+            places = [(max(least, _AT_ZERO), most), (least, min(most, -_AT_ZERO))]
+            if turned.passing is not None and most > 0.0:
+                del places[1]
+        peaks = [look.slide.peak(*place) for place in places]
+        peak = max(filter(None, peaks), key=lambda each: each.score, default=None)
         if peak is None or peak.score < _STANDS_OUT:
             return None
         raw = peak.cells * CELL

@@ -310,7 +310,7 @@ def test_the_command_writes_figures_and_a_picture(replayed, tmp_path, capsys):
     np.savetxt(path, rows, fmt='%.9f')
     command.run(Namespace(directory=directory, ground_truth=path))
     printed = capsys.readouterr().out
-    assert 'precision 1.000, recall 1.000' in printed and 'direction codes: 100.0%' in printed
+    assert 'precision 1.000, recall 1.000' in printed and 'at 100.0% of the frames' in printed
     written = json.loads((directory / 'evaluation.json').read_text())
     assert written['turns']['precision'] == written['turns']['recall'] == 1.0
     assert set(written['heading_error_deg']) >= {'rms', 'end', 'max', 'per_100m'}

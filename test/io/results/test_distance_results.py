@@ -201,3 +201,13 @@ def test_frames_of_another_size_do_not_end_the_links():
     frames[5] = StampedFrame(frames[5].image[:80], frames[5].stamp_ns)
     found = replay(frames, Parameters(**GIVEN), source='')
     assert len(found.links.series) == 3
+
+
+@pytest.mark.parametrize('values', [{}, {'camera_height': 1.65}])
+def test_what_is_not_known_adds_no_link(values):
+    # A texture that is moved sideways shows no road.
+    found = replay(rolled_frames(), Parameters(
+        focal_px=300.0, code_step=0.5, code_source='shift', **values), source='')
+    assert found.way.states[TravelState.UNKNOWN] == len(SHIFTS)
+    assert (found.way.distance, len(found.links.series)) == (0.0, 0)
+    assert found.path_unit is LengthUnit.STEP

@@ -265,12 +265,12 @@ def turned():
 
 @pytest.mark.parametrize('values', [
     {'code_source': 'shift'},
-    {'code_source': 'shift', 'path_from': 'heading'},
-    {'code_source': 'auto'},
+    # The camera turns on the spot: a path along the heading needs a speed.
+    {'code_source': 'shift', 'path_from': 'heading', 'speed': 0.02},
+    {'code_source': 'auto', 'speed': 0.02},
     {'code_source': 'heading'},
-    {'code_source': 'heading', 'path_from': 'heading'},
+    {'code_source': 'heading', 'path_from': 'heading', 'speed': 0.02},
     {'code_source': 'heading', 'connectivity': 8},
-    {'code_source': 'heading', 'connectivity': 8, 'path_from': 'heading'},
     {'code_source': 'heading', 'connectivity': 8, 'path_from': 'heading', 'speed': 0.02},
 ], ids=lambda values: ', '.join(map(str, values.values())) or 'defaults')
 def test_the_path_is_the_one_that_is_written(browser, turned, tmp_path, values):
