@@ -72,7 +72,7 @@ _TURNS = """
 
 _RELIABLE = """
     {reliable} of the {drives} results are reported as reliable ({share:.0%}). Of the {wrong} wrong
-    results, {warned} are reported as not reliable.
+    results, {assured} are reported as reliable, too.
     """
 
 _CAMERA = """
@@ -135,7 +135,7 @@ def main() -> int:
 def document(drives: Sequence[Outcome], clips: Sequence[Outcome]) -> str:
     """Return the document on these results."""
     cameras, plans = _named(drives, 'camera'), _named(drives, 'plan')
-    whole = len(drives) == len(MOUNTS) * len(PLANS)
+    missing = _missing(drives)
     turning = [each for each in drives if each.right]
     straight = [each for each in drives if not each.right]
 
@@ -151,7 +151,7 @@ def document(drives: Sequence[Outcome], clips: Sequence[Outcome]) -> str:
             live_clean=right(straight, 'one pass'), heading=right(turning, 'heading'),
             paper=max(right(turning, f'{rate:g}°/s') for rate in THRESHOLDS),
             cameras=len(cameras), plans=len(plans), drives=len(drives), versions=versions(),
-            part='' if whole else f' (of the {len(MOUNTS)} by {len(PLANS)} that there are)'),
+            part=f' (of {len(MOUNTS)} by {len(PLANS)}; not run: {missing})' if missing else ''),
         _TURNS,
         table(('camera', *plans), (
             (camera, *(_cell(drives, camera, plan) for plan in plans)) for camera in cameras)),
@@ -180,6 +180,17 @@ def _cell(drives: Iterable[Outcome], camera: str, plan: str) -> str:
     return two if one == two else f'{two} / {one}'
 
 
+def _missing(drives: Sequence[Outcome]) -> str:
+    """Return in words what there is beside these drives."""
+    run = {(each.camera, each.plan) for each in drives}
+    words = []
+    for camera in MOUNTS:
+        left = [plan for plan in PLANS if (camera, plan) not in run]
+        if left:
+            words.append(camera if len(left) == len(PLANS) else f'{camera}: {", ".join(left)}')
+    return '; '.join(words)
+
+
 def _reliable(drives: Sequence[Outcome]) -> Iterator[str]:
     """Yield what the results say of themselves, and which of them say that they are not sure."""
     doubtful = [each for each in drives if each.reasons]
@@ -187,7 +198,7 @@ def _reliable(drives: Sequence[Outcome]) -> Iterator[str]:
     yield _RELIABLE.format(
         drives=len(drives), reliable=len(drives) - len(doubtful),
         share=1 - len(doubtful) / max(len(drives), 1), wrong=len(wrong),
-        warned=sum(bool(each.reasons) for each in wrong))
+        assured=sum(not each.reasons for each in wrong))
     if doubtful:
         yield table(('camera', 'plan', 'turns', 'reasons'), (
             (each.camera, each.plan, 'right' if each.is_right('auto') else 'wrong',
@@ -204,7 +215,7 @@ def _targets(drives: Sequence[Outcome]) -> str:
         some = [each.focal[name] for each in drives if name in each.focal]
         known = [each for each in some if each is not None]
         if not known:
-            return ('0', *(['–'] * 5))
+            return ('0', *(['–'] * 6))
 
         def share(holds: Callable[[float, float], bool]) -> str:
             return f'{sum(holds(each.error, each.half) for each in known) / len(some):.0%}'
@@ -214,11 +225,12 @@ def _targets(drives: Sequence[Outcome]) -> str:
             share(lambda error, _: abs(np.expm1(error)) < 0.05),
             share(lambda error, half: abs(error) <= half),
             f'{np.median([abs(each.error) for each in known]):.1%}',
-            f'{np.median([each.half for each in known]):.1%}')
+            f'{np.median([each.half for each in known]):.1%}',
+            f'{max(each.half for each in known):.1%}')
 
     return table(
         ('', 'drives that tell', 'within 10 %', 'within 5 %', 'in the interval', 'median error',
-         'median ±'), ((words, *shares(name)) for name, words in _LEARNED))
+         'median ±', 'widest ±'), ((words, *shares(name)) for name, words in _LEARNED))
 
 
 def _learned(drives: Sequence[Outcome], cameras: Sequence[str]) -> str:

@@ -49,7 +49,8 @@ def run_parallel(
     run
         Runs a job; a function that other processes can import.
     on_progress
-        Called several times a second with the number of finished jobs, including fractions.
+        Called several times a second with the number of finished jobs, including fractions. The
+        number never decreases, also when a job starts again.
 
     """
     todo: SimpleQueue[Job] = SimpleQueue()
@@ -58,16 +59,18 @@ def run_parallel(
         todo.put(job)
     slots = [_Slot(todo, done, run) for _ in range(min(workers, len(jobs)))]
     try:
-        finished = 0
+        finished, reported = 0, 0.0
         while finished < len(jobs):
             try:
                 outcome = done.get(timeout=_POLL_S)
             except Empty:
-                on_progress(finished + sum(slot.fraction for slot in slots))
-                continue
-            finished += 1
-            on_progress(finished + sum(slot.fraction for slot in slots))
-            yield outcome
+                outcome = None
+            else:
+                finished += 1
+            reported = max(reported, finished + sum(slot.fraction for slot in slots))
+            on_progress(reported)
+            if outcome is not None:
+                yield outcome
     finally:
         for slot in slots:
             slot.stop()
