@@ -21,9 +21,9 @@ NOT_NEGATIVE: dict[str, Any] = {'minimum': 0.0, 'maximum': sys.float_info.max}
 class Group(Enum):
     """Audience of a parameter; the value is the heading in the docs and in ``--help``."""
 
-    USER = 'What you may want'
-    VEHICLE = 'What a vehicle may need'
-    REST = 'The rest'
+    USER = 'Common parameters'
+    VEHICLE = 'Parameters for vehicles'
+    REST = 'Other parameters'
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
