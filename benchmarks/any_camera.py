@@ -1,11 +1,11 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
 """
-Right turns from any camera, with nothing known of it: 16 cameras, 8 drives each, and real clips.
+Correct turns from unknown cameras: 16 cameras with 8 drives each, and real clips.
 
 Renders the drives, which takes most of the time, and keeps their frames in out/any_camera (20 GB
-for all of them). All of it takes more than an hour on two cores; --camera and --plan choose a part
-of it. Writes docs/measurements/any_camera.md.
+in total). The complete run takes more than an hour on two cores; --camera and --plan select a
+part. Writes docs/measurements/any_camera.md.
 """
 
 from __future__ import annotations

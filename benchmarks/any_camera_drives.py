@@ -122,10 +122,10 @@ class Ride:
 
     def is_right(self, order: str) -> bool:
         """
-        Return whether codes are right: L and R for each quarter turn, in the order of time.
+        Return whether codes are correct: L and R for each quarter turn, in the order of time.
 
-        Of a turn for which a degree more or less would make another number of them, either
-        number is right, and of one under way at the end any.
+        For a turn near the limit between two numbers of quarters, either number is correct.
+        For an unfinished turn at the end, any number is.
         """
         return re.fullmatch(self.right_order, order) is not None
 

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Drives of which nothing is told, replayed in every way that is compared, and their scores."""
+"""Replays of drives with unknown cameras in all compared ways, and their scores."""
 
 from __future__ import annotations
 
@@ -37,25 +37,25 @@ from report import ROOT
 
 #: Thresholds of the paper's state machine, in degrees per second.
 THRESHOLDS = (8.0, 12.0, 16.0, 20.0, 25.0)
-#: A turn from which the camera is to be learned has so many degrees.
+#: Smallest turn from which the camera has to be learned, in degrees.
 _TELLING_DEG = 60.0
-#: A turn has ended half a second before its angle is known, and a second later it is learned.
+#: The angle of a turn is known half a second after its end, and learned a second later.
 _LATER_NS = 1_600_000_000
 _FOLDER = ROOT / 'out' / 'any_camera'
 
 
 @dataclass(frozen=True, eq=False)
 class Drive:
-    """Frames of a camera of which nothing is told, and the truth."""
+    """Frames of an unknown camera, and the ground truth."""
 
     plan: str
     camera: str
     frames: Sequence[np.ndarray]
     stamps_ns: Sequence[int]
     headings: np.ndarray
-    """(N,) radians, left positive, not wrapped."""
+    """(N,) radians, positive to the left, not wrapped."""
     focal_px: float
-    """Pixels per radian in the middle of the picture."""
+    """Pixels per radian in the middle of the image."""
 
     @property
     def turns(self) -> list[Turn]:
@@ -140,7 +140,7 @@ def kept(plan: str, camera: str) -> Outcome | None:
 
 
 def keep(outcome: Outcome) -> None:
-    """Keep what came out of a drive for a run that goes on after this one."""
+    """Store the outcome of a drive for a later run that continues this one."""
     path = _FOLDER / f'{file_name(outcome.plan, outcome.camera)}.json'
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(json.dumps(asdict(outcome), indent=2), encoding='utf-8')
@@ -191,7 +191,7 @@ def order(movement: Iterable[Movement]) -> str:
 
 
 class _Frames(FrameSource):
-    """The frames of a drive, as a source of which nothing else is known."""
+    """The frames of a drive, as a source without a calibration."""
 
     def __init__(self, drive: Drive) -> None:
         super().__init__(
@@ -205,7 +205,7 @@ class _Frames(FrameSource):
 
 
 class _Estimates(Watcher):
-    """Notes what is learned of the camera, and when."""
+    """Records the estimates of the camera, with their times."""
 
     def __init__(self) -> None:
         self._learned: list[tuple[int, CameraEstimate]] = []
@@ -217,7 +217,7 @@ class _Estimates(Watcher):
             self._learned.append((frame.stamp_ns, learned))
 
     def at(self, stamp_ns: int) -> CameraEstimate | None:
-        """Return what was known then."""
+        """Return the estimate known at a time; None if there was none."""
         known = [learned for (when, learned) in self._learned if when <= stamp_ns]
         return known[-1] if known else None
 

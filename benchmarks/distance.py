@@ -1,12 +1,12 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
 """
-How right distances are: on real clips, rendered drives, and on what breaks them.
+Accuracy of distances: on real clips, on rendered drives, and under difficult conditions.
 
 Takes an hour or more and writes docs/measurements/distance.md. Results of each part are kept in
-out/distance, so that a run that was stopped goes on where it was: ``--part NAME`` measures one
-part, ``--page`` writes the page from what there is, ``--frames N`` ends the drives along whole
-sequences after so many frames, and without anything all parts that are missing are measured.
+out/distance, so a stopped run continues where it was. ``--part NAME`` measures one part,
+``--page`` writes the page from the available results, ``--frames N`` ends the drives along whole
+sequences after N frames. Without options, all missing parts are measured.
 """
 
 from __future__ import annotations
@@ -46,12 +46,16 @@ _FROM_M = 20.0
 _LIMIT_RATIO = 0.65
 
 _INTRODUCTION = """
-    One configuration for all: the calibration of the camera, its height above the road
-    (`camera_height: 1.65`), and all else at its default. *Distance* is the error of the whole way,
-    *t_rel* the mean error gained on parts of 100 to 800 m (on drives under 200 m of 50 m, too), in
-    the plane; *path* is the drawn path's error as a share of its size, after it was laid over the
-    true one, for which no height is needed. *NEES* is the share of poses, from 20 m on, of which
-    the normalised squared error of x, y and yaw lies within 0.22 to 9.35, where 95 % should.
+    This page shows how accurate the [distance](../explanation/distance.md) is, and what breaks it.
+    All drives use one configuration: the calibration of the camera, its height above the road
+    (`camera_height: 1.65`), and the defaults.
+
+    *Distance* is the error of the total distance. *t_rel* is the mean error gained on parts of
+    100 to 800 m (on drives under 200 m of 50 m, too), in the plane. *Path* is the error of the
+    drawn path as a share of its size, after alignment with the true path; it needs no height.
+    *NEES* is the share of poses, from 20 m on, whose normalised squared error of x, y and yaw lies
+    between 0.22 and 9.35; it should be 95 %. Of the states, *m* is measured, *b* bridged,
+    *s* standing and *u* unknown.
     """
 _REAL_TEXT = """
     The height of 1.65 m is that of the data set's documentation. The true poses are those of a
@@ -71,14 +75,14 @@ _OTHER_TEXT = """
     """
 _BREAKS_TEXT = """
     The lorry hides the road from 8 m on; on the wet night a tenth of the light is
-    left, and the noise of a sensor at its limit; the snow leaves a hundredth of the contrast. Of
-    the states, *m* is measured, *b* bridged, *s* standing, *u* unknown.
+    left, and the noise of a sensor at its limit; the snow leaves a hundredth of the contrast. On
+    the snow nothing is known from the start, so no metres are made up.
     """
 
 
 @dataclass(frozen=True)
 class Row:
-    """What one drive gave."""
+    """Results of one drive."""
 
     name: str
     frames: int
@@ -89,11 +93,11 @@ class Row:
     states: dict[str, int]
     nees: list[float]
     exact: list[float] = field(default_factory=list)
-    """The same with the height and the mounting that were not told wrong."""
+    """The same with the height and the mounting given without an error."""
 
 
 def main() -> None:
-    """Measure what is asked for, or what is missing, and write the page."""
+    """Measure the requested or the missing parts, and write the page."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument('--part', choices=PARTS)
     parser.add_argument('--frames', type=int)
@@ -111,7 +115,7 @@ def main() -> None:
 
 
 def measure(part: str, frames: int | None) -> None:
-    """Measure a part, and keep what it gave."""
+    """Measure a part, and store its results."""
     found: object
     if part == 'time':
         found = time_per_frame()
@@ -125,7 +129,7 @@ def measure(part: str, frames: int | None) -> None:
 
 
 def page() -> Iterator[str]:
-    """Yield the parts of the page, as far as they have been measured."""
+    """Yield the parts of the page that have been measured."""
     yield '# Distance'
     yield paragraphs(_INTRODUCTION)
     yield 'Written by `benchmarks/distance.py`.'
@@ -152,10 +156,11 @@ def page() -> Iterator[str]:
             exact += [value for row in rows for value in row.exact]
     if every:
         yield '## Variances'
-        yield (f'Of all {len(every)} poses above but those of what breaks it, '
-               f'{_inside(every)} lie within the band. Where the rendered cameras have exactly '
-               f'the height and the mounting that the estimator is told, {_inside(exact)} do: the '
-               'others are too good.')
+        yield paragraphs(f"""
+            Of all {len(every)} poses above but those of what breaks it, {_inside(every)} lie
+            within the band. Where the rendered cameras have exactly the height and the mounting
+            that the estimator is told, {_inside(exact)} do: most others are too good.
+            """)
     if _file('time').exists():
         yield '## Time'
         yield from json.loads(_file('time').read_text(encoding='utf-8'))
@@ -179,7 +184,7 @@ def other(_: int | None) -> Iterator[Row]:
 
 
 def breaks(_: int | None) -> Iterator[Row]:
-    """Measure what is known to be difficult, and what is told wrong."""
+    """Measure difficult conditions, and wrong values of the camera."""
     plain = drives.block().kept()
     for name, spoil in {'a bonnet': bonnet, **drives.SPOILT}.items():
         yield follow(plain.spoilt(name, spoil), rendered=True)
@@ -191,14 +196,14 @@ def breaks(_: int | None) -> Iterator[Row]:
             lens=Lens(hfov_deg=share * wide))
     for wrong in (-1.0, 1.0):
         given = math.degrees(drives.MOUNTED) + wrong
-        # Nought stands for a pitch that is not known.
+        # Zero means that the pitch is not known.
         lens = Lens(camera=model_of(plain), pitch_deg=given or 1e-3)
         yield follow(
             replace(plain, name=f'pitch given {wrong:+.0f}° wrong'), rendered=True, lens=lens)
 
 
 def along(sequence: str) -> Callable[[int | None], Iterator[Row]]:
-    """Return what measures the drive along a sequence."""
+    """Return the function that measures the drive along a sequence."""
     def measured(frames: int | None) -> Iterator[Row]:
         yield follow(drives.along_kitti(sequence, frames), rendered=True)
     return measured
@@ -210,7 +215,7 @@ PARTS: dict[str, Callable[[int | None], Iterator[Row]]] = {
 
 
 def follow(ride: Ride, *, rendered: bool = False, lens: Lens | None = None) -> Row:
-    """Follow a ride, and return how right it was."""
+    """Follow a ride, and return its errors."""
     rng = np.random.default_rng(zlib.crc32(ride.name.encode()))
     off, askew = (rng.normal(size=2) if rendered else np.zeros(2))
     height = _HEIGHT * (1.0 + _DEVIATION * off)
@@ -256,7 +261,7 @@ def model_of(ride: Ride) -> CameraModel:
 
 
 def time_per_frame() -> list[str]:
-    """Return what the distance takes, on top of the heading and beside OpenCV's."""
+    """Return the time for the distance, in addition to the heading and compared with OpenCV."""
     clip = kitti_clip('00')
     assert clip is not None
     camera = clip.camera
@@ -289,7 +294,7 @@ def time_per_frame() -> list[str]:
 def _nees(
     found: np.ndarray, covariances: list[np.ndarray], true: np.ndarray, askew: float,
 ) -> list[float]:
-    """Return the normalised squared errors from 20 m on, the camera mounted askew by so much."""
+    """Return the normalised squared errors from 20 m on; ``askew`` is the camera's yaw in rad."""
     way = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(true[:, :2], axis=0).T))])
     turned = true[0, 2] + askew
     cosine, sine = math.cos(turned), math.sin(turned)

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What the distance is measured on, and what is put in the camera's way."""
+"""The material of the distance study: drives, and obstacles in the camera's view."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ from phase_traj_ros.synthetic import (
 )
 from phase_traj_ros.synthetic.camera import EQUIDISTANT
 
-#: Sequences whose poses whole drives are rendered along.
+#: Sequences along whose poses whole drives are rendered.
 SEQUENCES = ('00', '02', '08', '10')
-#: How far the rendered cameras look down.
+#: Pitch of the rendered cameras, downwards.
 MOUNTED = np.radians(1.0)
-# Springs give way by no more than this; where the poses say more, they are wrong (sequence 08).
+# Largest deflection of the springs; where the poses show more, they are wrong (sequence 08).
 _SPRINGS = np.radians(2.0)
-# Over so many metres, what the way does is the road's slope and bank, and not the springs'.
+# Over this many metres, the path gives the slope and bank of the road, without the springs.
 _ROAD_M = 10.0
 
 CAMERAS = {
@@ -45,10 +45,10 @@ BLOCK = [Straight(4), Turn(90, 4, 5), Straight(3), Turn(-90, 3, 5), Straight(4)]
 
 def along_kitti(sequence: str, frames: int | None = None) -> Ride:
     """
-    Return the drive along a whole KITTI sequence, as driven, streamed.
+    Return the drive along a whole KITTI sequence, streamed.
 
-    The rendered road is flat, so the camera pitches and rolls as it did against the road: the
-    poses' angles less the slope of the way and the roll, both over about 10 m.
+    The rendered road is flat, so the camera has the real pitch and roll relative to the road: the
+    angles of the poses minus the slope of the path and the roll, both over about 10 m.
     """
     root = kitti_root()
     assert root is not None
@@ -73,14 +73,14 @@ def motorway(speed: float) -> Ride:
 
 
 def stop_and_go() -> Ride:
-    """Return starts and stops on the way through a town."""
+    """Return a drive through a town with starts and stops."""
     return _planned('stop and go', [
         Straight(3), Straight(3, 0), Straight(3), Straight(2, 1.5), Straight(3, 0), Straight(3),
         Turn(90, 4, 4), Straight(3, 0), Straight(3)], 9.0)
 
 
 def block(camera: str = '1241×376, 82°, 10 Hz') -> Ride:
-    """Return a drive around a block as one of the cameras sees it, looking down a little."""
+    """Return a drive around a block as seen by one of the cameras, which looks down slightly."""
     lens, rate_hz = CAMERAS[camera]
     return replace(_planned('block', BLOCK, 9.0, lens, rate_hz), name=f'block, {camera}')
 
@@ -91,12 +91,12 @@ def real(name: str) -> Ride:
 
 
 def real_names() -> list[str]:
-    """Return the names of the real clips at hand."""
+    """Return the names of the available real clips."""
     return [ride.name for ride in real_rides()]
 
 
 def lorry(frame: Frame) -> Frame:
-    """Put the back of a lorry 8 m ahead: 2.5 m wide, from 0.5 to 3.5 m above the road."""
+    """Draw the back of a lorry 8 m ahead: 2.5 m wide, from 0.5 to 3.5 m above the road."""
     focal, cx, cy, height = 718.856, 607.2, 185.2, 1.65
     left, right = (round(cx + focal * side / 8.0) for side in (-1.25, 1.25))
     top, bottom = (round(cy + focal * (height - at) / 8.0) for at in (3.5, 0.5))
@@ -110,14 +110,14 @@ def lorry(frame: Frame) -> Frame:
 
 
 def wet_night(frame: Frame) -> Frame:
-    """Darken all to a tenth, with the noise of a sensor at its limit."""
+    """Darken the image to a tenth, with the noise of a sensor at its limit."""
     rng = np.random.default_rng(int(frame[::16, ::16].sum()))
     dark = frame * 0.1 + rng.normal(0.0, 3.0, frame.shape)
     return np.clip(dark, 0, 255).astype(np.uint8)
 
 
 def snow(frame: Frame) -> Frame:
-    """Whiten the lower half but for a hundredth of its contrast, with a grey level of noise."""
+    """Whiten the lower half, with a hundredth of its contrast and a grey level of noise."""
     half = len(frame) // 2
     rng = np.random.default_rng(int(frame[::16, ::16].sum()))
     below = frame[half:]
@@ -127,11 +127,11 @@ def snow(frame: Frame) -> Frame:
 
 
 def crest(frames: int = 200) -> Ride:
-    """Return a straight drive of which the middle pitches as over a crest of 500 m radius."""
+    """Return a straight drive whose middle has the pitch of a crest of 500 m radius."""
     drive = plan_drive('crest', [Straight(frames / 10)], speed=15.0, camera=KITTI_CAMERA, seed=5)
     poses = drive.poses.copy()
     way = 1.5 * np.arange(len(poses))
-    # A road that bends away below is seen as if the camera looked up: by the slope some 5 m on.
+    # On a road that bends down, the camera seems to look up by the slope about 5 m ahead.
     poses[:, 3] = MOUNTED - (5.0 / 500.0) * ((way > way[-1] / 3) & (way < 2 * way[-1] / 3))
     return _streamed(replace(drive, poses=poses))
 

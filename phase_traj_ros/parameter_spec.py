@@ -22,7 +22,7 @@ class Group(Enum):
     """Audience of a parameter; the value is the heading in the docs and in ``--help``."""
 
     USER = 'Common parameters'
-    VEHICLE = 'Vehicle parameters'
+    VEHICLE = 'Parameters for vehicles'
     REST = 'Other parameters'
 
 

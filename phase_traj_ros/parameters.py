@@ -101,7 +101,7 @@ class Parameters:
         ' positive to the right. Used with focal_px or hfov_deg.', minimum=-0.5, maximum=0.5,
         read_only=True)
     camera_pitch_deg: float = parameter(
-        0.0, 'Pitch of the camera, positive down. Used with focal_px or hfov_deg.', unit='deg',
+        0.0, 'Pitch of the camera, positive down. 0: estimated from the drive.', unit='deg',
         minimum=-60.0, maximum=60.0, read_only=True)
     camera_roll_deg: float = parameter(
         0.0, 'Roll of the camera, positive right side down. Used with focal_px or hfov_deg.',
@@ -380,6 +380,7 @@ class Parameters:
             awaits_speeds=self.use_speed_topic,
             camera_height=self.camera_height,
             camera_height_deviation=self.camera_height_deviation,
+            camera_pitch_deg=self.camera_pitch_deg,
             code_step=self.code_step,
             gate=self._gate(),
             stillness=StillnessSettings(

@@ -64,7 +64,7 @@ def add_parameters(parser: ArgumentParser) -> None:
     parser.add_argument(
         '--threshold', metavar='PX', type=float,
         help="shift in pixels per frame from which a pair is a turn, the paper's rule"
-             ' (default: the value in --params; without either, turns are found without it)')
+             ' (default: the value in --params, otherwise no threshold)')
     parser.add_argument(
         '--params', metavar='FILE', type=Path, help='ROS parameter file, as for the node')
     parser.add_argument(

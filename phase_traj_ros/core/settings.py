@@ -79,6 +79,8 @@ class EstimatorSettings:
     """Of the camera above the road, in metres; 0: not known. Takes a lens."""
     camera_height_deviation: float = 0.04
     """Standard deviation of the height, as a share of it."""
+    camera_pitch_deg: float = 0.0
+    """How far the camera looks down against the road; 0: found from the drive."""
     code_step: float = 0.0
     """Length of a link of the chain code of equal links, in ``length_unit``; 0: none."""
     gate: GateSettings | None = None

@@ -3,6 +3,7 @@
 """How far the vehicle goes: by a speed from elsewhere where there is one, else by the road."""
 
 from dataclasses import replace
+import math
 
 import numpy as np
 from numpy.typing import NDArray
@@ -135,8 +136,10 @@ class Travelling:
             pace.deviation += _OTHER_LENS * abs(pace.speed)
         self._camera, self._mask = camera, heading.counting
         lens = heading.lens
+        horizon, given = lens.horizon, math.radians(self._settings.camera_pitch_deg)
         self._meter = RoadMeter(
-            heading.model, lens.horizon, pitch_known=lens.pitch_known,
+            heading.model, replace(horizon, pitch=given) if given else horizon,
+            pitch_known=lens.pitch_known or given != 0.0,
             rotate_180=self._settings.view.rotate_180, mask=self._mask,
             transform=self._settings.transform, pace=pace)
         return True

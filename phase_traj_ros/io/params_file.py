@@ -38,7 +38,7 @@ def read_parameters(path: Path) -> Parameters:
             merged.update(_flatten(section))
     except RecursionError:
         raise ParameterError(
-            f"{path} is nested without end: it takes the form '/**:' over '{_VALUES}:'") from None
+            f"{path} is nested without end: write '/**:' over '{_VALUES}:'") from None
     if not sections:
         raise ParameterError(
             f'{path} has no parameters for the node {NODE_NAME!r}: put them under'
@@ -123,7 +123,7 @@ def _find_sections(
     # Namespaces may be written as one key (/ns/node) or as nested ones (/ns: node:).
     if not isinstance(content, dict):
         raise ParameterError(
-            f"{path} is not a ROS parameter file: it takes the form '/**:' over '{_VALUES}:'")
+            f"{path} is not a ROS parameter file: write '/**:' over '{_VALUES}:'")
     for key, value in content.items():
         if key != _VALUES:
             yield from _find_sections(path, f'{prefix}/{str(key).strip("/")}', value)

@@ -80,6 +80,12 @@ def test_a_height_makes_metres_of_it():
     assert math.sqrt(last.covariance[0][0]) > 0.04 * last.pose.x
 
 
+def test_a_pitch_that_is_given_is_believed_also_with_a_calibration():
+    _, found = driven(settings())
+    _, given = driven(settings(camera_pitch_deg=4.0))
+    assert total(given) < 0.9 * total(found)
+
+
 def test_the_codes_do_not_depend_on_it():
     _, with_it = driven(settings())
     _, without = driven(settings(path_from=PathSource.CODES))

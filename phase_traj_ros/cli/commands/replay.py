@@ -56,8 +56,8 @@ def add_parser(commands: Any) -> None:
              f' {DEFAULT_SPEED_TOPIC})')
     parser.add_argument(
         '--one-pass', action='store_true',
-        help='learn an unknown camera during the replay, which gives the codes of the node'
-             ' (default: learn it in a first pass over the whole drive)')
+        help='learn an unknown camera during the replay, as the node does (default: learn it'
+             ' in a first pass over the whole drive)')
     parser.add_argument(
         '--output', metavar='DIR', type=Path, help='write the results here (default: only print)')
     parser.add_argument(
@@ -146,6 +146,6 @@ def _print(result: Replay, seconds: float) -> None:
                                           ' again'),
             (result.counters.unmeasured, 'pairs had nothing to correlate'),
             (result.counters.reprimed, 'times the size of the frames changed'),
-            (result.pairs_without_speed, 'pairs had no speed: the way goes on without them')):
+            (result.pairs_without_speed, 'pairs had no speed and add no distance to the path')):
         if count:
             print(f'warning: {count} {what}')

@@ -214,7 +214,9 @@ class _Problem:
         behind = np.minimum(state.nearness, 0.0)
         near = state.nearness / _NEARNESS
         mean, deviation = _STRAIGHTNESS
-        lens = ((state.straightness - mean) / deviation) ** 2 + (state.column / self._column) ** 2
+        # As of the sights: what is far off is cut out of a larger picture, and no worse for more.
+        lens = ((state.straightness - mean) / deviation) ** 2 + 2.0 * math.log1p(
+            (state.column / self._column) ** 2 / 2.0)
         cost = lens + robust + float(
             (known * known).sum() + _AHEAD * (behind @ behind) + near @ near)
         return cost if math.isfinite(cost) else math.inf
@@ -289,8 +291,8 @@ class _Problem:
         mean, deviation = _STRAIGHTNESS
         normal[1, 1] = deviation ** -2
         gradient[1] = (state.straightness - mean) / deviation ** 2
-        normal[2, 2] = self._column ** -2
-        gradient[2] = state.column / self._column ** 2
+        normal[2, 2] = self._column ** -2 / (1.0 + (state.column / self._column) ** 2 / 2.0)
+        gradient[2] = normal[2, 2] * state.column
         return normal, gradient
 
 

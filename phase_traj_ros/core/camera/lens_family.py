@@ -78,8 +78,9 @@ def places(directions: Numbers, focal_px: float, straightness: float) -> tuple[N
     across = np.where(aside > 1e-9, seen / outwards, 1.0 / np.maximum(z, 1e-9))
     # dr/da = 1 + k r^2, for any k.
     steep = (1.0 + straightness * seen * seen) / (aside * aside + z * z)
-    # In the very middle, one direction is as good as another.
-    ux, uy, along = np.where(aside > 1e-9, x / outwards, 1.0), y / outwards, steep * z
+    # On the axis, any direction away from it will do, as the two slopes are equal.
+    off_axis, along = aside > 1e-9, steep * z
+    ux, uy = np.where(off_axis, x / outwards, 1.0), np.where(off_axis, y / outwards, 0.0)
     change = np.empty((len(directions), 2, 3))
     change[:, 0, 0] = ux * ux * along + uy * uy * across
     change[:, 1, 1] = uy * uy * along + ux * ux * across

@@ -50,9 +50,9 @@ class HeadingError:
     rms, end, max
         Root mean square over the frames, error at the last one (with its sign), largest error.
     per_100m
-        Mean absolute error over stretches of 100 m (a shorter drive is scaled to 100 m).
+        Mean absolute growth of the error over 100 m (a shorter drive is scaled to 100 m).
     per_frame_rms
-        Root mean square of the error from frame to frame.
+        Root mean square of the growth of the error from frame to frame.
     """
 
     rms: float
@@ -172,7 +172,7 @@ def _overlap_ns(turn: Turn, other: Turn) -> int:
 
 
 def _per_100m(error: NDArray[np.float64], positions: NDArray[np.float64]) -> float | None:
-    """Return the mean absolute error over stretches of 100 m."""
+    """Return the mean absolute growth of the error over stretches of 100 m."""
     way = way_along(positions)
     if way[-1] == 0.0:
         return None

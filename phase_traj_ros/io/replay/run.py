@@ -64,7 +64,7 @@ class Replay:
 
     @property
     def pairs_without_speed(self) -> int:
-        """Return the number of pairs that needed a speed, and neither it nor the road told one."""
+        """Return the number of pairs without a speed, given or measured, where one is used."""
         if not self.parameters.use_speed_topic:
             return 0
         return sum(update.odometry is None for update in self.updates)

@@ -54,7 +54,7 @@ class Street:
         return np.concatenate([[0.0], np.cumsum(np.hypot(dx, dy))])
 
     def beside(self, along: Floats, left: float) -> Floats:
-        """Return the points (M, 2) at ``along`` (M,), at ``left`` from the centre line."""
+        """Return the points (M, 2) at ``along`` (M,), ``left`` metres left of the centre."""
         lengths = self.lengths()
         ahead = np.gradient(self.line, axis=0)
         (x, y, dx, dy) = (

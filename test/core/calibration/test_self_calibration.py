@@ -174,12 +174,12 @@ def test_wrong_right_angles_do_not_outvote_the_flow():
     assert calibration.estimate.focal_px == pytest.approx(PINHOLE.focal, rel=0.1)
 
 
-@pytest.mark.parametrize(('cut', 'tolerance'), [
-    (np.s_[:, :], 0.05), (np.s_[:, ::-1], 0.05), (np.s_[:188], 0.1),
+@pytest.mark.parametrize(('cut', 'column', 'tolerance'), [
+    (np.s_[:, :], -13, 0.05), (np.s_[:, ::-1], 13, 0.05), (np.s_[:188], -13, 0.1),
     # Half a picture has its principal point at its edge, and shows half as much of the turn.
-    (np.s_[:, :620], 0.15), (np.s_[:, 621:], 0.15)],
+    (np.s_[:, :620], 298, 0.12), (np.s_[:, 621:], -324, 0.12)],
     ids=['whole', 'mirrored', 'upper half', 'left half', 'right half'])
-def test_a_real_turn_tells_the_focal_length(kitti_root, cut, tolerance):
+def test_a_real_turn_tells_the_focal_length(kitti_root, cut, column, tolerance):
     files = sorted((kitti_root / '00' / 'image_0').glob('*.png'))[85:155]
     correlator, calibration = PhaseCorrelator(), SelfCalibration()
     for file in files:
@@ -189,4 +189,5 @@ def test_a_real_turn_tells_the_focal_length(kitti_root, cut, tolerance):
     calibration.finish()
     found = calibration.estimate
     assert found.focal_px == pytest.approx(718.856, rel=tolerance)
+    assert found.column_px == pytest.approx(column, abs=0.05 * found.width)
     assert found.straightness == pytest.approx(1.0, abs=0.2)
