@@ -222,6 +222,7 @@ LEARNED = Lens(estimate=CameraEstimate(
 
 
 class Learning(SelfCalibration):
+
     def __init__(self):
         super().__init__()
         self.travels = []
