@@ -12,20 +12,17 @@ from phase_traj_ros.core.calibration.self_calibration import SelfCalibration
 from phase_traj_ros.core.camera.in_use import CameraInUse
 from phase_traj_ros.core.camera.lens import Lens
 from phase_traj_ros.core.codes.chain import ChainCode
-from phase_traj_ros.core.codes.freeman import AnyDirection
 from phase_traj_ros.core.codes.links import LinkCode
 from phase_traj_ros.core.codes.threshold_hint import ThresholdHint
 from phase_traj_ros.core.coding import make_coder
 from phase_traj_ros.core.correlation.phase_correlation import Frame, Shift
 from phase_traj_ros.core.heading.estimator import HeadingEstimator, HeadingUpdate
-from phase_traj_ros.core.heading.tracker import HeadingStep
 from phase_traj_ros.core.heading.turns import Turn
 from phase_traj_ros.core.heading.yaw_meter import YawMeasurement
 from phase_traj_ros.core.measuring import Comparison, PairMeter
 from phase_traj_ros.core.path.trajectory import DrawnPath
 from phase_traj_ros.core.path.way import Way
 from phase_traj_ros.core.reliability import Reliability
-from phase_traj_ros.core.road.travel import Travel
 from phase_traj_ros.core.route import Route
 from phase_traj_ros.core.settings import CodeSource, EstimatorSettings
 from phase_traj_ros.core.status import is_gap, PairStatus, status_of
@@ -33,16 +30,6 @@ from phase_traj_ros.core.travelling import Travelling
 from phase_traj_ros.core.trust import Trust
 from phase_traj_ros.core.update import Counters, Update
 from phase_traj_ros.errors import FrameError
-
-# What is built from these at the start stays as it is.
-_SETTLED = {
-    'code_source': 'the code source', 'connectivity': 'the connectivity',
-    'draws_heading': 'what the path is drawn from',
-    'measures_heading': 'whether heading is measured',
-    'metric': 'whether there is a speed or a height of the camera',
-    'code_step': 'the length of the links'}
-# But for these, where a threshold asks for the paper's rule, or no longer does.
-_SWITCHED = ('code_source', 'draws_heading', 'measures_heading')
 
 
 class TrajectoryEstimator:
@@ -84,13 +71,6 @@ class TrajectoryEstimator:
         self._coder = make_coder(self._settings)
         self._route = Route(self._settings)
         self._travelling = Travelling(self._settings)
-        self._links: LinkCode | None = None
-        if self._settings.code_step > 0:
-            self._links = LinkCode(
-                self._settings.code_step, connectivity=self._settings.connectivity,
-                max_runs=self._settings.max_runs)
-        self.way = Way()
-        """How far the vehicle has gone."""
         self._trust = self._make_trust()
         self.counters = Counters()
         self._turns: deque[Turn] = deque(maxlen=self._settings.max_runs)
@@ -113,7 +93,12 @@ class TrajectoryEstimator:
     @property
     def links(self) -> LinkCode | None:
         """Return the chain code of equal links so far; None where there is none."""
-        return self._links
+        return self._route.links
+
+    @property
+    def way(self) -> Way:
+        """Return the distance travelled so far."""
+        return self._route.way
 
     @property
     def heading(self) -> HeadingEstimator | None:
@@ -213,15 +198,10 @@ class TrajectoryEstimator:
         Raises
         ------
         ValueError
-            The mask is empty within the view, or a setting that is settled at the start differs.
+            The mask is empty within the view, or a setting that is fixed at the start differs.
 
         """
-        for name, words in _SETTLED.items():
-            if (getattr(settings, name) != getattr(self._settings, name)
-                    and not (name in _SWITCHED and self._switches_rule(settings))):
-                raise ValueError(
-                    f'{words} is settled at the start, and this would change it: start anew with'
-                    ' these settings')
+        self._settings.check_change(settings, switches_rule=self._switches_rule(settings))
         self._meter.check(settings)
 
     def reconfigure(self, settings: EstimatorSettings) -> None:
@@ -349,9 +329,6 @@ class TrajectoryEstimator:
         self._trust.reset()
         self._travelling.reset()
         self._route.reset()
-        self.way.reset()
-        if self._links is not None:
-            self._links.reset()
         self._frames = 0
         self._last_stamp_ns = None
 
@@ -396,24 +373,13 @@ class TrajectoryEstimator:
         # The road itself shows whether the vehicle moves, whatever the rest of the picture does.
         travel = self._travelling.update(
             frame, self._heading, comparison.yaw, status, stamp_ns, interval_ns)
-        odometry = self._route.add(step, turned, travel, stamp_ns, interval_ns)
+        progress = self._route.add(step, turned, travel, stamp_ns, interval_ns)
         tip = self.path.tip
         assert tip is not None
         return Update(
             self._frames - 2, stamp_ns, interval_ns, self._shift(comparison, heading), step,
             status, tip, turned, () if heading is None else heading.turns, self._news_of_camera(),
-            cut, odometry, travel, self._go(travel, turned, interval))
-
-    def _go(
-        self, travel: Travel | None, heading: HeadingStep | None, interval: float,
-    ) -> tuple[AnyDirection, ...]:
-        """Add a pair to the way; return the directions of the links that end with it."""
-        if travel is None:
-            return ()
-        self.way.add(travel, interval)
-        if self._links is None or heading is None or not travel.known:
-            return ()
-        return self._links.add(travel.distance, heading.heading, heading.yaw)
+            cut, progress.odometry, travel, progress.links)
 
     def _news_of_camera(self) -> CameraInUse | None:
         """Return the camera if it has changed since it was last told."""

@@ -1,18 +1,33 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Where the vehicle has been: the drawn path, and in metres where a speed is known."""
+"""The route of the vehicle: its drawn path, distance, equal links and odometry."""
+
+from dataclasses import dataclass
 
 from phase_traj_ros.core.codes.chain import Step
+from phase_traj_ros.core.codes.freeman import AnyDirection
+from phase_traj_ros.core.codes.links import LinkCode
 from phase_traj_ros.core.heading.tracker import HeadingStep
 from phase_traj_ros.core.path.heading_path import HeadingPath
 from phase_traj_ros.core.path.odometry import Odometer, Odometry
 from phase_traj_ros.core.path.trajectory import ChainPath, DrawnPath
+from phase_traj_ros.core.path.way import Way
 from phase_traj_ros.core.road.travel import Travel, TravelState
 from phase_traj_ros.core.settings import EstimatorSettings
 
 
+@dataclass(frozen=True, slots=True)
+class Progress:
+    """What a pair of frames adds to the route."""
+
+    odometry: Odometry | None = None
+    """Pose and motion in metres; None if the distance is not known in metres."""
+    links: tuple[AnyDirection, ...] = ()
+    """Directions of the equal links that end with this pair."""
+
+
 class Route:
-    """Goes on with each pair of frames, along the direction or along the heading."""
+    """Grows with each pair of frames, along the direction or along the heading."""
 
     def __init__(self, settings: EstimatorSettings) -> None:
         """Make a route that has not started; what it is made from stays as it is now."""
@@ -26,6 +41,14 @@ class Route:
             self._heading_path = self._odometer.path
         elif settings.measures_distance:
             self._heading_path = HeadingPath(max_corners=settings.max_corners)
+        self.way = Way()
+        """Distance travelled."""
+        self.links: LinkCode | None = None
+        """The chain code of equal links, if the settings ask for it."""
+        if settings.code_step > 0:
+            self.links = LinkCode(
+                settings.code_step, connectivity=settings.connectivity,
+                max_runs=settings.max_runs)
         self._drawn: DrawnPath = self._chain_path
         if from_heading and self._heading_path is not None:
             self._drawn = self._heading_path
@@ -37,7 +60,8 @@ class Route:
 
     def reset(self) -> None:
         """Go back to the origin."""
-        for part in (self._chain_path, self._heading_path, self._odometer):
+        for part in (
+                self._chain_path, self._heading_path, self._odometer, self.way, self.links):
             if part is not None:
                 part.reset()
 
@@ -50,33 +74,46 @@ class Route:
     def add(
         self, step: Step, heading: HeadingStep | None, travel: Travel | None, stamp_ns: int,
         interval_ns: int,
-    ) -> Odometry | None:
+    ) -> Progress:
         """
-        Take what a pair of frames adds.
+        Add a pair of frames, and return its progress.
 
         Parameters
         ----------
         step
             The codes of the pair.
         heading
-            What it adds to the heading, where that is measured.
+            Its change of the heading; None if the heading is not measured.
         travel
-            What it adds to the way, where that is.
+            Its distance; None if no distance is measured.
         stamp_ns
-            Of its second frame.
+            Stamp of its second frame.
         interval_ns
-            Since its first one.
+            Time since its first frame.
 
         """
         if step.appended:
             self._chain_path.append(step.direction, stamp_ns)
-        if heading is None or travel is None or self._heading_path is None:
-            return None
-        if self._odometer is None:
-            self._heading_path.append(heading.heading, heading.yaw, travel.distance, stamp_ns)
-            return None
+        if heading is None or travel is None:
+            return Progress()
         interval = interval_ns * 1e-9
+        self.way.add(travel, interval)
+        return Progress(
+            self._go(heading, travel, stamp_ns, interval), self._link(heading, travel))
+
+    def _go(
+        self, heading: HeadingStep, travel: Travel, stamp_ns: int, interval: float,
+    ) -> Odometry | None:
+        if self._odometer is None:
+            if self._heading_path is not None:
+                self._heading_path.append(heading.heading, heading.yaw, travel.distance, stamp_ns)
+            return None
         if travel.state is TravelState.UNKNOWN:
             self._odometer.miss(heading, travel, interval)
             return None
         return self._odometer.update(heading, travel, stamp_ns, interval)
+
+    def _link(self, heading: HeadingStep, travel: Travel) -> tuple[AnyDirection, ...]:
+        if self.links is None or not travel.known:
+            return ()
+        return self.links.add(travel.distance, heading.heading, heading.yaw)

@@ -17,6 +17,17 @@ from phase_traj_ros.core.correlation.windows import Window
 from phase_traj_ros.core.path.way import LengthUnit
 
 
+# Parts of the estimator are built from these at the start.
+_FIXED = {
+    'code_source': 'the code source', 'connectivity': 'the connectivity',
+    'draws_heading': 'the source of the path',
+    'measures_heading': 'whether the heading is measured',
+    'metric': 'whether a speed or the height of the camera is known',
+    'code_step': 'the length of the links'}
+# A threshold that is set or removed changes these together, and everything starts again.
+_SWITCHED = ('code_source', 'draws_heading', 'measures_heading')
+
+
 class PathSource(Enum):
     """What the path is drawn from."""
 
@@ -116,6 +127,25 @@ class EstimatorSettings:
         DynamicChainCode(
             self.threshold, confirm_frames=self.confirm_frames,
             release_frames=self.release_frames, max_runs=self.max_runs)
+
+    def check_change(self, after: 'EstimatorSettings', *, switches_rule: bool) -> None:
+        """
+        Check that an estimator with these settings can continue with others.
+
+        ``switches_rule`` allows a change from the turns to the paper's rule, and back.
+
+        Raises
+        ------
+        ValueError
+            A setting that is fixed at the start differs.
+
+        """
+        for name, words in _FIXED.items():
+            if getattr(after, name) != getattr(self, name) and not (
+                    switches_rule and name in _SWITCHED):
+                raise ValueError(
+                    f'{words} is fixed at the start, and this would change it: start again with'
+                    ' these settings')
 
     @property
     def threshold_set(self) -> float | None:

@@ -150,10 +150,10 @@ def test_the_same_settings_again_start_nothing_anew():
 def test_what_else_is_settled_stays_refused_with_a_switch():
     estimator = TrajectoryEstimator(AUTO)
     for change in ({'speed': 5.0}, {'connectivity': 8, 'code_source': CodeSource.HEADING}):
-        with pytest.raises(ValueError, match='settled at the start'):
+        with pytest.raises(ValueError, match='fixed at the start'):
             estimator.reconfigure(replace(PAPER, **change))
     paper = TrajectoryEstimator(PAPER)
-    with pytest.raises(ValueError, match='the code source is settled'):
+    with pytest.raises(ValueError, match='the code source is fixed'):
         paper.reconfigure(AUTO)
 
 

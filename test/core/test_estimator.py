@@ -180,7 +180,7 @@ def test_a_band_that_the_mask_leaves_nothing_of_is_refused_before_anything_chang
 def test_what_is_settled_at_the_start_cannot_change(change):
     estimator = TrajectoryEstimator()
     feed(estimator, [FRAME, FRAME, TURNED])
-    with pytest.raises(ValueError, match='settled at the start'):
+    with pytest.raises(ValueError, match='fixed at the start'):
         estimator.reconfigure(replace(estimator.settings, threshold=50.0, **change))
     assert estimator.settings == EstimatorSettings()
     assert len(estimator.codes.movement) == 2

@@ -229,7 +229,7 @@ def test_a_threshold_in_degrees_needs_a_camera(live):
     live.start(*SHIFT)
     result = live.set_parameter('threshold_deg_s', 10.0)
     assert not result.successful
-    assert 'settled at the start' in result.reason
+    assert 'fixed at the start' in result.reason
 
 
 def heard_of(live, *names):

@@ -177,7 +177,7 @@ def test_the_length_of_links_is_settled_at_the_start():
     settings = EstimatorSettings(
         code_step=2.0, lens=Lens(focal_px=300.0), code_source=CodeSource.SHIFT)
     estimator = TrajectoryEstimator(settings)
-    with pytest.raises(ValueError, match='the length of the links is settled'):
+    with pytest.raises(ValueError, match='the length of the links is fixed'):
         estimator.check(replace(settings, code_step=3.0))
 
 
