@@ -7,8 +7,8 @@ For example::
 
     ros2 launch phase_traj_ros phase_traj.launch.py image:=/front_camera/image_raw
 
-Only what is given is passed on to the node, so that a launch file which includes this one can set
-everything else. What makes no sense is found before anything is started.
+Only the given arguments are passed to the node, so that a launch file that includes this one can
+set all other parameters. Wrong arguments are reported before a process starts.
 """
 
 from pathlib import Path
@@ -26,15 +26,15 @@ CONFIG = Path(__file__).resolve().parent.parent / 'config'
 
 ARGUMENTS = {
     'image': 'Image topic of the forward camera.',
-    'camera_info': 'Topic of its calibration, if that is not beside the images.',
+    'camera_info': 'Topic of its calibration, if it is not next to the image topic.',
     'speed': "Topic of the vehicle's speed, or a constant speed in m/s.",
     'params_file': 'ROS parameter file of the node, or the name of one in config/.',
     'output_dir': 'Folder for ~/save and record_shifts.',
     'namespace': 'Namespace of the node.',
     'name': 'Name of the node.',
-    'use_sim_time': 'Take the time from /clock: true or false.',
-    'reliable': 'Subscribe to the images reliably, and keep them all: true or false.',
-    'respawn': 'Start the node again when it has ended: true or false.',
+    'use_sim_time': 'Use the time of /clock: true or false.',
+    'reliable': 'Subscribe to the images as reliable with keep_all: true or false.',
+    'respawn': 'Restart the node when it exits: true or false.',
     'log_level': 'debug, info, warn, error or fatal.',
     'rviz': 'Show image, path and pose in RViz: true or false.',
 }
@@ -43,7 +43,7 @@ SHOWN = ('debug_image', 'path', 'pose')
 
 
 def generate_launch_description():
-    """Return the arguments, and what makes the nodes of them."""
+    """Return the arguments, and the function that makes the nodes from them."""
     return LaunchDescription([
         *(DeclareLaunchArgument(name, default_value='', description=text)
           for name, text in ARGUMENTS.items()),
@@ -51,7 +51,7 @@ def generate_launch_description():
 
 
 def nodes(context):
-    """Return the nodes that the arguments ask for; raise before there is any."""
+    """Return the nodes; raise RuntimeError for wrong arguments before a node starts."""
     configured = context.launch_configurations
     given = {name: configured[name] for name in ARGUMENTS if configured.get(name)}
     name = given.get('name', NODE_NAME)
@@ -59,7 +59,7 @@ def nodes(context):
         prefix_namespace(configured.get('ros_namespace'), given.get('namespace')) or '/')
     full_name = f'{namespace.rstrip("/")}/{name}'
     file = params_file(given['params_file']) if 'params_file' in given else None
-    # In the order in which they reach the node: the later one holds.
+    # In the order in which they reach the node: a later value replaces an earlier one.
     known = dict(each for each in configured.get('global_params', [])
                  if isinstance(each, tuple))
     known.update(values_for(file, full_name) if file else {})
@@ -70,7 +70,7 @@ def nodes(context):
         package='phase_traj_ros', executable='phase_traj_node', name=name,
         namespace=given.get('namespace', ''), output='screen',
         parameters=[*([str(file)] if file else []), *([own] if own else [])],
-        # Ahead of the remappings of a parent, of which the first that fits holds.
+        # Before the remappings of a parent: the first matching one is applied.
         ros_arguments=[*remappings(given), *log_level(given, full_name)],
         respawn=is_true(given, 'respawn'), respawn_delay=RESPAWN_DELAY_S)
     frame = str(known.get('frame_id', Parameters().frame_id))
@@ -78,16 +78,16 @@ def nodes(context):
 
 
 def params_file(given):
-    """Return the file that is given by its path, or by its name in config/."""
+    """Return the file given by its path or by its name in config/."""
     for path in (Path(given), CONFIG / given):
         if path.is_file():
             return path.resolve()
     names = ', '.join(sorted(path.name for path in CONFIG.glob('*.yaml') if is_for_node(path)))
-    raise RuntimeError(f'params_file {given!r} does not exist; in config/ there are {names}')
+    raise RuntimeError(f'params_file {given!r} does not exist; config/ contains {names}')
 
 
 def is_for_node(path):
-    """Return whether a parameter file has anything for the node."""
+    """Return whether a parameter file has parameters for the node."""
     try:
         return bool(values_for(path, f'/{NODE_NAME}'))
     except ParameterError:
@@ -95,7 +95,7 @@ def is_for_node(path):
 
 
 def own_parameters(given):
-    """Return the parameters that have an argument of their own."""
+    """Return the parameters that have their own launch argument."""
     own = {}
     if 'use_sim_time' in given:
         own['use_sim_time'] = is_true(given, 'use_sim_time')
@@ -108,7 +108,7 @@ def own_parameters(given):
 
 
 def constant_speed(given):
-    """Return the speed where it is a number and not a topic, else None."""
+    """Return the speed if it is a number, None if it is a topic."""
     try:
         return float(given['speed'])
     except ValueError:
@@ -116,7 +116,7 @@ def constant_speed(given):
 
 
 def remappings(given):
-    """Return the ROS arguments that remap the topics given."""
+    """Return the ROS arguments that remap the given topics."""
     topics = [each for each in ('image', 'camera_info') if each in given]
     if 'speed' in given and constant_speed(given) is None:
         topics.append('speed')
@@ -124,7 +124,7 @@ def remappings(given):
 
 
 def log_level(given, full_name):
-    """Return the ROS arguments that set the level of the node's own log."""
+    """Return the ROS arguments that set the log level of the node."""
     if 'log_level' not in given:
         return []
     logger = full_name.strip('/').replace('/', '.')
@@ -132,7 +132,7 @@ def log_level(given, full_name):
 
 
 def image_topic(configured, given, namespace, known):
-    """Return the full name of the topic that the images will come on."""
+    """Return the full name of the image topic."""
     remapped = dict(reversed(configured.get('ros_remaps', [])))
     topic = given.get('image') or remapped.get('image', 'image')
     topic = topic if topic.startswith('/') else f'{namespace.rstrip("/")}/{topic}'
@@ -141,13 +141,13 @@ def image_topic(configured, given, namespace, known):
 
 
 def reliable(topic):
-    """Return the parameters that make the subscription lose nothing."""
+    """Return the parameters that make the subscription reliable with keep_all."""
     prefix = f'qos_overrides.{topic}.subscription'
     return {f'{prefix}.reliability': 'reliable', f'{prefix}.history': 'keep_all'}
 
 
 def rviz(given, full_name, frame):
-    """Return RViz, showing the topics of that node in that frame."""
+    """Return the node of RViz, which shows the topics of ``full_name`` in ``frame``."""
     try:
         get_package_prefix('rviz2')
     except PackageNotFoundError:
@@ -167,5 +167,5 @@ def is_true(given, name):
     """Return whether the argument is given as true."""
     value = given.get(name, 'false').lower()
     if value not in ('true', 'false', '1', '0'):
-        raise RuntimeError(f'{name} is {given[name]!r}: it takes true or false')
+        raise RuntimeError(f'{name} is {given[name]!r}: give true or false')
     return value in ('true', '1')

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Topic names derived by the conventions of ROS."""
+"""Derives topic names by the conventions of ROS."""
 
 # Suffixes that image_transport appends to the name of the image topic.
 _TRANSPORTS = frozenset({

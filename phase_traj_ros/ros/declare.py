@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Declares the table of parameters on a node."""
+"""Declares the parameters on a node."""
 
 from collections.abc import Iterable
 from typing import Any
@@ -21,12 +21,12 @@ from rclpy.parameter import Parameter
 
 def declare_parameters(node: Node) -> Parameters:
     """
-    Declare every parameter of the table on ``node`` and return the values it was started with.
+    Declare all parameters on ``node`` and return their initial values.
 
     Raises
     ------
     ParameterError
-        A value given at the start is of the wrong type or out of its range.
+        An initial value is of the wrong type or out of its range.
 
     """
     values = {spec.name: _declare(node, spec) for spec in specs()}
@@ -35,7 +35,7 @@ def declare_parameters(node: Node) -> Parameters:
 
 def changed(parameters: Parameters, updates: Iterable[Parameter]) -> Parameters:
     """
-    Return ``parameters`` with those of ``updates`` that are in the table.
+    Return ``parameters`` with the values of ``updates``; parameters of others are ignored.
 
     Raises
     ------
@@ -49,7 +49,7 @@ def changed(parameters: Parameters, updates: Iterable[Parameter]) -> Parameters:
 
 
 def unknown_overrides(node: Node) -> list[str]:
-    """Return the names given at the start that nobody has declared: most likely misspelt."""
+    """Return the names of initial values that are not declared, and are probably misspelt."""
     return sorted(
         name for name in node._parameter_overrides
         if not node.has_parameter(name) and not name.startswith(PREFIX))
@@ -58,7 +58,7 @@ def unknown_overrides(node: Node) -> list[str]:
 def _declare(node: Node, spec: Spec) -> object:
     override = node._parameter_overrides.get(spec.name)
     if override is not None:
-        # rclpy's own message names the type by number and does not say what to write instead.
+        # The message of rclpy names the type by a number and does not say what to write instead.
         spec.check(override.value)
     try:
         return node.declare_parameter(spec.name, spec.default, _descriptor(spec)).value

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Publishes how the node fares on /diagnostics, and warns when no image comes."""
+"""Publishes the state of the node on /diagnostics, and warns when no image arrives."""
 
 import os
 import time
@@ -28,7 +28,7 @@ class Diagnostics:
     """
     Reports once a second.
 
-    Two statuses: whether images come and can be used, and whether their shift can be measured.
+    There are two statuses: whether usable images arrive, and whether their shift can be measured.
     docs/reference/diagnostics.md explains both.
     """
 
@@ -48,7 +48,7 @@ class Diagnostics:
         self._warned = False
         self._reported = (0, 0)
         self._measured = MeasurementReporter()
-        # By a steady clock: it has to go on when simulated time stands still.
+        # A steady clock: the reports continue while simulated time is paused.
         node.create_timer(
             DIAGNOSTICS_PERIOD_NS / 1e9, self._report,
             clock=Clock(clock_type=ClockType.STEADY_TIME))
@@ -59,7 +59,7 @@ class Diagnostics:
         self._reported = (self._health.bad, self._health.lost)
         if lost:
             self._warn_of_losses(lost)
-        # The medians of the newest images take a while.
+        # Computing the medians takes time.
         if self._publisher.get_subscription_count():
             self._publish(bad, lost)
         logger = self._node.get_logger()
@@ -85,14 +85,14 @@ class Diagnostics:
                 f'no image for {silent_ns / 1e9:.0f} s: {self._publishers()}')
 
     def _publishers(self) -> str:
-        """Say who publishes on the image topic, and why nothing of it arrives."""
+        """Return which nodes publish on the image topic, and why their images do not arrive."""
         topic = self._input.topic
         publishers = self._node.get_publishers_info_by_topic(topic)
         text = f'{topic} has {len(publishers)} publisher{"" if len(publishers) == 1 else "s"}'
         for publisher in publishers:
             name = f'{publisher.node_namespace.rstrip("/")}/{publisher.node_name}'
             if publisher.topic_type != self._input.message_type:
-                text += (f'; {name} publishes {publisher.topic_type}, this node takes'
+                text += (f'; {name} publishes {publisher.topic_type}, this node expects'
                          f' {self._input.message_type} (see the parameter image_transport)')
                 continue
             compatibility, reason = qos_check_compatible(
@@ -113,7 +113,7 @@ class Diagnostics:
         elif not health.images:
             level, message = Level.OK, 'waiting for the first image'
         else:
-            level, message = Level.OK, 'images come'
+            level, message = Level.OK, 'receiving images'
         return Report(level, message, {
             'topic': self._input.topic,
             'rate (Hz)': f'{0.0 if self._warned else health.rate(now_ns):.1f}',
@@ -130,5 +130,5 @@ class Diagnostics:
         what = advice(
             self._health.image_bytes, get_rmw_implementation_identifier(), os.environ)
         self._node.get_logger().warning(
-            f'{lost} images on {self._input.topic} were lost in the last second: {what}',
+            f'{lost} images on {self._input.topic} were lost within the last second: {what}',
             throttle_duration_sec=_THROTTLE_S)

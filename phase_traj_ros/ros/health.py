@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""How the node fares: what came, what was lost, how long it took. Knows nothing of rclpy."""
+"""Counts received, lost and rejected images, and measures processing times, without rclpy."""
 
 from collections import deque
 from collections.abc import Iterable
@@ -9,19 +9,19 @@ from enum import Enum
 import statistics
 
 _KEPT = 1000
-# Sequence numbers further apart than this are those of another publisher.
+# A larger step of the sequence numbers comes from another publisher.
 _LONGEST_LOSS = 10_000
 
 
 class Stage(Enum):
-    """What happens to an image, in this order."""
+    """Processing stages of an image, in this order."""
 
     RECEIVE = 'receive'
-    """From its arrival in this process until its turn comes."""
+    """Waiting in this process until the callback starts."""
     CONVERT = 'convert'
-    """Decoding and conversion to grey."""
+    """Decoding and conversion to greyscale."""
     CORRELATE = 'correlate'
-    """Phase correlation with the image before."""
+    """Phase correlation with the previous image."""
     CODE = 'code'
     """State machine and path."""
     PUBLISH = 'publish'
@@ -29,14 +29,14 @@ class Stage(Enum):
 
 
 class LossCounter:
-    """Counts the messages that a publisher has sent and that have not been handled."""
+    """Counts the messages that a publisher has sent and that were not received."""
 
     def __init__(self) -> None:
-        """Make a counter that has seen no message."""
+        """Make a counter before the first message."""
         self._last: int | None = None
 
     def update(self, sequence_number: int | None) -> int:
-        """Return how many messages are missing before the one of this number."""
+        """Return the number of messages missing before the one with this sequence number."""
         last, self._last = self._last, sequence_number
         if last is None or sequence_number is None:
             return 0
@@ -46,20 +46,20 @@ class LossCounter:
 
 @dataclass(slots=True)
 class Health:
-    """Figures about the life of a node; the newest 1000 images count for the medians."""
+    """Counters and processing times of a node. Medians are over the newest 1000 images."""
 
     images: int = 0
-    """Images received, bad ones included."""
+    """Images received, including unusable ones."""
     lost: int = 0
-    """Images published but not handled: lost on the way, or replaced by newer ones."""
+    """Images published but not processed: lost in transport, or replaced by newer ones."""
     image_bytes: int = 0
-    """Size of the newest image as it came."""
+    """Size of the newest image as received."""
     bad: int = 0
     """Images that could not be used."""
     last_error: str = ''
-    """Why the last of them could not."""
+    """Why the last unusable image could not be used."""
     last_arrival_ns: int | None = None
-    """When the newest image came, by a steady clock."""
+    """Arrival time of the newest image, by a steady clock."""
     responses: deque[float] = field(default_factory=lambda: deque(maxlen=_KEPT))
     _stages: dict[Stage, deque[int]] = field(
         default_factory=lambda: {stage: deque(maxlen=_KEPT) for stage in Stage})
@@ -67,7 +67,7 @@ class Health:
     _arrivals: deque[int] = field(default_factory=lambda: deque(maxlen=100))
 
     def arrived(self, now_ns: int, *, lost: int, size: int = 0) -> None:
-        """Count an image of ``size`` bytes; ``now_ns`` by a steady clock."""
+        """Count an image of ``size`` bytes; ``now_ns`` is the time of a steady clock."""
         self.images += 1
         self.lost += lost
         self.image_bytes = size
@@ -80,19 +80,19 @@ class Health:
         self.last_error = reason
 
     def took(self, stage: Stage, nanoseconds: int) -> None:
-        """Note how long a stage took for one image."""
+        """Record the duration of a stage for one image."""
         self._stages[stage].append(nanoseconds)
 
     def took_in_all(self, nanoseconds: int) -> None:
-        """Note how long an image took from its arrival in this process to the last message."""
+        """Record the time of one image from its arrival in this process to the last message."""
         self._totals.append(nanoseconds)
 
     def rate(self, now_ns: int) -> float:
-        """Return the rate of images over the last of them, in Hz, 0 where none come."""
+        """Return the rate of the newest images in Hz, 0 before the second image."""
         arrivals = self._arrivals
         if len(arrivals) < 2 or now_ns == arrivals[0]:
             return 0.0
-        # Up to now, so that the rate falls when no more come.
+        # Up to now, so that the rate falls when no more images arrive.
         return (len(arrivals) - 1) / max(now_ns - arrivals[0], 1) * 1e9
 
     def microseconds(self, stage: Stage) -> float:
@@ -100,7 +100,7 @@ class Health:
         return _median(self._stages[stage]) / 1e3
 
     def milliseconds(self, share: float) -> float:
-        """Return what that share of the images took at most, all stages together."""
+        """Return the quantile ``share`` of the time per image, over all stages."""
         totals = sorted(self._totals)
         return totals[min(int(share * len(totals)), len(totals) - 1)] / 1e6 if totals else 0.0
 

@@ -11,12 +11,12 @@ from phase_traj_ros.ros.startup.signals import stop_on_signals
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the managed node until SIGINT or SIGTERM; return the exit status."""
     with stop_on_signals() as stop:
-        # Here, as they take a second, in which a signal may come.
+        # Imported here: the imports take a second, and a signal may arrive meanwhile.
         from phase_traj_ros.ros.nodes.lifecycle_node import PhaseTrajLifecycleNode
         from phase_traj_ros.ros.startup.run import run
         return run(
             PhaseTrajLifecycleNode, stop, arguments, program='phase_traj_lifecycle_node',
-            description='The same as phase_traj_node, as a managed node.')
+            description='Runs phase_traj_node as a managed (lifecycle) node.')
 
 
 if __name__ == '__main__':

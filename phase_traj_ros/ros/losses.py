@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What to do about images that are lost on the way."""
+"""Advice for images that are lost in transport."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -10,38 +10,38 @@ from ament_index_python.packages import get_package_share_directory, PackageNotF
 
 PROFILE: Final = 'config/fastdds_large_images.xml'
 _PACKAGE = 'phase_traj_ros'
-# Either of them names a file of profiles; the first is the older name.
+# Either variable names a profile file; the first is the older name.
 _VARIABLES = ('FASTRTPS_DEFAULT_PROFILES_FILE', 'FASTDDS_DEFAULT_PROFILES_FILE')
-# The shared memory of Fast DDS has half a megabyte, unless a profile says otherwise.
+# Default size of the shared memory of Fast DDS; a profile can change it.
 _SEGMENT_BYTES = 512 * 1024
 
 
 def advice(image_bytes: int, middleware: str, environment: Mapping[str, str]) -> str:
     """
-    Return what to do where images are lost, as the end of a sentence.
+    Return what to do about lost images, as the end of a sentence.
 
     Parameters
     ----------
     image_bytes
-        Size of an image as it comes.
+        Size of an image as received.
     middleware
-        Name of the implementation of ROS's middleware, such as ``rmw_fastrtps_cpp``.
+        Name of the middleware implementation, such as ``rmw_fastrtps_cpp``.
     environment
-        Variables of this process.
+        Environment variables of this process.
 
     """
     profiled = any(environment.get(name) for name in _VARIABLES)
     if image_bytes > _SEGMENT_BYTES // 2 and 'fastrtps' in middleware and not profiled:
-        return (f'an image of {image_bytes / 1e6:.1f} MB is too large for the shared memory that'
-                f' Fast DDS has by default: set {_VARIABLES[0]}={_profile()} for the camera driver'
+        return (f'an image of {image_bytes / 1e6:.1f} MB is too large for the default shared'
+                f' memory of Fast DDS: set {_VARIABLES[0]}={_profile()} for the camera driver'
                 ' and for this node')
-    return ('the network loses them, or they come faster than they are handled: see p99 in'
-            ' /diagnostics; a higher decimation takes less time')
+    return ('the network loses them, or they arrive faster than they are processed: see p99 in'
+            ' /diagnostics; a higher decimation reduces the processing time')
 
 
 def _profile() -> str:
     try:
         return str(Path(get_package_share_directory(_PACKAGE)) / PROFILE)
     except (PackageNotFoundError, OSError):
-        # It is not installed as a package of ROS, or ROS has no packages at all.
+        # Not installed as a ROS package, or there is no ROS workspace.
         return PROFILE

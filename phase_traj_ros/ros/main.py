@@ -11,7 +11,7 @@ from phase_traj_ros.ros.startup.signals import stop_on_signals
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the node until SIGINT or SIGTERM; return the exit status."""
     with stop_on_signals() as stop:
-        # Here, as they take a second, in which a signal may come.
+        # Imported here: the imports take a second, and a signal may arrive meanwhile.
         from phase_traj_ros.ros.nodes.node import PhaseTrajNode
         from phase_traj_ros.ros.startup.run import run
         return run(

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Keeps results on disk: on request, and pair by pair."""
+"""Writes results to disk, on request and pair by pair."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -20,10 +20,9 @@ from std_srvs.srv import Trigger
 
 class Saving:
     """
-    Offers ``~/save``, and with ``record_shifts`` writes a row of CSV per pair of frames.
+    Offers ``~/save``, and with ``record_shifts`` writes a CSV row per pair of frames.
 
-    Everything goes to ``output_dir``, which can only be given at the start: nothing on the
-    network chooses a path.
+    All files are in ``output_dir``, which is read-only: other nodes cannot choose a path.
     """
 
     def __init__(
@@ -31,12 +30,12 @@ class Saving:
         source: Callable[[], str],
     ) -> None:
         """
-        Offer the service on ``node``; ``source`` names what is being followed.
+        Offer the service on ``node``; ``source`` returns the name of the image topic.
 
         Raises
         ------
         OutputError
-            Shifts are to be recorded, and cannot be.
+            ``record_shifts`` is set, and the file cannot be written.
 
         """
         self._node = node
@@ -51,17 +50,17 @@ class Saving:
         node.create_service(Trigger, '~/save', self._on_save)
 
     def record(self, update: Update) -> None:
-        """Write the row of one pair, where rows are recorded."""
+        """Write the row of one pair, if rows are recorded."""
         if self._rows is None:
             return
         try:
             self._rows.add(update)
         except OutputError as error:
             self._rows = None
-            self._node.get_logger().error(f'no more shifts are recorded: {error}')
+            self._node.get_logger().error(f'stopped recording shifts: {error}')
 
     def close(self) -> None:
-        """Close what is open."""
+        """Close the file of rows."""
         if self._rows is not None:
             self._rows.close()
 
@@ -72,7 +71,7 @@ class Saving:
             response.message = 'the parameter output_dir is not set: start the node with one'
             return response
         snapshot = Snapshot.of(self._estimator, source=self._source())
-        # Drawing takes some tenths of a second, in which images must not pile up.
+        # Drawing takes some tenths of a second. Images must not queue up meanwhile.
         done: Future = Future(executor=self._node.executor)
         Thread(target=_write, args=(snapshot, self._directory, done), daemon=True).start()
         failure = await done
@@ -84,19 +83,19 @@ class Saving:
 
 class ShiftRows:
     """
-    A file of CSV that grows by a row per pair, named after the time it was begun.
+    A CSV file that grows by one row per pair, named after its creation time.
 
-    Each row is handed to the system as soon as it is made: a kill leaves whole rows.
+    Each row is flushed to the operating system at once: a killed process leaves complete rows.
     """
 
     def __init__(self, directory: Path) -> None:
         """
-        Begin a file in ``directory``, which is made if absent.
+        Create a file in ``directory``, and the directory if it does not exist.
 
         Raises
         ------
         OutputError
-            It cannot be written.
+            The file cannot be written.
 
         """
         self._path = directory / time.strftime('shifts_%Y%m%dT%H%M%S.csv', time.gmtime())
@@ -115,7 +114,7 @@ class ShiftRows:
         Raises
         ------
         OutputError
-            It cannot be written.
+            The row cannot be written.
 
         """
         try:
@@ -136,7 +135,7 @@ def _write(snapshot: Snapshot, directory: Path, done: Future) -> None:
         snapshot.write(directory)
     except PhaseTrajError as error:
         done.set_result(str(error))
-    except Exception as error:  # the caller waits for an answer, whatever happens
+    except Exception as error:  # the caller waits for a response in any case
         done.set_result(f'{type(error).__name__}: {error}')
     else:
         done.set_result(None)

@@ -1,11 +1,11 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
 """
-Runs a node until it is told to stop.
+Runs a node until it is stopped.
 
-rclpy's own signal handlers shut the context down under a callback that is still running, which
-then ends in a traceback now and then. Here a signal only sets an event (``stop_on_signals``); the
-callback under way finishes, and the node is taken down in order.
+The signal handlers of rclpy shut the context down while a callback is still running, which
+sometimes ends in a traceback. Here a signal only sets an event (``stop_on_signals``): the running
+callback finishes, and then the node is destroyed.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -31,7 +31,7 @@ def ros_context(arguments: Sequence[str] | None = None) -> Iterator[None]:
     Raises
     ------
     ParameterError
-        ROS cannot make sense of the arguments.
+        ROS cannot parse the arguments.
 
     """
     try:
@@ -42,7 +42,7 @@ def ros_context(arguments: Sequence[str] | None = None) -> Iterator[None]:
     except (rclpy_implementation.RCLError, rclpy_implementation.UnknownROSArgsError) as error:
         if rclpy.ok():
             raise
-        # What follows is where in the C sources it was noticed.
+        # The rest of the message is the position in the C sources.
         reason = ' '.join(str(error).split(', at /')[0].split())
         raise ParameterError(f'{reason}: see the arguments after --ros-args') from None
     finally:
@@ -52,18 +52,18 @@ def ros_context(arguments: Sequence[str] | None = None) -> Iterator[None]:
 @contextmanager
 def names_explained() -> Iterator[None]:
     """
-    Say in one line what is wrong with the name of a node or a topic.
+    Report an invalid name of a node or a topic in one line.
 
     Raises
     ------
     ParameterError
-        In the place of what rclpy raises, whose message has several lines.
+        A name is invalid. It replaces the exception of rclpy, whose message has several lines.
 
     """
     try:
         yield
     except NameValidationException as error:
-        # 'Invalid topic name: why:', the name in quotes, and a pointer to the letter.
+        # 'Invalid topic name: reason:', the name in quotes, and a pointer to the character.
         what, name, *_ = str(error).splitlines()
         raise ParameterError(f'{name.strip()}: {what.rstrip(":")[:1].lower()}'
                              f'{what.rstrip(":")[1:]}') from None
@@ -71,12 +71,12 @@ def names_explained() -> Iterator[None]:
 
 def spin(make_node: Callable[[], Node], stop: Event) -> None:
     """
-    Make a node and run its callbacks until ``stop`` is set; then take it down.
+    Make a node and run its callbacks until ``stop`` is set, then destroy it.
 
     Raises
     ------
     ParameterError
-        Its name, or that of a topic, is not allowed.
+        The name of the node or of a topic is invalid.
 
     """
     with names_explained():

@@ -179,8 +179,8 @@ def test_the_old_name_is_accepted_with_a_warning(tilted, capsys):
     folder, _ = tilted
     assert main(['replay', str(folder / 'upright'), '-p', 'estimate_fov:=true']) == 0
     assert capsys.readouterr().err == (
-        'warning: estimate_fov is an old name: code_source auto, the default, learns the camera'
-        ' from the drive by itself\n')
+        'warning: the parameter estimate_fov is deprecated: code_source auto, the default, always'
+        ' learns an unknown camera\n')
     assert main(['replay', str(folder / 'upright')]) == 0
     assert capsys.readouterr().err == ''
 

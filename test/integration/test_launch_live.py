@@ -84,8 +84,8 @@ def included(tmp_path, actions, **arguments):
 
 
 @pytest.mark.parametrize(('arguments', 'message'), [
-    (['rviz:=maybe'], "rviz is 'maybe': it takes true or false"),
-    (['params_file:=nope.yaml'], 'in config/ there are heading.yaml, paper.yaml, vehicle.yaml'),
+    (['rviz:=maybe'], "rviz is 'maybe': give true or false"),
+    (['params_file:=nope.yaml'], 'config/ contains heading.yaml, paper.yaml, vehicle.yaml'),
     (['params_file:=fastdds_large_images.xml'], 'fastdds_large_images.xml is not '),
 ])
 def test_what_makes_no_sense_starts_nothing(arguments, message):

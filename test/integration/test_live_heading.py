@@ -114,7 +114,8 @@ def test_calibration_and_speed_come_on_topics(live, drive, tmp_path):
     speedometer = live.camera('/speed', kind=TwistStamped)
     # What comes before the calibration is not used, and what is wrong is said.
     camera.publish(image(frames[0], 1))
-    live.until(lambda: 'nothing has come on /front/camera_info yet' in live.logs(), process=node)
+    live.until(
+        lambda: 'no calibration has arrived on /front/camera_info' in live.logs(), process=node)
     information.publish(CameraInfo(width=1, height=1))
     live.until(lambda: 'is not calibrated' in live.logs(), process=node)
     information.publish(calibration(drive))
@@ -189,7 +190,7 @@ def test_calibrations_and_speeds_that_change_and_fail(live, drive):
     show(0, 1)
     said('but the calibration of the camera is for 640x480')
     information.publish(calibration(drive))
-    said('another calibration')
+    said('new calibration')
     drive_at(math.nan, stamps[0])
     said('speed is nan')
     # Nothing orders what comes on two topics: on a busy machine a speed may be seconds late.
@@ -216,7 +217,7 @@ def test_calibrations_and_speeds_that_change_and_fail(live, drive):
     assert [each.data for each in status].count('reprimed') == 1
     assert max(abs(np.diff([each.data for each in heading]))) < math.radians(6)
     # The road goes on, by the height that the speeds have told.
-    said('the road tells it')
+    said('it is measured on the road')
     assert re.search(r'the newest is \d+\.\d+ s older', live.logs())
     live.until(lambda: len(odom) >= shown + 35, process=node)
     speeds = [each.twist.twist.linear.x for each in odom]
@@ -360,13 +361,13 @@ def test_a_threshold_at_run_time_is_the_papers_rule(live, drive):
         assert [each.vector.x for each in heard['shift']] == pytest.approx(
             [update.shift.dx for update in expected.updates], abs=1e-6)
         assert len(expected.direction) == len(images) - 1 - expected.movement.count(3)
-    assert 'started anew, with codes from the shift, threshold 12 px/frame' in live.logs()
-    assert live.logs().count('started anew, with codes from the turns') == 1
+    assert 'restarted, with codes from the shift, threshold 12 px/frame' in live.logs()
+    assert live.logs().count('restarted, with codes from the turns') == 1
 
 
 def test_the_old_name_of_learning_is_accepted_with_a_warning(live):
     live.start('-p', 'estimate_fov:=true')
-    live.until(lambda: 'estimate_fov is an old name: code_source auto' in live.logs())
+    live.until(lambda: 'estimate_fov is deprecated: code_source auto' in live.logs())
 
 
 @pytest.mark.parametrize(('clip', 'focal', 'turns'), [('00', 718.856, 1), ('06', 707.091, 0)])

@@ -130,7 +130,7 @@ def test_reset_starts_anew(live, topics, connected):
     publish(connected[1], rolled(DRIVE))
     live.until(lambda: complete(topics, 9))
     answer = live.call(Trigger, 'phase_traj/reset', Trigger.Request())
-    assert (answer.success, answer.message) == (True, 'started anew after 10 frames')
+    assert (answer.success, answer.message) == (True, 'restarted after 10 frames')
     live.until(lambda: topics['chain_code'][-1].data.startswith('frames 0;'))
     live.until(lambda: not topics['path'][-1].poses)
     publish(connected[1], rolled(DRIVE), start=START + 100 * SECOND)

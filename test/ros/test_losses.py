@@ -24,4 +24,4 @@ def test_images_too_large_for_the_defaults_of_fast_dds():
     (FULL_HD, 'rmw_fastrtps_cpp', {'FASTRTPS_DEFAULT_PROFILES_FILE': '/a.xml'}),
 ])
 def test_other_losses(size, middleware, environment):
-    assert 'faster than they are handled' in advice(size, middleware, environment)
+    assert 'faster than they are processed' in advice(size, middleware, environment)

@@ -217,7 +217,7 @@ class _Bag:
     def _write_diagnostics(self, stamp_ns: int) -> None:
         counters = self._estimator.counters
         response = statistics.median(self._responses) if self._responses else 0.0
-        images = Report(Level.OK, 'images come', {
+        images = Report(Level.OK, 'receiving images', {
             'topic': self._source, 'images': str(counters.frames)})
         measured = self._measured.report(self._estimator, response)
         self._file.write(DIAGNOSTICS, stamp_ns, self._messages.diagnostics(

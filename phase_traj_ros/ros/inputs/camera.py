@@ -20,15 +20,15 @@ _THROTTLE_S = 5.0
 
 class CameraInput:
     """
-    Subscribes to the camera's ``camera_info`` and hands on what it says, whenever it changes.
+    Subscribes to ``camera_info`` and passes on each changed calibration.
 
-    The topic is the one beside the images, as with image_transport, unless it is remapped.
+    The topic is next to the image topic, as in image_transport, unless it is remapped.
     """
 
     def __init__(
         self, node: Node, *, rectified: bool, on_camera: Callable[[CameraModel], None],
     ) -> None:
-        """Subscribe; hand each new calibration to ``on_camera``."""
+        """Subscribe; pass each new calibration to ``on_camera``."""
         self._node = node
         self._rectified = rectified
         self._on_camera = on_camera
@@ -42,23 +42,23 @@ class CameraInput:
 
     @property
     def topic(self) -> str:
-        """Return the topic's full name, as remapped."""
+        """Return the full name of the topic after remapping."""
         return str(self._subscription.topic_name)
 
     def require(self) -> None:
         """
-        Make sure that the camera is known.
+        Check that the camera is known.
 
         Raises
         ------
         FrameError
-            It is not, so that no image can be used yet.
+            No calibration has arrived yet, so no image can be used.
 
         """
         if self._camera is None:
             raise FrameError(
-                f'the focal length is not known, as nothing has come on {self.topic} yet: publish'
-                ' the calibration there, or give focal_px or hfov_deg')
+                f'the focal length is unknown, as no calibration has arrived on {self.topic} yet:'
+                ' publish it there, or set focal_px or hfov_deg')
 
     def _on_message(self, message: CameraInfo) -> None:
         try:
@@ -76,7 +76,7 @@ class CameraInput:
         if self._camera is None:
             self._node.get_logger().info(told)
         else:
-            # A zoom lens changes with every image.
-            self._node.get_logger().info(f'another {told}', throttle_duration_sec=_THROTTLE_S)
+            # The calibration of a zoom lens may change with every image.
+            self._node.get_logger().info(f'new {told}', throttle_duration_sec=_THROTTLE_S)
         self._camera = camera
         self._on_camera(camera)

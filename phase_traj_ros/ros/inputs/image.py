@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Receives images, raw or compressed, and hands on what can be correlated."""
+"""Receives raw or compressed images, and passes on frames for the correlation."""
 
 from collections.abc import Callable, Mapping
 import time
@@ -22,24 +22,24 @@ _THROTTLE_S = 5.0
 
 
 def image_topic(node: Node, parameters: Parameters) -> str:
-    """Return the full name of the topic that the images come on, as remapped."""
-    # The name is resolved first, so that a remapping of image holds for compressed ones, too.
+    """Return the full name of the image topic after remapping."""
+    # The name is resolved first, so that a remapping of image also applies to compressed images.
     suffix = '/compressed' if _is_compressed(parameters) else ''
     return str(node.resolve_topic_name(IMAGE_TOPIC)) + suffix
 
 
 class ImageInput:
     """
-    Subscribes to the camera and turns its messages into frames.
+    Subscribes to the camera and converts its messages to frames.
 
-    The topic is ``image``, or below it the one that image_transport gives compressed images.
+    The topic is ``image``, or ``image/compressed`` for compressed images, as in image_transport.
     """
 
     def __init__(
         self, node: Node, parameters: Parameters, health: Health,
         on_frame: Callable[[StampedFrame], None],
     ) -> None:
-        """Subscribe; hand each frame to ``on_frame``, which may raise FrameError."""
+        """Subscribe; pass each frame to ``on_frame``, which may raise FrameError."""
         self._node = node
         self._health = health
         self._on_frame = on_frame
@@ -49,14 +49,14 @@ class ImageInput:
         compressed = _is_compressed(parameters)
         self._subscription = node.create_subscription(
             CompressedImage if compressed else Image, image_topic(node, parameters),
-            self._on_message,  # type: ignore[arg-type]  # it may take the message's info, too
+            self._on_message,  # type: ignore[arg-type]  # with message info
             qos_profile_sensor_data,
             qos_overriding_options=QoSOverridingOptions.with_default_policies())
         self.message_type = f'sensor_msgs/msg/{"CompressedImage" if compressed else "Image"}'
 
     @property
     def topic(self) -> str:
-        """Return the topic's full name, as remapped."""
+        """Return the full name of the topic after remapping."""
         return str(self._subscription.topic_name)
 
     @property

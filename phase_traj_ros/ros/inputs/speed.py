@@ -16,7 +16,7 @@ from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.qos_overriding_options import QoSOverridingOptions
 
 _TOPIC = 'speed'
-# Speeds may come far more often than images, and all between two images are needed.
+# The rate of the speeds may be far higher than that of the images, and all speeds are needed.
 _QOS = QoSProfile(depth=100, reliability=ReliabilityPolicy.BEST_EFFORT)
 _THROTTLE_S = 5.0
 _CLASSES = MappingProxyType({
@@ -27,12 +27,12 @@ _CLASSES = MappingProxyType({
 
 
 class SpeedInput:
-    """Subscribes to ``speed``: the x of the linear velocity, by the stamp of the message."""
+    """Subscribes to ``speed``: x of the linear velocity in m/s, at the stamp of the message."""
 
     def __init__(
         self, node: Node, speed_type: SpeedType, on_speed: Callable[[int, float], None],
     ) -> None:
-        """Subscribe; hand each stamp and speed to ``on_speed``, which may raise ValueError."""
+        """Subscribe; pass each stamp and speed to ``on_speed``, which may raise ValueError."""
         self._node = node
         self._speed_of = SPEED_OF[SPEED_TYPES[speed_type]]
         self._on_speed = on_speed
@@ -42,7 +42,7 @@ class SpeedInput:
 
     @property
     def topic(self) -> str:
-        """Return the topic's full name, as remapped."""
+        """Return the full name of the topic after remapping."""
         return str(self._subscription.topic_name)
 
     def _on_message(self, message: Any) -> None:

@@ -1,3 +1,3 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The node, plain and managed: parameters, and the work that both do."""
+"""The plain and the managed node, their parameters, and their common work."""

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The live node as a managed one."""
+"""The node as a managed (lifecycle) node."""
 
 from phase_traj_ros.errors import PhaseTrajError
 from phase_traj_ros.parameters import NODE_NAME, Parameters
@@ -12,10 +12,10 @@ from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackRet
 
 class PhaseTrajLifecycleNode(LifecycleNode):
     """
-    Does what ``PhaseTrajNode`` does, while it is told to.
+    Works like ``PhaseTrajNode`` while it is active.
 
-    Configured, it has its topics and services; active, it listens to the camera. Each activation
-    starts anew, as where the vehicle has gone in the meantime is not known.
+    When configured, it has its topics and services. When active, it receives images. Each
+    activation resets the estimator, because the movement in the meantime is unknown.
     """
 
     def __init__(self) -> None:
@@ -25,7 +25,7 @@ class PhaseTrajLifecycleNode(LifecycleNode):
         Raises
         ------
         ParameterError
-            A parameter given at the start is not allowed.
+            An initial value of a parameter is not allowed.
 
         """
         super().__init__(NODE_NAME, enable_logger_service=True)
@@ -33,7 +33,7 @@ class PhaseTrajLifecycleNode(LifecycleNode):
         self._live = LiveParameters(self, check=self._check, on_change=self._change)
 
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Make topics and services; refused where that cannot be done, with an error logged."""
+        """Make topics and services; on an error, log it and refuse the transition."""
         try:
             with names_explained():
                 self._work = Work(self, self._live.values)
@@ -43,7 +43,7 @@ class PhaseTrajLifecycleNode(LifecycleNode):
         return super().on_configure(state)
 
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Start anew, and listen."""
+        """Reset the estimator and start to receive images."""
         assert self._work is not None
         self._work.restart()
         try:
@@ -56,28 +56,28 @@ class PhaseTrajLifecycleNode(LifecycleNode):
         return super().on_activate(state)
 
     def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Listen no more; what was published last stays to be had."""
+        """Stop receiving images; late subscribers still receive the last latched messages."""
         assert self._work is not None
         self._work.stop()
         return super().on_deactivate(state)
 
     def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Take topics and services down."""
+        """Destroy topics and services."""
         self._take_down()
         return super().on_cleanup(state)
 
     def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Take everything down, in whatever state."""
+        """Destroy topics and services, in any state."""
         self._take_down()
         return super().on_shutdown(state)
 
     def on_error(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Take everything down, so that the node can be configured again."""
+        """Destroy topics and services, so that the node can be configured again."""
         self._take_down()
         return TransitionCallbackReturn.SUCCESS
 
     def destroy_node(self) -> None:
-        """Take the node down."""
+        """Destroy the node with its topics and services."""
         self._take_down()
         super().destroy_node()
 

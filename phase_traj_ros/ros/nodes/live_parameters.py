@@ -14,21 +14,22 @@ from rclpy.parameter import Parameter
 
 
 class LiveParameters:
-    """Declares the parameters; refuses what cannot be, and hands on what changes."""
+    """Declares the parameters, rejects invalid values and passes on changes."""
 
     def __init__(
         self, node: Node, *, check: Callable[[Parameters], None],
         on_change: Callable[[Parameters], None],
     ) -> None:
         """
-        Declare them on ``node``, which must not have made any topic yet.
+        Declare the parameters on ``node``, which must not have any topic yet.
 
-        Before they change, ``check`` may raise ValueError; ``on_change`` takes the new ones.
+        Before a change, ``check`` is called and may raise ValueError. After it, ``on_change``
+        receives the new values.
 
         Raises
         ------
         ParameterError
-            What the node was started with is not allowed, or not about this node.
+            An initial value is not allowed, or a parameter file has none for this node.
 
         """
         self._node = node
@@ -41,11 +42,11 @@ class LiveParameters:
         node.add_post_set_parameters_callback(self._apply)
 
     def tell(self) -> None:
-        """Log what the node runs with, and what it was given in vain; once it has its topics."""
+        """Log the values in use and the ones without effect; call it when the topics exist."""
         log = self._node.get_logger()
         for name in unknown_overrides(self._node):
             log.warning(
-                f'there is no parameter {name!r}: it was given at the start and has no effect')
+                f'there is no parameter {name!r}: the given value has no effect')
         for name in unused_overrides(self._node):
             log.warning(explained(self._node, name))
         for notice in self.values.notices:

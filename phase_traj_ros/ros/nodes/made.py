@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What is made on a node, to be taken down together."""
+"""Entities of a node that are destroyed together."""
 
 from collections.abc import Callable, Iterable
 from typing import Any
@@ -10,27 +10,27 @@ from rclpy.node import Node
 
 class Made:
     """
-    Remembers what is made on a node within the block: publishers, subscriptions, services, timers.
+    Tracks the publishers, subscriptions, services and timers made on a node within the block.
 
-    A managed node makes them when it is configured or activated, and takes them down again.
+    A managed node makes them when it is configured or activated, and destroys them later.
     """
 
     def __init__(self, node: Node) -> None:
-        """Remember nothing yet."""
+        """Track nothing yet."""
         self._node = node
         self._before: set[Any] = set()
 
     def __enter__(self) -> None:
-        """Begin."""
+        """Begin to track."""
         self._before = self._all()
 
     def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
-        """End; take everything down again where the block has failed."""
+        """End; destroy the entities if the block has failed."""
         if kind is not None:
             self.destroy()
 
     def destroy(self) -> None:
-        """Take down what was made since the block began."""
+        """Destroy the entities made since the block began."""
         node = self._node
         destroyers: tuple[tuple[Iterable[Any], Callable[[Any], object]], ...] = (
             (node.subscriptions, node.destroy_subscription),

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The live node."""
+"""The node."""
 
 from phase_traj_ros.parameters import NODE_NAME, Parameters
 from phase_traj_ros.ros.nodes.live_parameters import LiveParameters
@@ -9,24 +9,24 @@ from rclpy.node import Node
 
 
 class PhaseTrajNode(Node):
-    """Works from its start to its end."""
+    """Processes images from its start to its end."""
 
     def __init__(self) -> None:
         """
-        Declare the parameters and start listening.
+        Declare the parameters and start to receive images.
 
         Raises
         ------
         ParameterError
-            A parameter given at the start is not allowed.
+            An initial value of a parameter is not allowed.
         OutputError
-            Shifts are to be recorded and cannot be.
+            ``record_shifts`` is set, and the file cannot be written.
         MissingDependencyError
-            What a parameter asks for is not installed.
+            A package that a parameter requires is not installed.
 
         """
         super().__init__(NODE_NAME, enable_logger_service=True)
-        # What is declared before there is any work is not a change.
+        # Declaring a parameter is not a change, so there is no work yet.
         self._work: Work | None = None
         self._live = LiveParameters(self, check=self._check, on_change=self._change)
         self._work = Work(self, self._live.values)
@@ -34,7 +34,7 @@ class PhaseTrajNode(Node):
         self._live.tell()
 
     def destroy_node(self) -> None:
-        """Take the node down."""
+        """Destroy the node."""
         if self._work is not None:
             self._work.close()
         super().destroy_node()

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What a node of this package does, managed or not: images in, codes and path out."""
+"""The common work of both nodes: images in, codes and path out."""
 
 import time
 
@@ -24,7 +24,7 @@ from rclpy.node import Node
 from std_srvs.srv import Trigger
 
 _THROTTLE_S = 5.0
-# A shift that has not reached the threshold may still do so while a turn begins.
+# At the start of a turn, the shift may reach the threshold later.
 _LASTING_NS = 5_000_000_000
 
 
@@ -32,7 +32,8 @@ class Work:
     """
     A thin adapter between ROS and ``TrajectoryEstimator``.
 
-    Made, it offers topics and services; started, it listens, until it is stopped.
+    It offers topics and services as soon as it is made, and receives images between ``start`` and
+    ``stop``.
     """
 
     def __init__(self, node: Node, values: Parameters) -> None:
@@ -42,11 +43,11 @@ class Work:
         Raises
         ------
         ParameterError
-            The name of a topic is not allowed, or the mask cannot be used.
+            The name of a topic is invalid, or the mask cannot be used.
         OutputError
-            Shifts are to be recorded and cannot be.
+            ``record_shifts`` is set, and the file cannot be written.
         MissingDependencyError
-            What a parameter asks for is not installed.
+            A package that a parameter requires is not installed.
 
         """
         self._node = node
@@ -66,13 +67,13 @@ class Work:
             self._saving = Saving(
                 node, values, self._estimator, lambda: image_topic(node, self._values))
             node.create_service(Trigger, '~/reset', self._on_reset)
-        # Whoever subscribes before the first image learns that none has come.
+        # A subscriber receives the empty chain code before the first image.
         self._outputs.publish_state()
 
     def start(self) -> None:
-        """Listen to the camera, and to whatever else there is to know."""
+        """Subscribe to the images, and to the calibration and the speed if they are used."""
         node, values = self._node, self._values
-        # Of what comes at the same time, the executor hands over in the order of subscription.
+        # The executor delivers simultaneous messages in the order of subscription.
         settings = self._estimator.settings
         with self._listening:
             if settings.awaits_lens or settings.learns_lens:
@@ -92,33 +93,33 @@ class Work:
             node.get_logger().info(hint)
 
     def stop(self) -> None:
-        """Listen no more."""
+        """Destroy the subscriptions."""
         self._listening.destroy()
 
     def restart(self) -> None:
-        """Start anew: where the vehicle has gone in the meantime is not known."""
+        """Reset the estimator and publish its state: the movement in the meantime is unknown."""
         self._estimator.reset()
         self._outputs.publish_state()
 
     def close(self) -> None:
-        """Take down what was made; the work is done."""
+        """Destroy publishers and services, and close the file of shifts."""
         self._saving.close()
         self._offered.destroy()
 
     def check(self, values: Parameters) -> None:
         """
-        Accept values of the parameters that the work can go on with.
+        Check that the estimator can continue with other values of the parameters.
 
         Raises
         ------
         ValueError
-            It cannot.
+            A value cannot change while the estimator runs.
 
         """
         self._estimator.check(values.estimator_settings())
 
     def change(self, values: Parameters) -> None:
-        """Go on with other values of the parameters."""
+        """Continue with other values of the parameters."""
         self._values = values
         self._outputs.parameters = values
         coded_from = self._estimator.settings.code_source
@@ -126,11 +127,11 @@ class Work:
         self._estimator.reconfigure(values.estimator_settings())
         if self._estimator.settings.code_source is not coded_from:
             self._outputs.publish_state()
-            self._node.get_logger().info(f'started anew, with codes from the {self._coded_from()}')
+            self._node.get_logger().info(f'restarted, with codes from the {self._coded_from()}')
         self._use_threads()
 
     def _on_frame(self, frame: StampedFrame) -> None:
-        """Put one frame through the estimator; publish what it adds."""
+        """Update the estimator with one frame and publish the result."""
         if self._camera is not None and self._estimator.settings.awaits_lens:
             self._camera.require()
         began = time.perf_counter_ns()
@@ -141,7 +142,7 @@ class Work:
         if self._estimator.counters.time_resets > resets and previous_ns is not None:
             self._node.get_logger().warning(
                 f'time went back by {(previous_ns - frame.stamp_ns) / 1e9:.3f} s, from'
-                f' {previous_ns / 1e9:.3f} to {frame.stamp_ns / 1e9:.3f}: started anew')
+                f' {previous_ns / 1e9:.3f} to {frame.stamp_ns / 1e9:.3f}: restarted')
             self._outputs.publish_state()
         if update is None:
             return
@@ -172,7 +173,7 @@ class Work:
         self._estimator.use_lens(Lens(camera=camera))
 
     def _hint(self, update: Update) -> None:
-        """Say once that the threshold does not fit, when that has shown for some time."""
+        """Warn once that the threshold does not fit, if the hint lasts for some seconds."""
         hint = None if self._hinted else self._estimator.threshold_hint
         if hint is None or hint.misfit is not self._misfit:
             self._misfit = None if hint is None else hint.misfit
@@ -186,23 +187,23 @@ class Work:
         if self._speed is None or (travel is not None and travel.state is TravelState.GIVEN):
             return
         newest_ns = self._estimator.newest_speed_ns
-        known = 'none has come yet'
+        known = 'none has arrived yet'
         if newest_ns is not None:
             apart_s = (update.stamp_ns - newest_ns) / 1e9
             known = f'the newest is {abs(apart_s):.3f} s {"older" if apart_s > 0 else "newer"}'
         self._node.get_logger().warning(
-            f'no speed on {self._speed.topic} for the time of an image ({known}):'
-            f' {"odom does not go on" if update.odometry is None else "the road tells it"}',
+            f'no speed on {self._speed.topic} for the stamp of an image ({known}):'
+            f' {"odom stops" if update.odometry is None else "it is measured on the road"}',
             throttle_duration_sec=_THROTTLE_S)
 
     def _on_reset(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         frames = self._estimator.frames
         self.restart()
         response.success = True
-        response.message = f'started anew after {frames} frames'
+        response.message = f'restarted after {frames} frames'
         self._node.get_logger().info(response.message)
         return response
 
     def _use_threads(self) -> None:
-        # OpenCV takes a negative number as leave to choose.
+        # With a negative number, OpenCV chooses the number of threads.
         cv2.setNumThreads(self._values.threads or -1)

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Publishes the debug picture while somebody subscribes to it."""
+"""Publishes the debug image while it has subscribers."""
 
 from phase_traj_ros.core import TrajectoryEstimator, Update
 from phase_traj_ros.io.messages.published import DEBUG_IMAGE
@@ -16,7 +16,7 @@ from std_msgs.msg import Header
 
 
 class DebugImage:
-    """Publishes ``~/debug_image``, made only while somebody subscribes."""
+    """Publishes ``~/debug_image``. The image is drawn only while the topic has subscribers."""
 
     def __init__(self, node: Node, estimator: TrajectoryEstimator) -> None:
         """Make the publisher on ``node``."""
@@ -27,7 +27,7 @@ class DebugImage:
             qos_overriding_options=QoSOverridingOptions.with_default_policies())
 
     def publish(self, frame: StampedFrame, update: Update, header: Header) -> None:
-        """Draw and publish one pair, if there is anybody to see it."""
+        """Draw and publish one pair, if the topic has subscribers."""
         if self._publisher.get_subscription_count() == 0:
             return
         self._publisher.publish(

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The node's messages, made of the classes of ROS."""
+"""Makes the messages of the node from the ROS message classes."""
 
 from types import MappingProxyType
 from typing import Any
@@ -29,12 +29,12 @@ from std_msgs.msg import Float32, Float64, Header, String, UInt8
 
 
 def _status(*, level: int, **fields: Any) -> DiagnosticStatus:
-    """Make a status; rclpy has its level as a byte."""
+    """Make a status; rclpy represents its level as a byte."""
     return DiagnosticStatus(level=bytes([level]), **fields)
 
 
 def _image(*, data: NDArray[np.uint8], **fields: Any) -> Image:
-    """Make an image; rclpy would take its data one by one."""
+    """Make an image; rclpy would copy its data element by element."""
     message = Image(**fields)
     message.data.frombytes(data.data)
     return message
@@ -65,11 +65,11 @@ TYPES = MappingProxyType({
     'std_msgs/msg/String': String,
     'std_msgs/msg/UInt8': UInt8,
 })
-"""What makes messages, by the names of their types."""
+"""Constructors of the messages, by the names of their types."""
 
 MESSAGES = Messages(TYPES)
 
 
 def to_time(stamp_ns: int) -> Any:
-    """Return a stamp given in nanoseconds as a message."""
+    """Return a stamp in nanoseconds as a builtin_interfaces/Time."""
     return MESSAGES.time(stamp_ns)

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What the node publishes, and when."""
+"""The publishers of the node."""
 
 from phase_traj_ros.core import TrajectoryEstimator, Update
 from phase_traj_ros.io.messages.published import (
@@ -23,24 +23,24 @@ from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.qos_overriding_options import QoSOverridingOptions
 
-# Reliable. Deep enough that a subscriber may fall a few seconds behind without losing a code.
+# Reliable. With this depth, a subscriber may lag by a few seconds without losing a code.
 _PER_PAIR = QoSProfile(depth=100)
-# Whoever subscribes late gets the last one at once.
+# A late subscriber receives the last message at once.
 _LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-# How often it is looked for news that had to wait, where no pair comes that does it.
+# Period at which delayed content is published while no pair arrives.
 _FLUSH_S = 0.25
-# How often a path goes out that nobody subscribes to.
+# Period of a path without subscribers.
 _UNWATCHED_PATH_NS = 5 * 10**9
 
 
 class Outputs:
     """
-    Publishes what each pair of frames adds.
+    Publishes the results of each pair of frames.
 
-    Codes, shift, response, status and pose go out with every pair, as far as anybody subscribes:
-    nobody can have them later. The texts of the codes and the path go out when the schedule says
-    so. A long path takes longer to send than an image to correlate: while nobody subscribes, it
-    goes out now and then only, for late subscribers.
+    Codes, shift, response, status and pose are published with every pair, if they have
+    subscribers. The texts of the codes and the path are published by the schedule. Sending a long
+    path takes longer than correlating an image. Without subscribers, the path is therefore
+    published every few seconds only, for late subscribers.
     """
 
     def __init__(
@@ -57,15 +57,15 @@ class Outputs:
         self._path_sent_ns: int | None = None
         self._debug_image = DebugImage(node, estimator)
         self._transform = TransformOutput(node) if parameters.publish_tf else None
-        # Two poses in one frame would contradict each other: that in metres is the vehicle's.
+        # Two poses in one frame would contradict each other: the transform uses the metric one.
         self._placed_by = ODOMETRY.name if parameters.metric else 'pose'
         self._schedule = Schedule(parameters)
-        # A steady clock: under simulated time a paused one must not hold back the last path.
+        # A steady clock: a paused simulated time must not delay the last path.
         self._clock = Clock(clock_type=ClockType.STEADY_TIME)
         self._timer = node.create_timer(_FLUSH_S, self._publish_due, clock=self._clock)
 
     def publish(self, frame: StampedFrame, update: Update) -> None:
-        """Publish what one pair of frames adds; ``frame`` is the second of them."""
+        """Publish the results of a pair of frames; ``frame`` is the second frame."""
         for topic, message in MESSAGES.of_pair(update, self.parameters, self._is_wanted):
             self._per_pair[topic].publish(message)
             if self._transform is not None and topic == self._placed_by:
@@ -78,15 +78,15 @@ class Outputs:
         self._publish_due()
 
     def _is_wanted(self, topic: str) -> bool:
-        """Tell whether anybody takes what is published on a topic of pairs."""
+        """Return whether the message of a topic is needed for this pair."""
         if self._transform is not None and topic == self._placed_by:
             return True
         return topic in self._latched or bool(self._per_pair[topic].get_subscription_count())
 
     def publish_state(self) -> None:
-        """Publish the chain code and the path as they are now, as after a reset."""
+        """Publish the current chain code and path, as after a reset."""
         self._schedule.restart()
-        # Late subscribers must not get the path from before.
+        # Late subscribers must not receive the path from before the reset.
         self._path_sent_ns = None
         self._publish_due()
 
@@ -101,7 +101,7 @@ class Outputs:
             self._path_waits = False
             self._path_sent_ns = now_ns
             self._send(PATH)
-        # Each time it fires, rclpy goes through all that the node has: that takes a while.
+        # Each time the timer fires, rclpy checks all entities of the node, which takes time.
         if self._schedule.pending or self._path_waits:
             self._timer.reset()
         else:
@@ -119,6 +119,6 @@ class Outputs:
 def _publisher(node: Node, topic: Topic) -> Publisher:
     return node.create_publisher(
         TYPES[topic.type], f'~/{topic.name}', _LATCHED if topic.latched else _PER_PAIR,
-        # rclpy's own callbacks would have it go through two more entities per topic at each wait.
+        # The default callbacks would add two entities per topic that rclpy checks at each wait.
         event_callbacks=PublisherEventCallbacks(use_default_callbacks=False),
         qos_overriding_options=QoSOverridingOptions.with_default_policies())

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Publishes the path's tip as a transform, where tf2_msgs is installed."""
+"""Publishes the current pose as a transform, if tf2_msgs is installed."""
 
 from geometry_msgs.msg import Pose, Transform, TransformStamped, Vector3
 from phase_traj_ros.errors import MissingDependencyError
@@ -11,10 +11,10 @@ from std_msgs.msg import Header
 
 class TransformOutput:
     """
-    Publishes the transform from the path's frame to the vehicle's on /tf.
+    Publishes the transform from ``frame_id`` to ``child_frame_id`` on /tf.
 
-    It is off unless asked for: on a vehicle that localises itself, somebody else places
-    base_link, and two parents break the tree.
+    It is off by default: on a vehicle with localisation, another node publishes the transform of
+    base_link, and a frame with two parents breaks the tf tree.
     """
 
     def __init__(self, node: Node) -> None:
@@ -37,7 +37,7 @@ class TransformOutput:
         self._publisher = node.create_publisher(TFMessage, '/tf', QoSProfile(depth=100))
 
     def publish(self, header: Header, pose: Pose, child_frame: str) -> None:
-        """Publish a pose of the vehicle, in the frame of ``header``, as a transform."""
+        """Publish a pose of the vehicle in the frame of ``header`` as a transform."""
         position = pose.position
         self._publisher.publish(self._message(transforms=[TransformStamped(
             header=header, child_frame_id=child_frame,

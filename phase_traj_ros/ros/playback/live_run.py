@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A recording through the real node in a process of its own, over real DDS."""
+"""Runs a recording through the node, in a separate process and over DDS."""
 
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
@@ -24,16 +24,16 @@ _STOP_S = 10.0
 
 @dataclass(frozen=True, slots=True)
 class LiveResult:
-    """What the node has published about a recording."""
+    """Messages that the node has published for a recording."""
 
     movement: tuple[int, ...]
     direction: tuple[int, ...]
     chain_code: str
     """The last text."""
     path_poses: int
-    """Poses of the last path."""
+    """Number of poses of the last path."""
     exit_status: int
-    """The node's, after SIGINT."""
+    """Exit status of the node after SIGINT."""
 
 
 def run_live(
@@ -41,28 +41,28 @@ def run_live(
     environment: Mapping[str, str] | None = None,
 ) -> LiveResult:
     """
-    Play ``recording`` to a node, both in processes of their own; gather what it publishes.
+    Play ``recording`` to a node, both in separate processes; record the messages of the node.
 
-    Every frame arrives: images are reliable with KEEP_ALL at both ends. A namespace of its own
-    keeps the run apart from whatever else is on the network.
+    No frame is lost: the images are reliable with KEEP_ALL at both ends. A separate namespace
+    isolates the run from other nodes on the network.
 
     Parameters
     ----------
     recording
         Any source of frames.
     pairs
-        How many pairs of frames to wait for.
+        Number of pairs of frames to wait for.
     threshold
-        The node's threshold in pixels per frame.
+        Threshold of the node in pixels per frame.
     rate
-        How many times as fast as recorded to play.
+        Playback speed, relative to the recording.
     environment
-        Variables for both processes, over those of this one.
+        Environment variables of both processes, in addition to those of this process.
 
     Raises
     ------
     SourceError
-        A process fails, or nothing comes for some time.
+        A process fails, or no message arrives for some time.
 
     """
     namespace = f'/phase_traj_live_{os.getpid()}'
@@ -85,7 +85,7 @@ def run_live(
             if stop.is_set():
                 raise KeyboardInterrupt
             if node_process.poll() is not None:
-                raise SourceError(f'the node has ended with status {node_process.returncode}')
+                raise SourceError(f'the node has exited with status {node_process.returncode}')
 
         try:
             recorder.connect(spin_once, _DISCOVERY_S)
@@ -114,7 +114,7 @@ def lossless_overrides(topic: str) -> list[str]:
 def _process(
     arguments: list[str], variables: Mapping[str, str],
 ) -> Iterator['subprocess.Popen[bytes]']:
-    """Run a module of this package in a process of its own, which does not outlive the block."""
+    """Run a module of this package in a process that ends with the block."""
     process = subprocess.Popen(
         [sys.executable, '-m', *arguments], env=dict(variables), stdin=subprocess.DEVNULL,
         stdout=subprocess.DEVNULL)

@@ -1,12 +1,13 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
 """
-Waits until those who subscribe to a topic know who publishes on it.
+Waits until the subscribers of a topic have discovered its publisher.
 
-A publisher that has found its subscriber may not have been found by it: what is published then is
-lost. Discovery announces the endpoints of a node in the order in which they were made, and a node
-can only answer a client that it knows. So the answer to a client that is made after the publisher
-proves that the publisher is known. Nearly every node answers questions about its parameters.
+A publisher may discover a subscriber before the subscriber discovers the publisher. Messages
+published in between are lost. Discovery announces the endpoints of a node in the order in which
+they were made, and a node can only respond to a client that it knows. The response to a client
+that was made after the publisher therefore proves that the publisher is known. Nearly every node
+has parameter services.
 """
 
 from threading import Event
@@ -20,27 +21,27 @@ from rclpy.topic_endpoint_info import TopicEndpointInfo
 _ANSWER_S = 3.0
 _ASK_AGAIN_S = 0.5
 _POLL_S = 0.02
-# For those that cannot be asked, such as ros2 topic echo; discovery takes some tenths of it.
+# For subscribers without services, such as ros2 topic echo; discovery takes some tenths of it.
 _SETTLE_S = 1.0
 
 
 def wait_until_known(node: Node, topic: str, stop: Event) -> None:
-    """Return when all subscribers of ``topic`` know the endpoints that ``node`` has by now."""
+    """Return when all subscribers of ``topic`` know the current endpoints of ``node``."""
     subscribers = {
         full_name(each) for each in node.get_subscriptions_info_by_topic(topic)}
-    # All are asked, also once one of them has not answered.
+    # A list: all subscribers are called, even if one does not respond.
     answers = [_answers(node, name, stop) for name in subscribers]
     if not all(answers):
         stop.wait(_SETTLE_S)
 
 
 def full_name(endpoint: TopicEndpointInfo) -> str:
-    """Return the name of the node, with its namespace, that an endpoint belongs to."""
+    """Return the full name of the node to which an endpoint belongs."""
     return f'{endpoint.node_namespace.rstrip("/")}/{endpoint.node_name}'
 
 
 def _answers(node: Node, name: str, stop: Event) -> bool:
-    """Tell whether the node of that name, which may be none, answers."""
+    """Return whether a node of this name exists and responds."""
     namespace, _, own = name.rpartition('/')
     if (own, namespace or '/') not in node.get_node_names_and_namespaces():
         return False
@@ -54,7 +55,7 @@ def _answers(node: Node, name: str, stop: Event) -> bool:
             if not client.service_is_ready():
                 stop.wait(_POLL_S)
                 continue
-            # An answer is lost where the node sees the call before it sees who calls.
+            # A response is lost if the node receives the request before it discovers the client.
             answer = client.call_async(GetParameterTypes.Request())
             rclpy.spin_until_future_complete(node, answer, timeout_sec=_ASK_AGAIN_S)
             if answer.done():

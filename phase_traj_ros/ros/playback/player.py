@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Publishes recorded frames on real topics, with their stamps and a clock."""
+"""Publishes recorded frames on ROS topics, with their stamps and a clock."""
 
 from array import array
 from collections.abc import Iterable
@@ -35,7 +35,7 @@ class FramePlayer(Node):
     """
     Publishes frames as mono8 or mono16 images on ``topic``, and their stamps on /clock.
 
-    Where the camera's calibration is known, it goes out with each image on ``camera_info`` beside.
+    If the calibration of the camera is known, it is published with each image on ``camera_info``.
     """
 
     def __init__(
@@ -48,13 +48,13 @@ class FramePlayer(Node):
         Parameters
         ----------
         topic
-            Of the images.
+            Name of the image topic.
         lossless
-            Reliable and KEEP_ALL, else as sensor data.
+            Whether the images are reliable and KEEP_ALL; otherwise they are sensor data.
         camera
-            Model of the camera for the images as they are.
+            Camera model of the images.
         rectified
-            The same if they are rectified ones.
+            Camera model of the rectified images.
 
         """
         super().__init__(PLAYER_NAME)
@@ -76,9 +76,10 @@ class FramePlayer(Node):
 
     def wait_for_subscribers(self, stop: Event, timeout_s: float) -> bool:
         """
-        Return when somebody listens and knows this player, or when ``stop`` is set.
+        Wait until a subscriber of the images has discovered this player, or ``stop`` is set.
 
-        Tell whether somebody does, with a matching quality of service, within the time.
+        Return False if no subscriber with a matching quality of service appears within
+        ``timeout_s`` seconds.
         """
         deadline = time.monotonic() + timeout_s
         while self._images.get_subscription_count() == 0:
@@ -91,9 +92,9 @@ class FramePlayer(Node):
 
     def play(self, frames: Iterable[StampedFrame], stop: Event, *, rate: float = 1.0) -> int:
         """
-        Publish ``frames`` at ``rate`` times their own pace; return how many were published.
+        Publish ``frames`` at ``rate`` times their recorded speed; return their number.
 
-        The pace starts anew where stamps go backwards, as from one loop to the next.
+        The timing restarts if a stamp goes back, such as from one loop to the next.
         """
         published = 0
         self._introduce_camera(stop)
@@ -103,7 +104,7 @@ class FramePlayer(Node):
                 began, first_ns = time.monotonic(), frame.stamp_ns
             previous_ns = frame.stamp_ns
             due = began + (frame.stamp_ns - first_ns) / 1e9 / rate
-            # Whoever plays a pause of centuries, or a rate of next to nothing, waits for ever.
+            # An extreme pause or rate exceeds the longest timeout of the event.
             if stop.wait(min(max(due - time.monotonic(), 0.0), _LONGEST_WAIT_S)):
                 break
             self._publish(frame)
@@ -112,12 +113,12 @@ class FramePlayer(Node):
 
     def wait_for_acknowledgement(self) -> None:
         """
-        Return when every subscriber has received everything; at once unless lossless.
+        Wait until every subscriber has received all images; return at once unless lossless.
 
         Raises
         ------
         OutputError
-            One has not, within half a minute.
+            A subscriber has not acknowledged all images within half a minute.
 
         """
         if self._lossless and not self._images.wait_for_all_acked(
@@ -127,10 +128,10 @@ class FramePlayer(Node):
                 f' within {_ACKNOWLEDGE_S} s')
 
     def _introduce_camera(self, stop: Event) -> None:
-        """Let who wants the calibration have it before the first image, if nothing may be lost."""
+        """If lossless, publish the calibration before the first image."""
         if self._camera is None or not self._lossless:
             return
-        # Whoever has subscribed to the images may be a moment later here, or not at all.
+        # A subscriber of the images may subscribe to the calibration a moment later, or never.
         deadline = time.monotonic() + _LATER_S
         while (self._calibrations.get_subscription_count() == 0
                 and time.monotonic() < deadline and not stop.wait(_POLL_S)):
@@ -148,7 +149,7 @@ class FramePlayer(Node):
 
 
 def image_message(image: np.ndarray, header: Header) -> Image:
-    """Return a grey (H, W) image, uint8 or uint16, as a message."""
+    """Return a greyscale (H, W) image, uint8 or uint16, as a sensor_msgs/Image."""
     wide = image.dtype == np.uint16
     little = np.ascontiguousarray(image, dtype='<u2' if wide else np.uint8)
     data = array('B')

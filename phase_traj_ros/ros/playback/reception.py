@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""How many of the frames that are played the nodes of this package have got."""
+"""Counts the played frames that the nodes of this package have received."""
 
 from threading import Event
 import time
@@ -16,10 +16,10 @@ _POLL_S = 0.1
 
 
 class Reception:
-    """Follows what nodes say on /diagnostics of the images on one topic."""
+    """Reads the image counts of nodes on one image topic from /diagnostics."""
 
     def __init__(self, node: Node, topic: str) -> None:
-        """Subscribe to /diagnostics on ``node``; ``topic`` is the full name of the images'."""
+        """Subscribe to /diagnostics on ``node``; ``topic`` is the full name of the image topic."""
         self._node = node
         self._topic = topic
         self._images: dict[str, int] = {}
@@ -28,7 +28,7 @@ class Reception:
             DiagnosticArray, '/diagnostics', self._on_diagnostics, 100)
 
     def begin(self, stop: Event) -> None:
-        """Note where the counts of the nodes stand; wait for those that will tell."""
+        """Record the current counts of the nodes, after each has reported once."""
         deadline = time.monotonic() + _REPORT_S
         while (self._telling() - set(self._images) and not stop.is_set()
                 and time.monotonic() < deadline):
@@ -36,7 +36,7 @@ class Reception:
         self._before = dict(self._images)
 
     def missed(self, published: int, stop: Event) -> dict[str, int]:
-        """Return the nodes that have got fewer than ``published`` images since, and how many."""
+        """Return the nodes that received fewer than ``published`` images, and their counts."""
         deadline = time.monotonic() + 2 * _REPORT_S
         while (short := self._short_of(published)) and time.monotonic() < deadline:
             if stop.is_set():

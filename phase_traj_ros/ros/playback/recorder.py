@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Gathers what the node publishes."""
+"""Records the messages of the node."""
 
 from collections.abc import Callable
 import time
@@ -22,10 +22,10 @@ _LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 
 class Recorder(Node):
-    """Subscribes to all topics of a ``phase_traj`` node in the same namespace."""
+    """Subscribes to the topics of a ``phase_traj`` node in the same namespace."""
 
     def __init__(self) -> None:
-        """Subscribe to everything."""
+        """Make the subscriptions."""
         super().__init__(f'{NODE_NAME}_recorder')
         self.movement: list[int] = []
         self.direction: list[int] = []
@@ -42,26 +42,27 @@ class Recorder(Node):
         self._take(
             String, 'chain_code', lambda message: self.chain_code.append(message.data), _LATCHED)
         self._take(Path, 'path', self.paths.append, _LATCHED)
-        # Made after the subscriptions, see connect.
+        # Made after the subscriptions; see ``connect``.
         self._reset = self.create_client(Trigger, f'{NODE_NAME}/reset')
 
     def connect(self, spin_once: Callable[[], None], timeout_s: float) -> None:
         """
-        Reset the node, and return when it has certainly discovered this recorder.
+        Reset the node, and return when it has discovered this recorder.
 
-        Discovery announces endpoints in the order they were made. The node can only answer a
-        client it knows, so its answer proves that it knows the subscriptions made before it.
+        Discovery announces endpoints in the order in which they were made. The node can only
+        respond to a client that it knows, so its response proves that it also knows the
+        subscriptions made before the client.
 
         Raises
         ------
         SourceError
-            There is no answer within the time.
+            The node does not respond within ``timeout_s`` seconds.
 
         """
         deadline = time.monotonic() + timeout_s
         while not self._reset.service_is_ready():
             self._wait(spin_once, deadline)
-        # An answer is lost now and then: the node may see the call before it sees who calls.
+        # A response is lost if the node receives the request before it discovers the client.
         answer = self._reset.call_async(Trigger.Request())
         asked = time.monotonic()
         while not answer.done():
@@ -77,12 +78,12 @@ class Recorder(Node):
         self, count: int, spin_once: Callable[[], None], timeout_s: float,
     ) -> None:
         """
-        Return when everything about ``count`` pairs of frames has come.
+        Return when all messages of ``count`` pairs of frames have arrived.
 
         Raises
         ------
         SourceError
-            Nothing new has come for ``timeout_s`` seconds.
+            No new message has arrived for ``timeout_s`` seconds.
 
         """
         seen, deadline = -1, 0.0
@@ -102,8 +103,8 @@ class Recorder(Node):
     def _wait(self, spin_once: Callable[[], None], deadline: float) -> None:
         if time.monotonic() > deadline:
             raise SourceError(
-                f'the node {self.get_namespace().rstrip("/")}/{NODE_NAME} says nothing:'
-                f' {len(self.movement)} movement codes so far')
+                f'the node {self.get_namespace().rstrip("/")}/{NODE_NAME} does not respond, after'
+                f' {len(self.movement)} movement codes')
         spin_once()
 
     def _take(

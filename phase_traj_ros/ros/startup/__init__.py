@@ -1,3 +1,3 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What an executable was started with, and whether that makes sense; how it is told to stop."""
+"""Start and stop of the executables: arguments, overrides, parameter files and signals."""

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The arguments of an executable that are not ROS's own: there are none but ``--help``."""
+"""Checks the arguments of an executable: ROS arguments and ``--help`` only."""
 
 from argparse import ArgumentParser, RawDescriptionHelpFormatter
 from collections.abc import Sequence
@@ -11,12 +11,12 @@ from phase_traj_ros.errors import ParameterError
 from rclpy.utilities import remove_ros_args
 
 _EPILOG = """\
-Everything is given by ROS arguments, for example:
+All options are ROS arguments, for example:
 
   ros2 run phase_traj_ros {program} --ros-args -r image:=/camera/image_raw -p threshold:=12.0
   ros2 run phase_traj_ros {program} --ros-args --params-file FILE --log-level debug
 
-ros2 param describe tells what each parameter of the running node means.
+ros2 param describe prints the description of each parameter of a running node.
 """
 
 
@@ -28,21 +28,21 @@ class _Parser(ArgumentParser):
 
 def check_arguments(program: str, description: str, arguments: Sequence[str] | None) -> None:
     """
-    Accept ROS arguments; print the help and exit with status 0 where that is asked for.
+    Accept ROS arguments; for ``--help``, print the help and exit with status 0.
 
     Parameters
     ----------
     program
         Name of the executable.
     description
-        What it does, in a sentence.
+        Purpose of the executable, in one sentence.
     arguments
-        Those after the program's name; None for those of the process.
+        Arguments after the name of the program; None for those of the process.
 
     Raises
     ------
     ParameterError
-        There is an argument that is not ROS's.
+        An argument is not a ROS argument.
 
     """
     given = list(sys.argv[1:] if arguments is None else arguments)

@@ -1,10 +1,10 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
 """
-Overrides of the quality of service, checked before they take effect.
+Checks overrides of the quality of service before they take effect.
 
-rclpy takes parameters such as ``qos_overrides./image.subscription.reliability``. It answers a
-value that cannot be with a traceback, and a name that means nothing with silence.
+rclpy accepts parameters such as ``qos_overrides./image.subscription.reliability``. It reports a
+wrong value with a traceback, and ignores a wrong name.
 """
 
 from difflib import get_close_matches
@@ -22,18 +22,18 @@ _WORDS = MappingProxyType({
     'reliability': ('reliable', 'best_effort', 'system_default', 'best_available'),
 })
 _DEEPEST = 1_000_000
-# Others exist, too, and may be meant for another node in the same file.
+# Other policies exist, and may be meant for another node in the same file.
 _POLICIES = tuple(kind.lower() for kind in QoSPolicyKind.__members__ if kind != 'INVALID')
 
 
 def check_overrides(node: Node) -> None:
     """
-    Accept the overrides that ``node`` was started with; to be called before it has endpoints.
+    Check the overrides with which ``node`` was started, before it has endpoints.
 
     Raises
     ------
     ParameterError
-        One is not of the form that ROS has for them, or its value is not allowed.
+        The name of an override is malformed, or its value is not allowed.
 
     """
     for name, parameter in node._parameter_overrides.items():
@@ -42,20 +42,21 @@ def check_overrides(node: Node) -> None:
 
 
 def unused_overrides(node: Node) -> list[str]:
-    """Return the overrides that nothing on ``node`` takes; to be called when it has endpoints."""
+    """Return the overrides that match no endpoint of ``node``; call it when these exist."""
     return sorted(
         name for name in node._parameter_overrides
         if name.startswith(PREFIX) and not node.has_parameter(name))
 
 
 def explained(node: Node, name: str) -> str:
-    """Return in a line that the override ``name`` has no effect, and which names would have."""
+    """Return a warning that the override ``name`` has no effect, with the valid names."""
     taken = sorted(each for each in node._parameters if each.startswith(PREFIX))
     entities = sorted({each.rpartition('.')[0] for each in taken})
     near = get_close_matches(name, taken, n=1)
     hint = f'did you mean {near[0]!r}? ' if near else ''
-    return (f'{name!r} has no effect: {hint}what has is'
-            f' {PREFIX}TOPIC.ENTITY.POLICY, with history, depth or reliability for POLICY, of '
+    return (f'{name!r} has no effect: {hint}give'
+            f' {PREFIX}TOPIC.ENTITY.POLICY, with history, depth or reliability for POLICY, and'
+            ' one of these for TOPIC.ENTITY: '
             + ', '.join(entity.removeprefix(PREFIX) for entity in entities))
 
 
@@ -65,15 +66,15 @@ def _check(name: str, value: object) -> None:
     # An entity may have an id at the end, after an underscore.
     if not topic.startswith('/') or entity.split('_')[0] not in _ENTITIES:
         raise ParameterError(
-            f"parameter {name!r}: it takes the form '{PREFIX}/TOPIC.subscription.POLICY', or"
-            ' publisher, with the full name of the topic')
+            f"parameter {name!r}: give '{PREFIX}/TOPIC.subscription.POLICY' or"
+            f" '{PREFIX}/TOPIC.publisher.POLICY', with the full name of the topic")
     if policy not in _POLICIES:
         near = get_close_matches(policy, _POLICIES, n=1)
-        hint = f'did you mean {near[0]!r}?' if near else f'known are {", ".join(_POLICIES)}'
+        hint = f'did you mean {near[0]!r}?' if near else f'give one of {", ".join(_POLICIES)}'
         raise ParameterError(f'parameter {name!r}: there is no policy {policy!r}: {hint}')
     if policy == 'depth' and not (type(value) is int and 1 <= value <= _DEEPEST):
         raise ParameterError(
-            f'parameter {name!r} is {value!r}: it takes an integer from 1 to {_DEEPEST}')
+            f'parameter {name!r} is {value!r}: give an integer from 1 to {_DEEPEST}')
     if policy in _WORDS and not (isinstance(value, str) and value.lower() in _WORDS[policy]):
         raise ParameterError(
-            f'parameter {name!r} is {value!r}: it takes one of {", ".join(_WORDS[policy])}')
+            f'parameter {name!r} is {value!r}: give one of {", ".join(_WORDS[policy])}')

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The parameter files that a node was started with, and whether they are about it."""
+"""Checks that the parameter files given to a node have parameters for it."""
 
 from collections.abc import Sequence
 from itertools import pairwise
@@ -14,18 +14,18 @@ _FLAG = '--params-file'
 
 
 def param_files(arguments: Sequence[str]) -> list[Path]:
-    """Return the files that are given among the ROS arguments."""
+    """Return the parameter files given in the ROS arguments."""
     return [Path(value) for flag, value in pairwise(arguments) if flag == _FLAG]
 
 
 def check_param_files(node: Node, arguments: Sequence[str] | None = None) -> list[Path]:
     """
-    Return the files that ``node`` was started with.
+    Return the parameter files with which ``node`` was started.
 
     Raises
     ------
     ParameterError
-        One has nothing for this node, so that it would run with the defaults.
+        A file has no parameters for this node, which would run with the defaults.
 
     """
     files = param_files(sys.argv[1:] if arguments is None else arguments)

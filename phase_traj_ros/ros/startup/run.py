@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Runs the node of an executable from its arguments to its exit status."""
+"""Runs the node of an executable and returns its exit status."""
 
 from collections.abc import Callable, Sequence
 from threading import Event

@@ -1,9 +1,9 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
 """
-SIGINT and SIGTERM as an event, from the first moment to the last.
+Converts SIGINT and SIGTERM to an event, from the start of the process to its end.
 
-Imports nothing that takes time, so that an executable can call it before all else.
+The imports of this module are fast, so that an executable can call it first.
 """
 
 from collections.abc import Iterator
@@ -17,8 +17,8 @@ def stop_on_signals() -> Iterator[Event]:
     """
     Yield the event that SIGINT and SIGTERM set.
 
-    Once it is set, further signals change nothing, even after the block: the process is on its
-    way out, and a second Ctrl-C must not turn that into a failure.
+    Once it is set, further signals are ignored, even after the block: the process is ending, and
+    a second Ctrl-C must not turn this into a failure.
     """
     stop = Event()
     handlers = {
@@ -29,5 +29,5 @@ def stop_on_signals() -> Iterator[Event]:
         yield stop
     finally:
         for number, handler in handlers.items():
-            # Python itself resets handlers that are functions at its end, but not this one.
+            # At exit, Python resets handlers that are functions, but not SIG_IGN.
             signal.signal(number, signal.SIG_IGN if stop.is_set() else handler)

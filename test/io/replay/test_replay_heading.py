@@ -363,7 +363,7 @@ def test_a_field_of_view_of_a_fisheye_is_not_reported_as_wrong():
 
 
 def test_numbers_of_a_camera_that_cannot_be_are_refused():
-    with pytest.raises(ParameterError, match='do not go together: hfov_deg is 170'):
+    with pytest.raises(ParameterError, match='are not consistent: hfov_deg is 170'):
         Parameters(hfov_deg=170.0, lens_straightness=1.3)
 
 
@@ -382,8 +382,8 @@ def test_what_is_no_bag_has_no_speeds(tmp_path, picture):
 
 
 @pytest.mark.parametrize(('values', 'message'), [
-    ({'connectivity': 8}, 'takes code_source heading'),
-    ({'hfov_deg': 5e-324}, 'takes 0.1 or more, or 0'),
+    ({'connectivity': 8}, 'requires code_source heading'),
+    ({'hfov_deg': 5e-324}, 'give 0.1 or more, or 0'),
     ({'connectivity': 6}, '4 to 8 in steps of 4'),
     ({'speed': 1.0, 'use_speed_topic': True, 'focal_px': 9.0}, 'give one of them'),
 ])
