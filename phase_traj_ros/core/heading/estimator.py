@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 from numpy.typing import NDArray
-from phase_traj_ros.core.calibration.field_of_view import FieldOfView, FieldOfViewEstimator
+from phase_traj_ros.core.calibration.field_of_view import FieldOfView
 from phase_traj_ros.core.calibration.self_calibration import SelfCalibration
 from phase_traj_ros.core.camera.estimate import CameraEstimate
 from phase_traj_ros.core.camera.in_use import CameraInUse
@@ -17,13 +17,13 @@ from phase_traj_ros.core.camera.projection import CylinderProjection
 from phase_traj_ros.core.correlation.mask import check_size
 from phase_traj_ros.core.correlation.phase_correlation import check_frame, Frame, Shift
 from phase_traj_ros.core.correlation.transforms import TransformLibrary
+from phase_traj_ros.core.heading.bends import Bends
 from phase_traj_ros.core.heading.left_out import LeftOut
 from phase_traj_ros.core.heading.tracker import HeadingStep, HeadingTracker
-from phase_traj_ros.core.heading.turns import MIN_ANGLE_DEG, Turn, TurnDetector
+from phase_traj_ros.core.heading.turns import Turn, TurnDetector
 from phase_traj_ros.core.heading.yaw_meter import YawMeasurement, YawMeter
 from phase_traj_ros.errors import FrameError
 
-_LEAST_BEND_DEG = 20.0
 # A vehicle drives straight on if it turns by less than this, radians per second, and drives if
 # half of what is seen passes by more than this (way over distance).
 _STRAIGHT, _DRIVING = math.radians(3.0), 0.01
@@ -85,17 +85,14 @@ class HeadingEstimator:
         self._focal = (0.0, 0.0)
         self._tracker = HeadingTracker()
         self._turns = TurnDetector()
-        # With a field of view that is too narrow, turns look smaller than they are.
-        self._bends = TurnDetector(min_angle_deg=_LEAST_BEND_DEG)
-        self._view: FieldOfViewEstimator | None = None
-        self._widest_bend_deg = 0.0
+        self._bends = Bends()
         self._cut_short: list[Turn] = []
         self._mask_learning()
 
     @property
     def field_of_view(self) -> FieldOfView | None:
         """Return what the turns tell of the field of view, whatever the lens; None at first."""
-        return None if self._view is None else self._view.estimate
+        return self._bends.field_of_view
 
     @property
     def tracker(self) -> HeadingTracker:
@@ -149,8 +146,7 @@ class HeadingEstimator:
     def bends_may_be_turns(self) -> bool:
         """Return whether a bend so far may have been a turn, as the camera may be another one."""
         camera = self.camera
-        return camera is not None and (
-            self._widest_bend_deg * camera.most_angle >= MIN_ANGLE_DEG)
+        return camera is not None and self._bends.may_be_turns(camera)
 
     def use_lens(self, lens: Lens) -> None:
         """
@@ -202,7 +198,6 @@ class HeadingEstimator:
         """
         self._tracker.cut()
         self._cut_short += self._turns.cut()
-        # How far it would have gone is not known.
         self._bends.cut()
         if self._learning is not None:
             self._learning.cut()
@@ -211,11 +206,8 @@ class HeadingEstimator:
         """Start anew at heading 0; the newest frame is the first. What is settled stays so."""
         self._tracker.reset()
         self._turns.reset()
-        self._bends.reset()
+        self._bends.restart()
         self._cut_short.clear()
-        self._widest_bend_deg = 0.0
-        # A recording that is played again has nothing new to tell.
-        self._view = None
 
     def forget_frame(self) -> None:
         """Do not compare the next frame with the one before; the heading is kept."""
@@ -259,7 +251,7 @@ class HeadingEstimator:
     def start(self, stamp_ns: int) -> None:
         """Note the stamp of the first frame."""
         self._turns.update(stamp_ns, 0.0)
-        self._bends.update(stamp_ns, 0.0)
+        self._bends.start(stamp_ns)
 
     def add(
         self, measurement: YawMeasurement | None, stamp_ns: int, interval: float,
@@ -275,9 +267,10 @@ class HeadingEstimator:
             self._learn_from_travel(measurement, step)
         turns = (*self._cut_short, *self._turns.update(stamp_ns, step.heading))
         self._cut_short.clear()
-        for bend in self._bends.update(stamp_ns, step.heading):
-            self._widest_bend_deg = max(self._widest_bend_deg, abs(bend.angle_deg))
-            self._learn_from_bend(bend.angle_deg)
+        for angle_deg in self._bends.update(
+                stamp_ns, step.heading, focal=self._focal[0] / self._shape[1]):
+            if self._learning is not None:
+                self._learning.add_turn(angle_deg, focal_px=self._focal[0])
         update = HeadingUpdate(
             step, self.shift_of(measurement), not step.bridged, turns, self._turns.quarters,
             self._focal[0])
@@ -306,14 +299,6 @@ class HeadingEstimator:
             return
         self._learning.add_travel(motion.travel.slope, math.sqrt(motion.travel.slope_variance))
 
-    def _learn_from_bend(self, angle_deg: float) -> None:
-        """Learn from the angle of a bend what the field of view is."""
-        if self._view is None:
-            self._view = FieldOfViewEstimator()
-        self._view.add(angle_deg, focal=self._focal[0] / self._shape[1])
-        if self._learning is not None:
-            self._learning.add_turn(angle_deg, focal_px=self._focal[0])
-
     def _adopt(self) -> None:
         """Go on with the camera that the drive has told, where that makes a difference."""
         self._learned = False
@@ -337,7 +322,6 @@ class HeadingEstimator:
         if not self._shape:
             return
         factor = before.focal_for(self._shape[1]) / lens.focal_for(self._shape[1])
-        self._widest_bend_deg *= factor * before.tilt / lens.tilt
         for part in (self._tracker, self._turns, self._bends):
             part.scale(factor * before.tilt / lens.tilt)
 
