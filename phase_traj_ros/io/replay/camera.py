@@ -3,6 +3,7 @@
 """The camera of a recording: given by the source, or learned from the drive."""
 
 from collections.abc import Iterable
+from dataclasses import replace
 
 from phase_traj_ros.core import Lens
 from phase_traj_ros.errors import CalibrationError
@@ -53,7 +54,10 @@ def learned_lens(
         A frame cannot be used.
 
     """
-    estimator = make_estimator(parameters)
+    # How far the vehicle goes tells nothing of the camera, and takes as long to measure as it.
+    estimator = make_estimator(replace(
+        parameters, path_from='codes', speed=0.0, use_speed_topic=False, camera_height=0.0,
+        code_step=0.0))
     if not estimator.settings.learns_lens:
         return None
     last_ns = None
