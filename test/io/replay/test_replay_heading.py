@@ -340,7 +340,8 @@ def test_a_wrong_field_of_view_is_reported():
                 YawMeasurement(Shift(0.0, 0.0, 0.1), yaw, refined=True, agreement=1.0), stamp, 0.1)
     report = reporter.report(estimator, 0.1)
     assert report.level is Level.WARN
-    assert re.search('a field of view of (79|80|81) degrees, but 55 degrees are in use', report.message)
+    assert re.search(
+        'a field of view of (79|80|81) degrees, but 55 degrees are in use', report.message)
     assert 'from 6 turns' in report.values['field of view (deg)']
 
 
