@@ -291,6 +291,9 @@ class RoadMeter:
         if not self.pace.known or (turns and self.pace.speed == 0.0):
             return Travel(1.0, off ** 2, TravelState.UNKNOWN)
         way = self.pace.speed * min(interval, _HOLDS)
+        if self.pace.lost:
+            # The drawn path goes on with the last speed, but no distance is made up.
+            return Travel(way, off ** 2, TravelState.UNKNOWN)
         # A speed that is wrong stays so from pair to pair.
         swing = off / abs(way) if abs(way) > CELL else 0.0
         return Travel(way, off ** 2, TravelState.BRIDGED, swing)

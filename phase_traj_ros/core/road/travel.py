@@ -13,13 +13,17 @@ class TravelState(Enum):
     MEASURED = 'measured'
     """The road tells it."""
     BRIDGED = 'bridged'
-    """The road cannot be seen or believed: the speed of the pairs before goes on."""
+    """The road cannot be seen or believed: the speed of the pairs before goes on, for seconds."""
     STANDING = 'standing'
     """The vehicle stands: the distance is exactly 0."""
     GIVEN = 'given'
     """A speed from elsewhere tells it."""
     UNKNOWN = 'unknown'
-    """Nothing has told it yet: a unit step without metres, 0 in metres."""
+    """
+    Nothing has told it yet, or not for long: 0 in metres.
+
+    Without metres, the path goes on with a unit step, or with the last speed.
+    """
 
 
 @dataclass(frozen=True, slots=True)
