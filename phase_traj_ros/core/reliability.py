@@ -33,6 +33,7 @@ class Reason(Enum):
     RATE_TOO_LOW = 'rate_too_low'
     MANY_CUTS = 'many_cuts'
     CAMERA_NOT_KNOWN = 'camera_not_known'
+    NOT_COMPARED = 'not_compared'
 
     @property
     def sentence(self) -> str:
@@ -53,6 +54,8 @@ _SENTENCES = {
     Reason.MANY_CUTS: 'The video is cut into scenes that are too short to show a turn.',
     Reason.CAMERA_NOT_KNOWN: 'The turns do not determine the focal length well enough: give'
                              ' hfov_deg or a calibration.',
+    Reason.NOT_COMPARED: 'Most frames cannot be compared with the one before: they are further'
+                         ' apart than max_gap, or they differ in size or encoding.',
 }
 
 
@@ -61,7 +64,7 @@ class Evidence(Enum):
 
     TRUSTED = 'trusted'
     STILL = 'still'
-    """The vehicle was stationary, or the pair could not be compared: neither for nor against."""
+    """The vehicle was stationary: neither for nor against."""
     BLANK = 'blank'
     """The image holds only noise."""
     FIXED = 'fixed'
@@ -70,6 +73,8 @@ class Evidence(Enum):
     """The parts of the image do not agree on a motion."""
     JERKED = 'jerked'
     """They agree, but no vehicle turns like that."""
+    APART = 'apart'
+    """The frames could not be compared: against the result only if most pairs are like that."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,7 +116,9 @@ def evidence_of(
         Whether the yaw was rejected.
 
     """
-    if still or agreement is None:
+    if agreement is None:
+        return Evidence.APART
+    if still:
         return Evidence.STILL
     if blank:
         return Evidence.BLANK
@@ -164,7 +171,10 @@ class ReliabilityMonitor:
 
     def _distrust(self, pairs: int) -> list[Reason]:
         """Return why most pairs cannot be trusted; empty if they can, or if nothing moved."""
-        judged = pairs - self._counts[Evidence.STILL]
+        apart = self._counts[Evidence.APART]
+        if apart > _LEAST_TRUSTED * pairs:
+            return [Reason.NOT_COMPARED]
+        judged = pairs - self._counts[Evidence.STILL] - apart
         # A few spoilt pairs do not count against a vehicle that is stationary for the rest.
         if judged < _NAMED * pairs:
             return []

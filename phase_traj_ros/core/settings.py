@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from enum import Enum
 import math
 
-from phase_traj_ros.core.camera.lens import Lens
+from phase_traj_ros.core.camera.lens import Lens, MOST_TILT_DEG
 from phase_traj_ros.core.codes.from_shift import DynamicChainCode, PAPER_THRESHOLD
 from phase_traj_ros.core.codes.links import LEAST_STEP
 from phase_traj_ros.core.codes.sectors import CONNECTIVITIES
@@ -23,6 +23,9 @@ _FIXED = {
     'draws_heading': 'the source of the path',
     'measures_heading': 'whether the heading is measured',
     'metric': 'whether a speed or the height of the camera is known',
+    'camera_height': 'the height of the camera',
+    'camera_height_deviation': 'the deviation of that height',
+    'camera_pitch_deg': 'the pitch of the camera',
     'code_step': 'the length of the links'}
 # A threshold that is set or removed changes these together, and everything starts again.
 _SWITCHED = ('code_source', 'draws_heading', 'measures_heading')
@@ -112,6 +115,10 @@ class EstimatorSettings:
             value = getattr(self, name)
             if not (math.isfinite(value) and value >= 0):
                 raise ValueError(f'{name} is {value}: give a finite number of 0 or more')
+        if not abs(self.camera_pitch_deg) <= MOST_TILT_DEG:
+            raise ValueError(
+                f'camera_pitch_deg is {self.camera_pitch_deg}: give degrees from'
+                f' -{MOST_TILT_DEG:g} to {MOST_TILT_DEG:g}')
         if self.connectivity not in CONNECTIVITIES:
             raise ValueError(f'connectivity is {self.connectivity}: give 4 or 8')
         if self.connectivity == 8 and self.code_source is not CodeSource.HEADING:

@@ -39,6 +39,10 @@ def summed_up(**pairs):
     ({'trusted': 75, 'fixed': 25}, ()),
     ({'still': 100}, ()),
     ({'still': 95, 'fixed': 5}, ()),
+    ({'apart': 100}, (Reason.NOT_COMPARED,)),
+    ({'trusted': 40, 'apart': 60}, (Reason.NOT_COMPARED,)),
+    ({'trusted': 60, 'apart': 40}, ()),
+    ({'apart': 1}, (Reason.TOO_SHORT,)),
     ({'still': 300, 'trusted': 30, 'scattered': 100}, (Reason.NOT_ONE_MOTION,)),
     ({'trusted': 9}, ()),
     ({'trusted': 3, 'scattered': 5}, (Reason.TOO_SHORT,)),
@@ -76,7 +80,7 @@ def test_each_reason_has_a_word_and_a_sentence():
 
 @pytest.mark.parametrize(('given', 'evidence'), [
     ({'agreement': 0.8}, Evidence.TRUSTED), ({'agreement': 0.2}, Evidence.SCATTERED),
-    ({'agreement': None}, Evidence.STILL), ({'agreement': 0.9, 'still': True}, Evidence.STILL),
+    ({'agreement': None}, Evidence.APART), ({'agreement': 0.9, 'still': True}, Evidence.STILL),
     ({'agreement': 0.1, 'blank': True}, Evidence.BLANK),
     ({'agreement': 0.9, 'fixed': True}, Evidence.FIXED),
     ({'agreement': 0.9, 'bridged': True}, Evidence.JERKED)])

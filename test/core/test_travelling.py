@@ -148,6 +148,20 @@ def test_a_gap_is_bridged():
     assert update.travel.state is TravelState.MEASURED
 
 
+@pytest.mark.parametrize('change', [
+    {'camera_height': 3.3}, {'camera_height_deviation': 0.1}, {'camera_pitch_deg': 5.0}])
+def test_the_mounting_of_the_camera_cannot_change_on_the_way(change):
+    estimator, _ = driven(settings(camera_height=1.65))
+    with pytest.raises(ValueError, match='fixed at the start'):
+        estimator.reconfigure(replace(estimator.settings, **change))
+
+
+@pytest.mark.parametrize('pitch', [60.1, -90.0, math.nan])
+def test_a_pitch_that_no_camera_has_is_refused(pitch):
+    with pytest.raises(ValueError, match='camera_pitch_deg'):
+        settings(camera_pitch_deg=pitch)
+
+
 def test_a_vehicle_that_stands_goes_exactly_nowhere():
     frames, _, _, _ = street()
     estimator = TrajectoryEstimator(settings(camera_height=1.65))

@@ -17,7 +17,8 @@ from phase_traj_ros.core.camera.projection import (
 )
 from phase_traj_ros.errors import FrameError
 
-_MOST_TILT_DEG = 60.0
+MOST_TILT_DEG = 60.0
+"""Largest pitch and roll that are accepted, in degrees."""
 # Relative standard deviation of the focal length of an unknown camera.
 _ASSUMED_DEVIATION = 0.3
 # Bisection steps, to full precision.
@@ -88,10 +89,10 @@ class Lens:
                 'neither focal_px nor hfov_deg nor a calibration of the camera is given: give one'
                 ' of them')
         for name, angle in (('pitch_deg', self.pitch_deg), ('roll_deg', self.roll_deg)):
-            if not abs(angle) <= _MOST_TILT_DEG:
+            if not abs(angle) <= MOST_TILT_DEG:
                 raise ValueError(
-                    f'{name} is {angle}: give degrees from -{_MOST_TILT_DEG:g} to'
-                    f' {_MOST_TILT_DEG:g}')
+                    f'{name} is {angle}: give degrees from -{MOST_TILT_DEG:g} to'
+                    f' {MOST_TILT_DEG:g}')
         if not abs(self.offset) <= 0.5:
             raise ValueError(f'offset is {self.offset}: give a share of the width, -0.5 to 0.5')
         OneNumberLens(1.0, self.straightness)

@@ -293,6 +293,9 @@ class RoadMeter:
         if not self.pace.known or (turns and self.pace.speed == 0.0):
             return Travel(1.0, off ** 2, TravelState.UNKNOWN)
         way = self.pace.speed * min(interval, _HOLDS)
+        if self.pace.lost:
+            # The drawn path continues with the last speed, but this is not a distance.
+            return Travel(way, off ** 2, TravelState.UNKNOWN)
         # The error of the speed is correlated between pairs.
         swing = off / abs(way) if abs(way) > CELL else 0.0
         return Travel(way, off ** 2, TravelState.BRIDGED, swing)

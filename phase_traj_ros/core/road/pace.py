@@ -37,9 +37,14 @@ class Pace:
         self.deviation = min(self.deviation + _ACCELERATION * interval, _ANY)
 
     @property
+    def lost(self) -> bool:
+        """Return whether the speed is unknown: never measured, or too long ago."""
+        return not self.known or self.deviation >= _ANY
+
+    @property
     def bounds(self) -> tuple[float, float]:
         """Return the lower and the upper limit of the speed."""
-        if not self.known or self.deviation >= _ANY:
+        if self.lost:
             return -_BACKWARDS, _FASTEST
         return (
             max(self.speed - _GATE * self.deviation, -_BACKWARDS),

@@ -13,13 +13,17 @@ class TravelState(Enum):
     MEASURED = 'measured'
     """The distance is measured on the road."""
     BRIDGED = 'bridged'
-    """The road could not be measured: the last speed continues."""
+    """The road could not be measured: the last speed continues, for seconds."""
     STANDING = 'standing'
     """The vehicle stands: the distance is exactly 0."""
     GIVEN = 'given'
     """The distance comes from a given speed."""
     UNKNOWN = 'unknown'
-    """No speed is known yet: the distance is one unit, or 0 in metres."""
+    """
+    No speed was measured yet, or none for long: the distance is 0 in metres.
+
+    Without metres, the path continues with one unit, or with the last speed.
+    """
 
 
 @dataclass(frozen=True, slots=True)

@@ -172,6 +172,19 @@ def test_a_road_that_is_not_seen_is_bridged_ever_less_surely():
     assert travels[-1].state is TravelState.MEASURED
 
 
+def test_a_speed_is_not_bridged_for_ever():
+    def blank(index, frame):
+        if index >= 6:
+            frame[:] = 200
+
+    travels = drive(PINHOLE, 0.5, frames=80, spoil=blank)
+    states = [travel.state for travel in travels]
+    bridged = states.count(TravelState.BRIDGED)
+    # Five seconds after the last measurement, a vehicle may have any speed.
+    assert 25 <= bridged <= 50
+    assert states[-20:] == [TravelState.UNKNOWN] * 20
+
+
 def test_a_short_gap_is_bridged_and_a_long_one_is_not_made_up():
     road = Road(PINHOLE)
     meter = RoadMeter(PINHOLE, Horizon())
@@ -180,7 +193,9 @@ def test_a_short_gap_is_bridged_and_a_long_one_is_not_made_up():
         meter.update(road.seen(0.5 * index), 0.1, motion())
     short = meter.update(road.seen(5.0), 0.6, None)
     assert short.distance == pytest.approx(3.0, rel=0.05)
+    assert short.state is TravelState.BRIDGED
     long = meter.update(road.seen(9.0), 60.0, None)
+    assert long.state is TravelState.UNKNOWN
     assert long.distance < 0.1 * 60.0 * 5.0
     assert math.sqrt(long.variance) > 300.0
 
