@@ -41,10 +41,11 @@ _SMALL = Camera.with_field_of_view(620, 188, 81)
 _LARGEST_RECORD = 2000
 
 INTRODUCTION = paragraphs("""
-    A folder of pictures (376×1241, grey) is replayed as `phase_traj replay` does it, with the rule
-    of the paper: one pass, with the next pictures decoded in the background. *Decode* and *correlate* are the two parts, each
-    measured alone. All three take turns; the times are medians of wall-clock time, with OpenCV's
-    transforms on one thread. The ratio is that of the replay to the slower part.
+    A folder of pictures (376×1241, grey) is replayed as `phase_traj replay` does it, with the
+    rule of the paper: one pass, with the next pictures decoded in the background. *Decode* and
+    *correlate* are the two parts, each measured alone. All three take turns; the times are
+    medians of wall-clock time, with OpenCV's transforms on one thread. The ratio is that of the
+    replay to the slower part.
     """)
 
 
