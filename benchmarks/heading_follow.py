@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from heading_drives import Ride
 import numpy as np
 from phase_traj_ros.core.calibration.field_of_view import ASSUMED_HFOV_DEG, FieldOfView
+from phase_traj_ros.core.calibration.self_calibration import SelfCalibration
 from phase_traj_ros.core.camera.lens import Lens
 from phase_traj_ros.core.codes.from_heading import HeadingCode
 from phase_traj_ros.core.heading.estimator import HeadingEstimator
@@ -62,8 +63,9 @@ class Follower:
         self._ride = ride
         lens = Lens(focal_px=focal_px or ride.camera.focal)
         if nothing_known:
-            lens = Lens(hfov_deg=ASSUMED_HFOV_DEG)
-        self._estimator = HeadingEstimator(lens, calibrating=nothing_known)
+            lens = Lens(hfov_deg=ASSUMED_HFOV_DEG, assumed=True)
+        self._estimator = HeadingEstimator(
+            lens, learning=SelfCalibration() if nothing_known else None)
         self._codes = HeadingCode()
         self._headings: list[float] = []
         self._turns: list[Turn] = []
