@@ -46,7 +46,7 @@ def test_before_the_first_turn_nothing_is_certain():
     (low, high) = calibration.estimate.focal_interval_px
     assert low < 100 < 400 < high
     assert calibration.estimate.turns == 0
-    with pytest.raises(ValueError, match='no frame yet'):
+    with pytest.raises(ValueError, match='before the first frame'):
         _ = SelfCalibration().estimate
 
 
