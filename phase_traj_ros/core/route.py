@@ -18,7 +18,7 @@ from phase_traj_ros.core.settings import EstimatorSettings
 
 @dataclass(frozen=True, slots=True)
 class Progress:
-    """What a pair of frames adds to the route."""
+    """Progress of the route by a pair of frames."""
 
     odometry: Odometry | None = None
     """Pose and motion in metres; None if the distance is not known in metres."""
@@ -30,7 +30,7 @@ class Route:
     """Grows with each pair of frames, along the direction or along the heading."""
 
     def __init__(self, settings: EstimatorSettings) -> None:
-        """Make a route that has not started; what it is made from stays as it is now."""
+        """Make a route that has not started; its sources do not change later."""
         from_heading = settings.draws_heading
         self._chain_path = ChainPath(max_corners=settings.max_corners)
         self._odometer: Odometer | None = None

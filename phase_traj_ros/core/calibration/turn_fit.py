@@ -214,7 +214,8 @@ class _Problem:
         behind = np.minimum(state.nearness, 0.0)
         near = state.nearness / _NEARNESS
         mean, deviation = _STRAIGHTNESS
-        # As of the sights: what is far off is cut out of a larger picture, and no worse for more.
+        # Robust, as for the observations: a column far off comes from a cropped image, and a
+        # larger offset costs little more.
         lens = ((state.straightness - mean) / deviation) ** 2 + 2.0 * math.log1p(
             (state.column / self._column) ** 2 / 2.0)
         cost = lens + robust + float(

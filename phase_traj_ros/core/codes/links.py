@@ -23,7 +23,7 @@ from phase_traj_ros.core.codes.series import CodeSeries
 LEAST_STEP = 0.1
 """Length of the shortest link, in metres or camera heights."""
 
-# No vehicle travels so many links within a pair: a stamp is wrong.
+# Largest number of links in a pair; more are due to a wrong stamp.
 _MOST_OF_A_PAIR = 10_000
 
 

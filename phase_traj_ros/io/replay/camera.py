@@ -54,7 +54,7 @@ def learned_lens(
         A frame cannot be used.
 
     """
-    # How far the vehicle goes tells nothing of the camera, and takes as long to measure as it.
+    # The distance is not used to learn the camera, and would double the processing time.
     estimator = make_estimator(replace(
         parameters, path_from='codes', speed=0.0, use_speed_topic=False, camera_height=0.0,
         code_step=0.0))
