@@ -35,6 +35,7 @@ class CameraHeight:
         noise = _PAIR ** 2 * _ALIKE
         gain = self._variance / (self._variance + noise)
         self._metres *= 1.0 + gain * (metres / heights / self._metres - 1.0)
-        # However often it comes, it has the speedometer's error.
-        self._variance = max(self._variance * (1.0 - gain), _SPEEDOMETER ** 2)
+        # However often it comes, it has the speedometer's error. A given height may be surer.
+        least = min(self._variance, _SPEEDOMETER ** 2)
+        self._variance = max(self._variance * (1.0 - gain), least)
         self._known = True
