@@ -233,6 +233,9 @@ class CylinderProjection:
     def _check_sizes(self, camera: CameraModel) -> None:
         height, width = self._frame_shape
         down, across = self._reduction
+        if min(width, height) < _LEAST_SIDE:
+            raise FrameError(
+                f'frame is {width}x{height} pixels: give at least {_LEAST_SIDE}x{_LEAST_SIDE}')
         if min(self.shape) < _LEAST_SIDE:
             raise FrameError(
                 f'with a focal length of {camera.fx:.6g} pixels, frames of {width}x{height} pixels'

@@ -53,7 +53,9 @@ class Pace:
     def add(self, speed: float, variance: float) -> None:
         """Add a measured speed."""
         if not self.known:
-            self.speed, self.deviation, self.known = speed, math.sqrt(variance), True
+            # Of two frames a moment apart, the noise of a peak is a speed beyond all bounds.
+            self.speed = min(max(speed, -_BACKWARDS), _FASTEST)
+            self.deviation, self.known = math.sqrt(variance), True
             return
         gain = self.deviation ** 2 / (self.deviation ** 2 + variance)
         self.speed += gain * (speed - self.speed)

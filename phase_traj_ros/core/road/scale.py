@@ -34,6 +34,7 @@ class CameraHeight:
         noise = _PAIR ** 2 * _ALIKE
         gain = self._variance / (self._variance + noise)
         self._metres *= 1.0 + gain * (metres / heights / self._metres - 1.0)
-        # The error of the speedometer does not average out.
-        self._variance = max(self._variance * (1.0 - gain), _SPEEDOMETER ** 2)
+        # The error of the speedometer does not average out. A given height may be more certain.
+        least = min(self._variance, _SPEEDOMETER ** 2)
+        self._variance = max(self._variance * (1.0 - gain), least)
         self._known = True

@@ -292,3 +292,8 @@ def test_threshold_in_degrees_per_second():
 def test_threshold_grows_with_the_interval(rate, focal, interval):
     one, two = (threshold_px(rate, focal, seconds) for seconds in (interval, 2 * interval))
     assert two >= one > 0
+
+
+def test_frames_that_are_too_small_are_refused_for_that():
+    with pytest.raises(FrameError, match='4x4 pixels: give at least 8x8'):
+        CylinderProjection(CameraModel.pinhole((4, 4), 3.0))

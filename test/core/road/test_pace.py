@@ -38,3 +38,11 @@ def test_measurements_narrow_it():
         pace.add(8.0, 0.04)
     assert pace.speed == pytest.approx(8.0)
     assert 0.0 < pace.deviation <= 0.2
+
+
+def test_a_first_pair_a_microsecond_apart_is_no_speed():
+    pace = Pace()
+    pace.add(4e4, 1e8)
+    assert pace.speed <= 45.0
+    pace.pass_time(0.1)
+    assert pace.lost

@@ -21,3 +21,10 @@ def test_speeds_calibrate_it(given):
     assert height.metres == pytest.approx(1.8, rel=0.01)
     # No speedometer is better than this.
     assert height.deviation == pytest.approx(0.02)
+
+
+def test_speeds_do_not_make_a_sure_height_less_sure():
+    height = CameraHeight(1.65, 0.01)
+    for _ in range(100):
+        height.add(1.8, 1.0)
+    assert height.deviation <= 0.01
