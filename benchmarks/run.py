@@ -26,7 +26,8 @@ INTRODUCTION = paragraphs("""
     A step of the correlator takes about half the time of `cv2.phaseCorrelate` and about a tenth of
     the time of feature tracking with an essential matrix. It allocates no buffer of a frame's
     size, so memory stays constant. The node keeps up with cameras of well over 100 frames per
-    second on one core, and a replay runs about as fast as the pictures can be decoded.
+    second on one core, and a replay by the rule of the paper takes little longer than decoding
+    the pictures.
 
     `make bench` measures everything side by side in one run of less than ten minutes and writes
     this page. The absolute figures hold for one machine; the ratios carry over to others. `make

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The whole chain for one camera: a frame and its stamp in, what the pair adds out."""
+"""The complete pipeline for one camera, from a frame and its stamp to the result of a pair."""
 
 from collections import deque
 import time
@@ -34,9 +34,9 @@ from phase_traj_ros.errors import FrameError
 
 class TrajectoryEstimator:
     """
-    Follows one camera: measures each pair of frames, codes it, draws the path.
+    Measures each pair of frames of a camera, codes it, and draws the path.
 
-    The live node and the offline replay both drive this class, so their codes are the same.
+    The node and the offline replay use the same class, so their codes are the same.
     """
 
     def __init__(
@@ -48,16 +48,16 @@ class TrajectoryEstimator:
         Parameters
         ----------
         settings
-            All that can be chosen; the defaults are the paper's.
+            Settings of the method; the defaults are those of the paper.
         mask
-            (H, W), how much each pixel of the frames counts, 0 for what never moves.
+            Weight of each pixel of the frames, (H, W), 0 for areas that never move.
 
         Raises
         ------
         ValueError
-            The mask is not usable (see ``mask_shares``), or it is empty within the view.
+            The mask is invalid (see ``mask_shares``), or it is empty within the view.
         MissingDependencyError
-            The library that is to compute the transforms is not installed.
+            The selected library for the transforms is not installed.
 
         """
         self._settings = settings or EstimatorSettings()
@@ -75,14 +75,14 @@ class TrajectoryEstimator:
         self.counters = Counters()
         self._turns: deque[Turn] = deque(maxlen=self._settings.max_runs)
         self.correlate_ns = 0
-        """Nanoseconds that the last frame took to correlate."""
+        """Time to correlate the last frame, in nanoseconds."""
         self._told: Lens | None = None
         self._frames = 0
         self._last_stamp_ns: int | None = None
 
     @property
     def settings(self) -> EstimatorSettings:
-        """Return the settings in force."""
+        """Return the settings in use."""
         return self._settings
 
     @property
@@ -92,7 +92,7 @@ class TrajectoryEstimator:
 
     @property
     def links(self) -> LinkCode | None:
-        """Return the chain code of equal links so far; None where there is none."""
+        """Return the chain code of equal links so far; None if the settings disable it."""
         return self._route.links
 
     @property
@@ -102,12 +102,12 @@ class TrajectoryEstimator:
 
     @property
     def heading(self) -> HeadingEstimator | None:
-        """Return what follows the heading; None where no lens is known."""
+        """Return the heading estimator; None if no lens is known."""
         return self._heading
 
     @property
     def turns(self) -> tuple[Turn, ...]:
-        """Return the turns that have ended, oldest first, as many as runs are kept."""
+        """Return the turns that have ended, oldest first, at most ``max_runs``."""
         return tuple(self._turns)
 
     @property
@@ -117,44 +117,44 @@ class TrajectoryEstimator:
 
     @property
     def frames(self) -> int:
-        """Return the frames since the start or the last reset: one more than movement codes."""
+        """Return the number of frames since the last reset: one more than movement codes."""
         return self._frames
 
     @property
     def last_stamp_ns(self) -> int | None:
-        """Return the stamp of the newest frame taken; None before the first."""
+        """Return the stamp of the newest frame in nanoseconds; None before the first."""
         return self._last_stamp_ns
 
     @property
     def threshold_px(self) -> float | None:
-        """Return T of the newest pair in pixels per frame; None if the codes need none."""
+        """Return T for the newest pair in pixels per frame; None if the codes need none."""
         return self._coder.threshold_px
 
     @property
     def newest_speed_ns(self) -> int | None:
-        """Return the stamp of the newest speed that has come; None before the first."""
+        """Return the stamp of the newest speed in nanoseconds; None before the first."""
         return self._travelling.speeds.newest_ns
 
     @property
     def reliability(self) -> Reliability:
-        """Return whether the codes so far can be relied upon, and if not, why."""
+        """Return whether the codes so far are reliable, and if not, why."""
         return self._trust.verdict(camera_known=not self._by_heading or self._knows_angles)
 
     @property
     def left_out(self) -> NDArray[np.uint8] | None:
-        """Return what was found to be fixed to the camera: 0 in (H, W); None without any."""
+        """Return an (H, W) map that is 0 in areas fixed to the camera; None if there are none."""
         return self._trust.left_out
 
     @property
     def threshold_hint(self) -> ThresholdHint | None:
-        """Return what to do about a threshold that does not fit; None if nothing shows."""
+        """Return what to do about a threshold that does not fit; None if it may fit."""
         return self._trust.hint
 
     def correlation_map(self) -> NDArray[np.float32]:
         """
-        Return the map of the newest pair, as ``PhaseCorrelator.correlation_map`` does.
+        Return the map of the newest pair; see ``PhaseCorrelator.correlation_map``.
 
-        Where the codes come from the heading, it is that of the cylinder.
+        If the codes come from the heading, it is the map on the cylinder.
         """
         if self._by_heading and self._heading is not None:
             return self._heading.correlation_map()
@@ -162,14 +162,14 @@ class TrajectoryEstimator:
 
     def use_lens(self, lens: Lens) -> None:
         """
-        Go on with what is known of the camera now; the heading is kept.
+        Continue with another lens; the heading is kept.
 
-        If that is something else than before, the next frame has none to be compared with.
+        If the lens differs from the previous one, the next frame becomes the first of a pair.
 
         Raises
         ------
         ValueError
-            The heading is not measured, and nothing in the settings needs a lens.
+            The heading is not measured, and no setting requires a lens.
 
         """
         if self._heading is not None:
@@ -177,23 +177,23 @@ class TrajectoryEstimator:
         elif self._settings.measures_heading:
             self._heading = self._make_heading(lens)
         else:
-            raise ValueError('nothing in the settings needs a lens: give one there')
+            raise ValueError('no setting requires a lens: give the lens in the settings')
 
     def add_speed(self, stamp_ns: int, speed: float) -> None:
         """
-        Take the vehicle's speed at a time, in metres per second, negative in reverse.
+        Add the speed of the vehicle at a stamp, in metres per second, negative in reverse.
 
         Raises
         ------
         ValueError
-            The speed is not from -1000 to 1000; nothing has changed.
+            The speed is not from -1000 to 1000. The state is unchanged.
 
         """
         self._travelling.speeds.add(stamp_ns, speed)
 
     def check(self, settings: EstimatorSettings) -> None:
         """
-        Make sure that ``reconfigure`` can go on with these settings; nothing changes.
+        Check that ``reconfigure`` accepts these settings, without a change of state.
 
         Raises
         ------
@@ -206,16 +206,16 @@ class TrajectoryEstimator:
 
     def reconfigure(self, settings: EstimatorSettings) -> None:
         """
-        Go on with other settings; codes and path are kept.
+        Continue with other settings; codes and path are kept.
 
-        If what is correlated changes, the next frame has none to be compared with. How much is
-        kept (``max_runs``, ``max_corners``) is chosen at the start and stays. From AUTO to SHIFT
-        and back, codes and path start anew.
+        If the change affects the correlation, the next frame becomes the first of a pair.
+        ``max_runs`` and ``max_corners`` do not change after the start. A change between AUTO and
+        SHIFT restarts codes and path.
 
         Raises
         ------
         ValueError
-            See ``check``; nothing has changed.
+            See ``check``. The state is unchanged.
 
         """
         self.check(settings)
@@ -235,7 +235,7 @@ class TrajectoryEstimator:
             self._heading.turn_180(settings.view.rotate_180)
 
     def reset(self) -> None:
-        """Start anew with the next frame: no codes, no path, direction forward."""
+        """Restart with the next frame: no codes, no path, direction forward."""
         self._meter.reset()
         if self._heading is not None:
             self._heading.forget_frame()
@@ -243,25 +243,25 @@ class TrajectoryEstimator:
 
     def update(self, frame: Frame, stamp_ns: int, *, encoding: str = '') -> Update | None:
         """
-        Take the next frame; return what its pair adds.
+        Process the next frame; return the result of its pair.
 
-        None is returned for the first frame and for a frame with the stamp of the one before,
-        which does not count as a frame. A stamp before that (a bag that is played in a loop)
-        resets everything, and the frame is the first of the new start.
+        Return None for the first frame, and for a frame whose stamp equals the previous one, which
+        is ignored. An earlier stamp (such as of a bag played in a loop) resets the estimator, and
+        the frame becomes the first one.
 
         Parameters
         ----------
         frame
             (H, W) uint8, uint16 or float32.
         stamp_ns
-            When it was taken, in nanoseconds.
+            Time of the exposure in nanoseconds.
         encoding
-            What it was made from: frames of different encodings are not compared.
+            Encoding of the source image; frames of different encodings are not compared.
 
         Raises
         ------
         FrameError
-            The frame cannot be used. It is as if it had never come.
+            The frame cannot be used. The state is unchanged.
 
         """
         if stamp_ns == self._last_stamp_ns:
@@ -269,11 +269,11 @@ class TrajectoryEstimator:
             return None
         if self._settings.measures_heading and self._heading is None:
             raise FrameError(
-                'nothing is known of the camera yet, and a focal length is needed: publish its'
-                ' camera_info, or give focal_px or hfov_deg')
+                'the camera is unknown, and a focal length is required: publish its camera_info,'
+                ' or set focal_px or hfov_deg')
         began = time.perf_counter_ns()
         interval_ns = 0 if self._last_stamp_ns is None else stamp_ns - self._last_stamp_ns
-        # First of all the frame has to be usable: one that is not must not change anything.
+        # First, as an unusable frame must not change the state.
         comparison = self._meter.compare(
             frame, interval_ns * 1e-9, encoding=encoding, heading=self._heading)
         self.correlate_ns = time.perf_counter_ns() - began
@@ -299,14 +299,14 @@ class TrajectoryEstimator:
 
     @property
     def _knows_angles(self) -> bool:
-        """Return whether the camera is known well enough for the turns there are, if any."""
+        """Return whether the camera is known well enough for the turns so far."""
         heading = self._heading
         if heading is None or heading.camera is None or heading.camera.settled:
             return True
         return not (self._trust.turned or heading.bends_may_be_turns)
 
     def _switches_rule(self, settings: EstimatorSettings) -> bool:
-        """Return whether settings ask for the paper's rule instead of the turns, or back."""
+        """Return whether settings change from the turns to the rule of the paper, or back."""
         return {settings.code_source, self._settings.code_source} == {
             CodeSource.AUTO, CodeSource.SHIFT} and (
                 self._heading is not None or not settings.measures_heading)
@@ -333,14 +333,14 @@ class TrajectoryEstimator:
         self._last_stamp_ns = None
 
     def _look(self, frame: Frame, shift: Shift | None, interval: float) -> None:
-        """Look for what is fixed to the camera, and leave it out from the next frame on."""
+        """Detect areas fixed to the camera, and leave them out from the next frame on."""
         if self._trust.look(frame, shift, interval) and self._heading is not None:
             self._heading.leave_out(self._trust.left_out)
 
     def _pair(
         self, frame: Frame, comparison: Comparison, stamp_ns: int, interval_ns: int,
     ) -> Update:
-        """Judge, follow, code and draw a pair of frames."""
+        """Judge a pair of frames, add its heading and distance, and code it."""
         interval = interval_ns * 1e-9
         gap = is_gap(interval, self._settings.max_gap)
         if gap:
@@ -370,7 +370,7 @@ class TrajectoryEstimator:
         status = status.coded(step)
         self._trust.add_shift(dx, self._coder.threshold_px, interval)
         turned = None if heading is None else heading.step
-        # The road itself shows whether the vehicle moves, whatever the rest of the picture does.
+        # The road shows whether the vehicle moves, even if the rest of the image does not.
         travel = self._travelling.update(
             frame, self._heading, comparison.yaw, status, stamp_ns, interval_ns)
         progress = self._route.add(step, turned, travel, stamp_ns, interval_ns)
@@ -382,7 +382,7 @@ class TrajectoryEstimator:
             cut, progress.odometry, travel, progress.links)
 
     def _news_of_camera(self) -> CameraInUse | None:
-        """Return the camera if it has changed since it was last told."""
+        """Return the camera if it has changed since the last report."""
         if self._heading is None or self._heading.lens is self._told:
             return None
         self._told = self._heading.lens
@@ -391,7 +391,7 @@ class TrajectoryEstimator:
     def _follow(
         self, measured: YawMeasurement | None, stamp_ns: int, interval: float,
     ) -> HeadingUpdate | None:
-        """Add the pair's yaw to the heading, where that is measured."""
+        """Add the yaw of the pair to the heading, if the heading is measured."""
         if self._heading is None:
             return None
         update = self._heading.add(measured, stamp_ns, interval)

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What can be chosen about the method."""
+"""The settings of the method."""
 
 from dataclasses import dataclass, field
 from enum import Enum
@@ -32,84 +32,84 @@ _SWITCHED = ('code_source', 'draws_heading', 'measures_heading')
 
 
 class PathSource(Enum):
-    """What the path is drawn from."""
+    """Source of the path."""
 
     AUTO = 'auto'
-    """The heading where the codes come from the turns, else the codes."""
+    """The heading if the codes come from the turns, else the codes."""
     CODES = 'codes'
-    """A unit step along the direction for each direction code, as the paper has it."""
+    """A unit step along the direction for each direction code, as in the paper."""
     HEADING = 'heading'
     """A step along the measured heading for each measured pair."""
 
 
 class CodeSource(Enum):
-    """What the codes are made from."""
+    """Source of the codes."""
 
     AUTO = 'auto'
-    """The turns; the camera is learned from the drive where it is not known."""
+    """The turns of the heading; an unknown camera is learned from the drive."""
     SHIFT = 'shift'
-    """The shift against the threshold, as the paper has it."""
+    """The shift compared with the threshold, as in the paper."""
     HEADING = 'heading'
-    """The heading, quantised."""
+    """The quantised heading."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class EstimatorSettings:
-    """What can be chosen about the method; the defaults are the paper's."""
+    """Settings of the method; the defaults are those of the paper."""
 
     threshold: float = PAPER_THRESHOLD
     """T in pixels per frame."""
     threshold_deg_s: float = 0.0
-    """T as a yaw rate in degrees per second, instead of the above; 0: none. Takes a lens."""
+    """T as a yaw rate in degrees per second, replaces ``threshold``. 0: off. Requires a lens."""
     window: Window = Window.SQRT_HANN
-    """Taper of the frames."""
+    """Window function applied to the frames."""
     transform: TransformLibrary = TransformLibrary.AUTO
-    """Which library computes the Fourier transforms."""
+    """Library that computes the Fourier transforms."""
     view: View = field(default_factory=View)
-    """Which part of the frames is correlated, and at which scale."""
+    """Part of the frames that is correlated, and its scale."""
     max_gap: float = 0.0
-    """Longest time between two frames that are compared, in seconds; 0 for any."""
+    """Longest interval between two frames that are compared, in seconds; 0 for no limit."""
     nominal_period: float = 0.0
-    """Time between two frames that the threshold is meant for, in seconds; 0 for any (paper)."""
+    """Frame interval for which the threshold is meant, in seconds; 0 for any, as in the paper."""
     confirm_frames: int = 1
-    """Pairs in a row beyond the threshold that make a turn; 1 is the paper's."""
+    """Number of consecutive pairs beyond the threshold that start a turn; 1 in the paper."""
     release_frames: int = 1
-    """Pairs in a row that end a turn; 1 is the paper's."""
+    """Number of consecutive pairs that end a turn; 1 in the paper."""
     lens: Lens | None = None
-    """What is known of the camera; with it, heading and turns are measured."""
+    """Lens of the camera; with it, heading and turns are measured."""
     estimate_fov: bool = False
-    """Whether the camera is learned from the drive, where no lens is given; AUTO always does."""
+    """Whether the camera is learned from the drive if no lens is given; AUTO always learns it."""
     code_source: CodeSource = CodeSource.SHIFT
-    """What the codes are made from; the heading takes a lens."""
+    """Source of the codes; HEADING requires a lens."""
     connectivity: int = 4
-    """Directions that the heading is quantised to: 4, or 8 for Freeman's codes."""
+    """Number of directions to which the heading is quantised: 4, or 8 for Freeman's codes."""
     path_from: PathSource = PathSource.AUTO
-    """What the path is drawn from; the heading takes a lens."""
+    """Source of the path; HEADING requires a lens."""
     speed: float = 0.0
-    """Of the vehicle, in metres per second, where it is constant; 0: not known. Takes a lens."""
+    """Constant speed of the vehicle in metres per second; 0 if unknown. Requires a lens."""
     awaits_speeds: bool = False
-    """Whether speeds come as it drives (``TrajectoryEstimator.add_speed``). Takes a lens."""
+    """Whether ``TrajectoryEstimator.add_speed`` provides speeds. Requires a lens."""
     camera_height: float = 0.0
-    """Of the camera above the road, in metres; 0: not known. Takes a lens."""
+    """Height of the camera above the road in metres; 0 if unknown. Requires a lens."""
     camera_height_deviation: float = 0.04
-    """Standard deviation of the height, as a share of it."""
+    """Standard deviation of the height, as a fraction of it."""
     camera_pitch_deg: float = 0.0
-    """How far the camera looks down against the road; 0: found from the drive."""
+    """Pitch of the camera relative to the road, positive down; 0: estimated from the drive."""
     code_step: float = 0.0
-    """Length of a link of the chain code of equal links, in ``length_unit``; 0: none."""
+    """Length of a link of the chain code of equal links, in ``length_unit``; 0: no links."""
     gate: GateSettings | None = None
-    """When a pair counts as measured; None: always (the paper)."""
+    """Conditions for a measured pair; None accepts all pairs, as in the paper."""
     stillness: StillnessSettings | None = None
-    """When the vehicle counts as standing still; None: never (the paper)."""
+    """Conditions for a standing vehicle; None disables the detection, as in the paper."""
     max_speeds: int | None = None
-    """Speeds kept; None keeps all."""
+    """Number of speeds to keep; None keeps all."""
     max_runs: int | None = None
-    """Runs of codes kept, per series; None keeps all."""
+    """Number of runs of codes to keep, per series; None keeps all."""
     max_corners: int | None = None
-    """Corner points of the path kept; None keeps all."""
+    """Number of corners of the path to keep; None keeps all."""
 
     def __post_init__(self) -> None:
-        """Check what no part of the estimator checks by itself."""
+        """Check the values that no part of the estimator checks itself."""
         for name in ('max_gap', 'nominal_period', 'threshold_deg_s', 'speed', 'camera_height',
                      'camera_height_deviation'):
             value = getattr(self, name)
@@ -122,15 +122,15 @@ class EstimatorSettings:
         if self.connectivity not in CONNECTIVITIES:
             raise ValueError(f'connectivity is {self.connectivity}: give 4 or 8')
         if self.connectivity == 8 and self.code_source is not CodeSource.HEADING:
-            raise ValueError('shift and turns tell right angles only: a connectivity of 8 needs'
-                             ' the code source heading')
+            raise ValueError('a connectivity of 8 requires the code source heading: the other code'
+                             ' sources give right angles only')
         if self.code_step != 0 and not LEAST_STEP <= self.code_step < math.inf:
             raise ValueError(
                 f'code_step is {self.code_step}: give a finite number of {LEAST_STEP} or more, or'
                 ' 0 for no links')
         if self.speed > 0 and self.awaits_speeds:
-            raise ValueError('the speed is either constant or comes as it drives: give one')
-        # Says what it refuses; the codes are made of these numbers.
+            raise ValueError('speed and awaits_speeds are both set: give one of them')
+        # It reports invalid values in its own words.
         DynamicChainCode(
             self.threshold, confirm_frames=self.confirm_frames,
             release_frames=self.release_frames, max_runs=self.max_runs)
@@ -156,12 +156,12 @@ class EstimatorSettings:
 
     @property
     def threshold_set(self) -> float | None:
-        """Return the threshold; None where the codes come from the turns, which need none."""
+        """Return the threshold; None if the codes come from the turns, which need none."""
         return None if self.code_source is CodeSource.AUTO else self.threshold
 
     @property
     def needs_lens(self) -> bool:
-        """Return whether anything that is asked for takes a lens."""
+        """Return whether a setting requires a lens."""
         return (
             self.code_source is not CodeSource.SHIFT or self.draws_heading
             or self.threshold_deg_s > 0 or self.metric or self.code_step > 0)
@@ -174,22 +174,22 @@ class EstimatorSettings:
 
     @property
     def drawn_from(self) -> PathSource:
-        """Return what the path is drawn from, CODES or HEADING."""
+        """Return the source of the path, CODES or HEADING."""
         if self.path_from is not PathSource.AUTO:
             return self.path_from
         return PathSource.HEADING if self.code_source is CodeSource.AUTO else PathSource.CODES
 
     @property
     def draws_heading(self) -> bool:
-        """Return whether the path is drawn from the heading, and not from the codes."""
+        """Return whether the path is drawn from the heading."""
         return self.drawn_from is PathSource.HEADING
 
     @property
     def awaits_lens(self) -> bool:
         """
-        Return whether a lens is needed that the settings neither give nor have estimated.
+        Return whether a lens is required that the settings neither give nor have learned.
 
-        It has to come by ``TrajectoryEstimator.use_lens``; no frame counts before.
+        ``TrajectoryEstimator.use_lens`` has to set it before the first frame.
         """
         return self.needs_lens and self.lens is None and not self.learns_lens
 
@@ -200,16 +200,16 @@ class EstimatorSettings:
 
     @property
     def metric(self) -> bool:
-        """Return whether a speed or the camera's height gives odometry in metres."""
+        """Return whether a speed or the camera height gives odometry in metres."""
         return self.speed > 0 or self.awaits_speeds or self.camera_height > 0
 
     @property
     def measures_distance(self) -> bool:
-        """Return whether a step along the heading has the length of the way."""
+        """Return whether the distance of each pair is measured or given."""
         return self.measures_heading and (
             self.draws_heading or self.metric or self.code_step > 0)
 
     @property
     def length_unit(self) -> LengthUnit:
-        """Return what distances are in."""
+        """Return the unit of distances."""
         return LengthUnit.METRE if self.metric else LengthUnit.CAMERA_HEIGHT

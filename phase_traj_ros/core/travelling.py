@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""How far the vehicle goes: by a speed from elsewhere where there is one, else by the road."""
+"""Measures the distance travelled, from a given speed if there is one, else on the road."""
 
 from dataclasses import replace
 import math
@@ -18,40 +18,40 @@ from phase_traj_ros.core.road.travel import Travel, TravelState
 from phase_traj_ros.core.settings import EstimatorSettings
 from phase_traj_ros.core.status import PairStatus
 
-# Of a speed from elsewhere, as a share of it.
+# Standard deviation of a given speed, as a fraction of it.
 _SPEED = 0.05
-# A pair on which the vehicle goes less, in heights of the camera, tells nothing of the height.
+# Least distance of a pair, in camera heights, from which the camera height is estimated.
 _DRIVING = 0.2
-# What a wrong guess of the lens may make of the speed, as a share of it, where it is replaced.
+# Error of the speed after the lens was replaced, as a fraction of the speed.
 _OTHER_LENS = 0.3
-# Where nothing is known in metres, standard deviation of the speed in metres per second.
+# Standard deviation of an unknown speed, in metres per second.
 _ANY_SPEED = 15.0
 
 
 class Travelling:
-    """Tells how far the vehicle goes, in the unit of the path (see ``Travel``)."""
+    """Measures the distance of each pair, in the unit of the path (see ``Travel``)."""
 
     def __init__(self, settings: EstimatorSettings) -> None:
-        """Make one that has seen nothing."""
+        """Make a meter before the first frame."""
         self._settings = settings
         self.speeds = SpeedTrack(max_speeds=settings.max_speeds)
-        """The vehicle's speeds, where they come as it drives."""
+        """Given speeds of the vehicle."""
         self._height = CameraHeight(settings.camera_height, settings.camera_height_deviation)
         self._meter: RoadMeter | None = None
         self._camera: tuple[Lens, tuple[int, ...], bool] | None = None
         self._mask: NDArray[np.float32] | None = None
 
     def reconfigure(self, settings: EstimatorSettings) -> None:
-        """Go on with other settings; what is known of speed and height is kept."""
+        """Continue with other settings; speeds and height are kept."""
         self._settings = settings
 
     def reset(self) -> None:
-        """Start anew with the next frame; what is known of the camera is kept."""
+        """Restart with the next frame; the height of the camera is kept."""
         if self._meter is not None:
             self._meter.forget()
 
     def start(self, frame: Frame, heading: HeadingEstimator | None) -> None:
-        """Take a frame that is not compared with the one before."""
+        """Add a frame that is the first of a pair."""
         if heading is not None and self._by_road:
             self._look_for(frame, heading)
             if self._meter is not None:
@@ -62,22 +62,22 @@ class Travelling:
         status: PairStatus, stamp_ns: int, interval_ns: int,
     ) -> Travel | None:
         """
-        Take the next frame, and return what its pair adds.
+        Add the next frame, and return the distance of its pair; None if it is not measured.
 
         Parameters
         ----------
         frame
-            (H, W), not to be changed afterwards.
+            (H, W); it must not change afterwards.
         heading
-            What follows the heading; without it, there is no distance either.
+            The heading estimator; without it, no distance is measured.
         measured
-            What the pair tells of the rotation; None if the frames cannot be compared.
+            Yaw measurement of the pair; None if the frames cannot be compared.
         status
-            Of the pair.
+            Status of the pair.
         stamp_ns
-            Of the frame.
+            Stamp of the frame.
         interval_ns
-            Since the frame before.
+            Time since the previous frame.
 
         """
         if heading is None or not self._settings.measures_distance:
@@ -108,11 +108,11 @@ class Travelling:
 
     @property
     def _by_road(self) -> bool:
-        """Return whether the road is looked at: a constant speed leaves nothing to ask."""
+        """Return whether the distance is measured on the road; a constant speed replaces it."""
         return self._settings.measures_distance and self._settings.speed == 0.0
 
     def _given(self, status: PairStatus, stamp_ns: int, interval_ns: int) -> float | None:
-        """Return the metres that a speed from elsewhere tells, None without one."""
+        """Return the distance in metres by a given speed; None without a speed."""
         if self._settings.awaits_speeds:
             return self.speeds.distance(stamp_ns - interval_ns, stamp_ns)
         if self._settings.speed == 0.0:
@@ -124,7 +124,7 @@ class Travelling:
             self._height.add(metres, by_road.distance)
 
     def _look_for(self, frame: Frame, heading: HeadingEstimator) -> bool:
-        """Go on with the camera and the mask as they are now; return whether that is new."""
+        """Use the current camera and mask; return whether the camera has changed."""
         camera = (heading.lens, frame.shape, self._settings.view.rotate_180)
         if camera == self._camera:
             if heading.counting is not self._mask and self._meter is not None:

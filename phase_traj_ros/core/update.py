@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What a pair of frames adds, and what is counted."""
+"""The result of a pair of frames, and the counters of the estimator."""
 
 from dataclasses import asdict, dataclass, replace
 
@@ -18,45 +18,45 @@ from phase_traj_ros.core.status import PairStatus
 
 @dataclass(frozen=True, slots=True)
 class Update:
-    """What one pair of frames adds."""
+    """Result of one pair of frames."""
 
     pair: int
     """Number of the pair, 0 for the first since the start or the last reset."""
     stamp_ns: int
-    """Stamp of the pair's second frame."""
+    """Stamp of the second frame of the pair, in nanoseconds."""
     interval_ns: int
-    """Time since its first frame."""
+    """Time since its first frame, in nanoseconds."""
     shift: Shift | None
-    """The measured shift, None where the two frames cannot be compared."""
+    """The measured shift; None if the two frames cannot be compared."""
     step: Step
     status: PairStatus
     tip: Corner
-    """Where the drawn trajectory has got to."""
+    """Current pose of the drawn trajectory."""
     heading: HeadingStep | None = None
-    """Yaw, yaw rate and heading, where a lens is given."""
+    """Yaw, yaw rate and heading; None if the heading is not measured."""
     turns: tuple[Turn, ...] = ()
-    """Turns that are now known to have ended, where a lens is given."""
+    """Turns whose end was detected with this pair."""
     camera: CameraInUse | None = None
-    """What the camera is taken for from now on, where that is new with this pair."""
+    """Camera in use from now on, if it changed with this pair."""
     cut: bool = False
-    """Whether a new scene begins with the pair's first frame, as the film was cut before it."""
+    """Whether a new scene starts at the first frame of the pair, after a cut in the video."""
     odometry: Odometry | None = None
-    """Pose and motion in metres, where a speed or the camera's height is known, too."""
+    """Pose and motion in metres; None if the distance is not known in metres."""
     travel: Travel | None = None
-    """How far the vehicle has gone, where the path has the length of the way."""
+    """Distance of the pair; None if no distance is measured."""
     links: tuple[AnyDirection, ...] = ()
-    """Directions of the links that end with this pair, where there are links."""
+    """Directions of the equal links that end with this pair."""
 
     @property
     def speed(self) -> float | None:
-        """Return the pair's mean speed, in the unit of ``travel`` per second; None if unknown."""
+        """Return the mean speed of the pair in the unit of ``travel`` per second, or None."""
         if self.travel is None or not self.travel.known:
             return None
         return self.travel.distance / (self.interval_ns * 1e-9)
 
     @property
     def speed_variance(self) -> float | None:
-        """Return the variance of the speed; None if it is not known."""
+        """Return the variance of the speed; None if the speed is unknown."""
         if self.travel is None or not self.travel.known:
             return None
         return self.travel.variance / (self.interval_ns * 1e-9) ** 2
@@ -64,22 +64,22 @@ class Update:
 
 @dataclass(slots=True)
 class Counters:
-    """What has happened since the estimator was made; a reset does not clear it."""
+    """Counts since the estimator was made; a reset does not clear them."""
 
     frames: int = 0
-    """Frames taken, repeated ones not included."""
+    """Frames processed, without repeated frames."""
     repeated: int = 0
-    """Frames dropped because their stamp was that of the frame before."""
+    """Frames dropped because their stamp equals the previous one."""
     gaps: int = 0
-    """Pairs whose frames were too far apart in time."""
+    """Pairs whose interval is longer than ``max_gap``."""
     reprimed: int = 0
-    """Frames of another size or encoding than the one before, or after a change of settings."""
+    """Frames after a change of the size, the encoding or the settings."""
     unmeasured: int = 0
-    """Pairs in which there was nothing to measure."""
+    """Pairs that could not be measured."""
     still: int = 0
-    """Pairs in which the vehicle stood."""
+    """Pairs in which the vehicle did not move."""
     time_resets: int = 0
-    """Resets because a stamp lay before the one before it."""
+    """Resets because a stamp went back."""
 
     def count(self, status: PairStatus) -> None:
         """Count a pair by its status, before it is coded."""
@@ -93,7 +93,7 @@ class Counters:
             self.still += 1
 
     def copy(self) -> 'Counters':
-        """Return the counts as they are now."""
+        """Return a copy of the current counts."""
         return replace(self)
 
     def as_dict(self) -> dict[str, int]:

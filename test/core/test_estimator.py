@@ -149,7 +149,7 @@ def test_what_needs_a_lens_awaits_it_where_none_is_given(values):
     assert settings.needs_lens and settings.awaits_lens and settings.measures_heading
     assert not replace(settings, lens=Lens(hfov_deg=80.0)).awaits_lens
     assert not replace(settings, estimate_fov=True).awaits_lens
-    with pytest.raises(FrameError, match='nothing is known of the camera yet'):
+    with pytest.raises(FrameError, match='the camera is unknown'):
         TrajectoryEstimator(settings).update(FRAME, 0)
 
 

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Rotations by the dozen, and products that do not depend on the number of threads."""
+"""Batched rotations, and matrix products that do not depend on the number of threads."""
 
 import math
 
@@ -9,15 +9,15 @@ from numpy.typing import NDArray
 
 Numbers = NDArray[np.float64]
 
-# Rows of a matrix that are summed at once.
+# Number of rows of a block.
 _BLOCK = 16
 
 
 def product(left: Numbers, right: Numbers) -> Numbers:
     """
-    Return ``left.T @ right``, to the last digit the same on any number of threads.
+    Return ``left.T @ right``, bit by bit the same with any number of threads.
 
-    It is summed in blocks that are too small to be shared out among them.
+    The sum is over blocks that are too small to be divided among threads.
     """
     blocks = -(-len(left) // _BLOCK)
     missing = ((0, blocks * _BLOCK - len(left)), (0, 0))
@@ -28,26 +28,26 @@ def product(left: Numbers, right: Numbers) -> Numbers:
 
 
 def times(matrix: Numbers, vector: Numbers) -> Numbers:
-    """Return ``matrix @ vector``, as ``product`` does."""
+    """Return ``matrix @ vector``, the same with any number of threads."""
     result: Numbers = np.einsum('ij,j->i', matrix, vector)
     return result
 
 
 def applied(matrices: Numbers, vectors: Numbers) -> Numbers:
-    """Return each of the matrices (N, 3, 3) times its vector (N, 3)."""
+    """Return the products of matrices (N, 3, 3) and vectors (N, 3), one by one."""
     result: Numbers = (matrices @ vectors[:, :, None])[:, :, 0]
     return result
 
 
 def crossed(vectors: Numbers) -> Numbers:
-    """Return the matrices (N, 3, 3) whose product with w is the cross product of v and w."""
+    """Return the cross-product matrices (N, 3, 3) of vectors (N, 3)."""
     x, y, z = vectors.T
     nothing = np.zeros_like(x)
     return np.stack([nothing, -z, y, z, nothing, -x, -y, x, nothing], axis=1).reshape(-1, 3, 3)
 
 
 def rotations(vectors: Numbers) -> Numbers:
-    """Return rotations, (N, 3, 3), about the vectors, (N, 3), by their lengths (Rodrigues)."""
+    """Return the rotation matrices (N, 3, 3) of rotation vectors (N, 3) (Rodrigues)."""
     angle = np.linalg.norm(vectors, axis=1)
     about = crossed(vectors / np.maximum(angle, 1e-12)[:, None])
     sine, cosine = np.sin(angle)[:, None, None], np.cos(angle)[:, None, None]
@@ -56,7 +56,7 @@ def rotations(vectors: Numbers) -> Numbers:
 
 
 def rotation_vector(matrix: Numbers) -> Numbers:
-    """Return the axis of a rotation by less than half a turn, as long as its angle."""
+    """Return the rotation vector (3,) of a matrix (3, 3) with an angle below 180 degrees."""
     axis = np.array([matrix[2, 1] - matrix[1, 2], matrix[0, 2] - matrix[2, 0],
                      matrix[1, 0] - matrix[0, 1]])
     length = float(np.linalg.norm(axis))

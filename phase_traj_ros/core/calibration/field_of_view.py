@@ -1,10 +1,10 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
 """
-The horizontal field of view for which most turns of the drive are right angles.
+Estimates the horizontal field of view for which most turns of the drive are right angles.
 
-It checks the lens in use, see ``right_angles`` for the model. The estimate says how sure it is. It
-is wrong where all turns have the same angle and this is not a right angle.
+The estimate is a check of the lens in use, and includes its uncertainty; see ``right_angles`` for
+the model. It is wrong if all turns have the same angle and this is not a right angle.
 """
 
 from dataclasses import dataclass
@@ -14,14 +14,14 @@ import numpy as np
 from phase_traj_ros.core.calibration.right_angles import LEAST_ANGLE_DEG, RightAngles
 
 ASSUMED_HFOV_DEG = 75.0
-"""The horizontal field of view taken for granted until something is known."""
+"""Assumed horizontal field of view of an unknown camera, in degrees."""
 SURE = 0.9
-"""Sureness from which an estimate is worth using."""
+"""Sureness from which an estimate is used."""
 
-# What is known of a camera before anything is seen: degrees across.
+# Standard deviation of the prior in degrees.
 _DEVIATION = 20.0
 _NARROWEST, _WIDEST, _STEP = 30.0, 140.0, 0.1
-# An estimate counts as right within this share of it.
+# Relative error for which the sureness is given.
 _NEAR = 0.05
 
 
@@ -31,13 +31,13 @@ class FieldOfView:
     An estimate of the horizontal field of view.
 
     hfov_deg
-        The most likely one, from edge to edge.
+        Most likely field of view in degrees, from edge to edge.
     deviation_deg
-        Standard deviation of what it may be, given the turns.
+        Its standard deviation in degrees, given the turns.
     sureness
-        Probability that it is right within 5 %, 0 to 1.
+        Probability that it is correct within 5 %, 0 to 1.
     turns
-        How many turns it rests on.
+        Number of turns used for the estimate.
     """
 
     hfov_deg: float
@@ -47,10 +47,10 @@ class FieldOfView:
 
 
 class FieldOfViewEstimator:
-    """Learns the field of view from the angles of turns; its memory does not grow."""
+    """Estimates the field of view from the angles of turns, with constant memory."""
 
     def __init__(self) -> None:
-        """Make an estimator that has seen no turn."""
+        """Make an estimator before the first turn."""
         self._degrees = np.arange(_NARROWEST, _WIDEST + _STEP / 2, _STEP)
         self._prior = -0.5 * ((self._degrees - ASSUMED_HFOV_DEG) / _DEVIATION) ** 2
         self._angles = RightAngles(-np.log(2.0 * np.tan(np.radians(self._degrees) / 2)))
@@ -58,9 +58,9 @@ class FieldOfViewEstimator:
 
     def add(self, angle_deg: float, *, focal: float) -> None:
         """
-        Take the angle of one more turn, as measured with a focal length, in widths of the picture.
+        Add the angle of a turn, measured with a focal length in image widths.
 
-        Turns of less than 30 degrees tell nothing and are left out.
+        Turns of less than 30 degrees are ignored.
 
         Raises
         ------
@@ -73,7 +73,7 @@ class FieldOfViewEstimator:
 
     @property
     def estimate(self) -> FieldOfView:
-        """Return what is known by now; before the first turn, what is known of any camera."""
+        """Return the current estimate; before the first turn, the prior."""
         log = self._prior + self._angles.log_likelihood
         density = np.exp(log - log.max())
         density /= density.sum()

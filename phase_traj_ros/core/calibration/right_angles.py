@@ -1,11 +1,11 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
 """
-What the angles of turns tell of the focal length, as streets mostly turn by right angles.
+Likelihood of focal lengths from the angles of turns, as most street corners are right angles.
 
-A yaw measured with the focal length f' in place of f is wrong by the factor f / f', and so is the
-angle of every turn. How many turns are right angles depends on the place and is not known either:
-where hardly any are, no f is much likelier than another.
+A yaw measured with the focal length f' instead of f is wrong by the factor f / f', and so is the
+angle of every turn. The share of right angles depends on the place and is also unknown. If it is
+small, no f is much more likely than another.
 """
 
 import math
@@ -14,13 +14,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 LEAST_ANGLE_DEG = 30.0
-"""Smaller turns tell nothing about the focal length."""
+"""Smallest angle of a turn that is used for the focal length."""
 
-# Shares of the turns that may be right angles, one as likely as the other.
+# Possible shares of right angles among the turns, with equal probability.
 _RIGHT_SHARES = np.array([0.05, 0.15, 0.3, 0.45, 0.6, 0.75, 0.9])
-# How far a right angle in a street is from 90 degrees (deviation), how many of them are U-turns,
-# and by what angle the others are on average, smaller ones being more frequent. A few turns are
-# like nothing else, ramps of car parks among them: they must not count for any scale.
+# Standard deviation of a right angle in degrees, shares of right angles and of U-turns, and mean
+# angle of the other turns, of which small ones are more frequent. A few turns, such as on ramps of
+# car parks, fit none of these: they must not favour any scale.
 _ANGLE_DEVIATION = 7.0
 _KINDS = ((90.0, 0.92), (180.0, 0.08))
 _MEAN_BEND = 40.0
@@ -28,30 +28,30 @@ _ODD_SHARE, _DECADES = 0.05, 5.0
 
 
 class RightAngles:
-    """Collects the angles of turns; its memory does not grow."""
+    """Collects the angles of turns, with constant memory."""
 
     def __init__(self, log_focals: NDArray[np.float64], *, weight: float = 1.0) -> None:
         """
-        Make a collection that has seen no turn.
+        Make a collection without turns.
 
         Parameters
         ----------
         log_focals
-            (N,), the focal lengths to judge: logarithms, in widths of the picture.
+            (N,), logarithms of the focal lengths to compare, in image widths.
         weight
-            How much each turn counts, 0 to 1.
+            Weight of each turn, 0 to 1.
 
         """
         self._weight = weight
         self._focals = np.exp(log_focals)
-        # Of each share of right angles and each focal length.
+        # By share of right angles and focal length.
         self._log = np.zeros((len(_RIGHT_SHARES), len(log_focals)))
 
     def add(self, angle_deg: float, *, focal: float) -> None:
         """
-        Take the angle of one more turn, as measured with a focal length, in widths of the picture.
+        Add the angle of a turn, measured with a focal length in image widths.
 
-        Turns of less than 30 degrees tell nothing and are left out.
+        Turns of less than 30 degrees are ignored.
 
         Raises
         ------
@@ -71,18 +71,18 @@ class RightAngles:
         bend = (1.0 - _ODD_SHARE) * np.exp(-true / _MEAN_BEND) / _MEAN_BEND
         bend += _ODD_SHARE / (_DECADES * true)
         shares = _RIGHT_SHARES[:, None]
-        # The density is that of the measured angle: the same turn, on another scale.
+        # Density of the measured angle, hence the factor of the scale.
         self._log += self._weight * np.log((shares * right + (1.0 - shares) * bend) * scales)
 
     @property
     def log_likelihood(self) -> NDArray[np.float64]:
-        """Return how likely the angles are for each focal length, (N,), as a logarithm."""
+        """Return the log-likelihood of each focal length, (N,)."""
         highest = self._log.max()
         total: NDArray[np.float64] = highest + np.log(np.exp(self._log - highest).sum(axis=0))
         return total
 
 
 def _normal(off: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the density of a right angle that is off by so many degrees."""
+    """Return the density of right angles with an error in degrees."""
     scaled = np.exp(-0.5 * (off / _ANGLE_DEVIATION) ** 2)
     return np.asarray(scaled / (_ANGLE_DEVIATION * math.sqrt(2.0 * math.pi)), np.float64)

@@ -1,12 +1,12 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
 """
-The camera from the drive itself: frames in, an estimate of lens and horizon out.
+Learns the camera from the drive: from frames to an estimate of lens and horizon.
 
-What tells most is how points move through the picture in a turn (``turn_fit``). Beside it count
-what is known of cameras beforehand and, a little, that streets mostly turn by right angles. All
-of it is collected as the probability of each focal length and straightness on a grid; so a fit
-that went wrong is outvoted, and memory does not grow.
+The main evidence is the motion of points through the image in a turn (``turn_fit``). A prior over
+cameras and, with a small weight, the right angles of streets are added. The evidence is collected
+as the probability of each focal length and straightness on a grid, so a wrong fit is outvoted, and
+the memory is constant.
 """
 
 import math
@@ -21,54 +21,54 @@ from phase_traj_ros.core.camera.horizon import HorizonEstimator
 from phase_traj_ros.core.camera.lens_family import PINHOLE, STRAIGHTNESS_RANGE
 from phase_traj_ros.core.correlation.phase_correlation import Frame
 
-# The grid: logarithms of the focal length in widths of the picture, and straightnesses.
+# The grid: logarithms of the focal length in image widths, and straightnesses.
 _FOCALS = np.linspace(math.log(0.12), math.log(4.0), 201)
 _STRAIGHTS = np.linspace(*STRAIGHTNESS_RANGE, 47)
-# What is known of cameras beforehand: 75 degrees across or so; most are nearly pinholes.
+# The prior: a field of view of about 75 degrees, and mostly pinholes.
 _USUAL, _SPREAD = math.log(0.65), 0.5
 _PINHOLES, _AS_PINHOLE, _FISHEYE, _AS_FISHEYE = 0.7, 0.1, 0.3, 0.5
-# A fit is that much less sure than it says, and wrong by these besides; deviations far off are
-# not rare (Student's distribution with so many degrees of freedom).
+# Factor on the deviations of a fit, additional errors of log focal length and straightness, and
+# degrees of freedom of Student's distribution, as large errors are not rare.
 _UNSURE, _WRONG, _FREEDOM = 2.5, (0.03, 0.05), 4.0
-# Of all drives of a camera alike: see ``estimate``.
+# Error that is common to all drives of a camera; see ``estimate``.
 _COMMON = 0.02
-# Fits of a higher cost per sight, or less sure of the focal length than this, are of no use.
+# Largest cost per observation, and largest deviation of the log focal length, of a usable fit.
 _MOST_COST, _LEAST_SURE = 3.0, 0.12
-# Guesses: focal length and column of the principal point in widths, straightness between. Where
-# none fits well, the pictures may be cut out of larger ones.
+# Start values: focal length in image widths, straightness, and column of the principal point in
+# image widths. The second set, for cropped images, is tried if none of the first fits well.
 _GUESSES = ((0.23, 1.0, 0.0), (0.45, 0.6, 0.0), (0.9, 0.9, 0.0))
 _CUT_OUT = ((0.9, 0.9, -0.45), (0.9, 0.9, 0.45))
-# The principal point's column, in widths from the middle: it is there but for this deviation, if
-# the pictures are not cut out of larger ones, as this share may be; and fits are wrong by this.
+# Grid of the column of the principal point in image widths from the centre, its standard deviation
+# in uncropped images, the share of cropped images, and the error of a fit.
 _COLUMNS = np.linspace(-0.6, 0.6, 241)
 _OFF_MIDDLE, _CUTTINGS, _COLUMN_WRONG = 0.05, 0.02, 0.015
-# Turns of a place are alike, be they right angles or not: each tells this much less.
+# Weight of the angle of a turn: turns of one place are similar, right angles or not.
 _ANGLES_WEIGHT = 0.25
-# From here on, the next fit starts at the estimate.
+# Deviation of the estimate from which a fit starts at it, and largest cost to accept that fit.
 _KNOWN, _GOOD_COST = 0.08, 2.5
-# Of all fits but the first ones, the n-th is not tried before so many frames times n squared: many
-# turns tell no more.
+# After the first _FREE fits, the n-th further one waits for _FRAMES times n squared frames: many
+# turns add little.
 _FREE, _FRAMES = 4, 40
-# How far a vehicle pitches and rolls between the ends of a turn, in radians; the smaller the turn,
-# the farther that moves its axis.
+# Change of pitch and roll of a vehicle between the ends of a turn, in radians. The smaller the
+# turn, the larger is its effect on the axis.
 _SWAYS = math.radians(1.2)
 
 
 class SelfCalibration:
     """
-    Learns lens and horizon of a camera while it drives.
+    Learns lens and horizon of a camera during the drive.
 
     Deterministic: the same frames give the same estimate.
     """
 
     def __init__(self, *, mask: NDArray[np.uint8] | None = None) -> None:
-        """Make one that has seen nothing; ``mask`` (H, W) is 0 where it is not to look."""
+        """Make an estimator before the first frame; pixels with ``mask`` (H, W) 0 are ignored."""
         self._follower = TurnFollower(mask=mask)
         self._shape: tuple[int, int] | None = None
         self.forget()
 
     def forget(self) -> None:
-        """Forget the camera, too."""
+        """Restart with the prior."""
         self._follower.cut()
         usual = -0.5 * ((_FOCALS - _USUAL) / _SPREAD) ** 2
         kinds = (
@@ -86,25 +86,24 @@ class SelfCalibration:
         self._estimate: CameraEstimate | None = None
 
     def use_mask(self, mask: NDArray[np.uint8] | None) -> None:
-        """Look at turns that begin from now on where ``mask`` (H, W) is not 0."""
+        """Use another mask (H, W), 0 for ignored pixels, for turns that start from now on."""
         self._follower.mask = mask
 
     def cut(self) -> None:
-        """Do not follow anything from the last frame to the next; what is learned is kept."""
+        """Do not track points from the last frame to the next; the estimate is kept."""
         self._follower.cut()
 
     def update(self, frame: Frame, shift_px: float, interval: float) -> bool:
         """
-        Take the next frame; return whether the estimate has changed.
+        Add the next frame; return whether the estimate has changed.
 
         Parameters
         ----------
         frame
-            (H, W), as the camera gives it; not to be changed afterwards. Of another size than
-            before, it is another camera.
+            (H, W), upright; it must not change afterwards. A frame of another size is from another
+            camera.
         shift_px
-            By how many of its pixels the picture has moved to the right since the last frame; 0
-            where that is not known.
+            Shift of the image to the right since the last frame, in pixels; 0 if it is unknown.
         interval
             Seconds since the last frame; 0 for the first.
 
@@ -118,12 +117,12 @@ class SelfCalibration:
         return self._learn(self._follower.update(frame, shift_px, interval, wanted=wanted))
 
     def finish(self) -> bool:
-        """Use the turn under way at the end; return whether the estimate has changed."""
+        """Use the turn in progress at the end; return whether the estimate has changed."""
         return self._learn(self._follower.finish())
 
     def add_turn(self, angle_deg: float, *, focal_px: float) -> None:
         """
-        Take the angle of a turn, as measured with a focal length: it may be a right one.
+        Add the angle of a turn, measured with a focal length, as evidence of right angles.
 
         Raises
         ------
@@ -136,28 +135,28 @@ class SelfCalibration:
         self._estimate = None
 
     def add_travel(self, slope: float, deviation: float) -> None:
-        """Take the direction of travel on a straight, as ``HorizonEstimator`` does."""
+        """Add the direction of travel on a straight; see ``HorizonEstimator.add_travel``."""
         self._horizon.add_travel(slope, deviation)
         self._estimate = None
 
     @property
     def turns(self) -> int:
-        """Return how many stretches of turns have been used."""
+        """Return the number of parts of turns that were used."""
         return self._fits
 
     @property
     def estimate(self) -> CameraEstimate:
         """
-        Return what is known by now; before the first turn, what is known of any camera.
+        Return the current estimate; before the first turn, the prior.
 
         Raises
         ------
         ValueError
-            There was no frame yet.
+            It is called before the first frame.
 
         """
         if self._shape is None:
-            raise ValueError('there was no frame yet: give one before asking for the camera')
+            raise ValueError('the camera is unknown before the first frame: give one first')
         if self._estimate is None:
             self._estimate = self._found(self._shape)
         return self._estimate
@@ -180,7 +179,7 @@ class SelfCalibration:
             roll_deviation_deg=math.degrees(horizon.roll_deviation), turns=self._fits)
 
     def _learn(self, tracks: TurnTracks | None) -> bool:
-        """Fit a stretch of a turn, if there is one, and add what it tells."""
+        """Fit a part of a turn, if there is one, and add the result."""
         if tracks is None or self._shape is None:
             return False
         self._tried += 1
@@ -198,7 +197,7 @@ class SelfCalibration:
         return True
 
     def _fit(self, tracks: TurnTracks, width: int) -> TurnFit | None:
-        """Fit from what is known; where that fails, from ever more guesses."""
+        """Fit from the estimate; if that fails, from further start values."""
         fit = None
         if self._fits and self.estimate.focal_deviation < _KNOWN:
             known = self.estimate
@@ -222,7 +221,7 @@ def _density(log: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _student(distance: NDArray[np.float64], dimensions: int) -> NDArray[np.float64]:
-    """Return the logarithm of Student's distribution at squared distances, in deviations."""
+    """Return the log of Student's distribution at squared distances, in standard deviations."""
     return np.asarray(
         -(_FREEDOM + dimensions) / 2.0 * np.log1p(distance / _FREEDOM), np.float64)
 
@@ -233,7 +232,7 @@ def _moments(density: NDArray[np.float64], values: NDArray[np.float64]) -> tuple
 
 
 def _log_likelihood(fit: TurnFit, width: int) -> NDArray[np.float64]:
-    """Return how likely a fit is for each focal length and straightness of the grid."""
+    """Return the log-likelihood of a fit for each focal length and straightness of the grid."""
     covariance = _UNSURE ** 2 * max(fit.cost, 1.0) * fit.covariance[:2, :2]
     covariance = covariance + np.diag(np.square(_WRONG))
     inverse = np.linalg.inv(covariance)

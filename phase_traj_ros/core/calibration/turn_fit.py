@@ -1,18 +1,18 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
 """
-The lens from points that are followed through a turn, by least squares over all of them at once.
+Estimates the lens from points tracked through a turn, by a bundle adjustment.
 
-One pair of frames tells little: of a camera that moves where it looks, the way a wrong focal
-length bends the flow is the way other distances would bend it. But a point has one distance, and
-as the turn carries it across the picture, only the right lens lets it stand still in the world.
-So the unknowns are the lens, the place and attitude of the camera at some frames of the turn, and
-the nearness of each point; the points are eliminated (Triggs, McLauchlan, Hartley and Fitzgibbon,
-"Bundle adjustment - a modern synthesis", 2000). A point's direction is taken from the frame in
-the middle of those that show it.
+One pair of frames is not sufficient: for a camera that moves in its viewing direction, a wrong
+focal length changes the flow in the same way as other distances. But each point has one distance.
+While the turn moves it across the image, only the correct lens keeps it at one position in the
+scene. The unknowns are the lens, the position and attitude of the camera at several frames of the
+turn, and the inverse distance of each point. The points are eliminated (Triggs, McLauchlan,
+Hartley and Fitzgibbon, "Bundle adjustment - a modern synthesis", 2000). The direction of a point
+comes from the middle one of the frames that show it.
 
-What is known of vehicles keeps it on the ground: they go where they look, about as far from
-frame to frame, and turn about one axis.
+A prior for the motion of vehicles constrains the solution: a vehicle moves in its viewing
+direction, by similar distances between frames, and turns about one axis.
 """
 
 from collections.abc import Sequence
@@ -34,18 +34,18 @@ from phase_traj_ros.core.camera.lens_family import places, rays, STRAIGHTNESS_RA
 
 Numbers = NDArray[np.float64]
 
-# Deviation of a followed point, in pixels of the picture it was looked for in.
+# Standard deviation of a tracked point, in pixels of the image in which it was tracked.
 _POINT = 0.3
-# Of a step, which is one unit on average, as a share of what the time lets expect: along, and to
-# the side and upwards; of the rotation about the other axes, radians a step; of the nearness, in
-# units of a step.
+# Standard deviations of the motion between frames, whose mean length is 1: relative, along the
+# viewing direction, and to the side and up; of the rotation about the other axes, in radians; and
+# of the inverse distance.
 _STEP, _ASIDE, _SHAKE, _NEARNESS = 0.3, (0.15, 0.15), math.radians(1.5), 0.3
 _LEAST_STEP, _START_NEARNESS = 0.2, 0.03
-# Nothing is behind the camera: the weight of that, and how far it may be violated.
+# Points are in front of the camera: weight of this constraint, and its tolerance.
 _AHEAD, _BEHIND = 1e4, -1e-3
-# What is known of the straightness beforehand: mean and deviation.
+# Prior of the straightness: mean and standard deviation.
 _STRAIGHTNESS = (0.7, 0.6)
-# Of the principal point's column: deviation, in widths of the picture.
+# Prior standard deviation of the column of the principal point, in image widths.
 _COLUMN = 0.05
 _FIRST_ITERATIONS, _ITERATIONS, _TRIES = 5, 14, 6
 _FARTHEST = (0.4, 0.5)
@@ -56,20 +56,20 @@ _DELTA = 1e-4
 @dataclass(frozen=True, slots=True, eq=False)
 class TurnFit:
     """
-    What a stretch of a turn tells of the lens.
+    The lens estimated from a part of a turn.
 
     log_focal, straightness
-        Of the lens: the logarithm of the focal length in pixels, and k of ``lens_family``.
+        Logarithm of the focal length in pixels, and straightness (k of ``lens_family``).
     column
-        Of the principal point, in pixels to the right of the middle of the picture.
+        Column of the principal point, in pixels to the right of the image centre.
     covariance
-        (3, 3) of these three, were there nothing but the points' errors.
+        Covariance (3, 3) of these three, from the errors of the points alone.
     cost
-        Of a sight, on average: 1 or 2 where the world stands still and the lens is of the family.
+        Mean cost of an observation: 1 or 2 for a static scene and a lens of the family.
     down
-        (3,) the axis of the turn in picture axes (x right, y down, z forward), downwards.
+        Axis of the turn, downward, (3,), in image axes (x right, y down, z forward).
     angle
-        By how much the camera has turned, in radians, left positive.
+        Rotation of the camera in radians, positive to the left.
     """
 
     log_focal: float
@@ -83,7 +83,7 @@ class TurnFit:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _State:
-    """Unknowns: the lens, K attitudes (world to camera) and places, P points' nearness."""
+    """Unknowns: lens, K attitudes (world to camera) and positions, P inverse distances."""
 
     log_focal: float
     straightness: float
@@ -97,11 +97,11 @@ def fit_turn(
     tracks: TurnTracks, guesses: Sequence[tuple[float, float, float]], *, width: int,
 ) -> TurnFit | None:
     """
-    Return the lens that explains the tracks best, or None if none is found.
+    Return the lens that fits the tracks best, or None if the fit fails.
 
-    ``guesses`` are what to search from: focal length in pixels, straightness, and column of the
-    principal point, in pixels from the middle of the picture, which is ``width`` pixels wide. Of
-    more than one, all are followed a few steps, and the best of them to the end.
+    ``guesses`` are start values: focal length in pixels, straightness, and column of the principal
+    point in pixels from the centre of an image ``width`` pixels wide. If there are several, each
+    is optimised for a few iterations, and then the best of them to convergence.
     """
     problem = _Problem(tracks, width)
     found = [problem.start(*guess) for guess in guesses]
@@ -112,7 +112,7 @@ def fit_turn(
 
 
 class _Problem:
-    """The sights of one turn, sorted; what they and the vehicle say of a state."""
+    """The observations of one turn, and the cost of a state."""
 
     def __init__(self, tracks: TurnTracks, width: int) -> None:
         count = int(tracks.point[-1]) + 1
@@ -133,7 +133,7 @@ class _Problem:
         self._column = _COLUMN * width
 
     def search(self, state: _State, iterations: int) -> _State:
-        """Go downhill by Levenberg's and Marquardt's method, from a state to a better one."""
+        """Optimise a state by the Levenberg-Marquardt method."""
         cost, damping = self.cost(state), 1e-3
         for _ in range(iterations):
             normal, mixed, own, gradient, own_gradient = self._normal(state)
@@ -163,7 +163,7 @@ class _Problem:
         return state
 
     def result(self, state: _State) -> TurnFit | None:
-        """Return what a state says, and how well it is known; None if that cannot be told."""
+        """Return the fit of a state with its covariance; None if it is undetermined."""
         normal, mixed, own, _, _ = self._normal(state)
         try:
             inverse = np.linalg.inv(normal - product(mixed / own[:, None], mixed))
@@ -180,7 +180,7 @@ class _Problem:
             axis / angle, angle)
 
     def start(self, focal_px: float, straightness: float, column: float) -> _State:
-        """Turn about the picture's vertical axis, and go on evenly."""
+        """Return a start state: a rotation about the vertical image axis at a constant speed."""
         turned = np.zeros((self._frames, 3))
         turned[:, 1] = self._flow / focal_px
         attitude = rotations(turned)
@@ -191,7 +191,7 @@ class _Problem:
                       np.full(self._points, _START_NEARNESS))
 
     def _directions(self, state: _State) -> tuple[Numbers, Numbers, Numbers, Numbers]:
-        """Return rays in the base frame, base to frame, the way between, and where points are."""
+        """Return rays in the base frame, rotations and translations to the frame, and points."""
         ray = rays(
             self._based - (state.column, 0.0), math.exp(state.log_focal), state.straightness)
         there = state.attitude[self._frame]
@@ -207,7 +207,7 @@ class _Problem:
         return found
 
     def cost(self, state: _State) -> float:
-        """Return how badly a state explains the sights, and departs from what is usual."""
+        """Return the cost of a state: errors of the observations, and deviations from priors."""
         error = (self._places(state) - self._seen) / self._deviation
         robust = float(2.0 * np.log1p((error * error).sum(axis=1) / 2.0).sum())
         known = self._known(state)[0]
@@ -222,7 +222,7 @@ class _Problem:
         return cost if math.isfinite(cost) else math.inf
 
     def _known(self, state: _State) -> tuple[Numbers, Numbers]:
-        """Return how far the vehicle departs from what is usual, (K - 1, 5), and the axes."""
+        """Return the deviations of the motion from the prior, (K - 1, 5), and its axes."""
         ahead = state.attitude[1:, 2] + state.attitude[:-1, 2]
         ahead /= np.linalg.norm(ahead, axis=1, keepdims=True)
         right = state.attitude[1:, 0] + state.attitude[:-1, 0]
@@ -252,14 +252,14 @@ class _Problem:
             replace(state, log_focal=state.log_focal + _DELTA),
             replace(state, straightness=state.straightness + _DELTA),
             replace(state, column=state.column + _DELTA))]
-        # Of each sight, two rows: by frames, three rotations and three shifts each.
+        # Two rows per observation; per frame, three rotations and three translations.
         rows = np.zeros((len(self._sights), 2, self._frames, 6))
         moved = (change @ state.attitude[self._frame]) * nearness[:, None, None]
         rows[self._sights, :, self._frame, :3] = -change @ crossed(seen)
         rows[self._sights, :, self._base, :3] = change @ between @ crossed(ray)
         rows[self._sights, :, self._frame, 3:] = -moved
         rows[self._sights, :, self._base, 3:] = moved
-        # The first frame stays where it is.
+        # The first frame is fixed.
         jacobian = np.concatenate(
             [np.stack(lens, axis=2), rows[:, :, 1:].reshape(len(rows), 2, -1)], axis=2)
         own = (change @ way[:, :, None])[:, :, 0]
@@ -276,7 +276,7 @@ class _Problem:
         return normal, mixed, points + behind, gradient, toward + behind * state.nearness
 
     def _known_normal(self, state: _State) -> tuple[Numbers, Numbers]:
-        """Return what is known beforehand, as normal equations and gradient of the camera."""
+        """Return the normal equations and the gradient of the priors."""
         off, axes = self._known(state)
         steps = np.arange(self._frames - 1)
         rows = np.zeros((self._frames - 1, 5, self._frames, 6))
@@ -297,7 +297,7 @@ class _Problem:
 
 
 def _moved(state: _State, step: Numbers, near: Numbers) -> _State:
-    """Return the state a step farther."""
+    """Return the state after a step."""
     focal, straight = (
         float(np.clip(value, -most, most)) for value, most in zip(step[:2], _FARTHEST))
     frames = step[3:].reshape(-1, 6)

@@ -1,12 +1,12 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
 """
-Points of the picture, followed through a turn from step to step.
+Tracks points of the image through a turn.
 
-A step is as long as the picture takes to move by a twentieth of its width, but not so long that
-what is near has gone; a stretch of some ten steps is kept. Points are looked for more often than
-that where the picture turns slowly, as what is near moves fast all the same. Where the picture
-does not turn, nothing is done.
+A step ends when the image has moved by a twentieth of its width, and at the latest before near
+points leave the image. A stretch is a part of a turn of about ten steps. If the image turns
+slowly, points are tracked more often than once a step, as near points still move fast. While the
+image does not turn, nothing is tracked.
 """
 
 from dataclasses import dataclass
@@ -22,51 +22,52 @@ Places = NDArray[np.float32]
 Numbers = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
-# All of these are in widths of the picture: how far it moves in a step; how far in a stretch; how
-# far at least for one that is of use; and how fast, per second, where it turns, on an average that
-# fades with so many seconds.
+# In image widths: motion of the image in a step, in a stretch, and in the shortest usable stretch.
 _STEP, _STRETCH, _LEAST_STRETCH = 0.05, 0.6, 0.15
+# Smallest mean speed of the image in a turn, in image widths per second, and the time constant of
+# the mean in seconds.
 _TURNING, _FADING = 0.025, 0.4
-# No step is longer than this and no point is lost sight of for longer, in seconds; and no pair
-# moves the picture farther.
+# Longest step and longest interval between two searches of the points, in seconds, and largest
+# motion of the image in a pair, in image widths.
 _LONGEST, _UNSEEN, _FARTHEST = 0.3, 0.1, 0.35
 _LEAST_STEPS, _MOST_STEPS = 4, 20
-# Stamps are that exact, in seconds.
+# Tolerance of stamps in seconds.
 _JITTER = 0.01
-# Wider pictures are reduced, by whole numbers, to this width at most.
+# Images wider than _WIDE are reduced by an integer factor to at most _WIDTH.
 _WIDE, _WIDTH = 640, 480
 _POINTS, _KEPT, _LEAST_POINTS, _LEAST_SIGHTS = 130, 100, 30, 120
-# Least quality of a corner; distance of two, and from the edge, in pixels and as a share.
+# Minimum quality of a corner, minimum distance of two corners in pixels and as a fraction of the
+# width, and minimum distance to the edge in pixels.
 _QUALITY, _APART, _APART_SHARE, _EDGE = 0.005, 6, 1 / 60, 4
 _WINDOW, _SMALL_WINDOW, _SMALL = (13, 13), (9, 9), 200
 _LEVELS = 3
 _STOP = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 20, 0.02)
-# A point followed there and back has to come back; one that stays while the picture moves by some
-# pixels is fixed to the camera.
+# In pixels: largest error of a point tracked forward and back, and largest motion of a point that
+# is fixed to the camera while the image moves by more than _MOVED.
 _BACK, _STILL, _MOVED = 0.4, 0.5, 3.0
-# With fewer points than this share followed in a step, the stretch ends before it.
+# The stretch ends if a smaller share of the points can be tracked.
 _FOLLOWED = 0.25
-# Pictures of other than 8 bits are brought to this brightness.
+# Mean grey level to which images of other than 8 bits are scaled.
 _BRIGHTNESS = 100.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TurnTracks:
     """
-    Points followed over the K frames of a stretch of a turn: M sights of P points.
+    Points tracked over the K frames of a part of a turn: M observations of P points.
 
     point
-        (M,) which point, 0 to P - 1, rising; each has three sights or more.
+        (M,) number of the point, 0 to P - 1, increasing; each has three observations or more.
     frame
-        (M,) in which frame, 0 to K - 1, rising for each point.
+        (M,) number of the frame, 0 to K - 1, increasing for each point.
     place
-        (M, 2) where: column and row in pixels from the middle of the picture.
+        (M, 2) column and row in pixels from the image centre.
     flow
-        (K,) how far the picture has moved to the right since the first frame, in pixels.
+        (K,) motion of the image to the right since the first frame, in pixels.
     seconds
-        (K,) when the frames were taken, since the first of them.
+        (K,) time since the first frame.
     reduction
-        How many pixels were averaged into one, along a side, to look for the points.
+        Number of pixels along a side that were averaged into one for the tracking.
     """
 
     point: Indices
@@ -78,40 +79,40 @@ class TurnTracks:
 
 
 class TurnFollower:
-    """Follows points through turns; its memory is that of one stretch."""
+    """Tracks points through turns; it stores one stretch at a time."""
 
     def __init__(self, *, mask: NDArray[np.uint8] | None = None) -> None:
-        """Make a follower; ``mask`` (H, W) is 0 where the frames are not to be looked at."""
+        """Make a tracker; pixels with ``mask`` (H, W) 0 are ignored."""
         self.mask: NDArray[np.uint8] | None = mask
-        """Where stretches that begin from now on are looked at."""
+        """Mask for stretches that start from now on."""
         self.cut()
 
     def cut(self) -> None:
-        """Forget the stretch under way and the last frame."""
+        """Forget the stretch in progress and the last frame."""
         self._last: Frame | None = None
         self._stretch: _Stretch | None = None
         self._rate = 0.0
 
     def finish(self) -> TurnTracks | None:
-        """Return the stretch under way if it is of use, and forget it."""
+        """Return the stretch in progress if it is usable, and forget it."""
         stretch, self._stretch = self._stretch, None
         return None if stretch is None else stretch.tracks()
 
     def update(self, frame: Frame, shift_px: float, interval: float, *,
                wanted: bool = True) -> TurnTracks | None:
         """
-        Take the next frame (H, W); return a stretch that ends with it, if it is of use.
+        Add the next frame; return the stretch that ends with it, if it is usable.
 
         Parameters
         ----------
         frame
-            Not to be changed afterwards.
+            (H, W); it must not change afterwards.
         shift_px
-            By how many of its pixels the picture has moved to the right since the last frame.
+            Shift of the image to the right since the last frame, in pixels.
         interval
             Seconds since the last frame.
         wanted
-            Whether a stretch may begin.
+            Whether a stretch may start.
 
         """
         last, self._last = self._last, frame
@@ -135,7 +136,7 @@ class TurnFollower:
 
 
 class _Stretch:
-    """One stretch of a turn: the points seen in its steps so far."""
+    """A part of a turn: the points observed in its steps so far."""
 
     def __init__(self, first: Frame, mask: NDArray[np.uint8] | None) -> None:
         self._reduction = _reduction(first.shape[1])
@@ -147,18 +148,18 @@ class _Stretch:
         self._count = 0
         self._sights: list[NDArray[np.float64]] = []
         self._flow, self._seconds = [0.0], [0.0]
-        # Since the points were last looked for, and since the last step.
+        # Since the points were last tracked, and since the last step.
         self._moved, self._since = 0.0, 0.0
         self._step_moved, self._step_since = 0.0, 0.0
 
     def go_on(self, frame: Frame, shift_px: float, interval: float) -> bool:
-        """Take the next frame; return whether the stretch goes on."""
+        """Add the next frame; return whether the stretch continues."""
         self._moved += shift_px / self._reduction
         self._since += interval
         if abs(self._moved) < _STEP * self._width and self._since < _UNSEEN - _JITTER:
             return True
         if not self._sights:
-            # Not before it has gone on for a while: most shakes do not.
+            # Delayed until the motion has lasted for a while, unlike most shakes.
             self._picture, self._free = _reduced(self._first), self._seen()
             self._note()
         back = self._moved * self._flow[-1] < 0.0 and abs(self._moved) > _STEP * self._width
@@ -176,7 +177,7 @@ class _Stretch:
                 and len(self._flow) < _MOST_STEPS)
 
     def tracks(self) -> TurnTracks | None:
-        """Return the points that were seen three times or more, the longest seen of them."""
+        """Return the points with three observations or more, those with the most of them."""
         if (len(self._flow) < _LEAST_STEPS
                 or abs(self._flow[-1]) < _LEAST_STRETCH * self._width):
             return None
@@ -191,8 +192,7 @@ class _Stretch:
         points, point = np.unique(sights[:, 0], return_inverse=True)
         if len(points) < _LEAST_POINTS or len(sights) < _LEAST_SIGHTS:
             return None
-        # The middle of the full picture, whose last pixels the reduced one may lack, is all but
-        # the middle of this one.
+        # The reduced image may lack the last pixels of the full one; their centres nearly agree.
         middle = (np.array([self._width, self._height]) - 1.0) / 2.0
         return TurnTracks(
             point.astype(np.int64), sights[:, 1].astype(np.int64),
@@ -200,7 +200,7 @@ class _Stretch:
             np.array(self._seconds), self._reduction)
 
     def _seen(self) -> Bytes:
-        """Return where there may be points: 255, else 0."""
+        """Return a mask that is 255 where points may be, else 0."""
         if self._mask is None or self._mask.shape != self._first.shape:
             return np.full((self._height, self._width), 255, np.uint8)
         seen = cv2.resize(
@@ -209,7 +209,7 @@ class _Stretch:
         return np.asarray(cv2.erode(seen, np.ones(_WINDOW)) * 255, np.uint8)
 
     def _note(self) -> None:
-        """Look for points where there are none, and note where all of them are."""
+        """Detect points where there are none, and record the positions of all points."""
         free = self._free.copy()
         for place in np.rint(self._points).astype(int).tolist():
             cv2.circle(free, place, self._apart, 0, -1)
@@ -226,7 +226,7 @@ class _Stretch:
         self._sights.append(np.column_stack([self._names, step, self._points]))
 
     def _follow(self, picture: Bytes) -> bool:
-        """Follow the points into the next picture; return whether enough of them are found."""
+        """Track the points into the next image; return whether enough of them are found."""
         if not len(self._points):
             return False
         expected = self._points + np.array([self._moved, 0.0], np.float32)
@@ -258,7 +258,7 @@ def _reduction(width: int) -> int:
 
 
 def _reduced(frame: Frame) -> Bytes:
-    """Return the frame in 8 bits, and no wider than is of use."""
+    """Return the frame in 8 bits, reduced to the width for tracking."""
     if frame.dtype != np.uint8:
         mean = cv2.mean(frame)[0]
         frame = cv2.convertScaleAbs(  # type: ignore[assignment]

@@ -1,3 +1,3 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What is known of the camera, and the cylinder that its frames are projected onto."""
+"""The camera: its lens, its tilt, and the projection of its frames onto a cylinder."""

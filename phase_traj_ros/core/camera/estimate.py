@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What drives have told of a camera, to be kept, combined and used."""
+"""Estimates of a camera that is learned from drives."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
@@ -10,18 +10,19 @@ from phase_traj_ros.core.camera.horizon import combined as combined_horizon, Hor
 from phase_traj_ros.core.camera.lens_family import OneNumberLens, PINHOLE
 from phase_traj_ros.core.camera.model import CameraModel
 
-# Of a normal distribution, 90 % are within so many deviations, and a share of the rest.
+# A normal distribution has 90 % within this many standard deviations.
 _NINETY = 1.645
-# Drives of one camera may be wrong all alike by this share: its middle is not quite the
-# picture's, the lens not quite of the family.
+# Relative error that is common to all drives of a camera: the principal point is not exactly at
+# the centre, and the lens is not exactly of the family.
 _COMMON = 0.02
+# Relative error for which ``probability`` is given.
 _NEAR = 0.05
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CameraEstimate:
     """
-    An estimate of a camera, for pictures of one size.
+    An estimate of a camera for images of one size.
 
     Raises
     ------
@@ -31,31 +32,31 @@ class CameraEstimate:
     """
 
     width: int
-    """Columns of the pictures."""
+    """Width of the images in pixels."""
     height: int
-    """Rows."""
+    """Height of the images in pixels."""
     focal_px: float
-    """Focal length in pixels per radian in the middle of the picture."""
+    """Focal length in pixels per radian at the principal point."""
     focal_deviation: float
-    """Standard deviation of its logarithm, that is, of the focal length as a share of it."""
+    """Standard deviation of its logarithm, the relative deviation of the focal length."""
     straightness: float = PINHOLE
-    """Of the lens: 1 for a pinhole, 0 for an equidistant fisheye (see ``lens_family``)."""
+    """Straightness: 1 for a pinhole, 0 for an equidistant fisheye (see ``lens_family``)."""
     straightness_deviation: float = 0.0
     """Its standard deviation."""
     column_px: float = 0.0
-    """Column of the principal point, in pixels to the right of the middle of the picture."""
+    """Column of the principal point, in pixels to the right of the image centre."""
     column_deviation_px: float = 0.0
     """Its standard deviation."""
     pitch_deg: float = 0.0
-    """How far the camera looks down, in degrees."""
+    """Pitch in degrees, positive down."""
     pitch_deviation_deg: float = math.degrees(Horizon().pitch_deviation)
     """Its standard deviation."""
     roll_deg: float = 0.0
-    """How far its right side hangs down, in degrees."""
+    """Roll in degrees, positive right side down."""
     roll_deviation_deg: float = math.degrees(Horizon().roll_deviation)
     """Its standard deviation."""
     turns: int = 0
-    """On how many turns, or stretches of turns, this rests."""
+    """Number of turns, or parts of turns, used for the estimate."""
 
     def __post_init__(self) -> None:
         """Check the values."""
@@ -72,12 +73,12 @@ class CameraEstimate:
     @classmethod
     def from_mapping(cls, values: Mapping[str, object]) -> 'CameraEstimate':
         """
-        Return the estimate that was kept with ``dataclasses.asdict``.
+        Return the estimate from the output of ``dataclasses.asdict``.
 
         Raises
         ------
         ValueError
-            A value is missing, not known, or not a number in its range.
+            A value is missing, unknown, or not a number in its range.
 
         """
         known = {field.name for field in fields(cls)}
@@ -104,7 +105,7 @@ class CameraEstimate:
 
     @property
     def horizon(self) -> Horizon:
-        """Return the tilt."""
+        """Return the tilt of the camera."""
         return Horizon(*(math.radians(angle) for angle in (
             self.pitch_deg, self.roll_deg, self.pitch_deviation_deg, self.roll_deviation_deg)))
 
@@ -120,13 +121,13 @@ class CameraEstimate:
 
     @property
     def focal_interval_px(self) -> tuple[float, float]:
-        """Return between which focal lengths the true one is, with a probability of 90 %."""
+        """Return the 90 % interval of the focal length, in pixels."""
         most = math.exp(_NINETY * self.focal_deviation)
         return self.focal_px / most, self.focal_px * most
 
     @property
     def probability(self) -> float:
-        """Return how probable it is that the focal length is right within 5 %, 0 to 1."""
+        """Return the probability that the focal length is correct within 5 %, 0 to 1."""
         if self.focal_deviation == 0.0:
             return 1.0
         return math.erf(math.log1p(_NEAR) / (self.focal_deviation * math.sqrt(2.0)))
@@ -134,15 +135,15 @@ class CameraEstimate:
 
 def combined(estimates: Sequence[CameraEstimate]) -> CameraEstimate:
     """
-    Return what several recordings of one camera tell together.
+    Combine the estimates of several recordings of one camera.
 
-    Their pictures may be of several sizes, if these are of one shape; the result is for that of
-    the first.
+    The images may differ in size, but not in aspect ratio. The result is for the size of the
+    first.
 
     Raises
     ------
     ValueError
-        There are none, or the pictures are of different shapes.
+        ``estimates`` is empty, or the images have different aspect ratios.
 
     """
     if not estimates:
@@ -178,12 +179,12 @@ def combined(estimates: Sequence[CameraEstimate]) -> CameraEstimate:
 def _mean(
     values: Sequence[float], deviations: Sequence[float], common: float,
 ) -> tuple[float, float]:
-    """Return the mean and its deviation, of which ``common`` is that of all alike."""
+    """Return the mean and its deviation; ``common`` is the deviation that does not average out."""
     own = [max(deviation ** 2 - common ** 2, 1e-6) for deviation in deviations]
     weights = [1.0 / variance for variance in own]
     total = sum(weights)
     mean = sum(weight * value for weight, value in zip(weights, values)) / total
-    # Where they differ more than they should, they are less sure than they say.
+    # If the values scatter more than their deviations, the result is less certain.
     if len(values) > 1:
         spread = sum(weight * (value - mean) ** 2 for weight, value in zip(weights, values))
         total /= max(1.0, spread / (len(values) - 1))

@@ -1,14 +1,14 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
 """
-How the camera is tilted against the road: its pitch and roll, and so where the horizon is.
+Pitch and roll of the camera relative to the road, which give the horizon.
 
-A vehicle turns about the vertical, so the axis of a turn, seen by the camera, tells both. A
-vehicle that drives straight on goes along the road, so the direction of travel tells the pitch
-once more. Bodies lean in a turn, to one side in a left one and to the other in a right one.
+A vehicle turns about the vertical axis, so the axis of a turn, as seen by the camera, gives both.
+A vehicle that drives straight ahead moves along the road, so the direction of travel also gives
+the pitch. The body of a vehicle leans in a turn, to opposite sides in left and right turns.
 
-Picture axes are x to the right, y down, z forward. Pitch is positive nose down and roll positive
-right side down, as REP 103 has it.
+Image axes are x to the right, y down, z forward. Pitch is positive down and roll is positive right
+side down (REP 103).
 """
 
 from dataclasses import dataclass
@@ -19,12 +19,12 @@ from numpy.typing import NDArray
 from phase_traj_ros.core.camera.lens_family import OneNumberLens, radius
 from phase_traj_ros.core.camera.robust_mean import RobustMean
 
-# What is known of cameras beforehand, radians: most are mounted nearly level.
+# Prior standard deviations in radians: most cameras are mounted nearly level.
 _PITCH, _ROLL = math.radians(8.0), math.radians(3.0)
-# How far the axis of a turn is from the vertical: vehicles lean, and roads do.
+# Standard deviations of the axis of a turn from the vertical: vehicles and roads lean.
 _TURN_PITCH, _TURN_ROLL = math.radians(1.0), math.radians(2.0)
-# The same for the direction of travel, and how many pairs that follow each other tell no more
-# than one.
+# Standard deviation of the direction of travel, and the number of consecutive pairs that count as
+# one measurement.
 _TRAVEL, _ALIKE = math.radians(0.5), 30.0
 
 
@@ -34,9 +34,9 @@ class Horizon:
     The tilt of the camera, in radians.
 
     pitch, roll
-        Nose down and right side down positive.
+        Positive down, and positive right side down.
     pitch_deviation, roll_deviation
-        Standard deviations of what they may be.
+        Their standard deviations.
     """
 
     pitch: float = 0.0
@@ -45,18 +45,18 @@ class Horizon:
     roll_deviation: float = _ROLL
 
     def row(self, lens: OneNumberLens, height: int) -> float:
-        """Return the row of the horizon in the middle of pictures of so many rows."""
+        """Return the row of the horizon at the centre column of images with ``height`` rows."""
         above = float(radius(np.array([abs(self.pitch)]), lens.straightness)[0])
         return (height - 1) / 2 - math.copysign(lens.focal_px * above, self.pitch)
 
     def down(self) -> NDArray[np.float64]:
-        """Return which way is down, a unit vector (3,) in picture axes."""
+        """Return the downward direction, a unit vector (3,) in image axes."""
         level = math.cos(self.pitch)
         return np.array([
             level * math.sin(self.roll), level * math.cos(self.roll), math.sin(self.pitch)])
 
     def levelling(self) -> NDArray[np.float64]:
-        """Return the rotation (3, 3) from the camera's picture axes to those of a level one."""
+        """Return the matrix (3, 3) that rotates the image axes to those of a level camera."""
         down = self.down()
         ahead = np.array([0.0, 0.0, 1.0]) - down[2] * down
         ahead /= np.linalg.norm(ahead)
@@ -64,22 +64,22 @@ class Horizon:
 
 
 class HorizonEstimator:
-    """Learns the tilt from turns and from driving straight on; its memory does not grow."""
+    """Estimates the tilt from turns and straight driving, with constant memory."""
 
     def __init__(self) -> None:
-        """Make an estimator that has seen nothing."""
+        """Start with the prior."""
         self._pitch, self._roll = RobustMean(_PITCH), RobustMean(_ROLL)
 
     def add_turn(self, down: NDArray[np.float64], deviation: float = 0.0) -> None:
         """
-        Take the axis of a turn.
+        Add the axis of a turn.
 
         Parameters
         ----------
         down
-            (3,) unit vector in picture axes, of the two directions the one downwards.
+            Downward unit vector along the axis, (3,), in image axes.
         deviation
-            How well it is measured, in radians.
+            Standard deviation of the measurement, in radians.
 
         """
         self._pitch.add(
@@ -89,14 +89,14 @@ class HorizonEstimator:
 
     def add_travel(self, slope: float, deviation: float) -> None:
         """
-        Take the direction in which the vehicle goes while it drives straight on, of one pair.
+        Add the direction of travel of one pair while the vehicle drives straight ahead.
 
         Parameters
         ----------
         slope
             Tangent of its angle below the optical axis.
         deviation
-            How well it is measured, in radians.
+            Standard deviation of the measurement, in radians.
 
         """
         self._pitch.add(
@@ -104,13 +104,13 @@ class HorizonEstimator:
 
     @property
     def horizon(self) -> Horizon:
-        """Return what is known by now."""
+        """Return the current estimate."""
         return Horizon(
             self._pitch.mean, self._roll.mean, self._pitch.deviation, self._roll.deviation)
 
 
 def combined(horizons: list[Horizon]) -> Horizon:
-    """Return what several recordings of one camera tell together."""
+    """Combine the estimates of several recordings of one camera."""
     pitch, roll = RobustMean(_PITCH), RobustMean(_ROLL)
     for horizon in horizons:
         pitch.add(horizon.pitch, horizon.pitch_deviation)

@@ -1,51 +1,51 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The camera that a drive is measured with: what it was taken for, from where, how sure."""
+"""The camera in use, its origin and its uncertainty."""
 
 from dataclasses import dataclass
 
 from phase_traj_ros.core.camera.lens import Lens, LensOrigin
 
 
-# An interval wider than this, most over least, leaves open how many quarters a turn is.
+# Largest ratio of the limits of the focal length with which quarter turns can be counted.
 _WIDEST = 1.5
-# By so much may a camera that nothing is known of be wider than the usual one.
+# Factor by which the angles of an unknown camera may be too small.
 _FAR_OFF = 1.5
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CameraInUse:
     """
-    A camera as it was taken for frames of one size.
+    The camera in use for frames of one size.
 
-    interval_px and probability are None where nobody has estimated them: numbers and calibrations
-    are believed as they are.
+    ``interval_px`` and ``probability`` are None unless they are estimated: parameters and
+    calibrations are assumed to be exact.
     """
 
     origin: LensOrigin
-    """Where the knowledge comes from."""
+    """Origin of the values."""
     focal_px: float
-    """Focal length in pixels of the full frame, per radian in its middle."""
+    """Focal length in pixels of the full frame, per radian at the principal point."""
     hfov_deg: float
     """Horizontal field of view in degrees, from edge to edge."""
     straightness: float | None
-    """Of the lens: 1 for a pinhole, 0 for an equidistant fisheye; None if it is calibrated."""
+    """Straightness: 1 for a pinhole, 0 for an equidistant fisheye; None if calibrated."""
     offset: float
-    """How far the principal point is to the right of the middle, in widths of the picture."""
+    """Offset of the principal point to the right of the image centre, in image widths."""
     pitch_deg: float
-    """How far the camera looks down."""
+    """Pitch in degrees, positive down."""
     roll_deg: float
-    """How far its right side hangs down."""
+    """Roll in degrees, positive right side down."""
     interval_px: tuple[float, float] | None = None
-    """Between which focal lengths the true one is, with a probability of 90 %."""
+    """90 % interval of the focal length, in pixels."""
     probability: float | None = None
-    """How probable it is that the focal length is right within 5 %, 0 to 1."""
+    """Probability that the focal length is correct within 5 %, 0 to 1."""
     turns: int | None = None
-    """On how many turns, or stretches of turns, this rests."""
+    """Number of turns, or parts of turns, used for the estimate."""
 
     @classmethod
     def of(cls, lens: Lens, width: int) -> 'CameraInUse':
-        """Return what ``lens`` means for frames ``width`` pixels wide."""
+        """Return the camera with ``lens`` for frames ``width`` pixels wide."""
         focal_px, hfov_deg, estimate = lens.focal_for(width), lens.hfov_for(width), lens.estimate
         if lens.calibrated and lens.camera is not None:
             return cls(
@@ -74,13 +74,13 @@ class CameraInUse:
 
     @property
     def most_angle(self) -> float:
-        """Return by which factor true angles may be larger than those measured with it."""
+        """Return the largest likely ratio of true angles to measured angles."""
         if self.origin is LensOrigin.ASSUMED:
             return _FAR_OFF
         return 1.0 if self.interval_px is None else self.focal_px / self.interval_px[0]
 
     def __str__(self) -> str:
-        """Return the camera in words, for people."""
+        """Return a description of the camera."""
         focal = f'focal length {self.focal_px:.4g} px'
         if self.origin is LensOrigin.CALIBRATION:
             return f'{focal}, from the calibration'

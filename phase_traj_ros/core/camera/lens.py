@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What is known of a camera, and from where: numbers, a calibration, the drive, or a guess."""
+"""The lens of a camera: from parameters, a calibration, the drive, or a guess."""
 
 from dataclasses import dataclass, replace
 from enum import Enum
@@ -19,33 +19,33 @@ from phase_traj_ros.errors import FrameError
 
 MOST_TILT_DEG = 60.0
 """Largest pitch and roll that are accepted, in degrees."""
-# Of the focal length of a camera that nothing is known of, as a share of it.
+# Relative standard deviation of the focal length of an unknown camera.
 _ASSUMED_DEVIATION = 0.3
-# To the last digits of a logarithm.
+# Bisection steps, to full precision.
 _HALVINGS = 52
-# Lenses that differ by less than this, as shares and in straightness, do not differ.
+# Lenses are equal if their focal lengths (relative) and straightnesses differ by less than this.
 _SAME_FOCAL, _SAME_STRAIGHTNESS = 0.01, 0.05
 
 
 class LensOrigin(Enum):
-    """Where the knowledge of a camera comes from."""
+    """Origin of a lens."""
 
     GIVEN = 'parameters'
-    """Numbers that the user gave."""
+    """Parameters set by the user."""
     CALIBRATION = 'calibration'
     """A calibration that comes with the images: camera_info or calib.txt."""
     DRIVE = 'drive'
-    """Estimated from the turns of the drive."""
+    """Learned from the turns of the drive."""
     ASSUMED = 'assumed'
-    """A usual camera, as long as nothing else is known."""
+    """A typical camera, until a better one is known."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Lens:
     """
-    What is known of the camera: one of the first four is enough, and the first one counts.
+    The lens of a camera, from one of the first four fields. The first one given is used.
 
-    Numbers count before a calibration: a user who gives them has a reason.
+    Parameters of the user take precedence over a calibration.
 
     Raises
     ------
@@ -55,23 +55,23 @@ class Lens:
     """
 
     focal_px: float = 0.0
-    """Focal length in pixels of the full frame, per radian in its middle; 0 if not known."""
+    """Focal length in pixels of the full frame, per radian at its centre; 0 if unknown."""
     hfov_deg: float = 0.0
-    """Horizontal field of view in degrees, from edge to edge; counts where the above is 0."""
+    """Horizontal field of view in degrees, from edge to edge; used if ``focal_px`` is 0."""
     camera: CameraModel | None = None
-    """The calibration, for frames of one size; counts where both of the above are 0."""
+    """Calibration for frames of one size; used if both values above are 0."""
     estimate: CameraEstimate | None = None
-    """What drives have told."""
+    """Estimate from drives."""
     straightness: float = PINHOLE
-    """Of the lens, for the first two (see ``OneNumberLens``): 1 for a pinhole."""
+    """Straightness for the first two fields (see ``OneNumberLens``): 1 for a pinhole."""
     offset: float = 0.0
-    """How far the principal point of the upright picture is right of its middle, in widths."""
+    """Offset of the principal point to the right of the upright image centre, in image widths."""
     pitch_deg: float = 0.0
-    """How far the camera looks down, in degrees."""
+    """Pitch in degrees, positive down."""
     roll_deg: float = 0.0
-    """How far its right side hangs down, in degrees."""
+    """Roll in degrees, positive right side down."""
     assumed: bool = False
-    """Whether the numbers are a guess."""
+    """Whether the values are a guess."""
 
     def __post_init__(self) -> None:
         """Check the values."""
@@ -86,7 +86,7 @@ class Lens:
         if (self.focal_px == 0.0 and self.hfov_deg == 0.0 and self.camera is None
                 and self.estimate is None):
             raise ValueError(
-                'neither focal_px nor hfov_deg nor a calibration of the camera is known: give one'
+                'neither focal_px nor hfov_deg nor a calibration of the camera is given: give one'
                 ' of them')
         for name, angle in (('pitch_deg', self.pitch_deg), ('roll_deg', self.roll_deg)):
             if not abs(angle) <= MOST_TILT_DEG:
@@ -99,12 +99,12 @@ class Lens:
         most = 180.0 / math.sqrt(max(self.straightness, PINHOLE))
         if self.hfov_deg >= most:
             raise ValueError(
-                f'hfov_deg is {self.hfov_deg}: a lens of the straightness {self.straightness} sees'
+                f'hfov_deg is {self.hfov_deg}: with a straightness of {self.straightness}, give'
                 f' less than {most:.0f} degrees')
 
     @property
     def origin(self) -> LensOrigin:
-        """Return where the knowledge comes from."""
+        """Return the origin of the values."""
         if self.assumed:
             return LensOrigin.ASSUMED
         if self.focal_px or self.hfov_deg:
@@ -113,12 +113,12 @@ class Lens:
 
     @property
     def calibrated(self) -> bool:
-        """Return whether it is the calibration that counts."""
+        """Return whether the calibration is used."""
         return self.origin is LensOrigin.CALIBRATION
 
     @property
     def horizon(self) -> Horizon:
-        """Return what is known of the camera's tilt against the road."""
+        """Return the tilt of the camera relative to the road."""
         if self.origin is LensOrigin.DRIVE and self.estimate is not None:
             return self.estimate.horizon
         given = Horizon(math.radians(self.pitch_deg), math.radians(self.roll_deg))
@@ -126,12 +126,12 @@ class Lens:
 
     @property
     def pitch_known(self) -> bool:
-        """Return whether the pitch was given; 0 stands for a pitch that is not known."""
+        """Return whether the pitch was given; 0 is an unknown pitch."""
         return self.pitch_deg != 0.0 and self.origin is not LensOrigin.DRIVE
 
     @property
     def focal_deviation(self) -> float:
-        """Return the standard deviation of the focal length as a share of it, if there is any."""
+        """Return the relative standard deviation of the focal length; 0 if it is given."""
         if self.origin is LensOrigin.ASSUMED:
             return _ASSUMED_DEVIATION
         if self.origin is LensOrigin.DRIVE and self.estimate is not None:
@@ -141,9 +141,9 @@ class Lens:
     @property
     def tilt(self) -> float:
         """
-        Return the cosine of the angle between the picture's vertical axis and the true one.
+        Return the cosine of the angle between the vertical image axis and the vertical.
 
-        A camera that is tilted sees only this share of a turn as yaw.
+        A tilted camera measures only this fraction of a turn as yaw.
         """
         pitch, roll = self.pitch_deg, self.roll_deg
         if self.origin is LensOrigin.DRIVE and self.estimate is not None:
@@ -151,7 +151,7 @@ class Lens:
         return math.cos(math.radians(pitch)) * math.cos(math.radians(roll))
 
     def focal_for(self, width: int) -> float:
-        """Return the (horizontal) focal length in pixels for frames ``width`` pixels wide."""
+        """Return the horizontal focal length in pixels for frames ``width`` pixels wide."""
         if self.focal_px:
             return self.focal_px
         if self.hfov_deg and self.offset:
@@ -176,7 +176,7 @@ class Lens:
         return lens.hfov_deg(width, column=self._offset * width)
 
     def is_close_to(self, other: 'Lens', width: int) -> bool:
-        """Return whether another lens makes no difference to speak of for frames that wide."""
+        """Return whether another lens is nearly equal for frames ``width`` pixels wide."""
         return (
             abs(math.log(self.focal_for(width) / other.focal_for(width))) < _SAME_FOCAL
             and abs(self._straightness - other._straightness) < _SAME_STRAIGHTNESS
@@ -190,7 +190,7 @@ class Lens:
         Raises
         ------
         FrameError
-            The calibration counts, and is for pictures of another size.
+            The calibration is used, and is for images of another size.
 
         """
         if not self.calibrated or self.camera is None:
@@ -204,7 +204,7 @@ class Lens:
         return self.camera
 
     def _focal_aside(self, width: int) -> float:
-        """Return the focal length with which the edges are ``hfov_deg`` apart, off the middle."""
+        """Return the focal length that gives ``hfov_deg`` with an offset principal point."""
         low, high = math.log(1e-3 * width), math.log(min(1e4 * width, MOST_FOCAL_PX))
         for _ in range(_HALVINGS):
             middle = (low + high) / 2

@@ -1,16 +1,16 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
 """
-Lenses from the pinhole to strong fisheyes, with one number for what lies between.
+A family of lenses from the pinhole to strong fisheyes, with one parameter.
 
-A direction at the angle a from the optical axis is seen at the distance
+A direction at the angle a from the optical axis is imaged at the distance
 
     r = f tan(sqrt(k) a) / sqrt(k)
 
-from the principal point, which for k <= 0 reads f a and f tanh(sqrt(-k) a) / sqrt(-k). f is the
-focal length, in pixels per radian in the middle of the picture; k is the straightness. A pinhole
-has k = 1, a stereographic fisheye 1/4, an equidistant one 0, and an equisolid one about -1/8. With
-its sign, k runs through all of them without a jump: r / f = a + k a^3 / 3 + ...
+from the principal point. For k = 0 this is f a, for k < 0 it is f tanh(sqrt(-k) a) / sqrt(-k). f
+is the focal length in pixels per radian at the principal point; k is the straightness. k is 1 for
+a pinhole, 1/4 for a stereographic fisheye, 0 for an equidistant one, and about -1/8 for an
+equisolid one. The family is continuous in k: r / f = a + k a^3 / 3 + ...
 """
 
 from dataclasses import dataclass, replace
@@ -23,17 +23,17 @@ from phase_traj_ros.core.camera.model import CameraModel, Distortion, MOST_FOCAL
 Numbers = NDArray[np.float64]
 
 PINHOLE = 1.0
-"""The straightness of a lens that keeps straight lines straight."""
+"""Straightness of a pinhole, which keeps straight lines straight."""
 STRAIGHTNESS_RANGE = (-1.0, 1.3)
-"""What lenses are looked for, beyond the strongest fisheyes and the pinhole."""
+"""Range of the straightness, a little beyond the strongest fisheyes and the pinhole."""
 
-# Nearer to 0, the series is exact to the last digit but one.
+# Below this straightness, the series is exact to rounding.
 _SMALL = 1e-6
-# Directions farther from the axis are not told apart.
+# Largest argument of the tangent; directions farther from the axis are clipped.
 _WIDEST = 1.55
-# So near to a pinhole, distortion makes no difference to the yaw.
+# Below this difference from a pinhole, distortion has no effect on the yaw.
 _STRAIGHT = 0.02
-# The series of a calibration is fitted at so many angles, up to 85 degrees at most.
+# Number of angles at which the series of a calibration is fitted, and their maximum.
 _FITTED, _FITTED_TO = 200, math.radians(85.0)
 
 
@@ -48,7 +48,7 @@ def radius(angle: Numbers, straightness: float) -> Numbers:
 
 
 def angle_at(distance: Numbers, straightness: float) -> Numbers:
-    """Return the angle from the optical axis in radians at each r / f; undoes ``radius``."""
+    """Return the angle from the optical axis in radians at each r / f; inverse of ``radius``."""
     root = math.sqrt(abs(straightness))
     if root * root < _SMALL:
         return distance - straightness * distance ** 3 / 3.0
@@ -58,7 +58,7 @@ def angle_at(distance: Numbers, straightness: float) -> Numbers:
 
 
 def rays(places: Numbers, focal_px: float, straightness: float) -> Numbers:
-    """Return unit vectors (N, 3) of places (N, 2), in pixels from the principal point."""
+    """Return the unit vectors (N, 3) of positions (N, 2) in pixels from the principal point."""
     distance = np.hypot(places[:, 0], places[:, 1]) / focal_px
     angle = angle_at(distance, straightness)
     scale = np.where(distance > 1e-9, np.sin(angle) / np.maximum(distance, 1e-12), 1.0) / focal_px
@@ -67,9 +67,9 @@ def rays(places: Numbers, focal_px: float, straightness: float) -> Numbers:
 
 def places(directions: Numbers, focal_px: float, straightness: float) -> tuple[Numbers, Numbers]:
     """
-    Return where directions (N, 3) are seen, and how that changes with them.
+    Return the image positions of directions (N, 3), and their derivatives.
 
-    The places (N, 2) are in pixels from the principal point, their derivatives are (N, 2, 3).
+    The positions (N, 2) are in pixels from the principal point, the derivatives are (N, 2, 3).
     """
     x, y, z = directions.T
     aside = np.hypot(x, y)
@@ -91,16 +91,16 @@ def places(directions: Numbers, focal_px: float, straightness: float) -> tuple[N
 
 def focal_px_of(hfov_deg: float, width: int, straightness: float, *, column: float) -> float:
     """
-    Return the focal length of a lens that sees so many degrees from edge to edge.
+    Return the focal length in pixels that gives a field of view, from edge to edge.
 
-    ``column`` is that of the principal point, in pixels to the right of the middle of a picture
-    ``width`` pixels wide. Undoes ``OneNumberLens.hfov_deg``.
+    ``column`` is the column of the principal point, in pixels to the right of the centre of an
+    image ``width`` pixels wide. This is the inverse of ``OneNumberLens.hfov_deg``.
     """
     angle, sides = math.radians(hfov_deg), width * width / 4 - column * column
     root = math.sqrt(abs(straightness))
     if root * root < _SMALL:
         return width / angle
-    # What the two sides add up to, by the addition theorem of tan or tanh.
+    # Sum of the angles of both sides, by the addition theorem of tan or tanh.
     tangent = math.tan(root * angle) if straightness > 0.0 else math.tanh(root * angle)
     under = width * width + math.copysign(4.0, straightness) * tangent * tangent * sides
     return root * (width + math.copysign(math.sqrt(max(under, 0.0)), tangent)) / (2.0 * tangent)
@@ -109,7 +109,7 @@ def focal_px_of(hfov_deg: float, width: int, straightness: float, *, column: flo
 @dataclass(frozen=True, slots=True)
 class OneNumberLens:
     """
-    A lens of this family, for pictures of any size.
+    A lens of this family, for images of any size.
 
     Raises
     ------
@@ -119,7 +119,7 @@ class OneNumberLens:
     """
 
     focal_px: float
-    """Focal length in pixels per radian in the middle of the picture."""
+    """Focal length in pixels per radian at the principal point."""
     straightness: float = PINHOLE
 
     def __post_init__(self) -> None:
@@ -136,9 +136,9 @@ class OneNumberLens:
 
     def hfov_deg(self, width: int, *, column: float = 0.0) -> float:
         """
-        Return the horizontal field of view in degrees of a picture, from edge to edge.
+        Return the horizontal field of view of an image in degrees, from edge to edge.
 
-        ``column`` is that of the principal point, in pixels to the right of the middle.
+        ``column`` is the column of the principal point, in pixels to the right of the centre.
         """
         edges = np.array([width / 2 - column, width / 2 + column]) / self.focal_px
         angles = np.sign(edges) * angle_at(np.abs(edges), self.straightness)
@@ -146,10 +146,10 @@ class OneNumberLens:
 
     def model(self, shape: tuple[int, int], *, column: float = 0.0) -> CameraModel:
         """
-        Return the model of a camera with this lens, for pictures (H, W).
+        Return the model of a camera with this lens, for images (H, W).
 
-        The principal point is ``column`` pixels to the right of the middle. A lens that is nearly
-        a pinhole is made one.
+        The principal point is ``column`` pixels to the right of the centre. A lens that is nearly
+        a pinhole becomes a pinhole.
         """
         middle = CameraModel.pinhole(shape, self.focal_px)
         pinhole = replace(middle, cx=middle.cx + column)
@@ -158,7 +158,7 @@ class OneNumberLens:
         height, width = shape
         corner = np.array([math.hypot(height / 2, width / 2 + abs(column)) / self.focal_px])
         farthest = min(float(angle_at(corner, self.straightness)[0]), _FITTED_TO)
-        # The pinhole's r grows beyond all measure: there the series holds up to its edge only.
+        # For k > 0, r is unbounded, so the series is fitted below the limit only.
         if self.straightness > 0.0:
             farthest = min(farthest, 0.95 * _WIDEST / math.sqrt(self.straightness))
         angle = np.linspace(farthest / _FITTED, farthest, _FITTED)

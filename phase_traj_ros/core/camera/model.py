@@ -1,10 +1,10 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
 """
-Where a camera sees a direction, according to its calibration.
+The model of a calibrated camera, which projects directions to pixels.
 
-Axes are those of an optical frame (REP 103): x to the right, y down, z forward. In the picture,
-columns go to the right and rows down, the centre of the first pixel is at (0, 0).
+Axes are those of an optical frame (REP 103): x to the right, y down, z forward. In the image,
+columns go to the right and rows down, and the centre of the first pixel is at (0, 0).
 """
 
 from dataclasses import dataclass, replace
@@ -16,27 +16,27 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-# The rays from the optical axis along which a model is followed, and the steps on each, to 90
-# degrees: 0.18 degrees, of which the last one that is sound counts.
+# Number of rays from the optical axis on which the range of a model is searched, and of steps of
+# 0.18 degrees on each ray, up to 90 degrees.
 _RAYS, _STEPS = 72, 500
-# The field of view is told to a tenth of a degree.
+# Number of steps of a tenth of a degree for the field of view.
 _ACROSS = 1800
-# Nobody has calibrated a camera to see as far as this, but a model may say so; in pixels.
+# Limit of pixel coordinates, far outside of any calibrated image.
 _FAR = 1e6
-# Of these coefficients (p1, p2, the thin prism's and the tilt's) the sign depends on which way up
-# the picture is.
+# Indices of the coefficients (p1, p2, thin prism, tilt) whose sign depends on the orientation of
+# the image.
 _DIRECTED = (2, 3, 8, 9, 10, 11, 12, 13)
 
 MOST_FOCAL_PX = 1e9
-"""No lens has a longer focal length, in pixels; much longer ones would overflow."""
+"""Largest focal length in pixels, far above that of any lens; larger values would overflow."""
 
 Numbers = NDArray[np.float64]
-# Calibrations that follow the autofocus tremble: a share of the focal length, and pixels.
+# Tolerances for calibrations that vary with the autofocus: relative focal length, and pixels.
 _SAME_FOCAL, _SAME_CENTRE = 0.001, 0.25
 
 
 class Distortion(Enum):
-    """How a lens departs from a pinhole; the value says which coefficients it takes."""
+    """Distortion model of a lens; the value describes its coefficients."""
 
     NONE = 'no coefficients'
     BROWN = '4, 5, 8, 12 or 14 coefficients'
@@ -46,7 +46,7 @@ class Distortion(Enum):
 
     @property
     def counts(self) -> tuple[int, ...]:
-        """Return how many coefficients there may be."""
+        """Return the allowed numbers of coefficients."""
         return _COUNTS[self]
 
 
@@ -57,45 +57,45 @@ _COUNTS = {
 @dataclass(frozen=True, slots=True)
 class Sight:
     """
-    Where directions are in a picture; three arrays of one shape.
+    Positions of directions in an image, in three arrays of one shape.
 
-    A direction that is not ``seen`` has a position as well: that of the direction nearest to it
-    that the model holds for.
+    A direction that is not ``seen`` has the position of the nearest direction in the range of the
+    model.
     """
 
     columns: Numbers
     rows: Numbers
     seen: NDArray[np.bool_]
-    """Whether the picture shows it."""
+    """Whether the direction is inside the image."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CameraModel:
     """
-    A calibrated camera, for pictures of one size.
+    A calibrated camera for images of one size.
 
     Raises
     ------
     ValueError
-        A value is out of its range, or the coefficients are not as many as the distortion takes.
+        A value is out of its range, or the number of coefficients is wrong for the distortion.
 
     """
 
     width: int
-    """Columns of the pictures that the calibration is for."""
+    """Width of the images in pixels."""
     height: int
-    """Rows."""
+    """Height of the images in pixels."""
     fx: float
-    """Focal length in pixels, horizontally."""
+    """Horizontal focal length in pixels."""
     fy: float
-    """Vertically."""
+    """Vertical focal length in pixels."""
     cx: float
     """Column of the principal point."""
     cy: float
     """Row of the principal point."""
     distortion: Distortion = Distortion.NONE
     coefficients: tuple[float, ...] = ()
-    """Of the distortion, in OpenCV's order."""
+    """Distortion coefficients, in the order of OpenCV."""
 
     def __post_init__(self) -> None:
         """Check the values."""
@@ -122,14 +122,14 @@ class CameraModel:
     @classmethod
     def pinhole(cls, shape: tuple[int, int], focal_px: float) -> 'CameraModel':
         """
-        Return a camera of which the focal length in pixels is all that is known.
+        Return a pinhole camera with a focal length in pixels.
 
-        The pictures, (H, W), have no distortion and their principal point in the middle.
+        The images, (H, W), have no distortion and their principal point at the centre.
 
         Raises
         ------
         ValueError
-            The focal length is out of its range, or the picture is empty.
+            The focal length is out of its range, or the image is empty.
 
         """
         if not 0 < focal_px <= MOST_FOCAL_PX:
@@ -142,21 +142,21 @@ class CameraModel:
 
     @property
     def shape(self) -> tuple[int, int]:
-        """Return the size of the pictures, (H, W)."""
+        """Return the size of the images, (H, W)."""
         return self.height, self.width
 
     @property
     def offset(self) -> float:
-        """Return how far the principal point is to the right of the middle, in widths."""
+        """Return the offset of the principal point to the right of the centre, in image widths."""
         return (self.cx - (self.width - 1) / 2) / self.width
 
     @property
     def hfov_deg(self) -> float:
-        """Return the field of view across, in the row of the principal point; at most 180."""
+        """Return the horizontal field of view in degrees at the principal point; at most 180."""
         return _degrees_across(self)
 
     def is_close_to(self, other: 'CameraModel') -> bool:
-        """Return whether the two differ by no more than what makes no difference to the yaw."""
+        """Return whether the difference of the two models has no effect on the yaw."""
         alike = (
             (self.shape, self.distortion, self.coefficients)
             == (other.shape, other.distortion, other.coefficients))
@@ -166,7 +166,7 @@ class CameraModel:
             and abs(self.cx - other.cx) < _SAME_CENTRE and abs(self.cy - other.cy) < _SAME_CENTRE)
 
     def turned_180(self) -> 'CameraModel':
-        """Return the model of the same camera for its pictures turned by 180 degrees."""
+        """Return the model of the same camera for images rotated by 180 degrees."""
         coefficients = self.coefficients
         if self.distortion is Distortion.BROWN:
             coefficients = tuple(
@@ -177,12 +177,12 @@ class CameraModel:
 
     def project(self, x: Numbers, y: Numbers, z: Numbers) -> Sight:
         """
-        Return where the picture shows the directions (x, y, z), in arrays that broadcast.
+        Project directions (x, y, z), arrays that broadcast, to the image.
 
-        What is behind the camera is not seen, nor is what is outside the picture. A polynomial
-        fits the picture it was calibrated with; farther out it may turn back, and say that things
-        far outside are inside. So along each ray from the optical axis, the model is believed as
-        far as the distance from the principal point grows.
+        Directions behind the camera or outside the image are not seen. A distortion polynomial is
+        fitted inside the image. Farther out it may turn back and project outside directions into
+        the image. The model is therefore used along each ray from the optical axis only while the
+        distance from the principal point increases.
         """
         x, y, z = np.broadcast_arrays(x, y, z)
         ahead = z > 0
@@ -202,7 +202,7 @@ class CameraModel:
         return Sight(columns, rows, seen)
 
     def _limit(self, ray: Numbers) -> Numbers:
-        """Return up to which angle from the axis the model holds, along rays of a direction."""
+        """Return the largest angle from the axis, in radians, at which the model is valid."""
         angles = np.linspace(0, math.pi / 2, _STEPS, endpoint=False)
         rays = np.linspace(0, 2 * math.pi, _RAYS, endpoint=False)
         radius = np.tan(angles)
@@ -210,15 +210,15 @@ class CameraModel:
             np.outer(np.cos(rays), radius), np.outer(np.sin(rays), radius))
         distance = np.hypot((columns - self.cx) / self.fx, (rows - self.cy) / self.fy)
         growing = np.diff(distance) > 0
-        # Where it stops growing first; at the last of the angles, if it never does.
+        # The first angle at which the distance stops increasing, else the last angle.
         last = np.where(growing.all(axis=1), _STEPS - 1, growing.argmin(axis=1))
         limits = angles[last]
-        # Between two rays, the nearer end counts.
+        # Between two rays, the smaller limit is used.
         index = np.floor(ray / (2 * math.pi) * _RAYS).astype(np.intp)
         return np.minimum(limits[index % _RAYS], limits[(index + 1) % _RAYS])
 
     def _distorted(self, x: Numbers, y: Numbers) -> tuple[Numbers, Numbers]:
-        """Return columns and rows of the directions (x, y, 1), wherever the model puts them."""
+        """Return columns and rows of the directions (x, y, 1), without a check of the range."""
         points = np.stack((x, y, np.ones_like(x)), axis=-1).reshape(-1, 1, 3)
         matrix = np.array(((self.fx, 0, self.cx), (0, self.fy, self.cy), (0, 0, 1)), np.float64)
         project = (

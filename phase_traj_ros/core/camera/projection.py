@@ -1,12 +1,12 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
 """
-From pixels to angles: the focal length, and frames reprojected to a cylinder.
+Conversion of pixels to angles, and the projection of frames onto a cylinder.
 
-Picture axes: columns to the right, rows down, the centre of the first pixel at (0, 0). Azimuths
-are positive to the right, as columns are; yaw is positive to the left, as REP 103 has it. A camera
-that turns left by an angle moves all content to the right by the same angle, so no sign changes
-between a shift on the cylinder and yaw.
+Image axes are columns to the right and rows down, with the centre of the first pixel at (0, 0).
+Azimuths are positive to the right, like columns. Yaw is positive to the left (REP 103). If the
+camera turns left by an angle, all content moves to the right by the same angle, so a shift on the
+cylinder and the yaw have the same sign.
 """
 
 from dataclasses import dataclass
@@ -20,32 +20,32 @@ from phase_traj_ros.core.camera.model import CameraModel, Distortion, MOST_FOCAL
 from phase_traj_ros.core.correlation.phase_correlation import Frame
 from phase_traj_ros.errors import FrameError
 
-# What is looked at, in degrees from the optical axis. Above, there is sky or the tops of houses
-# near by; below, the road passes too fast and the bonnet does not move at all.
+# Extent of the band in degrees from the optical axis. Above it are the sky and the tops of near
+# buildings; below it the road passes too fast, and the bonnet does not move.
 _ABOVE_DEG = 20.0
 _BELOW_DEG = 15.0
 _ASIDE_DEG = 60.0
-# Pixels per radian, and columns, of which more bring no accuracy:
+# Pixels per radian, and columns, beyond which the accuracy does not improve:
 # docs/measurements/heading.md.
 _ENOUGH_PX_PER_RAD = 256.0
 _ENOUGH_COLUMNS = 360
 _LEAST_SIDE = 8
-# OpenCV counts the pixels of what it remaps, from and to, in 16 bits.
+# OpenCV's remap has 16-bit pixel coordinates.
 _MOST_SIDE = 32766
-# Directions (slopes, azimuths) in which a picture that is distorted is looked for, and those along
-# each of the two lines on which its edges are: 0.03 degrees are less than a tenth of a pixel.
+# Number of directions (slopes, azimuths) in which a distorted image is searched, and number along
+# each of the two lines to its edges: 0.03 degrees are less than a tenth of a pixel.
 _SEARCHED = (65, 241)
 _ALONG = 4001
 
 LEAST_HFOV_DEG = 0.1
-"""No camera on a vehicle has a narrower field of view."""
+"""Smallest field of view in degrees, below that of any camera on a vehicle."""
 
 
 def focal_from_hfov(hfov_deg: float, width: int) -> float:
     """
-    Return the focal length in pixels of a camera that sees ``hfov_deg`` from edge to edge.
+    Return the focal length in pixels that gives a field of view, from edge to edge.
 
-    f = (width / 2) / tan(hfov / 2), for a picture without distortion.
+    f = (width / 2) / tan(hfov / 2), for an image without distortion.
 
     Raises
     ------
@@ -68,15 +68,15 @@ def hfov_from_focal(focal_px: float, width: int) -> float:
 
 def threshold_px(threshold_deg_s: float, focal_px: float, interval: float) -> float:
     """
-    Return the threshold in pixels per frame that stands for a yaw rate in degrees per second.
+    Return the threshold in pixels per frame for a yaw rate in degrees per second.
 
-    A camera that yaws by an angle a within ``interval`` seconds shifts what is straight ahead by
-    f tan(a) pixels. Angles of 80 degrees and more, which no picture can show, count as 80.
+    A yaw by an angle a within ``interval`` seconds shifts the content straight ahead by f tan(a)
+    pixels. The angle is limited to 80 degrees, beyond any image.
 
     Raises
     ------
     ValueError
-        One of the three is not a finite number above 0.
+        An argument is not a finite number above 0.
 
     """
     for name, value in (
@@ -90,10 +90,10 @@ def threshold_px(threshold_deg_s: float, focal_px: float, interval: float) -> fl
 @dataclass(frozen=True, slots=True)
 class Band:
     """
-    The part of the view that is reprojected, in degrees from the optical axis.
+    The part of the view that is projected, in degrees from the optical axis.
 
-    Given as angles rather than shares of the picture, it is the same part of the world whatever
-    the camera. It ends where the picture ends.
+    As it is given in angles and not in fractions of the image, it is the same part of the scene
+    for any camera. It is limited by the edges of the image.
     """
 
     above: float = _ABOVE_DEG
@@ -102,7 +102,7 @@ class Band:
     """To either side."""
 
     def __post_init__(self) -> None:
-        """Refuse what cannot be projected."""
+        """Check the angles."""
         for name, angle in (('above', self.above), ('below', self.below), ('aside', self.aside)):
             if not 0.0 < angle < 90.0:
                 raise ValueError(
@@ -111,18 +111,18 @@ class Band:
 
 class CylinderProjection:
     """
-    Reprojects the frames of a camera to a cylinder about the camera's vertical axis.
+    Projects the frames of a camera onto a cylinder about the vertical axis of the camera.
 
-    There, yaw is one and the same horizontal shift over the whole width, while in the picture of
-    a pinhole camera a yaw of a moves content at the azimuth t by f a / cos(t)**2. A point of the
+    On the cylinder, a yaw is the same horizontal shift over the whole width. In the image of a
+    pinhole camera, a yaw a moves content at the azimuth t by f a / cos(t)**2. A point of the
     cylinder has an azimuth t and a slope y, the tangent of its angle below the horizontal plane.
-    A camera without distortion sees it at
+    A camera without distortion images it at
 
         x = cx + fx tan(t),    y' = cy + fy y / cos(t).
 
-    The way from one to the other, distortion included, is computed once, and a frame costs one
-    ``cv2.remap`` (after a reduction by whole numbers, if the camera has far more pixels than are
-    of use).
+    The mapping, including the distortion, is computed once. A frame then needs one ``cv2.remap``,
+    after a reduction by an integer factor if the resolution of the camera is much higher than
+    required.
     """
 
     def __init__(
@@ -130,25 +130,25 @@ class CylinderProjection:
         px_per_rad: float | None = None,
     ) -> None:
         """
-        Compute the way from a frame to the cylinder.
+        Compute the mapping from a frame to the cylinder.
 
         Parameters
         ----------
         camera
-            What is known of the camera; the frames have the size it is for.
+            Model of the camera, for the size of the frames.
         band
-            Which part of the view is used.
+            Part of the view that is used.
         rotate_180
-            Whether the camera is mounted upside down: the cylinder is upright all the same. The
-            model is that of the frames as they come.
+            Whether the camera is mounted upside down. The cylinder is always upright; the model
+            is that of the frames as received.
         px_per_rad
-            Resolution of the cylinder; if not given, as much as is of use. It is never finer than
-            that of the frame in its middle, ``camera.fx``.
+            Resolution of the cylinder; by default, the useful resolution. It is limited to that
+            at the centre of the frame, ``camera.fx``.
 
         Raises
         ------
         FrameError
-            The camera shows hardly anything of the band, or in far too many pixels.
+            The camera shows too little of the band, or the frames are too large.
 
         """
         height, width = self._frame_shape = camera.shape
@@ -175,12 +175,12 @@ class CylinderProjection:
 
     def __call__(self, frame: Frame) -> Frame:
         """
-        Return a frame (H, W) on the cylinder, ``shape`` and the same type.
+        Return a frame (H, W) on the cylinder, of size ``shape`` and of the same type.
 
         Raises
         ------
         FrameError
-            The frame is not of the size that the way was computed for.
+            The size of the frame differs from that of the camera model.
 
         """
         if frame.shape != self._frame_shape:
@@ -198,12 +198,12 @@ class CylinderProjection:
 
     @property
     def shape(self) -> tuple[int, int]:
-        """Return the size (rows, columns) of what comes out."""
+        """Return the size of the projected frames, (rows, columns)."""
         return len(self._slopes), len(self._azimuths)
 
     @property
     def px_per_rad(self) -> float:
-        """Return how many pixels of the cylinder make a radian, in both directions."""
+        """Return the resolution of the cylinder in pixels per radian, in both directions."""
         return self._px_per_rad
 
     @property
@@ -213,21 +213,21 @@ class CylinderProjection:
 
     @property
     def slopes(self) -> NDArray[np.float64]:
-        """Return the slope y of each row, positive downwards."""
+        """Return the slope y of each row, positive down."""
         return self._slopes
 
     @property
     def inside(self) -> NDArray[np.bool_]:
         """
-        Return which pixels of the cylinder the frame shows, of size ``shape``.
+        Return which pixels of the cylinder are inside the frame, of size ``shape``.
 
-        Towards the sides the picture of a plane ends earlier; there its edge is repeated. So it
-        is where the model of a distorted one ends.
+        Towards the sides, the frame covers fewer rows of the cylinder. Outside of the frame, and
+        of the range of a distortion model, its edge is repeated.
         """
         return self._inside
 
     def yaw(self, dx: float) -> float:
-        """Return the yaw in radians, left positive, of a shift by ``dx`` pixels to the right."""
+        """Return the yaw in radians, positive to the left, of a shift by ``dx`` pixels."""
         return dx / self._px_per_rad
 
     def _check_sizes(self, camera: CameraModel) -> None:
@@ -247,31 +247,31 @@ class CylinderProjection:
                 ' or hfov_deg')
 
     def _samples(self, low: float, high: float) -> NDArray[np.float64]:
-        # Not a thousand million of them, before they are found to be too many.
+        # Limited, so that a wrong size is reported before it exhausts the memory.
         count = int(min(max(0.0, (high - low) * self._px_per_rad), _MOST_SIDE + 1))
         most = (count - 1) / 2 / self._px_per_rad
         middle = (low + high) / 2
         return np.linspace(middle - most, middle + most, count)
 
     def _whole(self, focal_px: float) -> int:
-        """Return how many pixels of the frame can be averaged into one."""
+        """Return the number of pixels of the frame that can be averaged into one."""
         return max(int(min(focal_px / self._px_per_rad + 1e-9, MOST_FOCAL_PX)), 1)
 
 
 def _look(
     camera: CameraModel, azimuths: NDArray[np.float64], slopes: NDArray[np.float64],
 ) -> Sight:
-    """Return where the camera sees each slope (rows) at each azimuth (columns)."""
+    """Return the image positions of each slope (rows) at each azimuth (columns)."""
     return camera.project(
         np.tan(azimuths), np.outer(slopes, 1 / np.cos(azimuths)), np.ones((1, 1)))
 
 
 def _extent(camera: CameraModel, band: Band) -> tuple[float, float, float, float]:
     """
-    Return what the camera sees of the band: azimuths left and right, slopes above and below.
+    Return the visible part of the band: azimuths left and right, slopes above and below.
 
-    They are those of the picture's edges straight to the left, right, above and below of the
-    optical axis, as what is higher and lower at the sides depends on the lens.
+    They are those of the edges of the image to the left, right, above and below of the optical
+    axis. Towards the corners, the edges depend on the lens.
     """
     aside = math.radians(band.aside)
     highest, lowest = math.tan(math.radians(band.above)), math.tan(math.radians(band.below))
@@ -281,7 +281,7 @@ def _extent(camera: CameraModel, band: Band) -> tuple[float, float, float, float
             min(math.atan((camera.width - 0.5 - camera.cx) / camera.fx), aside),
             min((camera.cy + 0.5) / camera.fy, highest),
             min((camera.height - 0.5 - camera.cy) / camera.fy, lowest))
-    # Part of a sensor need not contain the optical axis: then, of what is nearest to it.
+    # A cropped image may not contain the optical axis: use the point nearest to it.
     slopes = np.linspace(-highest, lowest, _SEARCHED[0])
     azimuths = np.linspace(-aside, aside, _SEARCHED[1])
     distance = np.hypot(slopes[:, None], azimuths)
@@ -308,5 +308,5 @@ def _run(
 
 
 def _reduced(position: NDArray[np.float64], times: int) -> NDArray[np.float32]:
-    """Take pixels of the frame to pixels of the reduced one."""
+    """Convert pixel coordinates of the frame to those of the reduced frame."""
     return ((position + 0.5) / times - 0.5).astype(np.float32)

@@ -1,3 +1,3 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""From frames to yaw, heading and turns, where the focal length is known."""
+"""Measures yaw, heading and turns from frames, given the focal length."""

@@ -1,23 +1,27 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
 """
-The camera's rotation from the displacements of blocks on the cylinder, whatever their distance.
+Rotation of the camera from the displacements of blocks on the cylinder, at any distance.
 
-A point at the azimuth t (to the right) and the slope y (downwards), at the horizontal distance d,
-moves on the cylinder, when the camera turns by a small rotation and moves on by s, by
+Consider a point at azimuth t (positive to the right), slope y (positive down) and horizontal
+distance d. If the camera rotates by a small angle and translates by s, the point moves on the
+cylinder by
 
     u = yaw + y (pitch sin t + roll cos t)         + q sin(t - b)
     w = (1 + y**2) (pitch cos t - roll sin t)      + q (y cos(t - b) - c),    q = s / d >= 0.
 
-u is to the right, w downwards, both in radians (w as a slope). Yaw is positive to the left (REP
-103); pitch and roll are rotations about the picture's x (right) and z (forward) axes. b is the
-azimuth of the direction of travel, c its slope. The first terms do not depend on the distance and
-the last ones lie, for each point, along one line; so the part of (u, w) across that line tells
-the rotation free of all distances. This is the differential form of the epipolar constraint
-(Longuet-Higgins and Prazdny, "The interpretation of a moving retinal image", 1980). On top of it
-come that nothing passes backwards (q >= 0), that q is not boundless (so that a point in the
-direction of travel itself, which hardly moves whatever its distance, tells u and w both), and
-that the direction of travel of a vehicle is never far from straight ahead.
+u is positive to the right, w down, both in radians (w as a slope). Yaw is positive to the left
+(REP 103). Pitch and roll are rotations about the x (right) and z (forward) axes of the image. b is
+the azimuth of the direction of travel, c its slope.
+
+The first terms do not depend on the distance. The last terms lie, for each point, along one line.
+The component of (u, w) across this line therefore gives the rotation independent of all distances.
+This is the differential form of the epipolar constraint (Longuet-Higgins and Prazdny, "The
+interpretation of a moving retinal image", 1980).
+
+Three constraints are added. The camera does not move backwards: q >= 0. q is bounded, so both u
+and w count for a point in the direction of travel, which hardly moves at any distance. The
+direction of travel of a vehicle is close to straight ahead.
 """
 
 from dataclasses import dataclass
@@ -28,21 +32,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 _ITERATIONS = 4
-# Standard deviation of q, as a share of which the displacements' own deviation is given below.
+# Prior standard deviation of q.
 _NEARNESS = 0.1
-# Displacements farther from the model than so many deviations speak against it.
+# A displacement that differs from the model by more standard deviations does not agree with it.
 _OUTLIER = 3.0
-# The direction of travel: how far from straight ahead (standard deviation, radians), and how
-# long it stays what it was (seconds).
+# Direction of travel: standard deviations of its azimuth and slope (radians), and the time
+# constant with which it returns to straight ahead (seconds).
 _COURSE, _SLOPE, _MEMORY = math.radians(3.0), math.radians(2.0), 1.0
-# Half of the squares of a normal distribution are below this, in variances.
+# Median of the squares of a normal distribution, in variances.
 _MEDIAN = 0.455
 _YAW, _PITCH, _ROLL, _B, _C, _ERROR = range(6)
 
 
 @dataclass(frozen=True, slots=True)
 class Travel:
-    """Direction of travel in the camera's view: azimuth and slope, with their variances."""
+    """Direction of travel relative to the camera: azimuth and slope in radians, and variances."""
 
     course: float = 0.0
     slope: float = 0.0
@@ -50,7 +54,7 @@ class Travel:
     slope_variance: float = _SLOPE ** 2
 
     def after(self, interval: float) -> 'Travel':
-        """Return what is known ``interval`` seconds later: it tends to straight ahead."""
+        """Return the prediction ``interval`` seconds later, which tends to straight ahead."""
         kept = math.exp(-interval / _MEMORY)
         share = kept * kept
         return Travel(
@@ -61,21 +65,21 @@ class Travel:
 
 @dataclass(frozen=True, slots=True)
 class CameraMotion:
-    """How the camera has turned between two frames, in radians, and how many blocks say so."""
+    """Rotation of the camera between two frames, in radians, and the agreement of the blocks."""
 
     yaw: float
-    """Left positive."""
+    """Positive to the left."""
     pitch: float
     roll: float
     travel: Travel
     agreeing: float
     """Sum of the weights of the blocks that agree with this motion."""
     agreement: float
-    """Their share of all weights, 0 to 1."""
+    """``agreeing`` as a share of all weights, 0 to 1."""
     yaw_variance: float
-    """Of the yaw, in square radians, from how much the agreeing blocks scatter."""
+    """Variance of the yaw in square radians, from the scatter of the blocks."""
     passing: float
-    """Median of the blocks' q: the way of the camera over their distance."""
+    """Median q of the blocks: translation of the camera divided by their distance."""
 
 
 class MotionFit:
@@ -85,9 +89,9 @@ class MotionFit:
         self, azimuths: NDArray[np.float64], slopes: NDArray[np.float64], *, deviation: float,
     ) -> None:
         """
-        Take the blocks' azimuths and slopes, (N,) each, in radians.
+        Make a fit for blocks at these azimuths and slopes, (N,) each, in radians.
 
-        ``deviation`` is that of a block's displacement, in radians.
+        ``deviation`` is the standard deviation of the displacement of a block, in radians.
         """
         self._azimuths = azimuths
         self._slopes = slopes
@@ -99,20 +103,20 @@ class MotionFit:
         travel: Travel,
     ) -> CameraMotion | None:
         """
-        Return the motion that explains the displacements (N,) best, or None without any.
+        Return the motion that fits the displacements, (N,) in radians; None if they are too few.
 
-        ``travel`` is what is known of the direction of travel beforehand.
+        ``travel`` is the predicted direction of travel.
         """
         used = np.flatnonzero(weight > 0.0)
         if len(used) <= _C:
             return None
         u, w, weight = u[used], w[used], weight[used]
-        # The displacement is that of the point half-way: so it is the same in both directions.
+        # Evaluated half-way along the displacement, so that both directions of time are equal.
         azimuth = self._azimuths[used] + u / 2
         y = self._slopes[used] + w / 2
         shift = np.stack([u, w])
-        # What each unknown does to each point, (6, 3, N): across, downwards, and along the line
-        # that its distance moves it on. The last row is the error that the unknowns leave.
+        # Effect of each unknown on each point, (6, 3, N): to the right, down, and along the line
+        # on which the distance of the point moves it. The last row is the residual.
         known = np.zeros((_ERROR + 1, 3, len(used)))
         known[_YAW, 0] = -1.0
         sine, cosine, bulge = np.sin(azimuth), np.cos(azimuth), 1.0 + y * y
@@ -138,9 +142,9 @@ class MotionFit:
             near *= forwards
             known[_ERROR, :2] = rest - near * along
             error = (known[_ERROR, :2] * rest).sum(axis=0)
-            # Cauchy's weights: what is far off, such as other traffic, hardly counts.
+            # Cauchy weights: outliers, such as other traffic, have little effect.
             factor[:2] = robust = weight / (1.0 + error / variance)
-            # What lies along the line tells the distance, and so nothing else.
+            # The component along the line determines the distance of the point only.
             np.divide(robust * forwards, -squared, out=factor[2])
             known[_B, :2] = near * ahead, -near * y * along[0]
             known[_C, 1] = near
@@ -148,15 +152,15 @@ class MotionFit:
             normal = (known[:_ERROR] * factor).reshape(_ERROR, -1) @ known.reshape(
                 _ERROR + 1, -1).T
             gradient = normal[:, _ERROR] + trust * (state - prior)
-            # OpenCV's, as LAPACK's may wake threads: for so little they take as long as the rest.
+            # OpenCV instead of LAPACK, whose threads cost more than this small inversion.
             solvable, inverse = cv2.invert(normal[:, :_ERROR] + np.diag(trust))
             if not solvable:
                 return None
             state -= inverse @ gradient
         covariance = inverse * variance
         agreeing = float(weight[error < (_OUTLIER * self._deviation) ** 2].sum())
-        # Each block leaves one residual, as its depth takes up the other one. The median of them
-        # gives the deviation, whatever the outliers do.
+        # Each block leaves one residual, as its depth absorbs the other one. Their median gives a
+        # deviation that is robust to outliers.
         spread = float(np.median(error)) / (_MEDIAN * variance)
         return CameraMotion(
             yaw=float(state[_YAW]), pitch=float(state[_PITCH]), roll=float(state[_ROLL]),

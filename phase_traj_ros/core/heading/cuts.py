@@ -1,34 +1,34 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
 """
-Changes of scene in an edited film, told by how well the blocks of each pair agree.
+Detects cuts in edited videos from the agreement of the blocks of each pair.
 
-Across a cut the two frames have nothing in common, so hardly any block agrees with any motion,
-nor does the picture as a whole, while the pairs on both sides of it are as good as ever. That
-tells a cut from all else that spoils pairs: what passes in front of the camera, or covers it,
-spoils several in a row; a change of exposure spoils none; and where frames were lost, the stamps
-show it.
+The two frames across a cut are unrelated, so hardly any block agrees with a motion, and neither
+does the image as a whole. The pairs before and after the cut are measured as usual. This
+distinguishes a cut from other disturbances: an object in front of the camera, or a covered lens,
+disturbs several consecutive pairs; a change of exposure disturbs none; lost frames show in the
+stamps.
 """
 
 from phase_traj_ros.core.heading.yaw_meter import YawMeasurement
 
-# Share of the blocks that agree: in the pairs next to a cut at least the first, and across it less
-# than the second times that. Of unrelated frames 0.04 agree, at most 0.11.
+# Share of the blocks that agree: at least _GOOD in the pairs next to a cut, and less than _CUT
+# times this share across it. For unrelated frames it is 0.04, at most 0.11.
 _GOOD, _CUT = 0.3, 0.25
-# Frames that are this many times as far apart as those before had others between them.
+# Frames were lost if the interval is this many times the previous one.
 _LOST = 1.5
 
 
 class CutDetector:
     """
-    Tells that the scene has changed, one pair after it has.
+    Detects a change of scene, one pair late.
 
-    Only the pair after a cut tells it from a covered lens. Until then the pair across the cut is
-    one without a measurement.
+    Only the pair after a cut distinguishes it from a covered lens. Until then, the pair across the
+    cut is a pair without a measurement.
     """
 
     def __init__(self) -> None:
-        """Make one that has seen no pair."""
+        """Make a detector before its first pair."""
         self.reset()
 
     def reset(self) -> None:
@@ -39,15 +39,14 @@ class CutDetector:
 
     def update(self, measured: YawMeasurement | None, interval: float) -> bool:
         """
-        Take the next pair; return whether the scene changed in the pair before it.
+        Add the next pair; return whether there was a cut in the previous pair.
 
         Parameters
         ----------
         measured
-            What it tells of the camera's rotation; None where the frames were not compared, which
-            is not a cut.
+            Yaw measurement of the pair; None if the frames were not compared, which is not a cut.
         interval
-            Between the two frames, in seconds.
+            Time between the two frames, in seconds.
 
         """
         if measured is None:

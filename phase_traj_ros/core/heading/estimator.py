@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Heading and turns of one camera whose focal length is known: frames in, yaw added up."""
+"""Measures the heading and the turns from the frames of a camera with a known focal length."""
 
 from dataclasses import dataclass
 import math
@@ -24,30 +24,30 @@ from phase_traj_ros.core.heading.turns import Turn, TurnDetector
 from phase_traj_ros.core.heading.yaw_meter import YawMeasurement, YawMeter
 from phase_traj_ros.errors import FrameError
 
-# A vehicle drives straight on if it turns by less than this, radians per second, and drives if
-# half of what is seen passes by more than this (way over distance).
+# A vehicle drives straight ahead below this yaw rate in radians per second, and moves above this
+# median ratio of its translation to the distance of the blocks.
 _STRAIGHT, _DRIVING = math.radians(3.0), 0.01
 
 
 @dataclass(frozen=True, slots=True)
 class HeadingUpdate:
-    """What one pair of frames adds to the heading."""
+    """Heading, shift and turns of one pair of frames."""
 
     step: HeadingStep
     shift: Shift | None
-    """Shift of the picture in its middle, in pixels of the full frame; None if not comparable."""
+    """Shift at the centre of the image, in pixels of the full frame; None if not comparable."""
     measured: bool
-    """Whether the yaw was measured, and not bridged."""
+    """Whether the yaw was measured; False if it was bridged."""
     turns: tuple[Turn, ...]
-    """Turns that are known to have ended."""
+    """Turns whose end was detected with this pair."""
     quarters: tuple[int, ...]
-    """Quarter turns that count from this pair on, in their order: 1 to the left, -1 right."""
+    """Quarter turns that count from this pair on, in order: 1 to the left, -1 to the right."""
     focal_px: float
-    """Focal length that the yaw was measured with, in pixels of the full frame."""
+    """Focal length with which the yaw was measured, in pixels of the full frame."""
 
 
 class HeadingEstimator:
-    """Measures the yaw of each pair, adds it up, and finds the turns."""
+    """Measures the yaw of each pair, integrates it to the heading, and detects turns."""
 
     def __init__(
         self, lens: Lens, *, rotate_180: bool = False, mask: NDArray[np.float32] | None = None,
@@ -55,27 +55,27 @@ class HeadingEstimator:
         transform: TransformLibrary = TransformLibrary.AUTO,
     ) -> None:
         """
-        Make an estimator; the frames' size is learned from the first frame.
+        Make an estimator. The first frame sets the size of the frames.
 
         Parameters
         ----------
         lens
             Focal length, field of view or calibration of the camera.
         rotate_180
-            Whether it is mounted upside down.
+            Whether the camera is mounted upside down.
         mask
-            (H, W) from 0 to 1, how much each pixel of the frames counts.
+            Weight of each pixel of the frames, (H, W), 0 to 1.
         learning
-            What learns the camera from the drive, where the lens is a guess: what it finds is used
-            instead, and the heading so far is corrected.
+            Self-calibration, if ``lens`` is a guess. The camera that it finds replaces ``lens``,
+            and the heading so far is corrected.
         transform
-            Which library computes the Fourier transforms.
+            Library that computes the Fourier transforms.
 
         """
         self._lens = lens
         self._learning = learning
         self._learned = False
-        # The newest frame, for a meter that takes over.
+        # The newest frame, for a new meter.
         self._newest: Frame | None = None
         self._rotate_180 = rotate_180
         self._left_out = LeftOut(mask)
@@ -91,98 +91,98 @@ class HeadingEstimator:
 
     @property
     def field_of_view(self) -> FieldOfView | None:
-        """Return what the turns tell of the field of view, whatever the lens; None at first."""
+        """Return the field of view estimated from the turns, for any lens; None before a turn."""
         return self._bends.field_of_view
 
     @property
     def tracker(self) -> HeadingTracker:
-        """Return what adds up the yaw."""
+        """Return the tracker, which integrates the yaw."""
         return self._tracker
 
     @property
     def lens(self) -> Lens:
-        """Return what is known of the camera."""
+        """Return the lens in use."""
         return self._lens
 
     @property
     def learned(self) -> CameraEstimate | None:
-        """Return what the drive has told of the camera; None before a turn, or if it is known."""
+        """Return the camera learned from the drive; None before a turn, or if it is known."""
         if self._learning is None or self._learning.turns == 0:
             return None
         return self._learning.estimate
 
     @property
     def focal_px(self) -> float:
-        """Return the (horizontal) focal length in pixels of the frames; 0 before the first."""
+        """Return the horizontal focal length in pixels of the frames; 0 before the first frame."""
         return self._focal[0]
 
     @property
     def camera(self) -> CameraInUse | None:
-        """Return what the camera is taken for now; None before the first frame."""
+        """Return the camera in use; None before the first frame."""
         return CameraInUse.of(self._lens, self._shape[1]) if self._shape else None
 
     @property
     def model(self) -> CameraModel:
         """
-        Return the model of the upright picture.
+        Return the camera model of the upright image.
 
         Raises
         ------
         ValueError
-            There was no frame yet.
+            It is called before the first frame.
 
         """
         if not self._shape:
-            raise ValueError('there was no frame yet: give one before asking for the model')
+            raise ValueError('the camera model is unknown before the first frame: give one first')
         camera = self._lens.camera_for((self._shape[0], self._shape[1]))
         return camera.turned_180() if self._rotate_180 and self._lens.calibrated else camera
 
     @property
     def counting(self) -> NDArray[np.float32] | None:
-        """Return how much each pixel of the frames counts, (H, W) from 0 to 1; None: all alike."""
+        """Return the weight of each pixel, (H, W), 0 to 1; None if all count equally."""
         return self._left_out.counting
 
     @property
     def bends_may_be_turns(self) -> bool:
-        """Return whether a bend so far may have been a turn, as the camera may be another one."""
+        """Return whether a bend so far may be a turn, given the uncertainty of the camera."""
         camera = self.camera
         return camera is not None and self._bends.may_be_turns(camera)
 
     def use_lens(self, lens: Lens) -> None:
         """
-        Go on with another lens (nothing happens if it is the same).
+        Continue with another lens; an equal lens has no effect.
 
-        The heading is kept, and corrected if the lens so far was a guess. The next frame has none
-        to be compared with.
+        The heading is kept, and corrected if the previous lens was a guess. The next frame becomes
+        the first of a pair.
         """
         if lens == self._lens:
             return
         if self._learning is not None:
-            # What was in use so far was a guess.
+            # The previous lens was a guess.
             self._correct(self._lens, lens)
             self._learning = self._newest = None
         self._lens = lens
         self._meter = None
 
     def turn_180(self, upside_down: bool) -> None:
-        """Go on with the camera mounted this way up, as ``use_lens`` does."""
+        """Continue with the camera mounted this way up; the next frame is the first of a pair."""
         if upside_down != self._rotate_180:
             self._rotate_180 = upside_down
             self._meter = None
             if self._learning is not None:
-                # What it knows of the tilt was upside down.
+                # The learned tilt applies to the other mounting.
                 self._learning.forget()
             self._mask_learning()
 
     def leave_out(self, weights: NDArray[np.uint8] | None) -> None:
         """
-        Go on without what is fixed to the camera; no pair is lost.
+        Continue without the areas that are fixed to the camera; no pair is lost.
 
         Parameters
         ----------
         weights
-            (H, W), how much each pixel of the frames counts besides the mask, 0 to 255; None for
-            all alike.
+            Weight of each pixel of the frames in addition to the mask, (H, W), 0 to 255; None if
+            all count equally.
 
         """
         self._left_out.use(weights)
@@ -192,9 +192,9 @@ class HeadingEstimator:
 
     def cut(self) -> None:
         """
-        Start a new piece: the pair that is added next is of another scene than those before.
+        Start a new scene with the pair that is added next.
 
-        The heading and the turns are kept; a turn under way has ended.
+        The heading and the turns are kept; a turn in progress ends.
         """
         self._tracker.cut()
         self._cut_short += self._turns.cut()
@@ -203,37 +203,37 @@ class HeadingEstimator:
             self._learning.cut()
 
     def restart(self) -> None:
-        """Start anew at heading 0; the newest frame is the first. What is settled stays so."""
+        """Restart at heading 0 with the newest frame; a learned camera is kept."""
         self._tracker.reset()
         self._turns.reset()
         self._bends.restart()
         self._cut_short.clear()
 
     def forget_frame(self) -> None:
-        """Do not compare the next frame with the one before; the heading is kept."""
+        """Make the next frame the first of a pair; the heading is kept."""
         if self._meter is not None:
             self._meter.reset()
 
     def correlation_map(self) -> NDArray[np.float32]:
-        """Return the map of the newest pair on the cylinder; (0, 0) before the first frame."""
+        """Return the correlation map of the newest pair on the cylinder; (0, 0) at first."""
         if self._meter is None:
             return np.zeros((0, 0), np.float32)
         return self._meter.correlation_map()
 
     def finish(self) -> list[Turn]:
-        """Return the turn that is under way at the end, if it is one already."""
+        """Return the turn in progress at the end, if it has reached the minimum angle."""
         if self._learning is not None:
             self._learning.finish()
         return self._turns.finish()
 
     def measure(self, frame: Frame, interval: float) -> YawMeasurement | None:
         """
-        Return what the next frame tells, or None if there is none to compare it with.
+        Return the yaw measurement of the next frame, None for the first frame of a pair.
 
         Raises
         ------
         FrameError
-            The frame cannot be used. It is as if it had never come.
+            The frame cannot be used. The state is unchanged.
 
         """
         if self._meter is None or frame.shape != self._shape:
@@ -241,7 +241,7 @@ class HeadingEstimator:
         measurement = self._meter.update(frame, interval)
         if self._learning is not None:
             self._newest = frame
-            # Not the shift of the whole: in a gentle bend, what passes by may outweigh the turn.
+            # Not the shift of the whole image: in a gentle bend, parallax may exceed the yaw.
             yaw = None if measurement is None else measurement.yaw
             self._learned |= self._learning.update(
                 _upright(frame) if self._rotate_180 else frame,
@@ -249,14 +249,14 @@ class HeadingEstimator:
         return measurement
 
     def start(self, stamp_ns: int) -> None:
-        """Note the stamp of the first frame."""
+        """Record the stamp of the first frame."""
         self._turns.update(stamp_ns, 0.0)
         self._bends.start(stamp_ns)
 
     def add(
         self, measurement: YawMeasurement | None, stamp_ns: int, interval: float,
     ) -> HeadingUpdate:
-        """Add a pair's measurement, or bridge it where there is none."""
+        """Add the measurement of a pair; None bridges the pair."""
         if measurement is None:
             step = self._tracker.update(None, interval)
         else:
@@ -279,7 +279,7 @@ class HeadingEstimator:
         return update
 
     def shift_of(self, measurement: YawMeasurement | None) -> Shift | None:
-        """Return the shift of the picture in its middle, in pixels of the full frame."""
+        """Return the shift at the centre of the image, in pixels of the full frame."""
         if measurement is None:
             return None
         shift = measurement.shift
@@ -292,7 +292,7 @@ class HeadingEstimator:
             self._learning.use_mask(self._left_out.as_seen(rotate_180=self._rotate_180))
 
     def _learn_from_travel(self, measurement: YawMeasurement, step: HeadingStep) -> None:
-        """Learn the pitch from the direction of travel, straight on and with a camera learned."""
+        """Learn the pitch from the direction of travel, straight ahead with a learned camera."""
         motion = measurement.motion
         if (self._learning is None or motion is None or motion.passing < _DRIVING
                 or self._lens.origin is not LensOrigin.DRIVE or abs(step.rate) > _STRAIGHT):
@@ -300,7 +300,7 @@ class HeadingEstimator:
         self._learning.add_travel(motion.travel.slope, math.sqrt(motion.travel.slope_variance))
 
     def _adopt(self) -> None:
-        """Go on with the camera that the drive has told, where that makes a difference."""
+        """Continue with the camera learned from the drive, if it differs."""
         self._learned = False
         if self._learning is None or self._newest is None:
             return
@@ -311,14 +311,14 @@ class HeadingEstimator:
         try:
             self._meter = self._make_meter(self._newest)
         except FrameError:
-            # With that lens there would be nothing to measure: better a guess.
+            # The frames cannot be measured with this lens: keep the guess.
             self._lens = before
             return
         self._correct(before, lens)
         self._meter.update(self._newest, 0.0)
 
     def _correct(self, before: Lens, lens: Lens) -> None:
-        """Correct all angles so far, which were measured with the lens ``before``."""
+        """Correct all angles that were measured with the lens ``before``."""
         if not self._shape:
             return
         factor = before.focal_for(self._shape[1]) / lens.focal_for(self._shape[1])
@@ -332,10 +332,10 @@ class HeadingEstimator:
             check_size(frame, self._left_out.mask)
         camera = self._lens.camera_for((frame.shape[0], frame.shape[1]))
         if self._rotate_180 and not self._lens.calibrated:
-            # Numbers and estimates are about the upright picture, calibrations about the frames.
+            # Numbers and estimates describe the upright image, calibrations the frames.
             camera = camera.turned_180()
         projection = CylinderProjection(camera, rotate_180=self._rotate_180)
-        # A frame that will be refused must not change anything.
+        # A rejected frame must not change the state.
         check_frame(projection(frame))
         meter = YawMeter(projection, mask=self._left_out.mask, transform=self._transform)
         if self._left_out.keep_for(frame.shape):

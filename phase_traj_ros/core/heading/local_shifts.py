@@ -1,11 +1,11 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
 """
-How each block of a fixed grid has moved, once the shift of the whole picture is known.
+Measures the displacement of each block of a fixed grid, given the shift of the whole image.
 
-The shift of the whole picture is that of whatever has most of its texture, be it a house front
-that passes by on one side. The blocks tell the parts of the view from each other. Nothing is
-detected, matched or followed from frame to frame: the blocks are always the same.
+The shift of the whole image follows the part with the most texture, which may be a house front
+passing on one side. The blocks distinguish the parts of the image. There is no detection, matching
+or tracking of features: the blocks are always the same.
 """
 
 from dataclasses import dataclass
@@ -14,20 +14,20 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-# Least squares within each block (Lucas and Kanade, 1981), on a pyramid: it finds a block up to
-# some 30 pixels away from where it is expected.
+# Least squares within each block (Lucas and Kanade, 1981), on a pyramid. The search range is
+# about 30 pixels around the expected position.
 _BLOCK = (9, 9)
 _LEVELS = 3
 _STOP = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 10, 0.03)
-# Smaller eigenvalue of a block's matrix of gradients (per pixel, as OpenCV scales it) below which
-# a block says nothing, and above which it is as good as any.
+# Smaller eigenvalue of the gradient matrix of a block (per pixel, as scaled by OpenCV): below the
+# first value, the weight of the block is 0; above the second, it is 1.
 _NO_TEXTURE = 1e-4
 _GOOD_TEXTURE = 3e-3
-# Least share of the smaller eigenvalue in the larger one. Below, a block shows an edge alone, and
-# how it moves along that cannot be seen: in a bend, the kerb stays where it is in the picture.
+# Minimum ratio of the smaller to the larger eigenvalue. Below it, a block shows only an edge, and
+# its motion along the edge is invisible: in a bend, the kerb does not move in the image.
 _NO_EDGE = 0.1
-# A block that moves less, in pixels, where the world must have moved, may be fixed to the camera;
-# one that moves more is not. So fast does either become certain.
+# A block that moves less than _STILL pixels while the scene must move may be fixed to the camera;
+# one that moves more than _MOVED is not. Below are the rates at which either becomes certain.
 _STILL = 0.3
 _MOVED = 1.0
 _FASTER, _FORGOTTEN = 0.15, 0.7
@@ -38,8 +38,7 @@ class BlockShifts:
     """
     Displacements of the blocks of a grid, in pixels; all arrays are (N,).
 
-    ``dx`` is positive to the right, ``dy`` downwards; ``weight`` runs from 0 (nothing to be told)
-    to 1.
+    ``dx`` is positive to the right, ``dy`` down. ``weight`` is from 0 (not measured) to 1.
     """
 
     dx: NDArray[np.float64]
@@ -51,8 +50,8 @@ class BlockGrid:
     """
     Measures the displacement of the blocks of a fixed grid between two frames.
 
-    Blocks that prove to be fixed to the camera, such as text burnt into the picture, dirt on the
-    lens or the bonnet, are given the weight 0 until they move.
+    Blocks that are found to be fixed to the camera, such as text overlays, dirt on the lens or the
+    bonnet, have weight 0 until they move.
     """
 
     def __init__(
@@ -60,16 +59,16 @@ class BlockGrid:
         blocks: tuple[int, int] = (8, 20),
     ) -> None:
         """
-        Lay out the grid.
+        Make the grid.
 
         Parameters
         ----------
         shape
-            Of the frames, (H, W).
+            Shape of the frames, (H, W).
         counts
-            (H, W): blocks whose middle is False are left out.
+            (H, W). Blocks whose centre is False are left out.
         blocks
-            How many blocks there are, (down, across).
+            Number of blocks, (rows, columns).
 
         """
         (down, across), (height, width) = blocks, shape
@@ -80,7 +79,7 @@ class BlockGrid:
             seen = counts[np.rint(y).astype(int), np.rint(x).astype(int)]
             y, x = y[seen], x[seen]
         self._middles = np.stack([x, y], axis=1).astype(np.float32)
-        # Where the blocks are in a flattened picture, and what their gradients are taken from.
+        # Pixels of each block, with a margin for the gradients, in a flattened image.
         reach = np.arange(-(_BLOCK[0] // 2) - 1, _BLOCK[0] // 2 + 2)
         row, column = (
             np.clip(np.rint(middle)[:, None].astype(int) + reach, 0, side - 1)
@@ -95,9 +94,9 @@ class BlockGrid:
 
     def look_at(self, counts: NDArray[np.bool_], *, least: float) -> bool:
         """
-        Give blocks whose middle is False in ``counts``, (H, W), no weight from now on.
+        Set the weight of blocks whose centre is False in ``counts``, (H, W), to 0 from now on.
 
-        Return whether as many as ``least`` blocks are left; if not, nothing has changed.
+        Return whether at least ``least`` blocks are left; if not, the state is unchanged.
         """
         columns, rows = np.rint(self._middles).astype(int).T
         left = counts[rows, columns]
@@ -108,12 +107,12 @@ class BlockGrid:
 
     @property
     def middles(self) -> NDArray[np.float32]:
-        """Return the middles of the blocks in pixels, (N, 2): column, row."""
+        """Return the centres of the blocks in pixels, (N, 2): column, row."""
         return self._middles
 
     @property
     def fixed(self) -> NDArray[np.bool_]:
-        """Return which blocks are taken to be fixed to the camera, (N,)."""
+        """Return which blocks are found to be fixed to the camera, (N,)."""
         return self._fixed > 0.5
 
     def measure(
@@ -121,9 +120,9 @@ class BlockGrid:
         expected: tuple[float, float],
     ) -> BlockShifts:
         """
-        Return how the blocks have moved from ``previous`` to ``current``, both (H, W) uint8.
+        Return the displacements of the blocks from ``previous`` to ``current``, (H, W) uint8.
 
-        ``expected`` (dx, dy) is where to look for all of them.
+        ``expected`` (dx, dy), in pixels, is the displacement around which all blocks are searched.
         """
         guess = self._middles + np.asarray(expected, np.float32)
         found, state, texture = cv2.calcOpticalFlowPyrLK(
@@ -141,7 +140,7 @@ class BlockGrid:
         x = (pixels[:, 1:-1, 2:] - pixels[:, 1:-1, :-2]).reshape(len(pixels), -1)
         y = (pixels[:, 2:, 1:-1] - pixels[:, :-2, 1:-1]).reshape(len(pixels), -1)
         xx, xy, yy = (np.einsum('ij,ij->i', *pair) for pair in ((x, x), (x, y), (y, y)))
-        # The product of the eigenvalues against the square of their sum.
+        # Compares the product of the eigenvalues with the square of their sum.
         return np.asarray(
             (1.0 + _NO_EDGE) ** 2 * (xx * yy - xy * xy) > _NO_EDGE * (xx + yy) ** 2, np.bool_)
 
@@ -149,7 +148,7 @@ class BlockGrid:
         """
         Learn which blocks are fixed to the camera.
 
-        ``must_move`` (N,) tells which of them any part of the world would have moved in.
+        ``must_move`` (N,) is True for blocks in which any part of the scene would have moved.
         """
         distance = np.hypot(shifts.dx, shifts.dy)
         still = must_move & (distance < _STILL)

@@ -1,40 +1,40 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
 """
-Heading from the yaw of each pair of frames: what is measured is added up, the rest is bridged.
+Integrates the yaw of each pair of frames to the heading, and bridges missing pairs.
 
-Angles in radians, left positive, as REP 103 has it; the heading is 0 at the first frame and is
-not wrapped: after a full circle to the left it is 2 pi.
+Angles are in radians, positive to the left (REP 103). The heading is 0 at the first frame and is
+not wrapped: after a full circle to the left, it is 2 pi.
 """
 
 from dataclasses import dataclass
 import math
 
-# A change of the yaw rate faster than this is not believed of a vehicle until it lasts: radians
-# per second squared, on top of what measuring errors make of the rate.
+# A faster change of the yaw rate is rejected until the next pair confirms it: radians per second
+# squared, in addition to the measurement error of the rate.
 _MOST_ACCELERATION = math.radians(300.0)
 _RATE_ERROR = math.radians(5.0)
-# How long a yaw rate is taken to go on when nothing is measured, seconds (time constant).
+# Time constant with which the yaw rate fades while nothing is measured, in seconds.
 _PERSISTENCE = 1.0
-# What a bridged yaw rate may be off by (standard deviation), radians per second.
+# Standard deviation of a bridged yaw rate, radians per second.
 _BRIDGED_RATE = math.radians(5.0)
 
 
 @dataclass(frozen=True, slots=True)
 class HeadingStep:
     """
-    What one pair of frames adds to the heading.
+    Change of the heading over one pair of frames.
 
     yaw
-        By how much the heading has changed, in radians, left positive.
+        Change of the heading, in radians, positive to the left.
     rate
         Yaw rate in radians per second.
     heading
-        After this pair, in radians since the first frame, not wrapped.
+        Heading after this pair, in radians relative to the first frame, not wrapped.
     bridged
-        Whether the yaw was not measured, or not believed.
+        Whether the yaw was not measured, or rejected.
     variance
-        Of the yaw, in square radians.
+        Variance of the yaw in square radians.
     """
 
     yaw: float
@@ -46,12 +46,12 @@ class HeadingStep:
 
 class HeadingTracker:
     """
-    Adds up yaw, and bridges what is missing or cannot be by the yaw rate of its neighbours.
+    Integrates yaw, and bridges missing or implausible yaws by the yaw rate of their neighbours.
 
-    A missing pair first gets the rate before it, which fades; once there is a measurement again,
-    the heading is corrected as if the rate had changed evenly in between. A jump of the rate that
-    no vehicle makes is bridged as if it were missing, unless the next pair confirms it: then it
-    is made up for.
+    A missing pair is first given the previous rate, which fades. At the next measurement, the
+    heading is corrected as if the rate had changed linearly in between. A jump of the rate that is
+    impossible for a vehicle is bridged like a missing pair. If the next pair confirms it, the
+    heading is corrected.
     """
 
     def __init__(self) -> None:
@@ -59,7 +59,7 @@ class HeadingTracker:
         self.reset()
 
     def reset(self) -> None:
-        """Start anew: heading 0, no rate, nothing counted."""
+        """Restart: heading 0, no rate, all counts 0."""
         self._heading = 0.0
         self._rate: float | None = None
         self._pairs = 0
@@ -70,12 +70,12 @@ class HeadingTracker:
         self._interval = 0.0
 
     def cut(self) -> None:
-        """Keep the heading, and forget the rate: the next pair is of another scene."""
+        """Keep the heading, and forget the rate: the next pair shows another scene."""
         self._rate = self._doubted = None
         self._gap = self._filled = 0.0
 
     def scale(self, factor: float) -> None:
-        """Correct all angles so far, which turn out to be wrong by a factor."""
+        """Multiply all angles so far by a factor, to correct them."""
         self._heading *= factor
         self._filled *= factor
         self._rate = None if self._rate is None else self._rate * factor
@@ -83,27 +83,27 @@ class HeadingTracker:
 
     @property
     def heading(self) -> float:
-        """Return the heading in radians since the first frame, left positive, not wrapped."""
+        """Return the heading in radians since the first frame, positive to the left, unwrapped."""
         return self._heading
 
     @property
     def rate(self) -> float:
-        """Return the yaw rate in radians per second, the last that was believed."""
+        """Return the last accepted yaw rate in radians per second."""
         return 0.0 if self._rate is None else self._rate
 
     @property
     def pairs(self) -> int:
-        """Return how many pairs there were."""
+        """Return the number of pairs."""
         return self._pairs
 
     @property
     def bridged(self) -> int:
-        """Return how many of them were bridged."""
+        """Return the number of bridged pairs."""
         return self._bridged
 
     @property
     def bridged_share(self) -> float:
-        """Return the share of pairs that were bridged, 0 before the first."""
+        """Return the share of bridged pairs, 0 before the first pair."""
         return self._bridged / self._pairs if self._pairs else 0.0
 
     def update(
@@ -111,25 +111,25 @@ class HeadingTracker:
         variance: float = 0.0,
     ) -> HeadingStep:
         """
-        Take the next pair of frames.
+        Add the next pair of frames.
 
         Parameters
         ----------
         yaw
-            In radians, left positive; None if it was not measured.
+            Yaw in radians, positive to the left; None if it was not measured.
         interval
-            Between the two frames, in seconds.
+            Time between the two frames, in seconds.
         certain
-            Whether the yaw is beyond doubt, however it jumps: so it does where a frame was lost
-            and the stamps do not tell.
+            Whether to accept the yaw even if the rate jumps. The rate jumps if a frame was lost
+            and the stamps do not show it.
         variance
-            Of the yaw, in square radians.
+            Variance of the yaw in square radians.
 
         Raises
         ------
         ValueError
-            The interval is not a finite number above 0, or the yaw is not finite; nothing has
-            changed.
+            The interval is not a finite number above 0, or the yaw is not finite. The state is
+            unchanged.
 
         """
         if not (math.isfinite(interval) and interval > 0):
@@ -152,7 +152,7 @@ class HeadingTracker:
             (_BRIDGED_RATE * interval) ** 2 if bridged else variance)
 
     def _believe(self, rate: float, interval: float, certain: bool) -> bool:
-        """Return whether a measured rate holds; if so, correct what was filled in before it."""
+        """Return whether a measured rate is accepted; if so, correct the bridged pairs."""
         doubted = self._doubted
         if (certain or self._rate is None
                 or _can_be(self._rate, rate, (self._interval + interval) / 2)):
@@ -163,12 +163,12 @@ class HeadingTracker:
                 doubted.rate, rate, (self._interval + interval) / 2):
             self._heading += doubted.rate * self._interval - doubted.filled
             return True
-        # Over a long gap, anything may have happened.
+        # After a long gap, any rate is possible.
         return self._gap > _PERSISTENCE
 
     def _bridge(self, yaw: float | None, interval: float) -> None:
         self._bridged += 1
-        # What the rate before makes of this part of the gap, as it fades.
+        # Integral of the fading rate over this part of the gap.
         filled = self.rate * _PERSISTENCE * (
             math.exp(-self._gap / _PERSISTENCE) - math.exp(-(self._gap + interval) / _PERSISTENCE))
         self._gap += interval
@@ -179,7 +179,7 @@ class HeadingTracker:
 
 @dataclass(frozen=True, slots=True)
 class _Doubted:
-    """A measured rate that was not believed, and by how much the heading changed instead."""
+    """A rejected rate, and the change of the heading that was used instead."""
 
     rate: float
     filled: float

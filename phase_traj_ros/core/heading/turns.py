@@ -1,13 +1,13 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
 """
-Turns as a driver would count them, apart from the codes.
+Detects turns in the heading, as a driver would count them, independent of the codes.
 
-A turn is a stretch in which the vehicle yaws by more than 5 degrees per second to one side, and
-by 60 degrees or more on the whole. It begins with the first pair of frames that does, and ends
-with the last one: dips of up to half a second, be they real or wrong measurements, belong to it.
-However far it goes, it is one turn. The definition takes headings and stamps only, so it holds
-for measured headings and for true ones alike.
+A turn is a period in which the vehicle yaws at more than 5 degrees per second to one side, and by
+60 degrees or more in total. It starts with the first such pair of frames and ends with the last
+one. Dips of the yaw rate of up to half a second belong to the turn, whether they are real or
+measurement errors. A turn of any angle is one turn. The definition uses headings and stamps only,
+so it applies to measured and to true headings.
 """
 
 from collections import deque
@@ -18,24 +18,23 @@ import math
 MIN_RATE_DEG_S = 5.0
 MIN_ANGLE_DEG = 60.0
 LONGEST_DIP_NS = 500_000_000
-# Stretches kept for the case that all headings turn out to be wrong by a factor.
+# Number of bends that are kept, in case all headings are corrected by a factor later.
 _KEPT = 20
 
 
 @dataclass(frozen=True, slots=True)
 class Turn:
     """
-    One turn; angles are positive to the left, as REP 103 has it.
+    One turn. Angles are positive to the left (REP 103).
 
     start_frame, end_frame
-        Number of the frame after which it begins, and of the frame at which it is done; the first
-        frame is 0.
+        Numbers of the frames at which the turn starts and ends; the first frame is 0.
     start_ns, end_ns
-        Their stamps.
+        Their stamps in nanoseconds.
     angle_deg
-        By how much the heading changed between the two.
+        Change of the heading between the two frames.
     peak_rate_deg_s
-        The yaw rate of the fastest pair of frames.
+        Yaw rate of the fastest pair of frames.
     """
 
     start_frame: int
@@ -47,15 +46,15 @@ class Turn:
 
     @property
     def quarter_turns(self) -> int:
-        """Return how many right angles it is, rounded, positive to the left."""
+        """Return the angle in quarter turns, rounded, positive to the left."""
         return int(math.copysign(math.floor(abs(self.angle_deg) / 90 + 0.5), self.angle_deg))
 
 
 class TurnDetector:
     """
-    Finds turns while the heading comes in, frame by frame.
+    Detects turns frame by frame.
 
-    Whatever the length of a turn, it keeps no more of it than its two ends.
+    It stores only the two ends of a turn, so its memory does not grow with the length of the turn.
     """
 
     def __init__(
@@ -67,14 +66,14 @@ class TurnDetector:
         Raises
         ------
         ValueError
-            The least rate or the least angle is not a finite number above 0.
+            The minimum rate or the minimum angle is not a finite number above 0.
 
         """
         for name, value in (('min_rate_deg_s', min_rate_deg_s), ('min_angle_deg', min_angle_deg)):
             if not (math.isfinite(value) and value > 0):
                 raise ValueError(f'{name} is {value}: give a finite number above 0')
         self._min_angle = min_angle_deg
-        # To either side for itself: a pair to the wrong side does not end a turn.
+        # Each side separately: a pair to the other side does not end a turn.
         self._sides = tuple(
             _Side(sign, min_rate_deg_s, min_angle_deg) for sign in (1, -1))
         self.reset()
@@ -90,24 +89,24 @@ class TurnDetector:
     @property
     def quarters(self) -> tuple[int, ...]:
         """
-        Return the quarter turns that count from the newest frame on: 1 to the left, -1 right.
+        Return the quarter turns that count from the newest frame on: 1 to the left, -1 to right.
 
-        They are in the order in which their turns began. A turn counts from the frame on at which
-        it reaches the least angle, and goes on counting while it is under way. What has been
-        counted stays.
+        They are in the order in which their turns started. The quarters of a turn count from the
+        frame at which it reaches the minimum angle. A turn in progress may add more of them later.
+        Counted quarters are not revoked.
         """
         return self._quarters
 
     def update(self, stamp_ns: int, heading: float) -> list[Turn]:
         """
-        Take the next frame; return the turns that have ended, half a second ago or more.
+        Add the next frame; return the turns that have ended, half a second or more before it.
 
         Parameters
         ----------
         stamp_ns
-            Of the frame, later than that of the one before.
+            Stamp of the frame, later than the previous one.
         heading
-            At this frame, in radians, left positive, not wrapped.
+            Heading at this frame in radians, positive to the left, not wrapped.
 
         """
         self._frame += 1
@@ -124,15 +123,15 @@ class TurnDetector:
         return ended
 
     def cut(self) -> list[Turn]:
-        """End the turns under way, as the next pair is of another scene; return those."""
+        """End and return the turns in progress: the next pair shows another scene."""
         return self._large_enough([side.cut() for side in self._sides])
 
     def scale(self, factor: float) -> None:
         """
-        Correct all headings so far, which turn out to be wrong by a factor.
+        Multiply all headings so far by a factor, to correct them.
 
-        A bend that turns out to have been a turn is returned by the next update; what was
-        returned before stays as it was.
+        A bend that becomes a turn is returned by the next update. Turns that were returned before
+        do not change.
         """
         if self._last is not None:
             self._last = (self._last[0], self._last[1] * factor)
@@ -140,7 +139,7 @@ class TurnDetector:
             side.scale(factor)
 
     def finish(self) -> list[Turn]:
-        """Return the turn under way, if it is large enough already, and forget everything."""
+        """Return the turn in progress if it has reached the minimum angle; forget everything."""
         found = [turn for side in self._sides for turn in (*side.late, side.turn)]
         self.reset()
         return self._large_enough(found)
@@ -155,16 +154,16 @@ def find_turns(
     min_rate_deg_s: float = MIN_RATE_DEG_S, min_angle_deg: float = MIN_ANGLE_DEG,
 ) -> list[Turn]:
     """
-    Return all turns of a drive, in the order in which they begin.
+    Return all turns of a drive, in the order in which they start.
 
     Parameters
     ----------
     stamps_ns
-        Of the frames, rising.
+        Stamps of the frames, increasing.
     headings
-        At the frames, in radians, left positive, not wrapped.
+        Headings at the frames in radians, positive to the left, not wrapped.
     min_rate_deg_s, min_angle_deg
-        What makes a turn.
+        Minimum yaw rate and minimum angle of a turn.
 
     """
     detector = TurnDetector(min_rate_deg_s=min_rate_deg_s, min_angle_deg=min_angle_deg)
@@ -175,13 +174,13 @@ def find_turns(
 
 
 class _Side:
-    """The stretches in which the vehicle yaws to one side."""
+    """The bends in which the vehicle yaws to one side."""
 
     def __init__(self, sign: int, min_rate: float, min_angle: float) -> None:
         self._sign = sign
         self._min_rate = min_rate
         self._min_angle = min_angle
-        # The newest stretches that have ended, each with the quarters counted of it.
+        # The newest bends that have ended, each with the number of its counted quarters.
         self._ended: deque[tuple[Turn, int]] = deque(maxlen=_KEPT)
         self.forget()
 
@@ -191,11 +190,11 @@ class _Side:
         self._ended.clear()
         self.late: list[Turn] = []
         self._new: list[tuple[int, int]] = []
-        # The quarters of the turn under way that have been counted.
+        # Number of counted quarters of the turn in progress.
         self._counted = 0
 
     def take_counted(self) -> list[tuple[int, int]]:
-        """Return where the turns of quarters newly counted began, and to which side they go."""
+        """Return start frame and side of each newly counted quarter."""
         if self.turn is not None:
             self._counted = self._count(self.turn, self._counted)
         new, self._new = self._new, []
@@ -215,18 +214,18 @@ class _Side:
             self._ended.append((after, self._count(after, counted)))
         if self.turn is not None:
             self.turn = _scaled(self.turn, factor)
-            # It may be over with the next frame.
+            # The turn may end with the next frame.
             self._counted = self._count(self.turn, self._counted)
 
     def cut(self) -> Turn | None:
-        """End the stretch under way; return it."""
+        """End the bend in progress; return it."""
         ended, self.turn = self.turn, None
         if ended is not None:
             self._ended.append((ended, self._counted))
         return ended
 
     def _count(self, turn: Turn, counted: int) -> int:
-        """Count the quarters of a turn beyond those counted; return how many are now."""
+        """Count the new quarters of a turn; return the number of all its counted quarters."""
         if abs(turn.angle_deg) < self._min_angle:
             return counted
         further = turn.quarter_turns - counted
@@ -238,7 +237,7 @@ class _Side:
     def update(
         self, frame: int, before: tuple[int, float], after: tuple[int, float],
     ) -> Turn | None:
-        """Take a pair of frames, (stamp, degrees) each; return the stretch that it ends."""
+        """Add a pair of frames, (stamp, degrees) each; return the bend that it ends."""
         rate = (after[1] - before[1]) / (after[0] - before[0]) * 1e9
         ended = None
         if self.turn is not None and before[0] - self.turn.end_ns > LONGEST_DIP_NS:

@@ -1,12 +1,12 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
 """
-Yaw from frame to frame: phase correlation on the cylinder, then what its blocks say of it.
+Measures the yaw between frames by phase correlation on the cylinder and a fit to its blocks.
 
-Phase correlation finds how far the picture as a whole has moved. On a road that is yaw and a
-little more: what stands beside the road passes by, on one side more than on the other, and in a
-turn the camera itself moves sideways. So the shift is where the blocks of a grid are looked for,
-and yaw is what their displacements have in common whatever their distance.
+Phase correlation measures the shift of the image as a whole. On a road, this is the yaw plus
+parallax: objects at the roadside pass by, more on one side than on the other, and in a turn the
+camera itself moves sideways. The shift is therefore the start value for the blocks of a grid. The
+yaw is the part of their displacements that does not depend on their distance.
 """
 
 from dataclasses import dataclass
@@ -23,51 +23,51 @@ from phase_traj_ros.core.heading.camera_motion import CameraMotion, MotionFit, T
 from phase_traj_ros.core.heading.local_shifts import BlockGrid, BlockShifts
 from phase_traj_ros.errors import FrameError
 
-# Of a block's displacement, in pixels of the cylinder.
+# Standard deviation of the displacement of a block, in pixels of the cylinder.
 _DEVIATION_PX = 0.25
-# Vertically, the picture shakes by less than this from frame to frame; pixels of the cylinder.
+# Largest vertical shake of the image between frames, in pixels of the cylinder.
 _MOST_SHAKING = 20.0
-# Farther than this from where the last pair lets expect it, the shift is doubted, and so it is
-# when a smaller share of the blocks agrees.
+# The shift is doubted if it differs by more than this from the prediction of the previous pair,
+# or if a smaller share of the blocks agrees.
 _SURPRISE_PX = 6.0
 _DOUBT = 0.5
 _LEAST_AGREEMENT = 0.3
 _LEAST_BLOCKS = 10.0
-# The world has moved in all blocks if the picture has turned by this, and in those lower than a
-# slope (6 degrees: the road some 15 m ahead) if most blocks have moved by this; in pixels.
+# The scene has moved in all blocks if the image has shifted by _TURNED pixels, and in the blocks
+# below the slope _LOW (6 degrees: the road about 15 m ahead) if most have moved by _DRIVING.
 _TURNED, _DRIVING = 1.2, 2.0
 _LOW = 0.1
-# A shift alone has to stand out of noise by so many standard deviations, and is doubted if it is
-# that of a pattern fixed to the camera, which does not move, in pixels.
+# Without agreeing blocks, the shift needs this significance. It is doubted if it is smaller than
+# _AT_ZERO pixels, as for a pattern fixed to the camera.
 _LEAST_SIGNIFICANCE = 8.0
 _AT_ZERO = 0.75
-# Of the yaw, square radians: where only the shift of the whole tells it, and what blocks that
-# agree with each other have wrong in common.
+# Variances of the yaw in square radians: of a yaw from the shift alone, and of the common error
+# of agreeing blocks.
 _ALONE, _COMMON = math.radians(0.3) ** 2, math.radians(0.02) ** 2
-# A block sees this far, (rows, columns).
+# Size of a block in pixels, (rows, columns).
 _REACH = (9, 9)
-# No second peak is looked for nearer to the first, in pixels.
+# Smallest distance of a second peak from the first, in pixels.
 _APART = 2
-# Brightness that pictures are brought to, as a grey level, and how fast it follows theirs.
+# Grey level to which images are normalised, and the rate at which it follows their brightness.
 _BRIGHTNESS, _FOLLOWING = 100.0, 0.05
 
 
 @dataclass(frozen=True, slots=True)
 class YawMeasurement:
     """
-    What one pair of frames tells of the camera's rotation.
+    Yaw measurement of one pair of frames.
 
     shift
-        The shift of the picture as a whole, in pixels of the cylinder.
+        Shift of the image as a whole, in pixels of the cylinder.
     yaw
-        In radians, left positive; None where nothing was measured.
+        Yaw in radians, positive to the left; None if it could not be measured.
     refined
-        Whether it is what the blocks have in common. Otherwise, they do not agree (the vehicle
-        has gone too far between the two frames, say), and it is what the shift alone says.
+        Whether the yaw comes from the blocks. If the blocks do not agree (for example, because
+        the vehicle moved too far between the two frames), it comes from the shift alone.
     agreement
         Share of the blocks that agree, 0 to 1.
     motion
-        The whole rotation, and the direction of travel; None unless the yaw is refined.
+        Rotation and direction of travel; None unless the yaw is refined.
     """
 
     shift: Shift
@@ -78,7 +78,7 @@ class YawMeasurement:
 
     @property
     def variance(self) -> float:
-        """Return the variance of the yaw in square radians, from how well the blocks agree."""
+        """Return the variance of the yaw in square radians, from the scatter of the blocks."""
         own = _ALONE if self.motion is None else self.motion.yaw_variance
         return own + _COMMON
 
@@ -89,7 +89,7 @@ class YawMeasurement:
 
 
 class YawMeter:
-    """Measures the yaw between each frame and the one before it."""
+    """Measures the yaw between each frame and the previous one."""
 
     def __init__(
         self, projection: CylinderProjection, *, window: Window = Window.SQRT_HANN,
@@ -97,23 +97,23 @@ class YawMeter:
         transform: TransformLibrary = TransformLibrary.AUTO,
     ) -> None:
         """
-        Make a meter for frames of the size that ``projection`` takes.
+        Make a meter for frames of the size of ``projection``.
 
         Parameters
         ----------
         projection
-            From frames to the cylinder.
+            Projection of frames onto the cylinder.
         window
-            Taper of the cylinder's pictures before they are correlated.
+            Window function applied to the projected images before correlation.
         mask
-            How much each pixel of the frames counts, (H, W) from 0 to 1; None for all alike.
+            Weight of each pixel of the frames, (H, W), 0 to 1; None if all count equally.
         transform
-            Which library computes the Fourier transforms.
+            Library that computes the Fourier transforms.
 
         Raises
         ------
         FrameError
-            The mask has another size than the frames, or leaves too little of what is projected.
+            The size of the mask differs from that of the frames, or the mask covers too much.
 
         """
         self._projection = projection
@@ -121,10 +121,10 @@ class YawMeter:
         mask, counts = self._projected(mask)
         self._grid = BlockGrid(projection.shape, counts=counts)
         if len(self._grid.middles) < _LEAST_BLOCKS:
-            raise FrameError('the mask leaves too little of the frames to measure yaw: give one'
+            raise FrameError('the mask covers too much of the frames to measure yaw: give one'
                              ' that covers less')
         self._correlator = PhaseCorrelator(window=window, mask=mask, transform=transform)
-        # Whether another mask is to be used from the next frame on, and that.
+        # The mask to use from the next frame on, in a tuple; None if it does not change.
         self._next_mask: tuple[NDArray[np.float32] | None] | None = None
         columns, rows = self._grid.middles.T
         scale = projection.px_per_rad
@@ -135,7 +135,7 @@ class YawMeter:
         self.reset()
 
     def reset(self) -> None:
-        """Forget everything: the next frame starts anew."""
+        """Forget everything: the next frame is the first."""
         self._correlator.reset()
         self._grid.forget()
         self._previous: NDArray[np.uint8] | None = None
@@ -145,16 +145,16 @@ class YawMeter:
 
     def use_mask(self, mask: NDArray[np.float32] | None) -> None:
         """
-        Go on with another mask, as the first one, from the next frame on; no pair is lost.
+        Continue with another mask, in the form of the first one, from the next frame on.
 
-        It can only take away from the first one. A mask that leaves too little to measure yaw is
-        not used.
+        No pair is lost. It can only remove areas from those of the first mask. A mask that covers
+        too much to measure yaw is not used.
         """
-        # The map of the newest pair is wanted until then.
+        # Until then, the map of the newest pair must be available.
         self._next_mask = (mask,)
 
     def correlation_map(self) -> NDArray[np.float32]:
-        """Return the map of the newest pair, as ``PhaseCorrelator.correlation_map`` does."""
+        """Return the map of the newest pair; see ``PhaseCorrelator.correlation_map``."""
         return self._correlator.correlation_map()
 
     def update(self, frame: Frame, interval: float) -> YawMeasurement | None:
@@ -164,14 +164,14 @@ class YawMeter:
         Parameters
         ----------
         frame
-            (H, W) uint8, uint16 or float32, of the size the projection was made for.
+            (H, W) uint8, uint16 or float32, of the size of the projection.
         interval
-            Seconds since the previous frame, above 0; of no meaning for the first.
+            Seconds since the previous frame, above 0; not used for the first frame.
 
         Raises
         ------
         FrameError
-            The frame cannot be used. It is as if it had never come.
+            The frame cannot be used. The state is unchanged.
 
         """
         if self._next_mask is not None:
@@ -205,7 +205,7 @@ class YawMeter:
     def _projected(
         self, mask: NDArray[np.float32] | None,
     ) -> tuple[NDArray[np.float32] | None, NDArray[np.bool_]]:
-        """Return the mask on the cylinder, and where the middle of a block may be."""
+        """Return the mask on the cylinder, and where the centre of a block may be."""
         counts = self._projection.inside
         if mask is None:
             return None, counts
@@ -223,7 +223,7 @@ class YawMeter:
             self._correlator.update(self._previous)
 
     def _shift_alone(self, shift: Shift, foreseen: float) -> float | None:
-        """Return the shift that stands out of noise and is not that of a fixed pattern, if any."""
+        """Return dx if it is significant and not that of a fixed pattern, else None."""
         if max(abs(shift.dx), abs(shift.dy)) <= _AT_ZERO and abs(foreseen) > _SURPRISE_PX / 2:
             shift = self._correlator.second_peak(apart=_APART)
         stands_out = self._correlator.significance(shift) >= _LEAST_SIGNIFICANCE
@@ -234,10 +234,10 @@ class YawMeter:
         travel: Travel, foreseen: float,
     ) -> CameraMotion | None:
         """
-        Look for the blocks where the shift says, and elsewhere if there is reason to doubt it.
+        Search the blocks around the shift, and around other values if the shift is doubted.
 
-        A pattern that is fixed to the camera pins the shift to zero; then the second peak is that
-        of the street. After a wrong peak, the yaw rate of the pair before leads back.
+        A pattern that is fixed to the camera pulls the shift to zero; then the second peak is that
+        of the scene. After a wrong peak, the yaw rate of the previous pair gives the start value.
         """
         scale = self._projection.px_per_rad
         shaking = min(max(shift.dy, -_MOST_SHAKING), _MOST_SHAKING)
@@ -254,10 +254,10 @@ class YawMeter:
         return best
 
     def _must_move(self, blocks: BlockShifts, turned: float) -> NDArray[np.bool_]:
-        """Return in which blocks any part of the world must have moved."""
+        """Return in which blocks any part of the scene must have moved."""
         if abs(turned) > _TURNED:
             return np.ones(len(self._low), np.bool_)
-        # Straight ahead, what is far away does not move; but the road is near.
+        # Straight ahead, distant parts of the scene do not move; the road is near, and does.
         driving = float(np.median(np.hypot(blocks.dx, blocks.dy))) > _DRIVING
         return self._low if driving else np.zeros_like(self._low)
 
@@ -270,7 +270,7 @@ class YawMeter:
         return self._fit(blocks.dx / scale, blocks.dy / scale, blocks.weight, travel), blocks
 
     def _levelled(self, picture: Frame) -> NDArray[np.uint8]:
-        """Return the picture in 8 bits, and without sudden changes of exposure."""
+        """Return the image in 8 bits, without sudden changes of exposure."""
         brightness = cv2.mean(picture)[0]
         if self._brightness is None:
             self._brightness = brightness if picture.dtype == np.uint8 else _BRIGHTNESS
@@ -287,7 +287,7 @@ def _believed(motion: CameraMotion) -> bool:
 def _better(
     one: tuple[CameraMotion | None, BlockShifts], other: tuple[CameraMotion | None, BlockShifts],
 ) -> tuple[CameraMotion | None, BlockShifts]:
-    """Return the motion that more blocks agree with, and the blocks."""
+    """Return the motion with which more blocks agree, and the blocks."""
     if one[0] is None or (other[0] is not None and other[0].agreeing > one[0].agreeing):
         return other
     return one

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The trajectory along the measured heading, rather than along the quantised direction."""
+"""Draws the trajectory along the measured heading."""
 
 import math
 
@@ -10,10 +10,11 @@ from phase_traj_ros.core.path.trajectory import Corner
 
 class HeadingPath:
     """
-    A path whose every step goes along the heading half-way through the pair of frames.
+    A path whose steps follow the heading half-way through each pair of frames.
 
-    With ``max_corners`` it is thinned as it grows: whenever it would hold more places, every other
-    one is dropped, and from then on every other one is kept. So the whole way stays, ever coarser.
+    With ``max_corners``, the path is thinned as it grows. When it exceeds the limit, every second
+    pose is dropped, and from then on every second pose is kept. The whole way remains, at a lower
+    resolution.
     """
 
     def __init__(self, *, max_corners: int | None = None) -> None:
@@ -41,25 +42,25 @@ class HeadingPath:
 
     def append(self, heading: float, yaw: float, length: float, stamp_ns: int) -> None:
         """
-        Go one step of ``length``.
+        Append one step.
 
         Parameters
         ----------
         heading
-            At the end of the step, in radians, left positive, not wrapped.
+            Heading at the end of the step in radians, positive to the left, not wrapped.
         yaw
-            By how much it has changed during the step.
+            Change of the heading during the step.
         length
-            In whatever unit the path has; 0 turns on the spot.
+            Length of the step in the unit of the path; 0 changes the heading only.
         stamp_ns
-            Of the frame at its end.
+            Stamp of the frame at the end of the step.
 
         """
         self.start(stamp_ns)
         tip = self._tip
         assert tip is not None
         if length != 0.0:
-            # Standing still must not push out where the vehicle has been.
+            # A standing vehicle must not displace earlier poses.
             self._places.offer(tip)
         middle = heading - yaw / 2
         self._tip = Corner(
@@ -68,16 +69,16 @@ class HeadingPath:
 
     @property
     def tip(self) -> Corner | None:
-        """Return where the path has got to, or None before it has started."""
+        """Return the current pose, or None before the path has started."""
         return self._tip
 
     @property
     def corners(self) -> tuple[Corner, ...]:
-        """Return the places kept, oldest first, without the tip."""
+        """Return the kept poses, oldest first, without the tip."""
         return self._places.kept
 
     def points(self, limit: int) -> tuple[Corner, ...]:
-        """Return places of the whole way and the tip, at most ``limit`` (2 or more) in all."""
+        """Return poses of the whole way and the tip, at most ``limit`` (2 or more) in total."""
         if self._tip is None:
             return ()
         shown: Thinned[Corner] = Thinned(limit - 1)

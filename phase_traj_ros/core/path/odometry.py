@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Where the vehicle is, in metres: the measured heading, and how far it has gone along it."""
+"""Metric odometry of the vehicle from the measured heading and distance."""
 
 from dataclasses import dataclass, replace
 import math
@@ -12,15 +12,15 @@ from phase_traj_ros.core.path.heading_path import HeadingPath
 from phase_traj_ros.core.path.trajectory import Corner
 from phase_traj_ros.core.road.travel import Travel, TravelState
 
-# For how many seconds errors are alike: those of the way that come from the springs, those that
-# come from the pitch, and half of the yaw's (its variance), as the blocks look at the same things.
+# Correlation times of errors in seconds: distance errors from the suspension, distance errors from
+# the pitch, and half of the variance of the yaw, as the blocks see the same objects.
 _SWING, _TILT, _ALIKE = 1.0, 60.0, 0.5
-# Of the yaw of a vehicle that stands, in radians.
+# Standard deviation of the yaw of a standing vehicle, in radians.
 _STANDING = math.radians(0.01)
-# By so much a camera is mounted askew: the axes of the first frame are its own, while the path
-# goes where the vehicle goes (standard deviation).
+# Standard deviation of the yaw of the mounted camera: the axes of the first frame are those of the
+# camera, while the path follows the vehicle.
 _MOUNTED = math.radians(0.5)
-# All turns may be measured too large or too small by this share: calibrations are not better.
+# Standard deviation of the scale of all yaws, from the error of the calibration.
 _ANGLE_SHARE = 0.01
 _X, _Y, _YAW, _SWINGS, _TILTS, _SCALES, _ASKEW, _ANGLES, _TURNS, _STATES = range(10)
 
@@ -34,17 +34,17 @@ class Odometry:
     Pose and motion after a pair of frames, relative to the first frame, in REP 103 axes.
 
     pose
-        Metres and radians.
+        Pose in metres and radians.
     speed
-        Metres per second, the mean of the pair, negative in reverse.
+        Mean speed of the pair in metres per second, negative in reverse.
     yaw_rate
-        Radians per second, left positive.
+        Yaw rate in radians per second, positive to the left.
     position_variance
-        The mean of that of x and that of y, in square metres.
+        Mean of the variances of x and y, in square metres.
     yaw_variance, speed_variance, yaw_rate_variance
-        In square radians, and so on.
+        Variances in the squares of the units above.
     covariance
-        (3, 3) of x, y and yaw, in the axes of the first frame; square metres and radians.
+        Covariance of x, y and yaw, (3, 3), in the axes of the first frame, metres and radians.
     """
 
     pose: Corner
@@ -59,21 +59,21 @@ class Odometry:
 
 class Odometer:
     """
-    Adds up the way along the heading.
+    Integrates the distance along the heading.
 
-    Errors that are independent from pair to pair grow with the root of the way. Those that are
-    alike from pair to pair, as of the camera's height, grow with the way itself; so they are
-    unknowns of their own, and the covariance of the pose with them is kept.
+    Errors that are independent from pair to pair grow with the square root of the distance. Errors
+    that are correlated between pairs, such as that of the camera height, grow with the distance.
+    They are therefore separate states, whose covariance with the pose is tracked.
     """
 
     def __init__(self, *, max_corners: int | None = None) -> None:
-        """Make an odometer that has not started; its path keeps ``max_corners`` places."""
+        """Make an odometer that has not started; its path keeps ``max_corners`` poses."""
         self.path = HeadingPath(max_corners=max_corners)
-        """Where it has been, in metres."""
+        """The path so far, in metres."""
         self.reset()
 
     def reset(self) -> None:
-        """Go back to the origin and forget the way."""
+        """Go back to the origin and forget the path."""
         self.path.reset()
         self._covariance: NDArray[np.float64] = np.zeros((_STATES, _STATES))
         self._covariance[_ASKEW, _ASKEW] = _MOUNTED ** 2
@@ -84,18 +84,18 @@ class Odometer:
         self, step: HeadingStep, travel: Travel, stamp_ns: int, interval: float,
     ) -> Odometry:
         """
-        Take the next pair of frames.
+        Add the next pair of frames; return the odometry after it.
 
         Parameters
         ----------
         step
-            What it adds to the heading.
+            Its change of the heading.
         travel
-            What it adds to the way, in metres.
+            Its distance, in metres.
         stamp_ns
-            Of its second frame.
+            Stamp of its second frame.
         interval
-            Seconds since its first one, above 0.
+            Seconds since its first frame, above 0.
 
         """
         self.path.append(step.heading, step.yaw, travel.distance, stamp_ns)
@@ -113,10 +113,10 @@ class Odometer:
 
     def miss(self, step: HeadingStep, travel: Travel, interval: float) -> None:
         """
-        Take a pair of which the way is not known.
+        Add a pair whose distance is unknown.
 
-        The pose stays where it is; how far the vehicle may have gone is counted as an error of it,
-        to any side.
+        The position does not change. The distance that the vehicle may have travelled is added to
+        its error, in all directions.
         """
         self._grow(step, replace(travel, distance=0.0, variance=0.0), interval)
         before, self._lost = self._lost, self._lost + math.sqrt(travel.variance)
@@ -124,7 +124,7 @@ class Odometer:
         self._covariance[_Y, _Y] += self._lost ** 2 - before ** 2
 
     def _grow(self, step: HeadingStep, travel: Travel, interval: float) -> None:
-        """Let the covariance of the pose grow by the errors of a pair."""
+        """Propagate the covariance by a pair and add its errors."""
         self._renew(_SWINGS, travel.swing, math.exp(-interval / _SWING))
         self._renew(_TILTS, travel.tilt, math.exp(-interval / _TILT))
         self._renew(_SCALES, travel.scale, 1.0)
@@ -149,9 +149,9 @@ class Odometer:
         self._covariance = change @ self._covariance @ change.T + noise @ noise.T
 
     def _renew(self, state: int, deviation: float, kept: float) -> None:
-        """Give an error its deviation of now; of what it was before, a share is kept."""
+        """Set the deviation of an error, of which the share ``kept`` remains from before."""
         before = math.sqrt(self._covariance[state, state])
-        # A pair that stands has none, and changes nothing but the time.
+        # A standing pair has no deviation; only time passes.
         deviation = deviation or kept * before
         share = 0.0 if before == 0.0 else kept * deviation / before
         self._covariance[state] *= share

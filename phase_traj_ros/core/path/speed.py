@@ -1,43 +1,43 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The way that a vehicle has gone between two frames, from speeds that come at other times."""
+"""Integrates speeds to the distance travelled between two frames."""
 
 from bisect import bisect_right
 
 MOST_SPEED = 1000.0
-"""Metres per second that no vehicle reaches: what is faster is no speed."""
+"""Largest valid speed in metres per second."""
 
-# A speed holds for this long, unless a newer one comes: receivers of GPS give one a second.
+# Longest time for which a speed is valid: GPS receivers publish once a second.
 _HOLDS_NS = 2_500_000_000
 _NANO = 1e9
 
 
 def is_speed(speed: float) -> bool:
-    """Return whether a number, in metres per second, can be a vehicle's speed; NaN cannot."""
+    """Return whether a number, in metres per second, is a valid speed; NaN is not."""
     return abs(speed) <= MOST_SPEED
 
 
 class SpeedTrack:
     """
-    Speeds of a vehicle, each of which holds until the next one.
+    Speeds of a vehicle, each of which is valid until the next one.
 
-    They are in metres per second, negative in reverse; stamps are of the frames' clock.
+    Speeds are in metres per second, negative in reverse. Stamps are by the clock of the frames.
     """
 
     def __init__(self, *, max_speeds: int | None = None) -> None:
-        """Make a track that keeps the newest ``max_speeds`` or a little more, or all of them."""
+        """Make a track that keeps at least the newest ``max_speeds``; None keeps all."""
         self._max_speeds = max_speeds
         self._stamps: list[int] = []
         self._speeds: list[float] = []
 
     def add(self, stamp_ns: int, speed: float) -> None:
         """
-        Take one more speed; one whose stamp lies before the last one's starts anew.
+        Add a speed; a stamp before the previous one discards all earlier speeds.
 
         Raises
         ------
         ValueError
-            The speed is not from -1000 to 1000; nothing has changed.
+            The speed is not from -1000 to 1000. The state is unchanged.
 
         """
         if not is_speed(speed):
@@ -59,10 +59,10 @@ class SpeedTrack:
 
     def distance(self, begin_ns: int, end_ns: int) -> float | None:
         """
-        Return the metres gone from one stamp to a later one.
+        Return the distance in metres between two stamps; None if it is not covered by speeds.
 
-        Each speed holds until the next one, but for 2.5 seconds at most. The first one there is
-        holds for what was before it, too. None where no speed holds for all of the time.
+        Each speed is valid until the next one, at most for 2.5 seconds. The first speed is also
+        valid for up to 2.5 seconds before it.
         """
         first = max(bisect_right(self._stamps, begin_ns) - 1, 0)
         after = bisect_right(self._stamps, end_ns)

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A series that is kept within bounds however long it gets, evenly rather than from one end."""
+"""Limits the length of a growing series by thinning it evenly."""
 
 from typing import Generic, TypeVar
 
@@ -9,9 +9,9 @@ Item = TypeVar('Item')
 
 class Thinned(Generic[Item]):
     """
-    Every n-th of the items offered, in order, at most ``limit`` of them.
+    Keeps every n-th offered item, in order, at most ``limit`` of them.
 
-    n is 1 at first; whenever there are too many, every second one is dropped, and n doubles.
+    n is 1 at first. When there are too many items, every second one is dropped, and n doubles.
     """
 
     def __init__(self, limit: int | None) -> None:
@@ -30,18 +30,18 @@ class Thinned(Generic[Item]):
         self.clear()
 
     def clear(self) -> None:
-        """Begin anew."""
+        """Drop all items."""
         self._kept: list[Item] = []
         self._every = 1
         self._offered = 0
 
     @property
     def wants_next(self) -> bool:
-        """Return whether the next item would be kept: making it may cost something."""
+        """Return whether the next item would be kept, to avoid making it otherwise."""
         return self._offered % self._every == 0
 
     def offer(self, item: Item | None) -> None:
-        """Take the next item; it may be None where it is not wanted."""
+        """Offer the next item; it may be None unless ``wants_next``."""
         if self.wants_next:
             assert item is not None
             self._kept.append(item)
@@ -56,5 +56,5 @@ class Thinned(Generic[Item]):
 
     @property
     def kept(self) -> tuple[Item, ...]:
-        """Return what is kept, oldest first."""
+        """Return the kept items, oldest first."""
         return tuple(self._kept)

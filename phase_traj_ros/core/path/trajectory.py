@@ -1,10 +1,10 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
 """
-From direction codes to the trajectory they draw: one step of constant length per code.
+Draws the trajectory of direction codes, one step of constant length per code.
 
-Vertices are rows (x, y). Two sets of axes are in use: those of the paper's figure (x right, y up,
-the start heading up) and those of REP 103 (x forward, y left, the start heading along x).
+Vertices are rows (x, y). There are two sets of axes: those of the figures of the paper (x right,
+y up, start heading up) and those of REP 103 (x forward, y left, start heading along x).
 """
 
 from collections import deque
@@ -22,7 +22,7 @@ from phase_traj_ros.core.codes.freeman import AnyDirection, Freeman, from_four
 
 
 class Axes(Enum):
-    """Which way the axes of a drawn trajectory point."""
+    """Axes of a drawn trajectory."""
 
     FIGURE = 'figure'
     """x to the right, y up: direction 1 is up, 0 left, 2 right, 3 down."""
@@ -44,12 +44,12 @@ _REP103_STEPS = MappingProxyType({
 
 
 def unit_step(direction: AnyDirection) -> tuple[float, float]:
-    """Return the step (x, y) of length 1 that ``direction`` draws, in REP 103 axes."""
+    """Return the step (x, y) of length 1 along ``direction``, in REP 103 axes."""
     return _REP103_STEPS[_freeman(direction)]
 
 
 def yaw(direction: AnyDirection) -> float:
-    """Return the yaw of ``direction`` in radians, REP 103: left positive, 0 at the start."""
+    """Return the yaw of ``direction`` in radians, positive to the left, 0 for forward."""
     eighths = (_freeman(direction) - Freeman.FORWARD + 3) % 8 - 3
     return eighths * math.pi / 4
 
@@ -63,9 +63,9 @@ def vertices(
     codes: type[Direction] | type[Freeman] = Direction,
 ) -> NDArray[np.float64]:
     """
-    Return the drawn trajectory, (n + 1, 2) for n directions, from the origin on.
+    Return the drawn trajectory, (n + 1, 2) for n directions, which starts at the origin.
 
-    ``codes`` tells whether the directions are the paper's four or Freeman's eight.
+    ``codes`` is the type of the directions: the four of the paper, or the eight of Freeman.
 
     Raises
     ------
@@ -80,9 +80,9 @@ def vertices(
 
 
 def to_axes(points: NDArray[np.float64], axes: Axes) -> NDArray[np.float64]:
-    """Return points (n, 2) given in REP 103 axes in ``axes``."""
+    """Convert points (n, 2) from REP 103 axes to ``axes``."""
     if axes is Axes.FIGURE:
-        # Forward is up and left is left: (x, y) -> (-y, x), without making a -0.0 of 0.0.
+        # Forward is up and left is left: (x, y) -> (-y, x), without -0.0.
         turned = np.empty_like(points)
         turned[:, 0] = 0.0 - points[:, 1]
         turned[:, 1] = points[:, 0]
@@ -92,9 +92,9 @@ def to_axes(points: NDArray[np.float64], axes: Axes) -> NDArray[np.float64]:
 
 def normalised(points: NDArray[np.float64]) -> NDArray[np.float64]:
     """
-    Return points (n, 2) moved to start at the origin and scaled to a longer side of 1.
+    Return points (n, 2), translated to start at the origin and scaled to a longer side of 1.
 
-    The aspect is kept. A trajectory without extent stays at the origin.
+    The aspect ratio is kept. A trajectory without extent stays at the origin.
     """
     moved: NDArray[np.float64] = points - points[0]
     extent = float(np.ptp(moved, axis=0).max())
@@ -105,28 +105,28 @@ def normalised(points: NDArray[np.float64]) -> NDArray[np.float64]:
 
 @dataclass(frozen=True, slots=True)
 class Corner:
-    """A place of the drawn trajectory, in REP 103 axes; in steps, or in metres where known."""
+    """A pose of the drawn trajectory, in REP 103 axes, in the unit of the path."""
 
     x: float
     y: float
     yaw: float
-    """Radians, left positive: which way it goes on from here (at the tip: came here)."""
+    """Yaw of the next step (at the tip: of the last step) in radians, positive to the left."""
     stamp_ns: int
 
 
 class DrawnPath(Protocol):
-    """A drawn trajectory, whatever it is drawn from."""
+    """A drawn trajectory, from codes or from the heading."""
 
     @property
     def tip(self) -> Corner | None:
-        """Return where the path has got to, or None before it has started."""
+        """Return the current pose, or None before the path has started."""
 
     @property
     def corners(self) -> tuple[Corner, ...]:
-        """Return the places kept, oldest first, without the tip."""
+        """Return the kept poses, oldest first, without the tip."""
 
     def points(self, limit: int) -> tuple[Corner, ...]:
-        """Return places that show the path, the tip last, at most ``limit`` (2 or more)."""
+        """Return poses that represent the path, the tip last, at most ``limit`` (2 or more)."""
 
     def start(self, stamp_ns: int) -> None:
         """Start at the origin, heading forward; on a path that has started, do nothing."""
@@ -137,9 +137,9 @@ class DrawnPath(Protocol):
 
 class ChainPath:
     """
-    The trajectory that direction codes draw, while it grows: its corners and its tip.
+    The trajectory drawn from direction codes: its corners and its tip.
 
-    With ``max_corners`` the oldest corners are dropped, so that it stays bounded.
+    With ``max_corners``, the oldest corners are dropped, so that its size is bounded.
     """
 
     def __init__(self, *, max_corners: int | None = None) -> None:
@@ -159,7 +159,7 @@ class ChainPath:
             self._corners.append(self._tip)
 
     def append(self, direction: AnyDirection, stamp_ns: int) -> None:
-        """Go one step in ``direction``."""
+        """Append one step along ``direction``."""
         self.start(stamp_ns)
         tip = self._tip
         assert tip is not None
@@ -173,16 +173,16 @@ class ChainPath:
 
     @property
     def tip(self) -> Corner | None:
-        """Return where the path has got to, or None before it has started."""
+        """Return the current pose, or None before the path has started."""
         return self._tip
 
     @property
     def corners(self) -> tuple[Corner, ...]:
-        """Return the start and the turning points kept, oldest first, without the tip."""
+        """Return the start and the kept corners, oldest first, without the tip."""
         return tuple(self._corners)
 
     def points(self, limit: int) -> tuple[Corner, ...]:
-        """Return the newest corners and the tip, at most ``limit`` in all."""
+        """Return the newest corners and the tip, at most ``limit`` in total."""
         if self._tip is None:
             return ()
         return (*self.corners[max(len(self._corners) - limit + 1, 0):], self._tip)

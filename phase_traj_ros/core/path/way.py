@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""How long the way is, in which unit, and how its distances were found."""
+"""The distance travelled, its unit, and the states of its pairs."""
 
 from collections import Counter
 from collections.abc import Mapping
@@ -11,31 +11,31 @@ from phase_traj_ros.core.road.travel import Travel, TravelState
 
 
 class LengthUnit(Enum):
-    """What lengths of the way and of the path are in."""
+    """Unit of distances and of the path."""
 
     METRE = 'm'
     CAMERA_HEIGHT = 'camera heights'
-    """Heights of the camera above the road: true proportions, without metres."""
+    """Height of the camera above the road: correct proportions without metres."""
     STEP = 'step'
-    """One for each direction code, or for each measured pair."""
+    """One unit per direction code, or per measured pair."""
 
 
 class Way:
-    """The way since the start, added up pair by pair."""
+    """The distance travelled since the start, summed pair by pair."""
 
     def __init__(self) -> None:
-        """Make a way of length 0."""
+        """Start at distance 0."""
         self._states: Counter[TravelState] = Counter()
         self.reset()
 
     def reset(self) -> None:
-        """Go back to length 0."""
+        """Go back to distance 0."""
         self._distance = 0.0
         self._speed: float | None = None
         self._states.clear()
 
     def add(self, travel: Travel, interval: float) -> None:
-        """Add a pair of ``interval`` seconds; one that is not known counts, and has no length."""
+        """Add a pair of ``interval`` seconds; an unknown distance counts as a state only."""
         self._states[travel.state] += 1
         self._speed = travel.distance / interval if travel.known else None
         if travel.known:
@@ -43,20 +43,20 @@ class Way:
 
     @property
     def pairs(self) -> int:
-        """Return how many pairs were added."""
+        """Return the number of pairs."""
         return self._states.total()
 
     @property
     def distance(self) -> float:
-        """Return the length, reverse driving included, in the unit of the travels."""
+        """Return the distance travelled, forward and in reverse, in the unit of the pairs."""
         return self._distance
 
     @property
     def speed(self) -> float | None:
-        """Return the newest pair's speed, in that unit per second; None if it is not known."""
+        """Return the speed of the newest pair in this unit per second; None if it is unknown."""
         return self._speed
 
     @property
     def states(self) -> Mapping[TravelState, int]:
-        """Return how many pairs came to their distance in which way."""
+        """Return the number of pairs in each state."""
         return MappingProxyType({state: self._states[state] for state in TravelState})

@@ -1,3 +1,3 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""How far the vehicle has gone, from how the road passes below it."""
+"""Measures the distance travelled on the road surface."""

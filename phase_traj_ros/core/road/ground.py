@@ -1,11 +1,11 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
 """
-Patches of the road, as seen from above.
+Bird's-eye patches of the road.
 
-The road is a plane, one unit (a height of the camera) below it. A place on it lies z ahead and x
-to the right; the camera sees it in the direction (x, 1, z) of a level frame with x to the right,
-y down and z ahead, which the horizon takes to the camera's own.
+The road is a plane, one unit (the camera height) below the camera. A point on it is z ahead and x
+to the right. In a level frame with x to the right, y down and z forward, the camera sees it in the
+direction (x, 1, z). The horizon rotates this frame to that of the camera.
 """
 
 from dataclasses import dataclass
@@ -20,26 +20,26 @@ from phase_traj_ros.core.correlation.phase_correlation import Frame
 from phase_traj_ros.core.correlation.windows import Window, window_2d
 
 CELL = 0.03
-"""Side of a cell, in heights of the camera: 5 cm for one 1.65 m above the road."""
+"""Side of a cell in camera heights: 5 cm for a camera 1.65 m above the road."""
 
-# Half the width, in heights: a lane and something of its neighbours.
+# Half the width in camera heights: a lane and parts of its neighbours.
 _HALF_WIDTH = 2.1
-# A patch ends where a row of the picture covers so many heights of the road, or at the last.
+# A patch ends where an image row covers more than _COARSEST camera heights, at most at _FARTHEST.
 _COARSEST, _FARTHEST = 0.13, 10.0
-# It begins no nearer than this, where cameras of a wide view see the vehicle's own shadow.
+# Nearest start of a patch: nearer, cameras with a wide view see the shadow of the vehicle.
 _NEAREST = 1.5
-# The near patch ends and the far one begins at these shares of what is seen in between.
+# End of the near patch and start of the far patch, as fractions of the visible stretch.
 _NEAR_ENDS, _FAR_BEGINS = 0.55, 0.2
-# What is seen has to be as long as this.
+# Minimum length of the visible stretch.
 _SHORTEST = 1.0
-# Cells over which the mean and the contrast of the asphalt are taken (standard deviations), and
-# the contrast in grey levels below which there is nothing but the sensor's noise.
+# Standard deviations, in cells, of the filters for the mean and the contrast of the asphalt, and
+# the contrast of the sensor noise in grey levels.
 _MEAN, _CONTRAST, _NOISE = 8.0, 12.0, 2.0
 
 
 @dataclass(frozen=True, slots=True)
 class Stretch:
-    """From where to where a patch reaches ahead, in heights of the camera."""
+    """Start and end of a patch ahead of the camera, in camera heights."""
 
     begin: float
     end: float
@@ -47,9 +47,9 @@ class Stretch:
 
 def stretches(camera: CameraModel, horizon: Horizon) -> tuple[Stretch, ...]:
     """
-    Return the near and the far stretch of the road that a camera shows well enough.
+    Return the near and the far stretch of the road that a camera resolves.
 
-    There is none where it shows too little of the road.
+    The result is empty if too little of the road is visible.
     """
     ahead = np.arange(_NEAREST, _FARTHEST, CELL)
     sight = _seen(camera, horizon, np.zeros_like(ahead), ahead)
@@ -70,9 +70,9 @@ def stretches(camera: CameraModel, horizon: Horizon) -> tuple[Stretch, ...]:
 
 class GroundPatch:
     """
-    Takes frames to a patch of the road, and patches to what they would be had the camera turned.
+    Projects frames to a patch of the road, and compensates patches for rotations of the camera.
 
-    Rows of a patch run from far to near, columns from left to right.
+    Rows of a patch are ordered from far to near, columns from left to right.
     """
 
     def __init__(
@@ -80,20 +80,20 @@ class GroundPatch:
         rotate_180: bool = False, mask: NDArray[np.float32] | None = None,
     ) -> None:
         """
-        Compute the way from a frame to the patch.
+        Compute the mapping from a frame to the patch.
 
         Parameters
         ----------
         camera
-            The model of the upright picture.
+            Camera model of the upright image.
         horizon
-            How it is tilted against the road.
+            Tilt of the camera relative to the road.
         stretch
-            Where the patch is.
+            Position of the patch.
         rotate_180
-            Whether the frames come upside down.
+            Whether the frames are upside down.
         mask
-            (H, W) from 0 to 1, how much each pixel of the frames counts.
+            Weight of each pixel of the frames, (H, W), 0 to 1.
 
         """
         count = _even((stretch.end - stretch.begin) / CELL)
@@ -112,12 +112,12 @@ class GroundPatch:
         self._from_road = np.linalg.inv(self._to_road)
         self._noise = np.float32(_NOISE ** 2)
         self.window = self._weights(sight.seen, mask)
-        """How much each cell counts, (M, N)."""
+        """Weight of each cell, (M, N)."""
         total = float(self.window.sum())
         self.share = total / float(window_2d(Window.SQRT_HANN, self.shape).sum())
-        """Which share of it is seen and not masked out."""
+        """Share of the patch that is visible and not masked out, 0 to 1."""
         self.middle = float(self._ahead @ self.window.sum(axis=1)) / max(total, 1e-9)
-        """How far ahead its middle is, in heights."""
+        """Weighted mean distance of the patch ahead, in camera heights."""
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -126,9 +126,10 @@ class GroundPatch:
 
     def __call__(self, frame: Frame) -> NDArray[np.float32]:
         """
-        Return the patch of a frame (H, W), freed of its light and shade: (M, N).
+        Return the patch of a frame (H, W), without illumination and shadows, (M, N).
 
-        From each cell the mean about it is taken, and the rest is divided by the contrast.
+        The local mean is subtracted from each cell, and the result is divided by the local
+        contrast.
         """
         patch = np.asarray(self._taken(frame), np.float32)
         patch -= _smoothed(patch, _MEAN)
@@ -142,14 +143,14 @@ class GroundPatch:
         self, patch: NDArray[np.float32], turn: NDArray[np.float64],
     ) -> NDArray[np.float32]:
         """
-        Return what a patch would be had the camera not turned.
+        Return a patch with the rotation of the camera removed.
 
         Parameters
         ----------
         patch
-            Of the frame after the turn, (M, N).
+            Patch of the frame after the rotation, (M, N).
         turn
-            Rotation (3, 3) of directions in the camera's picture axes, from before to after.
+            Rotation (3, 3) of directions in the image axes, from before to after.
 
         """
         level = self._levelling @ turn @ self._levelling.T
@@ -169,13 +170,13 @@ class GroundPatch:
         counts = seen.astype(np.float32)
         if mask is not None:
             counts *= self._taken(mask)
-        # A hard edge would be a pattern of its own, that never moves.
+        # A hard edge would be a pattern that never moves.
         soft = cv2.blur(cv2.erode(counts, np.ones((5, 5), np.uint8)), (5, 5))
         return window_2d(Window.SQRT_HANN, self.shape) * np.asarray(soft, np.float32)
 
 
 def rotation(yaw: float, pitch: float, roll: float) -> NDArray[np.float64]:
-    """Return how a camera's motion (see ``heading.camera_motion``) turns directions, (3, 3)."""
+    """Return the matrix (3, 3) that rotates directions by a motion of the camera, in radians."""
     turned, _ = cv2.Rodrigues(np.array([-pitch, yaw, -roll]))
     return np.asarray(turned, np.float64)
 
@@ -188,7 +189,7 @@ def _seen(
 
 
 def _smoothed(patch: NDArray[np.float32], deviation: float) -> NDArray[np.float32]:
-    # Two passes of a moving mean come close to a Gaussian, whatever its width.
+    # Two passes of a moving mean approximate a Gaussian at a cost independent of its width.
     side = 2 * round(deviation) + 1
     for _ in range(2):
         patch = cv2.blur(patch, (side, side))  # type: ignore[assignment]

@@ -1,10 +1,11 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
 """
-How far a vehicle goes, in heights of its camera, from how the road slides below it.
+Measures the distance travelled in camera heights, from the displacement of the road surface.
 
-Two patches of the road, a near and a far one, are looked at from above. The rotation of the
-camera, which the heading's blocks give, is taken out; what is left is a slide towards the vehicle.
+A near and a far patch of the road are projected to a bird's-eye view. The rotation of the camera,
+known from the blocks of the heading, is removed. The remaining motion of a patch is a translation
+towards the vehicle.
 """
 
 from dataclasses import dataclass, replace
@@ -23,36 +24,37 @@ from phase_traj_ros.core.road.slide import Slide
 from phase_traj_ros.core.road.tilt import RoadTilt
 from phase_traj_ros.core.road.travel import Travel, TravelState
 
-# Standard deviations by which a peak has to stand out of noise: of a thousand places, none of
-# noise does.
+# Significance that a peak needs, in standard deviations: among a thousand positions, noise does
+# not reach it.
 _STANDS_OUT = 7.0
-# Of a peak's place, in cells, and of the blocks' pitch from frame to frame, in radians.
+# Standard deviations of the position of a peak, in cells, and of the pitch from the blocks between
+# two frames, in radians.
 _PEAK, _NODDING = 0.3, 0.0006
-# The same where the blocks do not give it: what springs do from frame to frame.
+# Standard deviation of the pitch if the blocks do not measure it: the motion of the suspension.
 _SPRINGS = 0.0025
-# With a pitch less sure than this, nothing can be told; patches made with one that turns out to
-# be wrong by more than the second number are made anew.
+# Largest deviation of the pitch, in radians, with which the distance is measured, and largest
+# error of the pitch before the patches are made again.
 _SURE, _REMADE = 0.03, 0.006
-# Two slides differ if they do by so many deviations.
+# Two slides disagree if they differ by this many standard deviations.
 _DIFFER = 4.0
-# A patch of which less is seen than this is of no use.
+# Minimum visible share of a patch.
 _LEAST_SEEN = 0.3
-# What slides by less, in cells, may be fixed to the camera or stand; the vehicle does not stand
-# where the world passes by more than this (way over distance, of half the blocks).
+# A pattern that slides by less than _AT_ZERO cells may be fixed to the camera, or the vehicle
+# stands. The vehicle moves if the median ratio of translation to distance exceeds _PASSING.
 _AT_ZERO, _PASSING = 1.0, 0.002
-# A vehicle that stands does not turn as fast as this, in radians per second.
+# A standing vehicle turns at less than this, in radians per second.
 _TURNING = math.radians(3.0)
-# Seconds after which a camera that goes on pitching does so with the road.
+# Time constant, in seconds, after which a continuing pitch is attributed to the road.
 _BENDS = 2.0
-# Over a gap, a speed is taken to go on for so many seconds.
+# Longest time, in seconds, for which the last speed bridges a gap.
 _HOLDS = 2.5
-# On a pair that slides by less than this, in heights, neither evidence of the pitch is any good.
+# Minimum slide of a pair, in camera heights, for the estimation of the pitch.
 _DRIVING = 0.1
 
 
 @dataclass(frozen=True, slots=True)
 class _Look:
-    """One patch, and what it is compared with."""
+    """A patch, and its comparison with the previous one."""
 
     patch: GroundPatch
     slide: Slide
@@ -60,7 +62,7 @@ class _Look:
 
 @dataclass(frozen=True, slots=True)
 class _Found:
-    """How far a patch has slid in heights, if the pitch is right; its deviation, where it is."""
+    """Slide of a patch in camera heights, with its deviation and its position."""
 
     way: float
     deviation: float
@@ -71,23 +73,23 @@ class _Found:
 
 @dataclass(frozen=True, slots=True)
 class _Turned:
-    """How the camera has turned, how well its nodding is known, and how the world passes by."""
+    """Rotation of the camera, the deviation of its pitch, and the motion past the blocks."""
 
     yaw: float
     pitch: float
     roll: float
     nodding: float
     passing: float | None
-    """Way over distance, of half the blocks; None where they do not agree."""
+    """Median ratio of translation to distance of the blocks; None if they do not agree."""
 
     @property
     def moves(self) -> bool:
-        """Return whether the vehicle moves, whatever the road seems to do."""
+        """Return whether the vehicle moves, independent of the patches."""
         return self.passing is None or self.passing > _PASSING
 
 
 class RoadMeter:
-    """Measures the way of one camera, from frame to frame."""
+    """Measures the distance that a camera travels between frames."""
 
     def __init__(
         self, camera: CameraModel, horizon: Horizon, *, pitch_known: bool = False,
@@ -100,46 +102,46 @@ class RoadMeter:
         Parameters
         ----------
         camera
-            The model of the upright picture.
+            Camera model of the upright image.
         horizon
-            What is known of its tilt.
+            Prior tilt of the camera relative to the road.
         pitch_known
-            Whether the horizon's pitch is to be believed as it is.
+            Whether the pitch of ``horizon`` is exact.
         rotate_180
-            Whether the frames come upside down.
+            Whether the frames are upside down.
         mask
-            (H, W) from 0 to 1, how much each pixel of the frames counts.
+            Weight of each pixel of the frames, (H, W), 0 to 1.
         transform
-            Which library computes the transforms.
+            Library that computes the Fourier transforms.
         pace
-            What is known of the speed, if anything.
+            Prior speed; None if it is unknown.
 
         """
         self._camera, self._horizon = camera, horizon
         self._rotate_180, self._mask, self._transform = rotate_180, mask, transform
         self._tilt = RoadTilt(horizon, fixed=pitch_known)
         self.pace = Pace() if pace is None else pace
-        """How fast the vehicle is."""
+        """Speed of the vehicle."""
         self._looks: tuple[_Look, ...] | None = None
         self._assumed, self._bending = 0.0, 0.0
         self._kept: Frame | None = None
 
     @property
     def tilt(self) -> RoadTilt:
-        """Return the pitch of the camera against the road."""
+        """Return the pitch of the camera relative to the road."""
         return self._tilt
 
     def use_mask(self, mask: NDArray[np.float32] | None) -> None:
-        """Go on with another mask; no pair is lost."""
+        """Continue with another mask; no pair is lost."""
         self._mask, self._looks = mask, None
 
     def forget(self) -> None:
-        """Start anew with the next frame; what is known of the tilt is kept."""
+        """Restart with the next frame; the tilt is kept."""
         self.pace.forget()
         self._kept = None
 
     def start(self, frame: Frame) -> None:
-        """Take a frame that is not compared with the one before."""
+        """Add a frame that is the first of a pair."""
         self._kept = frame
         if self._looks is not None:
             self._keep([look.patch(frame) for look in self._looks])
@@ -149,19 +151,19 @@ class RoadMeter:
         yaw: float | None = None, still: bool = False,
     ) -> Travel:
         """
-        Take the next frame, and return what its pair adds, in heights of the camera.
+        Add the next frame, and return the distance of its pair in camera heights.
 
         Parameters
         ----------
         frame
-            (H, W), not to be changed afterwards.
+            (H, W); it must not change afterwards.
         interval
-            Seconds since the frame before, above 0.
+            Seconds since the previous frame, above 0.
         motion
-            How the camera has turned since then; None if the blocks do not agree on it, as in
+            Rotation of the camera since then; None if the blocks do not agree, such as in
             reverse.
         yaw
-            In that case, what is known of the yaw alone, in radians; None for nothing.
+            Yaw in radians, used if ``motion`` is None; None if it is unknown.
         still
             Whether the vehicle is known to stand.
 
@@ -207,10 +209,10 @@ class RoadMeter:
 
     def _nodded(self, pitch: float, interval: float) -> float:
         """
-        Return by how much the camera has pitched against the road.
+        Return the change of the pitch of the camera relative to the road.
 
-        Springs swing to and fro. What goes on for longer is the road that bends up or down, and
-        the vehicle with it, or an error of the blocks.
+        The suspension oscillates. A pitch that continues for longer comes from a vertical curve of
+        the road, which the vehicle follows, or from an error of the blocks.
         """
         share = 1.0 - math.exp(-interval / _BENDS)
         self._bending += share * (pitch / interval - self._bending)
@@ -219,7 +221,7 @@ class RoadMeter:
     def _judged(
         self, found: list[_Found], interval: float, turned: _Turned,
     ) -> Travel | None:
-        """Put what the patches tell together."""
+        """Combine the slides of the patches."""
         if not found:
             return None
         best = max(found, key=lambda each: each.score)
@@ -232,14 +234,14 @@ class RoadMeter:
             agreeing = [replace(
                 each, way=each.raw / self._stretched(each.middle)) for each in agreeing]
         if not turned.moves and all(abs(each.raw) < _AT_ZERO * CELL for each in agreeing):
-            # No vehicle turns on the spot: what is seen is no road.
+            # A vehicle does not turn on the spot: the patch does not show the road.
             return None if abs(turned.yaw) > _TURNING * interval else self._standing()
         weights = np.array([each.deviation ** -2 for each in agreeing])
         way = float(weights @ [each.way for each in agreeing] / weights.sum())
         depth = agreeing[0].middle
         swing = 2.0 * depth * self._tilt.swing_deviation
         tilt = 2.0 * depth * self._tilt.common_deviation
-        # The errors of both come from the same nodding: together they are not much better.
+        # Both errors come from the same pitch motion, so the mean is hardly better.
         own = min(each.deviation for each in agreeing) ** 2
         self.pace.add(way / interval, (own + (swing * way) ** 2) / (interval * interval))
         return Travel(
@@ -248,7 +250,7 @@ class RoadMeter:
     def _compare(self, near: _Found, far: _Found) -> None:
         if near.raw <= 0.0 or far.raw <= 0.0:
             return
-        # A nod moves the far road more than the near one, in the same direction.
+        # A change of the pitch moves the far road more than the near road, in the same direction.
         nod = (far.middle ** 2 - near.middle ** 2) * _NODDING
         self._tilt.add_slides(
             far.raw / near.raw, far.middle - near.middle,
@@ -266,7 +268,7 @@ class RoadMeter:
         least, most = (least - apart) / CELL, min((most + apart) / CELL, look.slide.most)
         places = [(least, most)]
         if turned.moves:
-            # What does not move is no road.
+            # The road moves.
             places = [(max(least, _AT_ZERO), most), (least, min(most, -_AT_ZERO))]
             if turned.passing is not None and most > 0.0:
                 del places[1]
@@ -278,7 +280,7 @@ class RoadMeter:
         return _Found(raw / stretched, deviation, peak.score, middle, raw)
 
     def _stretched(self, middle: float) -> float:
-        """Return by how much what slides seems to slide more, as the pitch has changed."""
+        """Return the factor by which a slide is too large, as the pitch has changed."""
         return math.exp(2.0 * middle * (self._tilt.pitch - self._assumed))
 
     def _standing(self) -> Travel:
@@ -287,19 +289,19 @@ class RoadMeter:
 
     def _bridged(self, interval: float, *, turns: bool) -> Travel:
         off = self.pace.deviation * interval
-        # One that turns goes somewhere, even if it was standing when it was last measured.
+        # A turning vehicle moves, even if it was standing when it was last measured.
         if not self.pace.known or (turns and self.pace.speed == 0.0):
             return Travel(1.0, off ** 2, TravelState.UNKNOWN)
         way = self.pace.speed * min(interval, _HOLDS)
         if self.pace.lost:
-            # The drawn path goes on with the last speed, but no distance is made up.
+            # The drawn path continues with the last speed, but this is not a distance.
             return Travel(way, off ** 2, TravelState.UNKNOWN)
-        # A speed that is wrong stays so from pair to pair.
+        # The error of the speed is correlated between pairs.
         swing = off / abs(way) if abs(way) > CELL else 0.0
         return Travel(way, off ** 2, TravelState.BRIDGED, swing)
 
     def _look_anew(self, before: Frame | None) -> None:
-        """Make the patches with what is known of the tilt now."""
+        """Make the patches with the current tilt."""
         self._assumed = self._tilt.mounting
         horizon = replace(self._horizon, pitch=self._assumed)
         patches = [

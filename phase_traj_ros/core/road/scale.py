@@ -1,41 +1,40 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""How high the camera is above the road, in metres: what makes metres of heights."""
+"""Estimates the camera height in metres, the factor from camera heights to metres."""
 
-# Of the height, as a share of it, where only speeds from elsewhere have told it: speedometers
-# and wheels are not better.
+# Smallest relative deviation of a height from given speeds: the error of a speedometer.
 _SPEEDOMETER = 0.02
-# A pair's two distances differ by this share, standard deviation, for about so many pairs alike.
+# Relative standard deviation between the two distances of a pair, and number of correlated pairs.
 _PAIR, _ALIKE = 0.1, 10.0
-# What nobody has given is something about this, in metres, but for this share.
+# Prior of an unknown height, in metres, and its relative standard deviation.
 _USUAL, _SPREAD = 1.5, 0.5
 
 
 class CameraHeight:
-    """A height that was given, that speeds from elsewhere tell, or both."""
+    """The camera height, given, estimated from given speeds, or both."""
 
     def __init__(self, given: float, deviation: float) -> None:
-        """Take the height in metres (0: not known) and its deviation as a share."""
+        """Start with a height in metres (0 if unknown) and its relative standard deviation."""
         self._known = given > 0.0
         self._metres = given if self._known else _USUAL
         self._variance = (deviation if self._known else _SPREAD) ** 2
 
     @property
     def metres(self) -> float | None:
-        """Return the height; None as long as nothing has told it."""
+        """Return the height in metres; None if it is unknown."""
         return self._metres if self._known else None
 
     @property
     def deviation(self) -> float:
-        """Return its standard deviation, as a share of it."""
+        """Return the relative standard deviation of the height."""
         return float(self._variance ** 0.5)
 
     def add(self, metres: float, heights: float) -> None:
-        """Take a distance in metres that was measured as so many heights, both above 0."""
+        """Add a distance in metres and the same distance in camera heights, both above 0."""
         noise = _PAIR ** 2 * _ALIKE
         gain = self._variance / (self._variance + noise)
         self._metres *= 1.0 + gain * (metres / heights / self._metres - 1.0)
-        # However often it comes, it has the speedometer's error. A given height may be surer.
+        # The error of the speedometer does not average out. A given height may be more certain.
         least = min(self._variance, _SPEEDOMETER ** 2)
         self._variance = max(self._variance * (1.0 - gain), least)
         self._known = True

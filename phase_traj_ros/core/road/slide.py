@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""How far a patch of the road has slid towards the vehicle: phase correlation of two patches."""
+"""Measures the slide of a road patch towards the vehicle by phase correlation."""
 
 from dataclasses import dataclass
 import math
@@ -11,10 +11,10 @@ from phase_traj_ros.core.correlation.aligned import aligned_zeros
 from phase_traj_ros.core.correlation.spectrum import CrossPhase, padded_shape
 from phase_traj_ros.core.correlation.transforms import find_transform, TransformLibrary
 
-# Cells to either side that count as straight on: a vehicle goes askew a little, and a camera
-# ahead of the rear axle moves sideways in a turn.
+# Lateral search range in cells: the motion is not exactly straight, and a camera ahead of the rear
+# axle moves sideways in a turn.
 _ASIDE = 4
-# The most that two patches may have slid, as a share of their length.
+# Largest slide between two patches, as a fraction of their length.
 _MOST = 0.7
 # Bins weaker than this share of the root mean square hold rounding noise.
 _ROUNDING = 1e-6
@@ -22,35 +22,35 @@ _ROUNDING = 1e-6
 
 @dataclass(frozen=True, slots=True)
 class Peak:
-    """Where the map is highest: cells, towards the vehicle, and height in units of noise."""
+    """Peak of the map: position in cells towards the vehicle, and height in noise deviations."""
 
     cells: float
     score: float
 
 
 class Slide:
-    """Holds the newest patch, and says how well the next one fits when slid by so many cells."""
+    """Correlates each patch with the previous one."""
 
     def __init__(self, window: NDArray[np.float32], transform: TransformLibrary) -> None:
-        """Make one for patches of the window's shape, (M, N)."""
+        """Make a correlator for patches of the shape of ``window``, (M, N)."""
         self._window = window
         self._transforms = find_transform(transform)
         self._map = aligned_zeros(padded_shape((window.shape[0], window.shape[1])))
         self._cross = CrossPhase((self._map.shape[0], self._map.shape[1]))
         self.most = int(_MOST * window.shape[0])
-        """The most cells that it can have slid."""
+        """Largest slide in cells."""
         self._scores: NDArray[np.float64] = np.zeros(0)
 
     def keep(self, patch: NDArray[np.float32]) -> None:
-        """Take the patch that the next one is to be compared with."""
+        """Keep the patch for the comparison with the next one."""
         self._transform(patch)
 
     def compare(self, patch: NDArray[np.float32]) -> None:
         """
         Compare a patch with the one that was kept.
 
-        The map of two patches that have nothing in common is noise of a known deviation, as the
-        energy of a whitened spectrum is known: scores are in units of that.
+        The map of two unrelated patches is noise. Its standard deviation follows from the energy
+        of the whitened spectrum, and is the unit of the scores.
         """
         energy = self._transform(patch)
         unit = self._transforms.inverse(self._map)
@@ -62,7 +62,7 @@ class Slide:
         self._scores = best / noise
 
     def peak(self, least: float, most: float) -> Peak | None:
-        """Return the highest place from ``least`` to ``most`` cells; None if none is there."""
+        """Return the highest peak from ``least`` to ``most`` cells; None if there is no peak."""
         first = max(math.floor(least) + self._back, 1)
         last = min(math.ceil(most) + self._back, len(self._scores) - 2)
         if last < first:
@@ -70,7 +70,7 @@ class Slide:
         at = first + int(self._scores[first:last + 1].argmax())
         left, middle, right = self._scores[at - 1:at + 2]
         bend = left - 2.0 * middle + right
-        # At the end of what is looked at, the true one may lie beyond.
+        # At a limit of the range, the true peak may be outside.
         if bend >= 0.0 or max(left, right) > middle:
             return None
         return Peak(at - self._back + 0.5 * (left - right) / bend, float(middle))

@@ -1,13 +1,14 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
 """
-The pitch of the camera against the road, as it is now.
+Estimates the current pitch of the camera relative to the road.
 
-It is that of the mounting, which changes with the load at most, and what the springs add while
-the vehicle brakes, speeds up or bounces. Two things tell their sum. A vehicle goes along the
-road, so the camera looks down by as much as the direction of travel lies above its axis. And with
-a pitch that is wrong by e, a place z heights ahead is taken to be (1 + z**2) e too far, so what
-slides by s there seems to slide by s (1 + 2 z e): with the right pitch, near and far road agree.
+The pitch is the sum of the pitch of the mounting, which changes with the load only, and that of
+the suspension when the vehicle brakes, accelerates or bounces. There are two measurements of the
+sum. First, the vehicle moves along the road, so the angle of the direction of travel above the
+optical axis is the pitch. Second, with an error e of the pitch, a point z camera heights ahead is
+mapped (1 + z**2) e too far, and a slide s there is measured as s (1 + 2 z e). With the correct
+pitch, the slides of the near and the far road agree.
 """
 
 import math
@@ -16,22 +17,22 @@ import numpy as np
 from numpy.typing import NDArray
 from phase_traj_ros.core.camera.horizon import Horizon
 
-# What the springs do: standard deviation in radians, and for how long, in seconds.
+# Pitch of the suspension: standard deviation in radians, and correlation time in seconds.
 _SPRINGS, _SWING = math.radians(0.4), 1.0
-# The mounting changes by this within so many seconds: passengers, load, the slope of a hill.
+# Change of the mounting in radians within a time in seconds: passengers, load, slopes.
 _LOAD, _LOADING = math.radians(0.3), 600.0
-# Neither the one nor the other evidence is better than this, however often it comes: a road is
-# no plane, and a camera's middle not quite where it is taken to be.
+# Error of both measurements that does not average out, in radians: the road is not a plane, and
+# the principal point has an error.
 _COMMON = 0.0015
-# Farther off than so many deviations, a value counts ever less.
+# The weight of a value decreases beyond this many standard deviations.
 _FAR = 2.0
 
 
 class RoadTilt:
-    """Follows the pitch by a Kalman filter of two numbers: the mounting's and the springs'."""
+    """Estimates the pitch with a Kalman filter of two states: mounting and suspension."""
 
     def __init__(self, horizon: Horizon, *, fixed: bool = False) -> None:
-        """Start at what is known; a ``fixed`` mounting is believed as it is."""
+        """Start with a prior tilt; with ``fixed``, the pitch of the mounting is exact."""
         self._state = np.array([horizon.pitch, 0.0])
         mounting = 0.0 if fixed else horizon.pitch_deviation
         self._covariance = np.diag([mounting ** 2, _SPRINGS ** 2])
@@ -39,31 +40,31 @@ class RoadTilt:
 
     @property
     def mounting(self) -> float:
-        """Return the pitch of the mounting in radians, nose down positive."""
+        """Return the pitch of the mounting in radians, positive down."""
         return float(self._state[0])
 
     @property
     def pitch(self) -> float:
-        """Return the pitch now."""
+        """Return the current pitch in radians, positive down."""
         return float(self._state.sum())
 
     @property
     def deviation(self) -> float:
-        """Return the standard deviation of the pitch now."""
+        """Return the standard deviation of the current pitch."""
         return math.sqrt(max(float(self._covariance.sum()), 0.0))
 
     @property
     def swing_deviation(self) -> float:
-        """Return that of the part of it that changes within a second or so."""
+        """Return the standard deviation of the part that changes within about a second."""
         return math.sqrt(max(float(self._covariance[1, 1]), 0.0))
 
     @property
     def common_deviation(self) -> float:
-        """Return that of the mounting: what is wrong in the same way for long."""
+        """Return the standard deviation of the part that changes slowly, the mounting."""
         return math.hypot(math.sqrt(self._covariance[0, 0]), 0.0 if self._fixed else _COMMON)
 
     def pass_time(self, interval: float) -> None:
-        """Go on by so many seconds."""
+        """Predict ``interval`` seconds ahead."""
         kept = math.exp(-interval / _SWING)
         step = np.diag([1.0, kept])
         self._state = step @ self._state
@@ -73,25 +74,25 @@ class RoadTilt:
             self._covariance[0, 0] += _LOAD ** 2 * min(interval / _LOADING, 1.0)
 
     def add_travel(self, slope: float, variance: float) -> None:
-        """Take the slope of the direction of travel below the optical axis, with its variance."""
+        """Add the slope of the direction of travel below the optical axis, with its variance."""
         self._add(-math.atan(slope), variance)
 
     def add_slides(
         self, ratio: float, apart: float, variance: float, *, assumed: float,
     ) -> None:
         """
-        Take how the far road slid, over how the near one did.
+        Add the ratio of the slides of the far and the near road.
 
         Parameters
         ----------
         ratio
-            Far over near, both measured with the pitch ``assumed``.
+            Slide of the far road divided by that of the near road, measured with ``assumed``.
         apart
-            How much farther ahead the far road is, in heights of the camera.
+            Distance between the far and the near road, in camera heights.
         variance
-            Of the ratio.
+            Variance of the ratio.
         assumed
-            The pitch that the patches were made with.
+            Pitch with which the patches were made, in radians.
 
         """
         steep = 2.0 * apart

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""How far a vehicle has gone between two frames."""
+"""The distance travelled between two frames."""
 
 from dataclasses import dataclass, replace
 from enum import Enum
@@ -8,42 +8,42 @@ import math
 
 
 class TravelState(Enum):
-    """How a pair of frames came to its distance."""
+    """Source of the distance of a pair."""
 
     MEASURED = 'measured'
-    """The road tells it."""
+    """The distance is measured on the road."""
     BRIDGED = 'bridged'
-    """The road cannot be seen or believed: the speed of the pairs before goes on, for seconds."""
+    """The road could not be measured: the last speed continues, for seconds."""
     STANDING = 'standing'
     """The vehicle stands: the distance is exactly 0."""
     GIVEN = 'given'
-    """A speed from elsewhere tells it."""
+    """The distance comes from a given speed."""
     UNKNOWN = 'unknown'
     """
-    Nothing has told it yet, or not for long: 0 in metres.
+    No speed was measured yet, or none for long: the distance is 0 in metres.
 
-    Without metres, the path goes on with a unit step, or with the last speed.
+    Without metres, the path continues with one unit, or with the last speed.
     """
 
 
 @dataclass(frozen=True, slots=True)
 class Travel:
     """
-    What one pair of frames adds to the way.
+    Distance of one pair of frames.
 
-    The unit is that of the path along the heading: metres where the settings are metric
-    (``EstimatorSettings.metric``), else heights of the camera above the road.
+    The unit is that of the path along the heading: metres if the settings are metric
+    (``EstimatorSettings.metric``), else camera heights.
 
     distance
-        Along the way, negative in reverse.
+        Distance along the path, negative in reverse.
     variance
-        Of the distance, in squares of its unit.
+        Variance of the distance, in squares of its unit.
     state
-        How it was found.
+        Source of the distance.
     swing, tilt, scale
-        Parts of the variance that are alike from pair to pair, as standard deviations in shares of
-        the distance: for about a second (the springs), for about a minute (the camera's pitch),
-        and for the whole drive (its height, or a speedometer).
+        Relative standard deviations of the errors that are correlated between pairs: for about a
+        second (suspension), for about a minute (pitch of the camera), and for the whole drive
+        (camera height, or speedometer).
     """
 
     distance: float
@@ -55,17 +55,17 @@ class Travel:
 
     @property
     def known(self) -> bool:
-        """Return whether there is a distance at all, be it measured, bridged or given."""
+        """Return whether the distance is known: measured, bridged, given or standing."""
         return self.state is not TravelState.UNKNOWN
 
     @property
     def own_variance(self) -> float:
-        """Return the part of the variance that has nothing to do with other pairs."""
+        """Return the part of the variance that is independent of other pairs."""
         shares = self.swing ** 2 + self.tilt ** 2 + self.scale ** 2
         return max(self.variance - shares * self.distance ** 2, 0.0)
 
     def scaled(self, factor: float, deviation: float) -> 'Travel':
-        """Return it in a unit that is smaller by a factor, known but for a share of it."""
+        """Return the distance times a factor with a relative standard deviation."""
         distance = factor * self.distance
         return replace(
             self, distance=distance, scale=math.hypot(self.scale, deviation),

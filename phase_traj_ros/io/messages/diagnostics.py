@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What /diagnostics says about the measurement, live and in a bag written offline."""
+"""The status of the measurement on /diagnostics, live and in a bag written offline."""
 
 from dataclasses import dataclass
 from enum import IntEnum
@@ -12,9 +12,9 @@ from phase_traj_ros.core.correlation.transforms import find_transform
 from phase_traj_ros.core.heading.estimator import HeadingEstimator
 from phase_traj_ros.core.reliability import Reason
 
-# Below this share of measured pairs, since the last report, something is wrong with the view.
+# Below this share of measured pairs since the last report, the status is a warning.
 _MEASURED_SHARE = 0.5
-# From this share on, the field of view given is not that of the camera.
+# Above this relative difference, the given field of view does not belong to the camera.
 _WRONG_VIEW = 0.1
 _UNUSABLE = ('unmeasured', 'gaps', 'reprimed')
 
@@ -38,14 +38,14 @@ class Report:
 
 
 class MeasurementReporter:
-    """Reports whether the shift can be measured; the level is about the time since the last."""
+    """Reports whether the shift can be measured; the level covers the time since the last."""
 
     def __init__(self) -> None:
-        """Begin with everything at zero."""
+        """Start with all counters at zero."""
         self._counted = Counters()
 
     def report(self, estimator: TrajectoryEstimator, response: float) -> Report:
-        """Return what there is to say; ``response`` is the median of the newest pairs."""
+        """Return the status; ``response`` is the median response of the newest pairs."""
         counters, heading = estimator.counters, estimator.heading
         found = estimator.reliability
         values = {
@@ -83,7 +83,7 @@ class MeasurementReporter:
 
 
 def _way_values(estimator: TrajectoryEstimator) -> dict[str, str]:
-    """Return how far it was and how that was found: nothing where no distance is measured."""
+    """Return distance, speed and counts of distance states; empty if no distance is measured."""
     way, unit = estimator.way, estimator.settings.length_unit.value
     if not way.pairs:
         return {}
@@ -94,20 +94,20 @@ def _way_values(estimator: TrajectoryEstimator) -> dict[str, str]:
 
 
 def described(view: FieldOfView) -> str:
-    """Return an estimate in words."""
+    """Return an estimate as text."""
     return (
-        f'{view.hfov_deg:.1f} +- {view.deviation_deg:.1f}, right within 5 % with a probability of'
+        f'{view.hfov_deg:.1f} +- {view.deviation_deg:.1f}, within 5 % with a probability of'
         f' {view.sureness:.2f}, from {view.turns} turn{"" if view.turns == 1 else "s"}')
 
 
 def _contradiction(heading: HeadingEstimator, view: FieldOfView) -> str | None:
-    """Say so where the turns tell another field of view than the one in use."""
+    """Return a warning if the turns contradict the field of view in use, else None."""
     if heading.lens.origin is not LensOrigin.GIVEN or heading.lens.straightness != PINHOLE:
-        # It has been measured, or is of a lens with distortion: the width of the view is another.
+        # A learned field of view, or a lens with distortion, whose field of view is different.
         return None
     used = 0.0 if heading.camera is None else heading.camera.hfov_deg
     if used == 0.0 or view.sureness < SURE or abs(view.hfov_deg / used - 1.0) <= _WRONG_VIEW:
         return None
     return (
-        f'the angles of the turns tell a field of view of {view.hfov_deg:.0f} degrees, in use are'
-        f' {used:.0f}')
+        f'the angles of the turns indicate a field of view of {view.hfov_deg:.0f} degrees, but'
+        f' {used:.0f} degrees are in use')

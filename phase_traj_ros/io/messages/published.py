@@ -1,10 +1,10 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
 """
-From the estimator's values to ROS messages, whoever made the message classes.
+Converts the values of the estimator to ROS messages, independent of the message classes.
 
-Those of rclpy and those of rosbags take the same fields by keyword, so that what the node
-publishes and what a bag written offline holds come from the same lines.
+The message classes of rclpy and of rosbags have the same keyword arguments, so the node and a bag
+written offline use the same code.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -21,21 +21,21 @@ from phase_traj_ros.io.messages.diagnostics import Level, Report
 from phase_traj_ros.parameters import NODE_NAME, Parameters
 
 _NANOSECONDS = 10**9
-# Variances of what is not measured, and of the speed to the side, which a vehicle hardly has.
+# Variances of unmeasured values, and of the lateral speed, which is close to zero.
 _UNKNOWN = 1e6
 _SIDEWAYS = 0.01
-# Of x, y, z, roll, pitch and yaw: those that a vehicle on the ground has.
+# Indices of the planar motion in x, y, z, roll, pitch and yaw: x, y and yaw.
 _ON_THE_GROUND = np.ix_((0, 1, 5), (0, 1, 5))
 
 
 @dataclass(frozen=True, slots=True)
 class Topic:
-    """A topic that the node publishes; its name is relative to the node's."""
+    """A topic that the node publishes; its name is relative to that of the node."""
 
     name: str
     type: str  # noqa: A003
     latched: bool = False
-    """Whether who subscribes late gets the last message at once."""
+    """Whether late subscribers receive the last message at once."""
 
 
 PER_PAIR: Final = (
@@ -47,7 +47,7 @@ PER_PAIR: Final = (
     Topic('pose', 'geometry_msgs/msg/PoseStamped'),
     Topic('pair', 'diagnostic_msgs/msg/DiagnosticArray'),
 )
-"""What ``Messages.of_pair`` makes messages for."""
+"""Topics of ``Messages.of_pair``."""
 
 HEADING: Final = (
     Topic('heading', 'std_msgs/msg/Float64'),
@@ -55,11 +55,11 @@ HEADING: Final = (
     Topic('turn', 'geometry_msgs/msg/Vector3Stamped'),
     Topic('camera', 'std_msgs/msg/String', latched=True),
 )
-"""What it makes them for where the heading is measured, too."""
+"""Additional topics of ``Messages.of_pair`` if the heading is measured."""
 
 ODOMETRY: Final = Topic('odom', 'nav_msgs/msg/Odometry')
 SPEED: Final = Topic('speed', 'geometry_msgs/msg/TwistWithCovarianceStamped')
-"""What it makes them for where metres are known, too."""
+"""Additional topics of ``Messages.of_pair`` if the distance is in metres."""
 
 CHAIN_CODE: Final = Topic('chain_code', 'std_msgs/msg/String', latched=True)
 LINKS: Final = Topic('links', 'std_msgs/msg/String', latched=True)
@@ -68,7 +68,7 @@ DEBUG_IMAGE: Final = Topic('debug_image', 'sensor_msgs/msg/Image')
 
 
 def pair_topics(parameters: Parameters) -> tuple[Topic, ...]:
-    """Return the topics that ``Messages.of_pair`` makes messages for with these parameters."""
+    """Return the topics of ``Messages.of_pair`` for these parameters."""
     topics: tuple[Topic, ...] = PER_PAIR
     if parameters.measures_heading:
         topics += HEADING
@@ -76,12 +76,12 @@ def pair_topics(parameters: Parameters) -> tuple[Topic, ...]:
 
 
 def whole_topics(parameters: Parameters) -> tuple[Topic, ...]:
-    """Return the topics that ``Messages.of_all`` makes messages for with these parameters."""
+    """Return the topics of ``Messages.of_all`` for these parameters."""
     return (CHAIN_CODE, PATH, LINKS) if parameters.code_step > 0 else (CHAIN_CODE, PATH)
 
 
 class Messages:
-    """Makes messages of the classes given; pure functions of their arguments."""
+    """Makes messages of the given classes; all methods are pure functions."""
 
     def __init__(self, types: Mapping[str, Callable[..., Any]]) -> None:
         """
@@ -90,15 +90,15 @@ class Messages:
         Parameters
         ----------
         types
-            What builtin_interfaces, std_msgs, geometry_msgs, nav_msgs, sensor_msgs and
-            diagnostic_msgs define, as far as it is asked for. A DiagnosticStatus is given its
-            level as a number, an Image its data as an array of bytes.
+            Constructors of the required messages of builtin_interfaces, std_msgs, geometry_msgs,
+            nav_msgs, sensor_msgs and diagnostic_msgs. The level of a DiagnosticStatus is passed
+            as a number, the data of an Image as an array of bytes.
 
         """
         self._types = types
 
     def time(self, stamp_ns: int) -> Any:
-        """Return a stamp given in nanoseconds as a builtin_interfaces/Time."""
+        """Return a stamp in nanoseconds as a builtin_interfaces/Time."""
         seconds, nanoseconds = divmod(stamp_ns, _NANOSECONDS)
         return self._types['builtin_interfaces/msg/Time'](sec=seconds, nanosec=nanoseconds)
 
@@ -111,9 +111,10 @@ class Messages:
         wanted: Callable[[str], bool] = lambda _: True,
     ) -> Iterator[tuple[str, Any]]:
         """
-        Yield the names of topics and the messages that go out with a pair, see PER_PAIR.
+        Yield the topic names and messages of a pair, see ``pair_topics``.
 
-        Only those are made whose names are ``wanted``: making one takes longer than sending it.
+        A message is made only if ``wanted`` returns True for its topic: making it takes longer
+        than sending it.
         """
         types, step = self._types, update.step
         header = self.header(update.stamp_ns, parameters.frame_id)
@@ -139,7 +140,7 @@ class Messages:
         if update.odometry is not None and wanted('odom'):
             yield 'odom', self.odometry(update.odometry, parameters.child_frame_id, header)
         if update.odometry is not None and wanted('speed'):
-            # A twist is told in the frame of what moves.
+            # A twist is given in the frame of the vehicle.
             yield 'speed', types['geometry_msgs/msg/TwistWithCovarianceStamped'](
                 header=self.header(update.stamp_ns, parameters.child_frame_id),
                 twist=self._twist(update.odometry))
@@ -153,11 +154,11 @@ class Messages:
 
     def pair(self, update: Update) -> Any:
         """
-        Return what is told of a pair without a stamp elsewhere, in a DiagnosticArray.
+        Return the values of a pair, together with their stamp, as a DiagnosticArray.
 
-        It is the one standard message that has a stamp, names and words, so that what belongs to
-        a pair stays together and can be synchronised with images. The direction is empty where
-        none is appended, the distance where it is not known.
+        DiagnosticArray is the standard message with a stamp, names and texts. It keeps the values
+        of a pair together, and can be synchronised with images. The direction is empty if none
+        was appended, the distance if it is unknown.
         """
         step, shift = update.step, update.shift
         report = Report(Level.OK, update.status.value, {
@@ -174,7 +175,7 @@ class Messages:
     def of_all(
         self, topic: Topic, estimator: TrajectoryEstimator, parameters: Parameters,
     ) -> Any:
-        """Return the message about all pairs so far that goes out on one of ``whole_topics``."""
+        """Return the message of a topic of ``whole_topics``, which covers all pairs so far."""
         if topic == CHAIN_CODE:
             text = describe(
                 estimator.codes, frames=estimator.frames, max_runs=parameters.chain_code_runs)
@@ -197,11 +198,11 @@ class Messages:
         Parameters
         ----------
         reports
-            What is said, by the names of the statuses.
+            Reports by the names of their statuses.
         node
             Full name of the node.
         hardware_id
-            Where the images come from.
+            Source of the images.
         stamp
             A builtin_interfaces/Time.
 
@@ -218,25 +219,25 @@ class Messages:
                 for name, report in reports.items()])
 
     def picture(self, picture: NDArray[np.uint8], header: Any) -> Any:
-        """Return a picture in the order blue, green, red, (H, W, 3), as a sensor_msgs/Image."""
+        """Return a BGR picture, (H, W, 3), as a sensor_msgs/Image."""
         height, width, _ = picture.shape
         return self._types['sensor_msgs/msg/Image'](
             header=header, height=height, width=width, encoding='bgr8', is_bigendian=0,
             step=3 * width, data=picture.reshape(-1))
 
     def shift(self, shift: Shift | None, header: Any) -> Any:
-        """Return the raw shift in pixels; NaN where the two frames cannot be compared."""
+        """Return the raw shift in pixels; NaN if the two frames cannot be compared."""
         dx, dy = (math.nan, math.nan) if shift is None else (shift.dx, shift.dy)
         return self._types['geometry_msgs/msg/Vector3Stamped'](
             header=header, vector=self._types['geometry_msgs/msg/Vector3'](x=dx, y=dy, z=0.0))
 
     def pose(self, corner: Corner, scale: float, header: Any) -> Any:
-        """Return a place of the path as a PoseStamped; its unit is ``scale`` metres."""
+        """Return a pose of the path as a PoseStamped; its unit is ``scale`` metres."""
         return self._types['geometry_msgs/msg/PoseStamped'](
             header=header, pose=self._pose(corner, scale))
 
     def odometry(self, odometry: Odometry, child_frame_id: str, header: Any) -> Any:
-        """Return a nav_msgs/Odometry; the variance of what is not measured is large."""
+        """Return a nav_msgs/Odometry; the variances of unmeasured values are large."""
         types = self._types
         return types['nav_msgs/msg/Odometry'](
             header=header, child_frame_id=child_frame_id,
@@ -267,7 +268,7 @@ class Messages:
             x=0.0, y=0.0, z=math.sin(angle / 2), w=math.cos(angle / 2))
 
     def path(self, points: Sequence[Corner], scale: float, header: Any) -> Any:
-        """Return a nav_msgs/Path of places, whose unit is ``scale`` metres."""
+        """Return a nav_msgs/Path; the unit of ``points`` is ``scale`` metres."""
         return self._types['nav_msgs/msg/Path'](header=header, poses=[
             self.pose(point, scale, self.header(point.stamp_ns, header.frame_id))
             for point in points
@@ -288,7 +289,7 @@ def _response(shift: Shift | None) -> float:
 
 
 def _covariance(part: ArrayLike) -> NDArray[np.float64]:
-    """Return the covariance of a motion in space, (36,), of that on the ground: x, y and yaw."""
+    """Return the spatial covariance, (36,), of a planar one of x, y and yaw, (3, 3)."""
     whole = np.diag([0.0, 0.0, _UNKNOWN, _UNKNOWN, _UNKNOWN, 0.0])
     whole[_ON_THE_GROUND] = part
     return whole.ravel()

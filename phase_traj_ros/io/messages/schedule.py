@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""When messages are published, by the node and into a bag written offline."""
+"""Schedules the messages that the node publishes and that a bag written offline contains."""
 
 from typing import Final
 
@@ -17,10 +17,10 @@ DIAGNOSTICS_PERIOD_NS: Final = 10**9
 
 
 class Pace:
-    """Limits a message to one per period, and sends the first at once; any clock will do."""
+    """Limits a message to one per period, and sends the first at once, by any clock."""
 
     def __init__(self, period_ns: int) -> None:
-        """Make a pace without anything to send."""
+        """Make a pace without content to send."""
         self._period_ns = period_ns
         self._due_ns: int | None = None
         self._pending = False
@@ -56,14 +56,14 @@ class Schedule:
     """
 
     def __init__(self, parameters: Parameters) -> None:
-        """Make a schedule without anything to send."""
+        """Make a schedule without content to send."""
         self._paces = {topic: Pace(CHAIN_CODE_PERIOD_NS) for topic in whole_topics(parameters)}
         self._paces[PATH] = Pace(round(1e9 / parameters.path_rate))
         self._last_movement: Movement | None = None
         self._last_link: AnyDirection | None = None
 
     def add(self, update: Update) -> None:
-        """Record what a pair adds."""
+        """Record the result of a pair."""
         movement = update.step.movement
         self._paces[CHAIN_CODE].changed(urgent=movement is not self._last_movement)
         self._paces[PATH].changed()
@@ -74,7 +74,7 @@ class Schedule:
             self._last_link = update.links[-1]
 
     def restart(self) -> None:
-        """Record that everything starts again: all of it is published at once."""
+        """Record a restart: all topics are published at once."""
         self._last_movement = self._last_link = None
         for pace in self._paces.values():
             pace.changed(urgent=True)

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A bag of everything the node would have published about a replay."""
+"""Writes a bag with all messages that the node would have published."""
 
 from __future__ import annotations
 
@@ -47,29 +47,29 @@ def topic_name(topic: Topic) -> str:
 
 class BagSink(Watcher):
     """
-    Writes the node's topics as it would publish them, by the stamps of the images.
+    Writes the topics of the node as the node would publish them, by the stamps of the images.
 
-    What the node does by the clock on the wall (the path's rate, the chain code's text and the
-    diagnostics once a second) is done by the stamps, and all that is pending goes out at the end.
-    Header stamps and log times are those of the images. Where the stamps go back, the bag starts
-    anew, as the other results do.
+    The node uses the wall clock for the rates of the path, the chain code text and the
+    diagnostics; the bag uses the stamps, and delayed messages are written at the end. Header
+    stamps and log times are those of the images. If the stamps go back, the bag starts again, as
+    do the other results.
 
-    A context manager: the bag is complete when it is left, and gone if that is by an exception.
+    As a context manager, it completes the bag on exit and deletes it after an exception.
     """
 
     def __init__(
         self, path: Path, parameters: Parameters, *, source: str, debug_images: bool = False,
     ) -> None:
         """
-        Make a sink that will write the single file ``path``, which ends in .mcap.
+        Make a sink that writes the single file ``path``, whose name ends in .mcap.
 
-        ``source`` is what is replayed; the diagnostics name it as their hardware.
-        ``debug_images`` adds the debug image of every pair, which makes large bags.
+        ``source`` is the replayed source, the hardware id of the diagnostics. ``debug_images``
+        adds the debug image of every pair, which makes the bag large.
 
         Raises
         ------
         MissingDependencyError
-            rosbags is not installed, or one that cannot write MCAP files.
+            rosbags is not installed, or its version cannot write MCAP files.
 
         """
         self._types = _types()
@@ -94,7 +94,7 @@ class BagSink(Watcher):
             self._bag.discard()
 
     def start(self, frame: StampedFrame, estimator: TrajectoryEstimator) -> None:
-        """Begin a bag, in the place of the one begun before."""
+        """Start a bag; it replaces an unfinished one."""
         if self._bag is not None:
             self._bag.discard()
         self._bag = _Bag(
@@ -104,7 +104,7 @@ class BagSink(Watcher):
 
     def add(self, frame: StampedFrame, update: Update, estimator: TrajectoryEstimator) -> None:
         """
-        Write what a pair adds.
+        Write the messages of a pair.
 
         Raises
         ------
@@ -115,7 +115,7 @@ class BagSink(Watcher):
         assert self._bag is not None
         if update.stamp_ns not in _STAMPS_NS:
             raise OutputError(
-                f'a bag cannot hold the stamp {update.stamp_ns / 1e9:.9f} s: it takes those from'
+                f'a bag cannot hold the stamp {update.stamp_ns / 1e9:.9f} s: stamps must be from'
                 ' 0 to 2**31 seconds; leave out bag_out')
         self._bag.add(update)
         if self._debug_images:
@@ -124,17 +124,17 @@ class BagSink(Watcher):
 
 
 class _BagFile:
-    """A bag of a single file."""
+    """A bag with a single file."""
 
     def __init__(self, target: Path, types: Any, topics: Iterable[Topic]) -> None:
         from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
         self.types = types
         self._target = target
-        # rosbags makes a directory and names the file in it after it.
+        # rosbags makes a directory, and a file of the same name in it.
         self._parts = target.parent / f'.{target.name}.parts'
         self._writer = Writer(
             self._parts / target.stem, version=9, storage_plugin=StoragePlugin.MCAP)
-        # Each path repeats the one before it.
+        # Consecutive paths are nearly equal, so compression is effective.
         self._writer.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)
         self._writer.open()
         self._connections: dict[str, Connection] = {}
@@ -148,7 +148,7 @@ class _BagFile:
 
     def complete(self) -> None:
         self._writer.close()
-        # Of the directory only the file is wanted: it is complete in itself.
+        # Only the file is kept: it is complete without the metadata of the directory.
         (self._parts / self._target.stem / self._target.name).replace(self._target)
         shutil.rmtree(self._parts)
 
@@ -163,7 +163,7 @@ class _BagFile:
 
 
 class _Bag:
-    """What goes into a bag from one start of the estimator on, and when."""
+    """The messages of a bag since a start of the estimator, and their schedule."""
 
     def __init__(
         self, file: _BagFile, messages: Messages, parameters: Parameters,
@@ -179,7 +179,7 @@ class _Bag:
         self._diagnosed.sent(start_ns)
         self._responses: deque[float] = deque(maxlen=_RESPONSES)
         self._measured = MeasurementReporter()
-        # What was counted before the start belongs to no second of this bag.
+        # Counts from before the start do not belong to this bag.
         self._measured.report(estimator, 0.0)
 
     def add(self, update: Update) -> None:
@@ -237,7 +237,7 @@ def _types() -> Any:
 
 
 def _qos(*, latched: bool) -> Qos:
-    """Return the quality of service that the node offers, for ros2 bag play to offer it, too."""
+    """Return the quality of service of the node, so that ros2 bag play offers the same."""
     from rosbags.interfaces import (
         Qos,
         QosDurability,

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The files that hold a replay's results: JSON, CSV, TUM and a picture."""
+"""Writes the results of a replay as JSON, CSV, TUM and a picture."""
 
 from collections.abc import Iterable, Mapping, Sequence
 import csv
@@ -47,7 +47,7 @@ def write_results(result: Replay, directory: Path) -> None:
 
 
 def write_chain_code(result: Replay, path: Path) -> None:
-    """Write both codes and what belongs to them as JSON; docs/reference/files.md has the keys."""
+    """Write codes, turns and camera as JSON; docs/reference/files.md describes the keys."""
     content: dict[str, Any] = {
         'source': result.source,
         'frames': result.frames,
@@ -78,14 +78,14 @@ def write_chain_code(result: Replay, path: Path) -> None:
 
 
 def _direction_packed(result: Replay) -> dict[str, str]:
-    """Return the direction codes at two bits each; eight directions do not fit into them."""
+    """Return the packed direction codes, two bits each; empty for eight directions."""
     if result.codes.directions is not Direction:
         return {}
     return {'direction_packed': pack(result.direction).hex()}
 
 
 def _heading_content(result: Replay) -> dict[str, Any]:
-    """Return what there is of heading and turns: nothing where it is not measured."""
+    """Return heading, turns and camera; empty if the heading is not measured."""
     headings = [update.heading for update in result.updates if update.heading is not None]
     if not headings:
         return {}
@@ -106,7 +106,7 @@ def _heading_content(result: Replay) -> dict[str, Any]:
 
 
 def way_content(way: Way, *, unit: LengthUnit) -> dict[str, Any]:
-    """Return how far it was as it stands in files: nothing where no distance is measured."""
+    """Return the distance in the form of the files; empty if no distance is measured."""
     if not way.pairs:
         return {}
     return {
@@ -117,7 +117,7 @@ def way_content(way: Way, *, unit: LengthUnit) -> dict[str, Any]:
 
 
 def links_content(links: LinkCode | None, *, unit: LengthUnit) -> dict[str, Any]:
-    """Return what there is of the equal links as it stands in files, without the series itself."""
+    """Return runs and totals of the equal links in the form of the files; empty without links."""
     if links is None:
         return {}
     return {
@@ -129,17 +129,17 @@ def links_content(links: LinkCode | None, *, unit: LengthUnit) -> dict[str, Any]
 
 
 def reliability_content(found: Reliability) -> dict[str, Any]:
-    """Return whether a result can be relied upon as it stands in files."""
+    """Return the reliability of a result in the form of the files."""
     return {'reliable': found.reliable, 'reasons': list(found.words)}
 
 
 def camera_content(camera: CameraInUse) -> dict[str, Any]:
-    """Return what a drive was measured with as it stands in files."""
+    """Return the camera in use in the form of the files."""
     return {**asdict(camera), 'origin': camera.origin.value}
 
 
 def turn_list(turns: Iterable[Turn]) -> list[dict[str, float]]:
-    """Return turns as they stand in files: times in seconds, angles in degrees."""
+    """Return turns in the form of the files: times in seconds, angles in degrees."""
     return [
         {
             'start_frame': turn.start_frame,
@@ -154,7 +154,7 @@ def turn_list(turns: Iterable[Turn]) -> list[dict[str, float]]:
 
 
 def write_shifts(result: Replay, path: Path) -> None:
-    """Write one row per pair of frames as CSV, see ``ShiftTable``."""
+    """Write one row per pair of frames as CSV; see ``ShiftTable``."""
     with path.open('w', encoding='utf-8', newline='') as file:
         table = ShiftTable(file)
         for update in result.updates:
@@ -163,18 +163,18 @@ def write_shifts(result: Replay, path: Path) -> None:
 
 class ShiftTable:
     """
-    Rows of CSV, one per pair of frames.
+    CSV rows, one per pair of frames.
 
-    Stamps and intervals in seconds, shifts in pixels; dx, dy and response are empty where the two
-    frames could not be compared, the direction is empty where none was appended. Heading and yaw
-    in degrees, left positive, and 1 where the yaw was bridged instead of measured, else 0; the
-    three are empty where no heading is measured. Distance and speed in metres, or in camera
-    heights where no metres are known, with their variances and the state of the distance: the
-    numbers are empty where it is unknown, all five where no distance is measured.
+    Stamps and intervals are in seconds, shifts in pixels. dx, dy and response are empty if the two
+    frames could not be compared, the direction if none was appended. Heading and yaw are in
+    degrees, positive to the left; ``bridged`` is 1 if the yaw was bridged, else 0. The three are
+    empty if no heading is measured. Distance and speed are in metres, or in camera heights if no
+    metres are known, with their variances and the state of the distance. The numbers are empty if
+    the distance is unknown, all five if no distance is measured.
     """
 
     def __init__(self, file: TextIO) -> None:
-        """Write the head of the table to ``file``."""
+        """Write the header of the table to ``file``."""
         self._writer = csv.writer(file, lineterminator='\n')
         self._writer.writerow(CSV_COLUMNS)
 
@@ -210,7 +210,7 @@ def _distance_cells(update: Update) -> tuple[str, str, str, str, str]:
 
 
 def write_tum(result: Replay, path: Path) -> None:
-    """Write the drawn trajectory in the TUM format, one pose per frame, see ``tum_lines``."""
+    """Write the drawn trajectory in the TUM format, one pose per frame; see ``tum_lines``."""
     start = Corner(0, 0, 0.0, result.first_stamp_ns)
     poses = [(result.first_stamp_ns, start)]
     poses += [(update.stamp_ns, update.tip) for update in result.updates]
@@ -221,14 +221,13 @@ def tum_lines(poses: Iterable[tuple[int, Corner]]) -> str:
     """
     Return stamped corners as lines ``stamp x y z qx qy qz qw``.
 
-    REP 103 axes; in metres where they are known, else in camera heights, or in steps without a
-    unit.
+    REP 103 axes, in metres if they are known, else in camera heights or in unitless steps.
     """
     return ''.join(_tum_line(stamp_ns, corner) for stamp_ns, corner in poses)
 
 
 def versions(library: TransformLibrary) -> dict[str, str]:
-    """Return the versions that results depend on, with the transforms of ``library``."""
+    """Return the versions on which results depend, with the transforms of ``library``."""
     return {
         'phase_traj_ros': phase_traj_ros.__version__,
         'python': platform.python_version(),
@@ -239,7 +238,7 @@ def versions(library: TransformLibrary) -> dict[str, str]:
 
 
 def write_json(content: Mapping[str, object], path: Path) -> None:
-    """Write an object as JSON, one line per key: lists are long, and so the file is readable."""
+    """Write an object as JSON, one line per key, so that long lists stay readable."""
     lines = (f'  {json.dumps(key)}: {json.dumps(value)}' for key, value in content.items())
     path.write_text('{\n' + ',\n'.join(lines) + '\n}\n', encoding='utf-8')
 
@@ -256,7 +255,7 @@ def _tum_line(stamp_ns: int, tip: Corner) -> str:
 
 
 def _seconds(nanoseconds: int) -> str:
-    """Return seconds with all nine decimals: a float would lose nanoseconds of an epoch."""
+    """Return seconds with all nine decimals: a float of the epoch would lose nanoseconds."""
     sign = '-' if nanoseconds < 0 else ''
     seconds, rest = divmod(abs(nanoseconds), 10**9)
     return f'{sign}{seconds}.{rest:09d}'

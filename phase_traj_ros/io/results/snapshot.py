@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What a running estimator keeps, written to files."""
+"""Writes the state of a running estimator to files."""
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
@@ -40,9 +40,9 @@ from phase_traj_ros.io.results.files import (
 @dataclass(frozen=True, slots=True)
 class Snapshot:
     """
-    The state of an estimator at one moment; it does not change when the estimator goes on.
+    The state of an estimator at one time. It does not change when the estimator continues.
 
-    The runs and corners are the newest ones, as many as the estimator keeps.
+    Runs and corners are the newest ones, as many as the estimator keeps.
     """
 
     source: str
@@ -51,20 +51,20 @@ class Snapshot:
     movement_runs: tuple[Run[Movement], ...]
     direction_runs: tuple[Run[Any], ...]
     movement_totals: tuple[int, ...]
-    """How often each code occurred, from 0 on."""
+    """Number of occurrences of each code, from code 0 on."""
     direction_totals: tuple[int, ...]
     corners: tuple[Corner, ...]
-    """Start or oldest corner kept first, the tip last; empty before the first frame."""
+    """Start or oldest kept corner first, current pose last; empty before the first frame."""
     counters: Mapping[str, int]
     turns: tuple[Turn, ...]
-    """Turns that have ended, where the heading is measured."""
+    """Turns that have ended, if the heading is measured."""
     reliability: Reliability
-    """Whether the codes so far can be relied upon."""
+    """Whether the codes so far are reliable."""
     heading: '_Heading | None'
     learned: CameraEstimate | None
-    """What the drive has told of the camera."""
+    """Camera as learned from the drive; None if it was not learned."""
     way: Mapping[str, Any]
-    """What stands in files of the way and of the equal links."""
+    """Distance and equal links in the form of the files."""
 
     @classmethod
     def of(cls, estimator: TrajectoryEstimator, *, source: str) -> 'Snapshot':
@@ -83,9 +83,9 @@ class Snapshot:
 
     def write(self, directory: Path) -> None:
         """
-        Write chain_code.json, trajectory.tum and trajectory.png, whole or not at all.
+        Write chain_code.json, trajectory.tum and trajectory.png, completely or not at all.
 
-        Where the drive has told the camera, there is camera.yaml, too.
+        If the camera was learned from the drive, write camera.yaml as well.
 
         Raises
         ------
@@ -132,7 +132,7 @@ class Snapshot:
 
 @dataclass(frozen=True, slots=True)
 class _Heading:
-    """What is known of heading and camera."""
+    """State of heading and camera."""
 
     heading_deg: float
     bridged_share: float

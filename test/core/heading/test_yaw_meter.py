@@ -186,7 +186,7 @@ def test_refuses_frames_and_masks_that_do_not_fit():
         YawMeter(projection, mask=np.ones((10, 10), np.float32))
     almost_all = np.zeros((240, 320), np.float32)
     almost_all[100:120, 150:170] = 1.0
-    with pytest.raises(FrameError, match='leaves too little'):
+    with pytest.raises(FrameError, match='covers too much'):
         YawMeter(projection, mask=almost_all)
 
 

@@ -340,7 +340,8 @@ def test_a_wrong_field_of_view_is_reported():
                 YawMeasurement(Shift(0.0, 0.0, 0.1), yaw, refined=True, agreement=1.0), stamp, 0.1)
     report = reporter.report(estimator, 0.1)
     assert report.level is Level.WARN
-    assert re.search('a field of view of (79|80|81) degrees, in use are 55', report.message)
+    assert re.search(
+        'a field of view of (79|80|81) degrees, but 55 degrees are in use', report.message)
     assert 'from 6 turns' in report.values['field of view (deg)']
 
 
@@ -368,7 +369,7 @@ def test_numbers_of_a_camera_that_cannot_be_are_refused():
 
 
 def test_a_lens_without_a_use_is_refused():
-    with pytest.raises(ValueError, match='needs a lens'):
+    with pytest.raises(ValueError, match='requires a lens'):
         TrajectoryEstimator().use_lens(Lens(hfov_deg=80.0))
 
 
@@ -397,7 +398,7 @@ def test_parameters_that_do_not_go_together(values, message):
     ({'speed': math.nan}, 'speed is nan'),
     ({'connectivity': 5}, 'connectivity is 5'),
     ({'connectivity': 8}, 'right angles only'),
-    ({'speed': 1.0, 'awaits_speeds': True}, 'constant or comes'),
+    ({'speed': 1.0, 'awaits_speeds': True}, 'give one of them'),
 ])
 def test_settings_that_do_not_go_together(values, message):
     with pytest.raises(ValueError, match=message):

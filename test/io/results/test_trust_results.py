@@ -84,7 +84,7 @@ def test_scenes_and_fixed_areas_are_in_files_and_report(tmp_path, barred, capsys
     assert len(content['heading_deg']) == len(barred)
     page = (output / 'report.html').read_text()
     assert '<dt>reliable</dt><dd>yes</dd>' in page
-    assert 'New scenes begin with the frames 30.' in page
+    assert 'New scenes start at the frames 30.' in page
     assert 'alt="Fixed areas" src="data:image/jpeg' in page
 
 

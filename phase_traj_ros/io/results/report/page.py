@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Pieces of HTML pages that load nothing from anywhere; every text is escaped."""
+"""Elements of self-contained HTML pages, with all text escaped."""
 
 import base64
 from collections.abc import Iterable, Mapping, Sequence
@@ -19,7 +19,7 @@ _SUFFIX_TYPES = {'.png': 'image/png', '.jpg': 'image/jpeg', '.svg': 'image/svg+x
 
 @dataclass(frozen=True, slots=True)
 class Markup:
-    """HTML that is meant as such; any other text is escaped."""
+    """Text that is HTML already; any other text is escaped."""
 
     html: str
 
@@ -33,19 +33,19 @@ def html_of(cell: Cell) -> str:
 
 
 def template(name: str) -> str:
-    """Return a file of the folder templates."""
+    """Return the text of a file in the folder templates."""
     templates = files('phase_traj_ros.io.results.report').joinpath('templates')
     return templates.joinpath(name).read_text(encoding='utf-8')
 
 
 def style() -> Markup:
-    """Return the style sheet of all pages, in colours for light and for dark screens."""
+    """Return the style sheet of all pages, with a light and a dark palette."""
     return Markup(filled(template('style.css'), {
         'light': Markup(LIGHT.css()), 'dark': Markup(DARK.css())}))
 
 
 def filled(page: str, values: Mapping[str, Cell]) -> str:
-    """Return a template with each {{name}} replaced, once; what is put in is not looked at."""
+    """Return a template with each {{name}} replaced; the inserted values are not expanded."""
     return _TOKEN.sub(lambda match: html_of(values[match[1]]), page)
 
 
@@ -69,18 +69,18 @@ def table(
 
 
 def definitions(items: Iterable[tuple[str, str]]) -> Markup:
-    """Return terms and their descriptions, for a list of them."""
+    """Return terms and their descriptions as items of a definition list."""
     return Markup('\n'.join(
         f'<div><dt>{escape(term)}</dt><dd>{escape(value)}</dd></div>' for term, value in items))
 
 
 def data_uri(content: bytes, suffix: str) -> str:
-    """Return a picture as a URI that holds it; ``suffix`` is .png, .jpg or .svg."""
+    """Return a picture as a data URI; ``suffix`` is .png, .jpg or .svg."""
     return f'data:{_SUFFIX_TYPES[suffix]};base64,{base64.b64encode(content).decode()}'
 
 
 def script_json(content: object) -> Markup:
-    """Return a value as JSON that can stand in a script element, whatever its texts hold."""
+    """Return a value as JSON that is safe in a script element, whatever text it contains."""
     text = json.dumps(content, separators=(',', ':'), allow_nan=False)
     for sign in '<>&':
         text = text.replace(sign, f'\\u{ord(sign):04x}')
@@ -88,5 +88,5 @@ def script_json(content: object) -> Markup:
 
 
 def write_page(page: str, path: Path) -> None:
-    """Write a page as UTF-8; names of files may hold bytes that are none."""
+    """Write a page as UTF-8; bytes of file names that are not UTF-8 are escaped."""
     path.write_bytes(page.encode('utf-8', 'backslashreplace'))

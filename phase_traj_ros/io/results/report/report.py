@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""One HTML file that shows a replay: it opens offline and loads nothing from anywhere."""
+"""Writes the report of a replay as a self-contained HTML file."""
 
 from collections.abc import Sequence
 from html import escape
@@ -41,11 +41,11 @@ from phase_traj_ros.io.results.thumbnails import Thumbnail
 from phase_traj_ros.parameter_spec import Spec
 from phase_traj_ros.parameters import Parameters, specs
 
-# Names of the palette's colours, by code.
+# Names of the palette colours, by code.
 _MOVEMENT_COLOURS = {
     Movement.LEFT: '--left', Movement.FORWARD: '--forward', Movement.RIGHT: '--right',
     Movement.NO_CHANGE: '--rest'}
-_REMARKS = {Movement.NO_CHANGE: ' (a turn that goes on, or nothing to judge)'}
+_REMARKS = {Movement.NO_CHANGE: ' (the turn continues, or the pair cannot be judged)'}
 _LEGEND = (
     *((code.label + _REMARKS.get(code, ''), colour)
       for code, colour in _MOVEMENT_COLOURS.items()),
@@ -62,17 +62,18 @@ def write_report(
     Parameters
     ----------
     result
-        What it is about.
+        The replay.
     path
-        The file.
+        The file to write.
     title
-        Its heading, such as the source's name.
+        Heading of the report, such as the name of the source.
     picture
-        A file with the picture to put in, .png or .svg.
+        File of the picture to embed, .png or .svg.
     thumbnails
-        Frames to show under the cursor.
+        Frames to show at the cursor.
     left_out
-        A JPEG picture of what was left out as fixed to the camera; None without any.
+        JPEG picture of the areas that were left out as fixed to the camera; None if there are
+        none.
 
     """
     shown = overview(result)
@@ -136,7 +137,7 @@ def _legend() -> Markup:
 
 def _turns(turns: Sequence[TurnMark]) -> Markup:
     if not turns:
-        return Markup('<p class="note">No turn is in the codes.</p>')
+        return Markup('<p class="note">The codes contain no turn.</p>')
     measured = any(turn.angle_deg is not None for turn in turns)
     head = ['turn', 'side', 'from (s)', 'to (s)', 'frames', *['angle'] * measured, '']
     rows: list[list[Cell]] = []
@@ -152,7 +153,7 @@ def _turns(turns: Sequence[TurnMark]) -> Markup:
 
 
 def _trust(result: Replay, left_out: bytes | None) -> Markup:
-    """Return what speaks against the result, and what of the pictures does not count."""
+    """Return the reasons to doubt the result, the cuts, and the areas that are left out."""
     notes = [
         f'<p class="warn">{escape(reason.sentence)}</p>' for reason in result.reliability.reasons]
     if result.threshold_hint is not None:
@@ -160,12 +161,12 @@ def _trust(result: Replay, left_out: bytes | None) -> Markup:
         notes.append(f'<p class="warn">{escape(hint[0].upper() + hint[1:])}.</p>')
     cuts = [update.pair for update in result.updates if update.cut]
     if cuts:
-        notes.append(f'<p>New scenes begin with the frames {", ".join(map(str, cuts))}.</p>')
+        notes.append(f'<p>New scenes start at the frames {", ".join(map(str, cuts))}.</p>')
     if left_out is not None:
         notes.append(
-            '<figure><figcaption>Left out as fixed to the camera: what is shaded</figcaption>'
+            '<figure><figcaption>Shaded areas are fixed to the camera and left out</figcaption>'
             f'<img alt="Fixed areas" src="{data_uri(left_out, ".jpg")}"></figure>')
-    return Markup(''.join(notes) or '<p class="note">Nothing speaks against the result.</p>')
+    return Markup(''.join(notes) or '<p class="note">No reason to doubt the result.</p>')
 
 
 def _health(result: Replay, health: DataHealth) -> Markup:
@@ -174,11 +175,11 @@ def _health(result: Replay, health: DataHealth) -> Markup:
         ('time between frames', _milliseconds(health.interval_s), False),
         ('longest', _milliseconds(health.longest_interval_s),
          health.longest_interval_s > 1.5 * health.interval_s),
-        ('frames missing, judging by the time', str(health.dropped), health.dropped > 0),
+        ('missing frames, by the stamps', str(health.dropped), health.dropped > 0),
         (f'response below {LOW_RESPONSE:g}', _share(health.low_responses, pairs),
          health.low_responses > 0),
-        ('frames with the stamp of the one before', str(health.repeated), health.repeated > 0),
-        ('times the stamps went back', str(health.time_resets), health.time_resets > 0),
+        ('frames with a repeated stamp', str(health.repeated), health.repeated > 0),
+        ('backward jumps of the stamps', str(health.time_resets), health.time_resets > 0),
     ]
     rows += [
         (f'pairs with status {status}', _share(count, pairs), False)
@@ -231,7 +232,7 @@ def _runs(series: CodeSeries[Any]) -> str:
 def _data(
     result: Replay, shown: Overview, thumbnails: Sequence[Thumbnail],
 ) -> dict[str, Any]:
-    """Return what the script draws; series of codes are texts of one digit per pair."""
+    """Return the data for the script; series of codes are strings of one digit per pair."""
     names = sorted({update.status.value for update in result.updates})
     places = {name: place for place, name in enumerate(names)}
     return {
@@ -248,7 +249,7 @@ def _data(
         'direction': ''.join(str(int(update.step.direction)) for update in result.updates),
         'movements': [code.label for code in _MOVEMENT_COLOURS],
         'movement_colours': list(_MOVEMENT_COLOURS.values()),
-        # Its unit does not matter to a picture; one that is normalised needs few digits.
+        # The drawing is independent of the unit; normalised values need few digits.
         'path': np.round(normalised(to_axes(shown.path, Axes.FIGURE)), 4).tolist(),
         'statuses': names,
         'status': [places[update.status.value] for update in result.updates],
@@ -267,7 +268,7 @@ def _data(
 
 
 def _directions(codes: type[Direction] | type[Freeman]) -> dict[str, list[str]]:
-    """Return names and colours by code; a diagonal has the colour of one beside it."""
+    """Return names and colours by code; a diagonal has the colour of an adjacent direction."""
     each = sorted(codes)
     four = [to_four(code) if isinstance(code, Freeman) else code for code in each]
     return {
