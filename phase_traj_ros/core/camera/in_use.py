@@ -93,4 +93,4 @@ class CameraInUse:
         turns = '1 part of a turn' if self.turns == 1 else f'{self.turns} parts of turns'
         return (
             f'{seen} (90 % interval: {least:.4g} to {most:.4g}), learned from {turns}; pitch'
-            f' {abs(self.pitch_deg):.0f} degrees {"down" if self.pitch_deg >= 0 else "up"}')
+            f' {abs(self.pitch_deg):.1f} degrees {"down" if self.pitch_deg >= 0 else "up"}')

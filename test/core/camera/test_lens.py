@@ -111,11 +111,11 @@ def test_what_cannot_be(values, message):
      'field of view 75 degrees, focal length 208.5 px, assumed until a turn determines it'),
     (Lens(estimate=replace(ESTIMATE, straightness=1.0, column_px=0.0, focal_deviation=0.1)),
      'field of view 90 degrees, focal length 160 px (90 % interval: 135.7 to 188.6), learned from'
-     ' 3 parts of turns; pitch 5 degrees down'),
+     ' 3 parts of turns; pitch 5.0 degrees down'),
     (Lens(estimate=replace(ESTIMATE, straightness=1.0, column_px=0.0, focal_deviation=0.1,
                            turns=1, pitch_deg=-12.0)),
      'field of view 90 degrees, focal length 160 px (90 % interval: 135.7 to 188.6), learned from'
-     ' 1 part of a turn; pitch 12 degrees up'),
+     ' 1 part of a turn; pitch 12.0 degrees up'),
 ])
 def test_in_words(lens, words):
     assert str(CameraInUse.of(lens, 320)) == words
