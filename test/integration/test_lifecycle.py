@@ -21,6 +21,9 @@ def managed(live):
             self.process = live.start(
                 *SHIFT, *arguments, module='phase_traj_ros.ros.lifecycle_main')
             self.state()
+            # Its services can be known before the node is.
+            live.until(
+                lambda: 'phase_traj' in live.node.get_node_names(), process=self.process)
 
         def state(self):
             return live.call(
