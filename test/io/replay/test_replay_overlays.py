@@ -40,8 +40,14 @@ class Last(Watcher):
 
 def codes(updates):
     return [
-        (update.step, update.status, update.shift, update.heading, update.cut, update.tip)
-        for update in updates]
+        (update.step, update.status, update.cut, update.heading.bridged) for update in updates]
+
+
+def figures(updates):
+    return np.array([
+        (update.shift.dx, update.heading.heading, update.tip.x, update.tip.y)
+        if update.shift else (0.0, update.heading.heading, update.tip.x, update.tip.y)
+        for update in updates])
 
 
 def test_live_codes_are_those_of_one_pass(frames):
@@ -49,6 +55,8 @@ def test_live_codes_are_those_of_one_pass(frames):
     added = [live.update(frame.image, frame.stamp_ns) for frame in frames]
     whole = replay(frames, Parameters(), source='film')
     assert codes(added[1:]) == codes(whole.updates)
+    # But for the last digits: linear algebra may round by how its buffers lie in memory.
+    np.testing.assert_allclose(figures(added[1:]), figures(whole.updates), rtol=1e-6, atol=1e-6)
     assert sum(update.cut for update in whole.updates) == 1
     assert live.left_out is not None
 
