@@ -29,7 +29,7 @@ class RoadMap:
     against
         Whether the piece leads against a one-way street, (N,) bool.
     first, successors
-        The pieces that follow piece i are ``successors[first[i]:first[i + 1]]``; first is (N + 1,).
+        Piece i is followed by ``successors[first[i]:first[i + 1]]``; first is (N + 1,).
     """
 
     starts: Floats
