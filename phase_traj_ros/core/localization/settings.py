@@ -28,15 +28,15 @@ class LocatorSettings:
     start_heading: float = math.radians(10.0)
     """Deviation of the direction of the vehicle from that of its road, at the start."""
 
-    chord_error: float = math.radians(2.0)
+    chord_error: float = math.radians(1.5)
     """Deviation of a chord of the map from that of the vehicle on a straight road."""
-    bend_error: float = 0.25
+    bend_error: float = 0.2
     """What the bends of both chords add to it, as a share of their angle."""
     dead_band: float = math.radians(1.0)
     """Difference of the chords that costs nothing."""
     outlier_share: float = 0.03
     """Share of chords that have any direction."""
-    tempering: float = 0.2
+    tempering: float = 0.3
     """Weight of a chord: successive chords overlap, and so do their errors."""
 
     straight_on: float = 3.0
@@ -52,9 +52,9 @@ class LocatorSettings:
 
     null_share: float = 0.5
     """Probability at the start that the vehicle is on no road of the map."""
-    null_fit: float = math.exp(-0.5)
+    null_fit: float = 0.75
     """Mean likelihood of a chord on the right road, relative to its peak."""
-    null_turn: float = 0.05 / math.radians(1.0)
+    null_turn: float = 2.6
     """Nats that a road of no map pays for its turns, per radian..."""
     null_straight: float = math.radians(0.5)
     """...beyond this angle per stride."""
@@ -71,7 +71,7 @@ class LocatorSettings:
     """...of which there are this many."""
     fewest_hypotheses: int = 1_500
     """Below this number, hypotheses are split, ..."""
-    fewest_searching: int = 20_000
+    fewest_searching: int = 8_000
     """...and below this one while nothing is claimed."""
     merge_m: float = 1.5
     """Hypotheses on one piece this close, ..."""
