@@ -33,5 +33,5 @@ def prepare(frame: Frame) -> NDArray[np.uint8]:
     means, deviations = cv2.meanStdDev(frame)
     mean, deviation = float(means[0, 0]), float(deviations[0, 0])
     gain = _CONTRAST / deviation if deviation > 0.0 else 0.0
-    levels = (frame.astype(np.float32) - np.float32(mean)) * np.float32(gain)
-    return np.clip(np.rint(levels + np.float32(_MEAN)), 0, 255).astype(np.uint8)
+    levels = np.float32(gain) * (frame.astype(np.float32) - np.float32(mean))
+    return np.asarray(np.clip(np.rint(levels + np.float32(_MEAN)), 0, 255), np.uint8)

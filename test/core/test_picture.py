@@ -3,7 +3,13 @@
 """Frames of any kind: what is refused, and what does not matter to the result."""
 
 import numpy as np
-from phase_traj_ros.core import CameraModel, CodeSource, EstimatorSettings, Lens, TrajectoryEstimator
+from phase_traj_ros.core import (
+    CameraModel,
+    CodeSource,
+    EstimatorSettings,
+    Lens,
+    TrajectoryEstimator,
+)
 from phase_traj_ros.core.picture import prepare
 from phase_traj_ros.errors import FrameError
 from phase_traj_ros.synthetic import Camera, plan_drive, render_drive, Straight, Turn
