@@ -63,7 +63,9 @@ def test_subscribed_topics(node):
 def test_services(node):
     documented = {row[0]: row[1] for row in table('reference/topics.md', '## Services', 3)}
     offered = of_node(node.node.get_service_names_and_types_by_node('phase_traj', '/'))
-    own = {name: kind for name, kind in offered.items() if not kind.startswith(('rcl_interfaces', 'lifecycle_msgs'))}
+    own = {
+        name: kind for name, kind in offered.items()
+        if not kind.startswith(('rcl_interfaces', 'lifecycle_msgs'))}
     own.pop('~/get_type_description', None)
     assert own == documented
 
