@@ -13,7 +13,8 @@ import pytest
 
 DOCS = Path(__file__).resolve().parents[2] / 'docs'
 # What every managed node has, and what belongs to a topic's quality of service.
-OF_EVERY_NODE = re.compile('use_sim_time|autostart|start_type_description_service|qos_overrides\\..*')
+OF_EVERY_NODE = re.compile(
+    'use_sim_time|autostart|start_type_description_service|qos_overrides\\..*')
 
 
 @pytest.fixture
