@@ -138,7 +138,11 @@ class TrajectoryEstimator:
 
     @property
     def reliability(self) -> Reliability:
-        """Return whether the codes so far are reliable, and if not, why."""
+        """
+        Return whether the last minute is reliable, and if not, why.
+
+        ``Reliability.of_drive`` is the verdict on all of the drive so far.
+        """
         return self._trust.verdict(camera_known=not self._by_heading or self._knows_angles)
 
     @property
@@ -358,7 +362,8 @@ class TrajectoryEstimator:
         worth, judged = self._meter.worth(comparison)
         heading = self._follow(
             self._trust.believed(comparison.yaw, shift, worth), stamp_ns, interval)
-        self._trust.add(self._meter.agreement(comparison), worth, heading, interval)
+        self._trust.add(
+            self._meter.agreement(comparison), worth, heading, stamp_ns, interval_ns)
         status = status_of(
             gap=gap, worth=worth,
             bridged=self._by_heading and heading is not None and not heading.measured)
