@@ -18,7 +18,9 @@ PACKAGE = Path(__file__).resolve().parent.parent / 'phase_traj_ros'
 # a floor does not know each other. '*' stands for the folder's other modules, which may.
 FLOORS = {
     '': ('errors topics', 'core', 'parameter_spec', 'parameters', 'io synthetic', 'ros', 'cli'),
-    'core': ('codes', 'correlation', 'camera', 'calibration', 'heading', 'road', 'path', '*'),
+    'core': (
+        'codes', 'correlation', 'camera', 'calibration', 'heading', 'road', 'path',
+        'localization', '*'),
     'io': (
         'atomic params_file images', 'messages', 'sources maps', 'replay', 'results', 'evaluation',
         'batch'),

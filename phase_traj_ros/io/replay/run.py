@@ -174,7 +174,7 @@ def replay(
     found = Replay(
         source, parameters, first_stamp_ns, tuple(updates), estimator.codes, estimator.counters,
         tuple(sorted([*turns, *under_way], key=_start_frame)),
-        reliability=estimator.reliability, threshold_hint=estimator.threshold_hint,
+        reliability=estimator.reliability.of_drive, threshold_hint=estimator.threshold_hint,
         way=estimator.way, links=estimator.links)
     if heading is None:
         return found
