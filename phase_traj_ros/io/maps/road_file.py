@@ -67,7 +67,8 @@ class RoadFile:
 
     def road_map(self) -> RoadMap:
         """Return the roads as the locator takes them."""
-        return RoadMap.from_ways(self.nodes, self.ways, self.one_way)
+        return RoadMap.from_ways(
+            self.nodes, [way.tolist() for way in self.ways], self.one_way)
 
 
 def read_roads(path: Path, roads: Roads = Roads.CAR) -> RoadFile:
