@@ -28,7 +28,7 @@ FLOORS = {
         'arrays', 'camera', 'textures degradations overlays', 'scene', 'town view', 'drive'),
     'cli': ('command options progress live_view report walk', 'commands', 'program', 'main'),
     'ros': (
-        'spin health losses', 'startup', 'declare', 'outputs', 'inputs saving playback',
+        'spin health losses entities', 'startup', 'declare', 'outputs', 'inputs saving playback',
         'diagnostics', 'nodes', 'main lifecycle_main'),
 }
 # Rooms whose __init__ is a public face: it names what others import from the room.
