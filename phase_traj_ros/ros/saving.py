@@ -42,7 +42,8 @@ class Saving:
         self._node = node
         self._estimator = estimator
         self._source = source
-        self._directory = Path(parameters.output_dir) if parameters.output_dir else None
+        self._directory = (
+            Path(parameters.output_dir).expanduser() if parameters.output_dir else None)
         self._rows: ShiftRows | None = None
         if parameters.record_shifts:
             if self._directory is None:

@@ -26,9 +26,9 @@ def run(
     if stop.is_set():
         return EXIT_OK
     try:
-        given = with_files_found(sys.argv if arguments is None else arguments)
+        given = with_files_found(sys.argv[1:] if arguments is None else arguments)
         with ros_context(given):
-            check_arguments(program, description, arguments)
+            check_arguments(program, description, given)
             spin(make_node, stop)
     except PhaseTrajError as error:
         get_logger(NODE_NAME).fatal(str(error))
