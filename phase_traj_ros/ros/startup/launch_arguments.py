@@ -130,9 +130,8 @@ def node_start(arguments: Mapping[str, str], around: Surroundings) -> NodeStart:
     full_name = f'{namespace.rstrip("/")}/{name}'
     known = _parameters(around, file, full_name)
     own = _own(given)
-    remappings = {each: given[each] for each in ('image', 'camera_info') if each in given}
-    if own.get('use_speed_topic'):
-        remappings['speed'] = given['speed']
+    topics = ['image', 'camera_info', *(['speed'] if own.get('use_speed_topic') else [])]
+    remappings = {each: given[each] for each in topics if each in given}
     for topic in remappings.values():
         _full_topic(topic, name, namespace)
     frame = _checked({**known, **own}).frame_id

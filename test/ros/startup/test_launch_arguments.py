@@ -87,7 +87,8 @@ def test_reliable_is_for_the_topic_that_the_node_subscribes_to(arguments, around
     ('', '', '/phase_traj'), ('a', 'b', '/a/b/phase_traj'), ('/a', '/b/', '/b/phase_traj'),
     ('/', 'b', '/b/phase_traj')])
 def test_namespaces_join_as_in_launch(base, namespace, full_name):
-    assert node_start({'namespace': namespace}, Surroundings(namespace=base)).full_name == full_name
+    start = node_start({'namespace': namespace}, Surroundings(namespace=base))
+    assert start.full_name == full_name
 
 
 def test_files_of_a_parent_may_be_for_other_nodes(tmp_path):
