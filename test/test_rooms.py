@@ -20,7 +20,7 @@ FLOORS = {
     '': ('errors topics', 'core', 'parameter_spec', 'parameters', 'io synthetic', 'ros', 'cli'),
     'core': ('codes', 'correlation', 'camera', 'calibration', 'heading', 'road', 'path', '*'),
     'io': (
-        'atomic params_file images', 'messages', 'sources', 'replay', 'results', 'evaluation',
+        'outputs params_file images', 'messages', 'sources', 'replay', 'results', 'evaluation',
         'batch'),
     'synthetic': (
         'arrays', 'camera', 'textures degradations overlays', 'scene', 'town view', 'drive'),

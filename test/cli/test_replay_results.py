@@ -20,7 +20,7 @@ from phase_traj_ros.io.sources.opening import open_source
 from phase_traj_ros.parameters import Parameters
 import pytest
 
-PLAIN = {'chain_code.json', 'shifts.csv', 'trajectory.png', 'trajectory.tum', 'turns.png'}
+PLAIN = {'manifest.json', 'chain_code.json', 'shifts.csv', 'trajectory.png', 'trajectory.tum', 'turns.png'}
 # What is rolled has shifts and does not turn, so these are results of the paper's rule.
 PAPER = ('--threshold', '16')
 PLACES = [0, 0, 30, 60, 60, 20, 20, 20]
