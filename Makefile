@@ -27,7 +27,7 @@ help:  ## Show this list
 		| while read -r name text; do printf '  make %-11s %s\n' "$$name" "$$text"; done
 
 demo:  ## Drive through a rendered street, live over DDS; results in out/demo
-	@$(environment) .venv --extras ros
+	@$(environment) .venv --extras ros,map
 	@.venv/bin/phase_traj demo --output out/demo
 
 test:  ## Run all tests; PYTEST_ARGS='-k name' selects some

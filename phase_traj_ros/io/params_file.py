@@ -13,8 +13,9 @@ import yaml
 _VALUES = 'ros__parameters'
 # PyYAML raises a plain ValueError for e.g. a 13th month or a number with thousands of digits.
 _NO_YAML = (yaml.YAMLError, ValueError)
-# Parameters of every node, which a replay ignores.
-_OF_EVERY_NODE = ('use_sim_time', 'qos_overrides', 'start_type_description_service')
+# Parameters of the node itself, which a replay ignores.
+_OF_EVERY_NODE = (
+    'use_sim_time', 'qos_overrides', 'start_type_description_service', 'autostart')
 
 
 def read_parameters(path: Path) -> Parameters:

@@ -13,6 +13,7 @@ from phase_traj_ros.errors import OutputError, PhaseTrajError
 from phase_traj_ros.io.results.files import ShiftTable
 from phase_traj_ros.io.results.snapshot import Snapshot
 from phase_traj_ros.parameters import Parameters
+from phase_traj_ros.ros.entities import Entities
 from rclpy.node import Node
 from rclpy.task import Future
 from std_srvs.srv import Trigger
@@ -26,8 +27,8 @@ class Saving:
     """
 
     def __init__(
-        self, node: Node, parameters: Parameters, estimator: TrajectoryEstimator,
-        source: Callable[[], str],
+        self, node: Node, entities: Entities, parameters: Parameters,
+        estimator: TrajectoryEstimator, source: Callable[[], str],
     ) -> None:
         """
         Offer the service on ``node``; ``source`` returns the name of the image topic.
@@ -47,7 +48,7 @@ class Saving:
             if self._directory is None:
                 raise OutputError('record_shifts is set, but output_dir is not: set both')
             self._rows = ShiftRows(self._directory)
-        node.create_service(Trigger, '~/save', self._on_save)
+        entities.create_service(Trigger, '~/save', self._on_save)
 
     def record(self, update: Update) -> None:
         """Write the row of one pair, if rows are recorded."""

@@ -61,7 +61,7 @@ def test_namespaces_may_be_nested(file):
 def test_later_sections_win_and_other_nodes_do_not_count(file):
     path = file("""
 /**:
-  ros__parameters: {threshold: 20.0, frame_id: map, use_sim_time: true}
+  ros__parameters: {threshold: 20.0, frame_id: map, use_sim_time: true, autostart: false}
 phase_traj:
   ros__parameters:
     threshold: 30.0

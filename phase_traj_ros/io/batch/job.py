@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import closing, ExitStack
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 from pathlib import Path
 from typing import Final
@@ -168,6 +168,7 @@ def replay_source(
             result = replay(
                 through(again, last), parameters, source=source.description, watchers=seen,
                 lens=lens, speeds=speeds)
+        result = replace(result, source_frames=source.frames)
         for output in outputs:
             with writing_to(output.target):
                 output.write(result)

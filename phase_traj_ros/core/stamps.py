@@ -1,0 +1,131 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Decides which frames of a stream are used, by their stamps alone, live and offline alike."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Generic, TypeVar
+
+_FrameT = TypeVar('_FrameT')
+
+# A jump of more than this is doubtful until the next stamp confirms it. Below it are swapped
+# neighbours and the steps of a clock that NTP corrects; a gap in a recording is usually longer.
+_JUMP_NS = 1_000_000_000
+# A forward jump within this multiple of the last interval is the frame rate of a slow stream.
+_STEADY = 2
+
+
+@dataclass(frozen=True, slots=True)
+class Passed(Generic[_FrameT]):
+    """A frame to use."""
+
+    frame: _FrameT
+    stamp_ns: int
+    restarts: bool = False
+    """Whether the stream starts anew with this frame, as a bag that is played in a loop does."""
+
+
+@dataclass(slots=True)
+class StampCounts:
+    """Numbers of frames that were dropped because of their stamps; a restart keeps them."""
+
+    repeated: int = 0
+    """The stamp equals that of the previous frame."""
+    late: int = 0
+    """The stamp is at most a second before the newest: neighbours swapped, or a clock set back."""
+    stray: int = 0
+    """The stamp is far from those around it, such as a zero, or an hour ahead."""
+
+    @property
+    def dropped(self) -> int:
+        """Return the number of frames dropped for late or stray stamps."""
+        return self.late + self.stray
+
+
+class StampGate(Generic[_FrameT]):
+    """
+    Passes on frames whose stamps increase, and drops the others.
+
+    A frame whose stamp jumps by more than a second is held until the next one arrives. If the
+    stream goes on from there, the jump was real: a gap, or, backward, a restart. Otherwise the
+    frame is a stray one and is dropped. A stamp that is at most a second late is dropped at once.
+    """
+
+    def __init__(self) -> None:
+        """Make a gate before the first frame."""
+        self.counts = StampCounts()
+        """Frames dropped so far."""
+        self._newest_ns: int | None = None
+        self._interval_ns = 0
+        self._held: Passed[_FrameT] | None = None
+
+    def push(self, frame: _FrameT, stamp_ns: int) -> Iterator[Passed[_FrameT]]:
+        """
+        Take the next frame; yield the frames to use now, none to two, in order.
+
+        The iterator has to be exhausted before the next call.
+
+        Parameters
+        ----------
+        frame
+            Anything that belongs to the stamp; it is passed on as it is.
+        stamp_ns
+            Time of the exposure in nanoseconds.
+
+        """
+        held, self._held = self._held, None
+        if held is not None:
+            if stamp_ns == held.stamp_ns:
+                self.counts.repeated += 1
+                self._held = held
+                return
+            if self._continues(held, stamp_ns):
+                yield self._use(held)
+            else:
+                self.counts.stray += 1
+        yield from self._judge(Passed(frame, stamp_ns))
+
+    def finish(self) -> Iterator[Passed[_FrameT]]:
+        """End the stream: yield a frame held after a forward jump, drop one after a backward."""
+        held, self._held = self._held, None
+        if held is None:
+            return
+        if held.restarts:
+            self.counts.stray += 1
+        else:
+            yield self._use(held)
+
+    def reset(self) -> None:
+        """Start anew with the next frame, whatever its stamp; the counts are kept."""
+        self._newest_ns = self._held = None
+        self._interval_ns = 0
+
+    def _judge(self, next_: Passed[_FrameT]) -> Iterator[Passed[_FrameT]]:
+        if self._newest_ns is None:
+            yield self._use(next_)
+            return
+        step_ns = next_.stamp_ns - self._newest_ns
+        if step_ns == 0:
+            self.counts.repeated += 1
+        elif step_ns < -_JUMP_NS:
+            self._held = Passed(next_.frame, next_.stamp_ns, restarts=True)
+        elif step_ns < 0:
+            self.counts.late += 1
+        elif step_ns > max(_JUMP_NS, _STEADY * self._interval_ns):
+            self._held = next_
+        else:
+            yield self._use(next_)
+
+    def _continues(self, held: Passed[_FrameT], stamp_ns: int) -> bool:
+        """Return whether a stamp goes on from the held frame, not from the newest one used."""
+        assert self._newest_ns is not None
+        if held.restarts:
+            return held.stamp_ns < stamp_ns < self._newest_ns
+        return stamp_ns > held.stamp_ns
+
+    def _use(self, passed: Passed[_FrameT]) -> Passed[_FrameT]:
+        before_ns = self._newest_ns
+        self._interval_ns = (
+            0 if before_ns is None or passed.restarts else passed.stamp_ns - before_ns)
+        self._newest_ns = passed.stamp_ns
+        return passed
