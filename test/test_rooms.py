@@ -23,11 +23,10 @@ FLOORS = {
         'localization', '*'),
     'io': (
         'outputs params_file images', 'messages', 'sources maps', 'replay', 'results',
-        'evaluation',
-        'batch'),
+        'evaluation', 'batch'),
     'synthetic': (
         'arrays', 'camera', 'textures degradations overlays', 'scene', 'town view', 'drive'),
-    'cli': ('command options progress live_view report walk', 'commands', 'program', 'main'),
+    'cli': ('command ending options progress live_view report walk', 'commands', 'program', 'main'),
     'ros': (
         'spin health losses entities', 'startup', 'declare', 'outputs', 'inputs saving playback',
         'diagnostics', 'nodes', 'main lifecycle_main'),

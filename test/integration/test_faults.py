@@ -244,7 +244,8 @@ def test_saving_while_running(live, run, tmp_path):
     answer = live.call(Trigger, 'phase_traj/save', Trigger.Request())
     assert answer.success, answer.message
     written = {path.name for path in folder.iterdir()}
-    rows, = written - {'chain_code.json', 'trajectory.tum', 'trajectory.png'}
+    rows, = written - {
+        'chain_code.json', 'manifest.json', 'trajectory.tum', 'trajectory.png'}
     # The rows are there while the node still runs, so a kill loses none of them.
     with (folder / rows).open(newline='') as file:
         lines = list(csv.DictReader(file))

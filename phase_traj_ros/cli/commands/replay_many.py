@@ -113,7 +113,8 @@ def _jobs(options: Namespace) -> list[Job]:
             bag_name=None if bag is None else bag.name,
             bag_debug_images=options.bag_debug_images, force=options.force,
             inputs=inputs_of(options, parameters), batch=batch)
-        for source, folder in zip(sources, folder_names(sources, taken=(*SUMMARY_NAMES, MANIFEST)))]
+        for source, folder in zip(
+            sources, folder_names(sources, taken=(*SUMMARY_NAMES, MANIFEST)))]
     # Contradicting choices, and files of others, are reported before the work.
     check_directory(root, names=SUMMARY_NAMES, inputs=jobs[0].inputs, force=options.force)
     for job in jobs:

@@ -16,7 +16,7 @@ from typing import Final
 
 from phase_traj_ros.errors import OutputError
 from phase_traj_ros.io.outputs.commit import commit, Move, uninterrupted, writing_to
-from phase_traj_ros.io.outputs.manifest import Manifest, MANIFEST
+from phase_traj_ros.io.outputs.manifest import MANIFEST, Manifest
 
 STAGING: Final = '.phase_traj-'
 """Beginning of the names of the folders for unfinished outputs."""

@@ -31,7 +31,8 @@ import pytest
 from rolled import MOVEMENT, SHIFTS, write_rolled
 
 FILES = {
-    'manifest.json', 'chain_code.json', 'shifts.csv', 'trajectory.png', 'trajectory.tum', 'turns.png'}
+    'chain_code.json', 'manifest.json', 'shifts.csv', 'trajectory.png', 'trajectory.tum',
+    'turns.png'}
 
 
 @pytest.fixture
@@ -53,7 +54,8 @@ def root(tmp_path):
 def jobs_for(root, sources):
     names = folder_names(sources)
     return [
-        Job(source=source, root=root, folder=name, batch='batch-', parameters=Parameters(threshold=16.0))
+        Job(source=source, root=root, folder=name, batch='batch-',
+            parameters=Parameters(threshold=16.0))
         for source, name in zip(sources, names)]
 
 
@@ -189,7 +191,9 @@ def test_an_interruption_ends_its_processes_and_what_they_were_writing(tmp_path,
 def test_the_summary(tmp_path):
     (tmp_path / 'x <b>').mkdir()
     (tmp_path / 'x <b>' / 'report.html').touch()
-    job = Job(source=Path('bad,"\n.mp4'), root=tmp_path, folder='bad', batch='', parameters=Parameters())
+    job = Job(
+        source=Path('bad,"\n.mp4'), root=tmp_path, folder='bad', batch='',
+        parameters=Parameters())
     way = Way()
     way.add(Travel(2.5, 0.1, TravelState.MEASURED), 0.1)
     outcomes = [
