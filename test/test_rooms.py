@@ -26,7 +26,8 @@ FLOORS = {
         'evaluation', 'batch'),
     'synthetic': (
         'arrays', 'camera', 'textures degradations overlays', 'scene', 'town view', 'drive'),
-    'cli': ('command ending options progress live_view report walk', 'commands', 'program', 'main'),
+    'cli': (
+        'command ending options progress live_view report walk', 'commands', 'program', 'main'),
     'ros': (
         'spin health losses entities', 'startup', 'declare', 'outputs', 'inputs saving playback',
         'diagnostics', 'nodes', 'main lifecycle_main'),
