@@ -23,7 +23,7 @@ FLOORS = {
         'localization', '*'),
     'io': (
         'atomic params_file images', 'messages', 'sources maps', 'replay', 'results', 'evaluation',
-        'batch'),
+        'location', 'batch'),
     'synthetic': (
         'arrays', 'camera', 'textures degradations overlays', 'scene', 'town view', 'drive'),
     'cli': ('command options progress live_view report walk', 'commands', 'program', 'main'),

@@ -13,6 +13,7 @@ from typing import Final
 
 from phase_traj_ros.errors import ParameterError
 from phase_traj_ros.io.atomic import output_directory, output_file, writing_to
+from phase_traj_ros.io.location.files import LOCATION_FILES
 from phase_traj_ros.io.replay.camera import known_lens, learned_lens
 from phase_traj_ros.io.replay.kept import KeptFrames
 from phase_traj_ros.io.replay.run import Replay, replay, Watcher
@@ -37,7 +38,7 @@ from phase_traj_ros.parameters import Parameters
 REPORT: Final = 'report.html'
 
 # Files in a replay's folder that not every replay writes: those of an earlier one are removed.
-_OPTIONAL = (REPORT, 'trajectory.svg', 'turns.png', 'turns.svg')
+_OPTIONAL = (REPORT, 'trajectory.svg', 'turns.png', 'turns.svg', *LOCATION_FILES)
 
 
 class Pass(Enum):

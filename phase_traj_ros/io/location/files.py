@@ -20,6 +20,10 @@ from phase_traj_ros.io.results.files import seconds_text, write_json
 
 LOCATION_COLUMNS: Final = (
     'stamp', 'latitude', 'longitude', 'heading_deg', 'probability', 'standard_deviation')
+REPORT: Final = 'location.html'
+LOCATION_FILES: Final = ('location.csv', 'track.geojson', 'track.gpx', REPORT)
+"""Files that a located drive has in its folder."""
+
 # Candidates in chain_code.json.
 _MOST_CANDIDATES: Final = 5
 # Earlier stamps count from the start of a recording, and not from 1970: 2001 and later.

@@ -8,6 +8,7 @@ from collections.abc import Iterable
 import csv
 from dataclasses import dataclass
 from decimal import Decimal
+from itertools import pairwise
 import json
 import math
 from pathlib import Path
@@ -160,7 +161,7 @@ def _read_trajectory(path: Path) -> DriveOdometry:
             f'{path} has no stamps: give a trajectory in the TUM format, lines of stamp x y z qx'
             ' qy qz qw')
     stamps = truth.stamps_ns.tolist()
-    if any(after <= before for before, after in zip(stamps, stamps[1:])):
+    if any(after <= before for before, after in pairwise(stamps)):
         raise SourceError(f'{path}: the stamps do not rise: sort its lines by the stamp')
     poses = [
         (x, y, yaw) for (x, y), yaw in zip(truth.positions.tolist(), truth.headings.tolist())]
