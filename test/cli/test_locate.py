@@ -77,7 +77,7 @@ def test_a_trajectory_on_a_map(made, town, wheels, tmp_path, capsys):
     said = capsys.readouterr().out
     assert 'The place is known after 29' in said and 'at the end: 48.99' in said
     assert '© OpenStreetMap contributors' in said
-    assert files_in(tmp_path / 'out') == FILES
+    assert files_in(tmp_path / 'out') == FILES | {'manifest.json'}
     assert made[0]['prior'] is None and (made[0]['scale'].least, made[0]['scale'].most) == (
         0.9, 1.1)
 
@@ -125,6 +125,14 @@ def test_a_recording_is_replayed_first(made, town, pictures, tmp_path):
     # A replay into the same folder has no place.
     assert main(['replay', str(pictures), '--output', str(output), *GIVEN]) == 0
     assert not FILES & files_in(output)
+
+
+def test_no_file_of_someone_else_is_replaced(made, town, wheels, tmp_path, capsys):
+    (tmp_path / 'track.gpx').write_text('mine')
+
+    assert 'track.gpx' in refused(capsys, wheels, '--map', town, '--output', tmp_path)
+    assert (tmp_path / 'track.gpx').read_text() == 'mine'
+    assert call(wheels, '--map', town, '--output', tmp_path, '--force') == 0
 
 
 def test_without_output_nothing_is_written(made, town, pictures, tmp_path):

@@ -10,8 +10,10 @@ from typing import Any
 
 from phase_traj_ros.cli.command import Command
 from phase_traj_ros.cli.options import (
+    add_force,
     add_parameters,
     add_source,
+    inputs_of,
     parameters_of,
     print_notices,
     SOURCE_HELP,
@@ -19,11 +21,11 @@ from phase_traj_ros.cli.options import (
 )
 from phase_traj_ros.cli.progress import counter, progress
 from phase_traj_ros.core.localization.given import ScaleRange
-from phase_traj_ros.io.atomic import output_directory
 from phase_traj_ros.io.batch.job import Pass, replay_source, Wanted
 from phase_traj_ros.io.location.files import (
     add_to_chain_code,
     degrees,
+    LOCATION_FILES,
     REPORT,
     write_location,
 )
@@ -33,6 +35,7 @@ from phase_traj_ros.io.location.run import locate, Located, Near
 from phase_traj_ros.io.maps.projection import bearing_deg
 from phase_traj_ros.io.maps.road_classes import Roads
 from phase_traj_ros.io.maps.road_file import ATTRIBUTION, read_roads
+from phase_traj_ros.io.outputs.outputs import check_directory, output_directory
 from phase_traj_ros.io.sources.base import DEFAULT_SPEED_TOPIC, StampedFrame
 
 EXIT_NOT_KNOWN = 1
@@ -82,6 +85,7 @@ def add_parser(commands: Any) -> None:
         help='probability above which a place is claimed (default: 0.99)')
     parser.add_argument(
         '--output', metavar='DIR', type=Path, help='write the results here (default: only print)')
+    add_force(parser)
     add_parameters(parser)
     parser.add_argument(
         '--speed-topic', metavar='TOPIC', default=DEFAULT_SPEED_TOPIC,
@@ -98,6 +102,9 @@ def run(options: Namespace) -> int | None:
     if options.near is not None:
         # A wrong place is reported before the work.
         options.near.prior(roads)
+    if options.output is not None:
+        check_directory(
+            options.output, names=LOCATION_FILES, inputs=(options.map,), force=options.force)
     source: Path = options.source
     odometry, codes = _odometry(options)
     title = source.name or str(source)
@@ -108,7 +115,10 @@ def run(options: Namespace) -> int | None:
     for line in _lines(located):
         print(line)
     if options.output is not None:
-        with output_directory(options.output) as directory:
+        with output_directory(
+                options.output, names=LOCATION_FILES if codes is None else (
+                    *LOCATION_FILES, _CODES),
+                adds=True, inputs=(options.map,), force=options.force) as directory:
             write_location(located, directory)
             write_location_report(located, directory / REPORT, title=title)
             if codes is not None:
@@ -126,6 +136,9 @@ def _odometry(options: Namespace) -> tuple[DriveOdometry, Path | None]:
         return read_odometry(source), None
     parameters = parameters_of(options)
     print_notices(parameters)
+    wanted = Wanted(
+        output=options.output, force=options.force, inputs=inputs_of(
+            Namespace(sources=[source, options.map], params=options.params), parameters))
     title = source.name or str(source)
     with source_of(options) as opened:
         def shown(frames: Iterable[StampedFrame], which: Pass) -> Iterator[StampedFrame]:
@@ -133,7 +146,7 @@ def _odometry(options: Namespace) -> tuple[DriveOdometry, Path | None]:
             return progress(frames, total=opened.frame_count, title=name)
 
         result = replay_source(
-            opened, parameters, Wanted(output=options.output), title=title, through=shown,
+            opened, parameters, wanted, title=title, through=shown,
             speed_topic=options.speed_topic, one_pass=options.one_pass)
     return odometry_of(result), None if options.output is None else options.output / _CODES
 
