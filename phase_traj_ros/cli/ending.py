@@ -9,7 +9,6 @@ The imports of this module are fast, so that the program can call it first.
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 import os
-from pathlib import Path
 import signal
 import sys
 import threading
@@ -77,7 +76,7 @@ def open_closed_streams() -> None:
     """Open the standard streams that the caller has closed, so that no file takes their place."""
     for name, mode in (('stdin', 'r'), ('stdout', 'w'), ('stderr', 'w')):
         if getattr(sys, name) is None:
-            setattr(sys, name, Path(os.devnull).open(mode, encoding='utf-8'))
+            setattr(sys, name, open(os.devnull, mode, encoding='utf-8'))  # noqa: SIM115
 
 
 def write_error(stream: TextIO) -> OSError | None:
