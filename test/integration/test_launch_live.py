@@ -5,10 +5,10 @@
 from importlib.util import find_spec
 import os
 from pathlib import Path
-import re
 import shutil
 import signal
 import subprocess
+import sys
 
 import pytest
 
@@ -25,7 +25,8 @@ pytestmark = pytest.mark.skipif(not is_installed(), reason='needs ros2 launch')
 PARENT = """
 from launch import LaunchDescription
 from launch.actions import GroupAction, IncludeLaunchDescription
-from launch_ros.actions import PushRosNamespace, SetParameter, SetRemap
+from launch_ros.actions import (
+    PushRosNamespace, SetParameter, SetParametersFromFile, SetRemap)
 from launch.substitutions import PathJoinSubstitution
 from launch_ros.substitutions import FindPackageShare
 
@@ -53,9 +54,9 @@ def nothing_left():
 
 
 class Launched:
-    """What ros2 launch has printed until the node said what it runs with, or its end."""
+    """What ros2 launch has printed until the nodes said what they run with, or its end."""
 
-    def __init__(self, *arguments):
+    def __init__(self, *arguments, nodes=1):
         self.process = subprocess.Popen(
             ['ros2', 'launch', *arguments], stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
             text=True, start_new_session=True)
@@ -63,7 +64,7 @@ class Launched:
         self.text = ''
         for line in self.process.stdout:
             self.text += line
-            if RUNS in line or 'Caught exception' in line:
+            if self.text.count(RUNS) == nodes or 'Caught exception' in line:
                 break
 
     def ends(self):
@@ -77,6 +78,18 @@ def launch(*arguments):
     return Launched('phase_traj_ros', 'phase_traj.launch.py', *arguments)
 
 
+def provide(patch, folder, package, executable, program):
+    """Provide an executable of a package that is not installed."""
+    index = folder / 'share/ament_index/resource_index/packages'
+    index.mkdir(parents=True)
+    (index / package).touch()
+    executable = folder / 'lib' / package / executable
+    executable.parent.mkdir(parents=True)
+    executable.write_text(program)
+    executable.chmod(0o755)
+    patch.setenv('AMENT_PREFIX_PATH', f'{folder}{os.pathsep}{os.environ["AMENT_PREFIX_PATH"]}')
+
+
 def included(tmp_path, actions, **arguments):
     path = tmp_path / 'parent.launch.py'
     path.write_text(PARENT.format(actions=actions, arguments=arguments))
@@ -85,14 +98,35 @@ def included(tmp_path, actions, **arguments):
 
 @pytest.mark.parametrize(('arguments', 'message'), [
     (['rviz:=maybe'], "rviz is 'maybe': give true or false"),
-    (['params_file:=nope.yaml'], 'config/ contains heading.yaml, paper.yaml, vehicle.yaml'),
-    (['params_file:=fastdds_large_images.xml'], 'fastdds_large_images.xml is not '),
+    (['params_file:=nope.yaml'], "package's own: heading.yaml, paper.yaml, vehicle.yaml"),
+    (['params_file:=ekf.yaml'], 'not for /phase_traj'),
+    (['log_level:=debgu'], "log_level is 'debgu': give one of debug,"),
+    (['image:=//bad'], "'//bad': invalid topic name"),
+    (['speed:=-3'], "'speed' is -3.0: give 0 to 1000"),
+    (['speed:=nan'], "'speed' is nan: give 0 to 1000"),
 ])
 def test_what_makes_no_sense_starts_nothing(arguments, message):
     launched = launch(*arguments)
     assert message in launched.text
     assert launched.process.wait(30) == 1
     assert 'process started' not in launched.text
+
+
+def test_a_file_that_would_end_the_node_starts_nothing(tmp_path):
+    path = tmp_path / 'whole.yaml'
+    path.write_text('/**:\n  ros__parameters: {threshold: 12}\n')
+    launched = launch(f'params_file:={path}')
+    assert "'threshold' is 12: give a double, such as 12.0" in launched.text
+    assert launched.process.wait(30) == 1
+    assert 'process started' not in launched.text
+
+
+def test_the_defaults_are_shown():
+    shown = subprocess.run(
+        ['ros2', 'launch', 'phase_traj_ros', 'phase_traj.launch.py', '--show-args'],
+        capture_output=True, text=True, check=True).stdout
+    for default in ('image', 'raw', 'phase_traj', 'false', 'info'):
+        assert f"(default: '{default}')" in shown
 
 
 def test_without_rviz_nothing_is_left_behind():
@@ -128,12 +162,36 @@ def test_parents_set_what_is_not_given(tmp_path, live):
         tmp_path, "PushRosNamespace('a'), SetParameter('threshold', 9.0),"
         " SetParameter('use_sim_time', True), SetRemap('image', '/parent')")
     assert 'listening to /parent,' in launched.text
-    assert re.search('parameters, with no parameter file: threshold 9.0$', launched.text.strip())
+    assert launched.text.strip().endswith(
+        'parameters, with no parameter file: threshold 9.0, use_sim_time True')
     from rcl_interfaces.srv import GetParameters
     answer = live.call(
         GetParameters, '/a/phase_traj/get_parameters', GetParameters.Request(
             names=['use_sim_time']))
     assert answer.values[0].bool_value is True
+    assert launched.ends() == 0
+
+
+def test_a_file_that_a_parent_shares_among_its_nodes(tmp_path):
+    shared = tmp_path / 'shared.yaml'
+    shared.write_text('amcl:\n  ros__parameters: {alpha1: 0.2}\n')
+    launched = included(
+        tmp_path, f"SetParametersFromFile('{shared}')", params_file='vehicle.yaml')
+    assert 'vehicle.yaml: max_gap 1.0' in launched.text and 'amcl' not in launched.text
+    assert launched.ends() == 0
+
+
+def test_the_managed_node_starts_itself_where_that_is_asked_for(live):
+    from lifecycle_msgs.msg import State
+    from lifecycle_msgs.srv import GetState
+
+    def state():
+        return live.call(
+            GetState, '/phase_traj/get_state', GetState.Request()).current_state.id
+
+    launched = launch('lifecycle:=true', 'autostart:=true', 'image_transport:=compressed')
+    assert 'listening to /image/compressed,' in launched.text
+    live.until(lambda: state() == State.PRIMARY_STATE_ACTIVE)
     assert launched.ends() == 0
 
 
@@ -146,23 +204,58 @@ def test_what_is_given_beats_parents(tmp_path):
     assert launched.ends() == 0
 
 
-def test_rviz_looks_at_the_topics_and_the_frame_of_the_node(tmp_path):
-    package = tmp_path / 'rviz'
-    (package / 'share/ament_index/resource_index/packages').mkdir(parents=True)
-    (package / 'share/ament_index/resource_index/packages/rviz2').touch()
-    (package / 'lib/rviz2').mkdir(parents=True)
-    program = package / 'lib/rviz2/rviz2'
+def test_rviz_looks_at_the_topics_and_the_frame_of_the_node(tmp_path, monkeypatch):
     given = tmp_path / 'given'
-    program.write_text(f'#!/bin/sh\necho "$@" > {given}\n')
-    program.chmod(0o755)
-    prefixes = os.environ['AMENT_PREFIX_PATH']
+    provide(monkeypatch, tmp_path / 'rviz', 'rviz2', 'rviz2',
+            f'#!/bin/sh\necho "$@" > {given}\n')
     params = tmp_path / 'frame.yaml'
     params.write_text('/**:\n  ros__parameters: {frame_id: map}\n')
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv('AMENT_PREFIX_PATH', f'{package}{os.pathsep}{prefixes}')
-        launched = included(
-            tmp_path, "PushRosNamespace('a')", namespace='b', rviz='true',
-            params_file=str(params))
-        assert launched.ends() == 0
+    launched = included(
+        tmp_path, "PushRosNamespace('a')", namespace='b', rviz='true', params_file=str(params))
+    assert launched.ends() == 0
     assert '-f map' in given.read_text()
-    assert '/phase_traj/path:=/a/b/phase_traj/path' in given.read_text()
+    for topic in ('path', 'odom'):
+        assert f'/phase_traj/{topic}:=/a/b/phase_traj/{topic}' in given.read_text()
+
+
+def test_two_cameras(tmp_path):
+    launched = Launched(
+        'phase_traj_ros', 'two_cameras.launch.py', f'output_dir:={tmp_path}', nodes=2)
+    for name in ('left', 'right'):
+        [lists] = [line for line in launched.text.splitlines()
+                   if f'[{name}.phase_traj]: {RUNS}' in line]
+        assert f"max_gap 1.0, frame_id '{name}_drive', output_dir '{tmp_path}'" in lists
+        topics = f'/{name}_camera/image_raw, /{name}_camera/camera_info'
+        assert f'listening to {topics}' in launched.text
+    assert launched.ends() == 0
+
+
+MANAGER = """#!{python}
+# Does at its start what nav2's manager does: it calls the services of the nodes that it manages.
+from lifecycle_msgs.msg import Transition
+from lifecycle_msgs.srv import ChangeState
+import rclpy
+
+rclpy.init()
+manager = rclpy.create_node('manager', automatically_declare_parameters_from_overrides=True)
+assert manager.get_name() == 'lifecycle_manager_phase_traj'
+assert manager.get_parameter('bond_timeout').value == 0.0
+for node in manager.get_parameter('node_names').value:
+    client = manager.create_client(ChangeState, node + '/change_state')
+    client.wait_for_service()
+    for number in (Transition.TRANSITION_CONFIGURE, Transition.TRANSITION_ACTIVATE):
+        request = ChangeState.Request(transition=Transition(id=number))
+        answer = client.call_async(request)
+        rclpy.spin_until_future_complete(manager, answer)
+        assert answer.result().success
+print('managed', flush=True)
+"""
+
+
+def test_the_manager_of_nav2_gets_the_node_unconfigured(tmp_path, monkeypatch):
+    provide(monkeypatch, tmp_path / 'nav2', 'nav2_lifecycle_manager', 'lifecycle_manager',
+            MANAGER.format(python=sys.executable))
+    launched = Launched('phase_traj_ros', 'nav2_lifecycle.launch.py', 'image:=/camera/image_raw')
+    assert 'unconfigured: ros2 lifecycle set /phase_traj configure' in launched.text
+    assert 'listening to /camera/image_raw,' in launched.text
+    assert launched.ends() == 0

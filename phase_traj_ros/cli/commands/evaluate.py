@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from phase_traj_ros.cli.command import Command
-from phase_traj_ros.io.atomic import output_directory
+from phase_traj_ros.cli.options import add_force
 from phase_traj_ros.io.evaluation.evaluate import (
     evaluate,
     Evaluation,
@@ -18,6 +18,7 @@ from phase_traj_ros.io.evaluation.evaluate import (
 from phase_traj_ros.io.evaluation.ground_truth import read_ground_truth
 from phase_traj_ros.io.evaluation.picture import write_evaluation_picture
 from phase_traj_ros.io.evaluation.replayed_drive import read_replay
+from phase_traj_ros.io.outputs.outputs import output_directory
 from phase_traj_ros.io.results.figures import require_matplotlib
 
 _EPILOG = """
@@ -29,7 +30,7 @@ and ATE.
 
 FILE is one of
   KITTI poses       lines of 12 numbers; matched by time if times.txt is beside it or the time
-                    comes first (13 numbers), otherwise pose i belongs to frame i
+                    comes first (13 numbers), otherwise pose i belongs to frame i of the recording
   a TUM file        lines of stamp x y z qx qy qz qw
 All poses are converted to be relative to the first frame.
 """
@@ -45,6 +46,11 @@ def add_parser(commands: Any) -> None:
     parser.add_argument('directory', metavar='DIR', type=Path, help='results of a replay')
     parser.add_argument(
         '--ground-truth', metavar='FILE', type=Path, required=True, help='the true trajectory')
+    parser.add_argument(
+        '--align-start', action='store_true',
+        help='the first pose belongs to the first frame of the replay: for times of different'
+             ' clocks')
+    add_force(parser)
     parser.set_defaults(run=run)
 
 
@@ -52,8 +58,11 @@ def run(options: Namespace) -> None:
     """Run the command."""
     require_matplotlib()
     drive = read_replay(options.directory)
-    evaluation, true = evaluate(drive, read_ground_truth(options.ground_truth))
-    with output_directory(options.directory) as directory:
+    evaluation, true = evaluate(
+        drive, read_ground_truth(options.ground_truth), align_start=options.align_start)
+    with output_directory(
+            options.directory, names=('evaluation.json', 'evaluation.png'), adds=True,
+            inputs=(options.ground_truth,), force=options.force) as directory:
         write_evaluation(
             evaluation, directory / 'evaluation.json', source=drive.source,
             ground_truth=str(options.ground_truth))

@@ -21,7 +21,7 @@ from phase_traj_ros.core.calibration.field_of_view import FieldOfView
 from phase_traj_ros.core.heading.estimator import HeadingEstimator
 from phase_traj_ros.core.heading.turns import Turn
 from phase_traj_ros.core.reliability import Reliability
-from phase_traj_ros.io.atomic import output_directory
+from phase_traj_ros.io.outputs.outputs import output_directory
 from phase_traj_ros.io.results.camera_file import CAMERA_FILE, write_camera
 from phase_traj_ros.io.results.figures import write_path_picture
 from phase_traj_ros.io.results.files import (
@@ -75,7 +75,7 @@ class Snapshot:
             codes.direction.runs,
             codes.movement.totals_of(Movement), codes.direction.totals_of(codes.directions),
             path.corners if path.tip is None else (*path.corners, path.tip),
-            estimator.counters.as_dict(), estimator.turns, estimator.reliability,
+            estimator.counters.as_dict(), estimator.turns, estimator.reliability.of_drive,
             None if estimator.heading is None else _Heading.of(estimator.heading),
             None if estimator.heading is None else estimator.heading.learned,
             {**way_content(estimator.way, unit=estimator.settings.length_unit),

@@ -10,6 +10,7 @@ import re
 from phase_traj_ros.core.camera.model import CameraModel
 from phase_traj_ros.errors import SourceError
 from phase_traj_ros.io.images.picture_file import PICTURE_SUFFIXES, read_picture
+from phase_traj_ros.io.outputs.manifest import Manifest
 from phase_traj_ros.io.sources.base import (
     Candidate,
     DEFAULT_FPS,
@@ -28,10 +29,11 @@ class FolderSource(FrameSource):
     """
     The pictures of a folder in natural order of their names (2 before 10); 16 bits are kept.
 
-    The stamps are those of times.txt, in the folder or beside it. If it has as many lines as there
-    are pictures, lines and pictures correspond; otherwise the name of each picture is the number
-    of its line, from 0 on. A given fps overrides times.txt; without either, it is 10. If the
-    folder itself has no pictures but is a KITTI sequence, its first camera is used.
+    The stamps are those of times.txt, in the folder or beside it (beside a symbolic link comes
+    before beside its target). If it has as many lines as there are pictures, lines and pictures
+    correspond; otherwise the name of each picture is the number of its line, from 0 on. A given
+    fps overrides times.txt; without either, it is 10. If the folder itself has no pictures but is
+    a KITTI sequence, its first camera is used.
 
     Raises SourceError if there are no pictures or times.txt does not match them.
     """
@@ -56,7 +58,8 @@ class FolderSource(FrameSource):
         super().__init__(
             description=f'{folder} ({len(self._pictures)} pictures, {origin})',
             selection=selection,
-            frame_count=selected_count(self._stamps, selection))
+            frame_count=selected_count(self._stamps, selection),
+            declared=len(self._pictures))
 
     def camera(self, *, rectified: bool) -> CameraModel | None:
         """
@@ -81,10 +84,12 @@ def natural_key(name: str) -> tuple[tuple[str | int, ...], str]:
 def _pictures_in(folder: Path) -> list[Path]:
     """Return the pictures directly in the folder, in natural order."""
     try:
+        # Results of earlier runs are not frames.
+        results = Manifest.of(folder).owned
         found = [
             entry for entry in folder.iterdir()
             if entry.suffix.lower() in PICTURE_SUFFIXES
-            and not entry.name.startswith('.')
+            and not entry.name.startswith('.') and entry.name not in results
             and entry.is_file()
         ]
     except OSError as error:

@@ -11,6 +11,7 @@ from nav_msgs.msg import Odometry
 from phase_traj_ros.io.messages.speed import SPEED_OF, SPEED_TYPES
 from phase_traj_ros.io.messages.stamps import to_nanoseconds
 from phase_traj_ros.parameters import SpeedType
+from phase_traj_ros.ros.entities import Entities
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.qos_overriding_options import QoSOverridingOptions
@@ -30,13 +31,14 @@ class SpeedInput:
     """Subscribes to ``speed``: x of the linear velocity in m/s, at the stamp of the message."""
 
     def __init__(
-        self, node: Node, speed_type: SpeedType, on_speed: Callable[[int, float], None],
+        self, node: Node, entities: Entities, speed_type: SpeedType,
+        on_speed: Callable[[int, float], None],
     ) -> None:
         """Subscribe; pass each stamp and speed to ``on_speed``, which may raise ValueError."""
         self._node = node
         self._speed_of = SPEED_OF[SPEED_TYPES[speed_type]]
         self._on_speed = on_speed
-        self._subscription = node.create_subscription(
+        self._subscription = entities.create_subscription(
             _CLASSES[speed_type], _TOPIC, self._on_message, _QOS,
             qos_overriding_options=QoSOverridingOptions.with_default_policies())
 

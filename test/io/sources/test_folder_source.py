@@ -9,6 +9,7 @@ from phase_traj_ros.core.camera.model import CameraModel
 from phase_traj_ros.errors import SourceError
 from phase_traj_ros.io import open_source, Selection
 from phase_traj_ros.io.images.picture_file import PICTURE_SUFFIXES
+from phase_traj_ros.io.outputs.outputs import output_directory
 from phase_traj_ros.io.sources.folder import natural_key
 from phase_traj_ros.io.sources.times_file import read_times
 import pytest
@@ -117,6 +118,31 @@ def test_times_beside_the_working_directory(tmp_path, monkeypatch):
     (tmp_path / 'times.txt').write_text('1\n2\n')
     monkeypatch.chdir(folder)
     assert read('.')[0] == [10 ** 9, 2 * 10 ** 9]
+
+
+def test_files_beside_a_link_come_before_those_beside_its_target(tmp_path):
+    folder = fill(tmp_path / 'there' / 'image_0', ['0.png', '1.png'])
+    mine = tmp_path / 'mine'
+    mine.mkdir()
+    (mine / 'image_0').symlink_to(folder)
+    (folder.parent / 'times.txt').write_text('1\n2\n')
+    (folder.parent / 'calib.txt').write_text(KITTI_CALIBRATION)
+    for path in (mine, mine / 'image_0'):
+        assert read(path)[0] == [10 ** 9, 2 * 10 ** 9]
+        assert open_source(path).camera(rectified=True).fx == 7.0
+    (mine / 'times.txt').write_text('3\n4\n')
+    (mine / 'calib.txt').write_text(KITTI_CALIBRATION.replace('7.0e+00', '9.0e+00'))
+    for path in (mine, mine / 'image_0'):
+        assert read(path)[0] == [3 * 10 ** 9, 4 * 10 ** 9]
+        assert open_source(path).camera(rectified=True).fx == 9.0
+
+
+def test_a_link_with_the_name_of_a_camera_has_its_calibration(tmp_path):
+    folder = fill(tmp_path / 'left', ['0.png', '1.png'])
+    (tmp_path / 'image_1').symlink_to(folder)
+    (tmp_path / 'calib.txt').write_text(KITTI_CALIBRATION)
+    assert open_source(tmp_path / 'image_1').camera(rectified=True).fx == 8.0
+    assert open_source(folder).camera(rectified=True) is None
 
 
 def test_times_by_number(tmp_path):
@@ -303,3 +329,12 @@ def test_kitti_clip(kitti_root, clip):
     assert 700 < camera.fx == camera.fy < 720
     with open_source(kitti_root / clip / 'image_0', selection=selection) as source:
         assert [frame.stamp_ns for frame in source] == [frame.stamp_ns for frame in frames]
+
+
+def test_results_of_an_earlier_run_are_no_frames(tmp_path):
+    for name in ('0.png', '1.png'):
+        cv2.imwrite(str(tmp_path / name), np.eye(64, dtype=np.uint8))
+    with output_directory(tmp_path) as staging:
+        cv2.imwrite(str(staging / 'trajectory.png'), np.eye(64, dtype=np.uint8))
+    with open_source(tmp_path) as source:
+        assert len(list(source)) == 2
