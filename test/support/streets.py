@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Small road maps, and drives on them with the odometry of a vehicle."""
 
+from itertools import pairwise
 import math
 
 import numpy as np
@@ -61,7 +62,7 @@ def steps_of(poses, *, scale=1.0, seed=None):
     """Return the odometry of poses; its unit is 1 / scale metres, and a seed draws noise."""
     rng = np.random.default_rng(seed)
     steps = []
-    for number, (before, after) in enumerate(zip(poses, poses[1:])):
+    for number, (before, after) in enumerate(pairwise(poses)):
         step = OdometryStep.between(tuple(before), tuple(after), stamp_ns=number * 100_000_000)
         noisy = rng.normal(0.0, [0.02, math.radians(0.05)]) if seed is not None else (0.0, 0.0)
         steps.append(OdometryStep(

@@ -135,7 +135,7 @@ def test_one_way_streets_are_a_weak_prior(town, poses, found):
 
 
 def u_turn(way):
-    """Return poses along a way, of a U-turn in the middle of its last street, and of the return."""
+    """Return poses along a way, a U-turn in the middle of its last street, and the way back."""
     middle = (way[-2] + way[-1]) / 2
     there = drive([*way[:-1], middle])
     x, y, yaw = there[-1]
