@@ -4,7 +4,7 @@
 
 from collections.abc import Callable, Sequence
 
-from phase_traj_ros.parameters import Parameters, specs
+from phase_traj_ros.parameters import Parameters, unknown_parameter
 from phase_traj_ros.ros.declare import changed, declare_parameters, unknown_overrides
 from phase_traj_ros.ros.startup.overrides import check_overrides, explained, unused_overrides
 from phase_traj_ros.ros.startup.param_files import check_param_files
@@ -45,15 +45,12 @@ class LiveParameters:
         """Log the values in use and the ones without effect; call it when the topics exist."""
         log = self._node.get_logger()
         for name in unknown_overrides(self._node):
-            log.warning(
-                f'there is no parameter {name!r}: the given value has no effect')
+            log.warning(f'{unknown_parameter(name)}; the given value has no effect')
         for name in unused_overrides(self._node):
             log.warning(explained(self._node, name))
         for notice in self.values.notices:
             log.warning(notice)
-        own = [
-            f'{spec.name} {value!r}' for spec in specs()
-            if (value := getattr(self.values, spec.name)) != spec.default]
+        own = [f'{spec.name} {self.values.value(spec)!r}' for spec in self.values.changed]
         files = ', '.join(map(str, self._files)) or 'no parameter file'
         log.info(f'parameters, with {files}: ' + (', '.join(own) or 'all at their defaults'))
 
