@@ -18,15 +18,17 @@ PACKAGE = Path(__file__).resolve().parent.parent / 'phase_traj_ros'
 # a floor does not know each other. '*' stands for the folder's other modules, which may.
 FLOORS = {
     '': ('errors topics', 'core', 'parameter_spec', 'parameters', 'io synthetic', 'ros', 'cli'),
-    'core': ('codes', 'correlation', 'camera', 'calibration', 'heading', 'road', 'path', '*'),
+    'core': (
+        'codes', 'correlation', 'camera', 'calibration', 'heading', 'road', 'path',
+        'localization', '*'),
     'io': (
-        'atomic params_file images', 'messages', 'sources', 'replay', 'results', 'evaluation',
+        'atomic params_file images', 'messages', 'sources maps', 'replay', 'results', 'evaluation',
         'batch'),
     'synthetic': (
         'arrays', 'camera', 'textures degradations overlays', 'scene', 'town view', 'drive'),
     'cli': ('command options progress live_view report walk', 'commands', 'program', 'main'),
     'ros': (
-        'spin health losses', 'startup', 'declare', 'outputs', 'inputs saving playback',
+        'spin health losses entities', 'startup', 'declare', 'outputs', 'inputs saving playback',
         'diagnostics', 'nodes', 'main lifecycle_main'),
 }
 # Rooms whose __init__ is a public face: it names what others import from the room.

@@ -26,6 +26,11 @@ from phase_traj_ros.core.correlation.windows import Window
 from phase_traj_ros.core.estimator import TrajectoryEstimator
 from phase_traj_ros.core.heading.tracker import HeadingStep
 from phase_traj_ros.core.heading.turns import find_turns, Turn
+from phase_traj_ros.core.localization.estimate import Candidate, LocationEstimate
+from phase_traj_ros.core.localization.given import OdometryStep, PositionFix, Prior, ScaleRange
+from phase_traj_ros.core.localization.locator import MapLocator
+from phase_traj_ros.core.localization.roads import RoadMap
+from phase_traj_ros.core.localization.settings import LocatorSettings
 from phase_traj_ros.core.path.odometry import Odometry
 from phase_traj_ros.core.path.trajectory import (
     Axes,
@@ -48,6 +53,7 @@ __all__ = [
     'CameraEstimate',
     'CameraInUse',
     'CameraModel',
+    'Candidate',
     'ChainCode',
     'ChainPath',
     'CodeSeries',
@@ -66,13 +72,21 @@ __all__ = [
     'Lens',
     'LensOrigin',
     'LinkCode',
+    'LocationEstimate',
+    'LocatorSettings',
+    'MapLocator',
     'Movement',
     'Odometry',
+    'OdometryStep',
     'PAPER_THRESHOLD',
     'PairStatus',
     'PathSource',
     'PhaseCorrelator',
+    'PositionFix',
+    'Prior',
+    'RoadMap',
     'Run',
+    'ScaleRange',
     'Shift',
     'Step',
     'StillnessSettings',

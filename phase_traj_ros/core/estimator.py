@@ -22,6 +22,7 @@ from phase_traj_ros.core.heading.yaw_meter import YawMeasurement
 from phase_traj_ros.core.measuring import Comparison, PairMeter
 from phase_traj_ros.core.path.trajectory import DrawnPath
 from phase_traj_ros.core.path.way import Way
+from phase_traj_ros.core.picture import prepare
 from phase_traj_ros.core.reliability import Reliability
 from phase_traj_ros.core.route import Route
 from phase_traj_ros.core.settings import CodeSource, EstimatorSettings
@@ -137,7 +138,11 @@ class TrajectoryEstimator:
 
     @property
     def reliability(self) -> Reliability:
-        """Return whether the codes so far are reliable, and if not, why."""
+        """
+        Return whether the last minute is reliable, and if not, why.
+
+        ``Reliability.of_drive`` is the verdict on all of the drive so far.
+        """
         return self._trust.verdict(camera_known=not self._by_heading or self._knows_angles)
 
     @property
@@ -252,7 +257,7 @@ class TrajectoryEstimator:
         Parameters
         ----------
         frame
-            (H, W) uint8, uint16 or float32.
+            (H, W) uint8, uint16 or float32, of any gain and offset; it may change afterwards.
         stamp_ns
             Time of the exposure in nanoseconds.
         encoding
@@ -274,8 +279,9 @@ class TrajectoryEstimator:
         began = time.perf_counter_ns()
         interval_ns = 0 if self._last_stamp_ns is None else stamp_ns - self._last_stamp_ns
         # First, as an unusable frame must not change the state.
+        picture = prepare(frame)
         comparison = self._meter.compare(
-            frame, interval_ns * 1e-9, encoding=encoding, heading=self._heading)
+            frame, picture, interval_ns * 1e-9, encoding=encoding, heading=self._heading)
         self.correlate_ns = time.perf_counter_ns() - began
         if interval_ns < 0:
             self.counters.time_resets += 1
@@ -286,11 +292,11 @@ class TrajectoryEstimator:
         self.counters.frames += 1
         self._route.start(stamp_ns)
         if self._frames > 1:
-            return self._pair(frame, comparison, stamp_ns, interval_ns)
-        self._look(frame, None, 0.0)
+            return self._pair(picture, comparison, stamp_ns, interval_ns)
+        self._look(picture, None, 0.0)
         if self._heading is not None:
             self._heading.start(stamp_ns)
-        self._travelling.start(frame, self._heading)
+        self._travelling.start(picture, self._heading)
         return None
 
     @property
@@ -332,13 +338,13 @@ class TrajectoryEstimator:
         self._frames = 0
         self._last_stamp_ns = None
 
-    def _look(self, frame: Frame, shift: Shift | None, interval: float) -> None:
+    def _look(self, picture: Frame, shift: Shift | None, interval: float) -> None:
         """Detect areas fixed to the camera, and leave them out from the next frame on."""
-        if self._trust.look(frame, shift, interval) and self._heading is not None:
+        if self._trust.look(picture, shift, interval) and self._heading is not None:
             self._heading.leave_out(self._trust.left_out)
 
     def _pair(
-        self, frame: Frame, comparison: Comparison, stamp_ns: int, interval_ns: int,
+        self, picture: Frame, comparison: Comparison, stamp_ns: int, interval_ns: int,
     ) -> Update:
         """Judge a pair of frames, add its heading and distance, and code it."""
         interval = interval_ns * 1e-9
@@ -352,11 +358,12 @@ class TrajectoryEstimator:
             self._meter.interrupt()
             self._travelling.reset()
         shift = None if self._heading is None else self._heading.shift_of(comparison.yaw)
-        self._look(frame, shift, interval)
+        self._look(picture, shift, interval)
         worth, judged = self._meter.worth(comparison)
         heading = self._follow(
             self._trust.believed(comparison.yaw, shift, worth), stamp_ns, interval)
-        self._trust.add(self._meter.agreement(comparison), worth, heading, interval)
+        self._trust.add(
+            self._meter.agreement(comparison), worth, heading, stamp_ns, interval_ns)
         status = status_of(
             gap=gap, worth=worth,
             bridged=self._by_heading and heading is not None and not heading.measured)
@@ -372,7 +379,7 @@ class TrajectoryEstimator:
         turned = None if heading is None else heading.step
         # The road shows whether the vehicle moves, even if the rest of the image does not.
         travel = self._travelling.update(
-            frame, self._heading, comparison.yaw, status, stamp_ns, interval_ns)
+            picture, self._heading, comparison.yaw, status, stamp_ns, interval_ns)
         progress = self._route.add(step, turned, travel, stamp_ns, interval_ns)
         tip = self.path.tip
         assert tip is not None

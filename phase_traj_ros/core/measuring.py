@@ -95,10 +95,13 @@ class PairMeter:
         self._quality.interrupt()
 
     def compare(
-        self, frame: Frame, interval: float, *, encoding: str, heading: HeadingEstimator | None,
+        self, frame: Frame, picture: NDArray[np.uint8], interval: float, *, encoding: str,
+        heading: HeadingEstimator | None,
     ) -> Comparison:
         """
         Compare a frame with the previous one, ``interval`` seconds earlier.
+
+        ``picture`` is the frame as ``prepare`` returns it.
 
         Raises
         ------
@@ -113,7 +116,7 @@ class PairMeter:
             check_frame(view)
             if self._view_mask is not None:
                 check_size(view, self._view_mask)
-        yaw = None if heading is None else heading.measure(frame, interval)
+        yaw = None if heading is None else heading.measure(picture, interval)
         shift = self._correlator.update(view) if self._correlates else None
         self._quality.update(view)
         form = (frame.shape, frame.dtype.str, encoding)

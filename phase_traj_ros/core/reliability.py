@@ -1,9 +1,15 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Decides whether the result of a drive is reliable, and if not, why."""
+"""
+Decides whether the result of a drive is reliable, and if not, when and why.
 
-from collections import Counter
-from dataclasses import dataclass
+The verdict is on the last minute. The spans of a drive in which it is against the result are kept:
+a drive as a whole is reliable if they are less than a twentieth of it.
+"""
+
+from collections import Counter, deque
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
 from enum import Enum
 
 # Share of the moving pairs that has to be trusted.
@@ -20,6 +26,15 @@ _MOST_CUTS = 0.1
 _LOW_RATE = 0.25
 # Share of the blocks that have to agree in a trusted pair.
 _AGREEING = 0.3
+# The verdict is on this time, which is kept in parts of a second.
+_WINDOW_NS, _PART_NS = 60_000_000_000, 1_000_000_000
+# Share of a drive, or of the window, that may be unreliable.
+_MOST_UNRELIABLE = 0.05
+# A camera that repeats one picture for longer is frozen; a longer gap than this, and than this
+# many usual intervals, is a lost part of the drive.
+_FROZEN_NS, _LOST_NS, _LOST_INTERVALS = 1_000_000_000, 1_000_000_000, 2
+# Number of spans that are kept for each reason; then the closest ones are joined.
+_MOST_SPANS = 500
 
 
 class Reason(Enum):
@@ -34,6 +49,9 @@ class Reason(Enum):
     MANY_CUTS = 'many_cuts'
     CAMERA_NOT_KNOWN = 'camera_not_known'
     NOT_COMPARED = 'not_compared'
+    FROZEN = 'frozen'
+    FRAMES_LOST = 'frames_lost'
+    DIRECTION_CONTRADICTS_HEADING = 'direction_contradicts_heading'
 
     @property
     def sentence(self) -> str:
@@ -56,6 +74,10 @@ _SENTENCES = {
                              ' hfov_deg or a calibration.',
     Reason.NOT_COMPARED: 'Most frames cannot be compared with the one before: they are further'
                          ' apart than max_gap, or they differ in size or encoding.',
+    Reason.FROZEN: 'The camera repeats one image for more than a second.',
+    Reason.FRAMES_LOST: 'Parts of the drive have no frames: they were lost, or could not be used.',
+    Reason.DIRECTION_CONTRADICTS_HEADING: 'On a straight, the heading is more than 60 degrees away'
+                                          ' from the direction code.',
 }
 
 
@@ -75,13 +97,40 @@ class Evidence(Enum):
     """They agree, but no vehicle turns like that."""
     APART = 'apart'
     """The frames could not be compared: against the result only if most pairs are like that."""
+    REPEATED = 'repeated'
+    """Both frames show one picture: neither for nor against, unless the camera is frozen."""
+
+
+@dataclass(frozen=True, slots=True)
+class UnreliableSpan:
+    """A part of a drive that is not reliable, from one stamp to another, in nanoseconds."""
+
+    start_ns: int
+    end_ns: int
+    reasons: tuple[Reason, ...]
+
+    @property
+    def words(self) -> tuple[str, ...]:
+        """Return the reasons as the words used in files and messages."""
+        return tuple(reason.value for reason in self.reasons)
 
 
 @dataclass(frozen=True, slots=True)
 class Reliability:
-    """Whether a result is reliable; ``reasons`` is empty if it is."""
+    """
+    Whether a result is reliable; ``reasons`` is empty if it is.
+
+    A verdict of ``ReliabilityMonitor`` is on the last minute of a drive, ``of_drive`` on all of
+    it. Spans with different reasons may overlap.
+    """
 
     reasons: tuple[Reason, ...] = ()
+    spans: tuple[UnreliableSpan, ...] = ()
+    """The parts of the drive so far that are not reliable, in the order in which they start."""
+    start_ns: int = 0
+    """Stamp at which the drive starts."""
+    end_ns: int = 0
+    """Stamp of its newest frame."""
 
     @property
     def reliable(self) -> bool:
@@ -93,10 +142,30 @@ class Reliability:
         """Return the reasons as the words used in files and messages."""
         return tuple(reason.value for reason in self.reasons)
 
+    @property
+    def of_drive(self) -> 'Reliability':
+        """
+        Return the verdict on the whole drive, with the reasons of its spans, longest first.
+
+        The drive is reliable if the spans are not more than 5 % of it.
+        """
+        if self.end_ns <= self.start_ns:
+            return self
+        allowed = _MOST_UNRELIABLE * (self.end_ns - self.start_ns)
+        spans = [(span.start_ns, span.end_ns) for span in self.spans]
+        if sum(end - start for start, end in _joined(spans)) <= allowed:
+            return Reliability((), self.spans, self.start_ns, self.end_ns)
+        lasted: Counter[Reason] = Counter()
+        for span in self.spans:
+            for reason in span.reasons:
+                lasted[reason] += span.end_ns - span.start_ns
+        reasons = tuple(reason for reason, _ in lasted.most_common())
+        return Reliability(reasons, self.spans, self.start_ns, self.end_ns)
+
 
 def evidence_of(
     *, agreement: float | None, still: bool = False, blank: bool = False, fixed: bool = False,
-    bridged: bool = False,
+    bridged: bool = False, repeated: bool = False,
 ) -> Evidence:
     """
     Return what a pair is worth.
@@ -114,8 +183,12 @@ def evidence_of(
         Whether only fixed areas may have agreed, or too little else is left.
     bridged
         Whether the yaw was rejected.
+    repeated
+        Whether both frames show one picture.
 
     """
+    if repeated:
+        return Evidence.REPEATED
     if agreement is None:
         return Evidence.APART
     if still:
@@ -130,7 +203,11 @@ def evidence_of(
 
 
 class ReliabilityMonitor:
-    """Counts what the pairs of a drive are worth, and sums them up at any time."""
+    """
+    Counts what the pairs of the last minute are worth, and keeps the spans that are not reliable.
+
+    Its memory does not grow with the length of the drive.
+    """
 
     def __init__(self) -> None:
         """Make a monitor that has seen no pair."""
@@ -138,55 +215,132 @@ class ReliabilityMonitor:
 
     def reset(self) -> None:
         """Start again without pairs."""
-        self._counts: Counter[Evidence] = Counter()
-        self._cuts = 0
-        self._seconds = 0.0
+        self._parts: deque[_Part] = deque()
+        self._spans = {reason: _Spans() for reason in Reason}
+        self._start_ns = self._newest_ns = self._new_picture_ns = self._judged_ns = 0
+        self._usual_ns = 0
 
-    def add(self, evidence: Evidence, interval: float) -> None:
-        """Take the next pair, whose frames are ``interval`` seconds apart."""
-        self._counts[evidence] += 1
-        self._seconds += interval
+    def add(
+        self, evidence: Evidence, stamp_ns: int, interval_ns: int, *, contradicted: bool = False,
+    ) -> None:
+        """
+        Take the next pair.
+
+        Parameters
+        ----------
+        evidence
+            What it is worth.
+        stamp_ns
+            Stamp of its second frame.
+        interval_ns
+            Time since its first frame.
+        contradicted
+            Whether the direction code contradicts the heading.
+
+        """
+        if not self._parts:
+            self._start_ns = self._judged_ns = stamp_ns - interval_ns
+            self._newest_ns = self._new_picture_ns = self._start_ns
+        self._make_room(stamp_ns)
+        part = self._parts[-1]
+        before, self._newest_ns = self._newest_ns, stamp_ns
+        if evidence is Evidence.REPEATED:
+            if stamp_ns - self._new_picture_ns > _FROZEN_NS:
+                self._spans[Reason.FROZEN].add(self._new_picture_ns, stamp_ns)
+            return
+        self._new_picture_ns = stamp_ns
+        part.counts[evidence] += 1
+        part.seconds += interval_ns * 1e-9
+        if contradicted:
+            self._spans[Reason.DIRECTION_CONTRADICTS_HEADING].add(before, stamp_ns)
+        if self._is_lost(evidence, interval_ns):
+            self._spans[Reason.FRAMES_LOST].add(before, stamp_ns)
+        else:
+            self._usual_ns = interval_ns
 
     def add_cut(self) -> None:
         """Record a change of scene; its pair has been added like any other."""
-        self._cuts += 1
+        if self._parts:
+            self._parts[-1].cuts += 1
 
     def verdict(self, *, camera_known: bool = True) -> Reliability:
         """
-        Return whether the drive so far is reliable, and the reasons if it is not.
+        Return whether the last minute is reliable, the reasons if it is not, and all spans so far.
 
         ``camera_known`` is False if angles were needed and the focal length is neither given nor
-        learned from the drive.
+        learned from the drive. This concerns the whole drive.
         """
-        pairs = self._counts.total()
+        start, end = self._start_ns, self._newest_ns
+        reasons = self._reasons()
+        spans = {reason: kept.of(reason in reasons, self._judged_ns, end)
+                 for reason, kept in self._spans.items()}
+        reasons += [reason for reason in _IN_PARTS if self._is_against(reason)]
+        if not camera_known and Reason.TOO_SHORT not in reasons:
+            reasons.append(Reason.CAMERA_NOT_KNOWN)
+            spans[Reason.CAMERA_NOT_KNOWN] = [(start, end)]
+        return Reliability(tuple(reasons), _in_order(spans), start, end)
+
+    def _make_room(self, stamp_ns: int) -> None:
+        """Begin a new part of the window where the last one is over, and drop the oldest."""
+        parts = self._parts
+        if parts and stamp_ns - parts[-1].start_ns < _PART_NS:
+            return
+        if parts and self._newest_ns - parts[0].start_ns >= _WINDOW_NS:
+            # The verdict is that on its middle; that on the first one is on all before it as well.
+            until = max(self._newest_ns - _WINDOW_NS // 2, self._judged_ns)
+            for reason in self._reasons():
+                self._spans[reason].add(self._judged_ns, until)
+            self._judged_ns = until
+        parts.append(_Part(stamp_ns))
+        pairs = sum(part.counts.total() for part in parts)
+        while (stamp_ns - parts[0].start_ns > _WINDOW_NS
+                and pairs - parts[0].counts.total() >= _LEAST_PAIRS):
+            pairs -= parts.popleft().counts.total()
+
+    def _is_lost(self, evidence: Evidence, interval_ns: int) -> bool:
+        """Return whether frames are missing in a pair, other than at a rate that is low anyway."""
+        return self._usual_ns > 0 and interval_ns > _LOST_INTERVALS * self._usual_ns and (
+            evidence is Evidence.APART or interval_ns > _LOST_NS)
+
+    def _is_against(self, reason: Reason) -> bool:
+        """Return whether the spans of a reason take too much of the window, or last."""
+        end = self._newest_ns
+        begin = max(self._start_ns, end - _WINDOW_NS)
+        if reason is Reason.FROZEN and end - self._new_picture_ns > _FROZEN_NS:
+            return True
+        return self._spans[reason].within(begin, end) > _MOST_UNRELIABLE * (end - begin)
+
+    def _reasons(self) -> list[Reason]:
+        """Return what is wrong with the pairs of the window."""
+        counts: Counter[Evidence] = sum((part.counts for part in self._parts), Counter())
+        pairs = counts.total()
         if pairs < _LEAST_PAIRS:
             # Too few pairs to name a cause, but enough to see that none is in doubt.
-            return Reliability(() if pairs and not self._distrust(pairs) else (Reason.TOO_SHORT,))
-        reasons = self._distrust(pairs)
-        if self._cuts > _MOST_CUTS * pairs:
+            return [] if pairs and not self._distrust(counts) else [Reason.TOO_SHORT]
+        reasons = self._distrust(counts)
+        if sum(part.cuts for part in self._parts) > _MOST_CUTS * pairs:
             reasons.append(Reason.MANY_CUTS)
-        if not camera_known:
-            reasons.append(Reason.CAMERA_NOT_KNOWN)
-        return Reliability(tuple(reasons))
+        return reasons
 
-    def _distrust(self, pairs: int) -> list[Reason]:
+    def _distrust(self, counts: Mapping[Evidence, int]) -> list[Reason]:
         """Return why most pairs cannot be trusted; empty if they can, or if nothing moved."""
-        apart = self._counts[Evidence.APART]
+        pairs, apart = sum(counts.values()), counts[Evidence.APART]
         if apart > _LEAST_TRUSTED * pairs:
             return [Reason.NOT_COMPARED]
-        judged = pairs - self._counts[Evidence.STILL] - apart
+        judged = pairs - counts[Evidence.STILL] - apart
         # A few spoilt pairs do not count against a vehicle that is stationary for the rest.
         if judged < _NAMED * pairs:
             return []
-        if self._counts[Evidence.TRUSTED] >= _LEAST_TRUSTED * judged:
-            held = self._counts[Evidence.FIXED] >= _MOST_FIXED * judged
+        if counts[Evidence.TRUSTED] >= _LEAST_TRUSTED * judged:
+            held = counts[Evidence.FIXED] >= _MOST_FIXED * judged
             return [Reason.VIEW_BLOCKED] if held else []
-        spoilt = {kind: self._counts[kind] for kind in _REASONS}
+        spoilt = {kind: counts[kind] for kind in _REASONS}
         most = max(spoilt.values())
         named = [_REASONS[kind] for kind, count in spoilt.items()
                  if count == most or count >= _NAMED * judged]
         scattered = spoilt[Evidence.SCATTERED] + spoilt[Evidence.JERKED]
-        if scattered >= _NAMED * judged and self._seconds / pairs >= _LOW_RATE:
+        seconds = sum(part.seconds for part in self._parts)
+        if scattered >= _NAMED * judged and seconds / pairs >= _LOW_RATE:
             named.append(Reason.RATE_TOO_LOW)
         return named
 
@@ -197,3 +351,70 @@ _REASONS = {
     Evidence.SCATTERED: Reason.NOT_ONE_MOTION,
     Evidence.JERKED: Reason.SHAKING,
 }
+# Reasons that concern parts of a drive, whatever the other pairs of the window are worth.
+_IN_PARTS = (Reason.FROZEN, Reason.FRAMES_LOST, Reason.DIRECTION_CONTRADICTS_HEADING)
+
+
+@dataclass(slots=True)
+class _Part:
+    """What a second of the window is worth."""
+
+    start_ns: int
+    counts: Counter[Evidence] = field(default_factory=Counter)
+    cuts: int = 0
+    seconds: float = 0.0
+
+
+class _Spans:
+    """The spans of one reason, which do not overlap, in order."""
+
+    def __init__(self) -> None:
+        self._kept: list[tuple[int, int]] = []
+
+    def add(self, start_ns: int, end_ns: int) -> None:
+        """Add a span that ends after all others; spans less than a part apart are joined."""
+        if end_ns <= start_ns:
+            return
+        kept = self._kept
+        if kept and start_ns - kept[-1][1] <= _PART_NS:
+            kept[-1] = kept[-1][0], end_ns
+            return
+        kept.append((start_ns, end_ns))
+        if len(kept) > _MOST_SPANS:
+            first = min(range(len(kept) - 1), key=lambda n: kept[n + 1][0] - kept[n][1])
+            kept[first:first + 2] = [(kept[first][0], kept[first + 1][1])]
+
+    def of(self, lasts: bool, start_ns: int, end_ns: int) -> list[tuple[int, int]]:
+        """Return the spans, and a last one if the reason ``lasts``."""
+        return _joined([*self._kept, (start_ns, end_ns)]) if lasts else list(self._kept)
+
+    def within(self, start_ns: int, end_ns: int) -> int:
+        """Return the time that the spans take of another one."""
+        taken = 0
+        for start, end in reversed(self._kept):
+            if end <= start_ns:
+                break
+            taken += min(end, end_ns) - max(start, start_ns)
+        return taken
+
+
+def _joined(spans: Iterable[tuple[int, int]]) -> list[tuple[int, int]]:
+    """Return spans in order, joined where they overlap or touch."""
+    joined: list[tuple[int, int]] = []
+    for start, end in sorted(spans):
+        if joined and start <= joined[-1][1]:
+            joined[-1] = joined[-1][0], max(joined[-1][1], end)
+        else:
+            joined.append((start, end))
+    return joined
+
+
+def _in_order(spans: Mapping[Reason, Iterable[tuple[int, int]]]) -> tuple[UnreliableSpan, ...]:
+    """Return the spans of all reasons in order; equal ones are one span with several reasons."""
+    found: dict[tuple[int, int], list[Reason]] = {}
+    for reason, those in spans.items():
+        for span in those:
+            found.setdefault(span, []).append(reason)
+    return tuple(
+        UnreliableSpan(start, end, tuple(reasons))
+        for (start, end), reasons in sorted(found.items(), key=lambda each: each[0]))

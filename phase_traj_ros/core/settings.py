@@ -105,6 +105,10 @@ class EstimatorSettings:
             value = getattr(self, name)
             if not (math.isfinite(value) and value >= 0):
                 raise ValueError(f'{name} is {value}: give a finite number of 0 or more')
+        for name in ('max_speeds', 'max_corners'):
+            limit = getattr(self, name)
+            if limit is not None and limit < 1:
+                raise ValueError(f'{name} is {limit}: give at least 1, or None to keep all')
         if not abs(self.camera_pitch_deg) <= MOST_TILT_DEG:
             raise ValueError(
                 f'camera_pitch_deg is {self.camera_pitch_deg}: give degrees from'

@@ -67,7 +67,7 @@ class Trust:
         return self._shifts.hint(self._width)
 
     def verdict(self, *, camera_known: bool) -> Reliability:
-        """Return whether the drive so far is reliable, and the reasons if it is not."""
+        """Return the verdict on the last minute, and the spans that are not reliable."""
         return self._monitor.verdict(camera_known=camera_known)
 
     def look(self, frame: Frame, shift: Shift | None, interval: float) -> bool:
@@ -121,7 +121,7 @@ class Trust:
 
     def add(
         self, agreement: float | None, worth: Worth | None, heading: HeadingUpdate | None,
-        interval: float,
+        stamp_ns: int, interval_ns: int,
     ) -> None:
         """
         Take what a pair is worth.
@@ -134,8 +134,10 @@ class Trust:
             What the pair is worth; None if its frames cannot be compared.
         heading
             What the pair adds to the heading; None if the heading is not measured.
-        interval
-            Seconds between the two frames.
+        stamp_ns
+            Stamp of its second frame.
+        interval_ns
+            Time since its first frame.
 
         """
         if heading is not None:
@@ -143,7 +145,8 @@ class Trust:
         self._monitor.add(evidence_of(
             agreement=None if worth is None else agreement, still=worth is Worth.STILL,
             blank=worth is Worth.NOTHING or (self._guards and self._areas.blank),
-            fixed=self._doubted, bridged=heading is not None and not heading.measured), interval)
+            fixed=self._doubted, bridged=heading is not None and not heading.measured),
+            stamp_ns, interval_ns)
 
     def add_shift(self, dx: float | None, threshold: float | None, interval: float) -> None:
         """Take the shift of a pair (None if not measured) and its threshold (None if not used)."""

@@ -29,7 +29,7 @@ def declare_parameters(node: Node) -> Parameters:
         An initial value is of the wrong type or out of its range.
 
     """
-    values = {spec.name: _declare(node, spec) for spec in specs()}
+    values = {spec.name: declare(node, spec) for spec in specs()}
     return Parameters().with_values(values)
 
 
@@ -55,7 +55,16 @@ def unknown_overrides(node: Node) -> list[str]:
         if not node.has_parameter(name) and not name.startswith(PREFIX))
 
 
-def _declare(node: Node, spec: Spec) -> object:
+def declare(node: Node, spec: Spec) -> object:
+    """
+    Declare one parameter on ``node`` and return its initial value.
+
+    Raises
+    ------
+    ParameterError
+        The initial value is of the wrong type or out of its range.
+
+    """
     override = node._parameter_overrides.get(spec.name)
     if override is not None:
         # The message of rclpy names the type by a number and does not say what to write instead.

@@ -9,6 +9,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from phase_traj_ros.core import TrajectoryEstimator
 from phase_traj_ros.io.messages.diagnostics import Level, MeasurementReporter, Report
 from phase_traj_ros.io.messages.schedule import DIAGNOSTICS_PERIOD_NS
+from phase_traj_ros.ros.entities import Entities
 from phase_traj_ros.ros.health import Health, Stage
 from phase_traj_ros.ros.inputs.image import ImageInput
 from phase_traj_ros.ros.losses import advice
@@ -33,7 +34,7 @@ class Diagnostics:
     """
 
     def __init__(
-        self, node: Node, health: Health, image_input: ImageInput,
+        self, node: Node, entities: Entities, health: Health, image_input: ImageInput,
         estimator: TrajectoryEstimator,
     ) -> None:
         """Start reporting on ``node``."""
@@ -41,7 +42,7 @@ class Diagnostics:
         self._health = health
         self._input = image_input
         self._estimator = estimator
-        self._publisher = node.create_publisher(
+        self._publisher = entities.create_publisher(
             DiagnosticArray, '/diagnostics', 10,
             event_callbacks=PublisherEventCallbacks(use_default_callbacks=False))
         self._since_ns = time.monotonic_ns()
@@ -49,7 +50,7 @@ class Diagnostics:
         self._reported = (0, 0)
         self._measured = MeasurementReporter()
         # A steady clock: the reports continue while simulated time is paused.
-        node.create_timer(
+        entities.create_timer(
             DIAGNOSTICS_PERIOD_NS / 1e9, self._report,
             clock=Clock(clock_type=ClockType.STEADY_TIME))
 

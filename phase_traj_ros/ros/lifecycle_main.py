@@ -3,20 +3,22 @@
 """Entry point of the executable ``phase_traj_lifecycle_node``."""
 
 from collections.abc import Sequence
+from functools import partial
 import sys
 
 from phase_traj_ros.ros.startup.signals import stop_on_signals
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the managed node until SIGINT or SIGTERM; return the exit status."""
+    """Run the unconfigured node until SIGINT or SIGTERM; return the exit status."""
     with stop_on_signals() as stop:
         # Imported here: the imports take a second, and a signal may arrive meanwhile.
-        from phase_traj_ros.ros.nodes.lifecycle_node import PhaseTrajLifecycleNode
+        from phase_traj_ros.ros.nodes.node import PhaseTrajNode
         from phase_traj_ros.ros.startup.run import run
         return run(
-            PhaseTrajLifecycleNode, stop, arguments, program='phase_traj_lifecycle_node',
-            description='Runs phase_traj_node as a managed (lifecycle) node.')
+            partial(PhaseTrajNode, autostart=False), stop, arguments,
+            program='phase_traj_lifecycle_node',
+            description='Runs phase_traj_node unconfigured, for a manager of its lifecycle.')
 
 
 if __name__ == '__main__':

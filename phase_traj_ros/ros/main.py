@@ -3,6 +3,7 @@
 """Entry point of the executable ``phase_traj_node``."""
 
 from collections.abc import Sequence
+from functools import partial
 import sys
 
 from phase_traj_ros.ros.startup.signals import stop_on_signals
@@ -15,7 +16,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         from phase_traj_ros.ros.nodes.node import PhaseTrajNode
         from phase_traj_ros.ros.startup.run import run
         return run(
-            PhaseTrajNode, stop, arguments, program='phase_traj_node',
+            partial(PhaseTrajNode, autostart=True), stop, arguments, program='phase_traj_node',
             description='Codes the trajectory of a vehicle from the images of its camera.')
 
 

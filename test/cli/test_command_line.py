@@ -165,7 +165,8 @@ def test_threshold_has_to_be_finite_and_positive(folder, tmp_path, threshold):
 def test_the_help_of_replay_lists_what_a_user_and_a_vehicle_may_need():
     text = run('replay', '--help').stdout
     for spec in specs():
-        assert (f'  {spec.name} ({spec.default!r}): ' in text) == (spec.group is not Group.REST)
+        assert (f'  {spec.name} ({spec.default!r}): ' in text) == (
+            spec.group in (Group.USER, Group.VEHICLE))
     assert [spec.name for spec in specs() if spec.group is Group.USER] == [
         'threshold', 'hfov_deg', 'camera_height', 'rotate_180']
     assert text.index(Group.USER.value[1:]) < text.index(Group.VEHICLE.value[1:])
@@ -184,7 +185,7 @@ def test_play_refuses_invalid_times(folder, option, value):
     (['{folder}', '--start', '60'], 'no frame is selected'),
     (['{folder}', '--duration', '0.1'], '1 frame to use, but a trajectory needs at least two'),
     (['{folder}', '--fps', '0'], 'fps must be'),
-    (['{folder}', '--params', '/does/not/exist.yaml'], 'cannot read the parameter file'),
+    (['{folder}', '--params', '/does/not/exist.yaml'], 'there is no parameter file'),
     (['{folder}', '-p', 'threshold=3'], 'write NAME:=VALUE'),
     (['{folder}', '-p', 'threshold:=3'], 'such as 3.0'),
     (['{folder}', '-p', 'code_source:=heading'], 'give focal_px or hfov_deg'),

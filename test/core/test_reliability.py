@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A result is reliable if its pairs are; otherwise there are reasons."""
 
+from itertools import pairwise
 import math
 
 import cv2
@@ -20,12 +21,36 @@ import pytest
 FOCAL = 160 / math.tan(math.radians(35))
 
 
+SECOND = 1_000_000_000
+TENTH = SECOND // 10
+
+
+class Driven:
+    """A monitor, and the stamp of the newest frame."""
+
+    def __init__(self):
+        self.monitor, self.now = ReliabilityMonitor(), 5 * SECOND
+
+    def add(self, name, seconds, *, interval=TENTH, **options):
+        for _ in range(round(seconds * SECOND / interval)):
+            self.now += interval
+            self.monitor.add(Evidence(name), self.now, interval, **options)
+        return self
+
+    @property
+    def spans(self):
+        """Return the spans in seconds since the first frame."""
+        found = self.monitor.verdict()
+        return [
+            (*((stamp - found.start_ns) / SECOND for stamp in (span.start_ns, span.end_ns)),
+             span.words) for span in found.spans]
+
+
 def summed_up(**pairs):
-    monitor = ReliabilityMonitor()
+    driven = Driven()
     for name, count in pairs.items():
-        for _ in range(count):
-            monitor.add(Evidence(name), 0.1)
-    return monitor
+        driven.add(name, count / 10)
+    return driven.monitor
 
 
 @pytest.mark.parametrize(('pairs', 'reasons'), [
@@ -51,14 +76,13 @@ def summed_up(**pairs):
 def test_what_most_pairs_are_worth_decides(pairs, reasons):
     verdict = summed_up(**pairs).verdict()
     assert verdict.reasons == reasons
+    assert verdict.of_drive.reasons == reasons
     assert verdict.reliable == (not reasons)
     assert verdict.words == tuple(reason.value for reason in reasons)
 
 
 def test_frames_far_apart_are_the_reason_for_scattered_blocks():
-    monitor = ReliabilityMonitor()
-    for _ in range(40):
-        monitor.add(Evidence.SCATTERED, 0.5)
+    monitor = Driven().add('scattered', 20, interval=SECOND // 2).monitor
     assert monitor.verdict().reasons == (Reason.NOT_ONE_MOTION, Reason.RATE_TOO_LOW)
 
 
@@ -72,6 +96,106 @@ def test_a_camera_that_is_needed_and_a_film_in_pieces_are_reasons():
     assert monitor.verdict().reasons == (Reason.TOO_SHORT,)
 
 
+def test_a_cover_after_a_good_hour_is_told_at_once_and_is_a_span_of_the_drive():
+    driven = Driven().add('trusted', 3600)
+    assert driven.monitor.verdict().reliable and driven.spans == []
+    driven.add('blank', 40)
+    assert driven.monitor.verdict().words == ('nothing_to_see',)
+    assert driven.monitor.verdict().of_drive.reliable
+    driven.add('blank', 58 * 60 - 40)
+    [(start, end, words)] = driven.spans
+    assert (start, end) == (pytest.approx(3600, abs=2), 3600 + 58 * 60)
+    assert words == ('nothing_to_see',)
+    assert driven.monitor.verdict().of_drive.words == ('nothing_to_see',)
+    driven.add('trusted', 40)
+    assert driven.monitor.verdict().reliable
+    assert not driven.monitor.verdict().of_drive.reliable
+
+
+def test_a_drive_is_unreliable_from_a_twentieth_on():
+    driven = Driven().add('trusted', 800).add('jerked', 40).add('trusted', 100)
+    assert driven.monitor.verdict().of_drive.reliable
+    [span] = driven.monitor.verdict().of_drive.spans
+    assert span.reasons == (Reason.SHAKING,)
+    driven.add('jerked', 40).add('trusted', 40)
+    assert driven.monitor.verdict().of_drive.words == ('shaking',)
+
+
+def test_the_longest_reason_is_the_first():
+    driven = Driven().add('blank', 100).add('trusted', 200).add('scattered', 150)
+    assert driven.monitor.verdict().of_drive.words == ('not_one_motion', 'nothing_to_see')
+    assert [words for _, _, words in driven.spans] == [('nothing_to_see',), ('not_one_motion',)]
+
+
+def test_a_camera_that_repeats_a_picture_for_more_than_a_second_is_frozen():
+    driven = Driven().add('trusted', 100)
+    assert driven.add('repeated', 1).monitor.verdict().reliable and driven.spans == []
+    driven.add('repeated', 0.2)
+    assert driven.monitor.verdict().words == ('frozen',)
+    [(start, end, words)] = driven.spans
+    assert (start, end, words) == (pytest.approx(100), pytest.approx(101.2), ('frozen',))
+    driven.add('trusted', 10)
+    assert driven.monitor.verdict().reliable and len(driven.spans) == 1
+    driven.add('repeated', 500)
+    assert driven.monitor.verdict().of_drive.words == ('frozen',)
+
+
+def test_a_film_with_every_picture_twice_is_judged_by_the_others():
+    driven = Driven()
+    for _ in range(100):
+        driven.add('trusted', 0.1).add('repeated', 0.1)
+    assert driven.monitor.verdict().reliable and driven.spans == []
+
+
+@pytest.mark.parametrize(('evidence', 'seconds', 'lost'), [
+    ('trusted', 0.9, False), ('trusted', 5, True), ('apart', 0.3, True), ('apart', 0.1, False)])
+def test_a_part_without_frames_is_a_span(evidence, seconds, lost):
+    driven = Driven().add('trusted', 30)
+    driven.add(evidence, seconds, interval=round(seconds * SECOND)).add('trusted', 20)
+    expected = [(pytest.approx(30), pytest.approx(30 + seconds), ('frames_lost',))]
+    assert driven.spans == (expected if lost else [])
+    assert driven.monitor.verdict().reliable == (seconds < 3)
+
+
+def test_a_low_rate_loses_no_frames():
+    driven = Driven().add('trusted', 300, interval=2 * SECOND)
+    assert driven.monitor.verdict().reliable and driven.spans == []
+
+
+def test_a_direction_against_the_heading_is_a_span():
+    driven = Driven().add('trusted', 200).add('trusted', 30, contradicted=True)
+    assert driven.monitor.verdict().words == ('direction_contradicts_heading',)
+    [(start, end, words)] = driven.spans
+    assert (start, end) == (pytest.approx(200), pytest.approx(230))
+    assert driven.monitor.verdict().of_drive.words == words
+
+
+def test_a_camera_not_known_is_a_span_over_all():
+    found = Driven().add('trusted', 200).add('blank', 100).monitor.verdict(camera_known=False)
+    assert [span.reasons for span in found.spans] == [
+        (Reason.CAMERA_NOT_KNOWN,), (Reason.NOTHING_TO_SEE,)]
+    whole = found.spans[0]
+    assert (whole.start_ns, whole.end_ns) == (found.start_ns, found.end_ns)
+    assert found.of_drive.reasons == (Reason.CAMERA_NOT_KNOWN, Reason.NOTHING_TO_SEE)
+
+
+def test_frames_at_a_very_low_rate_are_judged_by_the_newest():
+    driven = Driven().add('trusted', 3000, interval=10 * SECOND)
+    assert driven.monitor.verdict().reliable
+    driven.add('blank', 300, interval=10 * SECOND)
+    assert driven.monitor.verdict().words == ('nothing_to_see',)
+
+
+def test_days_with_a_loose_cable_are_a_bounded_number_of_spans():
+    driven = Driven()
+    for _ in range(700):
+        driven.add('trusted', 50, interval=SECOND).add('trusted', 5, interval=5 * SECOND)
+    spans = driven.monitor.verdict().spans
+    assert 100 < len(spans) <= 600
+    assert spans[-1].end_ns == driven.now
+    assert all(before.end_ns <= after.start_ns for before, after in pairwise(spans))
+
+
 def test_each_reason_has_a_word_and_a_sentence():
     for reason in Reason:
         assert reason.value == reason.name.lower()
@@ -83,7 +207,8 @@ def test_each_reason_has_a_word_and_a_sentence():
     ({'agreement': None}, Evidence.APART), ({'agreement': 0.9, 'still': True}, Evidence.STILL),
     ({'agreement': 0.1, 'blank': True}, Evidence.BLANK),
     ({'agreement': 0.9, 'fixed': True}, Evidence.FIXED),
-    ({'agreement': 0.9, 'bridged': True}, Evidence.JERKED)])
+    ({'agreement': 0.9, 'bridged': True}, Evidence.JERKED),
+    ({'agreement': 0.9, 'repeated': True}, Evidence.REPEATED)])
 def test_a_pair_is_worth_what_speaks_against_it(given, evidence):
     assert evidence_of(**given) is evidence
 
@@ -109,7 +234,8 @@ def followed(frames, interval=0.1):
             fixed = areas.doubts(measured.shift, agreed=measured.refined)
             monitor.add(evidence_of(
                 agreement=measured.agreement, blank=areas.blank, bridged=step.bridged,
-                fixed=fixed or not areas.sufficient), interval)
+                fixed=fixed or not areas.sufficient),
+                round(number * interval * SECOND), round(interval * SECOND))
             if cuts.update(measured, interval):
                 monitor.add_cut()
     return monitor.verdict().reasons

@@ -12,8 +12,9 @@ from phase_traj_ros.parameters import specs
 import pytest
 
 DOCS = Path(__file__).resolve().parents[2] / 'docs'
-# What every node has, and what belongs to a topic's quality of service.
-OF_EVERY_NODE = re.compile('use_sim_time|start_type_description_service|qos_overrides\\..*')
+# What every managed node has, and what belongs to a topic's quality of service.
+OF_EVERY_NODE = re.compile(
+    'use_sim_time|autostart|start_type_description_service|qos_overrides\\..*')
 
 
 @pytest.fixture
@@ -49,7 +50,7 @@ def test_published_topics(node):
         row[0].removeprefix('/'): row[1]
         for row in table('reference/topics.md', '## Published', 4)}
     published = of_node(node.node.get_publisher_names_and_types_by_node('phase_traj', '/'))
-    for name in ('rosout', 'parameter_events'):
+    for name in ('rosout', 'parameter_events', '~/transition_event'):
         del published[name]
     assert published == documented
 
@@ -63,7 +64,9 @@ def test_subscribed_topics(node):
 def test_services(node):
     documented = {row[0]: row[1] for row in table('reference/topics.md', '## Services', 3)}
     offered = of_node(node.node.get_service_names_and_types_by_node('phase_traj', '/'))
-    own = {name: kind for name, kind in offered.items() if 'rcl_interfaces' not in kind}
+    own = {
+        name: kind for name, kind in offered.items()
+        if not kind.startswith(('rcl_interfaces', 'lifecycle_msgs'))}
     own.pop('~/get_type_description', None)
     assert own == documented
 

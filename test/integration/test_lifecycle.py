@@ -98,3 +98,28 @@ def test_shutdown_ends_it_whatever_it_does(live, managed):
     assert managed.change(Transition.TRANSITION_ACTIVE_SHUTDOWN)
     assert managed.state() == State.PRIMARY_STATE_FINALIZED
     assert stop(managed.process) == 0
+
+
+def test_it_lives_on_after_what_once_killed_it(live, managed):
+    managed.start()
+    assert 'unconfigured: ros2 lifecycle set /phase_traj configure' in live.logs()
+    assert not managed.change(Transition.TRANSITION_ACTIVATE)
+    for _ in range(2):
+        assert managed.change(Transition.TRANSITION_CONFIGURE)
+        assert managed.change(Transition.TRANSITION_CLEANUP)
+        assert managed.state() == State.PRIMARY_STATE_UNCONFIGURED
+    assert managed.change(Transition.TRANSITION_CONFIGURE)
+    assert managed.change(Transition.TRANSITION_INACTIVE_SHUTDOWN)
+    assert managed.state() == State.PRIMARY_STATE_FINALIZED
+    assert stop(managed.process) == 0
+    assert 'Traceback' not in live.logs()
+
+
+@pytest.mark.parametrize(('module', 'autostart', 'active'), [
+    ('main', None, True), ('main', 'false', False),
+    ('lifecycle_main', None, False), ('lifecycle_main', 'true', True)])
+def test_either_executable_can_start_itself_or_wait(live, module, autostart, active):
+    given = [] if autostart is None else ['-p', f'autostart:={autostart}']
+    live.start(*given, module=f'phase_traj_ros.ros.{module}')
+    state = live.call(GetState, '/phase_traj/get_state', GetState.Request()).current_state.id
+    assert state == (State.PRIMARY_STATE_ACTIVE if active else State.PRIMARY_STATE_UNCONFIGURED)

@@ -19,7 +19,7 @@ from geometry_msgs.msg import (
     Vector3,
     Vector3Stamped,
 )
-from live import image, LATCHED, LOSSLESS, SHIFT
+from live import image, LATCHED, LOSSLESS
 from nav_msgs.msg import Odometry, Path
 import numpy as np
 from phase_traj_ros.cli.main import main
@@ -76,7 +76,7 @@ def test_the_live_heading_is_the_true_one(live, drive, tmp_path):
     angles = [math.degrees(each.vector.z) for each in heard['turn']]
     assert angles == pytest.approx([90, -90], abs=4)
     assert live.call(Trigger, 'phase_traj/save', Trigger.Request()).success
-    saved = json.loads((tmp_path / 'kept' / 'chain_code.json').read_text())
+    saved = json.loads((tmp_path / 'kept' / 'phase_traj_1' / 'chain_code.json').read_text())
     assert [turn['quarter_turns'] for turn in saved['turns']] == [1, -1]
     directions = [each.data for each in heard['direction']]
     assert [code for code, _ in groupby(directions)] == [1, 0, 1]
@@ -226,13 +226,6 @@ def test_calibrations_and_speeds_that_change_and_fail(live, drive):
     assert all(0.0 < speed < 16.0 for speed in speeds[len(given):])
 
 
-def test_a_threshold_in_degrees_needs_a_camera(live):
-    live.start(*SHIFT)
-    result = live.set_parameter('threshold_deg_s', 10.0)
-    assert not result.successful
-    assert 'fixed at the start' in result.reason
-
-
 def heard_of(live, *names):
     kinds = {'movement': UInt8, 'direction': UInt8, 'heading': Float64, 'shift': Vector3Stamped,
              'status': String, 'pair': DiagnosticArray}
@@ -290,8 +283,8 @@ def test_nothing_known_is_coded_as_a_replay_in_one_pass_has_it(live, drive, tmp_
     live.until(lambda: told and 'learned from' in told[-1].data, process=node)
     assert 'assumed until a turn determines it' in live.logs() and told[-1].data in live.logs()
     assert live.call(Trigger, 'phase_traj/save', Trigger.Request()).success
-    kept = read_parameters(tmp_path / 'kept' / 'camera.yaml')
-    saved = json.loads((tmp_path / 'kept' / 'chain_code.json').read_text())
+    kept = read_parameters(tmp_path / 'kept' / 'phase_traj_1' / 'camera.yaml')
+    saved = json.loads((tmp_path / 'kept' / 'phase_traj_1' / 'chain_code.json').read_text())
     # But for the last digits: linear algebra may round by how its buffers lie in memory.
     assert saved['camera'].keys() == code['camera'].keys()
     for name, value in code['camera'].items():
@@ -366,11 +359,6 @@ def test_a_threshold_at_run_time_is_the_papers_rule(live, drive):
         assert len(expected.direction) == len(images) - 1 - expected.movement.count(3)
     assert 'restarted, with codes from the shift, threshold 12 px/frame' in live.logs()
     assert live.logs().count('restarted, with codes from the turns') == 1
-
-
-def test_the_old_name_of_learning_is_accepted_with_a_warning(live):
-    live.start('-p', 'estimate_fov:=true')
-    live.until(lambda: 'estimate_fov is deprecated: code_source auto' in live.logs())
 
 
 @pytest.mark.parametrize(('clip', 'focal', 'turns'), [('00', 718.856, 1), ('06', 707.091, 0)])

@@ -236,6 +236,11 @@ class HeadingEstimator:
             The frame cannot be used. The state is unchanged.
 
         """
+        if self._meter is not None and self._lens.focal_px and frame.shape != self._shape:
+            raise FrameError(
+                f'frames of {frame.shape[1]}x{frame.shape[0]} pixels after frames of'
+                f' {self._shape[1]}x{self._shape[0]}, but focal_px is for one size: give hfov_deg'
+                ' instead, or use_lens with the focal length for the new size')
         if self._meter is None or frame.shape != self._shape:
             self._meter = self._make_meter(frame)
         measurement = self._meter.update(frame, interval)

@@ -138,6 +138,7 @@ class RoadMeter:
     def forget(self) -> None:
         """Restart with the next frame; the tilt is kept."""
         self.pace.forget()
+        self._bending = 0.0
         self._kept = None
 
     def start(self, frame: Frame) -> None:

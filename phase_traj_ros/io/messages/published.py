@@ -261,7 +261,7 @@ class Messages:
         types = self._types
         return types['geometry_msgs/msg/Pose'](
             position=types['geometry_msgs/msg/Point'](
-                x=corner.x, y=corner.y, z=0.0),
+                x=float(corner.x), y=float(corner.y), z=0.0),
             orientation=self._yaw(corner.yaw))
 
     def _yaw(self, angle: float) -> Any:

@@ -75,7 +75,7 @@ class Snapshot:
             codes.direction.runs,
             codes.movement.totals_of(Movement), codes.direction.totals_of(codes.directions),
             path.corners if path.tip is None else (*path.corners, path.tip),
-            estimator.counters.as_dict(), estimator.turns, estimator.reliability,
+            estimator.counters.as_dict(), estimator.turns, estimator.reliability.of_drive,
             None if estimator.heading is None else _Heading.of(estimator.heading),
             None if estimator.heading is None else estimator.heading.learned,
             {**way_content(estimator.way, unit=estimator.settings.length_unit),

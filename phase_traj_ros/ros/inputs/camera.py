@@ -7,6 +7,7 @@ from collections.abc import Callable
 from phase_traj_ros.core.camera.model import CameraModel
 from phase_traj_ros.errors import CalibrationError, FrameError
 from phase_traj_ros.io.messages.camera_info import camera_from_info
+from phase_traj_ros.ros.entities import Entities
 from phase_traj_ros.ros.inputs.image import IMAGE_TOPIC
 from phase_traj_ros.topics import camera_info_topic
 from rclpy.node import Node
@@ -26,7 +27,8 @@ class CameraInput:
     """
 
     def __init__(
-        self, node: Node, *, rectified: bool, on_camera: Callable[[CameraModel], None],
+        self, node: Node, entities: Entities, *, rectified: bool,
+        on_camera: Callable[[CameraModel], None],
     ) -> None:
         """Subscribe; pass each new calibration to ``on_camera``."""
         self._node = node
@@ -36,7 +38,7 @@ class CameraInput:
         topic = node.resolve_topic_name(_TOPIC)
         if topic == node.resolve_topic_name(_TOPIC, only_expand=True):
             topic = camera_info_topic(node.resolve_topic_name(IMAGE_TOPIC))
-        self._subscription = node.create_subscription(
+        self._subscription = entities.create_subscription(
             CameraInfo, topic, self._on_message, qos_profile_sensor_data,
             qos_overriding_options=QoSOverridingOptions.with_default_policies())
 

@@ -11,6 +11,7 @@ from phase_traj_ros.io.messages.image import encoding_of, msg_to_frame
 from phase_traj_ros.io.messages.stamps import StampRule, to_nanoseconds
 from phase_traj_ros.io.sources.base import StampedFrame
 from phase_traj_ros.parameters import Parameters, Transport
+from phase_traj_ros.ros.entities import Entities
 from phase_traj_ros.ros.health import Health, LossCounter, Stage
 from rclpy.node import Node
 from rclpy.qos import qos_profile_sensor_data, QoSProfile
@@ -36,7 +37,7 @@ class ImageInput:
     """
 
     def __init__(
-        self, node: Node, parameters: Parameters, health: Health,
+        self, node: Node, entities: Entities, parameters: Parameters, health: Health,
         on_frame: Callable[[StampedFrame], None],
     ) -> None:
         """Subscribe; pass each frame to ``on_frame``, which may raise FrameError."""
@@ -46,10 +47,9 @@ class ImageInput:
         self._stamps = StampRule()
         self._losses = LossCounter()
         compressed = _is_compressed(parameters)
-        self._subscription = node.create_subscription(
+        self._subscription = entities.create_subscription(
             CompressedImage if compressed else Image, image_topic(node, parameters),
-            self._on_message,  # type: ignore[arg-type]  # with message info
-            qos_profile_sensor_data,
+            self._on_message, qos_profile_sensor_data,
             qos_overriding_options=QoSOverridingOptions.with_default_policies())
         self.message_type = f'sensor_msgs/msg/{"CompressedImage" if compressed else "Image"}'
 

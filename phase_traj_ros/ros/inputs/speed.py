@@ -10,6 +10,7 @@ from geometry_msgs.msg import TwistStamped, TwistWithCovarianceStamped
 from nav_msgs.msg import Odometry
 from phase_traj_ros.io.messages.speed import SPEED_OF
 from phase_traj_ros.io.messages.stamps import to_nanoseconds
+from phase_traj_ros.ros.entities import Entities
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
@@ -35,14 +36,16 @@ class SpeedInput:
     The type is that of the publisher, whenever one appears; without one, TwistStamped.
     """
 
-    def __init__(self, node: Node, on_speed: Callable[[int, float], None]) -> None:
+    def __init__(
+        self, node: Node, entities: Entities, on_speed: Callable[[int, float], None],
+    ) -> None:
         """Subscribe; pass each stamp and speed to ``on_speed``, which may raise ValueError."""
-        self._node = node
+        self._node, self._entities = node, entities
         self._on_speed = on_speed
         self.topic = str(node.resolve_topic_name(_TOPIC))
         """Full name of the topic after remapping."""
         self._subscribe(self._published() or next(iter(_CLASSES)))
-        self._timer = node.create_timer(
+        self._timer = entities.create_timer(
             _LOOK_S, self._follow_publisher, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
     def _published(self) -> str | None:
@@ -59,7 +62,7 @@ class SpeedInput:
 
     def _subscribe(self, message_type: str) -> None:
         self._type = message_type
-        self._subscription = self._node.create_subscription(
+        self._subscription = self._entities.create_subscription(
             _CLASSES[message_type], _TOPIC, self._on_message, _QOS,
             qos_overriding_options=QoSOverridingOptions.with_default_policies())
 

@@ -1,43 +1,153 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The node."""
+"""The node, a managed (lifecycle) node."""
 
+from collections.abc import Callable
+from typing import Any, Final
+
+from phase_traj_ros.errors import PhaseTrajError
+from phase_traj_ros.parameter_spec import Group, Spec
 from phase_traj_ros.parameters import NODE_NAME, Parameters
+from phase_traj_ros.ros.declare import declare
 from phase_traj_ros.ros.nodes.live_parameters import LiveParameters
 from phase_traj_ros.ros.nodes.work import Work
-from rclpy.node import Node
+from phase_traj_ros.ros.spin import names_explained
+from rclpy.impl.implementation_singleton import rclpy_implementation
+from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
+
+AUTOSTART: Final = 'autostart'
 
 
-class PhaseTrajNode(Node):
-    """Processes images from its start to its end."""
+class PhaseTrajNode(LifecycleNode):
+    """
+    Processes images while it is active.
 
-    def __init__(self) -> None:
+    When configured, it has its topics and services. When active, it receives images. Each
+    activation starts a new drive, because the movement in the meantime is unknown.
+    """
+
+    def __init__(self, *, autostart: bool) -> None:
         """
-        Declare the parameters and start to receive images.
+        Declare the parameters; configure and activate the node if ``autostart`` is set.
+
+        The parameter ``autostart`` takes precedence over the argument.
 
         Raises
         ------
         ParameterError
             An initial value of a parameter is not allowed.
         OutputError
-            ``record_shifts`` is set, and the file cannot be written.
+            With autostart: ``output_dir`` cannot be written, or ``record_shifts`` is set without
+            it.
         MissingDependencyError
-            A package that a parameter requires is not installed.
+            With autostart: a package that a parameter requires is not installed.
 
         """
         super().__init__(NODE_NAME, enable_logger_service=True)
         # Declaring a parameter is not a change, so there is no work yet.
         self._work: Work | None = None
+        self._failure: Exception | None = None
         self._live = LiveParameters(self, check=self._check, on_change=self._change)
-        self._work = Work(self, self._live.values)
-        self._work.start()
-        self._live.tell()
+        # A transition that the state does not have ends the process of a plain LifecycleNode.
+        self._change_state_of_rclpy = self._service_change_state.callback
+        self._service_change_state.callback = self._on_change_state
+        if declare(self, _autostart_spec(autostart)):
+            self._start()
+        else:
+            self.get_logger().info(
+                f'unconfigured: ros2 lifecycle set {self.get_fully_qualified_name()} configure')
+
+    def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Make topics and services."""
+        return self._attempt(self._configure, refusal=PhaseTrajError)
+
+    def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Reset the estimator and start to receive images."""
+        return self._attempt(self._activate, refusal=PhaseTrajError)
+
+    def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Stop receiving images; late subscribers still receive the last latched messages."""
+        return self._attempt(self._deactivate)
+
+    def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Destroy topics and services."""
+        return self._attempt(self._clean_up)
+
+    def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Destroy topics and services, in any state."""
+        return self._attempt(self._clean_up)
+
+    def on_error(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Destroy topics and services, so that the node can be configured again."""
+        return self._attempt(self._clean_up)
 
     def destroy_node(self) -> None:
-        """Destroy the node."""
+        """Destroy the node with its topics and services."""
+        self._clean_up()
+        super().destroy_node()
+
+    def _start(self) -> None:
+        for transition in (self.trigger_configure, self.trigger_activate):
+            if transition() is not TransitionCallbackReturn.SUCCESS:
+                assert self._failure is not None
+                raise self._failure
+
+    def _configure(self) -> None:
+        with names_explained():
+            self._work = Work(self, self._live.values)
+
+    def _activate(self) -> None:
+        assert self._work is not None
+        with names_explained():
+            self._work.start()
+        self._live.tell()
+
+    def _deactivate(self) -> None:
+        assert self._work is not None
+        self._work.stop()
+
+    def _clean_up(self) -> None:
         if self._work is not None:
             self._work.close()
-        super().destroy_node()
+            self._work = None
+
+    def _attempt(
+        self, act: Callable[[], None], *, refusal: type[Exception] | tuple[()] = (),
+    ) -> TransitionCallbackReturn:
+        """
+        Return what ``act`` means for the transition; rclpy would hide its exceptions.
+
+        After a refusal the node stays in its state. After any other exception it cleans up.
+        """
+        try:
+            act()
+        except refusal as error:
+            self._failure = error
+            return TransitionCallbackReturn.FAILURE
+        except Exception as error:
+            self._failure = error
+            return TransitionCallbackReturn.ERROR
+        return TransitionCallbackReturn.SUCCESS
+
+    def _on_change_state(self, request: Any, response: Any) -> Any:
+        """Change the state as rclpy does, and log what came of it in one line."""
+        before, self._failure = self._state_machine.current_state[1], None
+        try:
+            response = self._change_state_of_rclpy(request, response)
+        except rclpy_implementation.RCLError:
+            response.success = False
+        now = self._state_machine.current_state[1]
+        if response.success:
+            self.get_logger().info(f'{before} -> {now}')
+        elif self._failure is None:
+            wanted = request.transition.label or request.transition.id
+            self.get_logger().error(f'still {now}: there is no transition {wanted!r} from here')
+        else:
+            what = str(self._failure)
+            if not isinstance(self._failure, PhaseTrajError):
+                what = f'{type(self._failure).__name__}: {what}'
+            self.get_logger().error(f'{before} -> {now}: {what}')
+        return response
 
     def _check(self, values: Parameters) -> None:
         if self._work is not None:
@@ -46,3 +156,10 @@ class PhaseTrajNode(Node):
     def _change(self, values: Parameters) -> None:
         if self._work is not None:
             self._work.change(values)
+
+
+def _autostart_spec(default: bool) -> Spec:
+    return Spec(
+        field=AUTOSTART, default=default,
+        description='Whether the node configures and activates itself at its start.', unit='',
+        minimum=None, maximum=None, step=1, choices=(), read_only=True, group=Group.REST)

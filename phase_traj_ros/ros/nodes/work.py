@@ -1,7 +1,8 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The common work of both nodes: images in, codes and path out."""
+"""The work of the node: images in, codes and path out."""
 
+from contextlib import ExitStack
 import time
 
 import cv2
@@ -13,11 +14,11 @@ from phase_traj_ros.io.replay.estimator import make_estimator
 from phase_traj_ros.io.sources.base import StampedFrame
 from phase_traj_ros.parameters import Parameters
 from phase_traj_ros.ros.diagnostics import Diagnostics
+from phase_traj_ros.ros.entities import Entities
 from phase_traj_ros.ros.health import Health, Stage
 from phase_traj_ros.ros.inputs.camera import CameraInput
 from phase_traj_ros.ros.inputs.image import image_topic, ImageInput
 from phase_traj_ros.ros.inputs.speed import SpeedInput
-from phase_traj_ros.ros.nodes.made import Made
 from phase_traj_ros.ros.outputs.topics import Outputs
 from phase_traj_ros.ros.saving import Saving
 from rclpy.node import Node
@@ -45,7 +46,7 @@ class Work:
         ParameterError
             The name of a topic is invalid, or the mask cannot be used.
         OutputError
-            ``record_shifts`` is set, and the file cannot be written.
+            ``output_dir`` cannot be written, or ``record_shifts`` is set without it.
         MissingDependencyError
             A package that a parameter requires is not installed.
 
@@ -60,29 +61,36 @@ class Work:
         self._hinted = False
         self._misfit: Misfit | None = None
         self._misfit_since_ns = 0
-        self._offered = Made(node)
-        self._listening = Made(node)
-        with self._offered:
-            self._outputs = Outputs(node, self._estimator, values)
+        self._offered = Entities(node)
+        self._listening = Entities(node)
+        with self._offered as offered:
+            self._outputs = Outputs(offered, self._estimator, values)
             self._saving = Saving(
-                node, values, self._estimator, lambda: image_topic(node, self._values))
-            node.create_service(Trigger, '~/reset', self._on_reset)
+                node, offered, values, self._estimator,
+                lambda: image_topic(node, self._values))
+            offered.create_service(Trigger, '~/reset', self._on_reset)
         # A subscriber receives the empty chain code before the first image.
         self._outputs.publish_state()
 
     def start(self) -> None:
-        """Subscribe to the images, and to the calibration and the speed if they are used."""
+        """
+        Subscribe to the images, and to the calibration and the speed if they are used.
+
+        A new drive starts: the movement in the meantime is unknown.
+        """
+        if self._estimator.frames:
+            self.restart()
         node, values = self._node, self._values
         # The executor delivers simultaneous messages in the order of subscription.
         settings = self._estimator.settings
-        with self._listening:
+        with self._listening as listening:
             if settings.awaits_lens or settings.learns_lens:
                 self._camera = CameraInput(
-                    node, rectified=values.rectified, on_camera=self._on_camera)
+                    node, listening, rectified=values.rectified, on_camera=self._on_camera)
             if values.use_speed_topic:
-                self._speed = SpeedInput(node, self._estimator.add_speed)
-            images = ImageInput(node, values, self._health, self._on_frame)
-            Diagnostics(node, self._health, images, self._estimator)
+                self._speed = SpeedInput(node, listening, self._estimator.add_speed)
+            images = ImageInput(node, listening, values, self._health, self._on_frame)
+            Diagnostics(node, listening, self._health, images, self._estimator)
         topics = [each.topic for each in (images, self._camera, self._speed) if each is not None]
         node.get_logger().info(
             f'listening to {", ".join(topics)}, codes from the {self._coded_from()},'
@@ -96,14 +104,17 @@ class Work:
         self._listening.destroy()
 
     def restart(self) -> None:
-        """Reset the estimator and publish its state: the movement in the meantime is unknown."""
+        """Save the drive, reset the estimator and publish its state."""
+        self._saving.end_drive()
         self._estimator.reset()
         self._outputs.publish_state()
 
     def close(self) -> None:
-        """Destroy publishers and services, and close the file of shifts."""
-        self._saving.close()
-        self._offered.destroy()
+        """Save the drive, and destroy everything made on the node."""
+        with ExitStack() as rest:
+            rest.callback(self._offered.destroy)
+            rest.callback(self._listening.destroy)
+            self._saving.close()
 
     def check(self, values: Parameters) -> None:
         """
@@ -136,6 +147,8 @@ class Work:
         began = time.perf_counter_ns()
         previous_ns = self._estimator.last_stamp_ns
         resets = self._estimator.counters.time_resets
+        if previous_ns is not None and frame.stamp_ns < previous_ns:
+            self._saving.end_drive()
         update = self._estimator.update(frame.image, frame.stamp_ns, encoding=frame.encoding)
         estimated = time.perf_counter_ns()
         if self._estimator.counters.time_resets > resets and previous_ns is not None:

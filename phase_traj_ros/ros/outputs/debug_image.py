@@ -6,9 +6,9 @@ from phase_traj_ros.core import TrajectoryEstimator, Update
 from phase_traj_ros.io.messages.published import DEBUG_IMAGE
 from phase_traj_ros.io.results.debug_picture import draw
 from phase_traj_ros.io.sources.base import StampedFrame
+from phase_traj_ros.ros.entities import Entities
 from phase_traj_ros.ros.outputs.messages import MESSAGES
 from rclpy.event_handler import PublisherEventCallbacks
-from rclpy.node import Node
 from rclpy.qos import qos_profile_sensor_data
 from rclpy.qos_overriding_options import QoSOverridingOptions
 from sensor_msgs.msg import Image
@@ -18,7 +18,7 @@ from std_msgs.msg import Header
 class DebugImage:
     """Publishes ``~/debug_image``. The image is drawn only while the topic has subscribers."""
 
-    def __init__(self, node: Node, estimator: TrajectoryEstimator) -> None:
+    def __init__(self, node: Entities, estimator: TrajectoryEstimator) -> None:
         """Make the publisher on ``node``."""
         self._estimator = estimator
         self._publisher = node.create_publisher(

@@ -13,12 +13,12 @@ from phase_traj_ros.io.messages.published import (
 from phase_traj_ros.io.messages.schedule import Schedule
 from phase_traj_ros.io.sources.base import StampedFrame
 from phase_traj_ros.parameters import Parameters
+from phase_traj_ros.ros.entities import Entities
 from phase_traj_ros.ros.outputs.debug_image import DebugImage
 from phase_traj_ros.ros.outputs.messages import MESSAGES, TYPES
 from phase_traj_ros.ros.outputs.transform import TransformOutput
 from rclpy.clock import Clock, ClockType
 from rclpy.event_handler import PublisherEventCallbacks
-from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.qos_overriding_options import QoSOverridingOptions
@@ -44,7 +44,7 @@ class Outputs:
     """
 
     def __init__(
-        self, node: Node, estimator: TrajectoryEstimator, parameters: Parameters,
+        self, node: Entities, estimator: TrajectoryEstimator, parameters: Parameters,
     ) -> None:
         """Make the publishers on ``node``."""
         self.parameters = parameters
@@ -116,7 +116,7 @@ class Outputs:
         self._of_all[topic].publish(MESSAGES.of_all(topic, self._estimator, self.parameters))
 
 
-def _publisher(node: Node, topic: Topic) -> Publisher:
+def _publisher(node: Entities, topic: Topic) -> Publisher:
     return node.create_publisher(
         TYPES[topic.type], f'~/{topic.name}', _LATCHED if topic.latched else _PER_PAIR,
         # The default callbacks would add two entities per topic that rclpy checks at each wait.

@@ -4,7 +4,7 @@
 
 from geometry_msgs.msg import Pose, Transform, TransformStamped, Vector3
 from phase_traj_ros.errors import MissingDependencyError
-from rclpy.node import Node
+from phase_traj_ros.ros.entities import Entities
 from rclpy.qos import QoSProfile
 from std_msgs.msg import Header
 
@@ -17,7 +17,7 @@ class TransformOutput:
     base_link, and a frame with two parents breaks the tf tree.
     """
 
-    def __init__(self, node: Node) -> None:
+    def __init__(self, node: Entities) -> None:
         """
         Make the publisher on ``node``.
 

@@ -132,10 +132,10 @@ def test_frames_of_another_size_than_the_calibration():
 
 
 def test_a_frame_of_another_size_that_is_refused_is_as_if_it_had_never_come():
-    camera, frames = turning('barrel')
-    estimator = HeadingEstimator(Lens(focal_px=camera.fx))
+    _, frames = turning('barrel')
+    estimator = HeadingEstimator(Lens(hfov_deg=60.0))
     estimator.measure(frames[0], 0.1)
-    expected = HeadingEstimator(Lens(focal_px=camera.fx))
+    expected = HeadingEstimator(Lens(hfov_deg=60.0))
     expected.measure(frames[0], 0.1)
     with pytest.raises(FrameError, match='NaN'):
         estimator.measure(np.full((200, 300), np.nan, np.float32), 0.1)

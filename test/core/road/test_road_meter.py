@@ -212,3 +212,18 @@ def test_upside_down_is_all_the_same():
             continue
         assert other.update(turned, 0.1, motion()).distance == pytest.approx(
             one.update(frame, 0.1, motion()).distance, rel=1e-3)
+
+
+def test_a_curve_of_the_road_is_forgotten_at_a_reset():
+    road = Road(PINHOLE)
+    fresh, used = (RoadMeter(PINHOLE, Horizon(), pitch_known=True) for _ in range(2))
+    # The blocks measure a pitch that goes on, so it is attributed to the road.
+    used.start(road.seen(0.0))
+    for index in range(1, 20):
+        used.update(road.seen(0.5 * index), 0.1, motion(pitch=0.004, passing=0.05))
+    used.forget()
+    for meter in (fresh, used):
+        meter.start(road.seen(0.0))
+    one, other = (meter.update(road.seen(0.5), 0.1, motion(passing=0.05)).distance
+                  for meter in (fresh, used))
+    assert one == pytest.approx(other, rel=0.01)

@@ -80,12 +80,12 @@ def frames():
 
 
 @pytest.mark.parametrize('values', [
-    {}, {'focal_px': 300.0, 'speed': 5.0, 'path_from': 'heading', 'max_path_poses': 4},
+    {}, {'focal_px': 300.0, 'speed': 5.0, 'path_from': 'heading'},
     {'focal_px': 300.0, 'camera_height': 1.65}, {'focal_px': 300.0, **LINKS}])
 def test_the_same_messages(frames, tmp_path, values):
     from phase_traj_ros.ros.outputs.topics import Outputs
     parameters = Parameters(
-        threshold=16.0, step_length=2.5, frame_id='drawn', **values)
+        threshold=16.0, frame_id='drawn', **values)
     path = tmp_path / 'out.mcap'
     with BagSink(path, parameters, source='', debug_images=True) as sink:
         replay(frames, parameters, source='', watchers=[sink])
@@ -182,7 +182,7 @@ def test_nothing_is_made_for_nobody(frames):
             self.callback = callback
             return Timer()
 
-    node, parameters = Lonely(), Parameters(path_rate=100.0)
+    node, parameters = Lonely(), Parameters()
     estimator = TrajectoryEstimator(parameters.estimator_settings())
     outputs = Outputs(node, estimator, parameters)
     for frame in frames:

@@ -1,0 +1,186 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""
+What the locator is given: steps of an odometry, a prior, position fixes, and a range of the scale.
+
+Positions are in the metres of the map, x to the east and y to the north. Headings are in radians,
+counter-clockwise from the east.
+"""
+
+from dataclasses import dataclass
+import math
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class OdometryStep:
+    """
+    Motion of the vehicle between two consecutive poses of an odometry.
+
+    stamp_ns
+        Stamp of the second pose, in nanoseconds.
+    distance
+        Distance along the path, negative in reverse, in the unit of the odometry: metres or, for
+        example, heights of the camera.
+    yaw
+        Change of the heading in radians, positive to the left.
+    distance_variance
+        Variance of the distance that is independent of other steps, in squares of its unit.
+    yaw_variance
+        Variance of the yaw in square radians.
+    """
+
+    stamp_ns: int
+    distance: float
+    yaw: float
+    distance_variance: float = 0.0
+    yaw_variance: float = 0.0
+
+    def __post_init__(self) -> None:
+        """
+        Check the numbers.
+
+        Raises
+        ------
+        ValueError
+            A number is not finite, or a variance is negative.
+
+        """
+        numbers = (self.distance, self.yaw, self.distance_variance, self.yaw_variance)
+        if not all(map(math.isfinite, numbers)):
+            raise ValueError(
+                f'distance, yaw and their variances are {numbers}: give finite numbers, or report'
+                ' the interruption')
+        if min(self.distance_variance, self.yaw_variance) < 0.0:
+            raise ValueError(
+                f'the variances are {self.distance_variance} and {self.yaw_variance}: give 0 or'
+                ' more')
+
+    @classmethod
+    def between(
+        cls, before: tuple[float, float, float], after: tuple[float, float, float], *,
+        stamp_ns: int, distance_variance: float = 0.0, yaw_variance: float = 0.0,
+    ) -> 'OdometryStep':
+        """
+        Return the step between two planar poses: x, y and yaw, of which the yaw is in radians.
+
+        The distance is the length of the chord. It is negative if the chord points backwards.
+        """
+        across, along = after[0] - before[0], after[1] - before[1]
+        yaw = math.remainder(after[2] - before[2], math.tau)
+        middle = before[2] + yaw / 2
+        forward = across * math.cos(middle) + along * math.sin(middle) >= 0.0
+        distance = math.hypot(across, along)
+        return cls(
+            stamp_ns=stamp_ns, distance=distance if forward else -distance, yaw=yaw,
+            distance_variance=distance_variance, yaw_variance=yaw_variance)
+
+
+@dataclass(frozen=True, slots=True)
+class ScaleRange:
+    """
+    Range of the metres per unit of the odometry, about 95 % of the probability.
+
+    ``ScaleRange(0.9, 1.1)`` is an odometry in metres within 5 % (one standard deviation);
+    ``ScaleRange(1.1, 2.2)`` one in unknown heights of the camera of a car.
+    """
+
+    least: float = 0.9
+    most: float = 1.1
+
+    def __post_init__(self) -> None:
+        """
+        Check the range.
+
+        Raises
+        ------
+        ValueError
+            The range is empty, or not of finite positive numbers.
+
+        """
+        if not 0.0 < self.least <= self.most < math.inf:
+            raise ValueError(
+                f'the scale is from {self.least} to {self.most}: give two positive numbers, the'
+                ' smaller one first')
+
+    @property
+    def middle(self) -> float:
+        """Return the geometric mean of the range, in metres per unit."""
+        return math.sqrt(self.least * self.most)
+
+    @property
+    def half_width(self) -> float:
+        """Return half of the width of the range, in natural logarithms."""
+        return math.log(self.most / self.least) / 2
+
+
+@dataclass(frozen=True, slots=True)
+class Prior:
+    """
+    Where the vehicle starts: anywhere within a radius around a point.
+
+    heading, heading_deviation
+        Heading in radians, and its standard deviation; None if the heading is unknown.
+    """
+
+    x: float
+    y: float
+    radius: float
+    heading: float | None = None
+    heading_deviation: float = math.radians(15.0)
+
+    def __post_init__(self) -> None:
+        """
+        Check the numbers.
+
+        Raises
+        ------
+        ValueError
+            The point is not finite, or the radius or the deviation is not positive.
+
+        """
+        if not (math.isfinite(self.x) and math.isfinite(self.y)):
+            raise ValueError(f'the prior is at ({self.x}, {self.y}): give finite metres')
+        if not 0.0 < self.radius < math.inf:
+            raise ValueError(f'the radius is {self.radius}: give positive metres')
+        if not self.heading_deviation > 0.0:
+            raise ValueError(
+                f'the deviation of the heading is {self.heading_deviation}: give positive radians')
+
+
+@dataclass(frozen=True, slots=True)
+class PositionFix:
+    """
+    A measured position, such as that of a GPS receiver, at the newest pose of the odometry.
+
+    x, y
+        Position in metres of the map.
+    variance_x, variance_y
+        Variances in square metres.
+    covariance_xy
+        Covariance of x and y in square metres.
+    """
+
+    x: float
+    y: float
+    variance_x: float
+    variance_y: float
+    covariance_xy: float = 0.0
+
+    def __post_init__(self) -> None:
+        """
+        Check the numbers.
+
+        Raises
+        ------
+        ValueError
+            A number is not finite, or the covariance is not positive definite.
+
+        """
+        numbers = (self.x, self.y, self.variance_x, self.variance_y, self.covariance_xy)
+        if not all(map(math.isfinite, numbers)):
+            raise ValueError(f'the fix is {numbers}: give finite numbers, or leave out the fix')
+        if (min(self.variance_x, self.variance_y) <= 0.0
+                or self.covariance_xy ** 2 >= self.variance_x * self.variance_y):
+            raise ValueError(
+                f'the covariance of the fix is {numbers[2:]}: give positive variances, and a'
+                ' covariance below the root of their product')

@@ -1,0 +1,37 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Prepares a frame: checks it, and converts it to the grey levels in which it is measured."""
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from phase_traj_ros.core.correlation.phase_correlation import check_frame, Frame
+
+# Mean and standard deviation of a prepared frame of more than 8 bits, in grey levels: those of a
+# street by day. Two deviations are left below the mean, and three above.
+_MEAN, _CONTRAST = 100.0, 50.0
+
+
+def prepare(frame: Frame) -> NDArray[np.uint8]:
+    """
+    Return a copy of a frame in 8 bits, (H, W).
+
+    uint8 is copied as it is. The unit and the zero of other types are unknown (thermal cameras
+    have an offset), so their mean and contrast are set: the result does not depend on the gain
+    and the offset of the camera. The caller may change the frame afterwards.
+
+    Raises
+    ------
+    FrameError
+        The frame is not (H, W), its type is not uint8, uint16 or float32, it is smaller than
+        8x8, or it holds NaN or infinity.
+
+    """
+    check_frame(frame)
+    if frame.dtype == np.uint8:
+        return np.array(frame, np.uint8)
+    means, deviations = cv2.meanStdDev(frame)
+    mean, deviation = float(means[0, 0]), float(deviations[0, 0])
+    gain = _CONTRAST / deviation if deviation > 0.0 else 0.0
+    levels = np.float32(gain) * (frame.astype(np.float32) - np.float32(mean))
+    return np.asarray(np.clip(np.rint(levels + np.float32(_MEAN)), 0, 255), np.uint8)

@@ -1,0 +1,63 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Entities of a node that are destroyed together."""
+
+from contextlib import ExitStack
+from typing import Any
+
+from rclpy.node import Node
+from rclpy.publisher import Publisher
+from rclpy.service import Service
+from rclpy.subscription import Subscription
+from rclpy.timer import Timer
+
+
+class Entities:
+    """
+    Makes publishers, subscriptions, services and timers on a node, and destroys exactly these.
+
+    A managed node makes them when it is configured or activated, and destroys them later. As a
+    context manager, it destroys them if the block fails.
+    """
+
+    def __init__(self, node: Node) -> None:
+        """Own nothing yet."""
+        self._node = node
+        self._made = ExitStack()
+
+    def __enter__(self) -> 'Entities':
+        """Return these entities."""
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        """Destroy the entities if the block has failed."""
+        if kind is not None:
+            self.destroy()
+
+    def destroy(self) -> None:
+        """Destroy the entities, the newest first; more can be made afterwards."""
+        self._made.close()
+
+    def create_publisher(self, *args: Any, **options: Any) -> Publisher:
+        """Make a publisher as ``Node.create_publisher`` does."""
+        made = self._node.create_publisher(*args, **options)
+        self._made.callback(self._node.destroy_publisher, made)
+        return made
+
+    def create_subscription(self, *args: Any, **options: Any) -> Subscription:
+        """Make a subscription as ``Node.create_subscription`` does."""
+        made = self._node.create_subscription(*args, **options)
+        self._made.callback(self._node.destroy_subscription, made)
+        return made
+
+    def create_service(self, *args: Any, **options: Any) -> Service:
+        """Make a service as ``Node.create_service`` does."""
+        made = self._node.create_service(*args, **options)
+        self._made.callback(self._node.destroy_service, made)
+        return made
+
+    def create_timer(self, *args: Any, **options: Any) -> Timer:
+        """Make a timer as ``Node.create_timer`` does."""
+        made = self._node.create_timer(*args, **options)
+        self._made.callback(self._node.destroy_timer, made)
+        return made
