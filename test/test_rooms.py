@@ -23,7 +23,7 @@ FLOORS = {
         'localization', '*'),
     'io': (
         'outputs params_file images', 'messages', 'sources maps', 'replay', 'results',
-        'evaluation', 'batch'),
+        'evaluation', 'location', 'batch'),
     'synthetic': (
         'arrays', 'camera', 'textures degradations overlays', 'scene', 'town view', 'drive'),
     'cli': (
