@@ -102,7 +102,7 @@ def test_what_has_no_effect_is_said_with_what_to_write(live):
         '-p', 'treshold:=9.0', '-p', 'qos_overrides./image.subscription.durability:=volatile',
         lossless=False)
     live.until(lambda: 'durability is fixed for this topic' in live.logs())
-    assert "there is no parameter 'treshold', did you mean 'threshold'?" in live.logs()
+    assert "there is no parameter 'treshold': did you mean 'threshold'?" in live.logs()
 
 
 def test_the_node_says_what_it_runs_with(live, tmp_path):
