@@ -24,6 +24,8 @@ RUNTIME = [
 ]
 DASK = ['dask', 'distributed']
 EVO = ['evo']
+# Reads road maps as .osm.pbf; the other forms of OpenStreetMap need the standard library only.
+MAP = ['osmium>=3.6']
 
 # Two kinds of installers read this file, and each resolves dependencies in its own way.
 #
@@ -44,6 +46,7 @@ EXTRAS = {
     'fft': FFT,
     'dask': DASK,
     'evo': EVO,
+    'map': MAP,
     'test': [
         'pytest<9',
         'pytest-timeout',
@@ -54,6 +57,7 @@ EXTRAS = {
         *DASK,
         *EVO,
         *FFT,
+        *MAP,
     ],
     'bench': ['scikit-image'],
     'docs': ['sphinx', 'myst-parser', 'sphinx-rtd-theme'],

@@ -30,6 +30,10 @@ class SourceError(PhaseTrajError):
     """A source of frames cannot be opened or read."""
 
 
+class MapError(PhaseTrajError):
+    """A road map cannot be read, or does not serve."""
+
+
 class OutputError(PhaseTrajError):
     """A result cannot be written."""
 

@@ -220,11 +220,12 @@ class Parameters:
         50, 'Number of runs of each code in the chain code text. It holds the newest runs.',
         minimum=1, maximum=1000)
     output_dir: str = parameter(
-        '', 'Folder to which ~/save and record_shifts write. If it is empty, the node writes no'
-        ' files.', read_only=True, group=Group.VEHICLE)
+        '', 'Folder in which the node saves each drive, to a folder named after the node, at the'
+        ' end, before a reset, and with ~/save. If it is empty, the node writes no files.',
+        read_only=True, group=Group.VEHICLE)
     record_shifts: bool = parameter(
-        False, 'Whether one row per pair is written to a CSV file in output_dir.', read_only=True,
-        group=Group.VEHICLE)
+        False, 'Whether one row per pair is written to shifts.csv in the folder of the drive.',
+        read_only=True, group=Group.VEHICLE)
     publish_tf: bool = parameter(
         False, 'Whether the transform from frame_id to child_frame_id is published on /tf (needs'
         ' tf2_msgs).', read_only=True, group=Group.VEHICLE)
@@ -288,8 +289,8 @@ class Parameters:
         known = [spec.name for spec in specs()]
         for name in values:
             if name not in known:
-                near = get_close_matches(name, known, n=1)
-                hint = f'did you mean {near[0]!r}?' if near else f'give one of {", ".join(known)}'
+                near = nearest(name)
+                hint = f'did you mean {near!r}?' if near else f'give one of {", ".join(known)}'
                 raise ParameterError(f'there is no parameter {name!r}: {hint}')
         return replace(self, **cast('dict[str, Any]', dict(values)))
 
@@ -415,3 +416,8 @@ def specs() -> tuple[Spec, ...]:
         assert declared.default is not MISSING
         table.append(Spec(name=declared.name, default=declared.default, **declared.metadata))
     return tuple(table)
+
+
+def nearest(name: str) -> str:
+    """Return the name of a parameter that was probably meant by ``name``; empty if none is."""
+    return next(iter(get_close_matches(name, [spec.name for spec in specs()], n=1)), '')

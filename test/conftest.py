@@ -46,3 +46,17 @@ def kitti_root() -> Path:
     if not root.is_dir():
         pytest.skip(f'no KITTI clips in {root} (set PHASE_TRAJ_KITTI)')
     return root
+
+
+@pytest.fixture(scope='session')
+def maps_root() -> Path:
+    """
+    Return the folder with the road maps; skip the test if there is none.
+
+    It is given by PHASE_TRAJ_MAPS; the default is ../shared/maps beside the project.
+    """
+    beside = Path(__file__).resolve().parents[2] / 'shared' / 'maps'
+    root = Path(os.environ.get('PHASE_TRAJ_MAPS', beside))
+    if not root.is_dir():
+        pytest.skip(f'no road maps in {root} (set PHASE_TRAJ_MAPS)')
+    return root

@@ -22,7 +22,7 @@ FLOORS = {
         'codes', 'correlation', 'frames', 'camera', 'calibration', 'heading', 'road', 'path',
         'localization', '*'),
     'io': (
-        'atomic params_file images', 'messages', 'sources', 'replay', 'results', 'evaluation',
+        'atomic params_file images', 'messages', 'sources maps', 'replay', 'results', 'evaluation',
         'batch'),
     'synthetic': (
         'arrays', 'camera', 'textures degradations overlays', 'scene', 'town view', 'drive'),

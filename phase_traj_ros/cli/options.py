@@ -7,7 +7,7 @@ from pathlib import Path
 import sys
 from textwrap import fill
 
-from phase_traj_ros.io.params_file import parse_assignment, read_parameters
+from phase_traj_ros.io.params_file import find_params_file, parse_assignment, read_parameters
 from phase_traj_ros.io.sources.base import FrameSource
 from phase_traj_ros.io.sources.opening import open_source
 from phase_traj_ros.io.sources.selection import Selection
@@ -66,7 +66,9 @@ def add_parameters(parser: ArgumentParser) -> None:
         help="shift in pixels per frame from which a pair is a turn, the paper's rule"
              ' (default: the value in --params, otherwise no threshold)')
     parser.add_argument(
-        '--params', metavar='FILE', type=Path, help='ROS parameter file, as for the node')
+        '--params', metavar='FILE',
+        help='ROS parameter file, as for the node: a path, or the name of one in config/, such as'
+             ' vehicle.yaml')
     parser.add_argument(
         '-p', '--param', metavar='NAME:=VALUE', dest='assignments', action='append', default=[],
         help='set one parameter; overrides --params; may be repeated')
@@ -93,7 +95,9 @@ def print_notices(parameters: Parameters) -> None:
 
 def parameters_of(options: Namespace) -> Parameters:
     """Return the parameters given by the options of ``add_parameters``."""
-    parameters = Parameters() if options.params is None else read_parameters(options.params)
+    parameters = Parameters()
+    if options.params is not None:
+        parameters = read_parameters(find_params_file(options.params))
     values = dict(map(parse_assignment, options.assignments))
     if options.threshold is not None:
         values['threshold'] = options.threshold

@@ -186,7 +186,7 @@ def test_play_refuses_invalid_times(folder, option, value):
     (['{folder}', '--start', '60'], 'no frame is selected'),
     (['{folder}', '--duration', '0.1'], '1 frame to use, but a trajectory needs at least two'),
     (['{folder}', '--fps', '0'], 'fps must be'),
-    (['{folder}', '--params', '/does/not/exist.yaml'], 'cannot read the parameter file'),
+    (['{folder}', '--params', '/does/not/exist.yaml'], 'there is no parameter file'),
     (['{folder}', '-p', 'threshold=3'], 'write NAME:=VALUE'),
     (['{folder}', '-p', 'threshold:=3'], 'such as 3.0'),
     (['{folder}', '-p', 'code_source:=heading'], 'give focal_px or hfov_deg'),

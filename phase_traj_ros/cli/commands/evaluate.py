@@ -29,7 +29,7 @@ and ATE.
 
 FILE is one of
   KITTI poses       lines of 12 numbers; matched by time if times.txt is beside it or the time
-                    comes first (13 numbers), otherwise pose i belongs to frame i
+                    comes first (13 numbers), otherwise pose i belongs to frame i of the recording
   a TUM file        lines of stamp x y z qx qy qz qw
 All poses are converted to be relative to the first frame.
 """
@@ -45,6 +45,10 @@ def add_parser(commands: Any) -> None:
     parser.add_argument('directory', metavar='DIR', type=Path, help='results of a replay')
     parser.add_argument(
         '--ground-truth', metavar='FILE', type=Path, required=True, help='the true trajectory')
+    parser.add_argument(
+        '--align-start', action='store_true',
+        help='the first pose belongs to the first frame of the replay: for times of different'
+             ' clocks')
     parser.set_defaults(run=run)
 
 
@@ -52,7 +56,8 @@ def run(options: Namespace) -> None:
     """Run the command."""
     require_matplotlib()
     drive = read_replay(options.directory)
-    evaluation, true = evaluate(drive, read_ground_truth(options.ground_truth))
+    evaluation, true = evaluate(
+        drive, read_ground_truth(options.ground_truth), align_start=options.align_start)
     with output_directory(options.directory) as directory:
         write_evaluation(
             evaluation, directory / 'evaluation.json', source=drive.source,

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import closing, ExitStack
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 from pathlib import Path
 from typing import Final
@@ -145,6 +145,7 @@ def replay_source(
             result = replay(
                 through(again, last), parameters, source=source.description, watchers=seen,
                 lens=lens, speeds=speeds)
+        result = replace(result, source_frames=source.frames)
         for output in outputs:
             # All outputs are open; an error of one must not be attributed to another.
             with writing_to(output.target):

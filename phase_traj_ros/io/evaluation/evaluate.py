@@ -106,17 +106,23 @@ class Evaluation:
         return {**content, 'scored_in': 'plane', **of_the_path}
 
 
-def evaluate(drive: ReplayedDrive, truth: GroundTruth) -> tuple[Evaluation, MatchedTruth]:
+def evaluate(
+    drive: ReplayedDrive, truth: GroundTruth, *, align_start: bool = False,
+) -> tuple[Evaluation, MatchedTruth]:
     """
     Return the scores of a replay, and the ground truth at its frames.
+
+    With ``align_start``, the first pose belongs to the first frame, whatever their times.
 
     Raises
     ------
     ResultError
-        The ground truth does not cover the replay.
+        The ground truth does not cover the replay, or does not fit it.
 
     """
-    true = match(truth, drive.stamps_ns)
+    true = match(
+        truth, drive.stamps_ns, numbers=drive.frame_numbers, counts=drive.source_frames,
+        align_start=align_start)
     steps = np.hypot(*np.diff(true.positions, axis=0).T)
     heading = None
     if drive.heading is not None:

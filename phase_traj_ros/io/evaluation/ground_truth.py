@@ -9,6 +9,7 @@ Whatever the axes of the file, the result starts at the origin with heading 0, i
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass
 from decimal import Decimal
 from pathlib import Path
@@ -16,7 +17,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 from phase_traj_ros.errors import ResultError, SourceError
-from phase_traj_ros.io.sources.times_file import read_times, TIMES_FILE
+from phase_traj_ros.io.sources.times_file import both_ways, read_times, TIMES_FILE
 
 _KITTI_COLUMNS, _TUM_COLUMNS = 12, 8
 _NANO = 1_000_000_000
@@ -39,7 +40,8 @@ class GroundTruth:
     positions
         (N, 2) metres, x forward and y left of the first pose.
     stamps_ns
-        (N,) nanoseconds, or None if the file has no times: then pose i belongs to frame i.
+        (N,) nanoseconds, or None if the file has no times: then pose i belongs to frame i of the
+        source.
     """
 
     headings: NDArray[np.float64]
@@ -73,8 +75,8 @@ def read_ground_truth(path: Path) -> GroundTruth:
     Read a file of KITTI poses or in the TUM format.
 
     - KITTI: lines of 12 numbers, the 3 x 4 matrix camera to world, of a camera with x to the
-      right, y down and z forward. If there is a ``times.txt`` of as many lines beside it, it
-      gives the times of the poses; with 13 numbers, the first is the time.
+      right, y down and z forward. If there is a ``times.txt`` beside it, it gives the times of
+      the poses; with 13 numbers, the first is the time.
     - TUM: lines ``stamp x y z qx qy qz qw``; comments begin with #. The motion decides which axis
       of the body points forward, x (ROS) or z (a camera's).
 
@@ -83,7 +85,7 @@ def read_ground_truth(path: Path) -> GroundTruth:
     Raises
     ------
     SourceError
-        The file cannot be read, or has another format.
+        The file cannot be read, or has another format, or times.txt has another length.
 
     """
     rows = _read_rows(path)
@@ -105,33 +107,49 @@ def read_ground_truth(path: Path) -> GroundTruth:
     return _on_the_ground(rotations, places, body, stamps_ns)
 
 
-def match(truth: GroundTruth, stamps_ns: NDArray[np.int64]) -> MatchedTruth:
+def match(
+    truth: GroundTruth, stamps_ns: NDArray[np.int64], *,
+    numbers: NDArray[np.int64] | None = None, counts: Collection[int] = (),
+    align_start: bool = False,
+) -> MatchedTruth:
     """
-    Return the ground truth at frames with the given stamps, which rise.
+    Return the ground truth at the frames of a replay.
 
-    With times, the ground truth is interpolated. If its times do not overlap with those of the
-    frames at all (one counts from an epoch, the other from 0), the first pose belongs to the
-    first frame. Without times, pose i belongs to frame i.
+    With times, the ground truth is interpolated. Without, pose i belongs to frame i of the source.
+
+    Parameters
+    ----------
+    truth
+        The whole ground truth.
+    stamps_ns
+        (n,) stamps of the frames of the replay, nanoseconds, which rise.
+    numbers
+        (n,) numbers of these frames in the source, from 0 on; None if the replay has all frames.
+    counts
+        Possible numbers of all frames of the source; empty if not known.
+    align_start
+        Whether the first pose belongs to the first frame, whatever their times.
 
     Raises
     ------
     ResultError
-        Fewer than two frames are covered, or there are no times and more frames than poses.
+        Fewer than two frames are covered; there are no times, and the number of poses is not that
+        of the frames; or the times do not overlap at all, without ``align_start``.
 
     """
     if truth.stamps_ns is None:
-        if len(truth) < len(stamps_ns):
-            raise ResultError(
-                f'the ground truth has {len(truth)} poses without times, the replay'
-                f' {len(stamps_ns)} frames: give a file with times, or replay the frames the poses'
-                ' belong to')
-        frames = np.arange(len(stamps_ns))
+        at_frame = _poses_of(len(truth), len(stamps_ns), numbers, counts)
         return _rebased(
-            frames, stamps_ns, truth.headings[frames], truth.positions[frames])
+            np.arange(len(stamps_ns)), stamps_ns, truth.headings[at_frame],
+            truth.positions[at_frame])
     given = truth.stamps_ns
     margin = round(_OUTSIDE * _NANO)
-    if stamps_ns[-1] < given[0] - margin or stamps_ns[0] > given[-1] + margin:
+    if align_start:
         given = given - given[0] + stamps_ns[0]
+    elif stamps_ns[-1] < given[0] - margin or stamps_ns[0] > given[-1] + margin:
+        raise ResultError(
+            f'the ground truth lasts from {_span(given)}, the replay from {_span(stamps_ns)}: if'
+            ' both begin at the same moment and only their clocks differ, give align_start')
     frames = np.flatnonzero(
         (stamps_ns >= given[0] - margin) & (stamps_ns <= given[-1] + margin))
     if len(frames) < 2:
@@ -143,6 +161,24 @@ def match(truth: GroundTruth, stamps_ns: NDArray[np.int64]) -> MatchedTruth:
     positions = np.stack(
         [np.interp(at, times, axis) for axis in truth.positions.T], axis=1)
     return _rebased(frames, stamps_ns[frames], headings, positions)
+
+
+def _poses_of(
+    poses: int, frames: int, numbers: NDArray[np.int64] | None, counts: Collection[int],
+) -> NDArray[np.int64]:
+    """Return the number of the pose of each frame, where pose i belongs to frame i."""
+    if numbers is None:
+        numbers, counts = np.arange(frames), {frames}
+    if (poses not in counts) if counts else (poses <= numbers[-1]):
+        known = ' or '.join(map(str, sorted(counts))) or f'at least {numbers[-1] + 1}'
+        raise ResultError(
+            f'the ground truth has {poses} poses without times, and the recording {known} frames:'
+            ' give a file with times, or the poses of these frames')
+    return numbers
+
+
+def _span(stamps_ns: NDArray[np.int64]) -> str:
+    return f'{stamps_ns[0] / _NANO:.3f} to {stamps_ns[-1] / _NANO:.3f} s'
 
 
 def _rebased(
@@ -200,11 +236,16 @@ def _rising(path: Path, stamps: NDArray[np.int64]) -> NDArray[np.int64]:
 
 
 def _times_beside(path: Path, count: int) -> NDArray[np.int64] | None:
-    times = path.resolve().parent / TIMES_FILE
-    if not times.is_file():
-        return None
-    stamps = np.array(read_times(times), np.int64)
-    return _rising(times, stamps) if len(stamps) == count else None
+    for place in both_ways(path):
+        times = place.parent / TIMES_FILE
+        if times.is_file():
+            stamps = np.array(read_times(times), np.int64)
+            if len(stamps) != count:
+                raise SourceError(
+                    f'{times} has {len(stamps)} lines for the {count} poses of {path}: give the'
+                    ' times of these poses, or put the time in front of each')
+            return _rising(times, stamps)
+    return None
 
 
 def _from_quaternions(path: Path, given: NDArray[np.float64]) -> NDArray[np.float64]:

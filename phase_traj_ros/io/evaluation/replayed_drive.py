@@ -47,6 +47,10 @@ class ReplayedDrive:
         wrapped; None if that file is missing.
     unit
         Unit of x and y of the poses.
+    frame_numbers
+        (n,) numbers of the frames in the source, from 0 on; None if not known.
+    source_frames
+        Numbers of all frames of the source, as declared and as read, where known.
     """
 
     source: str
@@ -59,6 +63,8 @@ class ReplayedDrive:
     turns: tuple[Turn, ...] | None
     poses: NDArray[np.float64] | None
     unit: LengthUnit
+    frame_numbers: NDArray[np.int64] | None = None
+    source_frames: frozenset[int] = frozenset()
 
     @property
     def metric(self) -> bool:
@@ -118,6 +124,7 @@ def read_replay(directory: Path) -> ReplayedDrive:
         with (directory / 'shifts.csv').open(encoding='utf-8', newline='') as file:
             stamps = [round(Decimal(row['stamp']) * 10**9) for row in csv.DictReader(file)]
         heading = content.get('heading_deg')
+        numbers = content.get('frame_numbers')
         connectivity = int(content.get('connectivity', 4))
         directions = Freeman if connectivity == 8 else Direction
         drive = ReplayedDrive(
@@ -129,7 +136,11 @@ def read_replay(directory: Path) -> ReplayedDrive:
             heading=None if heading is None else np.radians(
                 np.array(heading, np.float64).reshape(-1)),
             turns=_read_turns(content.get('turns')), poses=_read_poses(directory),
-            unit=_read_unit(content))
+            unit=_read_unit(content),
+            frame_numbers=None if numbers is None else np.array(numbers, np.int64).reshape(-1),
+            source_frames=frozenset(
+                int(count) for count in (content.get('source_frames') or {}).values()
+                if count is not None))
     except OSError as error:
         raise ResultError(
             f'{directory} does not hold a replay ({error.strerror}: {error.filename}): replay'
@@ -145,7 +156,7 @@ def read_replay(directory: Path) -> ReplayedDrive:
     if not (pairs >= 1 and pairs == len(drive.movement) == len(drive.status)
             and len(drive.direction) == appended
             and all(each is None or len(each) == pairs + 1
-                    for each in (drive.heading, drive.poses))):
+                    for each in (drive.heading, drive.poses, drive.frame_numbers))):
         raise ResultError(
             f'{directory}: chain_code.json, shifts.csv and trajectory.tum do not belong together:'
             ' replay again')

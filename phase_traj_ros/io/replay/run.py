@@ -30,7 +30,7 @@ from phase_traj_ros.core.heading.turns import Turn
 from phase_traj_ros.core.reliability import Reliability
 from phase_traj_ros.errors import ParameterError, SourceError
 from phase_traj_ros.io.replay.estimator import feed, make_estimator
-from phase_traj_ros.io.sources.base import Speed, StampedFrame
+from phase_traj_ros.io.sources.base import SourceFrames, Speed, StampedFrame
 from phase_traj_ros.parameters import Parameters
 
 
@@ -62,6 +62,10 @@ class Replay:
     """Distance travelled; it has no pairs if no distance is measured."""
     links: LinkCode | None = None
     """The chain code of equal links, if the parameters ask for it."""
+    frame_numbers: tuple[int, ...] | None = None
+    """Number of each frame in its source, before the selection; None if not known."""
+    source_frames: SourceFrames = field(default_factory=SourceFrames)
+    """How many frames the source has, as far as it is known."""
 
     @property
     def pairs_without_speed(self) -> int:
@@ -151,6 +155,7 @@ def replay(
         estimator.add_speed(speed.stamp_ns, speed.speed)
     updates: list[Update] = []
     turns: list[Turn] = []
+    numbers: list[int | None] = []
     first_stamp_ns = 0
     for number, frame in enumerate(frames):
         repeated = frame.stamp_ns == estimator.last_stamp_ns
@@ -158,11 +163,13 @@ def replay(
         if update is not None:
             updates.append(update)
             turns += update.turns
+            numbers.append(frame.number)
             for watcher in watchers:
                 watcher.add(frame, update, estimator)
         elif not repeated:
             updates.clear()
             turns.clear()
+            numbers[:] = [frame.number]
             first_stamp_ns = frame.stamp_ns
             for watcher in watchers:
                 watcher.start(frame, estimator)
@@ -178,12 +185,18 @@ def replay(
         source, parameters, first_stamp_ns, tuple(updates), estimator.codes, estimator.counters,
         tuple(sorted([*turns, *under_way], key=_start_frame)),
         reliability=estimator.reliability.of_drive, threshold_hint=estimator.threshold_hint,
-        way=estimator.way, links=estimator.links)
+        way=estimator.way, links=estimator.links, frame_numbers=_known(numbers))
     if heading is None:
         return found
     return replace(
         found, focal_px=heading.focal_px, field_of_view=heading.field_of_view,
         camera=heading.camera, learned=heading.learned)
+
+
+def _known(numbers: Sequence[int | None]) -> tuple[int, ...] | None:
+    """Return the numbers if all are known."""
+    known = tuple(number for number in numbers if number is not None)
+    return known if len(known) == len(numbers) else None
 
 
 def _start_frame(turn: Turn) -> int:

@@ -63,6 +63,8 @@ def write_chain_code(result: Replay, path: Path) -> None:
         'cuts': [update.pair for update in result.updates if update.cut],
         **_heading_content(result),
         'path_unit': result.path_unit.value,
+        'frame_numbers': None if result.frame_numbers is None else list(result.frame_numbers),
+        'source_frames': asdict(result.source_frames),
         'first_stamp_ns': result.first_stamp_ns,
         'last_stamp_ns': result.updates[-1].stamp_ns,
         'repeated_frames': result.counters.repeated,

@@ -130,7 +130,8 @@ class BagSource(FrameSource):
         super().__init__(
             description=f'{path} ({self._kind.value}, topic {self._topic.name})',
             selection=selection,
-            frame_count=frame_count)
+            frame_count=frame_count,
+            declared=self._topic.count or None)
 
     @property
     def topic(self) -> str:

@@ -5,12 +5,12 @@
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Generator, Iterator
 from contextlib import closing
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import TracebackType
 from typing import Final, TypeVar
 
 from phase_traj_ros.core.camera.model import CameraModel
-from phase_traj_ros.errors import SourceError
+from phase_traj_ros.errors import FrameError, SourceError
 from phase_traj_ros.io.images.decoding import GreyImage
 from phase_traj_ros.io.sources.selection import Choice, Selection, Selector
 
@@ -36,6 +36,35 @@ class StampedFrame:
     """Original encoding of the image, if the source gives it."""
     frame_id: str = CAMERA_FRAME
     """Name of the camera's coordinate frame in ROS."""
+    number: int | None = None
+    """Number of the frame in its source, before the selection, from 0 on; None if not known."""
+
+
+@dataclass(frozen=True, slots=True)
+class UnreadableFrame:
+    """A selected frame that could not be read or decoded."""
+
+    number: int
+    """Number of the frame in its source, before the selection, from 0 on."""
+    stamp_ns: int
+    reason: str
+
+
+@dataclass(frozen=True, slots=True)
+class SourceFrames:
+    """How many frames a source has, before the selection; None where it is not known."""
+
+    declared: int | None = None
+    """As the source says: a bag's index, the header of a video, the pictures of a folder."""
+    read: int | None = None
+    """As read, decoded or not; None unless the source was read to its end."""
+
+    @property
+    def missing(self) -> int:
+        """Return how many of the declared frames could not be read."""
+        if self.declared is None or self.read is None:
+            return 0
+        return max(0, self.declared - self.read)
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,16 +91,19 @@ class FrameSource(ABC):
 
     Each iter() starts again from the first frame. An iterator opens its files in the thread that
     iterates, and releases them when it is exhausted or closed, so it can be passed as a whole to a
-    background thread. Iterating raises SourceError if the source cannot be read, FrameError at an
-    image that cannot be used, and SourceError at the end if there was no frame.
+    background thread. Iterating raises SourceError if the source cannot be read, FrameError or
+    SourceError at an image that cannot be used, and SourceError at the end if there was no frame.
+    ``entries`` goes on after an image that cannot be used.
     """
 
     def __init__(
         self, *, description: str, selection: Selection, frame_count: int | None,
+        declared: int | None = None,
     ) -> None:
         self._description = description
         self._selection = selection
         self._frame_count = frame_count
+        self._frames = SourceFrames(declared=declared)
         self._closed = False
 
     @property
@@ -87,6 +119,11 @@ class FrameSource(ABC):
         It is an estimate for progress bars: videos and broken bags may hold more or fewer.
         """
         return self._frame_count
+
+    @property
+    def frames(self) -> SourceFrames:
+        """Return how many frames the source has; complete once it was read to its end."""
+        return self._frames
 
     def camera(self, *, rectified: bool) -> CameraModel | None:
         """
@@ -136,21 +173,50 @@ class FrameSource(ABC):
         self._closed = True
 
     def __iter__(self) -> Iterator[StampedFrame]:
+        """Yield the selected frames."""
+        self._check_open()
+        return self._decoded()
+
+    def entries(self) -> Generator[StampedFrame | UnreadableFrame, None, None]:
+        """
+        Yield the selected frames, also those that cannot be read or decoded.
+
+        Raises SourceError if the source cannot be read, and at the end if there was no frame.
+        """
+        self._check_open()
+        return self._readable_or_not()
+
+    def _check_open(self) -> None:
         if self._closed:
             raise SourceError(f'{self._description} is closed already')
-        return self._selected()
 
-    def _selected(self) -> Generator[StampedFrame, None, None]:
+    def _decoded(self) -> Generator[StampedFrame, None, None]:
+        with closing(self._selected()) as selected:
+            for number, candidate in selected:
+                yield _decode(candidate, number)
+
+    def _readable_or_not(self) -> Generator[StampedFrame | UnreadableFrame, None, None]:
+        with closing(self._selected()) as selected:
+            for number, candidate in selected:
+                try:
+                    entry = _decode(candidate, number)
+                except (FrameError, SourceError) as error:
+                    yield UnreadableFrame(number, candidate.stamp_ns, str(error))
+                else:
+                    yield entry
+
+    def _selected(self) -> Generator[tuple[int, Candidate], None, None]:
+        """Yield the selected candidates with their numbers, before the selection."""
         selector = Selector(self._selection)
         with closing(self._candidates()) as candidates:
-            for candidate in candidates:
+            for number, candidate in enumerate(candidates):
                 choice = selector.judge(candidate.stamp_ns)
                 if choice is Choice.STOP:
                     break
                 if choice is Choice.USE:
-                    yield StampedFrame(
-                        candidate.decode(), candidate.stamp_ns, candidate.encoding,
-                        candidate.frame_id)
+                    yield number, candidate
+            else:
+                self._frames = replace(self._frames, read=selector.seen)
         if not selector.used:
             if not selector.seen:
                 raise SourceError(f'{self._description}: no frame could be read')
@@ -163,6 +229,11 @@ class FrameSource(ABC):
     @abstractmethod
     def _candidates(self) -> Generator[Candidate, None, None]:
         """Yield all frames from the first one on, before the selection."""
+
+
+def _decode(candidate: Candidate, number: int) -> StampedFrame:
+    return StampedFrame(
+        candidate.decode(), candidate.stamp_ns, candidate.encoding, candidate.frame_id, number)
 
 
 def index_stamp_ns(index: int, fps: float) -> int:

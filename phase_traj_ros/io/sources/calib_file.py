@@ -8,6 +8,7 @@ from typing import Final
 from phase_traj_ros.core.camera.model import CameraModel
 from phase_traj_ros.errors import SourceError
 from phase_traj_ros.io.images.picture_file import read_picture
+from phase_traj_ros.io.sources.times_file import both_ways
 
 CALIBRATION_FILE: Final = 'calib.txt'
 """Name of the file with the projection matrices of a KITTI sequence, ``P0:`` to ``P3:``."""
@@ -21,7 +22,8 @@ def kitti_camera(picture: Path) -> CameraModel | None:
     Return the model of the camera that took a picture of a KITTI sequence.
 
     It is read from the line P0 to P3 of the calib.txt beside the picture's folder, image_0 to
-    image_3. None if there is no such folder or file. The pictures are rectified.
+    image_3. If the folder is a symbolic link, that of the link comes before that of its target.
+    None if there is no such folder or file. The pictures are rectified.
 
     Raises
     ------
@@ -29,12 +31,15 @@ def kitti_camera(picture: Path) -> CameraModel | None:
         calib.txt or the picture cannot be read, or the line cannot be used.
 
     """
-    # resolve() first: "." has no name.
-    folder = picture.parent.resolve()
-    calibration = folder.parent / CALIBRATION_FILE
-    if folder.name not in KITTI_CAMERAS or not calibration.is_file():
-        return None
-    name = f'P{folder.name[-1]}'
+    for folder in both_ways(picture.parent):
+        calibration = folder.parent / CALIBRATION_FILE
+        if folder.name in KITTI_CAMERAS and calibration.is_file():
+            return _camera_of(calibration, f'P{folder.name[-1]}', picture)
+    return None
+
+
+def _camera_of(calibration: Path, name: str, picture: Path) -> CameraModel:
+    """Return the camera from a line of a calib.txt, for pictures of the size of ``picture``."""
     height, width = read_picture(picture).shape
     try:
         matrix = _read_matrix(calibration, name)

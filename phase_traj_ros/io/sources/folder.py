@@ -28,10 +28,11 @@ class FolderSource(FrameSource):
     """
     The pictures of a folder in natural order of their names (2 before 10); 16 bits are kept.
 
-    The stamps are those of times.txt, in the folder or beside it. If it has as many lines as there
-    are pictures, lines and pictures correspond; otherwise the name of each picture is the number
-    of its line, from 0 on. A given fps overrides times.txt; without either, it is 10. If the
-    folder itself has no pictures but is a KITTI sequence, its first camera is used.
+    The stamps are those of times.txt, in the folder or beside it (beside a symbolic link comes
+    before beside its target). If it has as many lines as there are pictures, lines and pictures
+    correspond; otherwise the name of each picture is the number of its line, from 0 on. A given
+    fps overrides times.txt; without either, it is 10. If the folder itself has no pictures but is
+    a KITTI sequence, its first camera is used.
 
     Raises SourceError if there are no pictures or times.txt does not match them.
     """
@@ -56,7 +57,8 @@ class FolderSource(FrameSource):
         super().__init__(
             description=f'{folder} ({len(self._pictures)} pictures, {origin})',
             selection=selection,
-            frame_count=selected_count(self._stamps, selection))
+            frame_count=selected_count(self._stamps, selection),
+            declared=len(self._pictures))
 
     def camera(self, *, rectified: bool) -> CameraModel | None:
         """

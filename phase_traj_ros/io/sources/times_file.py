@@ -2,7 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Reads times.txt, the stamps of the pictures or poses beside it."""
 
+from collections.abc import Iterator
 from decimal import Decimal
+import os
 from pathlib import Path
 import re
 from typing import Final
@@ -15,10 +17,16 @@ TIMES_FILE: Final = 'times.txt'
 _MAX_SECONDS = Decimal(2 ** 63 // 10 ** 9)
 
 
+def both_ways(path: Path) -> Iterator[Path]:
+    """Yield the absolute path as it was typed, and then with its symbolic links resolved."""
+    # Not absolute(): the parent of "." would be "." again.
+    yield Path(os.path.abspath(path))
+    yield path.resolve()
+
+
 def find_times(folder: Path) -> Path | None:
     """Return the times.txt in the folder or beside it; None if there is none."""
-    # resolve() first: the parent of "." would be "." again.
-    for place in (folder, folder.resolve().parent):
+    for place in (folder, *(each.parent for each in both_ways(folder))):
         times = place / TIMES_FILE
         if times.is_file():
             return times

@@ -46,7 +46,7 @@ class Work:
         ParameterError
             The name of a topic is invalid, or the mask cannot be used.
         OutputError
-            ``record_shifts`` is set, and the file cannot be written.
+            ``output_dir`` cannot be written, or ``record_shifts`` is set without it.
         MissingDependencyError
             A package that a parameter requires is not installed.
 
@@ -105,12 +105,13 @@ class Work:
         self._listening.destroy()
 
     def restart(self) -> None:
-        """Reset the estimator and publish its state."""
+        """Save the drive, reset the estimator and publish its state."""
+        self._saving.end_drive()
         self._estimator.reset()
         self._outputs.publish_state()
 
     def close(self) -> None:
-        """Destroy everything made on the node, and close the file of shifts."""
+        """Save the drive, and destroy everything made on the node."""
         with ExitStack() as rest:
             rest.callback(self._offered.destroy)
             rest.callback(self._listening.destroy)
@@ -147,6 +148,8 @@ class Work:
         began = time.perf_counter_ns()
         previous_ns = self._estimator.last_stamp_ns
         resets = self._estimator.counters.time_resets
+        if previous_ns is not None and frame.stamp_ns < previous_ns:
+            self._saving.end_drive()
         update = self._estimator.update(frame.image, frame.stamp_ns, encoding=frame.encoding)
         estimated = time.perf_counter_ns()
         if self._estimator.counters.time_resets > resets and previous_ns is not None:

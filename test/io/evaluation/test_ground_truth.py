@@ -97,7 +97,20 @@ def test_kitti_times_beside_or_in_front(write):
     assert beside.stamps_ns[3] == 300_000_000
     np.testing.assert_allclose(beside.headings, in_front.headings)
     # Times of other poses do not belong to them.
-    assert read_ground_truth(write(rows[:50], 'part.txt')).stamps_ns is None
+    with pytest.raises(SourceError, match=r'times.txt has 60 lines for the 50 poses of'):
+        read_ground_truth(write(rows[:50], 'part.txt'))
+
+
+def test_times_beside_a_link_come_first(write, tmp_path):
+    xy, yaw = drive()
+    poses = write(kitti_rows(xy, yaw))
+    link = tmp_path / 'mine' / 'poses.txt'
+    link.parent.mkdir()
+    link.symlink_to(poses)
+    write(np.arange(60) * 0.1, 'times.txt')
+    assert read_ground_truth(link).stamps_ns[1] == 100_000_000
+    np.savetxt(link.parent / 'times.txt', np.arange(60) * 0.5)
+    assert read_ground_truth(link).stamps_ns[1] == 500_000_000
 
 
 def test_agrees_with_the_poses_that_drives_are_rendered_along(kitti_root):
@@ -112,13 +125,33 @@ def test_agrees_with_the_poses_that_drives_are_rendered_along(kitti_root):
 def test_matched_by_index(write):
     xy, yaw = drive()
     truth = read_ground_truth(write(kitti_rows(xy, yaw)))
-    stamps = np.arange(40) * 100 + 7
+    stamps = np.arange(60) * 100 + 7
     true = match(truth, stamps)
-    np.testing.assert_allclose(true.headings, yaw[:40])
-    assert true.frames.tolist() == list(range(40))
+    np.testing.assert_allclose(true.headings, yaw)
+    assert true.frames.tolist() == list(range(60))
     assert true.stamps_ns.tolist() == stamps.tolist()
-    with pytest.raises(ResultError, match='60 poses without times, the replay 61 frames'):
-        match(truth, np.arange(61))
+
+
+@pytest.mark.parametrize('numbers', [range(0, 60, 2), range(5, 60), [0, 3, 4, 30, 59]])
+def test_matched_by_the_number_of_the_frame_in_its_source(write, numbers):
+    xy, yaw = drive()
+    truth = read_ground_truth(write(kitti_rows(xy, yaw)))
+    numbers = np.array(numbers)
+    for counts in ({60}, {70, 60}, ()):
+        true = match(truth, numbers * 100, numbers=numbers, counts=counts)
+        assert true.frames.tolist() == list(range(len(numbers)))
+        np.testing.assert_allclose(true.headings, yaw[numbers] - yaw[numbers[0]])
+
+
+@pytest.mark.parametrize(('numbers', 'counts', 'known'), [
+    (None, (), '40'), (range(40), (61,), '61'), (range(40), (50, 200), '50 or 200'),
+    (range(30, 70), (), 'at least 70')])
+def test_numbers_of_poses_and_frames_that_do_not_fit(write, numbers, counts, known):
+    truth = read_ground_truth(write(kitti_rows(*drive())))
+    with pytest.raises(ResultError, match=f'60 poses without times, and the recording {known} fr'):
+        match(
+            truth, np.arange(40), counts=counts,
+            numbers=None if numbers is None else np.array(numbers))
 
 
 def test_matched_by_time_and_interpolated(write):
@@ -141,11 +174,14 @@ def test_frames_outside_the_truth_are_left_out(write):
     assert true.frames.tolist() == [3, 4, 5, 6, 7, 8]
 
 
-def test_unrelated_clocks_start_together(write):
+def test_unrelated_clocks_start_together_if_asked_for(write):
     xy, yaw = drive()
     truth = read_ground_truth(write(tum_rows(xy, yaw, np.arange(60) * 0.1)))
     stamps = 1_700_000_000 * SECOND + np.arange(60) * (SECOND // 10)
-    np.testing.assert_allclose(match(truth, stamps).headings, yaw, atol=1e-6)
+    with pytest.raises(ResultError, match=r'from 0.000 to 5.900 s, .* 1700000000.0.*align_start'):
+        match(truth, stamps)
+    np.testing.assert_allclose(
+        match(truth, stamps, align_start=True).headings, yaw, atol=1e-6)
 
 
 @pytest.mark.parametrize(('text', 'message'), [

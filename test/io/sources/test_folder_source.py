@@ -119,6 +119,31 @@ def test_times_beside_the_working_directory(tmp_path, monkeypatch):
     assert read('.')[0] == [10 ** 9, 2 * 10 ** 9]
 
 
+def test_files_beside_a_link_come_before_those_beside_its_target(tmp_path):
+    folder = fill(tmp_path / 'there' / 'image_0', ['0.png', '1.png'])
+    mine = tmp_path / 'mine'
+    mine.mkdir()
+    (mine / 'image_0').symlink_to(folder)
+    (folder.parent / 'times.txt').write_text('1\n2\n')
+    (folder.parent / 'calib.txt').write_text(KITTI_CALIBRATION)
+    for path in (mine, mine / 'image_0'):
+        assert read(path)[0] == [10 ** 9, 2 * 10 ** 9]
+        assert open_source(path).camera(rectified=True).fx == 7.0
+    (mine / 'times.txt').write_text('3\n4\n')
+    (mine / 'calib.txt').write_text(KITTI_CALIBRATION.replace('7.0e+00', '9.0e+00'))
+    for path in (mine, mine / 'image_0'):
+        assert read(path)[0] == [3 * 10 ** 9, 4 * 10 ** 9]
+        assert open_source(path).camera(rectified=True).fx == 9.0
+
+
+def test_a_link_with_the_name_of_a_camera_has_its_calibration(tmp_path):
+    folder = fill(tmp_path / 'left', ['0.png', '1.png'])
+    (tmp_path / 'image_1').symlink_to(folder)
+    (tmp_path / 'calib.txt').write_text(KITTI_CALIBRATION)
+    assert open_source(tmp_path / 'image_1').camera(rectified=True).fx == 8.0
+    assert open_source(folder).camera(rectified=True) is None
+
+
 def test_times_by_number(tmp_path):
     """A clip cut out of a sequence, with the times of the whole sequence."""
     folder = fill(tmp_path / 'x', ['000002.png', '000003.png', '000005.png'])

@@ -1,0 +1,66 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""How large a map may be, and what to do about a larger one."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+from phase_traj_ros.errors import MapError
+
+# The locator keeps all pieces of all roads in memory, and looks for the vehicle on all of them.
+_MOST_ROAD_M: Final = 10_000e3
+# A region of this size has more road than that, wherever people live. Degrees of latitude.
+_MOST_DEGREES: Final = 3.0
+# A city has less than 10 million nodes, a country 50 million and more.
+_MOST_NODES: Final = 30_000_000
+_BYTES_PER_NODE: Final = 8
+
+
+@dataclass(frozen=True, slots=True)
+class Box:
+    """A part of the earth between two latitudes and two longitudes, in degrees."""
+
+    south: float
+    west: float
+    north: float
+    east: float
+
+
+def check_box(path: Path, box: Box) -> None:
+    """Raise MapError if the part of the earth that a map covers is too large."""
+    if max(box.north - box.south, _width(box)) > _MOST_DEGREES:
+        raise MapError(_too_large(
+            path, f'covers {box.north - box.south:.1f} by {box.east - box.west:.1f} degrees'))
+
+
+def check_nodes(path: Path, count: int) -> None:
+    """Raise MapError if a map has too many nodes."""
+    if count > _MOST_NODES:
+        raise MapError(_too_large(path, f'has more than {_MOST_NODES // 10**6} million nodes'))
+
+
+def check_bytes(path: Path) -> None:
+    """Raise MapError if a .osm.pbf is so long that it must have too many nodes."""
+    size = path.stat().st_size
+    if size > _MOST_NODES * _BYTES_PER_NODE:
+        raise MapError(_too_large(path, f'has {size / 1e6:.0f} MB'))
+
+
+def check_length(path: Path, metres: float) -> None:
+    """Raise MapError if a map has too much road."""
+    if metres > _MOST_ROAD_M:
+        raise MapError(_too_large(path, f'has {metres / 1e3:.0f} km of road'))
+
+
+def _width(box: Box) -> float:
+    """Return the width in degrees of latitude."""
+    middle = np.radians((box.south + box.north) / 2)
+    return float((box.east - box.west) * np.cos(middle))
+
+
+def _too_large(path: Path, what: str) -> str:
+    return (
+        f'{path} {what}, too much to search (at most {_MOST_ROAD_M / 1e3:.0f} km of road): cut out'
+        f' the town: osmium extract --bbox WEST,SOUTH,EAST,NORTH {path.name} -o town.osm.pbf')

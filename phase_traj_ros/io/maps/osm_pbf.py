@@ -1,0 +1,72 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Reads extracts as .osm.pbf, with pyosmium."""
+
+from importlib import import_module
+from pathlib import Path
+import sys
+from typing import Any
+
+import numpy as np
+from phase_traj_ros.errors import MapError, MissingDependencyError
+from phase_traj_ros.io.maps.limits import Box, check_box, check_bytes
+from phase_traj_ros.io.maps.osm_ways import OsmWay
+from phase_traj_ros.io.maps.road_classes import is_road, one_way, Roads
+
+
+def read_pbf(path: Path, roads: Roads) -> list[OsmWay]:
+    """
+    Return the roads of an .osm.pbf.
+
+    Raises
+    ------
+    MapError
+        The file is truncated, no .osm.pbf, or too large.
+    MissingDependencyError
+        pyosmium is not installed.
+
+    """
+    osmium = _osmium()
+    check_bytes(path)
+    found: list[OsmWay] = []
+
+    def take(way: Any) -> None:
+        """Take a way, which is valid during this call only."""
+        if 'highway' not in way.tags:
+            return
+        tags = {tag.k: tag.v for tag in way.tags}
+        if is_road(tags, roads):
+            nodes = np.array([node.ref for node in way.nodes], np.int64)
+            found.append(OsmWay(nodes, _places(way.nodes), one_way(tags)))
+
+    try:
+        with path.open('rb'):
+            pass  # the errors of osmium do not tell a missing file from a damaged one
+        reader = osmium.io.Reader(str(path), osmium.osm.osm_entity_bits.NOTHING)
+        box = reader.header().box()
+        reader.close()
+        if box.valid():
+            check_box(path, Box(
+                box.bottom_left.lat, box.bottom_left.lon, box.top_right.lat, box.top_right.lon))
+        osmium.make_simple_handler(way=take).apply_file(str(path), locations=True)
+    except RuntimeError as error:
+        raise MapError(
+            f'{path} is truncated, damaged or no .osm.pbf ({error}): download or cut it again',
+        ) from None
+    return found
+
+
+def _osmium() -> Any:
+    try:
+        return import_module('osmium')
+    except ImportError as error:
+        raise MissingDependencyError(
+            f'maps as .osm.pbf need pyosmium ({error}): install it for the interpreter that runs'
+            f' this, {sys.executable} -m pip install osmium (apt: python3-pyosmium), or give the'
+            ' map as .osm, .osm.gz or .osm.bz2') from None
+
+
+def _places(nodes: Any) -> np.ndarray[Any, np.dtype[np.float64]]:
+    return np.array([
+        (node.location.lat, node.location.lon) if node.location.valid() else (np.nan, np.nan)
+        for node in nodes], np.float64).reshape(-1, 2)

@@ -1,0 +1,109 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Latitude and longitude to metres around the middle of a map, and back."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+import math
+from typing import Final
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+# The ellipsoid of WGS 84: its larger half axis in metres, and the square of its eccentricity.
+_A: Final = 6378137.0
+_E2: Final = 6.69437999014e-3
+
+
+@dataclass(frozen=True, slots=True)
+class LocalProjection:
+    """
+    The plane that touches the ellipsoid of WGS 84 at a point: x east, y north, in metres (ENU).
+
+    A point of the ellipsoid is moved along the plane's normal onto the plane. So lengths shrink
+    by d² / 2R² at the distance d: 1 mm per km at 10 km, 13 mm per km at 33 km. North of the
+    plane is north at the origin. ``to_degrees`` is the exact inverse of ``to_metres`` on the
+    half of the earth around the origin.
+
+    Parameters
+    ----------
+    latitude, longitude
+        The origin, in degrees.
+
+    """
+
+    latitude: float
+    longitude: float
+
+    @classmethod
+    def around(cls, latitude: ArrayLike, longitude: ArrayLike) -> LocalProjection:
+        """Return the projection around the middle of points (N,) in degrees, N at least 1."""
+        latitudes, longitudes = np.asarray(latitude), np.asarray(longitude)
+        # A map may lie on both sides of the meridian of 180 degrees.
+        east = (longitudes - longitudes[0] + 180.0) % 360.0 - 180.0
+        middle = longitudes[0] + (east.min() + east.max()) / 2
+        return cls(
+            float(latitudes.min() + latitudes.max()) / 2,
+            float((middle + 180.0) % 360.0 - 180.0))
+
+    def to_metres(self, latitude: ArrayLike, longitude: ArrayLike) -> NDArray[np.float64]:
+        """Return x and y (N, 2) in metres of points (N,) in degrees; NaN if out of sight."""
+        moved = _earth(latitude, longitude) - self._origin
+        east, north, up = self._axes
+        plane = np.stack([moved @ east, moved @ north], axis=-1)
+        hidden = _normal(latitude, longitude) @ up <= 0.0
+        return np.where(hidden[..., None], np.nan, plane)
+
+    def to_degrees(
+        self, x: ArrayLike, y: ArrayLike,
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return latitude and longitude (N,) in degrees of points (N,) in metres."""
+        east, north, up = self._axes
+        foot = (
+            self._origin + np.asarray(x, np.float64)[..., None] * east
+            + np.asarray(y, np.float64)[..., None] * north)
+        # Along the normal to the ellipsoid: stretched to a sphere, a line meets it where a
+        # quadratic equation says.
+        stretch = np.array([1.0, 1.0, 1.0 / math.sqrt(1.0 - _E2)])
+        start, along = foot * stretch, up * stretch
+        a, b = along @ along, start @ along
+        c = (start * start).sum(axis=-1) - _A * _A
+        # The product of both roots is c / a; this one has no cancellation near the origin.
+        rise = -c / (b + np.sqrt(b * b - a * c))
+        place = foot + rise[..., None] * up
+        flat = np.hypot(place[..., 0], place[..., 1]) * (1.0 - _E2)
+        return (
+            np.degrees(np.arctan2(place[..., 2], flat)),
+            np.degrees(np.arctan2(place[..., 1], place[..., 0])))
+
+    @property
+    def _origin(self) -> NDArray[np.float64]:
+        return _earth(self.latitude, self.longitude)
+
+    @property
+    def _axes(self) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+        """Return the unit vectors to the east, to the north and up at the origin."""
+        up = _normal(self.latitude, self.longitude)
+        longitude = math.radians(self.longitude)
+        east = np.array([-math.sin(longitude), math.cos(longitude), 0.0])
+        return east, np.cross(up, east), up
+
+
+def bearing_deg(heading: ArrayLike) -> NDArray[np.float64]:
+    """Return the compass bearing, 0 to 360 degrees, of headings in radians from east (ENU)."""
+    return np.asarray((90.0 - np.degrees(heading)) % 360.0, np.float64)
+
+
+def _normal(latitude: ArrayLike, longitude: ArrayLike) -> NDArray[np.float64]:
+    """Return the unit vectors (N, 3) that point up at points in degrees."""
+    lat, lon = np.radians(latitude), np.radians(longitude)
+    return np.stack(
+        [np.cos(lat) * np.cos(lon), np.cos(lat) * np.sin(lon), np.sin(lat)], axis=-1)
+
+
+def _earth(latitude: ArrayLike, longitude: ArrayLike) -> NDArray[np.float64]:
+    """Return points of the ellipsoid (N, 3), in metres from the middle of the earth."""
+    up = _normal(latitude, longitude)
+    radius = _A / np.sqrt(1.0 - _E2 * up[..., 2] ** 2)
+    return np.asarray(radius[..., None] * up * np.array([1.0, 1.0, 1.0 - _E2]), np.float64)

@@ -1,0 +1,60 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Which ways of OpenStreetMap are roads, and in which direction they may be driven."""
+
+from collections.abc import Mapping
+from enum import Enum
+from typing import Final
+
+
+class Roads(Enum):
+    """The roads to use of a map."""
+
+    CAR = 'car'
+    """Roads that a car may drive."""
+    ALL = 'all'
+    """Paths as well, for robots."""
+
+
+CAR_CLASSES: Final = (
+    'motorway', 'motorway_link', 'trunk', 'trunk_link', 'primary', 'primary_link', 'secondary',
+    'secondary_link', 'tertiary', 'tertiary_link', 'unclassified', 'residential',
+    'living_street', 'service', 'road')
+"""Values of the key highway that a car may drive."""
+
+PATH_CLASSES: Final = (
+    'pedestrian', 'track', 'footway', 'bridleway', 'cycleway', 'path', 'busway')
+"""Values of the key highway that only ``Roads.ALL`` has."""
+
+OFF_ROAD: Final = ('parking_aisle', 'driveway', 'drive-through', 'emergency_access')
+"""Values of the key service that are no roads: a vehicle there has left the road."""
+
+_CLASSES: Final = {
+    Roads.CAR: frozenset(CAR_CLASSES), Roads.ALL: frozenset((*CAR_CLASSES, *PATH_CLASSES))}
+# Values that close a road to cars, by the keys that may hold them, the most special first.
+_CLOSED: Final = frozenset(('no', 'agricultural', 'forestry', 'emergency'))
+_ACCESS: Final = ('motorcar', 'motor_vehicle', 'vehicle', 'access')
+_FORWARD: Final = frozenset(('yes', 'true', '1'))
+_BACKWARD: Final = frozenset(('-1', 'reverse'))
+_ROUND: Final = frozenset(('roundabout', 'circular'))
+
+
+def is_road(tags: Mapping[str, str], roads: Roads) -> bool:
+    """Return whether a way with these tags is a road of the kind wanted."""
+    if tags.get('highway') not in _CLASSES[roads] or tags.get('area') == 'yes':
+        return False
+    if roads is Roads.ALL:
+        return True
+    if tags.get('service') in OFF_ROAD:
+        return False
+    access = next((tags[key] for key in _ACCESS if key in tags), 'yes')
+    return access not in _CLOSED
+
+
+def one_way(tags: Mapping[str, str]) -> int:
+    """Return 1 if a road is one-way as it is drawn, -1 against it, 0 if it is not one-way."""
+    told = tags.get('oneway')
+    if told in _BACKWARD:
+        return -1
+    implied = tags.get('junction') in _ROUND or tags.get('highway') == 'motorway'
+    return int(told in _FORWARD or (told is None and implied))

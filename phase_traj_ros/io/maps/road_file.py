@@ -1,0 +1,127 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Opens an extract of OpenStreetMap as lines in metres."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+from phase_traj_ros.core.localization.roads import RoadMap
+from phase_traj_ros.errors import MapError
+from phase_traj_ros.io.maps.limits import check_length
+from phase_traj_ros.io.maps.osm_pbf import read_pbf
+from phase_traj_ros.io.maps.osm_ways import OsmWay
+from phase_traj_ros.io.maps.osm_xml import read_xml
+from phase_traj_ros.io.maps.projection import LocalProjection
+from phase_traj_ros.io.maps.road_classes import Roads
+
+_XML: Final = ('.osm', '.osm.gz', '.osm.bz2')
+_PBF: Final = ('.osm.pbf', '.pbf')
+
+ATTRIBUTION: Final = '© OpenStreetMap contributors, openstreetmap.org/copyright'
+"""The words that the licence of the data asks for beside what is drawn from it."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RoadFile:
+    """
+    The roads of a map, in metres.
+
+    source
+        The file, for reports.
+    projection
+        The projection of the nodes, around their middle.
+    nodes
+        (M, 2) x to the east and y to the north, in metres.
+    ways
+        The indices of the nodes of each road, in order. Roads meet where they share a node.
+    one_way
+        For each road 1 if it is one-way as it is drawn, -1 against it, 0 if it is not.
+    """
+
+    source: str
+    projection: LocalProjection
+    nodes: NDArray[np.float64]
+    ways: tuple[NDArray[np.int64], ...]
+    one_way: tuple[int, ...]
+
+    @property
+    def lines(self) -> list[NDArray[np.float64]]:
+        """Return the centre lines, each (N, 2) with N at least 2, in metres."""
+        return [self.nodes[way] for way in self.ways]
+
+    @property
+    def length(self) -> float:
+        """Return the length of all roads in metres."""
+        return sum(float(np.hypot(*np.diff(line, axis=0).T).sum()) for line in self.lines)
+
+    @property
+    def extent(self) -> NDArray[np.float64]:
+        """Return the corners of the roads, (2, 2): the least x and y, and the largest."""
+        return np.stack([self.nodes.min(axis=0), self.nodes.max(axis=0)])
+
+    def road_map(self) -> RoadMap:
+        """Return the roads as the locator takes them."""
+        return RoadMap.from_ways(
+            self.nodes, [way.tolist() for way in self.ways], self.one_way)
+
+
+def read_roads(path: Path, roads: Roads = Roads.CAR) -> RoadFile:
+    """
+    Read the roads of an .osm, .osm.gz, .osm.bz2 or .osm.pbf.
+
+    A road that leaves the extract and comes back is two lines.
+
+    Raises
+    ------
+    MapError
+        The file cannot be read, is truncated, has no roads or is too large.
+    MissingDependencyError
+        The map is an .osm.pbf, and pyosmium is not installed.
+
+    """
+    try:
+        if path.name.endswith(_PBF):
+            ways = read_pbf(path, roads)
+        elif path.name.endswith(_XML):
+            ways = read_xml(path, roads)
+        else:
+            raise MapError(
+                f'{path} is no map: give an extract of OpenStreetMap, .osm.pbf, .osm, .osm.gz or'
+                ' .osm.bz2')
+    except OSError as error:
+        raise MapError(f'{path} cannot be read: {error.strerror or error}') from None
+    parts = [part for way in ways for part in _parts(way)]
+    if not parts:
+        hint = ' (or paths, with roads all)' if roads is Roads.CAR else ''
+        raise MapError(
+            f'{path} has no roads that a car may drive{hint}: give an extract with the key'
+            ' highway')
+    # Each node is projected once, so that roads meet exactly.
+    _, first, of_point = np.unique(
+        np.concatenate([part.nodes for part in parts]), return_index=True, return_inverse=True)
+    latitude, longitude = np.concatenate([part.places for part in parts])[first].T
+    projection = LocalProjection.around(latitude, longitude)
+    found = RoadFile(
+        str(path), projection, projection.to_metres(latitude, longitude),
+        tuple(np.split(of_point, np.cumsum([len(part.nodes) for part in parts])[:-1])),
+        tuple(part.one_way for part in parts))
+    check_length(path, found.length)
+    return found
+
+
+def _parts(way: OsmWay) -> Iterator[OsmWay]:
+    """Yield the parts of a way whose places are known, without repeated points."""
+    known: NDArray[np.bool_] = np.isfinite(way.places[:, 0])
+    cuts = np.flatnonzero(np.diff(known.astype(np.int8))) + 1
+    for part in np.split(np.arange(len(known)), cuts):
+        if len(part) and known[part[0]]:
+            again = (way.places[part[1:]] == way.places[part[:-1]]).all(axis=1)
+            part = part[np.concatenate([[True], ~again])]
+            if len(part) > 1:
+                yield OsmWay(way.nodes[part], way.places[part], way.one_way)

@@ -1,0 +1,50 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Writes roads as an .osm, so that a made town has a map."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from phase_traj_ros.io.maps.projection import LocalProjection
+
+
+def write_osm(
+    lines: Sequence[NDArray[np.float64]], path: Path, *, projection: LocalProjection,
+    highway: str = 'residential', one_way: Sequence[bool] = (),
+) -> None:
+    """
+    Write roads as OpenStreetMap XML.
+
+    Parameters
+    ----------
+    lines
+        Centre lines (N, 2) in metres. Points within the same millimetre are one node, where
+        roads meet.
+    path
+        The file to write, .osm.
+    projection
+        The projection of the lines.
+    highway
+        Class of all roads.
+    one_way
+        Whether each line is one-way as it is drawn; empty if none is.
+
+    """
+    points = np.round(np.concatenate(lines), 3) + 0.0
+    places, of_point = np.unique(points, axis=0, return_inverse=True)
+    latitudes, longitudes = projection.to_degrees(*places.T)
+    text = ['<?xml version="1.0" encoding="UTF-8"?>', '<osm version="0.6">']
+    text += [
+        f'<node id="{number}" lat="{latitude:.9f}" lon="{longitude:.9f}"/>'
+        for number, (latitude, longitude) in enumerate(zip(latitudes, longitudes), 1)]
+    roads = np.split(of_point.reshape(-1) + 1, np.cumsum([len(line) for line in lines])[:-1])
+    for number, nodes in enumerate(roads, 1):
+        text.append(f'<way id="{number}">')
+        text += [f'<nd ref="{node}"/>' for node in nodes]
+        text.append(f'<tag k="highway" v="{highway}"/>')
+        if one_way and one_way[number - 1]:
+            text.append('<tag k="oneway" v="yes"/>')
+        text.append('</way>')
+    path.write_text('\n'.join([*text, '</osm>', '']), encoding='utf-8')
