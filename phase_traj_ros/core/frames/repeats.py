@@ -37,7 +37,7 @@ class RepeatDetector:
         Return whether a frame (H, W) is the one that was kept, or was taken at the same time.
 
         ``interval_ns`` is the time since that frame. uint8 frames may differ by the noise of an
-        encoder; others must be identical.
+        encoder; others must be identical. A constant frame, as of a covered lens, is not repeated.
         """
         kept = self._frame
         if (kept is None or encoding != self._form or kept.shape != frame.shape
@@ -46,15 +46,19 @@ class RepeatDetector:
         if interval_ns < _SAME_TIME_NS:
             return True
         if frame.dtype != np.uint8:
-            return np.array_equal(frame, kept)
+            return np.array_equal(frame, kept) and _shows_something(frame)
         # Most frames differ already in a few of their rows.
         if cv2.mean(cv2.absdiff(frame[::_SQUARE], kept[::_SQUARE]))[0] > _ENCODED:
             return False
         size = [max(side // _SQUARE, 1) for side in reversed(frame.shape)]
         changed = cv2.resize(
             cv2.absdiff(frame, kept).astype(np.float32), size, interpolation=cv2.INTER_AREA)
-        return float(changed.max()) <= _ENCODED
+        return float(changed.max()) <= _ENCODED and _shows_something(frame)
 
     def keep(self, frame: Frame, *, encoding: str = '') -> None:
         """Keep a copy of a frame that is used."""
         self._frame, self._form = frame.copy(), encoding
+
+
+def _shows_something(frame: Frame) -> bool:
+    return bool(frame.min() < frame.max())

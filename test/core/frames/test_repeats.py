@@ -138,3 +138,11 @@ def test_more_than_8_bits_are_repeated_only_if_they_are_the_same():
     detector.keep(frame)
     frame[10, 10] ^= 1
     assert not detector.is_repeated(frame, S)
+
+
+def test_a_covered_lens_is_not_a_frozen_camera():
+    estimator = TrajectoryEstimator(AUTO)
+    black = np.zeros((240, 320), np.uint8)
+    updates = [estimator.update(black, index * S // 10) for index in range(30)]
+    assert {update.status for update in updates[1:]} == {PairStatus.NO_MEASUREMENT}
+    assert Reason.FROZEN not in estimator.reliability.reasons
