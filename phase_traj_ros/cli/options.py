@@ -47,6 +47,13 @@ def add_source(parser: ArgumentParser, *, several: bool = False) -> None:
              ' without times.txt: default 10)')
 
 
+def add_force(parser: ArgumentParser) -> None:
+    """Add the option that replaces files of someone else in an output folder."""
+    parser.add_argument(
+        '--force', action='store_true',
+        help='replace files in DIR that no earlier run wrote (default: refuse)')
+
+
 def selection_of(options: Namespace) -> Selection:
     """Return the selection of frames given by the options of ``add_source``."""
     return Selection(start=options.start, duration=options.duration, every=options.every)
@@ -91,6 +98,13 @@ def print_notices(parameters: Parameters) -> None:
     """Print warnings about the values of the parameters."""
     for notice in parameters.notices:
         print(f'warning: {notice}', file=sys.stderr)
+
+
+def inputs_of(options: Namespace, parameters: Parameters) -> tuple[Path, ...]:
+    """Return all files and folders that a replay with these options reads."""
+    files = [options.params, Path(parameters.mask_file) if parameters.mask_file else None]
+    return tuple(
+        file.absolute() for file in (*options.sources, *files) if file is not None)
 
 
 def parameters_of(options: Namespace) -> Parameters:
