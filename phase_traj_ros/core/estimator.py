@@ -16,15 +16,15 @@ from phase_traj_ros.core.codes.links import LinkCode
 from phase_traj_ros.core.codes.threshold_hint import ThresholdHint
 from phase_traj_ros.core.coding import make_coder
 from phase_traj_ros.core.correlation.phase_correlation import Frame, Shift
+from phase_traj_ros.core.frames.prepare import prepare
+from phase_traj_ros.core.frames.repeats import RepeatDetector
 from phase_traj_ros.core.heading.estimator import HeadingEstimator, HeadingUpdate
 from phase_traj_ros.core.heading.turns import Turn
 from phase_traj_ros.core.heading.yaw_meter import YawMeasurement
 from phase_traj_ros.core.measuring import Comparison, PairMeter
 from phase_traj_ros.core.path.trajectory import DrawnPath
 from phase_traj_ros.core.path.way import Way
-from phase_traj_ros.core.frames.prepare import prepare
 from phase_traj_ros.core.reliability import Reliability
-from phase_traj_ros.core.frames.repeats import RepeatDetector
 from phase_traj_ros.core.route import Route
 from phase_traj_ros.core.settings import CodeSource, EstimatorSettings
 from phase_traj_ros.core.status import is_gap, PairStatus, status_of
