@@ -322,7 +322,7 @@ class TrajectoryEstimator:
     ) -> HeadingEstimator:
         return HeadingEstimator(
             lens, rotate_180=self._settings.view.rotate_180, mask=self._meter.mask,
-            learning=learning, transform=self._settings.transform)
+            learning=learning)
 
     def _make_trust(self) -> Trust:
         return Trust(guards=self._settings.code_source is CodeSource.AUTO)
@@ -401,7 +401,9 @@ class TrajectoryEstimator:
         """Add the yaw of the pair to the heading, if the heading is measured."""
         if self._heading is None:
             return None
-        update = self._heading.add(measured, stamp_ns, interval)
+        speed = self._travelling.heights_per_second
+        update = self._heading.add(
+            measured, stamp_ns, interval, way=None if speed is None else speed * interval)
         self._turns.extend(update.turns)
         return update
 

@@ -146,7 +146,8 @@ class Trust:
             agreement=None if worth is None else agreement, still=worth is Worth.STILL,
             blank=worth is Worth.NOTHING or (self._guards and self._areas.blank),
             fixed=self._doubted, bridged=heading is not None and not heading.measured),
-            stamp_ns, interval_ns)
+            stamp_ns, interval_ns,
+            contradicted=self._guards and heading is not None and heading.contradicts)
 
     def add_shift(self, dx: float | None, threshold: float | None, interval: float) -> None:
         """Take the shift of a pair (None if not measured) and its threshold (None if not used)."""

@@ -86,6 +86,7 @@ def test_every_topic(live, topics, connected):
     assert [each.data for each in topics['direction']] == DIRECTION
     assert [round(each.vector.x) for each in topics['shift']] == [0, 0, 30, 30, 0, 0, -40, 0, 0]
     assert {each.vector.z for each in topics['shift']} == {0.0}
+    assert {each.header.frame_id for each in topics['shift']} == {'camera'}
     assert len(topics['response']) == 9
     assert topics['response'][0].data == pytest.approx(1, abs=1e-3)
     expected = [START + (index + 1) * SECOND // 10 for index in range(9)]
@@ -159,6 +160,8 @@ ENCODERS = {
     'bayer_grbg8': lambda grey: grey,
     'yuv422': lambda grey: np.dstack([np.full_like(grey, 128), grey]),
     'yuv422_yuy2': lambda grey: np.dstack([grey, np.full_like(grey, 128)]),
+    'nv12': lambda grey: np.vstack([grey, np.full_like(grey[::2], 128)]),
+    '32FC1': lambda grey: grey.astype('<f4') / 10 + 273,
 }
 
 
@@ -232,12 +235,11 @@ def test_parameters_change_live_or_are_refused_with_a_reason(live, topics, conne
     live.until(lambda: complete(topics, 2))
     assert live.set_parameter('threshold', 40.0).successful
     assert live.set_parameter('frame_id', 'map').successful
-    assert live.set_parameter('step_length', 0.5).successful
     for name, value, reason in (
             ('threshold', -3.0, 'threshold'),
             ('threshold', math.nan, 'threshold'), ('threshold', math.inf, 'threshold'),
-            ('threshold', 20, 'type'), ('step_length', 0.0, 'step_length'),
-            ('path_rate', 1.0, 'read-only'), ('treshold', 20.0, 'declared')):
+            ('threshold', 20, 'type'), ('shift.decimation', 0, 'shift.decimation'),
+            ('speed', 1.0, 'read-only'), ('treshold', 20.0, 'declared')):
         result = live.set_parameter(name, value)
         assert not result.successful, (name, value)
         assert reason in result.reason
@@ -245,14 +247,14 @@ def test_parameters_change_live_or_are_refused_with_a_reason(live, topics, conne
     live.until(lambda: complete(topics, 4))
     assert [each.data for each in topics['movement']] == [1, 0, 1, 1]
     assert topics['pose'][-1].header.frame_id == 'map'
-    assert topics['pose'][-1].pose.position.x == 0.5
+    assert topics['pose'][-1].pose.position.x == 1.0
 
 
 @pytest.mark.parametrize(('argument', 'message'), [
     ('threshold:=20', "'threshold' is 20: give a double, such as 20.0"),
     ('threshold:=-1.0', "'threshold' is -1.0: give a finite number of 0 or more"),
-    ('window:=round', "'window' is 'round': give one of sqrt_hann, hann, tukey"),
-    ('path_rate:=0.0', "'path_rate' is 0.0: give 0.1 to 100"),
+    ('code_source:=round', "'code_source' is 'round': give one of auto, shift, heading"),
+    ('shift.decimation:=0', "'shift.decimation' is 0: give 1 to 16"),
 ])
 def test_a_wrong_start_says_what_is_wrong(live, argument, message):
     process = live.start('-p', argument)
