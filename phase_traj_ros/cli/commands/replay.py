@@ -142,7 +142,7 @@ def _print(result: Replay, seconds: float) -> None:
     if result.threshold_hint is not None:
         print(f'hint: {result.threshold_hint.sentence}')
     for count, what in (
-            (result.counters.repeated, 'frames with the stamp of the previous one were dropped'),
+            (result.counters.repeated, 'frames have the stamp or the picture of the previous one'),
             (result.counters.time_resets, 'times the stamps went back, and the codes started'
                                           ' again'),
             (result.counters.unmeasured, 'pairs had nothing to correlate'),
