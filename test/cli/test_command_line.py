@@ -16,6 +16,7 @@ from phase_traj_ros.core import unpack
 from phase_traj_ros.core.correlation.transforms import find_transform
 from phase_traj_ros.parameter_spec import Group
 from phase_traj_ros.parameters import specs
+from phase_traj_ros.synthetic.degradations import sensor_noise
 import pytest
 
 POSITIONS = [0, 0, 30, 60, 60, 20, 20, 20]
@@ -33,7 +34,8 @@ def folder(tmp_path):
     rng = np.random.default_rng(1)
     texture = cv2.GaussianBlur(rng.integers(0, 256, (96, 160), dtype=np.uint8), (0, 0), 1.5)
     for index, position in enumerate(POSITIONS):
-        cv2.imwrite(str(path / f'{index}.png'), np.roll(texture, position, axis=1))
+        cv2.imwrite(str(path / f'{index}.png'), sensor_noise(
+            np.roll(texture, position, axis=1), sigma=1.0, seed=index))
     return path
 
 
@@ -117,6 +119,14 @@ def test_threshold_overrides_the_parameter_file(folder, tmp_path):
     assert over.stdout.split('movement')[1] == plain.stdout.split('movement')[1]
     both = run('replay', folder, '--params', params, '--threshold', '50')
     assert code + '1x7' in both.stdout
+
+
+def test_a_file_of_the_package_is_given_by_its_name(folder, tmp_path):
+    named = run(
+        'replay', folder, '--params', 'paper.yaml', '--output', tmp_path / 'out', cwd=tmp_path)
+    plain = run('replay', folder, *PAPER)
+    assert named.stdout.split('movement')[1].splitlines()[0] == plain.stdout.split(
+        'movement')[1].splitlines()[0]
 
 
 def test_selection_reaches_the_source(folder):

@@ -6,7 +6,7 @@ from contextlib import ExitStack
 import time
 
 import cv2
-from phase_traj_ros.core import CodeSource, Lens, TravelState, Update
+from phase_traj_ros.core import CodeSource, Lens, PairStatus, TravelState, Update
 from phase_traj_ros.core.camera.model import CameraModel
 from phase_traj_ros.core.codes.threshold_hint import Misfit
 from phase_traj_ros.core.correlation.transforms import find_transform, transform_hint
@@ -197,7 +197,8 @@ class Work:
 
     def _warn_without_speed(self, update: Update) -> None:
         travel = update.travel
-        if self._speed is None or (travel is not None and travel.state is TravelState.GIVEN):
+        if (self._speed is None or update.status is PairStatus.REPEATED
+                or (travel is not None and travel.state is TravelState.GIVEN)):
             return
         newest_ns = self._estimator.newest_speed_ns
         known = 'none has arrived yet'
