@@ -63,7 +63,7 @@ _LIMITS = {('00', True): 800, ('02', True): 700, ('08', True): 1050,
            ('00', False): 1200, ('02', False): 1200}
 
 _INTRODUCTION = """
-    This page shows how soon a drive is [located](../explanation/locate.md) on a road map without
+    This page shows how soon a drive is [located](../how-to/locate.md) on a road map without
     any prior, how exact the place then is, and how often a place is claimed that is wrong.
     With a known height of the camera, drives through a town are located after 400 to 1,000 m.
     From then on the place is a few metres off along the road. On maps of other places hardly any
