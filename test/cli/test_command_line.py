@@ -16,6 +16,7 @@ from phase_traj_ros.core import unpack
 from phase_traj_ros.core.correlation.transforms import find_transform
 from phase_traj_ros.parameter_spec import Group
 from phase_traj_ros.parameters import specs
+from phase_traj_ros.synthetic.degradations import sensor_noise
 import pytest
 
 POSITIONS = [0, 0, 30, 60, 60, 20, 20, 20]
@@ -33,7 +34,8 @@ def folder(tmp_path):
     rng = np.random.default_rng(1)
     texture = cv2.GaussianBlur(rng.integers(0, 256, (96, 160), dtype=np.uint8), (0, 0), 1.5)
     for index, position in enumerate(POSITIONS):
-        cv2.imwrite(str(path / f'{index}.png'), np.roll(texture, position, axis=1))
+        cv2.imwrite(str(path / f'{index}.png'), sensor_noise(
+            np.roll(texture, position, axis=1), sigma=1.0, seed=index))
     return path
 
 
@@ -166,7 +168,8 @@ def test_threshold_has_to_be_finite_and_positive(folder, tmp_path, threshold):
 def test_the_help_of_replay_lists_what_a_user_and_a_vehicle_may_need():
     text = run('replay', '--help').stdout
     for spec in specs():
-        assert (f'  {spec.name} ({spec.default!r}): ' in text) == (spec.group is not Group.REST)
+        assert (f'  {spec.name} ({spec.default!r}): ' in text) == (
+            spec.group in (Group.USER, Group.VEHICLE))
     assert [spec.name for spec in specs() if spec.group is Group.USER] == [
         'threshold', 'hfov_deg', 'camera_height', 'rotate_180']
     assert text.index(Group.USER.value[1:]) < text.index(Group.VEHICLE.value[1:])

@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 from phase_traj_ros.core import LengthUnit, PAPER_THRESHOLD, TrajectoryEstimator, Update
+from phase_traj_ros.core.frames.prepare import prepare
 from phase_traj_ros.io.images.decoding import GreyImage
 from phase_traj_ros.io.results.palette import bgr, DARK, LIGHT, Rgb
 from phase_traj_ros.io.sources.base import StampedFrame
@@ -26,11 +27,14 @@ def as_shown(image: GreyImage, *, rotate_180: bool) -> Picture:
     """
     Return a frame for display, (H, W) uint8, upright.
 
-    Of 16 bits, the highest 8 in use are kept: many cameras use only 10 or 12.
+    Of 16 bits, the highest 8 in use are kept: many cameras use only 10 or 12. A float32 image is
+    shown with the contrast in which it is measured.
     """
-    if image.dtype != np.uint8:
+    if image.dtype == np.float32:
+        image = prepare(image)
+    elif image.dtype == np.uint16:
         bits = max(int(image.max(initial=0)).bit_length(), 8)
-        image = (image >> (bits - 8)).astype(np.uint8)
+        image = np.right_shift(image, bits - 8).astype(np.uint8)
     return cast('Picture', np.ascontiguousarray(image[::-1, ::-1] if rotate_180 else image))
 
 
@@ -38,7 +42,7 @@ def draw(frame: StampedFrame, update: Update, estimator: TrajectoryEstimator) ->
     """
     Return the debug image of the upright frame, BGR (H, W, 3).
 
-    The band in use is framed, and fixed areas are shaded. An arrow from the middle is the shift,
+    Fixed areas are shaded. An arrow from the middle is the shift,
     between lines at +T and -T, a quarter of the width away. Codes, response and distance are above
     it, the correlation map is in the lower right corner.
     """
@@ -47,10 +51,6 @@ def draw(frame: StampedFrame, update: Update, estimator: TrajectoryEstimator) ->
         as_shown(frame.image, rotate_180=view.rotate_180), cv2.COLOR_GRAY2BGR))
     if estimator.left_out is not None:
         shade(picture, estimator.left_out, rotate_180=view.rotate_180)
-    height, width, _ = picture.shape
-    cv2.rectangle(
-        picture, (round(view.columns[0] * width), round(view.rows[0] * height)),
-        (round(view.columns[1] * width) - 1, round(view.rows[1] * height) - 1), _BAND, 1)
     _draw_shift(picture, update, estimator.threshold_px)
     if update.shift is not None:
         _draw_map(picture, estimator)

@@ -8,6 +8,7 @@ import time
 import cv2
 import numpy as np
 from phase_traj_ros.core import Movement, TrajectoryEstimator
+from phase_traj_ros.io.messages import schedule
 from phase_traj_ros.io.messages.diagnostics import Level, Report
 from phase_traj_ros.io.messages.published import Messages
 from phase_traj_ros.io.replay.run import replay
@@ -75,17 +76,17 @@ def frames():
         StampedFrame(np.roll(texture, place, axis=1), 10**18 + index * 10**8)
         for index, place in enumerate(places)]
     # A pair that cannot be measured has a shift that is not a number.
-    made.append(StampedFrame(made[-1].image[:80], 10**18 + 10**10))
+    made.append(StampedFrame(made[-1].image, 10**18 + 10**10, 'rgb8'))
     return made
 
 
 @pytest.mark.parametrize('values', [
-    {}, {'focal_px': 300.0, 'speed': 5.0, 'path_from': 'heading', 'max_path_poses': 4},
-    {'focal_px': 300.0, 'camera_height': 1.65}, {'focal_px': 300.0, **LINKS}])
+    {}, {'hfov_deg': 30.0, 'speed': 5.0, 'path_from': 'heading'},
+    {'hfov_deg': 30.0, 'camera_height': 1.65}, {'hfov_deg': 30.0, **LINKS}])
 def test_the_same_messages(frames, tmp_path, values):
     from phase_traj_ros.ros.outputs.topics import Outputs
     parameters = Parameters(
-        threshold=16.0, step_length=2.5, frame_id='drawn', **values)
+        threshold=16.0, frame_id='drawn', **values)
     path = tmp_path / 'out.mcap'
     with BagSink(path, parameters, source='', debug_images=True) as sink:
         replay(frames, parameters, source='', watchers=[sink])
@@ -99,7 +100,7 @@ def test_the_same_messages(frames, tmp_path, values):
     outputs = Outputs(node, estimator, parameters)
     texts, movement = [], None
     for frame in frames:
-        update = estimator.update(frame.image, frame.stamp_ns)
+        update = estimator.update(frame.image, frame.stamp_ns, encoding=frame.encoding)
         if update is not None:
             outputs.publish(frame, update)
             if update.step.movement is not movement:
@@ -111,7 +112,7 @@ def test_the_same_messages(frames, tmp_path, values):
     for topic in (*PER_PAIR, *more, 'debug_image'):
         assert node.publishers[topic].data == stored[topic], topic
         assert stored[topic]
-    for topic in ('odom', 'speed') if parameters.metric else ():
+    for topic in ('odom', 'pose_with_covariance', 'speed') if parameters.metric else ():
         assert node.publishers[topic].data == stored[topic], topic
         assert stored[topic] or 'speed' not in values
     assert len(stored['movement']) == len(frames) - 1
@@ -155,14 +156,15 @@ def test_the_timer_runs_while_there_is_news_that_waits(frames):
     outputs.publish_state()
     assert timer.runs is False
     for frame in frames[:3]:
-        update = estimator.update(frame.image, frame.stamp_ns)
+        update = estimator.update(frame.image, frame.stamp_ns, encoding=frame.encoding)
         if update is not None:
             outputs.publish(frame, update)
     # The path has just gone out.
     assert timer.runs is True
 
 
-def test_nothing_is_made_for_nobody(frames):
+def test_nothing_is_made_for_nobody(frames, monkeypatch):
+    monkeypatch.setattr(schedule, '_PATH_PERIOD_NS', 10_000_000)
     from phase_traj_ros.ros.outputs.topics import Outputs
 
     class Alone(Publisher):
@@ -182,11 +184,11 @@ def test_nothing_is_made_for_nobody(frames):
             self.callback = callback
             return Timer()
 
-    node, parameters = Lonely(), Parameters(path_rate=100.0)
+    node, parameters = Lonely(), Parameters()
     estimator = TrajectoryEstimator(parameters.estimator_settings())
     outputs = Outputs(node, estimator, parameters)
     for frame in frames:
-        update = estimator.update(frame.image, frame.stamp_ns)
+        update = estimator.update(frame.image, frame.stamp_ns, encoding=frame.encoding)
         if update is not None:
             outputs.publish(frame, update)
     # What is latched is there for whoever comes later; the path not always the newest.
