@@ -17,8 +17,8 @@ from phase_traj_ros.io.maps.write_osm import write_osm
 from phase_traj_ros.io.outputs.outputs import output_directory
 from phase_traj_ros.io.replay.camera import known_lens
 from phase_traj_ros.io.replay.run import replay
-from phase_traj_ros.io.results.files import RESULT_NAMES, write_results
 from phase_traj_ros.io.results.figures import require_matplotlib
+from phase_traj_ros.io.results.files import RESULT_NAMES, write_results
 from phase_traj_ros.io.sources.opening import open_source
 from phase_traj_ros.parameters import Parameters
 from phase_traj_ros.synthetic import Drive, town_drive, write_drive_bag
