@@ -250,9 +250,7 @@ class TrajectoryEstimator:
         """
         Process the next frame; return the result of its pair.
 
-        Return None for the first frame, and for a frame whose stamp equals the previous one, which
-        is ignored. An earlier stamp (such as of a bag played in a loop) resets the estimator, and
-        the frame becomes the first one.
+        Return None for the first frame. The stamps have to increase: ``FrameStream`` sees to that.
 
         Parameters
         ----------
@@ -266,12 +264,15 @@ class TrajectoryEstimator:
         Raises
         ------
         FrameError
-            The frame cannot be used. The state is unchanged.
+            The frame cannot be used, or its stamp is not after the previous one. The state is
+            unchanged.
 
         """
-        if stamp_ns == self._last_stamp_ns:
-            self.counters.repeated += 1
-            return None
+        if self._last_stamp_ns is not None and stamp_ns <= self._last_stamp_ns:
+            raise FrameError(
+                f'its stamp, {stamp_ns} ns, is not after that of the previous frame,'
+                f' {self._last_stamp_ns} ns: give the frames to a FrameStream, which drops late'
+                ' ones, or call reset()')
         if self._settings.measures_heading and self._heading is None:
             raise FrameError(
                 'the camera is unknown, and a focal length is required: publish its camera_info,'
@@ -283,10 +284,6 @@ class TrajectoryEstimator:
         comparison = self._meter.compare(
             frame, picture, interval_ns * 1e-9, encoding=encoding, heading=self._heading)
         self.correlate_ns = time.perf_counter_ns() - began
-        if interval_ns < 0:
-            self.counters.time_resets += 1
-            self._meter.interrupt()
-            self._forget()
         self._last_stamp_ns = stamp_ns
         self._frames += 1
         self.counters.frames += 1

@@ -70,6 +70,10 @@ class Counters:
     """Frames processed, without repeated frames."""
     repeated: int = 0
     """Frames dropped because their stamp equals the previous one."""
+    dropped: int = 0
+    """Frames dropped because their stamp is late, or far from those around it."""
+    skipped: int = 0
+    """Frames that could not be read, decoded or used."""
     gaps: int = 0
     """Pairs whose interval is longer than ``max_gap``."""
     reprimed: int = 0
@@ -79,7 +83,7 @@ class Counters:
     still: int = 0
     """Pairs in which the vehicle did not move."""
     time_resets: int = 0
-    """Resets because a stamp went back."""
+    """Restarts because the stamps went back, and went on from there."""
 
     def count(self, status: PairStatus) -> None:
         """Count a pair by its status, before it is coded."""

@@ -102,8 +102,8 @@ def _jobs(options: Namespace) -> list[Job]:
     jobs = [
         Job(source=source, root=root, folder=folder, parameters=parameters, topic=options.topic,
             speed_topic=options.speed_topic, selection=selection, fps=options.fps,
-            one_pass=options.one_pass, svg=options.svg, report=options.report,
-            bag_name=None if bag is None else bag.name,
+            one_pass=options.one_pass, strict=options.strict, svg=options.svg,
+            report=options.report, bag_name=None if bag is None else bag.name,
             bag_debug_images=options.bag_debug_images)
         for source, folder in zip(sources, folder_names(sources, taken=(CSV_NAME, HTML_NAME)))]
     # Contradicting choices are reported before the work.

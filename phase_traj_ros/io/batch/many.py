@@ -21,7 +21,7 @@ from phase_traj_ros.errors import OutputError, PhaseTrajError
 from phase_traj_ros.io.batch.job import Pass, replay_source, Wanted
 from phase_traj_ros.io.replay.overview import turn_marks
 from phase_traj_ros.io.replay.run import Replay
-from phase_traj_ros.io.sources.base import DEFAULT_SPEED_TOPIC, StampedFrame
+from phase_traj_ros.io.sources.base import DEFAULT_SPEED_TOPIC, Entry
 from phase_traj_ros.io.sources.opening import open_source
 from phase_traj_ros.io.sources.selection import EVERYTHING, Selection
 from phase_traj_ros.parameters import Parameters
@@ -54,6 +54,7 @@ class Job:
     selection: Selection = EVERYTHING
     fps: float | None = None
     one_pass: bool = False
+    strict: bool = False
     svg: bool = False
     report: bool = False
     bag_name: str | None = None
@@ -188,7 +189,7 @@ def _replay(job: Job, progress: Progress | None) -> Replay:
         total = None if source.frame_count is None else passes * source.frame_count
         done = count()
 
-        def counted(frames: Iterable[StampedFrame], _: Pass) -> Iterator[StampedFrame]:
+        def counted(frames: Iterable[Entry], _: Pass) -> Iterator[Entry]:
             for frame in frames:
                 if progress is not None:
                     progress(next(done), total)
@@ -196,7 +197,8 @@ def _replay(job: Job, progress: Progress | None) -> Replay:
 
         return replay_source(
             source, job.parameters, job.wanted, title=job.source.name or job.folder,
-            through=counted, speed_topic=job.speed_topic, one_pass=job.one_pass)
+            through=counted, speed_topic=job.speed_topic, one_pass=job.one_pass,
+            strict=job.strict)
 
 
 def _route(result: Replay) -> tuple[tuple[float, float], ...]:

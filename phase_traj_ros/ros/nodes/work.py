@@ -6,7 +6,18 @@ from contextlib import ExitStack
 import time
 
 import cv2
-from phase_traj_ros.core import CodeSource, Lens, TravelState, Update
+from phase_traj_ros.core import (
+    CodeSource,
+    FrameStream,
+    Lens,
+    Measured,
+    Outcome,
+    Restarted,
+    Skipped,
+    Started,
+    TravelState,
+    Update,
+)
 from phase_traj_ros.core.camera.model import CameraModel
 from phase_traj_ros.core.codes.threshold_hint import Misfit
 from phase_traj_ros.core.correlation.transforms import find_transform, transform_hint
@@ -31,7 +42,7 @@ _LASTING_NS = 5_000_000_000
 
 class Work:
     """
-    A thin adapter between ROS and ``TrajectoryEstimator``.
+    A thin adapter between ROS and ``FrameStream``.
 
     It offers topics and services as soon as it is made, and receives images between ``start`` and
     ``stop``.
@@ -55,6 +66,7 @@ class Work:
         self._values = values
         self._use_threads()
         self._estimator = make_estimator(values)
+        self._stream: FrameStream[StampedFrame] = FrameStream(self._estimator)
         self._health = Health()
         self._camera: CameraInput | None = None
         self._speed: SpeedInput | None = None
@@ -90,7 +102,9 @@ class Work:
             if values.use_speed_topic:
                 self._speed = SpeedInput(
                     node, listening, SpeedType(values.speed_type), self._estimator.add_speed)
-            images = ImageInput(node, listening, values, self._health, self._on_frame)
+            images = ImageInput(
+                node, listening, values, self._health, on_frame=self._on_frame,
+                on_bad=self._stream.skip)
             Diagnostics(node, listening, self._health, images, self._estimator)
         topics = [each.topic for each in (images, self._camera, self._speed) if each is not None]
         node.get_logger().info(
@@ -101,12 +115,14 @@ class Work:
             node.get_logger().info(hint)
 
     def stop(self) -> None:
-        """Destroy the subscriptions."""
+        """Destroy the subscriptions, and use a frame that was held."""
         self._listening.destroy()
+        for outcome in self._stream.finish():
+            self._publish(outcome)
 
     def restart(self) -> None:
         """Reset the estimator and publish its state."""
-        self._estimator.reset()
+        self._stream.reset()
         self._outputs.publish_state()
 
     def close(self) -> None:
@@ -141,21 +157,39 @@ class Work:
         self._use_threads()
 
     def _on_frame(self, frame: StampedFrame) -> None:
-        """Update the estimator with one frame and publish the result."""
+        """Push one frame into the stream, and publish what comes of it."""
         if self._camera is not None and self._estimator.settings.awaits_lens:
             self._camera.require()
+        counters = self._estimator.counters
+        dropped, newest_ns = counters.dropped, self._estimator.last_stamp_ns
+        unusable = None
         began = time.perf_counter_ns()
-        previous_ns = self._estimator.last_stamp_ns
-        resets = self._estimator.counters.time_resets
-        update = self._estimator.update(frame.image, frame.stamp_ns, encoding=frame.encoding)
-        estimated = time.perf_counter_ns()
-        if self._estimator.counters.time_resets > resets and previous_ns is not None:
+        for outcome in self._stream.push(frame):
+            if isinstance(outcome, Skipped):
+                unusable = outcome.reason
+            self._publish(outcome, time.perf_counter_ns() - began)
+            began = time.perf_counter_ns()
+        if counters.dropped > dropped and newest_ns is not None:
             self._node.get_logger().warning(
-                f'time went back by {(previous_ns - frame.stamp_ns) / 1e9:.3f} s, from'
-                f' {previous_ns / 1e9:.3f} to {frame.stamp_ns / 1e9:.3f}: restarted')
-            self._outputs.publish_state()
-        if update is None:
-            return
+                f'dropped an image: its stamp is out of order, about {frame.stamp_ns / 1e9:.3f}'
+                f' after {newest_ns / 1e9:.3f}; {counters.dropped} so far',
+                throttle_duration_sec=_THROTTLE_S)
+        if unusable is not None:
+            raise FrameError(unusable)
+
+    def _publish(self, outcome: Outcome[StampedFrame], estimated_ns: int = 0) -> None:
+        match outcome:
+            case Restarted(newest_ns, stamp_ns):
+                self._node.get_logger().warning(
+                    f'time went back by {(newest_ns - stamp_ns) / 1e9:.3f} s, from'
+                    f' {newest_ns / 1e9:.3f} to {stamp_ns / 1e9:.3f}: restarted')
+            case Started():
+                self._outputs.publish_state()
+            case Measured(frame, update):
+                self._publish_update(frame, update, estimated_ns)
+
+    def _publish_update(self, frame: StampedFrame, update: Update, estimated_ns: int) -> None:
+        began = time.perf_counter_ns()
         if update.camera is not None:
             self._node.get_logger().info(f'camera: {update.camera}')
         self._hint(update)
@@ -166,8 +200,8 @@ class Work:
             self._health.responses.append(update.shift.response)
         correlate_ns = self._estimator.correlate_ns
         self._health.took(Stage.CORRELATE, correlate_ns)
-        self._health.took(Stage.CODE, estimated - began - correlate_ns)
-        self._health.took(Stage.PUBLISH, time.perf_counter_ns() - estimated)
+        self._health.took(Stage.CODE, estimated_ns - correlate_ns)
+        self._health.took(Stage.PUBLISH, time.perf_counter_ns() - began)
 
     def _coded_from(self) -> str:
         values = self._values
