@@ -1,15 +1,17 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Writes results to disk, on request and pair by pair."""
+"""Writes each drive to disk: pair by pair, on request, and before its codes are lost."""
 
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from itertools import count
 from pathlib import Path
-from threading import Thread
-import time
+import tempfile
 from typing import TextIO
 
 from phase_traj_ros.core import TrajectoryEstimator, Update
 from phase_traj_ros.errors import OutputError, PhaseTrajError
+from phase_traj_ros.io.atomic import writing_to
 from phase_traj_ros.io.results.files import ShiftTable
 from phase_traj_ros.io.results.snapshot import Snapshot
 from phase_traj_ros.parameters import Parameters
@@ -21,9 +23,11 @@ from std_srvs.srv import Trigger
 
 class Saving:
     """
-    Offers ``~/save``, and with ``record_shifts`` writes a CSV row per pair of frames.
+    Saves each drive to a folder of its own in ``output_dir``.
 
-    All files are in ``output_dir``, which is read-only: other nodes cannot choose a path.
+    A drive lasts until the node is reset or ends, and is saved then; ``~/save`` saves what there
+    is so far. With ``record_shifts``, the folder also gets a CSV row per pair of frames. The
+    parameter is read-only: other nodes cannot choose a path.
     """
 
     def __init__(
@@ -31,67 +35,142 @@ class Saving:
         estimator: TrajectoryEstimator, source: Callable[[], str],
     ) -> None:
         """
-        Offer the service on ``node``; ``source`` returns the name of the image topic.
+        Offer ``~/save`` on ``node``; ``source`` returns the name of the image topic.
 
         Raises
         ------
         OutputError
-            ``record_shifts`` is set, and the file cannot be written.
+            ``output_dir`` cannot be written, or ``record_shifts`` is set without it.
 
         """
         self._node = node
         self._estimator = estimator
         self._source = source
-        self._directory = Path(parameters.output_dir) if parameters.output_dir else None
+        self._records = parameters.record_shifts
+        self._folders: DriveFolders | None = None
+        self._folder: Path | None = None
         self._rows: ShiftRows | None = None
-        if parameters.record_shifts:
-            if self._directory is None:
-                raise OutputError('record_shifts is set, but output_dir is not: set both')
-            self._rows = ShiftRows(self._directory)
+        if parameters.output_dir:
+            self._folders = DriveFolders(
+                Path(parameters.output_dir).expanduser(), node.get_fully_qualified_name())
+        elif self._records:
+            raise OutputError('record_shifts is set, but output_dir is not: set both')
+        # Drawing takes some tenths of a second. Images must not queue up meanwhile.
+        self._writer = ThreadPoolExecutor(max_workers=1)
         entities.create_service(Trigger, '~/save', self._on_save)
 
     def record(self, update: Update) -> None:
         """Write the row of one pair, if rows are recorded."""
-        if self._rows is None:
+        if not self._records:
             return
         try:
+            if self._rows is None:
+                self._rows = ShiftRows(self._folder_of_drive() / 'shifts.csv')
             self._rows.add(update)
         except OutputError as error:
-            self._rows = None
+            self._records = False
             self._node.get_logger().error(f'stopped recording shifts: {error}')
 
-    def close(self) -> None:
-        """Close the file of rows."""
+    def end_drive(self) -> None:
+        """Save the drive, if it has frames and files are written; call it before a reset."""
+        if self._folders is not None and self._estimator.frames:
+            self._save(self._log)
         if self._rows is not None:
             self._rows.close()
+        self._rows = self._folder = None
+
+    def close(self) -> None:
+        """Save the drive and return when everything is written."""
+        self.end_drive()
+        self._writer.shutdown()
+
+    def _folder_of_drive(self) -> Path:
+        assert self._folders is not None
+        if self._folder is None:
+            self._folder = self._folders.make()
+        return self._folder
+
+    def _save(self, on_done: Callable[[bool, str], None]) -> None:
+        """Write the present state, and pass on whether that worked, and where or why not."""
+        try:
+            folder = self._folder_of_drive()
+        except OutputError as error:
+            on_done(False, str(error))
+            return
+        snapshot = Snapshot.of(self._estimator, source=self._source())
+        self._writer.submit(_write, snapshot, folder, on_done)
+
+    def _log(self, success: bool, message: str) -> None:
+        log = self._node.get_logger()
+        if success:
+            log.info(f'save: {message}')
+        else:
+            log.error(f'the drive is not saved: {message}')
 
     async def _on_save(
         self, _: Trigger.Request, response: Trigger.Response,
     ) -> Trigger.Response:
-        if self._directory is None:
+        if self._folders is None:
             response.message = 'the parameter output_dir is not set: start the node with one'
             return response
-        snapshot = Snapshot.of(self._estimator, source=self._source())
-        # Drawing takes some tenths of a second. Images must not queue up meanwhile.
         done: Future = Future(executor=self._node.executor)
-        Thread(target=_write, args=(snapshot, self._directory, done), daemon=True).start()
-        failure = await done
-        response.success = failure is None
-        response.message = failure or f'written to {self._directory}'
-        self._node.get_logger().info(f'save: {response.message}')
+        self._save(lambda *result: done.set_result(result))
+        response.success, response.message = await done
+        self._log(response.success, response.message)
         return response
+
+
+class DriveFolders:
+    """Makes the folders ``NODE_1``, ``NODE_2`` and so on; each belongs to one drive."""
+
+    def __init__(self, parent: Path, node: str) -> None:
+        """
+        Check that folders can be made in ``parent``, for the node of that full name.
+
+        Raises
+        ------
+        OutputError
+            Nothing can be written there.
+
+        """
+        self._parent = parent
+        self._name = node.strip('/').replace('/', '_')
+        with writing_to(parent):
+            parent.mkdir(parents=True, exist_ok=True)
+            with tempfile.TemporaryFile(dir=parent):
+                pass
+
+    def make(self) -> Path:
+        """
+        Make the next folder and return it; it is new, whoever else makes folders.
+
+        Raises
+        ------
+        OutputError
+            It cannot be made.
+
+        """
+        with writing_to(self._parent):
+            for number in count(1):
+                folder = self._parent / f'{self._name}_{number}'
+                try:
+                    folder.mkdir(parents=True)
+                except FileExistsError:
+                    continue
+                return folder
+        raise AssertionError
 
 
 class ShiftRows:
     """
-    A CSV file that grows by one row per pair, named after its creation time.
+    A CSV file that grows by one row per pair.
 
     Each row is flushed to the operating system at once: a killed process leaves complete rows.
     """
 
-    def __init__(self, directory: Path) -> None:
+    def __init__(self, path: Path) -> None:
         """
-        Create a file in ``directory``, and the directory if it does not exist.
+        Create a new file.
 
         Raises
         ------
@@ -99,14 +178,10 @@ class ShiftRows:
             The file cannot be written.
 
         """
-        self._path = directory / time.strftime('shifts_%Y%m%dT%H%M%S.csv', time.gmtime())
-        try:
-            directory.mkdir(parents=True, exist_ok=True)
-            self._file: TextIO = self._path.open(
-                'x', encoding='utf-8', newline='', buffering=1)
+        self._path = path
+        with writing_to(path):
+            self._file: TextIO = path.open('x', encoding='utf-8', newline='', buffering=1)
             self._table = ShiftTable(self._file)
-        except OSError as error:
-            raise self._error(error) from None
 
     def add(self, update: Update) -> None:
         """
@@ -118,25 +193,20 @@ class ShiftRows:
             The row cannot be written.
 
         """
-        try:
+        with writing_to(self._path):
             self._table.add(update)
-        except OSError as error:
-            raise self._error(error) from None
 
     def close(self) -> None:
         """Close the file."""
         self._file.close()
 
-    def _error(self, error: OSError) -> OutputError:
-        return OutputError(f'cannot write {self._path}: {error.strerror or error}')
 
-
-def _write(snapshot: Snapshot, directory: Path, done: Future) -> None:
+def _write(snapshot: Snapshot, folder: Path, on_done: Callable[[bool, str], None]) -> None:
     try:
-        snapshot.write(directory)
+        snapshot.write(folder)
     except PhaseTrajError as error:
-        done.set_result(str(error))
+        on_done(False, str(error))
     except Exception as error:  # the caller waits for a response in any case
-        done.set_result(f'{type(error).__name__}: {error}')
+        on_done(False, f'{type(error).__name__}: {error}')
     else:
-        done.set_result(None)
+        on_done(True, f'written to {folder}')

@@ -4,6 +4,7 @@
 
 from array import array
 import csv
+import json
 import math
 from pathlib import Path
 
@@ -243,10 +244,12 @@ def test_saving_while_running(live, run, tmp_path):
     live.until(lambda: complete(node, 4))
     answer = live.call(Trigger, 'phase_traj/save', Trigger.Request())
     assert answer.success, answer.message
-    written = {path.name for path in folder.iterdir()}
-    rows, = written - {'chain_code.json', 'trajectory.tum', 'trajectory.png'}
+    folder /= 'phase_traj_1'
+    assert str(folder) in answer.message
+    assert {path.name for path in folder.iterdir()} == {
+        'chain_code.json', 'shifts.csv', 'trajectory.tum', 'trajectory.png'}
     # The rows are there while the node still runs, so a kill loses none of them.
-    with (folder / rows).open(newline='') as file:
+    with (folder / 'shifts.csv').open(newline='') as file:
         lines = list(csv.DictReader(file))
     assert tuple(lines[0]) == CSV_COLUMNS and len(lines) == 4
     # With all that was measured: heading, yaw, and whether that was bridged.
@@ -260,6 +263,34 @@ def test_saving_while_running(live, run, tmp_path):
     assert poses[:, 1:3].tolist() == [[0, 0], [1, 0], [1, 3]]
     assert live.set_parameter('output_dir', '/elsewhere').successful is False
     assert stop(node['process']) == 0
+
+
+def test_no_drive_is_lost_to_a_reset_or_an_exit(live, run, tmp_path):
+    node = run('-p', f'output_dir:={tmp_path / "kept"}', '-p', 'record_shifts:=true')
+    send(node, rolled([0, 0, 30]), [0, 0.1, 0.2])
+    live.until(lambda: complete(node, 2))
+    assert live.call(Trigger, 'phase_traj/reset', Trigger.Request()).success
+    send(node, rolled([0, 0, 0, 30]), [100, 100.1, 100.2, 100.3])
+    # A bag played in a loop.
+    send(node, rolled([0] * 5), [0, 0.1, 0.2, 0.3, 0.4])
+    live.until(lambda: complete(node, 9))
+    assert stop(node['process']) == 0, live.logs()
+    kept = {
+        folder.name: json.loads((folder / 'chain_code.json').read_text())
+        for folder in (tmp_path / 'kept').iterdir()}
+    assert {name: code['frames'] for name, code in kept.items()} == {
+        'phase_traj_1': 3, 'phase_traj_2': 4, 'phase_traj_3': 5}
+    assert kept['phase_traj_2']['movement_runs'] == [[1, 2], [0, 1]]
+    for name, code in kept.items():
+        with (tmp_path / 'kept' / name / 'shifts.csv').open(newline='') as file:
+            assert len(list(csv.DictReader(file))) == code['frames'] - 1
+
+
+def test_nothing_is_written_where_nothing_came(live, tmp_path):
+    process = live.start('-p', f'output_dir:={tmp_path / "kept"}', '-p', 'record_shifts:=true')
+    live.call(Trigger, 'phase_traj/reset', Trigger.Request())
+    assert stop(process) == 0
+    assert list((tmp_path / 'kept').iterdir()) == []
 
 
 def test_an_output_folder_that_cannot_be_written_is_said_at_once(live, tmp_path):

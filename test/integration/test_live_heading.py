@@ -76,7 +76,7 @@ def test_the_live_heading_is_the_true_one(live, drive, tmp_path):
     angles = [math.degrees(each.vector.z) for each in heard['turn']]
     assert angles == pytest.approx([90, -90], abs=4)
     assert live.call(Trigger, 'phase_traj/save', Trigger.Request()).success
-    saved = json.loads((tmp_path / 'kept' / 'chain_code.json').read_text())
+    saved = json.loads((tmp_path / 'kept' / 'phase_traj_1' / 'chain_code.json').read_text())
     assert [turn['quarter_turns'] for turn in saved['turns']] == [1, -1]
     directions = [each.data for each in heard['direction']]
     assert [code for code, _ in groupby(directions)] == [1, 0, 1]
@@ -290,8 +290,8 @@ def test_nothing_known_is_coded_as_a_replay_in_one_pass_has_it(live, drive, tmp_
     live.until(lambda: told and 'learned from' in told[-1].data, process=node)
     assert 'assumed until a turn determines it' in live.logs() and told[-1].data in live.logs()
     assert live.call(Trigger, 'phase_traj/save', Trigger.Request()).success
-    kept = read_parameters(tmp_path / 'kept' / 'camera.yaml')
-    saved = json.loads((tmp_path / 'kept' / 'chain_code.json').read_text())
+    kept = read_parameters(tmp_path / 'kept' / 'phase_traj_1' / 'camera.yaml')
+    saved = json.loads((tmp_path / 'kept' / 'phase_traj_1' / 'chain_code.json').read_text())
     # But for the last digits: linear algebra may round by how its buffers lie in memory.
     assert saved['camera'].keys() == code['camera'].keys()
     for name, value in code['camera'].items():

@@ -37,7 +37,8 @@ class PhaseTrajNode(LifecycleNode):
         ParameterError
             An initial value of a parameter is not allowed.
         OutputError
-            With autostart: ``record_shifts`` is set, and the file cannot be written.
+            With autostart: ``output_dir`` cannot be written, or ``record_shifts`` is set without
+            it.
         MissingDependencyError
             With autostart: a package that a parameter requires is not installed.
 

@@ -21,6 +21,7 @@ from phase_traj_ros.core import (
 from phase_traj_ros.core.camera.model import CameraModel
 from phase_traj_ros.core.codes.threshold_hint import Misfit
 from phase_traj_ros.core.correlation.transforms import find_transform, transform_hint
+from phase_traj_ros.errors import FrameError
 from phase_traj_ros.io.replay.estimator import make_estimator
 from phase_traj_ros.io.sources.base import StampedFrame
 from phase_traj_ros.parameters import Parameters, SpeedType
@@ -57,7 +58,7 @@ class Work:
         ParameterError
             The name of a topic is invalid, or the mask cannot be used.
         OutputError
-            ``record_shifts`` is set, and the file cannot be written.
+            ``output_dir`` cannot be written, or ``record_shifts`` is set without it.
         MissingDependencyError
             A package that a parameter requires is not installed.
 
@@ -104,7 +105,7 @@ class Work:
                     node, listening, SpeedType(values.speed_type), self._estimator.add_speed)
             images = ImageInput(
                 node, listening, values, self._health, on_frame=self._on_frame,
-                on_bad=self._stream.skip)
+                on_undecodable=self._stream.skip)
             Diagnostics(node, listening, self._health, images, self._estimator)
         topics = [each.topic for each in (images, self._camera, self._speed) if each is not None]
         node.get_logger().info(
@@ -121,12 +122,13 @@ class Work:
             self._publish(outcome)
 
     def restart(self) -> None:
-        """Reset the estimator and publish its state."""
+        """Save the drive, reset the estimator and publish its state."""
+        self._saving.end_drive()
         self._stream.reset()
         self._outputs.publish_state()
 
     def close(self) -> None:
-        """Destroy everything made on the node, and close the file of shifts."""
+        """Save the drive, and destroy everything made on the node."""
         with ExitStack() as rest:
             rest.callback(self._offered.destroy)
             rest.callback(self._listening.destroy)
@@ -157,9 +159,15 @@ class Work:
         self._use_threads()
 
     def _on_frame(self, frame: StampedFrame) -> None:
-        """Push one frame into the stream, and publish what comes of it."""
-        if self._camera is not None and self._estimator.settings.awaits_lens:
-            self._camera.require()
+        """
+        Push one frame into the stream, and publish what comes of it.
+
+        Raises
+        ------
+        FrameError
+            This frame, or one held before it, cannot be used.
+
+        """
         counters = self._estimator.counters
         dropped, newest_ns = counters.dropped, self._estimator.last_stamp_ns
         unusable = None
@@ -175,11 +183,14 @@ class Work:
                 f' after {newest_ns / 1e9:.3f}; {counters.dropped} so far',
                 throttle_duration_sec=_THROTTLE_S)
         if unusable is not None:
+            if self._camera is not None and self._estimator.settings.awaits_lens:
+                self._camera.require()
             raise FrameError(unusable)
 
     def _publish(self, outcome: Outcome[StampedFrame], estimated_ns: int = 0) -> None:
         match outcome:
             case Restarted(newest_ns, stamp_ns):
+                self._saving.end_drive()
                 self._node.get_logger().warning(
                     f'time went back by {(newest_ns - stamp_ns) / 1e9:.3f} s, from'
                     f' {newest_ns / 1e9:.3f} to {stamp_ns / 1e9:.3f}: restarted')
