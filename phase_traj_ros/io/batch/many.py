@@ -15,7 +15,7 @@ import time
 
 import cv2
 import numpy as np
-from phase_traj_ros.core import LengthUnit, Way
+from phase_traj_ros.core import Counters, LengthUnit, Way
 from phase_traj_ros.core.reliability import Reliability
 from phase_traj_ros.errors import OutputError, PhaseTrajError
 from phase_traj_ros.io.batch.job import Pass, replay_source, Wanted
@@ -94,6 +94,8 @@ class Outcome:
     """The drawn path, thinned for a thumbnail, in its unit, REP 103 axes."""
     way: Way = field(default_factory=Way)
     """Distance travelled; it has no pairs if no distance is measured."""
+    counters: Counters = field(default_factory=Counters)
+    """Numbers of frames that were dropped, skipped or repeated."""
     length_unit: LengthUnit = LengthUnit.METRE
     """Unit of the distance."""
 
@@ -117,7 +119,7 @@ def run_job(job: Job, progress: Progress | None = None) -> Outcome:
         source=str(job.source), folder=job.folder, status=Status.OK, frames=result.frames,
         turns=len(turn_marks(result)), reliability=result.reliability,
         seconds=time.monotonic() - began, route=_route(result),
-        way=result.way,
+        way=result.way, counters=result.counters,
         length_unit=result.parameters.length_unit)
 
 

@@ -29,7 +29,8 @@ CSV_NAME: Final = 'summary.csv'
 HTML_NAME: Final = 'summary.html'
 COLUMNS: Final = (
     'source', 'folder', 'status', 'frames', 'turns', 'seconds', 'error', 'reliable', 'reasons',
-    'distance', 'distance_unit', 'distance_states')
+    'distance', 'distance_unit', 'distance_states',
+    'dropped_frames', 'skipped_frames', 'repeated_frames')
 
 # Side of the square in which a route is drawn.
 _SIDE = 40
@@ -61,7 +62,7 @@ def _row(outcome: Outcome) -> list[str]:
         str(outcome.turns), f'{outcome.seconds:.2f}', outcome.error,
         '' if found is None else str(found.reliable).lower(),
         '' if found is None else ' '.join(found.words),
-        *_way_cells(outcome)]
+        *_way_cells(outcome), *_frame_cells(outcome)]
 
 
 def _way_cells(outcome: Outcome) -> tuple[str, str, str]:
@@ -71,6 +72,13 @@ def _way_cells(outcome: Outcome) -> tuple[str, str, str]:
     return (
         f'{way.distance:.1f}', outcome.length_unit.value,
         ' '.join(f'{state.value}:{count}' for state, count in way.states.items()))
+
+
+def _frame_cells(outcome: Outcome) -> tuple[str, str, str]:
+    if outcome.status is not Status.OK:
+        return '', '', ''
+    counters = outcome.counters
+    return str(counters.dropped), str(counters.skipped), str(counters.repeated)
 
 
 def _page(outcomes: Sequence[Outcome], directory: Path) -> str:
@@ -89,7 +97,7 @@ def _page(outcomes: Sequence[Outcome], directory: Path) -> str:
         ]),
         'sources': table(
             [_cells(outcome, directory) for outcome in outcomes], head=('', *COLUMNS),
-            numbers=(4, 5, 6, 10), kind='routes'),
+            numbers=(4, 5, 6, 10, 13, 14, 15), kind='routes'),
     })
 
 

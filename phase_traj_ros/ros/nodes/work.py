@@ -169,7 +169,7 @@ class Work:
 
         """
         counters = self._estimator.counters
-        dropped, newest_ns = counters.dropped, self._estimator.last_stamp_ns
+        dropped = counters.dropped
         unusable = None
         began = time.perf_counter_ns()
         for outcome in self._stream.push(frame):
@@ -177,11 +177,12 @@ class Work:
                 unusable = outcome.reason
             self._publish(outcome, time.perf_counter_ns() - began)
             began = time.perf_counter_ns()
-        if counters.dropped > dropped and newest_ns is not None:
+        if counters.dropped > dropped:
+            several = counters.dropped > 1
             self._node.get_logger().warning(
-                f'dropped an image: its stamp is out of order, about {frame.stamp_ns / 1e9:.3f}'
-                f' after {newest_ns / 1e9:.3f}; {counters.dropped} so far',
-                throttle_duration_sec=_THROTTLE_S)
+                f'dropped {counters.dropped} image{"s" if several else ""} so far:'
+                f' {"their stamps are" if several else "its stamp is"} late, or far from those of'
+                ' the images around', throttle_duration_sec=_THROTTLE_S)
         if unusable is not None:
             if self._camera is not None and self._estimator.settings.awaits_lens:
                 self._camera.require()
