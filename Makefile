@@ -19,7 +19,7 @@ environment = $(or $(boot),$(error No Python found: install Python 3.10 to 3.13 
 unexport _ROS_WHEELS_BOOTSTRAP_COMPLETE
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-noble lint colcon dist bench bench-system robustness any-camera distance docs \
+.PHONY: help demo test test-noble lint colcon dist bench bench-system robustness any-camera distance frame-rate docs \
 	docs-links version release pins clean
 
 help:  ## Show this list
@@ -69,6 +69,10 @@ robustness:  ## Measure robustness to noise against peers; writes docs/measureme
 distance:  ## Measure distances on clips and drives; writes docs/measurements/distance.md
 	@$(environment) .venv --extras ros
 	@.venv/bin/python benchmarks/distance.py
+
+frame-rate:  ## Measure drives at 5 to 120 Hz; writes docs/measurements/frame_rate.md
+	@$(environment) .venv --extras ros
+	@.venv/bin/python benchmarks/frame_rate.py
 
 any-camera:  ## Measure the turns of 16 unknown cameras; writes docs/measurements/any_camera.md
 	@$(environment) .venv --extras ros

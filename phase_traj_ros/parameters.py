@@ -289,8 +289,8 @@ class Parameters:
         known = [spec.name for spec in specs()]
         for name in values:
             if name not in known:
-                near = get_close_matches(name, known, n=1)
-                hint = f'did you mean {near[0]!r}?' if near else f'give one of {", ".join(known)}'
+                near = nearest(name)
+                hint = f'did you mean {near!r}?' if near else f'give one of {", ".join(known)}'
                 raise ParameterError(f'there is no parameter {name!r}: {hint}')
         return replace(self, **cast('dict[str, Any]', dict(values)))
 
@@ -416,3 +416,8 @@ def specs() -> tuple[Spec, ...]:
         assert declared.default is not MISSING
         table.append(Spec(name=declared.name, default=declared.default, **declared.metadata))
     return tuple(table)
+
+
+def nearest(name: str) -> str:
+    """Return the name of a parameter that was probably meant by ``name``; empty if none is."""
+    return next(iter(get_close_matches(name, [spec.name for spec in specs()], n=1)), '')

@@ -22,11 +22,12 @@ FLOORS = {
         'codes', 'correlation', 'camera', 'calibration', 'heading', 'road', 'path',
         'localization', '*'),
     'io': (
-        'atomic params_file images', 'messages', 'sources maps', 'replay', 'results', 'evaluation',
-        'batch'),
+        'outputs params_file images', 'messages', 'sources maps', 'replay', 'results',
+        'evaluation', 'batch'),
     'synthetic': (
         'arrays', 'camera', 'textures degradations overlays', 'scene', 'town view', 'drive'),
-    'cli': ('command options progress live_view report walk', 'commands', 'program', 'main'),
+    'cli': (
+        'command ending options progress live_view report walk', 'commands', 'program', 'main'),
     'ros': (
         'spin health losses entities', 'startup', 'declare', 'outputs', 'inputs saving playback',
         'diagnostics', 'nodes', 'main lifecycle_main'),

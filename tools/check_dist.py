@@ -32,7 +32,9 @@ for index, position in enumerate([0, 0, 30, 60, 60, 20, 20, 20]):
     cv2.imwrite(f'{sys.argv[1]}/{index}.png', np.roll(texture, position, axis=1))
 """
 CODES = ['movement  (7): 1x1 0x1 3x1 1x1 2x1 1x2', 'direction (6): 1x1 0x2 1x3']
-RESULTS = {'chain_code.json', 'report.html', 'shifts.csv', 'trajectory.png', 'trajectory.tum'}
+RESULTS = {
+    'chain_code.json', 'manifest.json', 'report.html', 'shifts.csv', 'trajectory.png',
+    'trajectory.tum'}
 
 
 def run(*command: object, environment: dict[str, str] | None = None) -> None:

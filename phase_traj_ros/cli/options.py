@@ -7,7 +7,7 @@ from pathlib import Path
 import sys
 from textwrap import fill
 
-from phase_traj_ros.io.params_file import parse_assignment, read_parameters
+from phase_traj_ros.io.params_file import find_params_file, parse_assignment, read_parameters
 from phase_traj_ros.io.sources.base import FrameSource
 from phase_traj_ros.io.sources.opening import open_source
 from phase_traj_ros.io.sources.selection import Selection
@@ -47,6 +47,13 @@ def add_source(parser: ArgumentParser, *, several: bool = False) -> None:
              ' without times.txt: default 10)')
 
 
+def add_force(parser: ArgumentParser) -> None:
+    """Add the option that replaces files of someone else in an output folder."""
+    parser.add_argument(
+        '--force', action='store_true',
+        help='replace files in DIR that no earlier run wrote (default: refuse)')
+
+
 def selection_of(options: Namespace) -> Selection:
     """Return the selection of frames given by the options of ``add_source``."""
     return Selection(start=options.start, duration=options.duration, every=options.every)
@@ -66,7 +73,9 @@ def add_parameters(parser: ArgumentParser) -> None:
         help="shift in pixels per frame from which a pair is a turn, the paper's rule"
              ' (default: the value in --params, otherwise no threshold)')
     parser.add_argument(
-        '--params', metavar='FILE', type=Path, help='ROS parameter file, as for the node')
+        '--params', metavar='FILE',
+        help='ROS parameter file, as for the node: a path, or the name of one in config/, such as'
+             ' vehicle.yaml')
     parser.add_argument(
         '-p', '--param', metavar='NAME:=VALUE', dest='assignments', action='append', default=[],
         help='set one parameter; overrides --params; may be repeated')
@@ -91,9 +100,18 @@ def print_notices(parameters: Parameters) -> None:
         print(f'warning: {notice}', file=sys.stderr)
 
 
+def inputs_of(options: Namespace, parameters: Parameters) -> tuple[Path, ...]:
+    """Return all files and folders that a replay with these options reads."""
+    files = [options.params, Path(parameters.mask_file) if parameters.mask_file else None]
+    return tuple(
+        file.absolute() for file in (*options.sources, *files) if file is not None)
+
+
 def parameters_of(options: Namespace) -> Parameters:
     """Return the parameters given by the options of ``add_parameters``."""
-    parameters = Parameters() if options.params is None else read_parameters(options.params)
+    parameters = Parameters()
+    if options.params is not None:
+        parameters = read_parameters(find_params_file(options.params))
     values = dict(map(parse_assignment, options.assignments))
     if options.threshold is not None:
         values['threshold'] = options.threshold

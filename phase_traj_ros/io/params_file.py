@@ -11,11 +11,34 @@ from phase_traj_ros.parameters import NODE_NAME, Parameters
 import yaml
 
 _VALUES = 'ros__parameters'
+_MISSPELT = ('ros_parameters', 'ros__parameter', 'ros_parameter')
 # PyYAML raises a plain ValueError for e.g. a 13th month or a number with thousands of digits.
 _NO_YAML = (yaml.YAMLError, ValueError)
 # Parameters of the node itself, which a replay ignores.
 _OF_EVERY_NODE = (
     'use_sim_time', 'qos_overrides', 'start_type_description_service', 'autostart')
+
+
+def find_params_file(given: str | Path) -> Path:
+    """
+    Return the file of that path, or else the file of that name in the package's ``config/``.
+
+    A leading ``~`` is the home folder.
+
+    Raises
+    ------
+    ParameterError
+        There is no such file.
+
+    """
+    config = _config_folder()
+    for path in (Path(given).expanduser(), config / given):
+        if path.exists() and not path.is_dir():
+            return path
+    names = ', '.join(sorted(path.name for path in config.glob('*.yaml') if _is_for_node(path)))
+    raise ParameterError(
+        f"there is no parameter file {str(given)!r}: give a path, or one of the package's own:"
+        f' {names}')
 
 
 def read_parameters(path: Path) -> Parameters:
@@ -52,6 +75,20 @@ def read_parameters(path: Path) -> Parameters:
         raise ParameterError(f'{path}: {error}') from None
 
 
+def check_syntax(path: Path) -> None:
+    """
+    Check that ``path`` can be read as a ROS parameter file, whatever node it is for.
+
+    Raises
+    ------
+    ParameterError
+        The file cannot be read, or is not a ROS parameter file.
+
+    """
+    for _ in _sections(path):
+        pass
+
+
 def values_for(path: Path, full_name: str) -> dict[str, object]:
     """
     Return what ``path`` gives to the node of that name, such as ``/front/phase_traj``.
@@ -73,6 +110,24 @@ def values_for(path: Path, full_name: str) -> dict[str, object]:
             f"{path} has parameters for {others}, not for {full_name}: put them under '/**:' or"
             f" '{full_name}:', in '{_VALUES}:'")
     return {name: value for values in own for name, value in _flatten(values)}
+
+
+def _config_folder() -> Path:
+    """Return the folder with the package's parameter files: installed, or of a checkout."""
+    package = Path(__file__).resolve().parents[1]
+    # PREFIX/lib/pythonX/site-packages/phase_traj_ros
+    for prefix in package.parents[3:4]:
+        installed = prefix / 'share' / package.name / 'config'
+        if installed.is_dir():
+            return installed
+    return package.parent / 'config'
+
+
+def _is_for_node(path: Path) -> bool:
+    try:
+        return any(_is_meant(node) for node, _ in _sections(path))
+    except ParameterError:
+        return False
 
 
 def _names_node(pattern: str, full_name: str) -> bool:
@@ -126,6 +181,10 @@ def _find_sections(
         raise ParameterError(
             f"{path} is not a ROS parameter file: write '/**:' over '{_VALUES}:'")
     for key, value in content.items():
+        if key in _MISSPELT:
+            raise ParameterError(
+                f"{path} has {key!r} in {prefix or 'no node'!r}: write '{_VALUES}', with two"
+                ' underscores')
         if key != _VALUES:
             yield from _find_sections(path, f'{prefix}/{str(key).strip("/")}', value)
         elif isinstance(value, dict):

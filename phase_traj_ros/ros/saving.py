@@ -11,7 +11,7 @@ from typing import TextIO
 
 from phase_traj_ros.core import TrajectoryEstimator, Update
 from phase_traj_ros.errors import OutputError, PhaseTrajError
-from phase_traj_ros.io.atomic import writing_to
+from phase_traj_ros.io.outputs.commit import writing_to
 from phase_traj_ros.io.results.files import ShiftTable
 from phase_traj_ros.io.results.snapshot import Snapshot
 from phase_traj_ros.parameters import Parameters

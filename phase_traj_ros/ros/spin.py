@@ -10,9 +10,13 @@ callback finishes, and then the node is destroyed.
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from pathlib import Path
+import re
 from threading import Event
+from types import MappingProxyType
 
 from phase_traj_ros.errors import ParameterError
+from phase_traj_ros.io.params_file import check_syntax
 import rclpy
 from rclpy.exceptions import NameValidationException
 from rclpy.executors import SingleThreadedExecutor
@@ -21,6 +25,14 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
 _POLL_S = 0.2
+_PARAMS_FILE = 'params file'
+# What to write, by what rcl calls the argument.
+_WRITE = MappingProxyType({
+    'remap rule': "write '-r FROM:=TO' with valid names, as in '-r image:=/camera/image_raw'",
+    'parameter override rule': "write '-p NAME:=VALUE', as in '-p max_gap:=1.0'",
+    'log level': 'give debug, info, warn, error or fatal, or LOGGER:=LEVEL',
+    _PARAMS_FILE: '',
+})
 
 
 @contextmanager
@@ -42,11 +54,27 @@ def ros_context(arguments: Sequence[str] | None = None) -> Iterator[None]:
     except (rclpy_implementation.RCLError, rclpy_implementation.UnknownROSArgsError) as error:
         if rclpy.ok():
             raise
-        # The rest of the message is the position in the C sources.
-        reason = ' '.join(str(error).split(', at /')[0].split())
-        raise ParameterError(f'{reason}: see the arguments after --ros-args') from None
+        raise ParameterError(_explained(str(error))) from None
     finally:
         rclpy.try_shutdown()
+
+
+def _explained(message: str) -> str:
+    """Return what is wrong with the ROS arguments, and what to write instead."""
+    # The rest of the message is the position in the C sources.
+    reason = ' '.join(message.split(', at /')[0].split())
+    unknown = re.match(r"\['([^']*)'", reason)
+    if unknown:
+        return (f'{unknown[1]!r} is not a ROS argument: a topic is remapped by'
+                " '-r FROM:=TO', a parameter is set by '-p NAME:=VALUE'")
+    refused = re.search(r"parse (.+?): '-{1,2}\S+ (.*?)'\. Error", reason)
+    if refused is None or refused[1] not in _WRITE:
+        return f'{reason}: see the arguments after --ros-args'
+    if refused[1] == _PARAMS_FILE:
+        check_syntax(Path(refused[2]))
+        reason = reason.partition('Error: ')[2]
+        return f'{refused[2]} is not a ROS parameter file: {reason}'
+    return f'the {refused[1]} {refused[2]!r} is not valid: {_WRITE[refused[1]]}'
 
 
 @contextmanager

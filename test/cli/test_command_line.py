@@ -6,6 +6,7 @@ import csv
 from importlib.util import find_spec
 import json
 import os
+import re
 import subprocess
 import sys
 
@@ -60,7 +61,8 @@ def test_replay_writes_everything(folder, tmp_path):
     assert 'movement  (7): 1x1 0x1 3x1 1x1 2x1 1x2' in result.stdout
     assert 'direction (6): 1x1 0x2 1x3' in result.stdout
     assert sorted(os.listdir(output)) == [
-        'chain_code.json', 'shifts.csv', 'trajectory.png', 'trajectory.tum', 'turns.png']
+        'chain_code.json', 'manifest.json', 'shifts.csv', 'trajectory.png', 'trajectory.tum',
+        'turns.png']
 
     code = json.loads((output / 'chain_code.json').read_text())
     assert (code['frames'], code['threshold']) == (8, 16.0)
@@ -103,7 +105,7 @@ def test_a_second_replay_replaces_the_results(folder, tmp_path):
     assert run(
         'replay', folder, '--output', output, '--every', '2', *PAPER).returncode == 0
     assert json.loads((output / 'chain_code.json').read_text())['frames'] == 4
-    assert len(os.listdir(output)) == 5
+    assert len(os.listdir(output)) == 6
 
 
 def test_threshold_overrides_the_parameter_file(folder, tmp_path):
@@ -184,12 +186,12 @@ def test_play_refuses_invalid_times(folder, option, value):
     (['{folder}', '--start', '60'], 'no frame is selected'),
     (['{folder}', '--duration', '0.1'], '1 frame to use, but a trajectory needs at least two'),
     (['{folder}', '--fps', '0'], 'fps must be'),
-    (['{folder}', '--params', '/does/not/exist.yaml'], 'cannot read the parameter file'),
+    (['{folder}', '--params', '/does/not/exist.yaml'], 'there is no parameter file'),
     (['{folder}', '-p', 'threshold=3'], 'write NAME:=VALUE'),
     (['{folder}', '-p', 'threshold:=3'], 'such as 3.0'),
     (['{folder}', '-p', 'code_source:=heading'], 'give focal_px or hfov_deg'),
-    (['{folder}', '--output', '{folder}/0.png'], 'cannot write to'),
-    (['{folder}', '--output', '{folder}/0.png/below'], 'cannot write to'),
+    (['{folder}', '--output', '/dev/null'], 'cannot write to'),
+    (['{folder}', '--output', '/dev/null/below'], 'cannot write to'),
     (['{empty}'], 'no'),
     (['{file}'], 'is a text file, not a video'),
     pytest.param(['{bag}'], 'cannot be read', marks=pytest.mark.skipif(
@@ -238,7 +240,7 @@ def test_a_broken_picture_leaves_older_results_alone(folder, tmp_path):
     (folder / '5.png').write_bytes(b'')
     refused('replay', folder, '--output', output, '--strict')
     assert (output / 'chain_code.json').read_bytes() == before
-    assert len(os.listdir(output)) == 5
+    assert len(os.listdir(output)) == 6
 
 
 def test_inspect_refuses_frames_that_do_not_match(folder, tmp_path):
@@ -246,3 +248,39 @@ def test_inspect_refuses_frames_that_do_not_match(folder, tmp_path):
     message = refused('inspect', folder / '0.png', tmp_path / 'small.png')
     assert '160x96' in message and '50x50' in message
     assert 'No such file' in refused('inspect', folder / '0.png', tmp_path / 'none.png')
+
+
+def test_the_figure_of_two_frames_does_not_become_a_third(folder):
+    before = sorted(os.listdir(folder))
+    result = run('inspect', '0.png', '1.png', cwd=folder)
+    assert result.returncode == 2 and 'would lie beside the frames' in result.stderr
+    assert sorted(os.listdir(folder)) == before
+
+
+@pytest.mark.parametrize('output', ['.', 'results', '../pictures/a'])
+def test_results_do_not_become_frames(folder, output):
+    before = sorted(os.listdir(folder))
+    assert 'input' in refused('replay', folder, *PAPER, '--output', folder / output)
+    assert sorted(os.listdir(folder)) == before
+
+
+def test_a_recording_is_not_replaced_by_its_result(folder, tmp_path):
+    pytest.importorskip('rosbags')
+    recording = tmp_path / 'y.mcap'
+    assert run(
+        'replay', folder, *PAPER, '--bag-out', recording, '--bag-debug-images').returncode == 0
+    before = recording.read_bytes()
+    assert 'is an input' in refused('replay', recording, *PAPER, '--bag-out', recording)
+    assert recording.read_bytes() == before
+
+
+def test_a_page_of_the_user_stays(folder, tmp_path):
+    output = tmp_path / 'out'
+    output.mkdir()
+    (output / 'report.html').write_text('mine')
+    call = ['replay', folder, *PAPER, '--output', output]
+    assert run(*call).returncode == 0
+    assert 'report.html was not written by an earlier run' in refused(*call, '--report')
+    assert (output / 'report.html').read_text() == 'mine'
+    assert run(*call, '--report', '--force').returncode == 0
+    assert (output / 'report.html').read_text() != 'mine'

@@ -20,7 +20,9 @@ from phase_traj_ros.io.sources.opening import open_source
 from phase_traj_ros.parameters import Parameters
 import pytest
 
-PLAIN = {'chain_code.json', 'shifts.csv', 'trajectory.png', 'trajectory.tum', 'turns.png'}
+PLAIN = {
+    'chain_code.json', 'manifest.json', 'shifts.csv', 'trajectory.png', 'trajectory.tum',
+    'turns.png'}
 # What is rolled has shifts and does not turn, so these are results of the paper's rule.
 PAPER = ('--threshold', '16')
 PLACES = [0, 0, 30, 60, 60, 20, 20, 20]
@@ -102,7 +104,7 @@ def test_an_error_leaves_nothing_behind(folder, tmp_path, capsys):
     (['{folder}', '--output', '{out}', '--bag-out', 'a/x.mcap'], 'a name without a folder'),
     (['{folder}', '--output', '{out}', '--bag-out', 'x.bag'], 'has to end in .mcap'),
     (['{folder}', '--output', '{out}', '--jobs', '0'], '--jobs is 0'),
-    (['{folder}', '--output', '{folder}/0.png'], 'cannot write to'),
+    (['{folder}', '--output', '/dev/null'], 'cannot write to'),
 ])
 def test_contradicting_options(folder, tmp_path, capsys, arguments, message):
     filled = [each.format(folder=folder, out=tmp_path / 'out') for each in arguments]
@@ -123,7 +125,7 @@ def test_several_sources_one_of_them_broken(tmp_path):
          '--threshold', '20'],
         capture_output=True, text=True, check=False, stdin=subprocess.DEVNULL)
     assert (result.returncode, result.stderr) == (1, '')
-    assert files_in(output) == {'a', 'b', 'summary.csv', 'summary.html'}
+    assert files_in(output) == {'a', 'b', 'manifest.json', 'summary.csv', 'summary.html'}
     for name in ('a', 'b'):
         assert files_in(output / name) == PLAIN | {'report.html', 'codes.mcap'}
         assert json.loads((output / name / 'chain_code.json').read_text())['threshold'] == 20

@@ -27,6 +27,7 @@ def test_demo(tmp_path, drive, frames, directions, movements):
     assert [run[0] for run in code['direction_runs']] == directions
     assert [run[0] for run in code['movement_runs']] == movements
     assert {path.name for path in output.iterdir()} == {
-        'chain_code.json', 'shifts.csv', 'trajectory.png', 'trajectory.tum', f'{drive}_bag'}
+        'chain_code.json', 'manifest.json', 'shifts.csv', 'trajectory.png', 'trajectory.tum',
+        f'{drive}_bag'}
     with open_source(output / f'{drive}_bag') as source:
         assert source.frame_count == frames

@@ -258,7 +258,8 @@ def test_saving_while_running(live, run, tmp_path):
     folder /= 'phase_traj_1'
     assert str(folder) in answer.message
     assert {path.name for path in folder.iterdir()} == {
-        'chain_code.json', 'shifts.csv', 'trajectory.tum', 'trajectory.png'}
+        'chain_code.json', 'manifest.json', 'shifts.csv', 'trajectory.tum',
+        'trajectory.png'}
     # The rows are there while the node still runs, so a kill loses none of them.
     with (folder / 'shifts.csv').open(newline='') as file:
         lines = list(csv.DictReader(file))

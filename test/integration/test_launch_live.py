@@ -5,7 +5,6 @@
 from importlib.util import find_spec
 import os
 from pathlib import Path
-import re
 import shutil
 import signal
 import subprocess
@@ -25,7 +24,8 @@ pytestmark = pytest.mark.skipif(not is_installed(), reason='needs ros2 launch')
 PARENT = """
 from launch import LaunchDescription
 from launch.actions import GroupAction, IncludeLaunchDescription
-from launch_ros.actions import PushRosNamespace, SetParameter, SetRemap
+from launch_ros.actions import (
+    PushRosNamespace, SetParameter, SetParametersFromFile, SetRemap)
 from launch.substitutions import PathJoinSubstitution
 from launch_ros.substitutions import FindPackageShare
 
@@ -85,14 +85,35 @@ def included(tmp_path, actions, **arguments):
 
 @pytest.mark.parametrize(('arguments', 'message'), [
     (['rviz:=maybe'], "rviz is 'maybe': give true or false"),
-    (['params_file:=nope.yaml'], 'config/ contains heading.yaml, paper.yaml, vehicle.yaml'),
-    (['params_file:=fastdds_large_images.xml'], 'fastdds_large_images.xml is not '),
+    (['params_file:=nope.yaml'], "package's own: heading.yaml, paper.yaml, vehicle.yaml"),
+    (['params_file:=ekf.yaml'], 'not for /phase_traj'),
+    (['log_level:=debgu'], "log_level is 'debgu': give one of debug,"),
+    (['image:=//bad'], "'//bad': invalid topic name"),
+    (['speed:=-3'], "'speed' is -3.0: give 0 to 1000"),
+    (['speed:=nan'], "'speed' is nan: give 0 to 1000"),
 ])
 def test_what_makes_no_sense_starts_nothing(arguments, message):
     launched = launch(*arguments)
     assert message in launched.text
     assert launched.process.wait(30) == 1
     assert 'process started' not in launched.text
+
+
+def test_a_file_that_would_end_the_node_starts_nothing(tmp_path):
+    path = tmp_path / 'whole.yaml'
+    path.write_text('/**:\n  ros__parameters: {threshold: 12}\n')
+    launched = launch(f'params_file:={path}')
+    assert "'threshold' is 12: give a double, such as 12.0" in launched.text
+    assert launched.process.wait(30) == 1
+    assert 'process started' not in launched.text
+
+
+def test_the_defaults_are_shown():
+    shown = subprocess.run(
+        ['ros2', 'launch', 'phase_traj_ros', 'phase_traj.launch.py', '--show-args'],
+        capture_output=True, text=True, check=True).stdout
+    for default in ('image', 'raw', 'phase_traj', 'false', 'info'):
+        assert f"(default: '{default}')" in shown
 
 
 def test_without_rviz_nothing_is_left_behind():
@@ -128,12 +149,36 @@ def test_parents_set_what_is_not_given(tmp_path, live):
         tmp_path, "PushRosNamespace('a'), SetParameter('threshold', 9.0),"
         " SetParameter('use_sim_time', True), SetRemap('image', '/parent')")
     assert 'listening to /parent,' in launched.text
-    assert re.search('parameters, with no parameter file: threshold 9.0$', launched.text.strip())
+    assert launched.text.strip().endswith(
+        'parameters, with no parameter file: threshold 9.0, use_sim_time True')
     from rcl_interfaces.srv import GetParameters
     answer = live.call(
         GetParameters, '/a/phase_traj/get_parameters', GetParameters.Request(
             names=['use_sim_time']))
     assert answer.values[0].bool_value is True
+    assert launched.ends() == 0
+
+
+def test_a_file_that_a_parent_shares_among_its_nodes(tmp_path):
+    shared = tmp_path / 'shared.yaml'
+    shared.write_text('amcl:\n  ros__parameters: {alpha1: 0.2}\n')
+    launched = included(
+        tmp_path, f"SetParametersFromFile('{shared}')", params_file='vehicle.yaml')
+    assert 'vehicle.yaml: max_gap 1.0' in launched.text and 'amcl' not in launched.text
+    assert launched.ends() == 0
+
+
+def test_the_managed_node_starts_itself_where_that_is_asked_for(live):
+    from lifecycle_msgs.msg import State
+    from lifecycle_msgs.srv import GetState
+
+    def state():
+        return live.call(
+            GetState, '/phase_traj/get_state', GetState.Request()).current_state.id
+
+    launched = launch('lifecycle:=true', 'autostart:=true', 'image_transport:=compressed')
+    assert 'listening to /image/compressed,' in launched.text
+    live.until(lambda: state() == State.PRIMARY_STATE_ACTIVE)
     assert launched.ends() == 0
 
 

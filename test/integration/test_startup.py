@@ -27,7 +27,16 @@ from std_msgs.msg import String
     (['--ros-args', '-p', 'publish_tf:=true', '-p', 'child_frame_id:=phase_traj'],
      "'frame_id' and 'child_frame_id' are both 'phase_traj'"),
     (['--ros-args', '-p', 'frame_id:=/map'], "'frame_id' is '/map'"),
-    (['--ros-args', '-r', 'image:=/front-camera/image'], 'image:=/front-camera/image'),
+    (['--ros-args', '-r', 'image:=/front-camera/image'],
+     "'image:=/front-camera/image' is not valid: write '-r FROM:=TO'"),
+    (['--ros-args', '-r', 'image=/camera'],
+     "the remap rule 'image=/camera' is not valid: write '-r FROM:=TO'"),
+    (['--ros-args', 'image:=/camera'],
+     "'image:=/camera' is not a ROS argument: a topic is remapped by '-r FROM:=TO'"),
+    (['--ros-args', '-p', 'threshold=9.0'], "write '-p NAME:=VALUE'"),
+    (['--ros-args', '--log-level', 'debgu'], 'give debug, info, warn, error or fatal'),
+    (['--ros-args', '--params-file', 'nope.yaml'],
+     "there is no parameter file 'nope.yaml': give a path, or one of the package's own: heading"),
 ])
 def test_what_makes_no_sense_is_refused_in_a_line(live, arguments, message):
     process = live.start(lossless=False, arguments=arguments)
@@ -53,12 +62,47 @@ def params(path, name, text='{threshold: 9.0}'):
     return ['--params-file', str(path)]
 
 
+def test_one_underscore_is_refused_in_a_line(live, tmp_path):
+    path = tmp_path / 'a.yaml'
+    path.write_text('/**:\n  ros_parameters: {threshold: 9.0}\n')
+    assert live.start('--params-file', str(path)).wait(20) == 2
+    assert "has 'ros_parameters' in '/**': write 'ros__parameters', with two" in live.logs()
+
+
 @pytest.mark.parametrize(('name', 'namespace'), [
     ('phase_traj', '/front'), ('/front/phase_traj', '/'), ('other', '/')])
-def test_a_parameter_file_for_another_node_is_refused(live, tmp_path, name, namespace):
-    process = live.start(*params(tmp_path / 'a.yaml', name), '-r', f'__ns:={namespace}')
-    assert process.wait(20) == 2
-    assert f'not for {namespace.rstrip("/")}/phase_traj: put them under' in live.logs()
+def test_a_parameter_file_for_other_nodes_only_is_said(live, tmp_path, name, namespace):
+    live.start(*params(tmp_path / 'a.yaml', name), '-r', f'__ns:={namespace}', lossless=False)
+    full_name = f'{namespace.rstrip("/")}/phase_traj'
+    live.until(lambda: f'not for {full_name}: put them under' in live.logs())
+    live.until(lambda: 'parameters, with no parameter file: all at' in live.logs())
+
+
+def test_a_file_shared_with_other_nodes_comes_before_the_own(live, tmp_path):
+    shared = params(tmp_path / 'shared.yaml', 'amcl', '{alpha1: 0.2}')
+    own = params(tmp_path / 'own.yaml', 'phase_traj')
+    live.start(*shared, *own)
+    live.until(lambda: f'parameters, with {own[1]}: threshold 9.0' in live.logs())
+    assert 'amcl' not in live.logs()
+
+
+def test_a_file_of_the_package_is_found_by_its_name(live):
+    live.start('--params-file', 'vehicle.yaml')
+    live.until(lambda: 'config/vehicle.yaml: max_gap 1.0' in live.logs())
+
+
+def test_what_every_node_has_is_listed_too(live):
+    live.start('-p', 'use_sim_time:=true', lossless=True)
+    live.until(lambda: 'no parameter file: use_sim_time True,'
+               " qos_overrides./image.subscription.history 'keep_all'" in live.logs())
+
+
+def test_what_has_no_effect_is_said_with_what_to_write(live):
+    live.start(
+        '-p', 'treshold:=9.0', '-p', 'qos_overrides./image.subscription.durability:=volatile',
+        lossless=False)
+    live.until(lambda: 'durability is fixed for this topic' in live.logs())
+    assert "there is no parameter 'treshold', did you mean 'threshold'?" in live.logs()
 
 
 def test_the_node_says_what_it_runs_with(live, tmp_path):

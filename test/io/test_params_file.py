@@ -7,7 +7,7 @@ from pathlib import Path
 
 from phase_traj_ros.core import EstimatorSettings
 from phase_traj_ros.errors import ParameterError
-from phase_traj_ros.io.params_file import parse_assignment, read_parameters
+from phase_traj_ros.io.params_file import find_params_file, parse_assignment, read_parameters
 from phase_traj_ros.parameters import Parameters
 import pytest
 
@@ -85,6 +85,7 @@ camera:
     ('[' * 5000, 'nested without end'),
     ('camera:\n  ros__parameters: {exposure: 3}', 'no parameters for the node'),
     ('/**:\n  ros__parameters: 3', 'holds no parameters'),
+    ('/**:\n  ros_parameters: {threshold: 3.0}', "write 'ros__parameters', with two"),
     ('/**:\n  ros__parameters: {treshold: 3.0}', "did you mean 'threshold'"),
     ('/**:\n  ros__parameters: {threshold: 3}', 'such as 3.0'),
     ('/**:\n  ros__parameters: {threshold: 1e1}', 'give a double, such as 10.0'),
@@ -107,6 +108,20 @@ def test_a_file_that_cannot_be_read(tmp_path):
     (tmp_path / 'binary.yaml').write_bytes(b'\xff\xfe\x00\x80')
     with pytest.raises(ParameterError, match='not a text file'):
         read_parameters(tmp_path / 'binary.yaml')
+
+
+def test_a_file_is_found_by_its_path_and_else_by_its_name_in_config(
+        tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv('HOME', str(tmp_path / 'home'))
+    assert find_params_file('vehicle.yaml') == CONFIG / 'vehicle.yaml'
+    for path in (tmp_path / 'vehicle.yaml', tmp_path / 'home' / 'own.yaml'):
+        path.parent.mkdir(exist_ok=True)
+        path.touch()
+    assert find_params_file('vehicle.yaml').resolve() == tmp_path / 'vehicle.yaml'
+    assert find_params_file('~/own.yaml') == tmp_path / 'home' / 'own.yaml'
+    with pytest.raises(ParameterError, match=r'own: heading\.yaml, paper\.yaml, vehicle\.yaml$'):
+        find_params_file('none.yaml')
 
 
 @pytest.mark.parametrize('name', ['paper', 'vehicle', 'heading'])

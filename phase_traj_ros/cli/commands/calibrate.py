@@ -13,7 +13,7 @@ from phase_traj_ros.cli.progress import progress
 from phase_traj_ros.core import CameraEstimate, CameraInUse, Lens
 from phase_traj_ros.core.camera.estimate import combined
 from phase_traj_ros.errors import ResultError
-from phase_traj_ros.io.atomic import output_file
+from phase_traj_ros.io.outputs.outputs import output_file
 from phase_traj_ros.io.replay.camera import learned_lens
 from phase_traj_ros.io.results.camera_file import camera_values, write_camera
 from phase_traj_ros.io.sources.prefetch import prefetch
@@ -71,7 +71,7 @@ def run(options: Namespace) -> int:
     if options.upside_down:
         print('parameter: rotate_180: true')
     if options.output is not None:
-        with output_file(options.output) as staged:
+        with output_file(options.output, inputs=options.sources) as staged:
             write_camera(camera, staged, rotate_180=options.upside_down)
         print(f'written to {options.output}')
     return 0

@@ -8,14 +8,15 @@ from pathlib import Path
 from typing import Any
 
 from phase_traj_ros.cli.command import Command
+from phase_traj_ros.cli.options import add_force
 from phase_traj_ros.cli.progress import counter
 from phase_traj_ros.cli.report import print_codes
 from phase_traj_ros.core import Direction, PAPER_THRESHOLD
 from phase_traj_ros.errors import MissingDependencyError, ResultError
-from phase_traj_ros.io.atomic import output_directory
+from phase_traj_ros.io.outputs.outputs import output_directory
 from phase_traj_ros.io.replay.run import Replay, replay
 from phase_traj_ros.io.results.figures import require_matplotlib
-from phase_traj_ros.io.results.files import write_results
+from phase_traj_ros.io.results.files import RESULT_NAMES, write_results
 from phase_traj_ros.io.sources.opening import open_source
 from phase_traj_ros.parameters import Parameters
 from phase_traj_ros.synthetic import Drive, DRIVES, named_drive, write_drive_bag
@@ -44,6 +45,7 @@ def add_parser(commands: Any) -> None:
     parser.add_argument(
         '--output', metavar='DIR', type=Path, default=Path('out/demo'),
         help='write the results here (default: out/demo)')
+    add_force(parser)
     parser.set_defaults(run=run)
 
 
@@ -60,7 +62,8 @@ def run(options: Namespace) -> None:
     parameters = Parameters().with_values(
         {'threshold': _THRESHOLDS.get(drive.name, PAPER_THRESHOLD)})
     name = f'{drive.name}_bag'
-    with output_directory(options.output) as directory:
+    with output_directory(
+            options.output, names=(*RESULT_NAMES, name), force=options.force) as directory:
         print(f'rendering {len(drive)} frames of the drive {drive.name!r} ...', flush=True)
         with counter(total=len(drive), title='rendering') as advance:
             write_drive_bag(drive, directory / name, progress=advance)

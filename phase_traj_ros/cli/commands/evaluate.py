@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from phase_traj_ros.cli.command import Command
-from phase_traj_ros.io.atomic import output_directory
+from phase_traj_ros.cli.options import add_force
 from phase_traj_ros.io.evaluation.evaluate import (
     evaluate,
     Evaluation,
@@ -18,6 +18,7 @@ from phase_traj_ros.io.evaluation.evaluate import (
 from phase_traj_ros.io.evaluation.ground_truth import read_ground_truth
 from phase_traj_ros.io.evaluation.picture import write_evaluation_picture
 from phase_traj_ros.io.evaluation.replayed_drive import read_replay
+from phase_traj_ros.io.outputs.outputs import output_directory
 from phase_traj_ros.io.results.figures import require_matplotlib
 
 _EPILOG = """
@@ -49,6 +50,7 @@ def add_parser(commands: Any) -> None:
         '--align-start', action='store_true',
         help='the first pose belongs to the first frame of the replay: for times of different'
              ' clocks')
+    add_force(parser)
     parser.set_defaults(run=run)
 
 
@@ -58,7 +60,9 @@ def run(options: Namespace) -> None:
     drive = read_replay(options.directory)
     evaluation, true = evaluate(
         drive, read_ground_truth(options.ground_truth), align_start=options.align_start)
-    with output_directory(options.directory) as directory:
+    with output_directory(
+            options.directory, names=('evaluation.json', 'evaluation.png'), adds=True,
+            inputs=(options.ground_truth,), force=options.force) as directory:
         write_evaluation(
             evaluation, directory / 'evaluation.json', source=drive.source,
             ground_truth=str(options.ground_truth))

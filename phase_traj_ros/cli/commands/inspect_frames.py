@@ -8,9 +8,9 @@ from typing import Any
 
 from phase_traj_ros.cli.command import Command
 from phase_traj_ros.core import PhaseCorrelator
-from phase_traj_ros.errors import FrameError
-from phase_traj_ros.io.atomic import output_file
+from phase_traj_ros.errors import FrameError, OutputError
 from phase_traj_ros.io.images.picture_file import read_picture
+from phase_traj_ros.io.outputs.outputs import output_file
 from phase_traj_ros.io.results.figures import require_matplotlib, write_correlation_picture
 
 _EPILOG = """
@@ -21,7 +21,7 @@ real driving, 0.01 to 0.02 for unrelated frames.
 
 COMMAND = Command(
     'inspect', summary='show the correlation map of two frames',
-    example='phase_traj inspect 000100.png 000101.png', epilog=_EPILOG)
+    example='phase_traj inspect drive/000100.png drive/000101.png', epilog=_EPILOG)
 
 
 def add_parser(commands: Any) -> None:
@@ -38,6 +38,7 @@ def add_parser(commands: Any) -> None:
 def run(options: Namespace) -> None:
     """Run the command."""
     require_matplotlib()
+    _refuse_among_frames(options)
     first, second = read_picture(options.first), read_picture(options.second)
     correlator = PhaseCorrelator()
     correlator.update(first)
@@ -46,11 +47,21 @@ def run(options: Namespace) -> None:
         raise FrameError(
             f'the frames differ in size or type: {options.first} is {_size(first)},'
             f' {options.second} is {_size(second)}')
-    with output_file(options.output) as path:
+    with output_file(options.output, inputs=(options.first, options.second)) as path:
         write_correlation_picture(
             first, second, correlator.correlation_map(), shift, path)
     print(f'dx {shift.dx:+.3f} px, dy {shift.dy:+.3f} px, response {shift.response:.4f}')
     print(f'written to {options.output}')
+
+
+def _refuse_among_frames(options: Namespace) -> None:
+    """Raise an error if the figure would become a frame of the folder."""
+    folder = options.output.absolute().parent
+    for frame in (options.first, options.second):
+        if folder.exists() and folder.samefile(frame.absolute().parent):
+            raise OutputError(
+                f'{options.output} would lie beside the frames, and a replay of {folder} would'
+                ' read it: choose another --output')
 
 
 def _size(image: Any) -> str:

@@ -13,8 +13,10 @@ from phase_traj_ros.cli.command import Command
 from phase_traj_ros.cli.commands.replay_many import add_batch, replay_many
 from phase_traj_ros.cli.live_view import LiveView
 from phase_traj_ros.cli.options import (
+    add_force,
     add_parameters,
     add_source,
+    inputs_of,
     parameters_help,
     parameters_of,
     print_notices,
@@ -79,6 +81,7 @@ def add_parser(commands: Any) -> None:
         help='write the drive as an animated GIF')
     parser.add_argument(
         '--live', action='store_true', help='show codes and path in the terminal as they grow')
+    add_force(parser)
     add_batch(parser)
     parser.set_defaults(run=run)
 
@@ -91,7 +94,8 @@ def run(options: Namespace) -> int | None:
     print_notices(parameters)
     wanted = Wanted(
         output=options.output, svg=options.svg, report=options.report, bag_out=options.bag_out,
-        bag_debug_images=options.bag_debug_images, animation=options.animation)
+        bag_debug_images=options.bag_debug_images, animation=options.animation,
+        force=options.force, inputs=inputs_of(options, parameters))
     [path] = options.sources
     title = path.name or str(path)
     watch = _Stopwatch()

@@ -7,8 +7,9 @@ from collections.abc import Callable, Generator, Mapping
 from contextlib import closing, suppress
 import os
 from pathlib import Path
+from uuid import uuid4
 
-from phase_traj_ros.cli.options import parameters_of, print_notices, selection_of
+from phase_traj_ros.cli.options import inputs_of, parameters_of, print_notices, selection_of
 from phase_traj_ros.cli.progress import gauge
 from phase_traj_ros.errors import OutputError, ParameterError, PhaseTrajError
 from phase_traj_ros.io.batch.dask_cluster import run_on_dask
@@ -21,7 +22,14 @@ from phase_traj_ros.io.batch.many import (
     Status,
 )
 from phase_traj_ros.io.batch.parallel import run_parallel
-from phase_traj_ros.io.batch.summary import CSV_NAME, HTML_NAME, write_summary
+from phase_traj_ros.io.batch.summary import (
+    CSV_NAME,
+    HTML_NAME,
+    SUMMARY_NAMES,
+    write_summary,
+)
+from phase_traj_ros.io.outputs.manifest import MANIFEST
+from phase_traj_ros.io.outputs.outputs import check_directory
 from phase_traj_ros.io.results.figures import require_matplotlib
 
 EXIT_SOME_FAILED = 1
@@ -53,7 +61,7 @@ def replay_many(options: Namespace) -> int | None:
                 outcomes[outcome.folder] = outcome
     except KeyboardInterrupt:
         # Finished results are kept, and the table lists the rest as interrupted.
-        _summarise(jobs, outcomes, options.output)
+        _summarise(jobs, outcomes)
         raise
     except PhaseTrajError:
         if made:
@@ -61,21 +69,19 @@ def replay_many(options: Namespace) -> int | None:
             with suppress(OSError):
                 options.output.rmdir()
         raise
-    rows = _summarise(jobs, outcomes, options.output)
+    rows = _summarise(jobs, outcomes)
     for row in rows:
         print(_line(row))
     print(f'written to {options.output}, see {HTML_NAME} or {CSV_NAME}')
     return None if all(row.status is Status.OK for row in rows) else EXIT_SOME_FAILED
 
 
-def _summarise(
-    jobs: list[Job], outcomes: Mapping[str, Outcome], directory: Path,
-) -> list[Outcome]:
+def _summarise(jobs: list[Job], outcomes: Mapping[str, Outcome]) -> list[Outcome]:
     remove_leftovers(jobs)
     rows = [
         outcomes.get(job.folder) or failure(job, 'not done', status=Status.INTERRUPTED)
         for job in jobs]
-    write_summary(rows, directory)
+    write_summary(rows, jobs[0].root, force=jobs[0].force)
     return rows
 
 
@@ -99,15 +105,21 @@ def _jobs(options: Namespace) -> list[Job]:
     if options.dask is not None:
         # The workers have other working directories.
         root, sources = root.absolute(), [source.absolute() for source in sources]
+    batch = f'{uuid4().hex}-'
     jobs = [
         Job(source=source, root=root, folder=folder, parameters=parameters, topic=options.topic,
             speed_topic=options.speed_topic, selection=selection, fps=options.fps,
             one_pass=options.one_pass, strict=options.strict, svg=options.svg,
             report=options.report, bag_name=None if bag is None else bag.name,
-            bag_debug_images=options.bag_debug_images)
-        for source, folder in zip(sources, folder_names(sources, taken=(CSV_NAME, HTML_NAME)))]
-    # Contradicting choices are reported before the work.
-    _ = jobs[0].wanted
+            bag_debug_images=options.bag_debug_images, force=options.force,
+            inputs=inputs_of(options, parameters), batch=batch)
+        for source, folder in zip(
+            sources, folder_names(sources, taken=(*SUMMARY_NAMES, MANIFEST)))]
+    # Contradicting choices, and files of others, are reported before the work.
+    check_directory(root, names=SUMMARY_NAMES, inputs=jobs[0].inputs, force=options.force)
+    for job in jobs:
+        check_directory(
+            job.output, names=job.wanted.names, inputs=job.inputs, force=options.force)
     return jobs
 
 

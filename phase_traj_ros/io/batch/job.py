@@ -12,7 +12,8 @@ from pathlib import Path
 from typing import Final
 
 from phase_traj_ros.errors import ParameterError
-from phase_traj_ros.io.atomic import output_directory, output_file, writing_to
+from phase_traj_ros.io.outputs.commit import writing_to
+from phase_traj_ros.io.outputs.outputs import Outputs
 from phase_traj_ros.io.replay.camera import known_lens, learned_lens
 from phase_traj_ros.io.replay.kept import KeptFrames
 from phase_traj_ros.io.replay.run import Replay, replay, Watcher
@@ -23,7 +24,7 @@ from phase_traj_ros.io.results.figures import (
     write_trajectory_picture,
     write_turn_picture,
 )
-from phase_traj_ros.io.results.files import write_results
+from phase_traj_ros.io.results.files import RESULT_NAMES, write_results
 from phase_traj_ros.io.results.report.report import write_report
 from phase_traj_ros.io.results.thumbnails import (
     HeadingTurnWatcher,
@@ -35,9 +36,6 @@ from phase_traj_ros.io.sources.base import DEFAULT_SPEED_TOPIC, Entry, FrameSour
 from phase_traj_ros.parameters import Parameters
 
 REPORT: Final = 'report.html'
-
-# Files in a replay's folder that not every replay writes: those of an earlier one are removed.
-_OPTIONAL = (REPORT, 'trajectory.svg', 'turns.png', 'turns.svg')
 
 
 class Pass(Enum):
@@ -80,6 +78,12 @@ class Wanted:
     """Whether the bag contains the debug images."""
     animation: Path | None = None
     """File of the animated GIF."""
+    force: bool = False
+    """Whether files in the output folder are replaced that no earlier run wrote."""
+    inputs: tuple[Path, ...] = ()
+    """What is read: an output that is one of these or lies in one is refused."""
+    batch: str = ''
+    """Name of the batch of which this replay is a part."""
 
     def __post_init__(self) -> None:
         """Check the combination of the choices."""
@@ -93,6 +97,14 @@ class Wanted:
             if path is not None and path.suffix != suffix:
                 raise ParameterError(f'{name} is {path}: its name has to end in {suffix}')
 
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Return the names of the files that may be written into the output folder."""
+        return (
+            *RESULT_NAMES, 'turns.png',
+            *(('trajectory.svg', 'turns.svg') if self.svg else ()),
+            *((REPORT,) if self.report else ()))
+
 
 def replay_source(
     source: FrameSource, parameters: Parameters, wanted: Wanted, *, title: str,
@@ -101,7 +113,7 @@ def replay_source(
     speed_topic: str = DEFAULT_SPEED_TOPIC, one_pass: bool = False, strict: bool = False,
 ) -> Replay:
     """
-    Replay a source and write the results, each file and folder completely or not at all.
+    Replay a source and write the results, all of them or none.
 
     ``title`` is the name of the source in the report. ``watchers`` receive the frames and their
     results in the last pass. ``speed_topic`` is the bag's topic of speeds, used if the parameters
@@ -113,26 +125,37 @@ def replay_source(
 
     Raises
     ------
-    The source cannot be read, a result cannot be written, or a package is missing.
-        The source cannot be read, a result cannot be written, or a package is missing.
+    SourceError
+        The source cannot be read, or has fewer than two frames to use.
+    FrameError
+        A frame cannot be used.
+    ParameterError
+        The parameters do not fit the source.
+    CalibrationError
+        The calibration in the source cannot be used.
+    OutputError
+        A result cannot be written, or would replace an input or a file of someone else.
+    MissingDependencyError
+        A package is missing that the source or a result needs.
 
     """
     with ExitStack() as stack:
+        owner = stack.enter_context(Outputs(
+            inputs=wanted.inputs, force=wanted.force, batch=wanted.batch))
         outputs: list[_Folder | _Gif] = []
         if wanted.output is not None:
             require_matplotlib()
             outputs.append(_Folder(
-                stack.enter_context(output_directory(wanted.output, obsolete=_OPTIONAL)),
-                wanted.output, wanted, title, parameters))
+                owner.directory(wanted.output, names=wanted.names), wanted.output, wanted, title,
+                parameters))
         if wanted.animation is not None:
-            outputs.append(_Gif(
-                stack.enter_context(output_file(wanted.animation)), wanted.animation,
-                Animation()))
+            outputs.append(_Gif(owner.file(wanted.animation), wanted.animation, Animation()))
         seen = [*watchers, *(watcher for output in outputs for watcher in output.watchers)]
         if wanted.bag_out is not None:
+            stack.enter_context(writing_to(wanted.bag_out))
             seen.append(stack.enter_context(BagSink(
-                stack.enter_context(output_file(wanted.bag_out)), parameters,
-                source=source.description, debug_images=wanted.bag_debug_images)))
+                owner.file(wanted.bag_out), parameters, source=source.description,
+                debug_images=wanted.bag_debug_images)))
         frames = KeptFrames(source)
         lens = known_lens(source, parameters)
         last = Pass.ONLY
@@ -148,7 +171,6 @@ def replay_source(
                 lens=lens, speeds=speeds, strict=strict)
         result = replace(result, source_frames=source.frames)
         for output in outputs:
-            # All outputs are open; an error of one must not be attributed to another.
             with writing_to(output.target):
                 output.write(result)
     return result

@@ -10,7 +10,6 @@ from dataclasses import dataclass, field
 from enum import Enum
 from itertools import count
 from pathlib import Path
-import shutil
 import time
 
 import cv2
@@ -19,6 +18,7 @@ from phase_traj_ros.core import Counters, LengthUnit, Way
 from phase_traj_ros.core.reliability import Reliability
 from phase_traj_ros.errors import OutputError, PhaseTrajError
 from phase_traj_ros.io.batch.job import Pass, replay_source, Wanted
+from phase_traj_ros.io.outputs.outputs import remove_staging
 from phase_traj_ros.io.replay.overview import turn_marks
 from phase_traj_ros.io.replay.run import Replay
 from phase_traj_ros.io.sources.base import DEFAULT_SPEED_TOPIC, Entry
@@ -48,6 +48,8 @@ class Job:
     """Folder of the whole batch. It exists."""
     folder: str
     """Name of the folder of this source in ``root``."""
+    batch: str
+    """Name of the batch, unlike that of any other."""
     parameters: Parameters
     topic: str | None = None
     speed_topic: str = DEFAULT_SPEED_TOPIC
@@ -60,6 +62,10 @@ class Job:
     bag_name: str | None = None
     """Name of the result bag in the folder; None for no bag."""
     bag_debug_images: bool = False
+    force: bool = False
+    """Whether files of someone else in the folder are replaced."""
+    inputs: tuple[Path, ...] = ()
+    """All that the batch reads."""
 
     @property
     def output(self) -> Path:
@@ -72,7 +78,8 @@ class Job:
         bag = None if self.bag_name is None else self.output / self.bag_name
         return Wanted(
             output=self.output, svg=self.svg, report=self.report, bag_out=bag,
-            bag_debug_images=self.bag_debug_images)
+            bag_debug_images=self.bag_debug_images, force=self.force, inputs=self.inputs,
+            batch=self.batch)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -159,10 +166,7 @@ def folder_names(sources: Iterable[Path], *, taken: Sequence[str] = ()) -> list[
 def remove_leftovers(jobs: Iterable[Job]) -> None:
     """Remove the unfinished files of killed processes, once the jobs are over."""
     for job in jobs:
-        for staging in job.output.glob('.phase_traj-*'):
-            shutil.rmtree(staging, ignore_errors=True)
-        if job.output.is_dir() and not any(job.output.iterdir()):
-            job.output.rmdir()
+        remove_staging(job.output, job.batch)
 
 
 def _named(source: Path) -> Path:

@@ -11,9 +11,9 @@ from urllib.parse import quote
 
 import numpy as np
 from phase_traj_ros.core import Axes, normalised, to_axes
-from phase_traj_ros.io.atomic import output_file
 from phase_traj_ros.io.batch.job import REPORT
 from phase_traj_ros.io.batch.many import Outcome, Status
+from phase_traj_ros.io.outputs.outputs import output_directory
 from phase_traj_ros.io.results.report.page import (
     Cell,
     definitions,
@@ -27,6 +27,7 @@ from phase_traj_ros.io.results.report.page import (
 
 CSV_NAME: Final = 'summary.csv'
 HTML_NAME: Final = 'summary.html'
+SUMMARY_NAMES: Final = (CSV_NAME, HTML_NAME)
 COLUMNS: Final = (
     'source', 'folder', 'status', 'frames', 'turns', 'seconds', 'error', 'reliable', 'reasons',
     'distance', 'distance_unit', 'distance_states',
@@ -36,23 +37,25 @@ COLUMNS: Final = (
 _SIDE = 40
 
 
-def write_summary(outcomes: Sequence[Outcome], directory: Path) -> None:
+def write_summary(
+    outcomes: Sequence[Outcome], directory: Path, *, force: bool = False,
+) -> None:
     """
-    Write summary.csv and summary.html, one row per source, each completely or not at all.
+    Write summary.csv and summary.html, one row per source, both or none.
 
     Raises
     ------
     OutputError
-        A file cannot be written.
+        The files cannot be written, or would replace files of someone else.
 
     """
-    with (output_file(directory / CSV_NAME) as path,
-          path.open('w', encoding='utf-8', errors='backslashreplace', newline='') as file):
-        writer = csv.writer(file, lineterminator='\n')
-        writer.writerow(COLUMNS)
-        writer.writerows(_row(outcome) for outcome in outcomes)
-    with output_file(directory / HTML_NAME) as path:
-        write_page(_page(outcomes, directory), path)
+    with output_directory(directory, names=SUMMARY_NAMES, adds=True, force=force) as staging:
+        with (staging / CSV_NAME).open(
+                'w', encoding='utf-8', errors='backslashreplace', newline='') as file:
+            writer = csv.writer(file, lineterminator='\n')
+            writer.writerow(COLUMNS)
+            writer.writerows(_row(outcome) for outcome in outcomes)
+        write_page(_page(outcomes, directory), staging / HTML_NAME)
 
 
 def _row(outcome: Outcome) -> list[str]:

@@ -32,6 +32,9 @@ from phase_traj_ros.core.reliability import Reliability
 from phase_traj_ros.io.replay.run import Replay
 from phase_traj_ros.io.results.figures import write_trajectory_picture
 
+RESULT_NAMES = ('chain_code.json', 'shifts.csv', 'trajectory.tum', 'trajectory.png')
+"""Names of the files of ``write_results``."""
+
 CSV_COLUMNS = (
     'pair', 'stamp', 'interval', 'dx', 'dy', 'response', 'movement', 'direction', 'status',
     'heading_deg', 'yaw_deg', 'bridged', 'distance', 'distance_variance', 'distance_state',

@@ -21,7 +21,7 @@ from phase_traj_ros.core.calibration.field_of_view import FieldOfView
 from phase_traj_ros.core.heading.estimator import HeadingEstimator
 from phase_traj_ros.core.heading.turns import Turn
 from phase_traj_ros.core.reliability import Reliability
-from phase_traj_ros.io.atomic import output_directory
+from phase_traj_ros.io.outputs.outputs import output_directory
 from phase_traj_ros.io.results.camera_file import CAMERA_FILE, write_camera
 from phase_traj_ros.io.results.figures import write_path_picture
 from phase_traj_ros.io.results.files import (

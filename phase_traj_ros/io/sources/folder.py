@@ -10,6 +10,7 @@ import re
 from phase_traj_ros.core.camera.model import CameraModel
 from phase_traj_ros.errors import SourceError
 from phase_traj_ros.io.images.picture_file import PICTURE_SUFFIXES, read_picture
+from phase_traj_ros.io.outputs.manifest import Manifest
 from phase_traj_ros.io.sources.base import (
     Candidate,
     DEFAULT_FPS,
@@ -83,10 +84,12 @@ def natural_key(name: str) -> tuple[tuple[str | int, ...], str]:
 def _pictures_in(folder: Path) -> list[Path]:
     """Return the pictures directly in the folder, in natural order."""
     try:
+        # Results of earlier runs are not frames.
+        results = Manifest.of(folder).owned
         found = [
             entry for entry in folder.iterdir()
             if entry.suffix.lower() in PICTURE_SUFFIXES
-            and not entry.name.startswith('.')
+            and not entry.name.startswith('.') and entry.name not in results
             and entry.is_file()
         ]
     except OSError as error:

@@ -24,7 +24,7 @@ def read_mask(parameters: Parameters) -> GreyImage | None:
     if not parameters.mask_file:
         return None
     try:
-        picture = read_picture(Path(parameters.mask_file))
+        picture = read_picture(Path(parameters.mask_file).expanduser())
         mask_shares(picture)
     except (SourceError, ValueError) as error:
         raise ParameterError(f'mask_file: {error}') from None

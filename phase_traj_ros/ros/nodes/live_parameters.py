@@ -4,10 +4,15 @@
 
 from collections.abc import Callable, Sequence
 
-from phase_traj_ros.parameters import Parameters, specs
+from phase_traj_ros.parameters import nearest, Parameters, specs
 from phase_traj_ros.ros.declare import changed, declare_parameters, unknown_overrides
-from phase_traj_ros.ros.startup.overrides import check_overrides, explained, unused_overrides
-from phase_traj_ros.ros.startup.param_files import check_param_files
+from phase_traj_ros.ros.startup.overrides import (
+    check_overrides,
+    explained,
+    unused_overrides,
+    used_overrides,
+)
+from phase_traj_ros.ros.startup.param_files import param_files_for
 from rcl_interfaces.msg import SetParametersResult
 from rclpy.node import Node
 from rclpy.parameter import Parameter
@@ -29,14 +34,14 @@ class LiveParameters:
         Raises
         ------
         ParameterError
-            An initial value is not allowed, or a parameter file has none for this node.
+            An initial value is not allowed.
 
         """
         self._node = node
         self._check_further = check
         self._on_change = on_change
         check_overrides(node)
-        self._files = check_param_files(node)
+        self._files, self._warnings = param_files_for(node)
         self.values = declare_parameters(node)
         node.add_on_set_parameters_callback(self._check)
         node.add_post_set_parameters_callback(self._apply)
@@ -44,9 +49,12 @@ class LiveParameters:
     def tell(self) -> None:
         """Log the values in use and the ones without effect; call it when the topics exist."""
         log = self._node.get_logger()
+        for warning in self._warnings:
+            log.warning(f'{warning} (or ignore this, if the file is for other nodes only)')
         for name in unknown_overrides(self._node):
-            log.warning(
-                f'there is no parameter {name!r}: the given value has no effect')
+            near = nearest(name)
+            hint = f', did you mean {near!r}?' if near else ':'
+            log.warning(f'there is no parameter {name!r}{hint} The given value has no effect')
         for name in unused_overrides(self._node):
             log.warning(explained(self._node, name))
         for notice in self.values.notices:
@@ -54,6 +62,9 @@ class LiveParameters:
         own = [
             f'{spec.name} {value!r}' for spec in specs()
             if (value := getattr(self.values, spec.name)) != spec.default]
+        if self._node.get_parameter('use_sim_time').value:
+            own.append('use_sim_time True')
+        own += [f'{name} {value!r}' for name, value in used_overrides(self._node).items()]
         files = ', '.join(map(str, self._files)) or 'no parameter file'
         log.info(f'parameters, with {files}: ' + (', '.join(own) or 'all at their defaults'))
 

@@ -4,7 +4,6 @@
 
 from argparse import ArgumentParser, RawDescriptionHelpFormatter
 from collections.abc import Sequence
-import sys
 from typing import NoReturn
 
 from phase_traj_ros.errors import ParameterError
@@ -26,7 +25,7 @@ class _Parser(ArgumentParser):
         raise ParameterError(message)
 
 
-def check_arguments(program: str, description: str, arguments: Sequence[str] | None) -> None:
+def check_arguments(program: str, description: str, arguments: Sequence[str]) -> None:
     """
     Accept ROS arguments; for ``--help``, print the help and exit with status 0.
 
@@ -37,7 +36,7 @@ def check_arguments(program: str, description: str, arguments: Sequence[str] | N
     description
         Purpose of the executable, in one sentence.
     arguments
-        Arguments after the name of the program; None for those of the process.
+        Arguments after the name of the program.
 
     Raises
     ------
@@ -45,11 +44,10 @@ def check_arguments(program: str, description: str, arguments: Sequence[str] | N
         An argument is not a ROS argument.
 
     """
-    given = list(sys.argv[1:] if arguments is None else arguments)
     parser = _Parser(
         prog=program, usage=f'{program} [-h] [--ros-args ...]', description=description,
         epilog=_EPILOG.format(program=program), formatter_class=RawDescriptionHelpFormatter)
-    _, unknown = parser.parse_known_args(remove_ros_args(given))
+    _, unknown = parser.parse_known_args(remove_ros_args(list(arguments)))
     if not unknown:
         return
     hint = 'see --help'

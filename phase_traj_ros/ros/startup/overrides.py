@@ -38,7 +38,7 @@ def check_overrides(node: Node) -> None:
     """
     for name, parameter in node._parameter_overrides.items():
         if name.startswith(PREFIX):
-            _check(name, parameter.value)
+            check_override(name, parameter.value)
 
 
 def unused_overrides(node: Node) -> list[str]:
@@ -48,10 +48,21 @@ def unused_overrides(node: Node) -> list[str]:
         if name.startswith(PREFIX) and not node.has_parameter(name))
 
 
+def used_overrides(node: Node) -> dict[str, object]:
+    """Return the overrides that an endpoint of ``node`` follows; call it when these exist."""
+    return {
+        name: parameter.value for name, parameter in sorted(node._parameter_overrides.items())
+        if name.startswith(PREFIX) and node.has_parameter(name)}
+
+
 def explained(node: Node, name: str) -> str:
     """Return a warning that the override ``name`` has no effect, with the valid names."""
     taken = sorted(each for each in node._parameters if each.startswith(PREFIX))
     entities = sorted({each.rpartition('.')[0] for each in taken})
+    entity, _, policy = name.rpartition('.')
+    if entity in entities:
+        return (f'{name!r} has no effect: {policy} is fixed for this topic; history, depth and'
+                ' reliability can be overridden')
     near = get_close_matches(name, taken, n=1)
     hint = f'did you mean {near[0]!r}? ' if near else ''
     return (f'{name!r} has no effect: {hint}give'
@@ -60,7 +71,16 @@ def explained(node: Node, name: str) -> str:
             + ', '.join(entity.removeprefix(PREFIX) for entity in entities))
 
 
-def _check(name: str, value: object) -> None:
+def check_override(name: str, value: object) -> None:
+    """
+    Check one override of the quality of service by its full name.
+
+    Raises
+    ------
+    ParameterError
+        The name is malformed, or the value is not allowed.
+
+    """
     topic, _, rest = name.removeprefix(PREFIX).partition('.')
     entity, _, policy = rest.partition('.')
     # An entity may have an id at the end, after an underscore.

@@ -1,35 +1,51 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Checks that the parameter files given to a node have parameters for it."""
+"""The parameter files of an executable: found by their names, and for which nodes they are."""
 
 from collections.abc import Sequence
 from itertools import pairwise
 from pathlib import Path
 import sys
 
-from phase_traj_ros.io.params_file import values_for
+from phase_traj_ros.errors import ParameterError
+from phase_traj_ros.io.params_file import find_params_file, values_for
 from rclpy.node import Node
 
 _FLAG = '--params-file'
 
 
-def param_files(arguments: Sequence[str]) -> list[Path]:
-    """Return the parameter files given in the ROS arguments."""
-    return [Path(value) for flag, value in pairwise(arguments) if flag == _FLAG]
-
-
-def check_param_files(node: Node, arguments: Sequence[str] | None = None) -> list[Path]:
+def with_files_found(arguments: Sequence[str]) -> list[str]:
     """
-    Return the parameter files with which ``node`` was started.
+    Return the arguments, in which each parameter file is given by its path.
+
+    A parameter file may be given by the name of one in ``config/``.
 
     Raises
     ------
     ParameterError
-        A file has no parameters for this node, which would run with the defaults.
+        There is no such file.
 
     """
-    files = param_files(sys.argv[1:] if arguments is None else arguments)
-    full_name = node.get_fully_qualified_name()
-    for file in files:
-        values_for(file, full_name)
-    return files
+    return [
+        str(find_params_file(value)) if flag == _FLAG else value
+        for flag, value in pairwise(('', *arguments))]
+
+
+def param_files_for(
+    node: Node, arguments: Sequence[str] | None = None,
+) -> tuple[list[Path], list[str]]:
+    """
+    Return the given parameter files that have parameters for ``node``, and warnings.
+
+    A file for other nodes is usual, since a vehicle may have one file for all of them. There is a
+    warning only if no file has parameters for this node, which then runs with the defaults.
+    """
+    given = sys.argv[1:] if arguments is None else arguments
+    own, warnings = [], []
+    for path in [find_params_file(value) for flag, value in pairwise(given) if flag == _FLAG]:
+        try:
+            values_for(path, node.get_fully_qualified_name())
+            own.append(path)
+        except ParameterError as error:
+            warnings.append(str(error))
+    return own, [] if own else warnings

@@ -30,7 +30,9 @@ from polyline import off
 import pytest
 from rolled import MOVEMENT, SHIFTS, write_rolled
 
-FILES = {'chain_code.json', 'shifts.csv', 'trajectory.png', 'trajectory.tum', 'turns.png'}
+FILES = {
+    'chain_code.json', 'manifest.json', 'shifts.csv', 'trajectory.png', 'trajectory.tum',
+    'turns.png'}
 
 
 @pytest.fixture
@@ -52,7 +54,8 @@ def root(tmp_path):
 def jobs_for(root, sources):
     names = folder_names(sources)
     return [
-        Job(source=source, root=root, folder=name, parameters=Parameters(threshold=16.0))
+        Job(source=source, root=root, folder=name, batch='batch-',
+            parameters=Parameters(threshold=16.0))
         for source, name in zip(sources, names)]
 
 
@@ -81,7 +84,8 @@ def test_a_route_along_the_heading_has_few_points_too(tmp_path, root):
         parameters = Parameters(
             threshold=16.0, focal_px=camera.fx, path_from=path_from, speed=5.0)
         job = Job(
-            source=tmp_path / 'drive', root=root, folder=path_from, parameters=parameters)
+            source=tmp_path / 'drive', root=root, folder=path_from, batch='batch-',
+            parameters=parameters)
         routes[path_from] = np.array(run_job(job).route)
         drawn = np.loadtxt(job.output / 'trajectory.tum')[:, 1:3]
         assert off(drawn, routes[path_from]) < 0.02 * np.ptp(drawn, axis=0).max()
@@ -187,7 +191,9 @@ def test_an_interruption_ends_its_processes_and_what_they_were_writing(tmp_path,
 def test_the_summary(tmp_path):
     (tmp_path / 'x <b>').mkdir()
     (tmp_path / 'x <b>' / 'report.html').touch()
-    job = Job(source=Path('bad,"\n.mp4'), root=tmp_path, folder='bad', parameters=Parameters())
+    job = Job(
+        source=Path('bad,"\n.mp4'), root=tmp_path, folder='bad', batch='',
+        parameters=Parameters())
     way = Way()
     way.add(Travel(2.5, 0.1, TravelState.MEASURED), 0.1)
     outcomes = [
@@ -216,4 +222,4 @@ def test_the_summary(tmp_path):
     assert '&lt;i&gt;bad&lt;/i&gt;' in page and '<i>' not in page and '{{' not in page
     assert '<polyline points="40.0,40.0 40.0,0.0 0.0,0.0"/>' in page
     assert sorted(path.name for path in tmp_path.iterdir()) == [
-        'summary.csv', 'summary.html', 'x <b>']
+        'manifest.json', 'summary.csv', 'summary.html', 'x <b>']

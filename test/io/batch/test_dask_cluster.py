@@ -31,7 +31,8 @@ def jobs(tmp_path):
     root.mkdir()
     sources = [write_rolled(tmp_path / name) for name in NAMES]
     return [
-        Job(source=source, root=root, folder=name, parameters=Parameters(threshold=16.0))
+        Job(source=source, root=root, folder=name, batch='batch-',
+            parameters=Parameters(threshold=16.0))
         for source, name in zip(sources, folder_names(sources))]
 
 

@@ -341,7 +341,7 @@ def test_the_command_writes_figures_and_a_picture(replayed, tmp_path, capsys):
     assert set(written['shape_error']) == {'codes', 'heading', 'path'}
     assert (directory / 'evaluation.png').read_bytes().startswith(b'\x89PNG')
     assert {file.name for file in directory.iterdir()} == {
-        'chain_code.json', 'shifts.csv', 'evaluation.json', 'evaluation.png'}
+        'chain_code.json', 'shifts.csv', 'manifest.json', 'evaluation.json', 'evaluation.png'}
 
 
 def test_the_command_does_without_heading(replayed, tmp_path, capsys):

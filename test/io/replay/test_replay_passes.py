@@ -115,7 +115,8 @@ def test_a_pass_for_learning_writes_nothing_and_is_counted_as_progress(folder, t
     for one_pass, passes in ((False, 2), (True, 1)):
         done = []
         job = Job(
-            source=folder, root=tmp_path, folder=f'of {passes}', parameters=Parameters(),
+            source=folder, root=tmp_path, folder=f'of {passes}', batch='',
+            parameters=Parameters(),
             one_pass=one_pass)
         outcome = run_job(job, lambda number, total, done=done: done.append((number, total)))
         assert (outcome.turns, outcome.frames) == (2, len(YAWS)), outcome

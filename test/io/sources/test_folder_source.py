@@ -9,6 +9,7 @@ from phase_traj_ros.core.camera.model import CameraModel
 from phase_traj_ros.errors import SourceError
 from phase_traj_ros.io import open_source, Selection
 from phase_traj_ros.io.images.picture_file import PICTURE_SUFFIXES
+from phase_traj_ros.io.outputs.outputs import output_directory
 from phase_traj_ros.io.sources.folder import natural_key
 from phase_traj_ros.io.sources.times_file import read_times
 import pytest
@@ -328,3 +329,12 @@ def test_kitti_clip(kitti_root, clip):
     assert 700 < camera.fx == camera.fy < 720
     with open_source(kitti_root / clip / 'image_0', selection=selection) as source:
         assert [frame.stamp_ns for frame in source] == [frame.stamp_ns for frame in frames]
+
+
+def test_results_of_an_earlier_run_are_no_frames(tmp_path):
+    for name in ('0.png', '1.png'):
+        cv2.imwrite(str(tmp_path / name), np.eye(64, dtype=np.uint8))
+    with output_directory(tmp_path) as staging:
+        cv2.imwrite(str(staging / 'trajectory.png'), np.eye(64, dtype=np.uint8))
+    with open_source(tmp_path) as source:
+        assert len(list(source)) == 2

@@ -1,0 +1,129 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The list of a folder's files that this package wrote."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+import json
+from pathlib import Path
+from typing import Any, Final
+
+import phase_traj_ros
+
+MANIFEST: Final = 'manifest.json'
+
+_PROGRAM = 'phase_traj_ros'
+# What versions without a manifest wrote beside a chain_code.json, and beside a summary.csv.
+_OLD_RESULTS = (
+    'chain_code.json', 'shifts.csv', 'trajectory.tum', 'trajectory.png', 'trajectory.svg',
+    'turns.png', 'turns.svg', 'report.html', 'evaluation.json', 'evaluation.png', 'camera.yaml')
+_OLD_SUMMARY = ('summary.csv', 'summary.html')
+_OLD_HEADER = b'source,folder,status,frames,'
+
+
+@dataclass(frozen=True, slots=True)
+class Manifest:
+    """
+    The files of a folder that earlier runs wrote there.
+
+    A listed file that has another size by now was changed by someone else and is no longer owned.
+    """
+
+    folder: Path
+    sizes: Mapping[str, int] = field(default_factory=dict)
+    """Size in bytes of each file by its path in the folder."""
+
+    @classmethod
+    def of(cls, folder: Path) -> Manifest:
+        """Read the manifest of a folder, or find the results of a version that wrote none."""
+        found = _content(folder / MANIFEST)
+        listed = found.get('files')
+        if found.get('program') == _PROGRAM and isinstance(listed, dict):
+            sizes = {name: size for name, size in listed.items() if isinstance(size, int)}
+            return cls(folder, {**sizes, **_sizes(folder, (MANIFEST,))})
+        return cls(folder, _sizes(folder, _old_results(folder)))
+
+    @classmethod
+    def made_of(cls, folder: Path, staged: Mapping[str, Path]) -> Manifest:
+        """Return the manifest of staged files and folders, by their names in ``folder``."""
+        return cls(folder, {
+            f'{name}{inside}': path.stat().st_size
+            for name, top in staged.items() for inside, path in _files_below(top)})
+
+    def owns(self, name: str) -> bool:
+        """Return whether a file, or all files of a folder, are still as they were written."""
+        path = self.folder / name
+        if path.is_dir() and not path.is_symlink():
+            files = list(_files_below(path))
+            return bool(files) and all(
+                self._owns_file(f'{name}{inside}') for inside, _ in files)
+        return self._owns_file(name)
+
+    @property
+    def owned(self) -> tuple[str, ...]:
+        """Return the names of the owned files and folders at the top of the folder."""
+        tops = dict.fromkeys(name.split('/')[0] for name in self.sizes)
+        return tuple(
+            name for name in tops if (self.folder / name).exists() and self.owns(name))
+
+    def merged(self, other: Manifest) -> Manifest:
+        """Return this manifest with the entries of another one, which take precedence."""
+        return Manifest(self.folder, {**self.sizes, **other.sizes})
+
+    def without(self, names: Iterable[str]) -> Manifest:
+        """Return the manifest without some files and folders at the top of the folder."""
+        gone = set(names)
+        return Manifest(self.folder, {
+            name: size for name, size in self.sizes.items() if name.split('/')[0] not in gone})
+
+    def write(self, path: Path) -> None:
+        """Write the manifest as JSON."""
+        files = {name: size for name, size in sorted(self.sizes.items()) if name != MANIFEST}
+        path.write_text(json.dumps({
+            'program': _PROGRAM, 'version': phase_traj_ros.__version__, 'files': files,
+        }, indent=2) + '\n', encoding='utf-8')
+
+    def _owns_file(self, name: str) -> bool:
+        return name in self.sizes and _sizes(self.folder, (name,)) == {name: self.sizes[name]}
+
+
+def _sizes(folder: Path, names: Iterable[str]) -> dict[str, int]:
+    """Return the sizes of those that are regular files, by name."""
+    paths = {name: folder / name for name in names}
+    return {
+        name: path.stat().st_size for name, path in paths.items()
+        if path.is_file() and not path.is_symlink()}
+
+
+def _files_below(path: Path) -> Iterator[tuple[str, Path]]:
+    """Yield what is to be appended to the name of a file or folder, and the file."""
+    if not path.is_dir():
+        yield '', path
+        return
+    for file in sorted(path.rglob('*')):
+        if file.is_symlink() or not file.is_dir():
+            yield f'/{file.relative_to(path).as_posix()}', file
+
+
+def _old_results(folder: Path) -> tuple[str, ...]:
+    found = _content(folder / 'chain_code.json')
+    if {'movement_runs', 'direction_runs', 'versions'} <= found.keys():
+        return _OLD_RESULTS
+    try:
+        with (folder / 'summary.csv').open('rb') as file:
+            if file.read(len(_OLD_HEADER)) == _OLD_HEADER:
+                return _OLD_SUMMARY
+    except OSError:
+        pass
+    return ()
+
+
+def _content(path: Path) -> dict[str, Any]:
+    """Return the JSON object of a file; empty if it holds none."""
+    try:
+        found = json.loads(path.read_text(encoding='utf-8')) if path.is_file() else None
+    except (OSError, ValueError, RecursionError):
+        return {}
+    return found if isinstance(found, dict) else {}

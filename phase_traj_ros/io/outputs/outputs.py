@@ -1,0 +1,300 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The owner of all outputs of a run."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass, field
+import os
+from pathlib import Path
+import shutil
+import tempfile
+from types import TracebackType
+from typing import Final
+
+from phase_traj_ros.errors import OutputError
+from phase_traj_ros.io.outputs.commit import commit, Move, uninterrupted, writing_to
+from phase_traj_ros.io.outputs.manifest import MANIFEST, Manifest
+
+STAGING: Final = '.phase_traj-'
+"""Beginning of the names of the folders for unfinished outputs."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Staged:
+    """An output and the folder in which it is made."""
+
+    folder: Path
+    """Folder of the output, without symbolic links."""
+    staging: Path
+    manifest: Manifest | None = None
+    """What is there from earlier runs; None for a single file."""
+    adds: bool = False
+
+    def tops(self) -> dict[str, Path]:
+        """Return what was made, by name."""
+        return {path.name: path for path in sorted(self._made.iterdir())}
+
+    @property
+    def _made(self) -> Path:
+        return self.staging / 'made'
+
+
+@dataclass(slots=True)
+class Outputs:
+    """
+    The outputs of a run: made in hidden folders, and moved to their places as a set on exit.
+
+    As a context manager, it moves all outputs to their places at the end of the block, or none
+    of them: after an exception, also that of a signal, everything is as before. Only files that
+    an earlier run wrote are replaced or removed. A file that the caller names is replaced, unless
+    it is an input. A folder gets a manifest of what was written.
+    """
+
+    inputs: Collection[Path] = ()
+    """Files and folders that the run reads: no output may be one of them or lie in one."""
+    force: bool = False
+    """Whether files in output folders are replaced that no earlier run wrote."""
+    batch: str = ''
+    """Name of the batch of which the run is a part; see ``remove_staging``."""
+    _staged: list[_Staged] = field(default_factory=list)
+    _created: list[Path] = field(default_factory=list)
+
+    def __enter__(self) -> Outputs:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        with uninterrupted():
+            try:
+                if kind is None:
+                    self._commit()
+                    self._created.clear()
+            finally:
+                for each in self._staged:
+                    shutil.rmtree(each.staging, ignore_errors=True)
+                # Bottom up, as long as nothing else was written into them.
+                with suppress(OSError):
+                    for folder in reversed(self._created):
+                        folder.rmdir()
+
+    def directory(
+        self, target: Path, *, names: Collection[str] = (), adds: bool = False,
+    ) -> Path:
+        """
+        Return a folder in which the files of the output folder ``target`` are to be made.
+
+        Parameters
+        ----------
+        target
+            The output folder. It is created if absent.
+        names
+            Names of the files that may be written.
+        adds
+            Whether the files complete the results that are there. Otherwise they replace them,
+            and what else an earlier run wrote is removed.
+
+        Raises
+        ------
+        OutputError
+            The folder cannot be written, is an input or lies in one, or contains a file of one of
+            the names that no earlier run wrote.
+
+        """
+        check_directory(target, names=names, inputs=self.inputs, force=self.force)
+        folder = _real(target)
+        return self._stage(target, folder, Manifest.of(folder), adds=adds)
+
+    def file(self, target: Path) -> Path:
+        """
+        Return the path at which the output file ``target`` is to be made.
+
+        Raises
+        ------
+        OutputError
+            The file cannot be written, is an input or lies in one, or is no regular file.
+
+        """
+        with writing_to(target):
+            place = _real(target)
+            if target.is_dir():
+                raise OutputError(f'cannot write {target}: it is a directory')
+            if target.exists() and not target.is_file():
+                raise OutputError(
+                    f'cannot write {target}: it is a device or a pipe, not a file: choose'
+                    ' another place')
+            _refuse_inputs(place, target, self.inputs)
+        return self._stage(target, place.parent) / place.name
+
+    def _stage(
+        self, target: Path, folder: Path, manifest: Manifest | None = None, *,
+        adds: bool = False,
+    ) -> Path:
+        with uninterrupted(), writing_to(target):
+            missing = [each for each in (folder, *folder.parents) if not each.exists()]
+            for each in reversed(missing):
+                each.mkdir(exist_ok=True)
+                self._created.append(each)
+            staging = Path(tempfile.mkdtemp(prefix=f'{STAGING}{self.batch}', dir=folder))
+            self._staged.append(_Staged(folder, staging, manifest, adds))
+            made = staging / 'made'
+            made.mkdir()
+            return made
+
+    def _commit(self) -> None:
+        """Move everything to its place."""
+        moves: list[Move] = []
+        for each in self._staged:
+            with writing_to(each.folder):
+                moves += self._moves(each)
+        commit(moves)
+
+    def _moves(self, each: _Staged) -> Iterator[Move]:
+        tops = each.tops()
+        removed: list[str] = []
+        if each.manifest is not None:
+            for name in tops:
+                _refuse_foreign(each.manifest, name, force=self.force)
+            beside = {
+                name: path for other in self._staged
+                if other.manifest is None and other.folder == each.folder
+                for name, path in other.tops().items()}
+            new = Manifest.made_of(each.folder, {**tops, **beside})
+            kept = each.manifest.without([*tops, *beside])
+            if each.adds:
+                new = kept.merged(new)
+            else:
+                read = _identities(self.inputs)
+                removed = [
+                    name for name in kept.owned
+                    if name != MANIFEST and _identity(each.folder / name) not in read]
+            new.write(each.staging / MANIFEST)
+            tops[MANIFEST] = each.staging / MANIFEST
+        aside = each.staging / 'aside'
+        aside.mkdir()
+        for name, path in tops.items():
+            yield Move(path, each.folder / name, aside / name)
+        for name in removed:
+            yield Move(None, each.folder / name, aside / name)
+
+
+def check_directory(
+    target: Path, *, names: Iterable[str], inputs: Collection[Path] = (), force: bool = False,
+) -> None:
+    """
+    Raise an error if files of these names must not be written into the folder ``target``.
+
+    Raises
+    ------
+    OutputError
+        The folder is an input or lies in one, or contains a file of one of the names that no
+        earlier run wrote.
+
+    """
+    with writing_to(target):
+        folder = _real(target)
+        _refuse_inputs(folder, target, inputs)
+        manifest, read = Manifest.of(folder), _identities(inputs)
+        for name in (*names, MANIFEST):
+            if _identity(folder / name) in read:
+                raise OutputError(f'{target / name} is an input: choose another output')
+            _refuse_foreign(manifest, name, force=force)
+
+
+@contextmanager
+def output_file(
+    target: Path, *, inputs: Collection[Path] = (),
+) -> Iterator[Path]:
+    """
+    Yield a path to write to; rename it to ``target`` after writing, or remove it on error.
+
+    Raises
+    ------
+    OutputError
+        The file cannot be written, or is one of the inputs.
+
+    """
+    with writing_to(target), Outputs(inputs=inputs) as outputs:
+        yield outputs.file(target)
+
+
+@contextmanager
+def output_directory(
+    target: Path, *, names: Collection[str] = (), adds: bool = False,
+    inputs: Collection[Path] = (), force: bool = False,
+) -> Iterator[Path]:
+    """
+    Yield a folder to write results into; move them to ``target`` when all are written.
+
+    See ``Outputs.directory``.
+
+    Raises
+    ------
+    OutputError
+        The results cannot be written.
+
+    """
+    with writing_to(target), Outputs(inputs=inputs, force=force) as outputs:
+        yield outputs.directory(target, names=names, adds=adds)
+
+
+def remove_staging(folder: Path, batch: str) -> None:
+    """Remove what killed processes of a batch left in ``folder``, and the folder if empty."""
+    for staging in folder.glob(f'{STAGING}{batch}*'):
+        shutil.rmtree(staging, ignore_errors=True)
+    with suppress(OSError):
+        folder.rmdir()
+
+
+def _real(target: Path) -> Path:
+    return Path(os.path.realpath(target))
+
+
+def _refuse_inputs(place: Path, target: Path, inputs: Collection[Path]) -> None:
+    read = _identities([*inputs, *(link for each in inputs for link in _links_in(each))])
+    if _identity(place) in read:
+        raise OutputError(f'{target} is an input: choose another output')
+    for folder in place.parents:
+        if _identity(folder) in read:
+            raise OutputError(
+                f'{target} lies in the input {folder}, and would become a part of it: choose'
+                ' another output')
+
+
+def _identities(paths: Iterable[Path]) -> set[tuple[int, int]]:
+    return {found for found in map(_identity, paths) if found is not None}
+
+
+def _identity(path: Path) -> tuple[int, int] | None:
+    """Return what tells a file or folder from others, under whatever name; None if absent."""
+    try:
+        found = path.stat()
+    except OSError:
+        return None
+    return found.st_dev, found.st_ino
+
+
+def _links_in(folder: Path) -> list[Path]:
+    """Return the symbolic links in a folder; the pictures of a sequence may be elsewhere."""
+    if not folder.is_dir():
+        return []
+    with os.scandir(folder) as entries:
+        return [Path(entry.path) for entry in entries if entry.is_symlink()]
+
+
+def _refuse_foreign(manifest: Manifest, name: str, *, force: bool) -> None:
+    path = manifest.folder / name
+    if not os.path.lexists(path) or manifest.owns(name):
+        return
+    if path.is_dir() and not path.is_symlink():
+        raise OutputError(
+            f'{path} is a folder that no earlier run wrote: move it away, or choose another'
+            ' output')
+    if not force:
+        raise OutputError(
+            f'{path} was not written by an earlier run, or was changed since: move it away,'
+            ' choose another output, or set force to replace it')
