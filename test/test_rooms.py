@@ -23,14 +23,14 @@ FLOORS = {
         'localization', '*'),
     'io': (
         'outputs params_file images', 'messages', 'sources maps', 'replay', 'results',
-        'evaluation', 'batch'),
+        'evaluation', 'location', 'batch'),
     'synthetic': (
         'arrays', 'camera', 'textures degradations overlays', 'scene', 'town view', 'drive'),
     'cli': (
         'command ending options progress live_view report walk', 'commands', 'program', 'main'),
     'ros': (
-        'spin health losses entities', 'startup', 'declare', 'outputs', 'inputs saving playback',
-        'diagnostics', 'nodes', 'main lifecycle_main'),
+        'spin health losses entities graph', 'startup', 'declare', 'outputs',
+        'inputs saving playback', 'diagnostics', 'nodes', 'main lifecycle_main'),
 }
 # Rooms whose __init__ is a public face: it names what others import from the room.
 FACES = ('core', 'io', 'synthetic')

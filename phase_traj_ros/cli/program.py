@@ -14,6 +14,7 @@ from phase_traj_ros.cli.commands import (
     demo,
     evaluate,
     inspect_frames,
+    locate,
     play,
     replay,
 )
@@ -29,6 +30,7 @@ EXIT_BAD_INPUT = 2
 TASKS: tuple[tuple[str, tuple[Command, ...]], ...] = (
     ('code a recording', (replay.COMMAND, inspect_frames.COMMAND)),
     ('judge the result', (evaluate.COMMAND,)),
+    ('find the place on a map', (locate.COMMAND,)),
     ('learn the camera', (calibrate.COMMAND,)),
     ('run the ROS node', (play.COMMAND, demo.COMMAND)),
     ('set up the shell', (completion.COMMAND,)),
@@ -76,7 +78,7 @@ def program_parser() -> ArgumentParser:
     commands = parser.add_subparsers(
         title='commands', required=True, metavar='COMMAND',
         help='one of the commands below; COMMAND --help shows its options')
-    for module in (replay, inspect_frames, evaluate, calibrate, play, demo):
+    for module in (replay, inspect_frames, evaluate, locate, calibrate, play, demo):
         module.add_parser(commands)
     completion.add_parser(commands, parser)
     return parser

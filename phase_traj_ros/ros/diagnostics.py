@@ -10,6 +10,7 @@ from phase_traj_ros.core import TrajectoryEstimator
 from phase_traj_ros.io.messages.diagnostics import Level, MeasurementReporter, Report
 from phase_traj_ros.io.messages.schedule import DIAGNOSTICS_PERIOD_NS
 from phase_traj_ros.ros.entities import Entities
+from phase_traj_ros.ros.graph import full_name, why_silent
 from phase_traj_ros.ros.health import Health, Stage
 from phase_traj_ros.ros.inputs.image import ImageInput
 from phase_traj_ros.ros.losses import advice
@@ -18,7 +19,6 @@ from rclpy.clock import Clock, ClockType
 from rclpy.event_handler import PublisherEventCallbacks
 from rclpy.logging import LoggingSeverity
 from rclpy.node import Node
-from rclpy.qos import qos_check_compatible, QoSCompatibility
 from rclpy.utilities import get_rmw_implementation_identifier
 
 _SILENCE_NS = 5 * 10**9
@@ -48,6 +48,7 @@ class Diagnostics:
         self._since_ns = time.monotonic_ns()
         self._warned = False
         self._reported = (0, 0)
+        self._several = ''
         self._measured = MeasurementReporter()
         # A steady clock: the reports continue while simulated time is paused.
         entities.create_timer(
@@ -56,6 +57,7 @@ class Diagnostics:
 
     def _report(self) -> None:
         self._watch_silence()
+        self._watch_publishers()
         bad, lost = self._health.bad - self._reported[0], self._health.lost - self._reported[1]
         self._reported = (self._health.bad, self._health.lost)
         if lost:
@@ -83,24 +85,21 @@ class Diagnostics:
         elif not self._warned:
             self._warned = True
             self._node.get_logger().warning(
-                f'no image for {silent_ns / 1e9:.0f} s: {self._publishers()}')
+                f'no image for {silent_ns / 1e9:.0f} s: ' + why_silent(
+                    self._node, self._input.topic, self._input.message_type,
+                    self._input.qos_profile))
 
-    def _publishers(self) -> str:
-        """Return which nodes publish on the image topic, and why their images do not arrive."""
-        topic = self._input.topic
-        publishers = self._node.get_publishers_info_by_topic(topic)
-        text = f'{topic} has {len(publishers)} publisher{"" if len(publishers) == 1 else "s"}'
-        for publisher in publishers:
-            name = f'{publisher.node_namespace.rstrip("/")}/{publisher.node_name}'
-            if publisher.topic_type != self._input.message_type:
-                text += (f'; {name} publishes {publisher.topic_type}, this node expects'
-                         f' {self._input.message_type} (see the parameter image_transport)')
-                continue
-            compatibility, reason = qos_check_compatible(
-                publisher.qos_profile, self._input.qos_profile)
-            if compatibility == QoSCompatibility.ERROR:
-                text += f'; the quality of service of {name} does not match: {reason.strip()}'
-        return text
+    def _watch_publishers(self) -> None:
+        """Warn when several nodes publish on the image topic: their images would be mixed."""
+        topic, several = self._input.topic, ''
+        if self._node.count_publishers(topic) > 1:
+            names = sorted(map(full_name, self._node.get_publishers_info_by_topic(topic)))
+            several = f'{len(names)} publishers: {", ".join(names)}'
+        if several and several != self._several:
+            self._node.get_logger().warning(
+                f'{topic} has {several}: pairs are wrong where their images alternate; give each'
+                ' camera its own topic')
+        self._several = several
 
     def _images(self, bad: int, lost: int) -> Report:
         health = self._health
@@ -109,6 +108,8 @@ class Diagnostics:
             level, message = Level.STALE, 'no images'
         elif bad:
             level, message = Level.ERROR, f'{bad} images could not be used'
+        elif self._several:
+            level, message = Level.WARN, self._several
         elif lost:
             level, message = Level.WARN, f'{lost} images were lost'
         elif not health.images:

@@ -17,6 +17,7 @@ from phase_traj_ros.io.results.files import CSV_COLUMNS
 from phase_traj_ros.ros.outputs.messages import to_time
 from phase_traj_ros.ros.playback.live_run import lossless_overrides
 import pytest
+import rclpy
 from rclpy.qos import qos_profile_sensor_data
 from sensor_msgs.msg import CompressedImage, Image
 from std_msgs.msg import String, UInt8
@@ -128,6 +129,10 @@ def test_what_is_correlated_can_change_while_running(live, run):
         assert live.set_parameter(name, value).successful
     assert not live.set_parameter('rows_from', 0.5).successful
     assert not live.set_parameter('decimation', 0).successful
+    for name, value in (('rows_to', 0.001), ('decimation', 16)):
+        result = live.set_parameter(name, value)
+        assert not result.successful
+        assert 'rows_from, rows_to' in result.reason and 'of images of 160x96' in result.reason
     send(node, rolled([0, 24]), [0.2, 0.3])
     live.until(lambda: complete(node, 3))
     assert codes(node) == ([1, 3, 0], ['ok', 'reprimed', 'ok'])
@@ -223,7 +228,8 @@ def test_silence_is_reported_once_with_the_publishers(live):
     reports = live.listen(DiagnosticArray, '/diagnostics', 10)
     live.until(lambda: live.logs().count('no image for') == 2)
     assert live.logs().count('/front/image_raw has 1 publisher') == 2
-    assert live.logs().count('the quality of service of /test does not match') == 1
+    assert live.logs().count(
+        'the quality of service of /test does not match: Best effort publisher and') == 1
     live.until(lambda: any(
         statuses(each)['images'].level == b'\x03' for each in reports))
     count = len(reports)
@@ -234,10 +240,35 @@ def test_silence_is_reported_once_with_the_publishers(live):
 
 def test_silence_on_a_topic_of_another_type_says_so(live):
     live.start(lossless=False)
-    publisher = live.node.create_publisher(CompressedImage, 'image', LOSSLESS)
-    live.until(lambda: 'no image for' in live.logs())
+    live.start('-r', '__node:=other', '-r', 'image:=/nowhere', lossless=False)
+    publishers = [
+        live.node.create_publisher(CompressedImage, 'image', LOSSLESS),
+        live.node.create_publisher(Image, '/front/image_raw', LOSSLESS)]
+    live.until(lambda: live.logs().count('no image for') == 2)
     assert 'publishes sensor_msgs/msg/CompressedImage' in live.logs()
-    assert publisher is not None
+    assert '/nowhere has 0 publishers; images are on /front/image_raw: remap' in live.logs()
+    assert len(publishers) == 2
+
+
+def test_two_cameras_on_one_topic_are_told_and_lose_nothing(live, run):
+    reports = live.listen(DiagnosticArray, '/diagnostics', 10)
+    node = run()
+    other = rclpy.create_node('other', context=live.context)
+    second = other.create_publisher(Image, 'image', LOSSLESS)
+    live.until(lambda: second.get_subscription_count() > 0)
+    # The numbers of the second publisher are far behind.
+    send(node, rolled([0] * 50), np.arange(50) * 0.1)
+    for index in range(50):
+        second.publish(image(texture(), START + (50 + 2 * index) * SECOND // 10))
+        send(node, rolled([0]), [(51 + 2 * index) / 10])
+    live.until(lambda: 'publishers: /other, /test' in live.logs(), process=node['process'])
+    live.until(lambda: len(node['shift']) >= 149)
+    report = len(reports)
+    live.until(lambda: len(reports) > report)
+    images = statuses(reports[-1])['images']
+    assert (values(images)['images'], values(images)['lost']) == ('150', '0')
+    assert images.message == '2 publishers: /other, /test'
+    other.destroy_node()
 
 
 def test_saving_without_a_folder_is_refused_with_a_reason(live, run):

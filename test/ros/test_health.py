@@ -8,13 +8,37 @@ import pytest
 
 @pytest.mark.parametrize(('numbers', 'lost'), [
     ([], 0), ([5], 0), ([1, 2, 3], 0), ([1, 2, 5, 6], 2), ([1, 100], 98),
-    ([9, 10, 1, 2], 0),          # the publisher has started anew
+    ([9, 10, 1, 2, 5], 2),       # the publisher has started anew
     ([1, 10**6, 10**6 + 1], 0),  # another publisher
-    ([1, None, 9], 0),           # a middleware that does not number its messages
+    ([None, None, None], 0),     # a middleware that does not number its messages
 ])
 def test_losses_are_gaps_in_the_numbers(numbers, lost):
-    counter = LossCounter()
+    counter = LossCounter(lambda: 1)
     assert sum(counter.update(number) for number in numbers) == lost
+
+
+@pytest.mark.parametrize('begins', [(100, 39_000), (100, 105), (7, 7)])
+@pytest.mark.parametrize('every', [None, 5])
+def test_losses_of_two_publishers_are_counted_for_each(begins, every):
+    counter, sent, lost = LossCounter(lambda: 2), [], 0
+    for index in range(40):
+        for which, begin in enumerate(begins):
+            # The first messages have no predecessor, and the last ones no successor.
+            if every is None or not 1 <= index < 39 or index % every != which:
+                sent.append(begin + index)
+            else:
+                lost += 1
+    assert sum(map(counter.update, sent)) == lost
+    assert bool(lost) == (every is not None)
+
+
+def test_losses_are_counted_when_a_publisher_has_gone():
+    publishers = 2
+    counter = LossCounter(lambda: publishers)
+    for number in (1, 500, 2, 501):
+        assert counter.update(number) == 0
+    publishers = 1
+    assert [counter.update(number) for number in (502, 503, 507, 1, 2, 4)] == [0, 0, 3, 0, 0, 1]
 
 
 def test_rate_follows_the_newest_images_and_falls_when_they_stop():

@@ -65,6 +65,14 @@ class RoadFile:
         """Return the corners of the roads, (2, 2): the least x and y, and the largest."""
         return np.stack([self.nodes.min(axis=0), self.nodes.max(axis=0)])
 
+    @property
+    def bounds(self) -> tuple[float, float, float, float]:
+        """Return the least latitude and longitude of the roads, and the largest, in degrees."""
+        latitude, longitude = self.projection.to_degrees(*self.nodes.T)
+        return (
+            float(latitude.min()), float(longitude.min()), float(latitude.max()),
+            float(longitude.max()))
+
     def road_map(self) -> RoadMap:
         """Return the roads as the locator takes them."""
         return RoadMap.from_ways(

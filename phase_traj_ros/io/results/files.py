@@ -38,7 +38,7 @@ RESULT_NAMES = ('chain_code.json', 'shifts.csv', 'trajectory.tum', 'trajectory.p
 CSV_COLUMNS = (
     'pair', 'stamp', 'interval', 'dx', 'dy', 'response', 'movement', 'direction', 'status',
     'heading_deg', 'yaw_deg', 'bridged', 'distance', 'distance_variance', 'distance_state',
-    'speed', 'speed_variance')
+    'speed', 'speed_variance', 'yaw_variance')
 
 
 def write_results(result: Replay, directory: Path) -> None:
@@ -174,10 +174,11 @@ class ShiftTable:
 
     Stamps and intervals are in seconds, shifts in pixels. dx, dy and response are empty if the two
     frames could not be compared, the direction if none was appended. Heading and yaw are in
-    degrees, positive to the left; ``bridged`` is 1 if the yaw was bridged, else 0. The three are
-    empty if no heading is measured. Distance and speed are in metres, or in camera heights if no
-    metres are known, with their variances and the state of the distance. The numbers are empty if
-    the distance is unknown, all five if no distance is measured.
+    degrees, positive to the left; ``bridged`` is 1 if the yaw was bridged, else 0. The three and
+    the variance of the yaw, in square degrees, are empty if no heading is measured. Distance and
+    speed are in metres, or in camera heights if no metres are known, with their variances and the
+    state of the distance. The numbers are empty if the distance is unknown, all five if no
+    distance is measured.
     """
 
     def __init__(self, file: TextIO) -> None:
@@ -191,10 +192,11 @@ class ShiftTable:
         measured = ('', '', '') if shift is None else (
             f'{shift.dx:.4f}', f'{shift.dy:.4f}', f'{shift.response:.6f}')
         self._writer.writerow((
-            update.pair, _seconds(update.stamp_ns), _seconds(update.interval_ns), *measured,
-            int(update.step.movement),
+            update.pair, seconds_text(update.stamp_ns), seconds_text(update.interval_ns),
+            *measured, int(update.step.movement),
             int(update.step.direction) if update.step.appended else '', update.status.value,
-            *_heading_cells(update.heading), *_distance_cells(update)))
+            *_heading_cells(update.heading), *_distance_cells(update),
+            _yaw_variance(update.heading)))
 
 
 def _heading_cells(heading: HeadingStep | None) -> tuple[object, object, object]:
@@ -203,6 +205,11 @@ def _heading_cells(heading: HeadingStep | None) -> tuple[object, object, object]
     return (
         f'{math.degrees(heading.heading):.4f}', f'{math.degrees(heading.yaw):.4f}',
         int(heading.bridged))
+
+
+def _yaw_variance(heading: HeadingStep | None) -> str:
+    """Return the variance of the yaw in square degrees."""
+    return '' if heading is None else f'{math.degrees(math.degrees(heading.variance)):.3e}'
 
 
 def _distance_cells(update: Update) -> tuple[str, str, str, str, str]:
@@ -258,10 +265,10 @@ def run_pairs(runs: Sequence[Run[Any]]) -> list[tuple[int, int]]:
 def _tum_line(stamp_ns: int, tip: Corner) -> str:
     half = tip.yaw / 2
     orientation = f'0 0 {math.sin(half):.6f} {math.cos(half):.6f}'
-    return f'{_seconds(stamp_ns)} {tip.x:.9g} {tip.y:.9g} 0 {orientation}\n'
+    return f'{seconds_text(stamp_ns)} {tip.x:.9g} {tip.y:.9g} 0 {orientation}\n'
 
 
-def _seconds(nanoseconds: int) -> str:
+def seconds_text(nanoseconds: int) -> str:
     """Return seconds with all nine decimals: a float of the epoch would lose nanoseconds."""
     sign = '-' if nanoseconds < 0 else ''
     seconds, rest = divmod(abs(nanoseconds), 10**9)

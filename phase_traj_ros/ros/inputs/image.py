@@ -12,6 +12,7 @@ from phase_traj_ros.io.messages.stamps import StampRule, to_nanoseconds
 from phase_traj_ros.io.sources.base import StampedFrame
 from phase_traj_ros.parameters import Parameters, Transport
 from phase_traj_ros.ros.entities import Entities
+from phase_traj_ros.ros.graph import COMPRESSED, RAW, SUFFIX
 from phase_traj_ros.ros.health import Health, LossCounter, Stage
 from rclpy.node import Node
 from rclpy.qos import qos_profile_sensor_data, QoSProfile
@@ -25,7 +26,7 @@ _THROTTLE_S = 5.0
 def image_topic(node: Node, parameters: Parameters) -> str:
     """Return the full name of the image topic after remapping."""
     # The name is resolved first, so that a remapping of image also applies to compressed images.
-    suffix = '/compressed' if _is_compressed(parameters) else ''
+    suffix = SUFFIX if _is_compressed(parameters) else ''
     return str(node.resolve_topic_name(IMAGE_TOPIC)) + suffix
 
 
@@ -51,13 +52,13 @@ class ImageInput:
         self._on_undecodable = on_undecodable
         self._max_pixels = parameters.max_pixels
         self._stamps = StampRule()
-        self._losses = LossCounter()
+        self._losses = LossCounter(lambda: node.count_publishers(self.topic))
         compressed = _is_compressed(parameters)
         self._subscription = entities.create_subscription(
             CompressedImage if compressed else Image, image_topic(node, parameters),
             self._on_message, qos_profile_sensor_data,
             qos_overriding_options=QoSOverridingOptions.with_default_policies())
-        self.message_type = f'sensor_msgs/msg/{"CompressedImage" if compressed else "Image"}'
+        self.message_type = COMPRESSED if compressed else RAW
 
     @property
     def topic(self) -> str:

@@ -31,6 +31,7 @@ from phase_traj_ros.ros.health import Health, Stage
 from phase_traj_ros.ros.inputs.camera import CameraInput
 from phase_traj_ros.ros.inputs.image import image_topic, ImageInput
 from phase_traj_ros.ros.inputs.speed import SpeedInput
+from phase_traj_ros.ros.nodes.changes import check_change
 from phase_traj_ros.ros.outputs.topics import Outputs
 from phase_traj_ros.ros.saving import Saving
 from rclpy.node import Node
@@ -71,6 +72,7 @@ class Work:
         self._health = Health()
         self._camera: CameraInput | None = None
         self._speed: SpeedInput | None = None
+        self._frame_shape: tuple[int, ...] | None = None
         self._hinted = False
         self._misfit: Misfit | None = None
         self._misfit_since_ns = 0
@@ -141,10 +143,10 @@ class Work:
         Raises
         ------
         ValueError
-            A value cannot change while the estimator runs.
+            See ``check_change``.
 
         """
-        self._estimator.check(values.estimator_settings())
+        check_change(self._estimator, values, self._frame_shape)
 
     def change(self, values: Parameters) -> None:
         """Continue with other values of the parameters."""
@@ -171,6 +173,7 @@ class Work:
         counters = self._estimator.counters
         dropped = counters.dropped
         unusable = None
+        self._frame_shape = frame.image.shape
         began = time.perf_counter_ns()
         for outcome in self._stream.push(frame):
             if isinstance(outcome, Skipped):

@@ -13,10 +13,10 @@ has parameter services.
 from threading import Event
 import time
 
+from phase_traj_ros.ros.graph import full_name
 from rcl_interfaces.srv import GetParameterTypes
 import rclpy
 from rclpy.node import Node
-from rclpy.topic_endpoint_info import TopicEndpointInfo
 
 _ANSWER_S = 3.0
 _ASK_AGAIN_S = 0.5
@@ -33,11 +33,6 @@ def wait_until_known(node: Node, topic: str, stop: Event) -> None:
     answers = [_answers(node, name, stop) for name in subscribers]
     if not all(answers):
         stop.wait(_SETTLE_S)
-
-
-def full_name(endpoint: TopicEndpointInfo) -> str:
-    """Return the full name of the node to which an endpoint belongs."""
-    return f'{endpoint.node_namespace.rstrip("/")}/{endpoint.node_name}'
 
 
 def _answers(node: Node, name: str, stop: Event) -> bool:

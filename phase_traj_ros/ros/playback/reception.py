@@ -6,7 +6,7 @@ from threading import Event
 import time
 
 from diagnostic_msgs.msg import DiagnosticArray
-from phase_traj_ros.ros.playback.matching import full_name
+from phase_traj_ros.ros.graph import full_name
 import rclpy
 from rclpy.node import Node
 

@@ -36,7 +36,7 @@ def test_columns_keep_their_names_and_order():
     assert CSV_COLUMNS == (
         'pair', 'stamp', 'interval', 'dx', 'dy', 'response', 'movement', 'direction', 'status',
         'heading_deg', 'yaw_deg', 'bridged', 'distance', 'distance_variance', 'distance_state',
-        'speed', 'speed_variance')
+        'speed', 'speed_variance', 'yaw_variance')
 
 
 @pytest.mark.parametrize('code_source', ['shift', 'heading'])

@@ -4,6 +4,7 @@
 
 from importlib.machinery import ModuleSpec
 from importlib.util import find_spec
+from pathlib import Path
 import sys
 from types import ModuleType, SimpleNamespace
 
@@ -11,6 +12,7 @@ import numpy as np
 from phase_traj_ros.errors import MissingDependencyError, SourceError
 from phase_traj_ros.io import open_source, Selection
 import pytest
+import yaml
 
 pytestmark = pytest.mark.skipif(
     not (find_spec('rclpy') and find_spec('rosbags')), reason='needs rclpy and rosbags')
@@ -38,10 +40,32 @@ def stand_in(opened):
         def __init__(self, *, topics):
             self.topics = topics
 
+    class MetadataIo:
+
+        def metadata_file_exists(self, uri):
+            return (Path(uri) / 'metadata.yaml').exists()
+
+        def read_metadata(self, uri):
+            text = (Path(uri) / 'metadata.yaml').read_text()
+            try:
+                mode = yaml.safe_load(text)['rosbag2_bagfile_information']['compression_mode']
+            except TypeError as error:
+                raise RuntimeError('Exception on parsing info file') from error
+            return SimpleNamespace(compression_mode=mode)
+
     class SequentialReader:
+
+        takes = ('', 'NONE')
 
         def open(self, storage_options, converter_options):  # noqa: A003
             opened.append((storage_options.uri, storage_options.storage_id))
+            folder = Path(storage_options.uri)
+            if folder.is_dir():
+                mode = MetadataIo().read_metadata(folder).compression_mode.upper()
+                assert mode in self.takes
+                if mode == 'FILE':
+                    # It decompresses into the folder of the bag.
+                    next(folder.glob('*.zstd')).with_suffix('').touch()
             try:
                 self._bag = Reader(storage_options.uri)
                 self._bag.open()
@@ -68,9 +92,14 @@ def stand_in(opened):
             connection, received_ns, data = self._messages.pop(0)
             return connection.topic, bytes(data), received_ns
 
+    class SequentialCompressionReader(SequentialReader):
+
+        takes = ('FILE', 'MESSAGE')
+
     module = ModuleType('rosbag2_py')
     module.__spec__ = ModuleSpec('rosbag2_py', None)
-    for kind in (StorageOptions, ConverterOptions, StorageFilter, SequentialReader):
+    for kind in (StorageOptions, ConverterOptions, StorageFilter, MetadataIo, SequentialReader,
+                 SequentialCompressionReader):
         setattr(module, kind.__name__, kind)
     return module
 
@@ -119,9 +148,61 @@ def test_a_single_file_says_how_it_is_stored(file, opened):
     assert set(opened) == {(str(file), 'mcap')}
 
 
+def files(folder):
+    return {path.name: path.read_bytes() for path in folder.iterdir()}
+
+
+@pytest.fixture
+def compressed(mcap_maker, tmp_path, monkeypatch):
+    """Return a function that writes five frames as ``ros2 bag record`` compresses them."""
+    from rosbags.rosbag2 import CompressionFormat, CompressionMode, Writer
+
+    def write(mode):
+        class Compressing(Writer):
+
+            def open(self):  # noqa: A003
+                self.set_compression(CompressionMode[mode], CompressionFormat.ZSTD)
+                super().open()
+
+        with monkeypatch.context() as patch:
+            patch.setattr('rosbags.rosbag2.Writer', Compressing)
+            return mcap_maker.drive(tmp_path / 'compressed', frames=5)
+
+    return write
+
+
+@pytest.mark.parametrize('mode', ['FILE', 'MESSAGE'])
+def test_compressed_bags_are_read_and_stay_as_they_are(
+        compressed, mode, request, drive_frame):
+    folder = compressed(mode)
+    opened = request.getfixturevalue('opened')
+    before = files(folder)
+    with open_source(folder) as source:
+        frames = list(source)
+    assert len(frames) == 5
+    np.testing.assert_array_equal(frames[4].image, drive_frame(4))
+    assert files(folder) == before
+    decompressed_in = {Path(uri) for uri, _ in opened} - {folder}
+    assert bool(decompressed_in) == (mode == 'FILE')
+    assert not any(each.exists() for each in decompressed_in)
+
+
+def test_a_single_file_of_compressed_messages_needs_its_folder(compressed, request):
+    folder = compressed('MESSAGE')
+    request.getfixturevalue('opened')
+    with pytest.raises(SourceError, match=f'compressed.*give the folder {folder}'):
+        open_source(next(folder.glob('*.mcap')))
+
+
+def test_a_single_file_does_not_need_what_lies_beside_it(file, opened):
+    (file.parent / 'metadata.yaml').write_text('nothing')
+    with open_source(file) as source:
+        assert len(list(source)) == 5
+
+
 def test_a_broken_bag(bag, opened):
     (bag / 'metadata.yaml').write_text('nothing')
-    with pytest.raises(SourceError, match=r'cannot be read as a ROS 2 bag .*No storage'):
+    with pytest.raises(SourceError, match=r'cannot be read as a ROS 2 bag .*parsing'):
         open_source(bag)
 
 

@@ -1,0 +1,220 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""``phase_traj locate``: finds where on a road map a drive was."""
+
+from argparse import ArgumentTypeError, Namespace
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+import re
+from typing import Any
+
+from phase_traj_ros.cli.command import Command
+from phase_traj_ros.cli.options import (
+    add_force,
+    add_parameters,
+    add_source,
+    inputs_of,
+    parameters_of,
+    print_notices,
+    SOURCE_HELP,
+    source_of,
+)
+from phase_traj_ros.cli.progress import counter, progress
+from phase_traj_ros.core.localization.given import ScaleRange
+from phase_traj_ros.io.batch.job import Pass, replay_source, Wanted
+from phase_traj_ros.io.location.files import (
+    add_to_chain_code,
+    degrees,
+    LOCATION_FILES,
+    REPORT,
+    write_location,
+)
+from phase_traj_ros.io.location.odometry import DriveOdometry, odometry_of, read_odometry
+from phase_traj_ros.io.location.report import verdict, write_location_report
+from phase_traj_ros.io.location.run import locate, Located, Near
+from phase_traj_ros.io.maps.projection import bearing_deg
+from phase_traj_ros.io.maps.road_classes import Roads
+from phase_traj_ros.io.maps.road_file import ATTRIBUTION, read_roads
+from phase_traj_ros.io.outputs.outputs import check_directory, output_directory
+from phase_traj_ros.io.sources.base import DEFAULT_SPEED_TOPIC, StampedFrame
+
+EXIT_NOT_KNOWN = 1
+
+_CODES = 'chain_code.json'
+_TRAJECTORIES = ('.tum', '.txt')
+
+_EPILOG = f"""
+SOURCE is a recording, the output folder of `phase_traj replay --output DIR`, or a trajectory of
+any other odometry in the TUM format (.tum or .txt, lines of stamp x y z qx qy qz qw). A recording
+is replayed first, with the parameters given.
+
+{SOURCE_HELP.replace('SOURCE is', 'A recording is')}
+A map is an extract of OpenStreetMap: docs/how-to/locate.md says where to get one, and what its
+licence asks for. DIR receives location.csv (one row per pose), track.geojson, track.gpx,
+location.html and, of a recording, all results of a replay; chain_code.json has the key location.
+If the place is not known at any pose, the exit status is 1; the files are written nevertheless.
+"""
+
+COMMAND = Command(
+    'locate', summary='find where on a road map a drive was, without GPS',
+    example='phase_traj locate drive.mp4 --map town.osm.pbf -p camera_height:=1.65'
+            ' --output results',
+    epilog=_EPILOG)
+
+
+def add_parser(commands: Any) -> None:
+    """Add the command to the parser."""
+    parser = COMMAND.add_to(commands)
+    add_source(parser)
+    parser.add_argument(
+        '--map', metavar='FILE', type=Path, required=True,
+        help='the road map: .osm.pbf, .osm, .osm.gz or .osm.bz2')
+    parser.add_argument(
+        '--near', metavar='LAT,LON,RADIUS', type=_near,
+        help='where the drive starts, such as 49.01,8.40,2km (a negative latitude:'
+             ' --near=-33.92,18.42,2km; default: anywhere on the map)')
+    parser.add_argument(
+        '--scale', metavar='A..B', type=_scale,
+        help='metres per unit of the odometry, such as 0.5..3 (default: 0.9..1.1 for metres,'
+             ' 1.1..2.2 for camera heights)')
+    parser.add_argument(
+        '--roads', choices=[each.value for each in Roads], default=Roads.CAR.value,
+        help='roads that a car may drive, or paths as well (default: car)')
+    parser.add_argument(
+        '--level', metavar='P', type=_level, default=0.99,
+        help='probability above which a place is claimed (default: 0.99)')
+    parser.add_argument(
+        '--output', metavar='DIR', type=Path, help='write the results here (default: only print)')
+    add_force(parser)
+    add_parameters(parser)
+    parser.add_argument(
+        '--speed-topic', metavar='TOPIC', default=DEFAULT_SPEED_TOPIC,
+        help=f'topic of a bag with the speed, for use_speed_topic (default {DEFAULT_SPEED_TOPIC})')
+    parser.add_argument(
+        '--one-pass', action='store_true',
+        help='learn an unknown camera during the replay, as the node does')
+    parser.set_defaults(run=run)
+
+
+def run(options: Namespace) -> int | None:
+    """Run the command; return the exit status, None if the place is known."""
+    roads = read_roads(options.map, Roads(options.roads))
+    if options.near is not None:
+        # A wrong place is reported before the work.
+        options.near.prior(roads)
+    if options.output is not None:
+        check_directory(
+            options.output, names=LOCATION_FILES, inputs=(options.map,), force=options.force)
+    source: Path = options.source
+    odometry, codes = _odometry(options)
+    title = source.name or str(source)
+    with counter(total=len(odometry.motions), title='locating') as advance:
+        located = locate(
+            odometry, roads, near=options.near, scale=options.scale, level=options.level,
+            advance=advance)
+    for line in _lines(located):
+        print(line)
+    if options.output is not None:
+        with output_directory(
+                options.output, names=LOCATION_FILES if codes is None else (
+                    *LOCATION_FILES, _CODES),
+                adds=True, inputs=(options.map,), force=options.force) as directory:
+            write_location(located, directory)
+            write_location_report(located, directory / REPORT, title=title)
+            if codes is not None:
+                add_to_chain_code(located, codes, directory / _CODES)
+        print(f'written to {options.output}, see {REPORT}')
+    return None if located.first_claim is not None else EXIT_NOT_KNOWN
+
+
+def _odometry(options: Namespace) -> tuple[DriveOdometry, Path | None]:
+    """Return the odometry, and the chain_code.json that belongs to it."""
+    source: Path = options.source
+    if source.is_dir() and (source / _CODES).exists():
+        return read_odometry(source), source / _CODES
+    if source.suffix in _TRAJECTORIES and source.is_file():
+        return read_odometry(source), None
+    parameters = parameters_of(options)
+    print_notices(parameters)
+    wanted = Wanted(
+        output=options.output, force=options.force, inputs=inputs_of(
+            Namespace(sources=[source, options.map], params=options.params), parameters))
+    title = source.name or str(source)
+    with source_of(options) as opened:
+        def shown(frames: Iterable[StampedFrame], which: Pass) -> Iterator[StampedFrame]:
+            name = f'{title}, {which.value}' if which.value else title
+            return progress(frames, total=opened.frame_count, title=name)
+
+        result = replay_source(
+            opened, parameters, wanted, title=title, through=shown,
+            speed_topic=options.speed_topic, one_pass=options.one_pass)
+    return odometry_of(result), None if options.output is None else options.output / _CODES
+
+
+def _lines(located: Located) -> Iterator[str]:
+    poses, roads = located.poses, located.roads
+    driven = poses[-1].driven * located.scale.middle
+    yield (f'{located.odometry.source}: {len(poses)} poses, about {driven:.0f} m;'
+           f' {roads.source}: {roads.length / 1e3:.0f} km of road')
+    first, last = located.first_claim, poses[-1].estimate
+    if first is None or first.claim is None:
+        yield f'{verdict(located)}: {_reason(located)}'
+    else:
+        latitude, longitude = degrees(located, first.claim)
+        yield f'{verdict(located)}: {latitude:.6f}, {longitude:.6f}'
+    if last is None or not last.claimed:
+        told = 0.0 if last is None else last.probability
+        yield f'at the end: not known, probability {told:.3f} of the best place'
+    else:
+        latitude, longitude = degrees(located, last)
+        yield (f'at the end: {latitude:.6f}, {longitude:.6f}, bearing'
+               f' {float(bearing_deg(last.heading)):.0f}°, standard deviation'
+               f' {last.standard_deviation:.1f} m, probability {last.probability:.3f}')
+    yield f'map data {ATTRIBUTION}'
+
+
+def _reason(located: Located) -> str:
+    if located.odometry.straight:
+        return ('the drive has no turn, and a straight road fits in many places: give a longer'
+                ' drive, or --near')
+    if located.near is None:
+        return 'no place of the map fits better than all others: give a longer drive, or --near'
+    return ('no place of the map fits better than all others: give a longer drive, and check that'
+            ' the map has its roads')
+
+
+def _near(text: str) -> Near:
+    match = re.fullmatch(r'([^,]+),([^,]+),([\d.eE+-]+)\s*(km|m)?', text.strip())
+    try:
+        if match is None:
+            raise ValueError
+        latitude, longitude, radius = (float(match[number]) for number in (1, 2, 3))
+    except ValueError:
+        raise ArgumentTypeError(
+            f'{text!r} is no place: give LAT,LON,RADIUS, such as 49.01,8.40,2km') from None
+    radius *= 1000.0 if match[4] == 'km' else 1.0
+    if not (abs(latitude) <= 90.0 and abs(longitude) <= 180.0):
+        raise ArgumentTypeError(
+            f'{text!r} is not on the earth: give degrees, the latitude first')
+    if not 0.0 < radius < 1e7:
+        raise ArgumentTypeError(f'the radius in {text!r} is not positive: give metres, or 2km')
+    return Near(latitude, longitude, radius)
+
+
+def _scale(text: str) -> ScaleRange:
+    least, dots, most = text.partition('..')
+    try:
+        return ScaleRange(float(least), float(most if dots else least))
+    except ValueError:
+        raise ArgumentTypeError(
+            f'{text!r} is no range: give two positive numbers, such as 0.5..3') from None
+
+
+def _level(text: str) -> float:
+    try:
+        level = float(text)
+    except ValueError:
+        level = 0.0
+    if not 0.5 <= level < 1.0:
+        raise ArgumentTypeError(f'{text!r} is no level: give a probability from 0.5 to below 1')
+    return level

@@ -1,0 +1,105 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The pairs of a drive as the locator takes them: steps, and interruptions between them."""
+
+from dataclasses import dataclass
+import math
+from typing import Final, TypeAlias
+
+from phase_traj_ros.core import PairStatus, Update
+from phase_traj_ros.core.localization.given import OdometryStep
+
+# What a vehicle may do unseen: metres and radians per second.
+_FASTEST: Final = 25.0
+_TURNING: Final = 0.5
+# After a cut in a video, the stamps do not say how much is missing: metres.
+_AFTER_CUT: Final = 1000.0
+# An unknown distance is taken for the last speed, within this share of it, for so many seconds.
+_SPEED_ERROR: Final = 0.5
+_SPEED_LASTS: Final = 5.0
+
+
+@dataclass(frozen=True, slots=True)
+class Interruption:
+    """
+    The vehicle may have moved unseen.
+
+    distance
+        Largest distance that it may have driven, in metres.
+    turn
+        Standard deviation of the unseen change of its heading in radians; pi if it is unknown.
+    """
+
+    distance: float
+    turn: float
+
+
+Motion: TypeAlias = OdometryStep | Interruption
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MovedPair:
+    """
+    What was measured of a pair of frames.
+
+    stamp_ns, interval_ns
+        Stamp of the second frame, and time since the first one, in nanoseconds.
+    distance, distance_variance
+        Distance in the unit of the odometry, and its variance; None if it is unknown.
+    yaw, yaw_variance
+        Change of the heading in radians, positive to the left, and its variance.
+    gap, cut
+        Whether frames are missing between the two, by the stamps or in the video.
+    """
+
+    stamp_ns: int
+    interval_ns: int
+    distance: float | None
+    distance_variance: float
+    yaw: float
+    yaw_variance: float
+    gap: bool = False
+    cut: bool = False
+
+    @classmethod
+    def of(cls, update: Update) -> 'MovedPair | None':
+        """Return what an update of the estimator says; None without heading or distance."""
+        heading, travel = update.heading, update.travel
+        if heading is None or travel is None:
+            return None
+        return cls(
+            stamp_ns=update.stamp_ns, interval_ns=update.interval_ns,
+            distance=travel.distance if travel.known else None,
+            distance_variance=travel.variance, yaw=heading.yaw, yaw_variance=heading.variance,
+            gap=update.status is PairStatus.GAP, cut=update.cut)
+
+
+class Motions:
+    """Turns pairs into motions, live and offline alike."""
+
+    def __init__(self) -> None:
+        """Start with an unknown speed."""
+        self._speed = 0.0
+        self._unknown_s = 0.0
+
+    def of(self, pair: MovedPair) -> tuple[Motion, ...]:
+        """Return the motions of the next pair, in order; its last one is a step or nothing."""
+        seconds = pair.interval_ns * 1e-9
+        if pair.cut:
+            return (Interruption(_AFTER_CUT, math.pi),)
+        if pair.gap:
+            return (Interruption(_FASTEST * seconds, min(_TURNING * seconds, math.pi)),)
+        before: tuple[Motion, ...] = ()
+        distance, variance = pair.distance, pair.distance_variance
+        if distance is None:
+            self._unknown_s += seconds
+            distance = self._speed * seconds
+            variance = (_SPEED_ERROR * distance) ** 2
+        else:
+            if self._unknown_s > _SPEED_LASTS:
+                before = (Interruption(_FASTEST * self._unknown_s, 0.0),)
+            self._unknown_s = 0.0
+            self._speed = distance / seconds if seconds > 0.0 else self._speed
+        return (*before, OdometryStep(
+            stamp_ns=pair.stamp_ns, distance=distance, yaw=pair.yaw,
+            distance_variance=variance, yaw_variance=pair.yaw_variance))

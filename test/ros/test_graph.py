@@ -1,0 +1,28 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What is said where images are on another topic."""
+
+from phase_traj_ros.ros.graph import COMPRESSED, elsewhere, RAW
+import pytest
+
+
+@pytest.mark.parametrize(('topic', 'kind', 'topics', 'said'), [
+    ('/image', RAW, {}, 'no node publishes images'),
+    ('/image', RAW, {'/image/compressed': COMPRESSED, '/other': RAW},
+     'images are on /image/compressed: set image_transport to compressed'),
+    ('/image/compressed', COMPRESSED, {'/image': RAW},
+     'images are on /image: set image_transport to raw'),
+    ('/image', RAW, {'/cam/image_raw': RAW, '/cam/image_raw/compressed': COMPRESSED},
+     'images are on /cam/image_raw: remap image, as in -r image:=/cam/image_raw, with'
+     ' image_transport raw'),
+    ('/image', RAW, {'/cam/image/compressed': COMPRESSED},
+     'images are on /cam/image/compressed: remap image, as in -r image:=/cam/image, with'
+     ' image_transport compressed'),
+])
+def test_where_images_are_is_said_with_what_to_write(topic, kind, topics, said):
+    assert elsewhere(topic, kind, topics) == said
+
+
+def test_a_long_list_is_cut():
+    topics = {f'/camera_{index}/image': RAW for index in range(9)}
+    assert '/camera_4/image and 4 more: remap' in elsewhere('/image', RAW, topics)
