@@ -19,7 +19,8 @@ INTRODUCTION = """\
 
 This page lists the commands of `phase_traj`, their arguments and their options. It is generated
 from the parser; `phase_traj COMMAND --help` prints the same. An error prints one line
-and exits with status 2. An interrupt exits with status 130."""
+and exits with status 2. A signal exits with 128 and its number: 130 for Ctrl-C, 143 for SIGTERM.
+If the reader of the output closes it, the work is finished, and the status is 141."""
 
 
 def page() -> str:

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
+from contextlib import suppress
 import shutil
 import time
 from typing import TextIO
@@ -64,7 +65,7 @@ class LiveView(Watcher):
 
     def __enter__(self) -> LiveView:
         if self._terminal:
-            self._stream.write(_HIDE_CURSOR)
+            self._write(_HIDE_CURSOR)
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -74,16 +75,14 @@ class LiveView(Watcher):
             else:
                 self._write_path(self._newest[1])
         if self._terminal:
-            self._stream.write(_SHOW_CURSOR)
-        self._stream.flush()
+            self._write(_SHOW_CURSOR)
 
     def over(self, frames: Iterable[Entry], doing: str) -> Iterator[Entry]:
         """Yield the frames of a pass, named ``doing``, and show the progress."""
         self._began = self._clock()
         self._doing = f', {doing}' if doing else ''
         if doing and not self._terminal:
-            self._stream.write(f'{self._title}{self._doing}\n')
-            self._stream.flush()
+            self._write(f'{self._title}{self._doing}\n')
         for number, frame in enumerate(frames, 1):
             yield frame
             # A pass that only learns the camera has no other results to show.
@@ -95,8 +94,7 @@ class LiveView(Watcher):
         self._newest = update, estimator
         if not self._terminal:
             if update.step.movement in (Movement.LEFT, Movement.RIGHT):
-                self._stream.write(f'{self._title}: {_state(update)}, {_measured(update)}\n')
-                self._stream.flush()
+                self._write(f'{self._title}: {_state(update)}, {_measured(update)}\n')
         elif self._clock() >= self._due:
             self._draw(update, estimator)
 
@@ -115,10 +113,15 @@ class LiveView(Watcher):
         columns, _ = shutil.get_terminal_size()
         back = f'\x1b[{self._lines}F' if self._lines else ''
         text = '\n'.join(line[:columns - 1] for line in lines)
-        self._stream.write(f'{back}\x1b[J{text}\n')
-        self._stream.flush()
+        self._write(f'{back}\x1b[J{text}\n')
         self._lines = len(lines)
         self._due = self._clock() + _PERIOD_S
+
+    def _write(self, text: str) -> None:
+        """Write to the stream; a reader that has closed it does not stop the work."""
+        with suppress(OSError):
+            self._stream.write(text)
+            self._stream.flush()
 
     def _progress(self, frames: int) -> str:
         rate = frames / max(self._clock() - self._began, 1e-9)
@@ -134,7 +137,7 @@ class LiveView(Watcher):
     def _write_path(self, estimator: TrajectoryEstimator) -> None:
         lines = path_lines(
             _corners(estimator), columns=_PATH_COLUMNS, rows=_PATH_ROWS, braille=self._braille)
-        self._stream.write(''.join(f'{line}\n' for line in lines if line))
+        self._write(''.join(f'{line}\n' for line in lines if line))
 
 
 def _corners(estimator: TrajectoryEstimator) -> tuple[Corner, ...]:

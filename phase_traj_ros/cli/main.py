@@ -4,13 +4,24 @@
 
 from collections.abc import Sequence
 import os
+import signal
 import sys
 
+from phase_traj_ros.cli.ending import (
+    Ended,
+    handled,
+    leave_at_once,
+    line_of,
+    open_closed_streams,
+    raise_ended,
+    say,
+    status_of,
+    write_error,
+)
 from phase_traj_ros.errors import PhaseTrajError
 
 EXIT_OK = 0
 EXIT_BAD_INPUT = 2
-EXIT_INTERRUPTED = 130
 
 # Broken videos and images are reported in one line by this program. Without these settings, the
 # libraries of OpenCV would add their own messages. They read them when they are loaded.
@@ -23,32 +34,57 @@ _QUIET = {
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line; return the exit status."""
+    open_closed_streams()
+    try:
+        return _status(arguments)
+    finally:
+        write_error(sys.stderr)
+
+
+def _status(arguments: Sequence[str] | None) -> int:
     for name, value in _QUIET.items():
         os.environ.setdefault(name, value)
     # OpenCV reads the settings when it is loaded, and these modules load it.
     try:
-        from phase_traj_ros.cli.program import program_parser
+        with handled(leave_at_once):
+            from phase_traj_ros.cli.program import program_parser
     except ModuleNotFoundError as error:
-        print(
-            f'phase_traj: error: the Python package {error.name} is missing: install'
+        say(f'phase_traj: error: the Python package {error.name} is missing: install'
             ' python3-opencv, python3-numpy and python3-yaml (apt), or install'
-            ' phase_traj_ros with pip, which brings them', file=sys.stderr)
+            ' phase_traj_ros with pip, which brings them')
         return EXIT_BAD_INPUT
 
-    options = program_parser().parse_args(arguments)
     try:
-        status: int | None = options.run(options)
+        with handled(raise_ended):
+            options = program_parser().parse_args(arguments)
+            status: int | None = options.run(options)
     except PhaseTrajError as error:
-        print(f'phase_traj: error: {error}', file=sys.stderr)
-        return EXIT_BAD_INPUT
-    except BrokenPipeError:
-        # The reader has closed the pipe. Nothing more must be written on exit.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return EXIT_OK
-    except KeyboardInterrupt:
-        print('phase_traj: interrupted', file=sys.stderr)
-        return EXIT_INTERRUPTED
-    return EXIT_OK if status is None else status
+        say(f'phase_traj: error: {error}')
+        status = EXIT_BAD_INPUT
+    except KeyboardInterrupt as error:
+        number = error.number if isinstance(error, Ended) else signal.SIGINT
+        say(line_of(number))
+        status = status_of(number)
+    except SystemExit as end:
+        # The parser has printed the help, or what is wrong with the call.
+        status = end.code if isinstance(end.code, int) else EXIT_OK
+    except OSError as error:
+        # An error of a file has its name; this one is of the standard output.
+        if error.filename is not None:
+            raise
+        write_error(sys.stdout)
+        return _unheard(error)
+    failed = write_error(sys.stdout)
+    return (status or EXIT_OK) if failed is None else _unheard(failed)
+
+
+def _unheard(error: OSError) -> int:
+    """Tell that the output cannot be written; return the exit status."""
+    if isinstance(error, BrokenPipeError):
+        say('phase_traj: the reader of the output has closed it')
+        return status_of(signal.SIGPIPE)
+    say(f'phase_traj: error: cannot write to the standard output: {error.strerror}')
+    return EXIT_BAD_INPUT
 
 
 if __name__ == '__main__':

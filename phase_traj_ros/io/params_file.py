@@ -125,7 +125,7 @@ def _config_folder() -> Path:
 
 def _is_for_node(path: Path) -> bool:
     try:
-        return any(_is_meant(node) for node, _ in _sections(path))
+        return any(_names_node(node, f'/{NODE_NAME}') for node, _ in _sections(path))
     except ParameterError:
         return False
 

@@ -62,7 +62,7 @@ def test_the_camera_is_learned_from_the_turns(bag, capsys, drives, words):
     assert told['lens_straightness'] == pytest.approx(1.0, abs=0.15)
     assert told['lens_offset'] == pytest.approx(0.0, abs=0.03)
     assert abs(told['camera_pitch_deg']) < 3 and abs(told['camera_roll_deg']) < 3
-    least, most = map(float, re.findall(r'90 % interval: ([\d.]+) to ([\d.]+)', text)[-1])
+    least, most = map(float, re.findall(r'90 %: ([\d.]+) to ([\d.]+)', text)[-1])
     assert least < 160 / math.tan(math.radians(HFOV / 2)) < most < 1.5 * least
 
 

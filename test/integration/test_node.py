@@ -86,6 +86,7 @@ def test_every_topic(live, topics, connected):
     assert [each.data for each in topics['direction']] == DIRECTION
     assert [round(each.vector.x) for each in topics['shift']] == [0, 0, 30, 30, 0, 0, -40, 0, 0]
     assert {each.vector.z for each in topics['shift']} == {0.0}
+    assert {each.header.frame_id for each in topics['shift']} == {'camera'}
     assert len(topics['response']) == 9
     assert topics['response'][0].data == pytest.approx(1, abs=1e-3)
     expected = [START + (index + 1) * SECOND // 10 for index in range(9)]
@@ -159,6 +160,8 @@ ENCODERS = {
     'bayer_grbg8': lambda grey: grey,
     'yuv422': lambda grey: np.dstack([np.full_like(grey, 128), grey]),
     'yuv422_yuy2': lambda grey: np.dstack([grey, np.full_like(grey, 128)]),
+    'nv12': lambda grey: np.vstack([grey, np.full_like(grey[::2], 128)]),
+    '32FC1': lambda grey: grey.astype('<f4') / 10 + 273,
 }
 
 

@@ -41,8 +41,8 @@ def image_msg() -> Callable[..., SimpleNamespace]:
         data: Callable[[bytes], object] = bytes,
     ) -> SimpleNamespace:
         height, width = array.shape[:2]
-        if array.dtype == np.uint16:
-            array = array.astype('>u2' if big_endian else '<u2')
+        if array.itemsize > 1:
+            array = array.astype(array.dtype.newbyteorder('>' if big_endian else '<'))
         rows = np.frombuffer(array.tobytes(), np.uint8).reshape(height, -1)
         padded = np.pad(rows, ((0, 0), (0, padding)), constant_values=0xA5)
         return SimpleNamespace(

@@ -80,7 +80,7 @@ class CameraInUse:
         return 1.0 if self.interval_px is None else self.focal_px / self.interval_px[0]
 
     def __str__(self) -> str:
-        """Return a description of the camera."""
+        """Return a description of at most 128 characters, which ros2 topic echo prints whole."""
         focal = f'focal length {self.focal_px:.4g} px'
         if self.origin is LensOrigin.CALIBRATION:
             return f'{focal}, from the calibration'
@@ -92,5 +92,5 @@ class CameraInUse:
         least, most = self.interval_px
         turns = '1 part of a turn' if self.turns == 1 else f'{self.turns} parts of turns'
         return (
-            f'{seen} (90 % interval: {least:.4g} to {most:.4g}), learned from {turns}; pitch'
-            f' {abs(self.pitch_deg):.1f} degrees {"down" if self.pitch_deg >= 0 else "up"}')
+            f'{seen} (90 %: {least:.4g} to {most:.4g}), learned from {turns}; pitch'
+            f' {abs(self.pitch_deg):.1f} deg {"down" if self.pitch_deg >= 0 else "up"}')

@@ -17,6 +17,7 @@ from typing import Any, Final
 
 import cv2
 from phase_traj_ros.io.batch.many import failure, Job, Outcome, Progress, run_job
+from phase_traj_ros.io.outputs.commit import STOPPING
 
 ATTEMPTS: Final = 2
 """How often a job is tried if its process dies."""
@@ -151,8 +152,10 @@ def _begin_worker(cells: Any) -> None:
     """Prepare a worker process."""
     global _cells
     _cells = cells
-    # The parent process decides when to stop, and signals it in the shared memory.
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    # The parent process decides when to stop, and signals it in the shared memory. A terminal
+    # sends its signals to all processes.
+    for number in STOPPING:
+        signal.signal(number, signal.SIG_IGN)
     Thread(target=_follow_parent, daemon=True).start()
     cv2.setNumThreads(1)
 

@@ -15,8 +15,8 @@ from phase_traj_ros.io.images.header import (
     recognise,
 )
 
-GreyImage: TypeAlias = npt.NDArray[np.uint8] | npt.NDArray[np.uint16]
-"""A greyscale image, (H, W), uint8 or uint16."""
+GreyImage: TypeAlias = npt.NDArray[np.uint8] | npt.NDArray[np.uint16] | npt.NDArray[np.float32]
+"""A greyscale image, (H, W), uint8, uint16 or float32."""
 
 DEFAULT_MAX_PIXELS: Final = 2 ** 26
 """Default limit of the size of a decoded image: 67 million pixels."""

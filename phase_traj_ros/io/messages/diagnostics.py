@@ -57,7 +57,7 @@ class MeasurementReporter:
             if heading.camera is not None:
                 values['camera'] = str(heading.camera)
             if heading.field_of_view is not None:
-                values['field of view (deg)'] = described(heading.field_of_view)
+                values.update(_view_values(heading.field_of_view))
                 wrong = _contradiction(heading, heading.field_of_view)
         values.update(_way_values(estimator))
         pairs = counters.frames - self._counted.frames
@@ -91,6 +91,14 @@ def _way_values(estimator: TrajectoryEstimator) -> dict[str, str]:
     return {
         f'distance ({unit})': f'{way.distance:.1f}', f'speed ({unit}/s)': speed,
         **{f'distance {state.value}': str(count) for state, count in way.states.items()}}
+
+
+def _view_values(view: FieldOfView) -> dict[str, str]:
+    return {
+        'field of view (deg)': f'{view.hfov_deg:.1f}',
+        'field of view deviation (deg)': f'{view.deviation_deg:.1f}',
+        'field of view sureness': f'{view.sureness:.2f}',
+        'field of view turns': str(view.turns)}
 
 
 def described(view: FieldOfView) -> str:

@@ -9,7 +9,7 @@ sensor_msgs/CompressedImage, such as the messages of rclpy and rosbags.
 
 from dataclasses import dataclass
 from enum import auto, Enum
-from typing import cast, Protocol
+from typing import Any, cast, Protocol
 
 import cv2
 import numpy as np
@@ -66,6 +66,7 @@ class _Conversion(Enum):
     COLOUR = auto()
     MOSAIC = auto()
     LUMA = auto()
+    PLANE = auto()
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,13 +74,15 @@ class _Layout:
     """
     Positions of the samples of an encoding, and their conversion to grey.
 
-    code is the cv2.cvtColor code for COLOUR and MOSAIC, the index of the luma sample for LUMA.
+    code is the cv2.cvtColor code for COLOUR and MOSAIC, the index of the luma sample for LUMA. For
+    PLANE, the luma comes first, and the colours follow in half as many rows.
     """
 
     channels: int
     bits: int
     conversion: _Conversion = _Conversion.NONE
     code: int = 0
+    floating: bool = False
 
     @property
     def pixel_bytes(self) -> int:
@@ -96,6 +99,7 @@ def _mosaic(bits: int, code: int) -> _Layout:
 
 _UYVY = _Layout(2, 8, _Conversion.LUMA, 1)
 _YUY2 = _Layout(2, 8, _Conversion.LUMA, 0)
+_NV = _Layout(1, 8, _Conversion.PLANE)
 
 # ROS names a mosaic by its first two rows from the corner on; OpenCV's original names start at the
 # second pixel of the second row. Hence rggb is BG here, and so on.
@@ -127,6 +131,9 @@ _LAYOUTS = {
     'uyvy': _UYVY,
     'yuv422_yuy2': _YUY2,
     'yuyv': _YUY2,
+    'nv12': _NV,
+    'nv21': _NV,
+    '32FC1': _Layout(1, 32, floating=True),
 }
 
 ENCODINGS = tuple(_LAYOUTS)
@@ -137,12 +144,13 @@ _MIN_MOSAIC_SIDE = 3
 
 def to_grey(msg: ImageMessage) -> GreyImage:
     """
-    Convert a raw image message to grey, (H, W), uint8, or uint16 for encodings of 16 bits.
+    Convert a raw image message to grey, (H, W): uint8, uint16, or float32, as the encoding has it.
 
     A grey image is returned as a view of the message's data if possible: do not write to it, and
     keep the data unchanged while the image is in use. Rows may be padded, which numpy and
     OpenCV both support. Colours are converted to luma as in cv2.cvtColor; the luma of YUV is
-    used as it is. The padding of the last row may be missing.
+    used as it is. The padding of the last row may be missing. In 32FC1, such as of thermal and
+    depth cameras, NaN and infinity become 0.
 
     Raises FrameError if the encoding is unknown or the fields contradict each other.
     """
@@ -233,6 +241,8 @@ def _samples(msg: ImageMessage, layout: _Layout) -> GreyImage:
     if step < row:
         raise FrameError(f'{what} has a step of {step} bytes, but a row needs {row}')
     raw = _buffer(msg.data)
+    if layout.conversion is _Conversion.PLANE:
+        height = _rows_of_luma(raw.size, height, step, what)
     if raw.size < (height - 1) * step + row:
         raise FrameError(
             f'{what} needs {height * step} bytes (height * step), but its data has {raw.size}')
@@ -240,12 +250,26 @@ def _samples(msg: ImageMessage, layout: _Layout) -> GreyImage:
     if height == 1:
         step = row
     order = '>' if msg.is_bigendian else '<'
-    sample: np.dtype[np.unsignedinteger] = np.dtype(f'{order}u{layout.bits // 8}')
+    kind = 'f' if layout.floating else 'u'
+    sample: np.dtype[Any] = np.dtype(f'{order}{kind}{layout.bits // 8}')
     shape: tuple[int, ...] = (height, width)
     strides: tuple[int, ...] = (step, layout.pixel_bytes)
     if layout.channels > 1:
         shape, strides = (*shape, layout.channels), (*strides, sample.itemsize)
     view = np.ndarray(shape, dtype=sample, buffer=raw, strides=strides)
-    if layout.bits == 16 and not (sample.isnative and view.flags.aligned):
-        view = view.astype(np.uint16)
+    if layout.bits > 8 and not (sample.isnative and view.flags.aligned):
+        view = view.astype(sample.newbyteorder('='))
+    if layout.floating and not np.isfinite(view).all():
+        view = np.nan_to_num(view, nan=0.0, posinf=0.0, neginf=0.0)
     return cast('GreyImage', view)
+
+
+def _rows_of_luma(size: int, height: int, step: int, what: str) -> int:
+    """Return the rows of the first plane; some drivers count those of the colours in height."""
+    if size >= height * step * 3 // 2:
+        return height
+    if height % 3:
+        raise FrameError(
+            f'{what} needs {height * step * 3 // 2} bytes (height * step * 3 / 2), but its data'
+            f' has {size}')
+    return height * 2 // 3

@@ -58,6 +58,8 @@ HEADING: Final = (
 """Additional topics of ``Messages.of_pair`` if the heading is measured."""
 
 ODOMETRY: Final = Topic('odom', 'nav_msgs/msg/Odometry')
+POSE_WITH_COVARIANCE: Final = Topic(
+    'pose_with_covariance', 'geometry_msgs/msg/PoseWithCovarianceStamped')
 SPEED: Final = Topic('speed', 'geometry_msgs/msg/TwistWithCovarianceStamped')
 """Additional topics of ``Messages.of_pair`` if the distance is in metres."""
 
@@ -72,7 +74,8 @@ def pair_topics(parameters: Parameters) -> tuple[Topic, ...]:
     topics: tuple[Topic, ...] = PER_PAIR
     if parameters.measures_heading:
         topics += HEADING
-    return (*topics, ODOMETRY, SPEED) if parameters.metric else topics
+    metric = (ODOMETRY, POSE_WITH_COVARIANCE, SPEED) if parameters.metric else ()
+    return (*topics, *metric)
 
 
 def whole_topics(parameters: Parameters) -> tuple[Topic, ...]:
@@ -107,12 +110,13 @@ class Messages:
         return self._types['std_msgs/msg/Header'](stamp=self.time(stamp_ns), frame_id=frame_id)
 
     def of_pair(
-        self, update: Update, parameters: Parameters,
+        self, update: Update, parameters: Parameters, *, camera_frame: str,
         wanted: Callable[[str], bool] = lambda _: True,
     ) -> Iterator[tuple[str, Any]]:
         """
         Yield the topic names and messages of a pair, see ``pair_topics``.
 
+        ``camera_frame`` is the frame of the image, to which the shift belongs.
         A message is made only if ``wanted`` returns True for its topic: making it takes longer
         than sending it.
         """
@@ -123,7 +127,8 @@ class Messages:
         if step.appended and wanted('direction'):
             yield 'direction', types['std_msgs/msg/UInt8'](data=int(step.direction))
         if wanted('shift'):
-            yield 'shift', self.shift(update.shift, header)
+            yield 'shift', self.shift(
+                update.shift, self.header(update.stamp_ns, camera_frame))
         if wanted('response'):
             yield 'response', types['std_msgs/msg/Float32'](data=_response(update.shift))
         if wanted('status'):
@@ -139,6 +144,9 @@ class Messages:
                 header=header, quaternion=self._yaw(update.heading.heading))
         if update.odometry is not None and wanted('odom'):
             yield 'odom', self.odometry(update.odometry, parameters.child_frame_id, header)
+        if update.odometry is not None and wanted('pose_with_covariance'):
+            yield 'pose_with_covariance', types['geometry_msgs/msg/PoseWithCovarianceStamped'](
+                header=header, pose=self._pose_with_covariance(update.odometry))
         if update.odometry is not None and wanted('speed'):
             # A twist is given in the frame of the vehicle.
             yield 'speed', types['geometry_msgs/msg/TwistWithCovarianceStamped'](
@@ -241,10 +249,11 @@ class Messages:
         types = self._types
         return types['nav_msgs/msg/Odometry'](
             header=header, child_frame_id=child_frame_id,
-            pose=types['geometry_msgs/msg/PoseWithCovariance'](
-                pose=self._pose(odometry.pose, 1.0),
-                covariance=_covariance(odometry.covariance)),
-            twist=self._twist(odometry))
+            pose=self._pose_with_covariance(odometry), twist=self._twist(odometry))
+
+    def _pose_with_covariance(self, odometry: Odometry) -> Any:
+        return self._types['geometry_msgs/msg/PoseWithCovariance'](
+            pose=self._pose(odometry.pose, 1.0), covariance=_covariance(odometry.covariance))
 
     def _twist(self, odometry: Odometry) -> Any:
         types = self._types

@@ -117,7 +117,7 @@ class BagSink(Watcher):
             raise OutputError(
                 f'a bag cannot hold the stamp {update.stamp_ns / 1e9:.9f} s: stamps must be from'
                 ' 0 to 2**31 seconds; leave out bag_out')
-        self._bag.add(update)
+        self._bag.add(update, frame.frame_id)
         if self._debug_images:
             self._bag.add_picture(
                 draw(frame, update, estimator), update.stamp_ns, frame.frame_id)
@@ -182,9 +182,10 @@ class _Bag:
         # Counts from before the start do not belong to this bag.
         self._measured.report(estimator, 0.0)
 
-    def add(self, update: Update) -> None:
+    def add(self, update: Update, camera_frame: str) -> None:
         stamp_ns = update.stamp_ns
-        for topic, message in self._messages.of_pair(update, self._parameters):
+        for topic, message in self._messages.of_pair(
+                update, self._parameters, camera_frame=camera_frame):
             self._file.write(f'/{NODE_NAME}/{topic}', stamp_ns, message)
         if update.shift is not None:
             self._responses.append(update.shift.response)

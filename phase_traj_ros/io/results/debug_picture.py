@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 from phase_traj_ros.core import LengthUnit, PAPER_THRESHOLD, TrajectoryEstimator, Update
+from phase_traj_ros.core.picture import prepare
 from phase_traj_ros.io.images.decoding import GreyImage
 from phase_traj_ros.io.results.palette import bgr, DARK, LIGHT, Rgb
 from phase_traj_ros.io.sources.base import StampedFrame
@@ -26,11 +27,14 @@ def as_shown(image: GreyImage, *, rotate_180: bool) -> Picture:
     """
     Return a frame for display, (H, W) uint8, upright.
 
-    Of 16 bits, the highest 8 in use are kept: many cameras use only 10 or 12.
+    Of 16 bits, the highest 8 in use are kept: many cameras use only 10 or 12. A float32 image is
+    shown with the contrast in which it is measured.
     """
-    if image.dtype != np.uint8:
+    if image.dtype == np.float32:
+        image = prepare(image)
+    elif image.dtype == np.uint16:
         bits = max(int(image.max(initial=0)).bit_length(), 8)
-        image = (image >> (bits - 8)).astype(np.uint8)
+        image = np.right_shift(image, bits - 8).astype(np.uint8)
     return cast('Picture', np.ascontiguousarray(image[::-1, ::-1] if rotate_180 else image))
 
 

@@ -28,7 +28,7 @@ _SourceT = TypeVar('_SourceT', bound='FrameSource')
 
 @dataclass(frozen=True, slots=True)
 class StampedFrame:
-    """A greyscale image, (H, W), uint8 or uint16, and the time it was taken in nanoseconds."""
+    """A greyscale image, (H, W), uint8, uint16 or float32, and its time in nanoseconds."""
 
     image: GreyImage
     stamp_ns: int

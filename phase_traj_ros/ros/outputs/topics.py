@@ -66,7 +66,8 @@ class Outputs:
 
     def publish(self, frame: StampedFrame, update: Update) -> None:
         """Publish the results of a pair of frames; ``frame`` is the second frame."""
-        for topic, message in MESSAGES.of_pair(update, self.parameters, self._is_wanted):
+        for topic, message in MESSAGES.of_pair(
+                update, self.parameters, camera_frame=frame.frame_id, wanted=self._is_wanted):
             self._per_pair[topic].publish(message)
             if self._transform is not None and topic == self._placed_by:
                 stamped = message.pose if topic == ODOMETRY.name else message

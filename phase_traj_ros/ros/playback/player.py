@@ -6,6 +6,7 @@ from array import array
 from collections.abc import Iterable
 from threading import Event
 import time
+from types import MappingProxyType
 
 import numpy as np
 from phase_traj_ros.core.camera.model import CameraModel
@@ -25,6 +26,9 @@ from std_msgs.msg import Header
 PLAYER_NAME = 'phase_traj_player'
 LOSSLESS = QoSProfile(
     history=HistoryPolicy.KEEP_ALL, depth=1, reliability=ReliabilityPolicy.RELIABLE)
+# Encoding and samples in a message, by the type of the image.
+_ENCODINGS = MappingProxyType({
+    'uint8': ('mono8', 'u1'), 'uint16': ('mono16', '<u2'), 'float32': ('32FC1', '<f4')})
 _POLL_S = 0.05
 _ACKNOWLEDGE_S = 30
 _LATER_S = 1.0
@@ -33,7 +37,7 @@ _LONGEST_WAIT_S = 1e9
 
 class FramePlayer(Node):
     """
-    Publishes frames as mono8 or mono16 images on ``topic``, and their stamps on /clock.
+    Publishes frames as mono8, mono16 or 32FC1 images on ``topic``, and their stamps on /clock.
 
     If the calibration of the camera is known, it is published with each image on ``camera_info``.
     """
@@ -149,12 +153,12 @@ class FramePlayer(Node):
 
 
 def image_message(image: np.ndarray, header: Header) -> Image:
-    """Return a greyscale (H, W) image, uint8 or uint16, as a sensor_msgs/Image."""
-    wide = image.dtype == np.uint16
-    little = np.ascontiguousarray(image, dtype='<u2' if wide else np.uint8)
+    """Return a greyscale (H, W) image, uint8, uint16 or float32, as a sensor_msgs/Image."""
+    encoding, sample = _ENCODINGS[image.dtype.name]
+    little = np.ascontiguousarray(image, dtype=sample)
     data = array('B')
     data.frombytes(little.data.cast('B'))
     height, width = image.shape
     return Image(
-        header=header, height=height, width=width, encoding='mono16' if wide else 'mono8',
+        header=header, height=height, width=width, encoding=encoding,
         is_bigendian=0, step=width * little.itemsize, data=data)

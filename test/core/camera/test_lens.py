@@ -110,15 +110,22 @@ def test_what_cannot_be(values, message):
     (Lens(hfov_deg=75.0, assumed=True),
      'field of view 75 degrees, focal length 208.5 px, assumed until a turn determines it'),
     (Lens(estimate=replace(ESTIMATE, straightness=1.0, column_px=0.0, focal_deviation=0.1)),
-     'field of view 90 degrees, focal length 160 px (90 % interval: 135.7 to 188.6), learned from'
-     ' 3 parts of turns; pitch 5.0 degrees down'),
+     'field of view 90 degrees, focal length 160 px (90 %: 135.7 to 188.6), learned from'
+     ' 3 parts of turns; pitch 5.0 deg down'),
     (Lens(estimate=replace(ESTIMATE, straightness=1.0, column_px=0.0, focal_deviation=0.1,
                            turns=1, pitch_deg=-12.0)),
-     'field of view 90 degrees, focal length 160 px (90 % interval: 135.7 to 188.6), learned from'
-     ' 1 part of a turn; pitch 12.0 degrees up'),
+     'field of view 90 degrees, focal length 160 px (90 %: 135.7 to 188.6), learned from'
+     ' 1 part of a turn; pitch 12.0 deg up'),
 ])
 def test_in_words(lens, words):
     assert str(CameraInUse.of(lens, 320)) == words
+
+
+def test_the_words_are_printed_whole():
+    wide = replace(
+        ESTIMATE, straightness=0.2, column_px=0.0, focal_px=811.1, focal_deviation=0.1,
+        turns=111, pitch_deg=-12.0)
+    assert len(str(CameraInUse.of(Lens(estimate=wide), ESTIMATE.width))) <= 128
 
 
 def test_only_an_estimate_says_how_sure_it_is():

@@ -59,6 +59,7 @@ def encoded(bgr, encoding):
         'uyvy': (packed_yuv(luma, luma_first=False), luma),
         'yuv422_yuy2': (packed_yuv(luma, luma_first=True), luma),
         'yuyv': (packed_yuv(luma, luma_first=True), luma),
+        '32FC1': (luma / np.float32(3), luma / np.float32(3)),
     }
     return table[encoding]
 
@@ -66,7 +67,7 @@ def encoded(bgr, encoding):
 @pytest.mark.parametrize('big_endian', [False, True])
 @pytest.mark.parametrize('padding', [0, 2, 13])
 @pytest.mark.parametrize(
-    'encoding', [each for each in ENCODINGS if not each.startswith('bayer_')])
+    'encoding', [each for each in ENCODINGS if not each.startswith(('bayer_', 'nv'))])
 def test_encoding(picture, image_msg, encoding, padding, big_endian):
     pixels, grey = encoded(picture(), encoding)
     msg = image_msg(pixels, encoding, padding=padding, big_endian=big_endian)
@@ -75,6 +76,29 @@ def test_encoding(picture, image_msg, encoding, padding, big_endian):
     np.testing.assert_array_equal(result, grey)
     # OpenCV accepts it without a copy, including padded rows.
     assert cv2.mean(result)[0] == pytest.approx(grey.mean())
+
+
+def test_what_a_depth_camera_cannot_measure_is_zero(picture, image_msg):
+    depth = picture()[..., 0].astype(np.float32)
+    expected = depth.copy()
+    for row, value in enumerate((np.nan, np.inf, -np.inf)):
+        depth[row], expected[row] = value, 0
+    msg = image_msg(depth, '32FC1', data=lambda raw: memoryview(b'x' + raw)[1:])
+    np.testing.assert_array_equal(to_grey(msg), expected)
+
+
+@pytest.mark.parametrize('encoding', ['nv12', 'nv21'])
+@pytest.mark.parametrize('counts_colours', [False, True])
+def test_the_luma_of_planes_comes_first(picture, image_msg, encoding, counts_colours):
+    luma = picture()[..., 0]
+    planes = np.vstack([luma, np.full((12, 32), 77, np.uint8)])
+    msg = image_msg(planes, encoding, padding=6)
+    if not counts_colours:
+        msg.height = 24
+    np.testing.assert_array_equal(to_grey(msg), luma)
+    msg.height, msg.data = 25, msg.data[:25 * msg.step]
+    with pytest.raises(FrameError, match=r'needs 1425 bytes .* but its data has 950'):
+        to_grey(msg)
 
 
 @pytest.mark.parametrize('depth', [8, 16])

@@ -75,7 +75,7 @@ def frames():
         StampedFrame(np.roll(texture, place, axis=1), 10**18 + index * 10**8)
         for index, place in enumerate(places)]
     # A pair that cannot be measured has a shift that is not a number.
-    made.append(StampedFrame(made[-1].image[:80], 10**18 + 10**10))
+    made.append(StampedFrame(made[-1].image, 10**18 + 10**10, 'rgb8'))
     return made
 
 
@@ -99,7 +99,7 @@ def test_the_same_messages(frames, tmp_path, values):
     outputs = Outputs(node, estimator, parameters)
     texts, movement = [], None
     for frame in frames:
-        update = estimator.update(frame.image, frame.stamp_ns)
+        update = estimator.update(frame.image, frame.stamp_ns, encoding=frame.encoding)
         if update is not None:
             outputs.publish(frame, update)
             if update.step.movement is not movement:
@@ -111,7 +111,7 @@ def test_the_same_messages(frames, tmp_path, values):
     for topic in (*PER_PAIR, *more, 'debug_image'):
         assert node.publishers[topic].data == stored[topic], topic
         assert stored[topic]
-    for topic in ('odom', 'speed') if parameters.metric else ():
+    for topic in ('odom', 'pose_with_covariance', 'speed') if parameters.metric else ():
         assert node.publishers[topic].data == stored[topic], topic
         assert stored[topic] or 'speed' not in values
     assert len(stored['movement']) == len(frames) - 1
@@ -155,7 +155,7 @@ def test_the_timer_runs_while_there_is_news_that_waits(frames):
     outputs.publish_state()
     assert timer.runs is False
     for frame in frames[:3]:
-        update = estimator.update(frame.image, frame.stamp_ns)
+        update = estimator.update(frame.image, frame.stamp_ns, encoding=frame.encoding)
         if update is not None:
             outputs.publish(frame, update)
     # The path has just gone out.
@@ -186,7 +186,7 @@ def test_nothing_is_made_for_nobody(frames):
     estimator = TrajectoryEstimator(parameters.estimator_settings())
     outputs = Outputs(node, estimator, parameters)
     for frame in frames:
-        update = estimator.update(frame.image, frame.stamp_ns)
+        update = estimator.update(frame.image, frame.stamp_ns, encoding=frame.encoding)
         if update is not None:
             outputs.publish(frame, update)
     # What is latched is there for whoever comes later; the path not always the newest.
