@@ -19,7 +19,7 @@ PACKAGE = Path(__file__).resolve().parent.parent / 'phase_traj_ros'
 FLOORS = {
     '': ('errors topics', 'core', 'parameter_spec', 'parameters', 'io synthetic', 'ros', 'cli'),
     'core': (
-        'codes', 'correlation', 'camera', 'calibration', 'heading', 'road', 'path',
+        'codes', 'correlation', 'frames', 'camera', 'calibration', 'heading', 'road', 'path',
         'localization', '*'),
     'io': (
         'outputs params_file images', 'messages', 'sources maps', 'replay', 'results',

@@ -17,6 +17,7 @@ from phase_traj_ros.core import unpack
 from phase_traj_ros.core.correlation.transforms import find_transform
 from phase_traj_ros.parameter_spec import Group
 from phase_traj_ros.parameters import specs
+from phase_traj_ros.synthetic.degradations import sensor_noise
 import pytest
 
 POSITIONS = [0, 0, 30, 60, 60, 20, 20, 20]
@@ -34,7 +35,8 @@ def folder(tmp_path):
     rng = np.random.default_rng(1)
     texture = cv2.GaussianBlur(rng.integers(0, 256, (96, 160), dtype=np.uint8), (0, 0), 1.5)
     for index, position in enumerate(POSITIONS):
-        cv2.imwrite(str(path / f'{index}.png'), np.roll(texture, position, axis=1))
+        cv2.imwrite(str(path / f'{index}.png'), sensor_noise(
+            np.roll(texture, position, axis=1), sigma=1.0, seed=index))
     return path
 
 

@@ -18,6 +18,7 @@ from phase_traj_ros.io.replay.run import replay
 from phase_traj_ros.io.sources.base import StampedFrame
 from phase_traj_ros.io.sources.opening import open_source
 from phase_traj_ros.parameters import Parameters
+from phase_traj_ros.synthetic.degradations import sensor_noise
 import pytest
 
 PLAIN = {
@@ -33,7 +34,8 @@ def pictures(folder, places=PLACES):
     rng = np.random.default_rng(1)
     texture = cv2.GaussianBlur(rng.integers(0, 256, (96, 160), dtype=np.uint8), (0, 0), 1.5)
     for index, place in enumerate(places):
-        cv2.imwrite(str(folder / f'{index}.png'), np.roll(texture, place, axis=1))
+        cv2.imwrite(str(folder / f'{index}.png'), sensor_noise(
+            np.roll(texture, place, axis=1), sigma=1.0, seed=index))
     return folder
 
 

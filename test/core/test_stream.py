@@ -40,7 +40,13 @@ def run(frames):
 
 
 def drive(images, *, start_ns=0):
-    return [Given(image, start_ns + index * STEP_NS) for index, image in enumerate(images)]
+    """Return frames with the noise of a sensor: no picture is repeated."""
+    rng = np.random.default_rng(0)
+    return [
+        Given(
+            np.clip(image + rng.normal(0, 3, image.shape), 0, 255).astype(np.uint8),
+            start_ns + index * STEP_NS)
+        for index, image in enumerate(images)]
 
 
 def kinds(outcomes):

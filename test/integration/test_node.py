@@ -11,6 +11,7 @@ from live import image, LATCHED, LOSSLESS, SHIFT, stop
 from nav_msgs.msg import Path
 import numpy as np
 from phase_traj_ros.core.codes.text import parse
+from phase_traj_ros.synthetic.degradations import sensor_noise
 import pytest
 from rclpy.qos import qos_profile_sensor_data
 from sensor_msgs.msg import Image
@@ -28,9 +29,11 @@ def texture(shape=(96, 160), seed=0):
 
 
 def rolled(positions, frame=None):
-    """Return the frame rolled to each of the positions."""
+    """Return the frame rolled to each of the positions, with the noise of a sensor."""
     frame = texture() if frame is None else frame
-    return [np.roll(frame, position, axis=1) for position in positions]
+    return [
+        sensor_noise(np.roll(frame, position, axis=1), sigma=1.0, seed=index)
+        for index, position in enumerate(positions)]
 
 
 # Forward, a left turn over two pairs, forward, a right turn, forward.

@@ -162,8 +162,7 @@ def _warnings(result: Replay) -> Iterator[str]:
     if result.counters.skipped:
         yield f'{result.counters.skipped} frames were skipped; the first: {result.first_skipped}'
     for count, what in (
-            (result.counters.repeated, 'frames repeated the stamp or the picture of the previous'
-                                       ' one'),
+            (result.counters.repeated, 'frames have the stamp or the picture of the previous one'),
             (result.counters.dropped, 'frames with a stamp out of order were dropped'),
             (result.counters.time_resets, 'times the stamps went back, and the codes started'
                                           ' again'),

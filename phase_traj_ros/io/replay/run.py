@@ -16,6 +16,7 @@ from phase_traj_ros.core import (
     LinkCode,
     Measured,
     Movement,
+    PairStatus,
     PathSource,
     Restarted,
     Skipped,
@@ -77,7 +78,9 @@ class Replay:
         """Return the number of pairs without a speed, given or measured, where one is used."""
         if not self.parameters.use_speed_topic:
             return 0
-        return sum(update.odometry is None for update in self.updates)
+        return sum(
+            update.odometry is None and update.status is not PairStatus.REPEATED
+            for update in self.updates)
 
     @property
     def path_unit(self) -> LengthUnit:

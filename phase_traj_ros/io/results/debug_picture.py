@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 from phase_traj_ros.core import LengthUnit, PAPER_THRESHOLD, TrajectoryEstimator, Update
-from phase_traj_ros.core.picture import prepare
+from phase_traj_ros.core.frames.prepare import prepare
 from phase_traj_ros.io.images.decoding import GreyImage
 from phase_traj_ros.io.results.palette import bgr, DARK, LIGHT, Rgb
 from phase_traj_ros.io.sources.base import StampedFrame

@@ -12,6 +12,7 @@ from phase_traj_ros.core import (
     Lens,
     Measured,
     Outcome,
+    PairStatus,
     Restarted,
     Skipped,
     Started,
@@ -243,7 +244,8 @@ class Work:
 
     def _warn_without_speed(self, update: Update) -> None:
         travel = update.travel
-        if self._speed is None or (travel is not None and travel.state is TravelState.GIVEN):
+        if (self._speed is None or update.status is PairStatus.REPEATED
+                or (travel is not None and travel.state is TravelState.GIVEN)):
             return
         newest_ns = self._estimator.newest_speed_ns
         known = 'none has arrived yet'

@@ -32,6 +32,7 @@ from phase_traj_ros.io.sources.base import Speed, StampedFrame
 from phase_traj_ros.io.sources.opening import open_source
 from phase_traj_ros.parameters import Parameters
 from phase_traj_ros.synthetic import named_drive, render_drive, write_drive_bag
+from phase_traj_ros.synthetic.degradations import sensor_noise
 import pytest
 
 NARROW = {'code_source': 'heading'}
@@ -184,7 +185,9 @@ def test_speeds_that_come_as_it_drives():
 
 def test_what_stands_still_does_not_go_on_at_a_constant_speed():
     drive, frames = demo()
-    still = [StampedFrame(frames[0].image, index * 10**8) for index in range(30)]
+    still = [
+        StampedFrame(sensor_noise(frames[0].image, sigma=1.0, seed=index), index * 10**8)
+        for index in range(30)]
     parameters = Parameters(
         focal_px=float(drive.camera.focal), speed=5.0, still_frames=5, path_from='heading')
     result = replay(still, parameters, source='a halt')
