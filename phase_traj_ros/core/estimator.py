@@ -426,7 +426,9 @@ class TrajectoryEstimator:
         """Add the yaw of the pair to the heading, if the heading is measured."""
         if self._heading is None:
             return None
-        update = self._heading.add(measured, stamp_ns, interval)
+        speed = self._travelling.heights_per_second
+        update = self._heading.add(
+            measured, stamp_ns, interval, way=None if speed is None else speed * interval)
         self._turns.extend(update.turns)
         return update
 

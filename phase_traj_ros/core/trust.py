@@ -151,7 +151,8 @@ class Trust:
             agreement=None if worth is None else agreement, still=worth is Worth.STILL,
             blank=worth is Worth.NOTHING or (self._guards and self._areas.blank),
             fixed=self._doubted, bridged=heading is not None and not heading.measured),
-            stamp_ns, interval_ns)
+            stamp_ns, interval_ns,
+            contradicted=self._guards and heading is not None and heading.contradicts)
 
     def add_repeated(self, stamp_ns: int, interval_ns: int) -> None:
         """Take a pair whose frames show the same picture."""
