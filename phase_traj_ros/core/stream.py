@@ -18,15 +18,15 @@ class Stamped(Protocol):
 
     @property
     def image(self) -> Frame:
-        """Grey values, (H, W)."""
+        """Return the grey values, (H, W)."""
 
     @property
     def stamp_ns(self) -> int:
-        """Time of the exposure in nanoseconds."""
+        """Return the time of the exposure in nanoseconds."""
 
     @property
     def encoding(self) -> str:
-        """Encoding of the source image; empty if not known."""
+        """Return the encoding of the source image; empty if not known."""
 
 
 FrameT = TypeVar('FrameT')

@@ -208,8 +208,8 @@ def _too_few(estimator: TrajectoryEstimator, first_skipped: str) -> str:
     used, counters = estimator.frames, estimator.counters
     unused = [
         f'{count} {what}' for count, what in (
-            (counters.repeated, 'with a repeated stamp'), (counters.dropped, 'with a stamp out of'
-             ' order'), (counters.skipped, f'skipped ({first_skipped})')) if count]
+            (counters.repeated, 'repeated'), (counters.dropped, 'with a stamp out of order'),
+            (counters.skipped, f'skipped ({first_skipped})')) if count]
     return (
         f'{used} frame{"" if used == 1 else "s"} to use{"".join(f", {each}" for each in unused)},'
         ' but a trajectory needs at least two, with different stamps')
