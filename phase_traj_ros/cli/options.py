@@ -102,7 +102,9 @@ def print_notices(parameters: Parameters) -> None:
 
 def inputs_of(options: Namespace, parameters: Parameters) -> tuple[Path, ...]:
     """Return all files and folders that a replay with these options reads."""
-    files = [options.params, Path(parameters.mask_file) if parameters.mask_file else None]
+    files = [
+        None if options.params is None else find_params_file(options.params),
+        Path(parameters.mask_file) if parameters.mask_file else None]
     return tuple(
         file.absolute() for file in (*options.sources, *files) if file is not None)
 

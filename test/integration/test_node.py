@@ -242,12 +242,11 @@ def test_parameters_change_live_or_are_refused_with_a_reason(live, topics, conne
     live.until(lambda: complete(topics, 2))
     assert live.set_parameter('threshold', 40.0).successful
     assert live.set_parameter('frame_id', 'map').successful
-    assert live.set_parameter('step_length', 0.5).successful
     for name, value, reason in (
             ('threshold', -3.0, 'threshold'),
             ('threshold', math.nan, 'threshold'), ('threshold', math.inf, 'threshold'),
-            ('threshold', 20, 'type'), ('step_length', 0.0, 'step_length'),
-            ('path_rate', 1.0, 'read-only'), ('treshold', 20.0, 'declared')):
+            ('threshold', 20, 'type'), ('shift.decimation', 0, 'shift.decimation'),
+            ('speed', 1.0, 'read-only'), ('treshold', 20.0, 'declared')):
         result = live.set_parameter(name, value)
         assert not result.successful, (name, value)
         assert reason in result.reason
@@ -255,14 +254,14 @@ def test_parameters_change_live_or_are_refused_with_a_reason(live, topics, conne
     live.until(lambda: complete(topics, 4))
     assert [each.data for each in topics['movement']] == [1, 0, 1, 1]
     assert topics['pose'][-1].header.frame_id == 'map'
-    assert topics['pose'][-1].pose.position.x == 0.5
+    assert topics['pose'][-1].pose.position.x == 1.0
 
 
 @pytest.mark.parametrize(('argument', 'message'), [
     ('threshold:=20', "'threshold' is 20: give a double, such as 20.0"),
     ('threshold:=-1.0', "'threshold' is -1.0: give a finite number of 0 or more"),
-    ('window:=round', "'window' is 'round': give one of sqrt_hann, hann, tukey"),
-    ('path_rate:=0.0', "'path_rate' is 0.0: give 0.1 to 100"),
+    ('code_source:=round', "'code_source' is 'round': give one of auto, shift, heading"),
+    ('shift.decimation:=0', "'shift.decimation' is 0: give 1 to 16"),
 ])
 def test_a_wrong_start_says_what_is_wrong(live, argument, message):
     process = live.start('-p', argument)

@@ -26,7 +26,6 @@ from phase_traj_ros.cli.options import (
 from phase_traj_ros.cli.progress import progress
 from phase_traj_ros.cli.report import print_codes, print_turns, print_way
 from phase_traj_ros.io.batch.job import Pass, replay_source, Wanted
-from phase_traj_ros.io.messages.diagnostics import described
 from phase_traj_ros.io.replay.run import Replay
 from phase_traj_ros.io.sources.base import DEFAULT_SPEED_TOPIC, Entry
 
@@ -143,8 +142,6 @@ def _print(result: Replay, seconds: float) -> None:
     if result.camera is not None:
         print(f'camera: {result.camera}')
     print_way(result.way, result.links, unit=result.parameters.length_unit)
-    if result.parameters.estimate_fov and result.field_of_view is not None:
-        print(f'field of view in degrees: {described(result.field_of_view)}')
     if not result.reliability.reliable:
         print('not reliable:', *(reason.sentence for reason in result.reliability.reasons))
     if result.threshold_hint is not None:

@@ -294,7 +294,7 @@ class HeadingEstimator:
     def hold(self) -> HeadingUpdate:
         """Return the update of a pair without any change, such as of a repeated picture."""
         step = HeadingStep(0.0, self._tracker.rate, self._tracker.heading, bridged=False)
-        return HeadingUpdate(step, None, True, (), (), self._focal[0])
+        return HeadingUpdate(step, None, True, (), (), self._focal[0], contradicts=False)
 
     def shift_of(self, measurement: YawMeasurement | None) -> Shift | None:
         """Return the shift at the centre of the image, in pixels of the full frame."""

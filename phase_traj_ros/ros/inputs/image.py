@@ -50,7 +50,6 @@ class ImageInput:
         self._health = health
         self._on_frame = on_frame
         self._on_undecodable = on_undecodable
-        self._max_pixels = parameters.max_pixels
         self._stamps = StampRule()
         self._losses = LossCounter(lambda: node.count_publishers(self.topic))
         compressed = _is_compressed(parameters)
@@ -79,7 +78,7 @@ class ImageInput:
         stamp_ns = self._stamps.stamp_ns(
             to_nanoseconds(message.header.stamp), self._node.get_clock().now().nanoseconds)
         try:
-            image = msg_to_frame(message, max_pixels=self._max_pixels)
+            image = msg_to_frame(message)
         except FrameError as error:
             self._on_undecodable()
             self._reject(error)

@@ -25,7 +25,7 @@ from phase_traj_ros.core.correlation.transforms import find_transform, transform
 from phase_traj_ros.errors import FrameError
 from phase_traj_ros.io.replay.estimator import make_estimator
 from phase_traj_ros.io.sources.base import StampedFrame
-from phase_traj_ros.parameters import Parameters, SpeedType
+from phase_traj_ros.parameters import Parameters
 from phase_traj_ros.ros.diagnostics import Diagnostics
 from phase_traj_ros.ros.entities import Entities
 from phase_traj_ros.ros.health import Health, Stage
@@ -104,8 +104,7 @@ class Work:
                 self._camera = CameraInput(
                     node, listening, rectified=values.rectified, on_camera=self._on_camera)
             if values.use_speed_topic:
-                self._speed = SpeedInput(
-                    node, listening, SpeedType(values.speed_type), self._estimator.add_speed)
+                self._speed = SpeedInput(node, listening, self._estimator.add_speed)
             images = ImageInput(
                 node, listening, values, self._health, on_frame=self._on_frame,
                 on_undecodable=self._stream.skip)
@@ -113,8 +112,8 @@ class Work:
         topics = [each.topic for each in (images, self._camera, self._speed) if each is not None]
         node.get_logger().info(
             f'listening to {", ".join(topics)}, codes from the {self._coded_from()},'
-            f' transforms by {find_transform(self._estimator.settings.transform).name}')
-        hint = transform_hint(self._estimator.settings.transform)
+            f' transforms by {find_transform().name}')
+        hint = transform_hint()
         if hint:
             node.get_logger().info(hint)
 
@@ -225,8 +224,6 @@ class Work:
             return 'turns'
         if values.codes_from_heading:
             return f'heading, in {values.connectivity} directions'
-        if values.threshold_deg_s > 0:
-            return f'shift, threshold {values.threshold_deg_s:g} deg/s'
         return f'shift, threshold {values.threshold_px:g} px/frame'
 
     def _on_camera(self, camera: CameraModel) -> None:
