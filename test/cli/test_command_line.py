@@ -122,6 +122,14 @@ def test_threshold_overrides_the_parameter_file(folder, tmp_path):
     assert code + '1x7' in both.stdout
 
 
+def test_a_file_of_the_package_is_given_by_its_name(folder, tmp_path):
+    named = run(
+        'replay', folder, '--params', 'paper.yaml', '--output', tmp_path / 'out', cwd=tmp_path)
+    plain = run('replay', folder, *PAPER)
+    assert named.stdout.split('movement')[1].splitlines()[0] == plain.stdout.split(
+        'movement')[1].splitlines()[0]
+
+
 def test_selection_reaches_the_source(folder):
     result = run('replay', folder, '--start', '0.2', '--duration', '0.4', *PAPER)
     assert '4 frames' in result.stdout

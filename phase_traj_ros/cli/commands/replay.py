@@ -5,12 +5,12 @@
 from argparse import Namespace
 from collections.abc import Iterable, Iterator
 from pathlib import Path
-import sys
 import time
 from typing import Any
 
 from phase_traj_ros.cli.command import Command
 from phase_traj_ros.cli.commands.replay_many import add_batch, replay_many
+from phase_traj_ros.cli.escaping import screen
 from phase_traj_ros.cli.live_view import LiveView
 from phase_traj_ros.cli.options import (
     add_force,
@@ -100,7 +100,7 @@ def run(options: Namespace) -> int | None:
     watch = _Stopwatch()
     with source_of(options, path) as source:
         if options.live:
-            with LiveView(sys.stderr, title=title, total=source.frame_count) as view:
+            with LiveView(screen(), title=title, total=source.frame_count) as view:
                 result = replay_source(
                     source, parameters, wanted, title=title, watchers=[view],
                     through=lambda frames, which: watch.over(view.over(frames, which.value)),

@@ -30,6 +30,7 @@ from phase_traj_ros.io.results.report.page import (
     definitions,
     filled,
     Markup,
+    script_hash,
     script_json,
     style,
     table,
@@ -77,11 +78,13 @@ def write_report(
     """
     shown = overview(result)
     health = data_health(result, shown)
+    script = template('report.js')
     write_page(filled(template('report.html'), {
         'title': title,
         'source': result.source,
         'style': style(),
-        'script': Markup(template('report.js')),
+        'script': Markup(script),
+        'script_hash': script_hash(script),
         'facts': definitions(_facts(result, shown, health)),
         'legend': _legend(),
         'turns': _turns(shown.turns),
