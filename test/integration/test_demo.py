@@ -22,6 +22,7 @@ def test_demo(tmp_path, drive, frames, directions, movements):
          str(output)], capture_output=True, text=True, check=False, stdin=subprocess.DEVNULL)
     assert run.returncode == 0, run.stderr
     assert 'live and offline codes are the same' in run.stdout
+    assert 'WARN' not in run.stderr
     code = json.loads((output / 'chain_code.json').read_text())
     assert (code['frames'], len(code['movement'])) == (frames, frames - 1)
     assert [run[0] for run in code['direction_runs']] == directions
