@@ -24,6 +24,8 @@ _SPEED = 0.05
 _DRIVING = 0.2
 # Error of the speed after the lens was replaced, as a fraction of the speed.
 _OTHER_LENS = 0.3
+# Height of a camera in metres where only the speed is known, to compare ways.
+_USUAL_HEIGHT = 1.6
 # Standard deviation of an unknown speed, in metres per second.
 _ANY_SPEED = 15.0
 
@@ -37,6 +39,8 @@ class Travelling:
         self.speeds = SpeedTrack(max_speeds=settings.max_speeds)
         """Given speeds of the vehicle."""
         self._height = CameraHeight(settings.camera_height, settings.camera_height_deviation)
+        self.heights_per_second: float | None = None
+        """Newest speed in heights of the camera per second, 0 or more; None if it is unknown."""
         self._meter: RoadMeter | None = None
         self._camera: tuple[Lens, tuple[int, ...], bool] | None = None
         self._mask: NDArray[np.float32] | None = None
@@ -47,6 +51,7 @@ class Travelling:
 
     def reset(self) -> None:
         """Restart with the next frame; the height of the camera is kept."""
+        self.heights_per_second = None
         if self._meter is not None:
             self._meter.forget()
 
@@ -91,12 +96,16 @@ class Travelling:
             if by_road.state is TravelState.UNKNOWN and not status.judged:
                 by_road = replace(by_road, distance=0.0)
             by_road = by_road.scaled(1.0, heading.lens.focal_deviation)
+        self.heights_per_second = (
+            abs(by_road.distance) / interval if by_road is not None and by_road.known else None)
         if self._by_road and self._look_for(frame, heading) and self._meter is not None:
             self._meter.start(frame)
         if not self._settings.metric:
             return by_road
         given = self._given(status, stamp_ns, interval_ns)
         if given is not None:
+            self.heights_per_second = abs(given) / (
+                interval * (self._height.metres or _USUAL_HEIGHT))
             if by_road is not None and by_road.state is TravelState.MEASURED:
                 self._calibrate(given, by_road)
             return Travel(
@@ -141,5 +150,5 @@ class Travelling:
             heading.model, replace(horizon, pitch=given) if given else horizon,
             pitch_known=lens.pitch_known or given != 0.0,
             rotate_180=self._settings.view.rotate_180, mask=self._mask,
-            transform=self._settings.transform, pace=pace)
+            pace=pace)
         return True

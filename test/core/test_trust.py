@@ -183,6 +183,26 @@ def test_a_bend_that_may_have_been_a_turn_needs_a_camera_too():
     assert followed(frames, lens=Lens(hfov_deg=55.0))[0].reliability.reliable
 
 
+def test_a_slow_corner_of_a_robot_is_one_turn_with_one_code():
+    frames = drive_of(6, Straight(2.0, 0.5), Turn(-90.0, 25.0, 0.5), Straight(2.0, 0.5))[::2]
+    estimator, updates, angles = followed(frames, period_ns=2 * TENTH)
+    assert angles == pytest.approx([-90.0], abs=8.0)
+    moved = [int(update.step.movement) for update in updates]
+    assert [code for code in moved if code in (0, 2)] == [2]
+    assert estimator.reliability.reliable
+
+
+def test_two_bends_that_are_no_turns_leave_the_direction_in_doubt():
+    frames = drive_of(
+        2, Straight(1.0), Turn(48.0, 2.0), Straight(4.0), Turn(48.0, 2.0), Straight(5.0))
+    estimator, updates, angles = followed(frames)
+    assert angles == []
+    assert estimator.reliability.words == ('direction_contradicts_heading',)
+    [span] = estimator.reliability.spans
+    assert span.start_ns > 80 * TENTH
+    assert span.end_ns == updates[-1].stamp_ns
+
+
 def test_the_paper_s_rule_needs_no_camera(drive):
     estimator, _, _ = followed(
         drive, source=CodeSource.SHIFT, lens=Lens(hfov_deg=HFOV_DEG, assumed=True))

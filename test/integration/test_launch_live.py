@@ -8,6 +8,7 @@ from pathlib import Path
 import shutil
 import signal
 import subprocess
+import sys
 
 import pytest
 
@@ -53,9 +54,9 @@ def nothing_left():
 
 
 class Launched:
-    """What ros2 launch has printed until the node said what it runs with, or its end."""
+    """What ros2 launch has printed until the nodes said what they run with, or its end."""
 
-    def __init__(self, *arguments):
+    def __init__(self, *arguments, nodes=1):
         self.process = subprocess.Popen(
             ['ros2', 'launch', *arguments], stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
             text=True, start_new_session=True)
@@ -63,7 +64,7 @@ class Launched:
         self.text = ''
         for line in self.process.stdout:
             self.text += line
-            if RUNS in line or 'Caught exception' in line:
+            if self.text.count(RUNS) == nodes or 'Caught exception' in line:
                 break
 
     def ends(self):
@@ -75,6 +76,18 @@ class Launched:
 
 def launch(*arguments):
     return Launched('phase_traj_ros', 'phase_traj.launch.py', *arguments)
+
+
+def provide(patch, folder, package, executable, program):
+    """Provide an executable of a package that is not installed."""
+    index = folder / 'share/ament_index/resource_index/packages'
+    index.mkdir(parents=True)
+    (index / package).touch()
+    executable = folder / 'lib' / package / executable
+    executable.parent.mkdir(parents=True)
+    executable.write_text(program)
+    executable.chmod(0o755)
+    patch.setenv('AMENT_PREFIX_PATH', f'{folder}{os.pathsep}{os.environ["AMENT_PREFIX_PATH"]}')
 
 
 def included(tmp_path, actions, **arguments):
@@ -191,23 +204,58 @@ def test_what_is_given_beats_parents(tmp_path):
     assert launched.ends() == 0
 
 
-def test_rviz_looks_at_the_topics_and_the_frame_of_the_node(tmp_path):
-    package = tmp_path / 'rviz'
-    (package / 'share/ament_index/resource_index/packages').mkdir(parents=True)
-    (package / 'share/ament_index/resource_index/packages/rviz2').touch()
-    (package / 'lib/rviz2').mkdir(parents=True)
-    program = package / 'lib/rviz2/rviz2'
+def test_rviz_looks_at_the_topics_and_the_frame_of_the_node(tmp_path, monkeypatch):
     given = tmp_path / 'given'
-    program.write_text(f'#!/bin/sh\necho "$@" > {given}\n')
-    program.chmod(0o755)
-    prefixes = os.environ['AMENT_PREFIX_PATH']
+    provide(monkeypatch, tmp_path / 'rviz', 'rviz2', 'rviz2',
+            f'#!/bin/sh\necho "$@" > {given}\n')
     params = tmp_path / 'frame.yaml'
     params.write_text('/**:\n  ros__parameters: {frame_id: map}\n')
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv('AMENT_PREFIX_PATH', f'{package}{os.pathsep}{prefixes}')
-        launched = included(
-            tmp_path, "PushRosNamespace('a')", namespace='b', rviz='true',
-            params_file=str(params))
-        assert launched.ends() == 0
+    launched = included(
+        tmp_path, "PushRosNamespace('a')", namespace='b', rviz='true', params_file=str(params))
+    assert launched.ends() == 0
     assert '-f map' in given.read_text()
-    assert '/phase_traj/path:=/a/b/phase_traj/path' in given.read_text()
+    for topic in ('path', 'odom'):
+        assert f'/phase_traj/{topic}:=/a/b/phase_traj/{topic}' in given.read_text()
+
+
+def test_two_cameras(tmp_path):
+    launched = Launched(
+        'phase_traj_ros', 'two_cameras.launch.py', f'output_dir:={tmp_path}', nodes=2)
+    for name in ('left', 'right'):
+        [lists] = [line for line in launched.text.splitlines()
+                   if f'[{name}.phase_traj]: {RUNS}' in line]
+        assert f"max_gap 1.0, frame_id '{name}_drive', output_dir '{tmp_path}'" in lists
+        topics = f'/{name}_camera/image_raw, /{name}_camera/camera_info'
+        assert f'listening to {topics}' in launched.text
+    assert launched.ends() == 0
+
+
+MANAGER = """#!{python}
+# Does at its start what nav2's manager does: it calls the services of the nodes that it manages.
+from lifecycle_msgs.msg import Transition
+from lifecycle_msgs.srv import ChangeState
+import rclpy
+
+rclpy.init()
+manager = rclpy.create_node('manager', automatically_declare_parameters_from_overrides=True)
+assert manager.get_name() == 'lifecycle_manager_phase_traj'
+assert manager.get_parameter('bond_timeout').value == 0.0
+for node in manager.get_parameter('node_names').value:
+    client = manager.create_client(ChangeState, node + '/change_state')
+    client.wait_for_service()
+    for number in (Transition.TRANSITION_CONFIGURE, Transition.TRANSITION_ACTIVATE):
+        request = ChangeState.Request(transition=Transition(id=number))
+        answer = client.call_async(request)
+        rclpy.spin_until_future_complete(manager, answer)
+        assert answer.result().success
+print('managed', flush=True)
+"""
+
+
+def test_the_manager_of_nav2_gets_the_node_unconfigured(tmp_path, monkeypatch):
+    provide(monkeypatch, tmp_path / 'nav2', 'nav2_lifecycle_manager', 'lifecycle_manager',
+            MANAGER.format(python=sys.executable))
+    launched = Launched('phase_traj_ros', 'nav2_lifecycle.launch.py', 'image:=/camera/image_raw')
+    assert 'unconfigured: ros2 lifecycle set /phase_traj configure' in launched.text
+    assert 'listening to /camera/image_raw,' in launched.text
+    assert launched.ends() == 0

@@ -6,19 +6,20 @@ Bends, which include those that are too small for a turn, and their use to check
 With a field of view that is too narrow, turns are measured too small, so some are taken for bends.
 """
 
+from collections.abc import Iterable
+
 from phase_traj_ros.core.calibration.field_of_view import FieldOfView, FieldOfViewEstimator
 from phase_traj_ros.core.camera.in_use import CameraInUse
-from phase_traj_ros.core.heading.turns import MIN_ANGLE_DEG, TurnDetector
+from phase_traj_ros.core.heading.turns import MIN_ANGLE_DEG, Turn
 
 _LEAST_DEG = 20.0
 
 
 class Bends:
-    """Finds bends of 20 degrees or more, and estimates the field of view from their angles."""
+    """Estimates the field of view from the angles of bends of 20 degrees or more."""
 
     def __init__(self) -> None:
-        """Make a detector that has seen no frame."""
-        self._detector = TurnDetector(min_angle_deg=_LEAST_DEG)
+        """Start without bends."""
         self._widest_deg = 0.0
         self._view: FieldOfViewEstimator | None = None
 
@@ -31,25 +32,13 @@ class Bends:
         """Return whether a bend may have been a turn, within the uncertainty of the camera."""
         return self._widest_deg * camera.most_angle >= MIN_ANGLE_DEG
 
-    def start(self, stamp_ns: int) -> None:
-        """Record the stamp of the first frame."""
-        self._detector.update(stamp_ns, 0.0)
-
-    def update(self, stamp_ns: int, heading: float, *, focal: float) -> list[float]:
+    def update(self, ended: Iterable[Turn], *, focal: float) -> list[float]:
         """
-        Add a pair, and return the angles in degrees of the bends that have ended.
+        Add bends that have ended, and return the angles in degrees of those that are large enough.
 
-        Parameters
-        ----------
-        stamp_ns
-            Stamp of its second frame.
-        heading
-            Heading at this frame in radians, positive to the left.
-        focal
-            Focal length in use, in widths of the picture.
-
+        ``focal`` is the focal length in use, in widths of the picture.
         """
-        angles = [bend.angle_deg for bend in self._detector.update(stamp_ns, heading)]
+        angles = [bend.angle_deg for bend in ended if abs(bend.angle_deg) >= _LEAST_DEG]
         for angle_deg in angles:
             self._widest_deg = max(self._widest_deg, abs(angle_deg))
             if self._view is None:
@@ -57,17 +46,11 @@ class Bends:
             self._view.add(angle_deg, focal=focal)
         return angles
 
-    def cut(self) -> None:
-        """Discard a bend in progress: its final angle is not known."""
-        self._detector.cut()
-
     def restart(self) -> None:
         """Start again without any bends: a recording that is repeated adds no evidence."""
-        self._detector.reset()
         self._widest_deg = 0.0
         self._view = None
 
     def scale(self, factor: float) -> None:
         """Multiply all angles so far, after a correction of the camera."""
         self._widest_deg *= factor
-        self._detector.scale(factor)

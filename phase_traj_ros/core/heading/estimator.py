@@ -20,10 +20,12 @@ from phase_traj_ros.core.correlation.transforms import TransformLibrary
 from phase_traj_ros.core.heading.bends import Bends
 from phase_traj_ros.core.heading.left_out import LeftOut
 from phase_traj_ros.core.heading.tracker import HeadingStep, HeadingTracker
-from phase_traj_ros.core.heading.turns import Turn, TurnDetector
+from phase_traj_ros.core.heading.turns import MIN_ANGLE_DEG, Turn, TurnDetector
 from phase_traj_ros.core.heading.yaw_meter import YawMeasurement, YawMeter
 from phase_traj_ros.errors import FrameError
 
+# Standard deviations of the heading by which the direction has to be aside to contradict it.
+_DEVIATIONS = 2.0
 # A vehicle drives straight ahead below this yaw rate in radians per second, and moves above this
 # median ratio of its translation to the distance of the blocks.
 _STRAIGHT, _DRIVING = math.radians(3.0), 0.01
@@ -44,6 +46,8 @@ class HeadingUpdate:
     """Quarter turns that count from this pair on, in order: 1 to the left, -1 to the right."""
     focal_px: float
     """Focal length with which the yaw was measured, in pixels of the full frame."""
+    contradicts: bool
+    """Whether the direction that the quarter turns give contradicts the heading."""
 
 
 class HeadingEstimator:
@@ -198,7 +202,6 @@ class HeadingEstimator:
         """
         self._tracker.cut()
         self._cut_short += self._turns.cut()
-        self._bends.cut()
         if self._learning is not None:
             self._learning.cut()
 
@@ -236,7 +239,8 @@ class HeadingEstimator:
             The frame cannot be used. The state is unchanged.
 
         """
-        if self._meter is not None and self._lens.focal_px and frame.shape != self._shape:
+        if (self._meter is not None and self._lens.focal_px
+                and frame.shape[1:] != self._shape[1:]):
             raise FrameError(
                 f'frames of {frame.shape[1]}x{frame.shape[0]} pixels after frames of'
                 f' {self._shape[1]}x{self._shape[0]}, but focal_px is for one size: give hfov_deg'
@@ -256,12 +260,16 @@ class HeadingEstimator:
     def start(self, stamp_ns: int) -> None:
         """Record the stamp of the first frame."""
         self._turns.update(stamp_ns, 0.0)
-        self._bends.start(stamp_ns)
 
     def add(
-        self, measurement: YawMeasurement | None, stamp_ns: int, interval: float,
+        self, measurement: YawMeasurement | None, stamp_ns: int, interval: float, *,
+        way: float | None = None,
     ) -> HeadingUpdate:
-        """Add the measurement of a pair; None bridges the pair."""
+        """
+        Add the measurement of a pair; None bridges the pair.
+
+        ``way`` is what the vehicle travels meanwhile, in heights of the camera; None if unknown.
+        """
         if measurement is None:
             step = self._tracker.update(None, interval)
         else:
@@ -270,18 +278,23 @@ class HeadingEstimator:
                 None if yaw is None else yaw / self._lens.tilt, interval,
                 certain=measurement.certain, variance=measurement.variance)
             self._learn_from_travel(measurement, step)
-        turns = (*self._cut_short, *self._turns.update(stamp_ns, step.heading))
+        turns = (*self._cut_short, *self._turns.update(stamp_ns, step.heading, way))
         self._cut_short.clear()
         for angle_deg in self._bends.update(
-                stamp_ns, step.heading, focal=self._focal[0] / self._shape[1]):
+                self._turns.bends, focal=self._focal[0] / self._shape[1]):
             if self._learning is not None:
                 self._learning.add_turn(angle_deg, focal_px=self._focal[0])
         update = HeadingUpdate(
             step, self.shift_of(measurement), not step.bridged, turns, self._turns.quarters,
-            self._focal[0])
+            self._focal[0], self._contradicts(step.heading))
         if self._learned:
             self._adopt()
         return update
+
+    def hold(self) -> HeadingUpdate:
+        """Return the update of a pair without any change, such as of a repeated picture."""
+        step = HeadingStep(0.0, self._tracker.rate, self._tracker.heading, bridged=False)
+        return HeadingUpdate(step, None, True, (), (), self._focal[0], contradicts=False)
 
     def shift_of(self, measurement: YawMeasurement | None) -> Shift | None:
         """Return the shift at the centre of the image, in pixels of the full frame."""
@@ -291,6 +304,12 @@ class HeadingEstimator:
         return Shift(
             self._focal[0] * _tangent(shift.dx / self._px_per_rad),
             shift.dy * (self._focal[1] / self._px_per_rad), shift.response)
+
+    def _contradicts(self, heading: float) -> bool:
+        """Return whether the direction is too far from the heading, beyond what may be wrong."""
+        own = math.hypot(self._lens.focal_deviation * heading, self._tracker.deviation)
+        return math.radians(self._turns.aside_deg) > max(
+            math.radians(MIN_ANGLE_DEG), _DEVIATIONS * own)
 
     def _mask_learning(self) -> None:
         if self._learning is not None:

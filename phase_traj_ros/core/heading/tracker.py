@@ -60,7 +60,7 @@ class HeadingTracker:
 
     def reset(self) -> None:
         """Restart: heading 0, no rate, all counts 0."""
-        self._heading = 0.0
+        self._heading = self._variance = 0.0
         self._rate: float | None = None
         self._pairs = 0
         self._bridged = 0
@@ -85,6 +85,11 @@ class HeadingTracker:
     def heading(self) -> float:
         """Return the heading in radians since the first frame, positive to the left, unwrapped."""
         return self._heading
+
+    @property
+    def deviation(self) -> float:
+        """Return the standard deviation of the heading in radians, without that of the lens."""
+        return math.sqrt(self._variance)
 
     @property
     def rate(self) -> float:
@@ -147,9 +152,9 @@ class HeadingTracker:
             self._gap = self._filled = 0.0
             self._doubted = None
         self._interval = interval
-        return HeadingStep(
-            self._heading - before, self.rate, self._heading, bridged,
-            (_BRIDGED_RATE * interval) ** 2 if bridged else variance)
+        variance = (_BRIDGED_RATE * interval) ** 2 if bridged else variance
+        self._variance += variance
+        return HeadingStep(self._heading - before, self.rate, self._heading, bridged, variance)
 
     def _believe(self, rate: float, interval: float, certain: bool) -> bool:
         """Return whether a measured rate is accepted; if so, correct the bridged pairs."""

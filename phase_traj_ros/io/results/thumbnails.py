@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 from phase_traj_ros.core import Movement, PairStatus, TrajectoryEstimator, Update
-from phase_traj_ros.core.heading.turns import LONGEST_DIP_NS, MIN_RATE_DEG_S, Turn
+from phase_traj_ros.core.heading.turns import Turn
 from phase_traj_ros.core.path.thinning import Thinned
 from phase_traj_ros.io.replay.run import Watcher
 from phase_traj_ros.io.results.debug_picture import as_shown, Picture, shade
@@ -19,6 +19,8 @@ from phase_traj_ros.io.sources.base import StampedFrame
 
 _JPEG_QUALITY = 72
 _PER_TURN = 12
+# A vehicle yaws above this rate in degrees per second; a longer pause than this is a straight.
+_YAWING_DEG_S, _PAUSE_NS = 2.0, 500_000_000
 
 
 @dataclass(frozen=True, slots=True)
@@ -201,9 +203,9 @@ class HeadingTurnWatcher(TurnWatcher):
         if update.heading is None or len(self._turns) >= self._limit:
             return
         rate = math.degrees(update.heading.yaw) / update.interval_ns * 1e9
-        if abs(rate) > MIN_RATE_DEG_S:
+        if abs(rate) > _YAWING_DEG_S:
             left = rate > 0
-            if update.stamp_ns - self._yawed_ns.get(left, 0) > LONGEST_DIP_NS + update.interval_ns:
+            if update.stamp_ns - self._yawed_ns.get(left, 0) > _PAUSE_NS + update.interval_ns:
                 self._stretches.pop(left, None)
             self._yawed_ns[left] = update.stamp_ns
             if left not in self._stretches:

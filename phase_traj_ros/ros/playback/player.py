@@ -3,7 +3,7 @@
 """Publishes recorded frames on ROS topics, with their stamps and a clock."""
 
 from array import array
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from threading import Event
 import time
 from types import MappingProxyType
@@ -114,8 +114,7 @@ class FramePlayer(Node):
                 began, first_ns = time.monotonic(), frame.stamp_ns
             previous_ns = frame.stamp_ns
             due = began + (frame.stamp_ns - first_ns) / 1e9 / rate
-            if self._wait(due, stop, lambda: first_ns + round(
-                    (time.monotonic() - began) * 1e9 * rate)):
+            if self._wait(due, stop, frame.stamp_ns, rate):
                 break
             self._publish(frame)
             published += 1
@@ -144,15 +143,15 @@ class FramePlayer(Node):
         self._calibrations.publish(CameraInfo(header=Header(frame_id='camera'), **self._camera))
         self._calibrations.wait_for_all_acked(Duration(seconds=_ACKNOWLEDGE_S))
 
-    def _wait(self, due: float, stop: Event, now_ns: Callable[[], int]) -> bool:
-        """Wait until ``due`` while the clock ticks; return whether ``stop`` is set."""
+    def _wait(self, due: float, stop: Event, stamp_ns: int, rate: float) -> bool:
+        """Wait until ``due``, the time of a stamp; return whether ``stop`` is set."""
         # An extreme pause or rate exceeds the longest timeout of the event.
         longest = _LONGEST_WAIT_S if self._ticker is None else self._tick_s
         while (left := due - time.monotonic()) > longest:
             if stop.wait(longest):
                 return True
             if self._ticker is not None:
-                self._ticker.publish(Clock(clock=to_time(now_ns())))
+                self._ticker.publish(Clock(clock=to_time(stamp_ns - round(left * 1e9 * rate))))
         return stop.wait(max(left, 0.0))
 
     def _publish(self, frame: StampedFrame) -> None:

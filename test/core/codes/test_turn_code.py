@@ -113,7 +113,7 @@ def test_a_rate_that_cannot_be_changes_nothing(rate):
         st.sampled_from([0, 90, -90, 180, -180, 30, -50, 360]), min_size=1, max_size=6),
     st.data())
 def test_lengths_and_headings_add_up(angles, data):
-    plan = [yaw for angle in angles for yaw in (*bend(angle, 50), *STRAIGHT)]
+    plan = [yaw for angle in angles for yaw in (*bend(angle, 50), *STRAIGHT, *STRAIGHT)]
     plan = [*plan, *STRAIGHT]
     skipped = data.draw(st.sets(st.integers(0, len(plan) - 16)))
     codes = coded(plan, skipped)

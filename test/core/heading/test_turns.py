@@ -7,6 +7,7 @@ from itertools import accumulate, pairwise
 import math
 
 from hypothesis import given, strategies as st
+import numpy as np
 from phase_traj_ros.core.heading.turns import find_turns, Turn, TurnDetector
 import pytest
 
@@ -38,9 +39,11 @@ def angles(yaws_deg, **options):
     # However large, it is one.
     ([*STRAIGHT, *bend(180, 5), *STRAIGHT], [180]),
     ([*STRAIGHT, *bend(-720, 20), *STRAIGHT], [-720]),
-    # Too little, too slow, or back again.
+    # However slow.
+    ([*STRAIGHT, *bend(90, 120), *STRAIGHT], [90]),
+    # Too little, or back again.
     ([*STRAIGHT, *bend(59, 3), *STRAIGHT], []),
-    ([*STRAIGHT, *bend(90, 20), *STRAIGHT], []),
+    ([*STRAIGHT, *bend(59, 60), *STRAIGHT], []),
     ([*STRAIGHT, *bend(50, 3), *bend(-50, 3), *STRAIGHT], []),
     # An S of two turns is two turns.
     ([*STRAIGHT, *bend(80, 3), *bend(-80, 3), *STRAIGHT], [80, -80]),
@@ -52,7 +55,7 @@ def test_what_is_a_turn(plan, expected):
 
 
 def test_everything_of_a_turn():
-    plan = [*[0.1] * 20, 1.0, *[3.0] * 29, 6.0, 1.0, *STRAIGHT]
+    plan = [*[0.01] * 20, 1.0, *[3.0] * 29, 6.0, 1.0, *STRAIGHT]
     (turn,) = turns_of(plan)
     assert (turn.start_frame, turn.end_frame) == (20, 52)
     assert turn.start_ns == START_NS + 20 * PERIOD_NS
@@ -89,6 +92,74 @@ def test_does_not_depend_on_the_frame_rate(rate_hz):
     assert turn.angle_deg == pytest.approx(90)
     assert (turn.end_ns - turn.start_ns) / 1e9 == pytest.approx(4.0, rel=1e-6)
     assert turn.peak_rate_deg_s == pytest.approx(22.5, rel=1e-6)
+
+
+def driven(plan, *, speed, rate_hz, noise_deg=0.0, seed=1):
+    """Return the turns along a plan of (degrees, heights of way), and the newest ``aside_deg``."""
+    ends = [0.0, *accumulate(way for _, way in plan)]
+    headings = [0.0, *accumulate(angle for angle, _ in plan)]
+    frames = round(ends[-1] / speed * rate_hz) + 1
+    rng = np.random.default_rng(seed)
+    detector, turns = TurnDetector(), []
+    for frame in range(frames):
+        way = frame * speed / rate_hz
+        heading = np.interp(way, ends, headings) + rng.normal(0.0, noise_deg)
+        turns += detector.update(
+            START_NS + round(frame * 1e9 / rate_hz), math.radians(heading), speed / rate_hz)
+    aside = detector.aside_deg
+    return [*turns, *detector.finish()], aside
+
+
+CORNER = [(0, 20), (90, 10), (0, 20)]
+
+
+@pytest.mark.parametrize(('speed', 'rate_hz'), [
+    (0.5, 5), (1.0, 30), (6.0, 5), (6.0, 60), (20.0, 10), (20.0, 120)])
+@pytest.mark.parametrize(('plan', 'expected'), [
+    (CORNER, [1]),
+    # A long bend, a running track, and a motorway junction.
+    ([(0, 30), (90, 150), (0, 60)], [1]),
+    ([(0, 60), (180, 700), (0, 200), (180, 700), (0, 60)], [2, 2]),
+    ([(0, 50), (-270, 200), (0, 50)], [-3]),
+    # Corners next to each other are turns of their own.
+    ([(0, 20), (90, 8), (0, 6), (90, 8), (0, 6), (-90, 8), (0, 20)], [1, 1, -1]),
+    # A bend that is not steady is one.
+    ([(0, 30), (30, 40), (0, 8), (60, 80), (0, 60)], [1]),
+    # An S, and a road that is almost straight, turn nobody around.
+    ([(0, 20), (40, 20), (-40, 20), (40, 20), (-40, 20), (0, 20)], []),
+    ([(40, 1000)], [])])
+def test_turns_depend_on_the_way_alone(plan, expected, speed, rate_hz):
+    found, _ = driven(plan, speed=speed, rate_hz=rate_hz, noise_deg=0.1)
+    assert [turn.quarter_turns for turn in found] == expected
+
+
+def test_a_stop_in_a_corner_does_not_end_its_turn():
+    detector = TurnDetector()
+    frames = [(0.0, 0.5)] * 20 + [(3.0, 0.5)] * 15 + [(0.0, 0.0)] * 300 + [(3.0, 0.5)] * 15
+    heading, turns = 0.0, detector.update(0, 0.0)
+    for frame, (yaw, way) in enumerate([*frames, *[(0.0, 0.5)] * 20], 1):
+        heading += yaw
+        turns += detector.update(frame * PERIOD_NS, math.radians(heading), way)
+    assert [turn.angle_deg for turn in turns] == pytest.approx([90.0])
+
+
+def test_a_turn_on_the_spot_is_one():
+    detector, turns = TurnDetector(), []
+    for frame in range(301):
+        turns += detector.update(frame * PERIOD_NS, math.radians(0.3 * frame), 0.0)
+    for frame in range(301, 311):
+        turns += detector.update(frame * PERIOD_NS, math.radians(90.0), 0.5)
+    assert [turn.angle_deg for turn in turns] == pytest.approx([90.0])
+
+
+@pytest.mark.parametrize(('plan', 'aside'), [
+    (CORNER, 0.0), ([(0, 20), (50, 10), (0, 50)], 50.0),
+    # Two bends that are none turns make a right angle.
+    ([(0, 20), (50, 10), (0, 50), (50, 10), (0, 50)], 100.0),
+    ([(0, 20), (130, 10), (0, 50)], 40.0), ([(0, 20), (50, 10)], 0.0)])
+def test_the_direction_may_be_aside_of_the_heading(plan, aside):
+    _, found = driven(plan, speed=5.0, rate_hz=10)
+    assert found == pytest.approx(aside)
 
 
 def test_a_turn_that_is_not_over_counts_at_the_end():
@@ -141,9 +212,9 @@ def test_turns_are_what_they_say(yaws):
         assert turn.angle_deg == pytest.approx(net, abs=1e-6)
         assert abs(turn.angle_deg) >= 60 - 1e-6
         side = math.copysign(1, turn.peak_rate_deg_s)
-        # Its first and its last pair are beyond the least rate.
+        # Its first and its last pair turn to its side.
         for pair in (turn.start_frame, turn.end_frame - 1):
-            assert side * yaws[pair] > 0.5 - 1e-6
+            assert side * yaws[pair] > 0.0
     for side in (1, -1):
         same = [turn for turn in turns if turn.peak_rate_deg_s * side > 0]
         assert all(one.end_frame <= two.start_frame for one, two in pairwise(same))
@@ -161,10 +232,9 @@ def test_mirrored_drives_have_mirrored_turns(yaws):
 def test_the_definition_can_be_changed():
     plan = [*STRAIGHT, *bend(57, 3), *STRAIGHT]
     assert angles(plan, min_angle_deg=55.0) == [57]
-    assert angles([*STRAIGHT, *bend(90, 30), *STRAIGHT], min_rate_deg_s=2.0) == [90]
-    for wrong in ({'min_angle_deg': 0.0}, {'min_rate_deg_s': math.nan}):
+    for wrong in (0.0, math.nan):
         with pytest.raises(ValueError, match='finite number above 0'):
-            TurnDetector(**wrong)
+            TurnDetector(min_angle_deg=wrong)
 
 
 def counted(plan, *, scale_at=None, factor=1.0):
