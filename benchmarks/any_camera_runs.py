@@ -24,7 +24,6 @@ from phase_traj_ros.core import (
     TrajectoryEstimator,
     Update,
 )
-from phase_traj_ros.core.camera.projection import threshold_px
 from phase_traj_ros.core.heading.turns import find_turns, Turn
 from phase_traj_ros.io.batch.job import replay_source, Wanted
 from phase_traj_ros.io.replay.run import Replay, Watcher
@@ -251,7 +250,7 @@ def _by_threshold(drive: Drive, focal_px: float) -> Iterator[tuple[float, str]]:
     for rate in THRESHOLDS:
         codes, movement = DynamicChainCode(), []
         for shift, interval in zip(shifts, intervals.tolist()):
-            codes.threshold = threshold_px(rate, focal_px, interval)
+            codes.threshold = focal_px * math.tan(math.radians(rate * interval))
             movement.append(codes.update(shift.dx).movement)
         yield rate, order(movement)
 

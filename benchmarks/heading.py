@@ -103,12 +103,6 @@ _FULL_TEXT = """
     where the true heading, scaled by the same factor, changes as well (*those of the truth*). The
     turns and their quarters stay the same.
     """
-_UNKNOWN_TEXT = """
-    This table uses `estimate_fov` on the same frames. The field of view is assumed to be 75° until
-    the angles of the turns determine another value with a probability of 0.9; then the heading is
-    corrected. In a town this takes three to five turns. On winding roads, right angles are rare,
-    and the probability stays low. Codes before the correction are late or wrong.
-    """
 
 
 def main(arguments: Sequence[str]) -> None:
@@ -270,10 +264,10 @@ def wrong_fields_of_view(real: Sequence[Ride]) -> str:
 
 def full_length(rides: Sequence[Ride]) -> Iterator[str]:
     """Measure whole sequences, with the right and slightly wrong fields of view, and without."""
-    rows, unknown = [], []
+    rows = []
     for ride in rides:
         focals = _focals(ride, 0.98, 1.02)
-        right, *wrong, guessed = follow(ride, *focals, nothing_known=True)
+        right, *wrong = follow(ride, *focals)
         error = right.error
         assert error.per_100m is not None
         rows.append((
@@ -286,28 +280,13 @@ def full_length(rides: Sequence[Ride]) -> Iterator[str]:
                 _all(true_codes(ride, ride.camera.focal / focal) == true_codes(ride))
                 for focal in focals),
             ', '.join(_all(_quarters(result) == _quarters(right)) for result in wrong)))
-        unknown.append(_nothing_known(guessed))
-        print(rows[-1], unknown[-1], file=sys.stderr, flush=True)
+        print(rows[-1], file=sys.stderr, flush=True)
     frames = sum(row[1] for row in rows)
     yield table(
         ('drive', 'frames', 'turns', 'per 100 m', f'≤ {_LIMIT_FAR:g}', 'error at the end',
          'at most', 'per frame', 'bridged', 'codes as in truth', 'codes at −2 %, +2 %',
          'those of the truth', 'turns at −2 %, +2 %'), rows)
     yield f'{frames} frames of {", ".join(FULL)}.'
-    yield '## An unknown camera'
-    yield paragraphs(_UNKNOWN_TEXT)
-    yield table(
-        ('drive', 'true field of view', 'estimate', 'deviation', 'probability', 'turns of 30°',
-         'codes as in truth'), unknown)
-
-
-def _nothing_known(result: Result) -> tuple[object, ...]:
-    ride, view = result.ride, result.view
-    assert view is not None
-    return (
-        ride.name, f'{hfov_from_focal(ride.camera.focal, ride.camera.width):.1f}°',
-        f'{view.hfov_deg:.1f}°', f'{view.deviation_deg:.1f}°', f'{view.sureness:.2f}',
-        view.turns, _all(result.codes == true_codes(ride)))
 
 
 def _flat(ride: Ride) -> np.ndarray:

@@ -8,8 +8,7 @@ from dataclasses import dataclass
 
 from heading_drives import Ride
 import numpy as np
-from phase_traj_ros.core.calibration.field_of_view import ASSUMED_HFOV_DEG, FieldOfView
-from phase_traj_ros.core.calibration.self_calibration import SelfCalibration
+from phase_traj_ros.core.calibration.field_of_view import FieldOfView
 from phase_traj_ros.core.camera.lens import Lens
 from phase_traj_ros.core.codes.from_heading import HeadingCode
 from phase_traj_ros.core.heading.estimator import HeadingEstimator
@@ -57,15 +56,9 @@ class Result:
 class Follower:
     """Follows one camera like the node, given the focal length only."""
 
-    def __init__(
-        self, ride: Ride, focal_px: float | None = None, *, nothing_known: bool = False,
-    ) -> None:
+    def __init__(self, ride: Ride, focal_px: float | None = None) -> None:
         self._ride = ride
-        lens = Lens(focal_px=focal_px or ride.camera.focal)
-        if nothing_known:
-            lens = Lens(hfov_deg=ASSUMED_HFOV_DEG, assumed=True)
-        self._estimator = HeadingEstimator(
-            lens, learning=SelfCalibration() if nothing_known else None)
+        self._estimator = HeadingEstimator(Lens(focal_px=focal_px or ride.camera.focal))
         self._codes = HeadingCode()
         self._headings: list[float] = []
         self._turns: list[Turn] = []
@@ -94,11 +87,9 @@ class Follower:
             changes, self._estimator.tracker.bridged, self._estimator.field_of_view)
 
 
-def follow(ride: Ride, *focals: float, nothing_known: bool = False) -> list[Result]:
-    """Follow a ride with its own focal length, and with others (or none) on the same frames."""
+def follow(ride: Ride, *focals: float) -> list[Result]:
+    """Follow a ride with its own focal length, and with others on the same frames."""
     followers = [Follower(ride), *(Follower(ride, focal) for focal in focals)]
-    if nothing_known:
-        followers.append(Follower(ride, nothing_known=True))
     for frame in ride.frames():
         for follower in followers:
             follower.update(frame)

@@ -7,7 +7,7 @@ from __future__ import annotations
 from clips import Clip, kitti_clip, rendered_clip
 import cv2
 import numpy as np
-from phase_traj_ros.core import EstimatorSettings, TrajectoryEstimator, View, Window
+from phase_traj_ros.core import EstimatorSettings, TrajectoryEstimator, View
 from phase_traj_ros.synthetic import KITTI_CAMERA
 from report import paragraphs, table
 from timing import take_turns, Timed
@@ -23,15 +23,9 @@ INTRODUCTION = paragraphs("""
 
 OPTIONS = {
     'all defaults': EstimatorSettings(),
-    'window hann': EstimatorSettings(window=Window.HANN),
-    'window tukey': EstimatorSettings(window=Window.TUKEY),
-    'upper 60 % of the rows': EstimatorSettings(view=View(rows=(0.0, 0.6))),
-    'upper 40 % of the rows': EstimatorSettings(view=View(rows=(0.0, 0.4))),
-    'middle 60 % of the columns': EstimatorSettings(view=View(columns=(0.2, 0.8))),
     'decimation 2': EstimatorSettings(view=View(decimation=2)),
     'decimation 3': EstimatorSettings(view=View(decimation=3)),
     'decimation 4': EstimatorSettings(view=View(decimation=4)),
-    'decimation 2, upper 60 %': EstimatorSettings(view=View(rows=(0.0, 0.6), decimation=2)),
     '2 threads': EstimatorSettings(),
 }
 
@@ -68,8 +62,7 @@ def _measure(clip: Clip) -> dict[str, tuple[Timed, np.ndarray, int]]:
 
 
 def _with_threshold(settings: EstimatorSettings) -> EstimatorSettings:
-    return EstimatorSettings(
-        threshold=_TURN_THRESHOLD, window=settings.window, view=settings.view)
+    return EstimatorSettings(threshold=_TURN_THRESHOLD, view=settings.view)
 
 
 def section() -> str:

@@ -5,17 +5,34 @@
 from dataclasses import dataclass, field
 from enum import Enum
 import sys
-from typing import Any, cast, TypeAlias
+from types import MappingProxyType
+from typing import Any, cast, Final, TypeAlias
 
 from phase_traj_ros.errors import ParameterError
 
 Value: TypeAlias = 'bool | int | float | str'
 
 _ROS_TYPES = {bool: 'bool', int: 'integer', float: 'double', str: 'string'}
-# A range includes its limits: any finite number above zero.
-POSITIVE: dict[str, Any] = {'minimum': sys.float_info.min, 'maximum': sys.float_info.max}
-# The same, or zero.
+# Any finite number of zero or more.
 NOT_NEGATIVE: dict[str, Any] = {'minimum': 0.0, 'maximum': sys.float_info.max}
+
+_CONSTANT = 'it is a constant now; leave it out'
+_MASKED = 'leave the area out with mask_file'
+# Parameters of earlier versions, and what to do instead.
+REMOVED: Final = MappingProxyType({
+    'estimate_fov': 'code_source auto learns an unknown camera; leave it out',
+    'threshold_deg_s': 'give threshold in px/frame, or leave both out (code_source auto)',
+    'transform': 'the fastest library that is installed is used; leave it out',
+    'speed_type': 'the type is that of the topic; leave it out',
+    'step_length': 'a step or a camera height is 1 m in the published path; leave it out',
+    **dict.fromkeys(('rows_from', 'rows_to', 'columns_from', 'columns_to'), _MASKED),
+    **dict.fromkeys(
+        ('window', 'still_motion', 'chain_code_runs', 'max_runs', 'path_rate', 'max_path_poses',
+         'max_pixels'), _CONSTANT),
+    **{name: f"its name is shift.{name} now, as it belongs to the paper's rule" for name in (
+        'decimation', 'nominal_period', 'min_significance', 'look_past_zero', 'confirm_frames',
+        'release_frames')},
+})
 
 
 class Group(Enum):
@@ -24,13 +41,16 @@ class Group(Enum):
     USER = 'Common parameters'
     VEHICLE = 'Parameters for vehicles'
     REST = 'Other parameters'
+    SHIFT = "Parameters of the paper's rule"
+    """They have an effect with code_source shift only; their names begin with ``shift.``."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Spec:
     """Declaration of a parameter."""
 
-    name: str
+    field: str
+    """Name of the field of ``Parameters``."""
     default: Value
     description: str
     unit: str
@@ -61,6 +81,13 @@ class Spec:
                 f'parameter {self.name!r} is {value!r}: give {self.allowed}')
 
     @property
+    def name(self) -> str:
+        """Return the name in ROS."""
+        if self.group is Group.SHIFT:
+            return self.field.replace('_', '.', 1)
+        return self.field
+
+    @property
     def type(self) -> str:  # noqa: A003
         """Return the name of the type in ROS."""
         return _ROS_TYPES[type(self.default)]
@@ -78,7 +105,7 @@ class Spec:
         if self.minimum is None:
             return ''
         if self.is_open:
-            return f'a finite number {"of 0 or more" if self.minimum == 0 else "above 0"}'
+            return 'a finite number of 0 or more'
         if self.step > 1:
             return f'{self.minimum:.12g} to {self.maximum:.12g} in steps of {self.step}'
         return f'{self.minimum:.12g} to {self.maximum:.12g}'

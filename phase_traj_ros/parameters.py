@@ -12,23 +12,34 @@ from dataclasses import dataclass, fields, MISSING, replace
 from difflib import get_close_matches
 from enum import Enum
 from functools import cache
-from typing import Any, cast
+from typing import Any, cast, Final
 
-from phase_traj_ros.core import EstimatorSettings, PAPER_THRESHOLD, View, Window
+from phase_traj_ros.core import EstimatorSettings, PAPER_THRESHOLD, View
 from phase_traj_ros.core.camera.lens import Lens
 from phase_traj_ros.core.camera.lens_family import PINHOLE, STRAIGHTNESS_RANGE
 from phase_traj_ros.core.camera.projection import LEAST_HFOV_DEG
 from phase_traj_ros.core.codes.links import LEAST_STEP
 from phase_traj_ros.core.correlation.quality import GateSettings, StillnessSettings
-from phase_traj_ros.core.correlation.transforms import TransformLibrary
 from phase_traj_ros.core.path.speed import MOST_SPEED
 from phase_traj_ros.core.path.way import LengthUnit
 from phase_traj_ros.core.settings import CodeSource, PathSource
 from phase_traj_ros.errors import ParameterError
-from phase_traj_ros.parameter_spec import Group, NOT_NEGATIVE, parameter, POSITIVE, Spec
+from phase_traj_ros.parameter_spec import (
+    Group,
+    NOT_NEGATIVE,
+    parameter,
+    REMOVED,
+    Spec,
+    Value,
+)
 
 NODE_NAME = 'phase_traj'
 
+MAX_PATH_POSES: Final = 1000
+"""Maximum number of poses of the published path; a longer one is thinned."""
+
+# Runs of each code that a live node keeps; the totals count all runs.
+_MAX_RUNS = 100_000
 # Ten seconds at a thousand speeds a second.
 _MAX_SPEEDS = 10_000
 
@@ -38,14 +49,6 @@ class Transport(Enum):
 
     RAW = 'raw'
     COMPRESSED = 'compressed'
-
-
-class SpeedType(Enum):
-    """Message type of the vehicle's speed."""
-
-    TWIST = 'twist'
-    TWIST_WITH_COVARIANCE = 'twist_with_covariance'
-    ODOMETRY = 'odometry'
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -64,17 +67,10 @@ class Parameters:
         Transport.RAW.value, 'Images to subscribe to: raw images on image, or compressed images'
         ' on image/compressed.', choices=tuple(each.value for each in Transport),
         read_only=True, group=Group.VEHICLE)
-    max_pixels: int = parameter(
-        1 << 26, 'Compressed images with more pixels are rejected before they are decoded.',
-        minimum=64, maximum=1 << 30, read_only=True)
     threshold: float = parameter(
         0.0, 'Horizontal shift between two frames from which a pair is a turn, as in the paper.'
         f' 0 leaves the choice to code_source; with code_source shift, 0 is {PAPER_THRESHOLD:g}.',
         unit='px/frame', group=Group.USER, **NOT_NEGATIVE)
-    threshold_deg_s: float = parameter(
-        0.0, 'Yaw rate from which a pair is a turn. It replaces threshold and is the same for all'
-        ' cameras and frame rates. Requires a focal length. 0 uses threshold.',
-        unit='deg/s', minimum=0.0, maximum=1000.0)
     code_source: str = parameter(
         CodeSource.AUTO.value, 'What the codes are made from: the turns of the measured heading'
         ' (auto; an unknown camera is learned from the drive), the shift and a threshold, as in'
@@ -113,11 +109,6 @@ class Parameters:
     camera_height_deviation: float = parameter(
         0.04, 'Standard deviation of camera_height, as a fraction of it. It is part of the'
         ' variances of odom and speed.', minimum=0.0, maximum=1.0, read_only=True)
-    estimate_fov: bool = parameter(
-        False, 'Deprecated; code_source auto always learns an unknown camera. With another code'
-        ' source: whether the camera is learned from the drive if neither focal_px nor hfov_deg'
-        ' is set.',
-        read_only=True)
     rectified: bool = parameter(
         False, 'Whether the images are rectified. Rectified images are described by P of'
         ' camera_info, others by K and the distortion.', read_only=True, group=Group.VEHICLE)
@@ -126,60 +117,14 @@ class Parameters:
         ' at any speed. In metres if camera_height or a speed is known, else in camera heights.'
         ' Requires a focal length. 0 makes no links.', minimum=0.0,
         maximum=1000.0, read_only=True, group=Group.VEHICLE)
-    window: str = parameter(
-        Window.SQRT_HANN.value, 'Window function applied to the frames before correlation. It'
-        ' affects the shift only, as do the rows and columns used, decimation and the tests of'
-        ' single pairs; the heading has its own.',
-        choices=tuple(form.value for form in Window))
-    transform: str = parameter(
-        TransformLibrary.AUTO.value, 'Library that computes the Fourier transforms: opencv,'
-        ' scipy, or the faster one of those installed (auto). The codes are the same.',
-        choices=tuple(each.value for each in TransformLibrary), read_only=True)
-    rows_from: float = parameter(
-        0.0, 'First row used, as a fraction of the height from the top.',
-        minimum=0.0, maximum=1.0)
-    rows_to: float = parameter(
-        1.0, 'Last row used, as a fraction of the height from the top.',
-        minimum=0.0, maximum=1.0)
-    columns_from: float = parameter(
-        0.0, 'First column used, as a fraction of the width from the left.',
-        minimum=0.0, maximum=1.0)
-    columns_to: float = parameter(
-        1.0, 'Last column used, as a fraction of the width from the left.',
-        minimum=0.0, maximum=1.0)
-    decimation: int = parameter(
-        1, 'Number of pixels in each direction that are averaged into one before correlation.'
-        ' Shifts stay in pixels of the full image.', minimum=1, maximum=16)
     rotate_180: bool = parameter(
         False, 'Whether the camera is mounted upside down.', group=Group.USER)
     max_gap: float = parameter(
         0.0, 'Longest interval between two images that are compared. 0 for no limit.', unit='s',
         minimum=0.0, maximum=1e6, group=Group.VEHICLE)
-    nominal_period: float = parameter(
-        0.0, 'Frame interval for which the threshold is meant. The shift is scaled to this'
-        ' interval before it is compared. 0 does not scale it.', unit='s', minimum=0.0,
-        maximum=1e6)
-    min_significance: float = parameter(
-        0.0, 'Significance of the correlation peak, in standard deviations of the noise, from'
-        ' which a pair is measured. 0 accepts every pair.', minimum=0.0, maximum=1000.0,
-        group=Group.VEHICLE)
-    look_past_zero: bool = parameter(
-        False, 'Whether a peak at zero shift, such as that of a bonnet or a text overlay, is'
-        ' replaced by a second peak that most of the image follows.', group=Group.VEHICLE)
     still_frames: int = parameter(
         0, 'Number of pairs over which the image motion is averaged to detect a standing vehicle.'
         ' 0 disables the detection.', minimum=0, maximum=1000, group=Group.VEHICLE)
-    still_motion: float = parameter(
-        StillnessSettings().max_motion, 'Mean image motion per pair below which the vehicle'
-        ' stands, as a fraction of the image width.', minimum=1e-9, maximum=1.0)
-    confirm_frames: int = parameter(
-        1, 'A turn starts after this number of consecutive pairs beyond the threshold.',
-        minimum=1, maximum=1000,
-        group=Group.VEHICLE)
-    release_frames: int = parameter(
-        1, 'A turn ends after this number of consecutive pairs that do not continue it.',
-        minimum=1, maximum=1000,
-        group=Group.VEHICLE)
     mask_file: str = parameter(
         '', 'Greyscale image of the size of the received images: the weight of each pixel, black'
         ' where the image never moves. Empty uses all pixels.', read_only=True,
@@ -189,9 +134,6 @@ class Parameters:
     frame_id: str = parameter(
         'phase_traj', 'Frame of the published pose, path and odometry. A path without a speed or'
         ' a camera_height has no metric scale, so it is not odom.', group=Group.VEHICLE)
-    step_length: float = parameter(
-        1.0, 'Length of a step or of a camera height in the published path. A path from the'
-        ' heading in metres is not scaled.', unit='m', **POSITIVE)
     path_from: str = parameter(
         PathSource.AUTO.value, 'What the path is drawn from: the direction codes, as in the paper'
         ' (codes), or the measured heading (heading; requires a focal length). auto is heading'
@@ -204,21 +146,6 @@ class Parameters:
     use_speed_topic: bool = parameter(
         False, 'Whether the topic speed provides the speed of the vehicle instead.',
         read_only=True, group=Group.VEHICLE)
-    speed_type: str = parameter(
-        SpeedType.TWIST.value, 'Message type of the topic speed: TwistStamped,'
-        ' TwistWithCovarianceStamped or Odometry. A replay accepts any of them.',
-        choices=tuple(each.value for each in SpeedType), read_only=True, group=Group.VEHICLE)
-    max_path_poses: int = parameter(
-        1000, 'Maximum number of poses of the published path. A path from the codes holds its'
-        ' newest corner points and the current pose; a path from the heading holds poses of the'
-        ' whole way, thinned.',
-        minimum=2, maximum=100_000, read_only=True)
-    path_rate: float = parameter(
-        5.0, 'Maximum rate of the published path. An unchanged path is not published.',
-        unit='Hz', minimum=0.1, maximum=100.0, read_only=True)
-    chain_code_runs: int = parameter(
-        50, 'Number of runs of each code in the chain code text. It holds the newest runs.',
-        minimum=1, maximum=1000)
     output_dir: str = parameter(
         '', 'Folder in which the node saves each drive, to a folder named after the node, at the'
         ' end, before a reset, and with ~/save. If it is empty, the node writes no files.',
@@ -231,20 +158,31 @@ class Parameters:
         ' tf2_msgs).', read_only=True, group=Group.VEHICLE)
     child_frame_id: str = parameter(
         'base_link', 'Frame of the vehicle, for publish_tf and the odometry.', group=Group.VEHICLE)
-    max_runs: int = parameter(
-        100_000, 'Number of runs of each code that the node keeps. The totals count all runs.',
-        minimum=1000, maximum=10_000_000, read_only=True)
+    shift_decimation: int = parameter(
+        1, 'Number of pixels in each direction that are averaged into one before correlation.'
+        ' Shifts stay in pixels of the full image.', minimum=1, maximum=16, group=Group.SHIFT)
+    shift_nominal_period: float = parameter(
+        0.0, 'Frame interval for which the threshold is meant. The shift is scaled to this'
+        ' interval before it is compared. 0 does not scale it.', unit='s', minimum=0.0,
+        maximum=1e6, group=Group.SHIFT)
+    shift_min_significance: float = parameter(
+        0.0, 'Significance of the correlation peak, in standard deviations of the noise, from'
+        ' which a pair is measured. 0 accepts every pair.', minimum=0.0, maximum=1000.0,
+        group=Group.SHIFT)
+    shift_look_past_zero: bool = parameter(
+        False, 'Whether a peak at zero shift, such as that of a bonnet or a text overlay, is'
+        ' replaced by a second peak that most of the image follows.', group=Group.SHIFT)
+    shift_confirm_frames: int = parameter(
+        1, 'A turn starts after this number of consecutive pairs beyond the threshold.',
+        minimum=1, maximum=1000, group=Group.SHIFT)
+    shift_release_frames: int = parameter(
+        1, 'A turn ends after this number of consecutive pairs that do not continue it.',
+        minimum=1, maximum=1000, group=Group.SHIFT)
 
     def __post_init__(self) -> None:
         """Check every value against its declaration."""
         for spec in specs():
-            spec.check(getattr(self, spec.name))
-        for side in ('rows', 'columns'):
-            begin, end = getattr(self, f'{side}_from'), getattr(self, f'{side}_to')
-            if begin >= end:
-                raise ParameterError(
-                    f'parameters {side}_from and {side}_to are {begin} and {end}: the first must'
-                    ' be smaller')
+            spec.check(self.value(spec))
         for name in ('frame_id', 'child_frame_id'):
             frame = getattr(self, name)
             if not frame or frame.startswith('/') or frame != frame.strip():
@@ -286,28 +224,36 @@ class Parameters:
             A name is unknown, or a value is not allowed.
 
         """
-        known = [spec.name for spec in specs()]
+        fields_of = {spec.name: spec.field for spec in specs()}
         for name in values:
-            if name not in known:
-                near = nearest(name)
-                hint = f'did you mean {near!r}?' if near else f'give one of {", ".join(known)}'
-                raise ParameterError(f'there is no parameter {name!r}: {hint}')
-        return replace(self, **cast('dict[str, Any]', dict(values)))
+            if name not in fields_of:
+                raise ParameterError(unknown_parameter(name))
+        return replace(self, **{
+            fields_of[name]: cast('Any', value) for name, value in values.items()})
+
+    def value(self, spec: Spec) -> Value:
+        """Return the value of a parameter."""
+        return cast('Value', getattr(self, spec.field))
+
+    @property
+    def changed(self) -> tuple[Spec, ...]:
+        """Return the parameters that differ from their defaults."""
+        return tuple(spec for spec in specs() if self.value(spec) != spec.default)
 
     @property
     def notices(self) -> tuple[str, ...]:
         """Return notices for the user about the values, one line each."""
-        if not self.estimate_fov:
+        unused = [spec.name for spec in self.changed if spec.group is Group.SHIFT]
+        if self.codes_from is CodeSource.SHIFT or not unused:
             return ()
         return (
-            'the parameter estimate_fov is deprecated: code_source auto, the default, always'
-            ' learns an unknown camera',)
+            f'no effect with code_source {self.codes_from.value}: {", ".join(unused)}, which'
+            " belong to the paper's rule (code_source shift)",)
 
     @property
     def codes_from(self) -> CodeSource:
         """Return what the codes are made from. With a threshold, AUTO is SHIFT."""
-        if self.code_source == CodeSource.AUTO.value and (
-                self.threshold > 0 or self.threshold_deg_s > 0):
+        if self.code_source == CodeSource.AUTO.value and self.threshold > 0:
             return CodeSource.SHIFT
         return CodeSource(self.code_source)
 
@@ -351,31 +297,15 @@ class Parameters:
         """Return whether the drawn path is in metres, and not in camera heights or steps."""
         return self.metric and self.drawn_from is PathSource.HEADING
 
-    @property
-    def path_scale(self) -> float:
-        """Return the length of a unit of the path, in metres."""
-        return 1.0 if self.path_in_metres else self.step_length
-
     def estimator_settings(self) -> EstimatorSettings:
         """Return the settings of a live estimator, bounded in memory."""
-        return EstimatorSettings(
+        settings = EstimatorSettings(
             threshold=self.threshold_px,
-            threshold_deg_s=self.threshold_deg_s,
-            window=Window(self.window),
-            transform=TransformLibrary(self.transform),
-            view=View(
-                rows=(self.rows_from, self.rows_to),
-                columns=(self.columns_from, self.columns_to),
-                decimation=self.decimation,
-                rotate_180=self.rotate_180),
+            view=View(rotate_180=self.rotate_180),
             max_gap=self.max_gap,
-            nominal_period=self.nominal_period,
-            confirm_frames=self.confirm_frames,
-            release_frames=self.release_frames,
             code_source=self.codes_from,
             connectivity=self.connectivity,
             lens=self._lens(),
-            estimate_fov=self.estimate_fov,
             path_from=PathSource(self.path_from),
             speed=self.speed,
             awaits_speeds=self.use_speed_topic,
@@ -383,15 +313,28 @@ class Parameters:
             camera_height_deviation=self.camera_height_deviation,
             camera_pitch_deg=self.camera_pitch_deg,
             code_step=self.code_step,
-            gate=self._gate(),
-            stillness=StillnessSettings(
-                frames=self.still_frames, max_motion=self.still_motion,
-            ) if self.still_frames else None,
-            max_runs=self.max_runs,
+            stillness=(
+                StillnessSettings(frames=self.still_frames) if self.still_frames else None),
+            max_runs=_MAX_RUNS,
             max_speeds=_MAX_SPEEDS,
             # The current pose is one of the poses.
-            max_corners=self.max_path_poses - 1,
+            max_corners=MAX_PATH_POSES - 1,
         )
+        return self._by_shift(settings) if self.codes_from is CodeSource.SHIFT else settings
+
+    def _by_shift(self, settings: EstimatorSettings) -> EstimatorSettings:
+        """Return settings with those of the paper's rule."""
+        gate = None
+        if self.shift_min_significance > 0.0 or self.shift_look_past_zero:
+            gate = GateSettings(
+                min_significance=self.shift_min_significance,
+                look_past_zero=self.shift_look_past_zero)
+        return replace(
+            settings, gate=gate,
+            view=View(decimation=self.shift_decimation, rotate_180=self.rotate_180),
+            nominal_period=self.shift_nominal_period,
+            confirm_frames=self.shift_confirm_frames,
+            release_frames=self.shift_release_frames)
 
     def _lens(self) -> Lens | None:
         if self.focal_px == 0.0 and self.hfov_deg == 0.0:
@@ -401,12 +344,6 @@ class Parameters:
             offset=self.lens_offset, pitch_deg=self.camera_pitch_deg,
             roll_deg=self.camera_roll_deg)
 
-    def _gate(self) -> GateSettings | None:
-        if self.min_significance == 0.0 and not self.look_past_zero:
-            return None
-        return GateSettings(
-            min_significance=self.min_significance, look_past_zero=self.look_past_zero)
-
 
 @cache
 def specs() -> tuple[Spec, ...]:
@@ -414,10 +351,15 @@ def specs() -> tuple[Spec, ...]:
     table = []
     for declared in fields(Parameters):
         assert declared.default is not MISSING
-        table.append(Spec(name=declared.name, default=declared.default, **declared.metadata))
+        table.append(Spec(field=declared.name, default=declared.default, **declared.metadata))
     return tuple(table)
 
 
-def nearest(name: str) -> str:
-    """Return the name of a parameter that was probably meant by ``name``; empty if none is."""
-    return next(iter(get_close_matches(name, [spec.name for spec in specs()], n=1)), '')
+def unknown_parameter(name: str) -> str:
+    """Return what to do about a parameter that is not in the table."""
+    if name in REMOVED:
+        return f'the parameter {name!r} was removed: {REMOVED[name]}'
+    known = [spec.name for spec in specs()]
+    near = get_close_matches(name, known, n=1)
+    hint = f'did you mean {near[0]!r}?' if near else f'give one of {", ".join(known)}'
+    return f'there is no parameter {name!r}: {hint}'

@@ -42,5 +42,5 @@ def test_the_tables_of_parameters_are_those_that_are_declared():
         [sys.executable, str(ROOT / 'tools' / 'parameter_tables.py')], check=True,
         capture_output=True, text=True, cwd=ROOT).stdout
     page = (ROOT / 'docs' / 'reference' / 'parameters.md').read_text(encoding='utf-8')
-    assert printed.count('\n## ') == 2 and printed in page
+    assert printed.count('\n## ') == 3 and printed in page
     assert page.count('| `') == printed.count('| `')

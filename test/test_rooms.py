@@ -19,7 +19,7 @@ PACKAGE = Path(__file__).resolve().parent.parent / 'phase_traj_ros'
 FLOORS = {
     '': ('errors topics', 'core', 'parameter_spec', 'parameters', 'io synthetic', 'ros', 'cli'),
     'core': (
-        'codes', 'correlation', 'camera', 'calibration', 'heading', 'road', 'path',
+        'codes', 'correlation', 'frames', 'camera', 'calibration', 'heading', 'road', 'path',
         'localization', '*'),
     'io': (
         'outputs params_file images', 'messages', 'sources maps', 'replay', 'results',
@@ -27,7 +27,8 @@ FLOORS = {
     'synthetic': (
         'arrays', 'camera', 'textures degradations overlays', 'scene', 'town view', 'drive'),
     'cli': (
-        'command ending options progress live_view report walk', 'commands', 'program', 'main'),
+        'command ending escaping', 'options progress live_view report walk', 'commands',
+        'program', 'main'),
     'ros': (
         'spin health losses entities graph', 'startup', 'declare', 'outputs',
         'inputs saving playback', 'diagnostics', 'nodes', 'main lifecycle_main'),

@@ -10,6 +10,7 @@ import shutil
 import time
 from typing import TextIO
 
+from phase_traj_ros.cli.escaping import escaped
 from phase_traj_ros.core import Corner, Movement, TrajectoryEstimator, Update
 from phase_traj_ros.io.replay.run import Watcher
 from phase_traj_ros.io.results.path_text import path_lines
@@ -51,8 +52,7 @@ class LiveView(Watcher):
 
         """
         self._stream = stream
-        # A file name may contain control characters, which a terminal would execute.
-        self._title = ''.join(sign if sign.isprintable() else '?' for sign in title)
+        self._title = escaped(title)
         self._total = total
         self._doing = ''
         self._clock = clock

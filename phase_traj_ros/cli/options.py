@@ -73,7 +73,7 @@ def add_parameters(parser: ArgumentParser) -> None:
         help="shift in pixels per frame from which a pair is a turn, the paper's rule"
              ' (default: the value in --params, otherwise no threshold)')
     parser.add_argument(
-        '--params', metavar='FILE',
+        '--params', metavar='FILE', type=Path,
         help='ROS parameter file, as for the node: a path, or the name of one in config/, such as'
              ' vehicle.yaml')
     parser.add_argument(
@@ -102,7 +102,9 @@ def print_notices(parameters: Parameters) -> None:
 
 def inputs_of(options: Namespace, parameters: Parameters) -> tuple[Path, ...]:
     """Return all files and folders that a replay with these options reads."""
-    files = [options.params, Path(parameters.mask_file) if parameters.mask_file else None]
+    files = [
+        find_params_file(options.params) if options.params else None,
+        Path(parameters.mask_file).expanduser() if parameters.mask_file else None]
     return tuple(
         file.absolute() for file in (*options.sources, *files) if file is not None)
 

@@ -61,7 +61,7 @@ class _Version(Action):
     ) -> NoReturn:
         print(f'phase_traj_ros {phase_traj_ros.__version__}')
         print(f'transforms: {find_transform(TransformLibrary.AUTO).name}')
-        hint = transform_hint(TransformLibrary.AUTO)
+        hint = transform_hint()
         if hint:
             print(hint)
         parser.exit(EXIT_OK)

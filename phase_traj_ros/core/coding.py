@@ -4,7 +4,6 @@
 
 from typing import Protocol
 
-from phase_traj_ros.core.camera.projection import threshold_px
 from phase_traj_ros.core.codes.chain import ChainCode, Step
 from phase_traj_ros.core.codes.from_heading import HeadingCode
 from phase_traj_ros.core.codes.from_shift import DynamicChainCode
@@ -80,10 +79,7 @@ class ShiftCoder:
 
     def code(self, dx: float, heading: HeadingUpdate | None, interval: float) -> Step:
         """Code a measured pair, see ``Coder``."""
-        if self._settings.threshold_deg_s > 0 and heading is not None:
-            self._codes.threshold = threshold_px(
-                self._settings.threshold_deg_s, heading.focal_px, interval)
-        elif self._settings.nominal_period > 0:
+        if self._settings.nominal_period > 0:
             # After a dropped frame, the shift is that of two periods.
             dx *= self._settings.nominal_period / interval
         return self._codes.update(dx)

@@ -16,13 +16,14 @@ from phase_traj_ros.core.codes.links import LinkCode
 from phase_traj_ros.core.codes.threshold_hint import ThresholdHint
 from phase_traj_ros.core.coding import make_coder
 from phase_traj_ros.core.correlation.phase_correlation import Frame, Shift
+from phase_traj_ros.core.frames.prepare import prepare
+from phase_traj_ros.core.frames.repeats import RepeatDetector
 from phase_traj_ros.core.heading.estimator import HeadingEstimator, HeadingUpdate
 from phase_traj_ros.core.heading.turns import Turn
 from phase_traj_ros.core.heading.yaw_meter import YawMeasurement
 from phase_traj_ros.core.measuring import Comparison, PairMeter
 from phase_traj_ros.core.path.trajectory import DrawnPath
 from phase_traj_ros.core.path.way import Way
-from phase_traj_ros.core.picture import prepare
 from phase_traj_ros.core.reliability import Reliability
 from phase_traj_ros.core.route import Route
 from phase_traj_ros.core.settings import CodeSource, EstimatorSettings
@@ -78,8 +79,11 @@ class TrajectoryEstimator:
         self.correlate_ns = 0
         """Time to correlate the last frame, in nanoseconds."""
         self._told: Lens | None = None
+        self._repeats = RepeatDetector()
         self._frames = 0
         self._last_stamp_ns: int | None = None
+        # Stamp of the newest frame that is no repeated picture.
+        self._used_stamp_ns = 0
 
     @property
     def settings(self) -> EstimatorSettings:
@@ -178,6 +182,8 @@ class TrajectoryEstimator:
 
         """
         if self._heading is not None:
+            if lens != self._heading.lens:
+                self._repeats.forget()
             self._heading.use_lens(lens)
         elif self._settings.measures_heading:
             self._heading = self._make_heading(lens)
@@ -226,6 +232,7 @@ class TrajectoryEstimator:
         self.check(settings)
         switches = self._switches_rule(settings)
         self._settings = settings
+        self._repeats.forget()
         self._meter.reconfigure(settings)
         self._travelling.reconfigure(settings)
         self._coder.reconfigure(settings)
@@ -242,6 +249,7 @@ class TrajectoryEstimator:
     def reset(self) -> None:
         """Restart with the next frame: no codes, no path, direction forward."""
         self._meter.reset()
+        self._repeats.forget()
         if self._heading is not None:
             self._heading.forget_frame()
         self._forget()
@@ -251,8 +259,9 @@ class TrajectoryEstimator:
         Process the next frame; return the result of its pair.
 
         Return None for the first frame, and for a frame whose stamp equals the previous one, which
-        is ignored. An earlier stamp (such as of a bag played in a loop) resets the estimator, and
-        the frame becomes the first one.
+        is ignored. A frame that repeats the picture of the previous one, or is less than 2 ms
+        later, measures nothing; the next pair covers its time. An earlier stamp (such as of a bag
+        played in a loop) resets the estimator, and the frame becomes the first one.
 
         Parameters
         ----------
@@ -277,17 +286,21 @@ class TrajectoryEstimator:
                 'the camera is unknown, and a focal length is required: publish its camera_info,'
                 ' or set focal_px or hfov_deg')
         began = time.perf_counter_ns()
-        interval_ns = 0 if self._last_stamp_ns is None else stamp_ns - self._last_stamp_ns
+        interval_ns = 0 if self._last_stamp_ns is None else stamp_ns - self._used_stamp_ns
         # First, as an unusable frame must not change the state.
         picture = prepare(frame)
+        goes_on = self._last_stamp_ns is not None and stamp_ns > self._last_stamp_ns
+        if goes_on and self._repeats.is_repeated(frame, interval_ns, encoding=encoding):
+            return self._repeated(stamp_ns, interval_ns)
         comparison = self._meter.compare(
             frame, picture, interval_ns * 1e-9, encoding=encoding, heading=self._heading)
         self.correlate_ns = time.perf_counter_ns() - began
-        if interval_ns < 0:
+        self._repeats.keep(frame, encoding=encoding)
+        if not goes_on and self._last_stamp_ns is not None:
             self.counters.time_resets += 1
             self._meter.interrupt()
             self._forget()
-        self._last_stamp_ns = stamp_ns
+        self._last_stamp_ns = self._used_stamp_ns = stamp_ns
         self._frames += 1
         self.counters.frames += 1
         self._route.start(stamp_ns)
@@ -322,7 +335,7 @@ class TrajectoryEstimator:
     ) -> HeadingEstimator:
         return HeadingEstimator(
             lens, rotate_180=self._settings.view.rotate_180, mask=self._meter.mask,
-            learning=learning, transform=self._settings.transform)
+            learning=learning)
 
     def _make_trust(self) -> Trust:
         return Trust(guards=self._settings.code_source is CodeSource.AUTO)
@@ -387,6 +400,21 @@ class TrajectoryEstimator:
             self._frames - 2, stamp_ns, interval_ns, self._shift(comparison, heading), step,
             status, tip, turned, () if heading is None else heading.turns, self._news_of_camera(),
             cut, progress.odometry, travel, progress.links)
+
+    def _repeated(self, stamp_ns: int, interval_ns: int) -> Update:
+        """Add a frame that repeats a picture; the next pair covers its time."""
+        self._last_stamp_ns = stamp_ns
+        self._frames += 1
+        self.counters.frames += 1
+        self.counters.count(PairStatus.REPEATED)
+        self._trust.add_repeated(stamp_ns, interval_ns)
+        heading = None if self._heading is None else self._heading.hold()
+        step = self._coder.skip(heading, end_turn=False)
+        tip = self.path.tip
+        assert tip is not None
+        return Update(
+            self._frames - 2, stamp_ns, interval_ns, None, step, PairStatus.REPEATED, tip,
+            None if heading is None else heading.step, camera=self._news_of_camera())
 
     def _news_of_camera(self) -> CameraInUse | None:
         """Return the camera if it has changed since the last report."""

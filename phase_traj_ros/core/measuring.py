@@ -80,8 +80,7 @@ class PairMeter:
         """Apply other settings, which ``check`` has accepted."""
         before = self._settings
         self._settings = settings
-        if (settings.window, settings.view, settings.code_source) != (
-                before.window, before.view, before.code_source):
+        if (settings.view, settings.code_source) != (before.view, before.code_source):
             self._apply()
         elif (settings.gate, settings.stillness) != (before.gate, before.stillness):
             self._quality = self._make_quality()
@@ -165,7 +164,7 @@ class PairMeter:
         self._view_mask: Frame | None = (
             None if self._mask is None else settings.view.of(self._mask))
         self._correlator = PhaseCorrelator(
-            window=settings.window, mask=self._view_mask, transform=settings.transform)
+            mask=self._view_mask)
         self._quality = self._make_quality()
 
     def _make_quality(self) -> PairQuality:

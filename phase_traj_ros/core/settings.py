@@ -11,9 +11,7 @@ from phase_traj_ros.core.codes.from_shift import DynamicChainCode, PAPER_THRESHO
 from phase_traj_ros.core.codes.links import LEAST_STEP
 from phase_traj_ros.core.codes.sectors import CONNECTIVITIES
 from phase_traj_ros.core.correlation.quality import GateSettings, StillnessSettings
-from phase_traj_ros.core.correlation.transforms import TransformLibrary
 from phase_traj_ros.core.correlation.view import View
-from phase_traj_ros.core.correlation.windows import Window
 from phase_traj_ros.core.path.way import LengthUnit
 
 
@@ -59,12 +57,6 @@ class EstimatorSettings:
 
     threshold: float = PAPER_THRESHOLD
     """T in pixels per frame."""
-    threshold_deg_s: float = 0.0
-    """T as a yaw rate in degrees per second, replaces ``threshold``. 0: off. Requires a lens."""
-    window: Window = Window.SQRT_HANN
-    """Window function applied to the frames."""
-    transform: TransformLibrary = TransformLibrary.AUTO
-    """Library that computes the Fourier transforms."""
     view: View = field(default_factory=View)
     """Part of the frames that is correlated, and its scale."""
     max_gap: float = 0.0
@@ -77,8 +69,6 @@ class EstimatorSettings:
     """Number of consecutive pairs that end a turn; 1 in the paper."""
     lens: Lens | None = None
     """Lens of the camera; with it, heading and turns are measured."""
-    estimate_fov: bool = False
-    """Whether the camera is learned from the drive if no lens is given; AUTO always learns it."""
     code_source: CodeSource = CodeSource.SHIFT
     """Source of the codes; HEADING requires a lens."""
     connectivity: int = 4
@@ -110,7 +100,7 @@ class EstimatorSettings:
 
     def __post_init__(self) -> None:
         """Check the values that no part of the estimator checks itself."""
-        for name in ('max_gap', 'nominal_period', 'threshold_deg_s', 'speed', 'camera_height',
+        for name in ('max_gap', 'nominal_period', 'speed', 'camera_height',
                      'camera_height_deviation'):
             value = getattr(self, name)
             if not (math.isfinite(value) and value >= 0):
@@ -168,13 +158,12 @@ class EstimatorSettings:
         """Return whether a setting requires a lens."""
         return (
             self.code_source is not CodeSource.SHIFT or self.draws_heading
-            or self.threshold_deg_s > 0 or self.metric or self.code_step > 0)
+            or self.metric or self.code_step > 0)
 
     @property
     def learns_lens(self) -> bool:
         """Return whether the camera is learned from the drive."""
-        return self.lens is None and (
-            self.estimate_fov or self.code_source is CodeSource.AUTO)
+        return self.lens is None and self.code_source is CodeSource.AUTO
 
     @property
     def drawn_from(self) -> PathSource:
@@ -200,7 +189,7 @@ class EstimatorSettings:
     @property
     def measures_heading(self) -> bool:
         """Return whether heading and turns are measured."""
-        return self.lens is not None or self.estimate_fov or self.needs_lens
+        return self.lens is not None or self.needs_lens
 
     @property
     def metric(self) -> bool:

@@ -23,6 +23,8 @@ class PairStatus(Enum):
     """The interval between the two frames exceeds the limit."""
     REPRIMED = 'reprimed'
     """The size or encoding of the frames or a setting changed, so the pair cannot be compared."""
+    REPEATED = 'repeated'
+    """Both frames show the same picture: nothing is measured, the next pair covers the time."""
 
     @property
     def judged(self) -> bool:

@@ -150,5 +150,5 @@ class Travelling:
             heading.model, replace(horizon, pitch=given) if given else horizon,
             pitch_known=lens.pitch_known or given != 0.0,
             rotate_180=self._settings.view.rotate_180, mask=self._mask,
-            transform=self._settings.transform, pace=pace)
+            pace=pace)
         return True

@@ -13,7 +13,12 @@ from phase_traj_ros.core.correlation.quality import Worth
 from phase_traj_ros.core.heading.cuts import CutDetector
 from phase_traj_ros.core.heading.estimator import HeadingUpdate
 from phase_traj_ros.core.heading.yaw_meter import YawMeasurement
-from phase_traj_ros.core.reliability import evidence_of, Reliability, ReliabilityMonitor
+from phase_traj_ros.core.reliability import (
+    Evidence,
+    evidence_of,
+    Reliability,
+    ReliabilityMonitor,
+)
 
 
 # Smallest share of the image to mask out: smaller areas do no harm, and a mask costs time.
@@ -148,6 +153,10 @@ class Trust:
             fixed=self._doubted, bridged=heading is not None and not heading.measured),
             stamp_ns, interval_ns,
             contradicted=self._guards and heading is not None and heading.contradicts)
+
+    def add_repeated(self, stamp_ns: int, interval_ns: int) -> None:
+        """Take a pair whose frames show the same picture."""
+        self._monitor.add(Evidence.REPEATED, stamp_ns, interval_ns)
 
     def add_shift(self, dx: float | None, threshold: float | None, interval: float) -> None:
         """Take the shift of a pair (None if not measured) and its threshold (None if not used)."""

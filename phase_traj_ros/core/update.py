@@ -25,7 +25,11 @@ class Update:
     stamp_ns: int
     """Stamp of the second frame of the pair, in nanoseconds."""
     interval_ns: int
-    """Time since its first frame, in nanoseconds."""
+    """
+    Time since its first frame, in nanoseconds.
+
+    The first frame is the newest one before that is not a repeated picture.
+    """
     shift: Shift | None
     """The measured shift; None if the two frames cannot be compared."""
     step: Step
@@ -67,9 +71,9 @@ class Counters:
     """Counts since the estimator was made; a reset does not clear them."""
 
     frames: int = 0
-    """Frames processed, without repeated frames."""
+    """Frames processed, without those of a repeated stamp."""
     repeated: int = 0
-    """Frames dropped because their stamp equals the previous one."""
+    """Frames with the stamp or the picture of the previous one."""
     gaps: int = 0
     """Pairs whose interval is longer than ``max_gap``."""
     reprimed: int = 0
@@ -91,6 +95,8 @@ class Counters:
             self.unmeasured += 1
         elif status is PairStatus.STILL:
             self.still += 1
+        elif status is PairStatus.REPEATED:
+            self.repeated += 1
 
     def copy(self) -> 'Counters':
         """Return a copy of the current counts."""

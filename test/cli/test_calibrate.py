@@ -173,30 +173,3 @@ def test_nothing_known_and_nothing_given(bag, tmp_path, options):
     assert code['camera']['origin'] == 'calibration'
     assert [each for each in code['movement'] if each in (0, 2)] == [0, 2, 0, 0, 2, 0]
     assert (code['code_source'], code['threshold']) == ('auto', None)
-
-
-def test_the_old_name_is_accepted_with_a_warning(tilted, capsys):
-    folder, _ = tilted
-    assert main(['replay', str(folder / 'upright'), '-p', 'estimate_fov:=true']) == 0
-    assert capsys.readouterr().err == (
-        'warning: the parameter estimate_fov is deprecated: code_source auto, the default, always'
-        ' learns an unknown camera\n')
-    assert main(['replay', str(folder / 'upright')]) == 0
-    assert capsys.readouterr().err == ''
-
-
-def test_codes_with_an_unknown_camera(bag, tmp_path):
-    params = tmp_path / 'params.yaml'
-    params.write_text('/**:\n  ros__parameters: {code_source: heading, estimate_fov: true}\n')
-    out = tmp_path / 'out'
-    assert main(['replay', str(bag / 'six'), '--params', str(params), '--output', str(out)]) == 0
-    code = json.loads((out / 'chain_code.json').read_text())
-    assert code['field_of_view']['hfov_deg'] == pytest.approx(HFOV, rel=0.05)
-    assert code['field_of_view']['sureness'] > 0.9
-    # Turns before the camera is learned are coded late, but they are coded.
-    changes = [code for code in code['movement'] if code in (0, 2)]
-    assert changes == [0, 2, 0, 0, 2, 0]
-    # From the correction on, the heading is the true one.
-    assert code['heading_deg'][-1] == pytest.approx(sum((90, -86, 93, 90, -92, 88)), rel=0.05)
-    assert len(code['direction']) == len(code['movement']) - code['movement'].count(3)
-    assert np.isfinite(code['heading_deg']).all()

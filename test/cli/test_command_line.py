@@ -16,6 +16,7 @@ from phase_traj_ros.core import unpack
 from phase_traj_ros.core.correlation.transforms import find_transform
 from phase_traj_ros.parameter_spec import Group
 from phase_traj_ros.parameters import specs
+from phase_traj_ros.synthetic.degradations import sensor_noise
 import pytest
 
 POSITIONS = [0, 0, 30, 60, 60, 20, 20, 20]
@@ -33,7 +34,8 @@ def folder(tmp_path):
     rng = np.random.default_rng(1)
     texture = cv2.GaussianBlur(rng.integers(0, 256, (96, 160), dtype=np.uint8), (0, 0), 1.5)
     for index, position in enumerate(POSITIONS):
-        cv2.imwrite(str(path / f'{index}.png'), np.roll(texture, position, axis=1))
+        cv2.imwrite(str(path / f'{index}.png'), sensor_noise(
+            np.roll(texture, position, axis=1), sigma=1.0, seed=index))
     return path
 
 
@@ -119,6 +121,14 @@ def test_threshold_overrides_the_parameter_file(folder, tmp_path):
     assert code + '1x7' in both.stdout
 
 
+def test_a_file_of_the_package_is_given_by_its_name(folder, tmp_path):
+    named = run(
+        'replay', folder, '--params', 'paper.yaml', '--output', tmp_path / 'out', cwd=tmp_path)
+    plain = run('replay', folder, *PAPER)
+    assert named.stdout.split('movement')[1].splitlines()[0] == plain.stdout.split(
+        'movement')[1].splitlines()[0]
+
+
 def test_selection_reaches_the_source(folder):
     result = run('replay', folder, '--start', '0.2', '--duration', '0.4', *PAPER)
     assert '4 frames' in result.stdout
@@ -166,7 +176,8 @@ def test_threshold_has_to_be_finite_and_positive(folder, tmp_path, threshold):
 def test_the_help_of_replay_lists_what_a_user_and_a_vehicle_may_need():
     text = run('replay', '--help').stdout
     for spec in specs():
-        assert (f'  {spec.name} ({spec.default!r}): ' in text) == (spec.group is not Group.REST)
+        assert (f'  {spec.name} ({spec.default!r}): ' in text) == (
+            spec.group in (Group.USER, Group.VEHICLE))
     assert [spec.name for spec in specs() if spec.group is Group.USER] == [
         'threshold', 'hfov_deg', 'camera_height', 'rotate_180']
     assert text.index(Group.USER.value[1:]) < text.index(Group.VEHICLE.value[1:])

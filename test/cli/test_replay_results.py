@@ -18,6 +18,7 @@ from phase_traj_ros.io.replay.run import replay
 from phase_traj_ros.io.sources.base import StampedFrame
 from phase_traj_ros.io.sources.opening import open_source
 from phase_traj_ros.parameters import Parameters
+from phase_traj_ros.synthetic.degradations import sensor_noise
 import pytest
 
 PLAIN = {
@@ -33,7 +34,8 @@ def pictures(folder, places=PLACES):
     rng = np.random.default_rng(1)
     texture = cv2.GaussianBlur(rng.integers(0, 256, (96, 160), dtype=np.uint8), (0, 0), 1.5)
     for index, place in enumerate(places):
-        cv2.imwrite(str(folder / f'{index}.png'), np.roll(texture, place, axis=1))
+        cv2.imwrite(str(folder / f'{index}.png'), sensor_noise(
+            np.roll(texture, place, axis=1), sigma=1.0, seed=index))
     return folder
 
 
@@ -253,7 +255,7 @@ def test_without_a_terminal_the_live_view_is_a_line_per_turn(monkeypatch):
     text = viewed(Screen(terminal=False), monkeypatch, title='\x1b[2Jname')
     assert '\x1b' not in text
     lines = text.splitlines()
-    assert [line[:33] for line in lines[:2]] == [
-        '?[2Jname: pair 1  movement 0 left', '?[2Jname: pair 4  movement 2 righ']
+    assert [line[:36] for line in lines[:2]] == [
+        r'\x1b[2Jname: pair 1  movement 0 left', r'\x1b[2Jname: pair 4  movement 2 righ']
     assert lines[2:] and all(set(line.strip()) <= {
         chr(sign) for sign in range(0x2800, 0x2900)} | {' '} for line in lines[2:])

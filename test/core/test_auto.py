@@ -11,6 +11,7 @@ import numpy as np
 from phase_traj_ros.core import CodeSource, EstimatorSettings, Lens, Movement, TrajectoryEstimator
 from phase_traj_ros.core.camera.in_use import LensOrigin
 from phase_traj_ros.core.camera.model import CameraModel
+from phase_traj_ros.synthetic.degradations import sensor_noise
 import pytest
 
 STEP_NS = 100_000_000
@@ -23,8 +24,10 @@ YAWS = (0, *[0] * 8, *[-6] * 15, *[0] * 12, *[6] * 15, *[0] * 12)
 
 @cache
 def pictures():
-    """Return what a wide camera sees of it."""
-    return [render(WIDE, np.tan, math.radians(heading)) for heading in np.cumsum(YAWS)]
+    """Return what a wide camera sees of it, with the noise of its sensor."""
+    return [
+        sensor_noise(render(WIDE, np.tan, math.radians(heading)), sigma=1.0, seed=index)
+        for index, heading in enumerate(np.cumsum(YAWS))]
 
 
 def feed(estimator, frames, *, start=0):

@@ -27,9 +27,20 @@ STEP_NS = 100_000_000
 FRAME, TURNED = pair((64, 120), 30, 0)
 
 
+NOISE = np.random.default_rng(0)
+
+
+def show(estimator, frame, stamp_ns, **kwargs):
+    """Give an estimator a frame with the noise of a sensor, without which it is repeated."""
+    depths = {np.dtype(np.uint8): cv2.CV_8U, np.dtype(np.uint16): cv2.CV_16U}
+    if frame.ndim == 2 and frame.dtype in depths and np.ptp(frame) > 0:
+        frame = cv2.add(frame, NOISE.normal(size=frame.shape), dtype=depths[frame.dtype])
+    return estimator.update(frame, stamp_ns, **kwargs)
+
+
 def feed(estimator, frames, *, start_ns=0):
     return [
-        estimator.update(frame, start_ns + index * STEP_NS) for index, frame in enumerate(frames)]
+        show(estimator, frame, start_ns + index * STEP_NS) for index, frame in enumerate(frames)]
 
 
 def test_one_pair_after_another():
@@ -56,10 +67,10 @@ def test_the_rest_of_a_turn_is_turning():
 def test_a_repeated_stamp_is_no_frame():
     estimator = TrajectoryEstimator()
     feed(estimator, [FRAME, FRAME])
-    assert estimator.update(TURNED, STEP_NS) is None
+    assert show(estimator, TURNED, STEP_NS) is None
     assert (estimator.frames, estimator.counters.repeated) == (2, 1)
     # The repeated one is not compared with either.
-    assert estimator.update(FRAME, 2 * STEP_NS).shift.response == pytest.approx(1, abs=1e-3)
+    assert show(estimator, FRAME, 2 * STEP_NS).shift.response == pytest.approx(1, abs=0.05)
 
 
 def test_a_stamp_before_the_last_one_starts_anew():
@@ -80,8 +91,8 @@ def test_reset_starts_anew():
     feed(estimator, [FRAME, FRAME, TURNED])
     estimator.reset()
     assert (estimator.frames, estimator.last_stamp_ns, estimator.path.tip) == (0, None, None)
-    assert estimator.update(FRAME, 0) is None
-    update = estimator.update(TURNED, STEP_NS)
+    assert show(estimator, FRAME, 0) is None
+    update = show(estimator, TURNED, STEP_NS)
     assert (update.pair, update.step.direction) == (0, Direction.FORWARD)
 
 
@@ -89,10 +100,10 @@ def test_another_size_keeps_the_direction_and_ends_the_turn():
     estimator = TrajectoryEstimator()
     feed(estimator, [FRAME, FRAME, TURNED])
     wide, wide_turned = pair((64, 160), 30, 0)
-    update = estimator.update(wide, 3 * STEP_NS)
+    update = show(estimator, wide, 3 * STEP_NS)
     assert (update.shift, update.status) == (None, PairStatus.REPRIMED)
     assert (update.step.movement, update.step.direction) == (Movement.NO_CHANGE, Direction.LEFT)
-    update = estimator.update(wide_turned, 4 * STEP_NS)
+    update = show(estimator, wide_turned, 4 * STEP_NS)
     assert (update.step.movement, update.step.direction) == (Movement.LEFT, Direction.BACKWARD)
     assert estimator.counters.reprimed == 1
 
@@ -111,16 +122,16 @@ def test_a_bad_frame_is_as_if_it_had_never_come():
     estimator = TrajectoryEstimator()
     feed(estimator, [FRAME, FRAME])
     with pytest.raises(FrameError):
-        estimator.update(np.zeros((4, 4), np.uint8), 2 * STEP_NS)
+        show(estimator, np.zeros((4, 4), np.uint8), 2 * STEP_NS)
     assert (estimator.frames, estimator.last_stamp_ns) == (2, STEP_NS)
-    assert estimator.update(TURNED, 2 * STEP_NS).step.movement is Movement.LEFT
+    assert show(estimator, TURNED, 2 * STEP_NS).step.movement is Movement.LEFT
 
 
 def test_a_bad_frame_from_the_past_resets_nothing():
     estimator = TrajectoryEstimator()
     feed(estimator, [FRAME, FRAME], start_ns=5 * STEP_NS)
     with pytest.raises(FrameError):
-        estimator.update(np.zeros((4, 4), np.uint8), 0)
+        show(estimator, np.zeros((4, 4), np.uint8), 0)
     assert estimator.frames == 2
 
 
@@ -143,12 +154,11 @@ def test_the_threshold_is_checked():
 
 @pytest.mark.parametrize('values', [
     {'code_source': CodeSource.HEADING}, {'path_from': PathSource.HEADING}, {'speed': 1.0},
-    {'awaits_speeds': True}, {'threshold_deg_s': 1.0}])
+    {'awaits_speeds': True}])
 def test_what_needs_a_lens_awaits_it_where_none_is_given(values):
     settings = EstimatorSettings(**values)
     assert settings.needs_lens and settings.awaits_lens and settings.measures_heading
     assert not replace(settings, lens=Lens(hfov_deg=80.0)).awaits_lens
-    assert not replace(settings, estimate_fov=True).awaits_lens
     with pytest.raises(FrameError, match='the camera is unknown'):
         TrajectoryEstimator(settings).update(FRAME, 0)
 
@@ -156,21 +166,6 @@ def test_what_needs_a_lens_awaits_it_where_none_is_given(values):
 def test_the_papers_settings_need_no_lens():
     settings = EstimatorSettings()
     assert not (settings.needs_lens or settings.awaits_lens or settings.measures_heading)
-
-
-def test_a_band_that_the_mask_leaves_nothing_of_is_refused_before_anything_changes():
-    mask = np.full(FRAME.shape, 255, np.uint8)
-    mask[40:] = 0
-    estimator = TrajectoryEstimator(mask=mask)
-    feed(estimator, [FRAME, FRAME])
-    empty = replace(estimator.settings, threshold=50.0, view=View(rows=(0.9, 1.0)))
-    for refuse in (estimator.check, estimator.reconfigure):
-        with pytest.raises(ValueError, match=r'0 everywhere.* within the band'):
-            refuse(empty)
-    assert estimator.settings == EstimatorSettings()
-    assert estimator.update(TURNED, 2 * STEP_NS).step.movement is Movement.LEFT
-    with pytest.raises(ValueError, match='within the band'):
-        TrajectoryEstimator(empty, mask=mask)
 
 
 @pytest.mark.parametrize('change', [
@@ -222,7 +217,7 @@ def test_the_first_pair_and_the_one_after_a_gap_look_past_zero(lead_in):
     frames = [np.ascontiguousarray(street[:, 20 - dx:260 - dx] + fixed) for dx in (0, 12)]
     estimator = TrajectoryEstimator(EstimatorSettings(
         max_gap=0.5, gate=GateSettings(min_significance=6.0, look_past_zero=True)))
-    feed(estimator, frames[:lead_in])
+    feed(estimator, [frames[0] + np.float32(1.0)][:lead_in])
     update = feed(estimator, frames, start_ns=10**10)[-1]
     assert update.status is PairStatus.OK
     assert update.shift.dx == pytest.approx(0.0, abs=0.1)
@@ -243,8 +238,8 @@ def test_a_frame_refused_for_its_view_leaves_the_heading_as_it_was():
         feed(estimator, frames[:2])
         if with_broken:
             with pytest.raises(FrameError, match='NaN'):
-                estimator.update(broken, 2 * STEP_NS - 1)
-        update = estimator.update(frames[2], 2 * STEP_NS)
+                show(estimator, broken, 2 * STEP_NS - 1)
+        update = show(estimator, frames[2], 2 * STEP_NS)
         headings.append(update.heading.heading)
     assert headings[0] == headings[1] != 0.0
 
@@ -267,10 +262,10 @@ def test_a_mask_counts_by_its_ratios_for_the_heading_too(scale):
 def test_a_gap_keeps_the_direction_and_ends_the_turn():
     estimator = TrajectoryEstimator(EstimatorSettings(max_gap=0.5))
     feed(estimator, [FRAME, FRAME, TURNED])
-    update = estimator.update(FRAME, 20 * STEP_NS)
+    update = show(estimator, FRAME, 20 * STEP_NS)
     assert (update.shift, update.status) == (None, PairStatus.GAP)
     assert (update.step.movement, update.step.direction) == (Movement.NO_CHANGE, Direction.LEFT)
-    update = estimator.update(TURNED, 21 * STEP_NS)
+    update = show(estimator, TURNED, 21 * STEP_NS)
     assert (update.status, update.step.movement) == (PairStatus.OK, Movement.LEFT)
     assert estimator.counters.gaps == 1
 
@@ -286,7 +281,7 @@ def test_a_long_interval_is_judged_as_a_short_one_where_the_period_is_known():
     for nominal_period, movement in ((0.0, Movement.LEFT), (0.1, Movement.FORWARD)):
         estimator = TrajectoryEstimator(EstimatorSettings(nominal_period=nominal_period))
         feed(estimator, [first, first])
-        update = estimator.update(second, 3 * STEP_NS)
+        update = show(estimator, second, 3 * STEP_NS)
         assert update.step.movement is movement
         # What is published is what was measured.
         assert update.shift.dx == pytest.approx(20, abs=0.1)
@@ -294,9 +289,9 @@ def test_a_long_interval_is_judged_as_a_short_one_where_the_period_is_known():
 
 def test_another_encoding_is_not_compared():
     estimator = TrajectoryEstimator()
-    estimator.update(FRAME, 0, encoding='mono8')
-    assert estimator.update(TURNED, STEP_NS, encoding='rgb8').status is PairStatus.REPRIMED
-    assert estimator.update(TURNED.astype(np.uint16), 2 * STEP_NS, encoding='rgb8').status is (
+    show(estimator, FRAME, 0, encoding='mono8')
+    assert show(estimator, TURNED, STEP_NS, encoding='rgb8').status is PairStatus.REPRIMED
+    assert show(estimator, TURNED.astype(np.uint16), 2 * STEP_NS, encoding='rgb8').status is (
         PairStatus.REPRIMED)
 
 
@@ -304,9 +299,9 @@ def test_another_view_is_not_compared_and_codes_are_kept():
     estimator = TrajectoryEstimator()
     feed(estimator, [FRAME, FRAME])
     estimator.reconfigure(replace(estimator.settings, view=View(decimation=2)))
-    assert estimator.update(TURNED, 2 * STEP_NS).status is PairStatus.REPRIMED
+    assert show(estimator, TURNED, 2 * STEP_NS).status is PairStatus.REPRIMED
     assert len(estimator.codes.movement) == 2
-    update = estimator.update(FRAME, 3 * STEP_NS)
+    update = show(estimator, FRAME, 3 * STEP_NS)
     assert update.step.movement is Movement.RIGHT
 
 
@@ -321,7 +316,7 @@ def test_settings_that_are_wrong_change_nothing():
 
 
 SLIVER = EstimatorSettings(
-    lens=Lens(hfov_deg=80.0), code_source=CodeSource.HEADING, view=View(columns=(0.0, 0.01)))
+    lens=Lens(hfov_deg=80.0), code_source=CodeSource.HEADING, view=View(decimation=40))
 
 
 def test_the_heading_does_not_mind_a_view_too_small_to_correlate():
@@ -331,7 +326,7 @@ def test_the_heading_does_not_mind_a_view_too_small_to_correlate():
 def test_a_view_too_small_for_the_test_of_stillness_is_refused():
     estimator = TrajectoryEstimator(replace(SLIVER, stillness=StillnessSettings(frames=2)))
     with pytest.raises(FrameError, match='at least 8x8'):
-        estimator.update(FRAME, 0)
+        show(estimator, FRAME, 0)
     assert estimator.frames == 0
 
 

@@ -26,6 +26,7 @@ from phase_traj_ros.synthetic import (
     render_drive,
     Straight,
 )
+from phase_traj_ros.synthetic.degradations import sensor_noise
 import pytest
 
 S = 10**9
@@ -216,8 +217,9 @@ def test_a_vehicle_that_stands_goes_exactly_nowhere():
     frames, _, _, _ = street()
     estimator = TrajectoryEstimator(settings(camera_height=1.65))
     order = [*range(12), *[12] * 15, *range(13, 25)]
-    updates = [estimator.update(frames[index], place * S // 10)
-               for place, index in enumerate(order)]
+    updates = [
+        estimator.update(sensor_noise(frames[index], sigma=1.0, seed=place), place * S // 10)
+        for place, index in enumerate(order)]
     # It stopped at once, which no vehicle does: that takes a moment to be believed.
     standing = updates[17:27]
     assert {update.travel.state for update in standing} == {TravelState.STANDING}
@@ -246,8 +248,9 @@ def test_reversing_goes_back():
     estimator = TrajectoryEstimator(settings(camera_height=1.65))
     # Slowly, as vehicles reverse: every frame takes three times as long as it was driven in.
     order = [*range(15), *[15] * 8, *range(14, 0, -1)]
-    updates = [estimator.update(frames[index], place * 3 * S // 10)
-               for place, index in enumerate(order)]
+    updates = [
+        estimator.update(sensor_noise(frames[index], sigma=1.0, seed=place), place * 3 * S // 10)
+        for place, index in enumerate(order)]
     back = [update.travel for update in updates[-10:]]
     assert sum(travel.distance for travel in back) == pytest.approx(-steps[1:11].sum(), rel=0.15)
     assert updates[-1].tip.x < updates[20].tip.x - 5.0

@@ -19,7 +19,7 @@ from geometry_msgs.msg import (
     Vector3,
     Vector3Stamped,
 )
-from live import image, LATCHED, LOSSLESS, SHIFT
+from live import image, LATCHED, LOSSLESS
 from nav_msgs.msg import Odometry, Path
 import numpy as np
 from phase_traj_ros.cli.main import main
@@ -226,13 +226,6 @@ def test_calibrations_and_speeds_that_change_and_fail(live, drive):
     assert all(0.0 < speed < 16.0 for speed in speeds[len(given):])
 
 
-def test_a_threshold_in_degrees_needs_a_camera(live):
-    live.start(*SHIFT)
-    result = live.set_parameter('threshold_deg_s', 10.0)
-    assert not result.successful
-    assert 'fixed at the start' in result.reason
-
-
 def heard_of(live, *names):
     kinds = {'movement': UInt8, 'direction': UInt8, 'heading': Float64, 'shift': Vector3Stamped,
              'status': String, 'pair': DiagnosticArray}
@@ -369,11 +362,6 @@ def test_a_threshold_at_run_time_is_the_papers_rule(live, drive):
         assert len(expected.direction) == len(images) - 1 - expected.movement.count(3)
     assert 'restarted, with codes from the shift, threshold 12 px/frame' in live.logs()
     assert live.logs().count('restarted, with codes from the turns') == 1
-
-
-def test_the_old_name_of_learning_is_accepted_with_a_warning(live):
-    live.start('-p', 'estimate_fov:=true')
-    live.until(lambda: 'estimate_fov is deprecated: code_source auto' in live.logs())
 
 
 @pytest.mark.parametrize(('clip', 'focal', 'turns'), [('00', 718.856, 1), ('06', 707.091, 0)])

@@ -8,7 +8,8 @@ from pathlib import Path
 from phase_traj_ros.core import EstimatorSettings
 from phase_traj_ros.errors import ParameterError
 from phase_traj_ros.io.params_file import find_params_file, parse_assignment, read_parameters
-from phase_traj_ros.parameters import Parameters
+from phase_traj_ros.parameter_spec import REMOVED
+from phase_traj_ros.parameters import Parameters, specs
 import pytest
 
 CONFIG = Path(__file__).resolve().parents[2] / 'config'
@@ -34,7 +35,6 @@ def test_paper_yaml_is_the_papers_rule():
 @pytest.mark.parametrize(('values', 'codes_from', 'drawn_from'), [
     ({}, 'auto', 'heading'),
     ({'threshold': 9.0}, 'shift', 'codes'),
-    ({'threshold_deg_s': 9.0}, 'shift', 'codes'),
     ({'code_source': 'shift'}, 'shift', 'codes'),
     ({'code_source': 'heading', 'threshold': 9.0}, 'heading', 'codes'),
     ({'path_from': 'codes'}, 'auto', 'codes'),
@@ -81,7 +81,7 @@ camera:
     ('threshold: 20.0', 'not a ROS parameter file'),
     ('a: [', 'is not YAML'),
     ('/**:\n  ros__parameters: {threshold: 2026-13-45}', 'is not YAML'),
-    ('&all\n/**: *all\n', 'nested without end'),
+    ('&all\n/**: *all\n', 'an alias'),
     ('[' * 5000, 'nested without end'),
     ('camera:\n  ros__parameters: {exposure: 3}', 'no parameters for the node'),
     ('/**:\n  ros__parameters: 3', 'holds no parameters'),
@@ -91,8 +91,8 @@ camera:
     ('/**:\n  ros__parameters: {threshold: 1e1}', 'give a double, such as 10.0'),
     ('/**:\n  ros__parameters: {threshold: -3.0}', 'a finite number of 0 or more'),
     ('/**:\n  ros__parameters: {threshold: .nan}', 'a finite number of 0 or more'),
-    ('/**:\n  ros__parameters: {max_path_poses: 1}', '2 to 100000'),
-    ('/**:\n  ros__parameters: {max_path_poses: true}', 'give an integer'),
+    ('/**:\n  ros__parameters: {shift: {decimation: 0}}', '1 to 16'),
+    ('/**:\n  ros__parameters: {shift.decimation: true}', 'give an integer'),
     ('/**:\n  ros__parameters: {frame_id: [a]}', 'string'),
 ])
 def test_errors_are_reported_in_one_line(file, text, message):
@@ -140,3 +140,48 @@ def test_assignments_are_those_of_ros(text, expected):
 def test_invalid_assignments(text):
     with pytest.raises(ParameterError, match='NAME:=VALUE'):
         parse_assignment(text)
+
+
+@pytest.mark.timeout(20)
+def test_aliases_are_refused(tmp_path):
+    # Nine levels of nine are 387 million values.
+    levels = ['a0: &a0 [x, x, x, x, x, x, x, x, x]']
+    levels += [
+        f'a{level}: &a{level} {{{", ".join(f"{key}: *a{level - 1}" for key in "ijklmnopq")}}}'
+        for level in range(1, 9)]
+    path = tmp_path / 'bomb.yaml'
+    path.write_text('/**:\n  ros__parameters:\n' + ''.join(f'    {line}\n' for line in levels))
+    with pytest.raises(ParameterError, match='alias'):
+        read_parameters(path)
+    with pytest.raises(ParameterError, match='does not assign'):
+        parse_assignment('threshold:=[&a 1, *a]')
+
+
+def test_a_file_beyond_all_bounds_is_refused(tmp_path):
+    path = tmp_path / 'long.yaml'
+    with path.open('wb') as file:
+        file.truncate(1 << 30)
+    with pytest.raises(ParameterError, match='larger than 1024 KiB'):
+        read_parameters(path)
+
+
+def test_a_removed_parameter_says_what_to_do_instead(file):
+    for name, advice in REMOVED.items():
+        path = file(f'/**:\n  ros__parameters: {{{name}: 1}}\n')
+        with pytest.raises(ParameterError) as caught:
+            read_parameters(path)
+        assert str(caught.value) == f'{path}: the parameter {name!r} was removed: {advice}'
+    assert not set(REMOVED) & {spec.name for spec in specs()}
+
+
+def test_the_papers_rule_has_its_own_group(file):
+    path = file('/**:\n  ros__parameters: {shift: {decimation: 2, confirm_frames: 3}}\n')
+    unused = read_parameters(path)
+    assert unused.notices == (
+        'no effect with code_source auto: shift.decimation, shift.confirm_frames, which belong to'
+        " the paper's rule (code_source shift)",)
+    assert unused.estimator_settings() == Parameters().estimator_settings()
+    used = unused.with_values({'threshold': 16.0})
+    assert used.notices == ()
+    settings = used.estimator_settings()
+    assert (settings.view.decimation, settings.confirm_frames) == (2, 3)

@@ -12,6 +12,7 @@ from functools import cache
 import cv2
 import numpy as np
 from phase_traj_ros.core.camera.model import CameraModel
+from phase_traj_ros.synthetic.degradations import sensor_noise
 import textures
 
 #: Lenses of OpenCV's two models; the functions below write out the radius in the picture (in focal
@@ -82,4 +83,6 @@ def turned_drive():
     right, left = [-6] * 15, [6] * 15
     yaws = [
         0, *[0] * 8, *right, *[0] * 20, *left, *[0] * 8, *left, *[0] * 6, *right, *[0] * 8]
-    return camera, [render(camera, np.tan, np.radians(heading)) for heading in np.cumsum(yaws)]
+    return camera, [
+        sensor_noise(render(camera, np.tan, np.radians(heading)), sigma=1.0, seed=index)
+        for index, heading in enumerate(np.cumsum(yaws))]

@@ -7,6 +7,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 from phase_traj_ros.io.sources.base import StampedFrame
+from phase_traj_ros.synthetic.degradations import sensor_noise
 
 RATE_NS = 10**8
 START_NS = 1_700_000_000 * 10**9
@@ -20,10 +21,16 @@ DIRECTION = [1, 1, 1, 0, 0, 0, 0, 1, 1, 1, 1]
 
 
 def rolled_frames(shifts=SHIFTS, *, start_ns=START_NS, rate_ns=RATE_NS):
-    """Return frames, one more than ``shifts``; each shift is relative to the previous frame."""
+    """
+    Return frames, one more than ``shifts``; each shift is relative to the previous frame.
+
+    They have the noise of a sensor, so none is repeated.
+    """
     places = np.cumsum([0, *shifts])
     return [
-        StampedFrame(np.roll(TEXTURE, int(place), axis=1), start_ns + index * rate_ns)
+        StampedFrame(
+            sensor_noise(np.roll(TEXTURE, int(place), axis=1), sigma=1.0, seed=index),
+            start_ns + index * rate_ns)
         for index, place in enumerate(places)]
 
 

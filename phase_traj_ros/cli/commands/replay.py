@@ -5,12 +5,12 @@
 from argparse import Namespace
 from collections.abc import Iterable, Iterator
 from pathlib import Path
-import sys
 import time
 from typing import Any
 
 from phase_traj_ros.cli.command import Command
 from phase_traj_ros.cli.commands.replay_many import add_batch, replay_many
+from phase_traj_ros.cli.escaping import screen
 from phase_traj_ros.cli.live_view import LiveView
 from phase_traj_ros.cli.options import (
     add_force,
@@ -26,7 +26,6 @@ from phase_traj_ros.cli.options import (
 from phase_traj_ros.cli.progress import progress
 from phase_traj_ros.cli.report import print_codes, print_turns, print_way
 from phase_traj_ros.io.batch.job import Pass, replay_source, Wanted
-from phase_traj_ros.io.messages.diagnostics import described
 from phase_traj_ros.io.replay.run import Replay
 from phase_traj_ros.io.sources.base import DEFAULT_SPEED_TOPIC, StampedFrame
 
@@ -98,7 +97,7 @@ def run(options: Namespace) -> int | None:
     watch = _Stopwatch()
     with source_of(options, path) as source:
         if options.live:
-            with LiveView(sys.stderr, title=title, total=source.frame_count) as view:
+            with LiveView(screen(), title=title, total=source.frame_count) as view:
                 result = replay_source(
                     source, parameters, wanted, title=title, watchers=[view],
                     through=lambda frames, which: watch.over(view.over(frames, which.value)),
@@ -138,14 +137,12 @@ def _print(result: Replay, seconds: float) -> None:
     if result.camera is not None:
         print(f'camera: {result.camera}')
     print_way(result.way, result.links, unit=result.parameters.length_unit)
-    if result.parameters.estimate_fov and result.field_of_view is not None:
-        print(f'field of view in degrees: {described(result.field_of_view)}')
     if not result.reliability.reliable:
         print('not reliable:', *(reason.sentence for reason in result.reliability.reasons))
     if result.threshold_hint is not None:
         print(f'hint: {result.threshold_hint.sentence}')
     for count, what in (
-            (result.counters.repeated, 'frames with the stamp of the previous one were dropped'),
+            (result.counters.repeated, 'frames have the stamp or the picture of the previous one'),
             (result.counters.time_resets, 'times the stamps went back, and the codes started'
                                           ' again'),
             (result.counters.unmeasured, 'pairs had nothing to correlate'),

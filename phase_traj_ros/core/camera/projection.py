@@ -11,7 +11,6 @@ cylinder and the yaw have the same sign.
 
 from dataclasses import dataclass
 import math
-import sys
 
 import cv2
 import numpy as np
@@ -64,27 +63,6 @@ def focal_from_hfov(hfov_deg: float, width: int) -> float:
 def hfov_from_focal(focal_px: float, width: int) -> float:
     """Return the horizontal field of view in degrees; the inverse of ``focal_from_hfov``."""
     return math.degrees(2 * math.atan(width / 2 / focal_px))
-
-
-def threshold_px(threshold_deg_s: float, focal_px: float, interval: float) -> float:
-    """
-    Return the threshold in pixels per frame for a yaw rate in degrees per second.
-
-    A yaw by an angle a within ``interval`` seconds shifts the content straight ahead by f tan(a)
-    pixels. The angle is limited to 80 degrees, beyond any image.
-
-    Raises
-    ------
-    ValueError
-        An argument is not a finite number above 0.
-
-    """
-    for name, value in (
-            ('threshold_deg_s', threshold_deg_s), ('focal_px', focal_px), ('interval', interval)):
-        if not (math.isfinite(value) and value > 0):
-            raise ValueError(f'{name} is {value}: give a finite number above 0')
-    threshold = focal_px * math.tan(math.radians(min(threshold_deg_s * interval, 80.0)))
-    return max(threshold, sys.float_info.min)
 
 
 @dataclass(frozen=True, slots=True)

@@ -134,13 +134,10 @@ def scipy_is_installed() -> bool:
     return True
 
 
-def transform_hint(library: TransformLibrary) -> str:
-    """Return how to make ``library`` faster; empty if no faster choice is known."""
-    transform = find_transform(library)
-    if isinstance(transform, ScipyTransform) or opencv_has_intels():
+def transform_hint() -> str:
+    """Return how to make the transforms faster; empty if no faster choice is known."""
+    if isinstance(find_transform(), ScipyTransform) or opencv_has_intels():
         return ''
-    if library is TransformLibrary.OPENCV and scipy_is_installed():
-        return 'scipy is twice as fast as this OpenCV: set transform to auto'
     return ('scipy is twice as fast as this OpenCV: install python3-scipy (apt) or scipy'
             ' (pip)')
 

@@ -239,7 +239,8 @@ class HeadingEstimator:
             The frame cannot be used. The state is unchanged.
 
         """
-        if self._meter is not None and self._lens.focal_px and frame.shape != self._shape:
+        if (self._meter is not None and self._lens.focal_px
+                and frame.shape[1:] != self._shape[1:]):
             raise FrameError(
                 f'frames of {frame.shape[1]}x{frame.shape[0]} pixels after frames of'
                 f' {self._shape[1]}x{self._shape[0]}, but focal_px is for one size: give hfov_deg'
@@ -289,6 +290,11 @@ class HeadingEstimator:
         if self._learned:
             self._adopt()
         return update
+
+    def hold(self) -> HeadingUpdate:
+        """Return the update of a pair without any change, such as of a repeated picture."""
+        step = HeadingStep(0.0, self._tracker.rate, self._tracker.heading, bridged=False)
+        return HeadingUpdate(step, None, True, (), (), self._focal[0], contradicts=False)
 
     def shift_of(self, measurement: YawMeasurement | None) -> Shift | None:
         """Return the shift at the centre of the image, in pixels of the full frame."""

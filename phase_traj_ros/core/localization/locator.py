@@ -2,10 +2,35 @@
 # SPDX-License-Identifier: Apache-2.0
 """Locates an odometry on a road map."""
 
-from phase_traj_ros.core.localization.estimate import LocationEstimate
+import cmath
+from collections import deque
+from dataclasses import dataclass
+import math
+
+import numpy as np
+from phase_traj_ros.core.localization.estimate import Candidate, LocationEstimate
+from phase_traj_ros.core.localization.fixes import (
+    FixGate,
+    log_likelihood,
+    radius_of,
+    Verdict,
+)
 from phase_traj_ros.core.localization.given import OdometryStep, PositionFix, Prior, ScaleRange
-from phase_traj_ros.core.localization.roads import RoadMap
+from phase_traj_ros.core.localization.hypotheses import Hypotheses, merged, pruned, resampled
+from phase_traj_ros.core.localization.likelihood import judge, NullRoad
+from phase_traj_ros.core.localization.motion import Motion
+from phase_traj_ros.core.localization.places import Astray, Claim, Place, Places
+from phase_traj_ros.core.localization.roads import PIECE_M, RoadMap
+from phase_traj_ros.core.localization.seeding import ExpectedPose, Seeding
 from phase_traj_ros.core.localization.settings import LocatorSettings
+from phase_traj_ros.core.localization.window import Odometer, Stride
+
+# The first turn is over when the chord bends less than this, after it bent more.
+_TURNING, _STRAIGHT = math.radians(40.0), math.radians(12.0)
+# Strides within which a U-turn is one, and how much it may differ from half a circle.
+_U_TURN_STRIDES, _U_TURN = 7, math.radians(30.0)
+# What a turn costs on the roads of a map, as a share of what the null hypothesis pays for it.
+_TURN_PRICE = 0.4
 
 
 class MapLocator:
@@ -43,7 +68,29 @@ class MapLocator:
             No road is within the prior.
 
         """
-        raise NotImplementedError
+        self._settings = settings or LocatorSettings()
+        self._scale = scale or ScaleRange()
+        self._roads = roads
+        self._area = roads.area
+        self._rng = np.random.default_rng(seed)
+        self._seeding = Seeding(roads, self._scale, self._settings, self._rng)
+        self._motion = Motion(roads, self._scale, self._settings)
+        self._places = Places(roads, self._settings)
+        self._odometer = Odometer(
+            self._settings.stride_m / self._scale.middle, self._settings.chord_strides)
+        self._claim = Claim(self._settings)
+        self._astray = Astray(self._settings)
+        self._gate = FixGate(self._settings)
+        self._null = NullRoad(self._settings)
+        mapped = math.log1p(-self._settings.null_share)
+        self._them = (
+            self._seeding.anywhere(self._odometer, mapped) if prior is None
+            else self._seeding.around(prior, self._odometer, mapped))
+        self._strides = 0
+        self._way = self._seeded = 0.0
+        self._turning = self._turned = False
+        self._past: deque[_Moment] = deque(maxlen=_U_TURN_STRIDES)
+        self._found = self._places.best(self._them, self._log_total())
 
     def update(self, step: OdometryStep) -> LocationEstimate:
         """
@@ -51,16 +98,191 @@ class MapLocator:
 
         The hypotheses are judged every 5 m. Steps between only move the last estimate.
         """
-        raise NotImplementedError
+        stride = self._odometer.add(step)
+        if stride is not None:
+            self._follow(stride)
+        return self._estimate(step.stamp_ns)
+
+    def _follow(self, stride: Stride) -> None:
+        """Move and judge the hypotheses by a stride."""
+        settings, metres = self._settings, stride.distance * self._scale.middle
+        most = self._most()
+        self._strides += 1
+        self._way += metres
+        self._null.follow(stride, metres)
+        them = self._motion.advance(self._them, stride, most, self._rng)
+        judge(them, stride, settings)
+        self._them = self._turned_back(them, stride, most)
+        self._seed_sometimes()
+        them = merged(pruned(self._them, settings), settings, self._rng)
+        them = resampled(them, most, self._rng)
+        self._them = self._split(them, stride, most)
+        self._leave_sometimes()
+        self._found = self._places.best(self._them, self._log_total())
+        if self._claim.follow(self._found[0], metres):
+            self._watch()
+
+    def _watch(self) -> None:
+        """Notice when the vehicle leaves the roads: then it may be on none as well."""
+        evidence = (
+            self._them.log_total - self._null.log_fit - _TURN_PRICE * self._null.log_turns)
+        if self._astray.follow(
+                self._found[0], self._odometer.place, self._way, evidence):
+            self._null.log_weight = max(self._null.log_weight, self._them.log_total)
+            self._seeded = self._way
+            self._claim.drop()
+
+    def _seed_sometimes(self) -> None:
+        """Let vehicles on no road of the map come back to one."""
+        settings, null = self._settings, self._null
+        share = math.exp(null.log_weight - self._log_total())
+        if self._astray.is_lost:
+            returning = null.log_weight + math.log(settings.return_hazard)
+            self._seed(self._seeding.expected(
+                self._astray.expected(self._odometer.place, self._way), self._odometer,
+                returning + math.log(settings.reseed_near)))
+        if share > settings.null_share and self._way - self._seeded > settings.reseed_every_m:
+            self._seeded = self._way
+            returning = null.log_weight + math.log(settings.return_anywhere)
+            self._seed(self._seeding.anywhere(self._odometer, returning))
+
+    def _seed(self, new: Hypotheses | None) -> None:
+        """Add hypotheses that take their weight from the null hypothesis."""
+        if new is not None:
+            self._them = self._them.joined(new)
+            self._null.log_weight += math.log1p(
+                -math.exp(new.log_total - self._null.log_weight))
+
+    def _turned_back(self, them: Hypotheses, stride: Stride, most: int) -> Hypotheses:
+        """Return the hypotheses and, after a U-turn, also those that turned back on their road."""
+        settings, odometer = self._settings, self._odometer
+        before = self._past[0] if len(self._past) == self._past.maxlen else None
+        self._past.append(_Moment(
+            self._them if len(self._them) <= settings.most_hypotheses else None,
+            stride.heading, odometer.place, self._null.log_fit))
+        if before is None or before.them is None or not len(before.them):
+            return them
+        turned = abs(abs(stride.heading - before.heading) - math.pi)
+        if turned > _U_TURN or stride.bend > math.pi / 2:
+            return them
+        self._past.clear()
+        back = self._motion.turned_back(before.them, odometer.place - before.place, most)
+        back.log_weight = back.log_weight + (
+            math.log(settings.turn_back) + self._null.log_fit - before.log_fit)
+        return them.joined(self._seeding.retraced(back, odometer))
+
+    def _most(self) -> int:
+        started = self._strides >= self._settings.start_strides
+        return self._settings.most_hypotheses if started else self._settings.most_at_start
+
+    def _log_total(self) -> float:
+        return float(np.logaddexp(self._them.log_total, self._null.log_weight))
+
+    def _leave_sometimes(self) -> None:
+        """Give the null hypothesis the weight of vehicles that leave the roads of the map."""
+        self._null.log_weight = float(np.logaddexp(
+            self._null.log_weight,
+            self._them.log_total + math.log(self._settings.null_hazard)))
+
+    def _split(self, them: Hypotheses, stride: Stride, most: int) -> Hypotheses:
+        """
+        Return more hypotheses where there are few.
+
+        After the first turn the place is one of few, and the way since tells the scale: there,
+        many scales are tried for each.
+        """
+        settings = self._settings
+        self._turning = self._turning or stride.bend > _TURNING
+        first = self._turning and not self._turned and stride.bend < _STRAIGHT
+        if first:
+            self._turned = True
+            copies = min(settings.scales_after_turn, max(most // max(len(them), 1), 1))
+        else:
+            fewest = (
+                settings.fewest_hypotheses if self._claim.held else settings.fewest_searching)
+            copies = fewest // max(len(them), 1)
+        if copies < 2:
+            return them
+        them = them.take(np.repeat(np.arange(len(them)), copies))
+        them.log_weight -= math.log(copies)
+        if first:
+            them.log_scale = self._seeding.prior_scales(len(them))
+        return them
+
+    def _estimate(self, stamp_ns: int) -> LocationEstimate:
+        place, odometer = self._found[0], self._odometer
+        middle = self._now(place)
+        one, two, three = place.covariance.tolist()
+        scale = math.exp(place.log_scale)
+        return LocationEstimate(
+            stamp_ns=stamp_ns, claimed=self._claim.held, x=middle.real, y=middle.imag,
+            heading=math.remainder(odometer.heading + place.turned, math.tau),
+            probability=min(place.probability, 1.0),
+            covariance=(tuple(one), tuple(two), tuple(three)), scale=scale,
+            scale_deviation=scale * place.scale_deviation,
+            candidates=tuple(map(self._candidate, self._found)),
+            off_road=math.exp(self._null.log_weight - self._log_total()))
+
+    def _now(self, place: Place) -> complex:
+        """Return where a place of the last stride is at the newest pose."""
+        return place.middle + self._odometer.since * cmath.exp(
+            complex(place.log_scale, place.turned))
+
+    def _candidate(self, place: Place) -> Candidate:
+        middle = self._now(place)
+        return Candidate(
+            middle.real, middle.imag,
+            math.remainder(self._odometer.heading + place.turned, math.tau),
+            min(place.probability, 1.0))
 
     def fix(self, fix: PositionFix) -> bool:
         """
         Take a position at the newest pose; return whether it was used.
 
         A fix that contradicts the claimed place, its own covariance and the odometry since is not
-        used, unless the next ones agree with it.
+        used, unless the next ones agree with it. A fix that comes less than 5 m after the last
+        one is not used either: successive fixes share their errors.
         """
-        raise NotImplementedError
+        place = self._found[0]
+        way = self._way + abs(self._odometer.since) * self._scale.middle
+        verdict = self._gate.judge(
+            fix, way, self._now(place) if self._claim.held else None, place.covariance[:2, :2])
+        if verdict is Verdict.IGNORED:
+            return False
+        if verdict is Verdict.TRUSTED:
+            self._start_again_at(fix)
+        else:
+            self._weigh(fix)
+        self._found = self._places.best(self._them, self._log_total())
+        return True
+
+    def _weigh(self, fix: PositionFix) -> None:
+        """Weigh the hypotheses by a fix; its errors are as correlated as those of chords."""
+        settings, them = self._settings, self._them
+        now = them.places + self._odometer.since * np.exp(them.log_scale + 1j * them.turned)
+        there = np.array([complex(fix.x, fix.y)])
+        fit = log_likelihood(fix, now, self._area, settings)
+        null = log_likelihood(fix, there, self._area, settings)[0] + math.log(settings.null_fit)
+        them.log_weight = them.log_weight + settings.tempering * fit
+        self._null.log_weight += settings.tempering * float(null)
+
+    def _start_again_at(self, fix: PositionFix) -> None:
+        """Believe that the vehicle is where a fix is, but for a doubt."""
+        settings = self._settings
+        total, doubt = self._log_total(), math.log(settings.fix_outliers)
+        self._them.log_weight = self._them.log_weight + doubt
+        self._null.log_weight = total + math.log(settings.null_share / 2)
+        prior = Prior(fix.x, fix.y, 3.0 * math.hypot(radius_of(fix), settings.fix_road_m))
+        if self._roads.distance_to(fix.x, fix.y) <= prior.radius:
+            near = self._seeding.around(
+                prior, self._odometer, total + math.log(1.0 - settings.null_share / 2))
+            near.log_weight = near.log_weight + log_likelihood(
+                fix, near.places, self._area, settings)
+            near.log_weight += total - near.log_total
+            self._them = self._them.joined(near)
+        self._claim.drop()
+        self._astray.forget()
+        self._past.clear()
 
     def interrupt(self, distance: float, *, turn: float = 0.0) -> None:
         """
@@ -80,4 +302,41 @@ class MapLocator:
             An argument is negative or not finite.
 
         """
-        raise NotImplementedError
+        if not (0.0 <= distance < math.inf and turn >= 0.0):
+            raise ValueError(
+                f'the interruption is of {distance} m and {turn} rad: give numbers of 0 or more')
+        settings, since = self._settings, self._odometer.since
+        self._odometer.begin_again()
+        self._past.clear()
+        self._gate.forget()
+        self._astray.forget()
+        # Some hypotheses stand for all. Each spreads over the roads that it may have reached.
+        some = resampled(self._them, settings.spread_from, self._rng)
+        middles = some.places + since * np.exp(some.log_scale + 1j * some.turned)
+        spread = [each for each in (
+            self._seeding.expected(
+                ExpectedPose(
+                    complex(middles[number]), float(some.turned[number]),
+                    math.hypot(turn, math.sqrt(some.variance[number])),
+                    distance + PIECE_M, float(some.log_scale[number])),
+                self._odometer, float(some.log_weight[number]))
+            for number in range(len(some))) if each is not None]
+        if spread:
+            them = spread[0]
+            for each in spread[1:]:
+                them = them.joined(each)
+            self._them = resampled(
+                merged(them, settings, self._rng), settings.most_hypotheses, self._rng)
+        self._found = self._places.best(self._them, self._log_total())
+        if self._found[0].probability < settings.drop_below:
+            self._claim.drop()
+
+
+@dataclass(frozen=True, slots=True)
+class _Moment:
+    """The hypotheses of a stride, unless they are too many, and what was known of it."""
+
+    them: Hypotheses | None
+    heading: float
+    place: complex
+    log_fit: float

@@ -4,12 +4,20 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+import math
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
+Flags = NDArray[np.bool_]
+
+#: Length of the longest piece, in metres.
+PIECE_M = 5.0
+# Vertices closer to the one before are left out, unless ways meet there: they would only slow the
+# hypotheses down.
+_SHORTEST_M = 1.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,7 +45,7 @@ class RoadMap:
     length: Floats
     direction: Floats
     reverse: Ints
-    against: NDArray[np.bool_]
+    against: Flags
     first: Ints
     successors: Ints
 
@@ -66,7 +74,25 @@ class RoadMap:
             There is no way of two different places, or an index or a position is not valid.
 
         """
-        raise NotImplementedError
+        places = np.asarray(nodes, np.float64).reshape(-1, 2)
+        rules = [0] * len(ways) if one_way is None else one_way
+        if len(rules) != len(ways):
+            raise ValueError(f'one_way has {len(rules)} entries: give one for each of {len(ways)}')
+        listed = [np.asarray(way, np.int64) for way in ways]
+        every = np.concatenate([np.empty(0, np.int64), *listed])
+        if len(every) and not (every.min() >= 0 and every.max() < len(places)):
+            raise ValueError(f'a way names a node that is not among the {len(places)}')
+        if not np.isfinite(places[every]).all():
+            raise ValueError('a position is not finite: give metres')
+        shared = np.bincount(every, minlength=len(places)) > 1
+        thinned = [_thinned(places, way, shared) for way in listed]
+        tails = np.concatenate([np.empty(0, np.int64), *(way[:-1] for way in thinned)])
+        heads = np.concatenate([np.empty(0, np.int64), *(way[1:] for way in thinned)])
+        rule = np.repeat(np.asarray(rules, np.int64), [max(len(way) - 1, 0) for way in thinned])
+        real = np.hypot(*(places[heads] - places[tails]).T) > 0.0
+        if not real.any():
+            raise ValueError('the map has no roads: give at least one way of two different places')
+        return _pieces(places, tails[real], heads[real], rule[real])
 
     @classmethod
     def from_polylines(
@@ -77,7 +103,12 @@ class RoadMap:
 
         ``one_way`` and the errors are those of `from_ways`.
         """
-        raise NotImplementedError
+        lines = [np.asarray(line, np.float64).reshape(-1, 2) for line in polylines]
+        nodes, index = np.unique(
+            np.concatenate([np.empty((0, 2)), *lines]), axis=0, return_inverse=True)
+        ends = np.cumsum([len(line) for line in lines])
+        ways = np.split(index.reshape(-1), ends[:-1]) if lines else []
+        return cls.from_ways(nodes, [way.tolist() for way in ways], one_way)
 
     def __len__(self) -> int:
         """Return the number of directed pieces."""
@@ -88,6 +119,80 @@ class RoadMap:
         """Return the length of the roads in metres, each counted once."""
         return float(self.length.sum()) / 2
 
+    @property
+    def area(self) -> float:
+        """Return the area of the map in square metres: that of its bounding box, at least 1."""
+        return float(max(np.ptp(self.starts, axis=0).prod(), 1.0))
+
+    @property
+    def middles(self) -> Floats:
+        """Return the middle of each piece, (N, 2)."""
+        return (self.starts + self.ends) / 2
+
+    def distances_to(self, x: float, y: float) -> Floats:
+        """Return the distance in metres from a point to each piece, (N,)."""
+        along = self.ends - self.starts
+        beyond = np.array([x, y]) - self.starts
+        share = np.clip((along * beyond).sum(axis=1) / self.length ** 2, 0.0, 1.0)
+        apart: Floats = np.hypot(*(beyond - share[:, None] * along).T)
+        return apart
+
     def distance_to(self, x: float, y: float) -> float:
         """Return the distance in metres from a point to the nearest road."""
-        raise NotImplementedError
+        return float(self.distances_to(x, y).min())
+
+
+def _thinned(places: Floats, way: Ints, shared: Flags) -> Ints:
+    """Return a way without inner nodes that are close to the one before and not shared."""
+    if len(way) < 3:
+        return way
+    kept, last = [int(way[0])], places[way[0]]
+    points = places[way]
+    for number in range(1, len(way) - 1):
+        node = int(way[number])
+        x, y = points[number]
+        if shared[node] or math.hypot(x - last[0], y - last[1]) >= _SHORTEST_M:
+            kept.append(node)
+            last = points[number]
+    return np.array([*kept, way[-1]])
+
+
+def _pieces(places: Floats, tails: Ints, heads: Ints, rule: Ints) -> RoadMap:
+    """Return the map of edges between nodes, cut into pieces."""
+    span = places[heads] - places[tails]
+    parts = np.ceil(np.hypot(*span.T) / PIECE_M).astype(np.int64)
+    edge = np.repeat(np.arange(len(tails)), parts)
+    rank = np.arange(len(edge)) - np.repeat(np.cumsum(parts) - parts, parts)
+    starts = places[tails[edge]] + span[edge] * (rank / parts[edge])[:, None]
+    ends = places[tails[edge]] + span[edge] * ((rank + 1) / parts[edge])[:, None]
+    # Points inside an edge get numbers after those of the nodes.
+    inner = len(places) + np.arange(len(edge))
+    entry = np.where(rank == 0, tails[edge], inner - 1)
+    leave = np.where(rank == parts[edge] - 1, heads[edge], inner)
+
+    count = len(edge)
+    both = np.arange(2 * count)
+    starts, ends = np.concatenate([starts, ends]), np.concatenate([ends, starts])
+    entry, leave = np.concatenate([entry, leave]), np.concatenate([leave, entry])
+    reverse = (both + count) % (2 * count)
+    first, successors = _following(entry, leave, reverse)
+    along = ends - starts
+    return RoadMap(
+        starts=starts, ends=ends, length=np.hypot(*along.T),
+        direction=np.arctan2(along[:, 1], along[:, 0]), reverse=reverse,
+        against=np.concatenate([rule[edge] < 0, rule[edge] > 0]),
+        first=first, successors=successors)
+
+
+def _following(entry: Ints, leave: Ints, reverse: Ints) -> tuple[Ints, Ints]:
+    """Return the successors as CSR arrays: no turn back, except where the road ends."""
+    order = np.argsort(entry, kind='stable')
+    points = int(max(entry.max(), leave.max())) + 1
+    begin = np.concatenate([[0], np.cumsum(np.bincount(entry, minlength=points))])
+    count = (begin[1:] - begin[:-1])[leave]
+    owner = np.repeat(np.arange(len(entry)), count)
+    rank = np.arange(len(owner)) - np.repeat(np.cumsum(count) - count, count)
+    successor = order[begin[leave[owner]] + rank]
+    kept = (successor != reverse[owner]) | (count[owner] == 1)
+    number = np.bincount(owner[kept], minlength=len(entry))
+    return np.concatenate([[0], np.cumsum(number)]), successor[kept]

@@ -3,17 +3,124 @@
 """The tuning of the locator, in physical units."""
 
 from dataclasses import dataclass
+import math
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LocatorSettings:
-    """Settings of the locator; nobody has to change them."""
+    """
+    Settings of the locator; nobody has to change them.
 
+    Where no source is given, the value was chosen on the drives of docs/measurements/locate.md.
+    """
+
+    stride_m: float = 5.0
+    """Distance between two steps of the filter."""
+    chord_strides: int = 4
+    """Strides of a chord; chords of 20 m absorb lanes and cut corners."""
+
+    position_noise_m: float = 2.0
+    """Noise of the distance along the road, per root of 100 m; the odometry's is added."""
+    scale_noise: float = 0.01
+    """Drift of the scale, per root of 100 m; its prior bounds it."""
+    heading_noise: float = math.radians(2.0)
+    """Drift of the heading per root of 100 m: generous, for drives that drift five times more."""
+    start_heading: float = math.radians(10.0)
+    """Deviation of the direction of the vehicle from that of its road, at the start."""
+
+    chord_error: float = math.radians(1.5)
+    """Deviation of a chord of the map from that of the vehicle on a straight road."""
+    bend_error: float = 0.2
+    """What the bends of both chords add to it, as a share of their angle."""
+    dead_band: float = math.radians(1.0)
+    """Difference of the chords that costs nothing."""
+    outlier_share: float = 0.03
+    """Share of chords that have any direction."""
+    tempering: float = 0.3
+    """Weight of a chord: successive chords overlap, and so do their errors."""
+
+    straight_on: float = 3.0
+    """Chance to go straight on at a junction (below 30 degrees), against 1 for a turn..."""
+    sharp_turn: float = 0.3
+    """...and this for one above 120 degrees."""
+    wrong_way: float = 0.1
+    """Factor of the chance to drive against a one-way street."""
+    turn_back: float = 0.02
+    """Chance that a U-turn is one on the road."""
+    road_ends: float = 0.3
+    """Chance to turn back where the road ends."""
+
+    null_share: float = 0.5
+    """Probability at the start that the vehicle is on no road of the map."""
+    null_fit: float = 0.75
+    """Mean likelihood of a chord on the right road, relative to its peak."""
+    null_turn: float = 2.6
+    """Nats that a road of no map pays for its turns, per radian..."""
+    null_straight: float = math.radians(0.5)
+    """...beyond this angle per stride."""
+    null_hazard: float = 3e-5
+    """Probability per stride to leave the roads of the map."""
+
+    least_weight: float = 14.0
+    """Hypotheses this many nats below the best are dropped."""
+    most_hypotheses: int = 60_000
+    """Most hypotheses..."""
+    most_at_start: int = 240_000
+    """...and in the first strides..."""
+    start_strides: int = 60
+    """...of which there are this many."""
+    fewest_hypotheses: int = 1_500
+    """Below this number, hypotheses are split, ..."""
+    fewest_searching: int = 8_000
+    """...and below this one while nothing is claimed."""
+    merge_m: float = 1.5
+    """Hypotheses on one piece this close, ..."""
+    merge_scale: float = 0.01
+    """...this close in scale, ..."""
+    merge_heading: float = math.radians(11.0)
+    """...and in heading become one."""
+    scales_after_turn: int = 12
+    """Most scales that are tried for each hypothesis after the first turn."""
+
+    mode_m: float = 35.0
+    """Radius of a place, ..."""
+    mode_heading: float = math.radians(25.0)
+    """...and its range of headings."""
+    most_candidates: int = 20
+    """Candidates in an estimate."""
     claim_above: float = 0.99
     """A place is claimed when its probability has been above this..."""
     claim_after_m: float = 20.0
     """...for this many metres..."""
     drop_below: float = 0.5
     """...and dropped when it falls below this."""
-    most_candidates: int = 20
-    """Candidates in an estimate."""
+
+    lost_nats: float = 4.0
+    """Fall of the evidence after which the vehicle counts as off the roads of the map..."""
+    lost_within_m: float = 60.0
+    """...within this distance."""
+    reseed_near: float = 0.8
+    """Share of the new hypotheses that are near the pose expected from the odometry..."""
+    reseed_m: float = 25.0
+    """...within this distance..."""
+    reseed_growth: float = 0.1
+    """...plus this share of the way since; the others are anywhere."""
+    return_hazard: float = 0.05
+    """Probability per stride that a lost vehicle is back on a road near the expected pose."""
+    return_anywhere: float = 0.1
+    """Probability that a vehicle on no road is back on any road of the map..."""
+    reseed_every_m: float = 200.0
+    """...after this way."""
+    spread_from: int = 100
+    """Hypotheses that stand for all when the odometry is interrupted."""
+
+    fix_road_m: float = 4.0
+    """Deviation of a vehicle from the line of its road, for position fixes."""
+    fix_gate: float = 4.0
+    """A fix this many standard deviations off is doubted..."""
+    fixes_to_convince: int = 5
+    """...until this many successive ones agree with each other."""
+    fix_outliers: float = 0.02
+    """Share of fixes that are anywhere."""
+    fix_spacing_m: float = 5.0
+    """Fixes closer together share their errors: only the first is used."""

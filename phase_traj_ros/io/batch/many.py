@@ -176,7 +176,7 @@ def _name_of(place: Path) -> str:
 
 
 def _clean(name: str) -> str:
-    kept = ''.join(sign if sign.isprintable() else '_' for sign in name).strip('. ')
+    kept = ''.join(sign if sign.isprintable() else '_' for sign in name).strip('. ').lstrip('=+-@')
     return kept[:_LONGEST_NAME] or 'source'
 
 

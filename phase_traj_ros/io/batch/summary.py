@@ -32,6 +32,8 @@ COLUMNS: Final = (
     'source', 'folder', 'status', 'frames', 'turns', 'seconds', 'error', 'reliable', 'reasons',
     'distance', 'distance_unit', 'distance_states')
 
+# Signs that begin a formula.
+_FORMULA = ('=', '+', '-', '@', '\t', '\r')
 # Side of the square in which a route is drawn.
 _SIDE = 40
 
@@ -53,7 +55,7 @@ def write_summary(
                 'w', encoding='utf-8', errors='backslashreplace', newline='') as file:
             writer = csv.writer(file, lineterminator='\n')
             writer.writerow(COLUMNS)
-            writer.writerows(_row(outcome) for outcome in outcomes)
+            writer.writerows(map(_as_text, _row(outcome)) for outcome in outcomes)
         write_page(_page(outcomes, directory), staging / HTML_NAME)
 
 
@@ -65,6 +67,11 @@ def _row(outcome: Outcome) -> list[str]:
         '' if found is None else str(found.reliable).lower(),
         '' if found is None else ' '.join(found.words),
         *_way_cells(outcome)]
+
+
+def _as_text(cell: str) -> str:
+    """Return a cell that no spreadsheet takes for a formula."""
+    return f"'{cell}" if cell.startswith(_FORMULA) else cell
 
 
 def _way_cells(outcome: Outcome) -> tuple[str, str, str]:

@@ -49,7 +49,7 @@ class MeasurementReporter:
         counters, heading = estimator.counters, estimator.heading
         found = estimator.reliability
         values = {
-            'transforms': find_transform(estimator.settings.transform).name,
+            'transforms': find_transform().name,
             'reliable': str(found.reliable).lower(), 'reasons': ' '.join(found.words)}
         wrong = None
         if heading is not None:

@@ -18,9 +18,11 @@ from phase_traj_ros.core import Corner, Shift, TrajectoryEstimator, Travel, Upda
 from phase_traj_ros.core.codes.text import describe, describe_links
 from phase_traj_ros.core.path.odometry import Odometry
 from phase_traj_ros.io.messages.diagnostics import Level, Report
-from phase_traj_ros.parameters import NODE_NAME, Parameters
+from phase_traj_ros.parameters import MAX_PATH_POSES, NODE_NAME, Parameters
 
 _NANOSECONDS = 10**9
+# Runs of each code in the texts of the codes: the newest.
+_TEXT_RUNS = 50
 # Variances of unmeasured values, and of the lateral speed, which is close to zero.
 _UNKNOWN = 1e6
 _SIDEWAYS = 0.01
@@ -134,7 +136,7 @@ class Messages:
         if wanted('status'):
             yield 'status', types['std_msgs/msg/String'](data=update.status.value)
         if wanted('pose'):
-            yield 'pose', self.pose(update.tip, parameters.path_scale, header)
+            yield 'pose', self.pose(update.tip, header)
         if wanted('pair'):
             yield 'pair', self.pair(update)
         if update.heading is not None and wanted('heading'):
@@ -186,15 +188,15 @@ class Messages:
         """Return the message of a topic of ``whole_topics``, which covers all pairs so far."""
         if topic == CHAIN_CODE:
             text = describe(
-                estimator.codes, frames=estimator.frames, max_runs=parameters.chain_code_runs)
+                estimator.codes, frames=estimator.frames, max_runs=_TEXT_RUNS)
             return self._types['std_msgs/msg/String'](data=str(text))
         if topic == LINKS:
             assert estimator.links is not None
             return self._types['std_msgs/msg/String'](data=str(describe_links(
                 estimator.links, unit=parameters.length_unit.value,
-                max_runs=parameters.chain_code_runs)))
+                max_runs=_TEXT_RUNS)))
         return self.path(
-            estimator.path.points(parameters.max_path_poses), parameters.path_scale,
+            estimator.path.points(MAX_PATH_POSES),
             self.header(estimator.last_stamp_ns or 0, parameters.frame_id))
 
     def diagnostics(
@@ -239,10 +241,10 @@ class Messages:
         return self._types['geometry_msgs/msg/Vector3Stamped'](
             header=header, vector=self._types['geometry_msgs/msg/Vector3'](x=dx, y=dy, z=0.0))
 
-    def pose(self, corner: Corner, scale: float, header: Any) -> Any:
-        """Return a pose of the path as a PoseStamped; its unit is ``scale`` metres."""
+    def pose(self, corner: Corner, header: Any) -> Any:
+        """Return a pose of the path as a PoseStamped."""
         return self._types['geometry_msgs/msg/PoseStamped'](
-            header=header, pose=self._pose(corner, scale))
+            header=header, pose=self._pose(corner))
 
     def odometry(self, odometry: Odometry, child_frame_id: str, header: Any) -> Any:
         """Return a nav_msgs/Odometry; the variances of unmeasured values are large."""
@@ -253,7 +255,7 @@ class Messages:
 
     def _pose_with_covariance(self, odometry: Odometry) -> Any:
         return self._types['geometry_msgs/msg/PoseWithCovariance'](
-            pose=self._pose(odometry.pose, 1.0), covariance=_covariance(odometry.covariance))
+            pose=self._pose(odometry.pose), covariance=_covariance(odometry.covariance))
 
     def _twist(self, odometry: Odometry) -> Any:
         types = self._types
@@ -264,11 +266,11 @@ class Messages:
             covariance=_covariance(np.diag(
                 [odometry.speed_variance, _SIDEWAYS, odometry.yaw_rate_variance])))
 
-    def _pose(self, corner: Corner, scale: float) -> Any:
+    def _pose(self, corner: Corner) -> Any:
         types = self._types
         return types['geometry_msgs/msg/Pose'](
             position=types['geometry_msgs/msg/Point'](
-                x=corner.x * scale, y=corner.y * scale, z=0.0),
+                x=float(corner.x), y=float(corner.y), z=0.0),
             orientation=self._yaw(corner.yaw))
 
     def _yaw(self, angle: float) -> Any:
@@ -276,10 +278,10 @@ class Messages:
         return self._types['geometry_msgs/msg/Quaternion'](
             x=0.0, y=0.0, z=math.sin(angle / 2), w=math.cos(angle / 2))
 
-    def path(self, points: Sequence[Corner], scale: float, header: Any) -> Any:
-        """Return a nav_msgs/Path; the unit of ``points`` is ``scale`` metres."""
+    def path(self, points: Sequence[Corner], header: Any) -> Any:
+        """Return a nav_msgs/Path."""
         return self._types['nav_msgs/msg/Path'](header=header, poses=[
-            self.pose(point, scale, self.header(point.stamp_ns, header.frame_id))
+            self.pose(point, self.header(point.stamp_ns, header.frame_id))
             for point in points
         ])
 

@@ -12,6 +12,8 @@ from phase_traj_ros.parameters import Parameters
 CHAIN_CODE_PERIOD_NS: Final = 10**9
 """The texts of the codes are published when the newest code changes, else at most this often."""
 
+_PATH_PERIOD_NS: Final = 200_000_000
+
 DIAGNOSTICS_PERIOD_NS: Final = 10**9
 """Period of the diagnostics."""
 
@@ -51,14 +53,14 @@ class Schedule:
     Decides when the texts of the codes and the path are published.
 
     They are published only if they have changed: the texts when the movement or the direction of
-    the links changes, else at most once a second; the path at most at ``path_rate``. Times are in
-    nanoseconds, of any one clock.
+    the links changes, else at most once a second; the path at most five times a second. Times
+    are in nanoseconds, of any one clock.
     """
 
     def __init__(self, parameters: Parameters) -> None:
         """Make a schedule without content to send."""
         self._paces = {topic: Pace(CHAIN_CODE_PERIOD_NS) for topic in whole_topics(parameters)}
-        self._paces[PATH] = Pace(round(1e9 / parameters.path_rate))
+        self._paces[PATH] = Pace(_PATH_PERIOD_NS)
         self._last_movement: Movement | None = None
         self._last_link: AnyDirection | None = None
 

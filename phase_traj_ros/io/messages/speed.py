@@ -6,8 +6,6 @@ from collections.abc import Callable, Mapping
 from types import MappingProxyType
 from typing import Any, Final
 
-from phase_traj_ros.parameters import SpeedType
-
 
 def _of_twist(message: Any) -> float:
     return float(message.twist.linear.x)
@@ -16,13 +14,6 @@ def _of_twist(message: Any) -> float:
 def _of_twist_with_covariance(message: Any) -> float:
     return float(message.twist.twist.linear.x)
 
-
-SPEED_TYPES: Final[Mapping[SpeedType, str]] = MappingProxyType({
-    SpeedType.TWIST: 'geometry_msgs/msg/TwistStamped',
-    SpeedType.TWIST_WITH_COVARIANCE: 'geometry_msgs/msg/TwistWithCovarianceStamped',
-    SpeedType.ODOMETRY: 'nav_msgs/msg/Odometry',
-})
-"""Types of messages that contain a speed."""
 
 SPEED_OF: Final[Mapping[str, Callable[[Any], float]]] = MappingProxyType({
     'geometry_msgs/msg/TwistStamped': _of_twist,

@@ -4,7 +4,6 @@
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
-from statistics import median
 
 from phase_traj_ros.core import (
     CameraEstimate,
@@ -15,6 +14,7 @@ from phase_traj_ros.core import (
     Lens,
     LinkCode,
     Movement,
+    PairStatus,
     PathSource,
     TrajectoryEstimator,
     TravelState,
@@ -22,7 +22,6 @@ from phase_traj_ros.core import (
     Way,
 )
 from phase_traj_ros.core.calibration.field_of_view import FieldOfView
-from phase_traj_ros.core.camera.projection import threshold_px
 from phase_traj_ros.core.codes.freeman import AnyDirection
 from phase_traj_ros.core.codes.threshold_hint import ThresholdHint
 from phase_traj_ros.core.heading.turns import Turn
@@ -71,7 +70,9 @@ class Replay:
         """Return the number of pairs without a speed, given or measured, where one is used."""
         if not self.parameters.use_speed_topic:
             return 0
-        return sum(update.odometry is None for update in self.updates)
+        return sum(
+            update.odometry is None and update.status is not PairStatus.REPEATED
+            for update in self.updates)
 
     @property
     def path_unit(self) -> LengthUnit:
@@ -83,13 +84,8 @@ class Replay:
 
     @property
     def threshold_px(self) -> float | None:
-        """Return T in pixels per frame (at the median interval); None if the codes need none."""
-        if self.parameters.codes_from_heading:
-            return None
-        if self.parameters.threshold_deg_s == 0.0 or self.focal_px is None:
-            return self.parameters.threshold_px
-        interval = median(update.interval_ns for update in self.updates) * 1e-9
-        return threshold_px(self.parameters.threshold_deg_s, self.focal_px, interval)
+        """Return T in pixels per frame; None if the codes need none."""
+        return None if self.parameters.codes_from_heading else self.parameters.threshold_px
 
     @property
     def frames(self) -> int:

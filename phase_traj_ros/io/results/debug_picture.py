@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 from phase_traj_ros.core import LengthUnit, PAPER_THRESHOLD, TrajectoryEstimator, Update
-from phase_traj_ros.core.picture import prepare
+from phase_traj_ros.core.frames.prepare import prepare
 from phase_traj_ros.io.images.decoding import GreyImage
 from phase_traj_ros.io.results.palette import bgr, DARK, LIGHT, Rgb
 from phase_traj_ros.io.sources.base import StampedFrame
@@ -42,7 +42,7 @@ def draw(frame: StampedFrame, update: Update, estimator: TrajectoryEstimator) ->
     """
     Return the debug image of the upright frame, BGR (H, W, 3).
 
-    The band in use is framed, and fixed areas are shaded. An arrow from the middle is the shift,
+    Fixed areas are shaded. An arrow from the middle is the shift,
     between lines at +T and -T, a quarter of the width away. Codes, response and distance are above
     it, the correlation map is in the lower right corner.
     """
@@ -51,10 +51,6 @@ def draw(frame: StampedFrame, update: Update, estimator: TrajectoryEstimator) ->
         as_shown(frame.image, rotate_180=view.rotate_180), cv2.COLOR_GRAY2BGR))
     if estimator.left_out is not None:
         shade(picture, estimator.left_out, rotate_180=view.rotate_180)
-    height, width, _ = picture.shape
-    cv2.rectangle(
-        picture, (round(view.columns[0] * width), round(view.rows[0] * height)),
-        (round(view.columns[1] * width) - 1, round(view.rows[1] * height) - 1), _BAND, 1)
     _draw_shift(picture, update, estimator.threshold_px)
     if update.shift is not None:
         _draw_map(picture, estimator)

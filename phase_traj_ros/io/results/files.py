@@ -25,7 +25,7 @@ from phase_traj_ros.core import (
     Update,
     Way,
 )
-from phase_traj_ros.core.correlation.transforms import find_transform, TransformLibrary
+from phase_traj_ros.core.correlation.transforms import find_transform
 from phase_traj_ros.core.heading.tracker import HeadingStep
 from phase_traj_ros.core.heading.turns import Turn
 from phase_traj_ros.core.reliability import Reliability
@@ -72,8 +72,7 @@ def write_chain_code(result: Replay, path: Path) -> None:
         'last_stamp_ns': result.updates[-1].stamp_ns,
         'repeated_frames': result.counters.repeated,
         'time_resets': result.counters.time_resets,
-        'window': result.parameters.window,
-        'versions': versions(TransformLibrary(result.parameters.transform)),
+        'versions': versions(),
         **way_content(result.way, unit=result.parameters.length_unit),
         **links_content(result.links, unit=result.parameters.length_unit),
     }
@@ -97,7 +96,6 @@ def _heading_content(result: Replay) -> dict[str, Any]:
     return {
         'code_source': result.parameters.codes_from.value,
         'connectivity': result.parameters.connectivity,
-        'threshold_deg_s': result.parameters.threshold_deg_s,
         'path_from': result.parameters.drawn_from.value,
         'focal_px': result.focal_px,
         'camera': None if result.camera is None else camera_content(result.camera),
@@ -238,14 +236,14 @@ def tum_lines(poses: Iterable[tuple[int, Corner]]) -> str:
     return ''.join(_tum_line(stamp_ns, corner) for stamp_ns, corner in poses)
 
 
-def versions(library: TransformLibrary) -> dict[str, str]:
-    """Return the versions on which results depend, with the transforms of ``library``."""
+def versions() -> dict[str, str]:
+    """Return the versions on which results depend, with the library of the transforms."""
     return {
         'phase_traj_ros': phase_traj_ros.__version__,
         'python': platform.python_version(),
         'numpy': np.__version__,
         'opencv': cv2.__version__,
-        'transforms': find_transform(library).name,
+        'transforms': find_transform().name,
     }
 
 

@@ -115,7 +115,6 @@ class Snapshot:
             'threshold': self.settings.threshold_set,
             'code_source': self.settings.code_source.value,
             'connectivity': self.settings.connectivity,
-            'threshold_deg_s': self.settings.threshold_deg_s,
             'path_from': self.settings.drawn_from.value,
             'movement_runs': run_pairs(self.movement_runs),
             'direction_runs': run_pairs(self.direction_runs),
@@ -125,7 +124,7 @@ class Snapshot:
             **reliability_content(self.reliability),
             'turns': turn_list(self.turns),
             **({} if self.heading is None else asdict(self.heading)),
-            'versions': versions(self.settings.transform),
+            'versions': versions(),
             **self.way,
         }
 

@@ -30,7 +30,7 @@ from phase_traj_ros.errors import (
 from phase_traj_ros.io.images.decoding import GreyImage
 from phase_traj_ros.io.messages.camera_info import camera_from_info, CAMERA_INFO_TYPE
 from phase_traj_ros.io.messages.image import encoding_of, msg_to_frame
-from phase_traj_ros.io.messages.speed import SPEED_OF, SPEED_TYPES
+from phase_traj_ros.io.messages.speed import SPEED_OF
 from phase_traj_ros.io.messages.stamps import StampRule, Time, to_nanoseconds
 from phase_traj_ros.io.sources import rosbag2_reader
 from phase_traj_ros.io.sources.base import Candidate, FrameSource, Speed
@@ -159,7 +159,7 @@ class BagSource(FrameSource):
 
     def speeds(self, topic: str) -> Iterator[Speed]:
         """
-        Yield the speeds on a topic of one of SPEED_TYPES, stamped by their headers.
+        Yield the speeds on a topic of one of SPEED_OF, stamped by their headers.
 
         If a header has no stamp, the time of reception is used. Impossible speeds (NaN, thousands
         of metres per second) are skipped. Raises SourceError.
@@ -171,7 +171,7 @@ class BagSource(FrameSource):
         if not types:
             raise SourceError(
                 f'{self._path} has no speed on {name}, that is, none of'
-                f' {", ".join(SPEED_TYPES.values())}; topics with speeds:'
+                f' {", ".join(SPEED_OF)}; topics with speeds:'
                 f' {_listed(there, none="none")}; give one of them as the speed topic, or give the'
                 ' parameter speed')
         speed_of = SPEED_OF[types[0]]

@@ -45,7 +45,6 @@ class ImageInput:
         self._node = node
         self._health = health
         self._on_frame = on_frame
-        self._max_pixels = parameters.max_pixels
         self._stamps = StampRule()
         self._losses = LossCounter(lambda: node.count_publishers(self.topic))
         compressed = _is_compressed(parameters)
@@ -72,7 +71,7 @@ class ImageInput:
         waited_ns = time.time_ns() - info['received_timestamp']
         began = time.perf_counter_ns()
         try:
-            image = msg_to_frame(message, max_pixels=self._max_pixels)
+            image = msg_to_frame(message)
             converted = time.perf_counter_ns()
             stamp_ns = self._stamps.stamp_ns(
                 to_nanoseconds(message.header.stamp), self._node.get_clock().now().nanoseconds)

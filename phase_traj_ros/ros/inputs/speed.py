@@ -8,10 +8,10 @@ from typing import Any
 
 from geometry_msgs.msg import TwistStamped, TwistWithCovarianceStamped
 from nav_msgs.msg import Odometry
-from phase_traj_ros.io.messages.speed import SPEED_OF, SPEED_TYPES
+from phase_traj_ros.io.messages.speed import SPEED_OF
 from phase_traj_ros.io.messages.stamps import to_nanoseconds
-from phase_traj_ros.parameters import SpeedType
 from phase_traj_ros.ros.entities import Entities
+from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.qos_overriding_options import QoSOverridingOptions
@@ -20,39 +20,59 @@ _TOPIC = 'speed'
 # The rate of the speeds may be far higher than that of the images, and all speeds are needed.
 _QOS = QoSProfile(depth=100, reliability=ReliabilityPolicy.BEST_EFFORT)
 _THROTTLE_S = 5.0
+# Period of the search for a publisher, until the first speed arrives.
+_LOOK_S = 0.5
 _CLASSES = MappingProxyType({
-    SpeedType.TWIST: TwistStamped,
-    SpeedType.TWIST_WITH_COVARIANCE: TwistWithCovarianceStamped,
-    SpeedType.ODOMETRY: Odometry,
+    'geometry_msgs/msg/TwistStamped': TwistStamped,
+    'geometry_msgs/msg/TwistWithCovarianceStamped': TwistWithCovarianceStamped,
+    'nav_msgs/msg/Odometry': Odometry,
 })
 
 
 class SpeedInput:
-    """Subscribes to ``speed``: x of the linear velocity in m/s, at the stamp of the message."""
+    """
+    Subscribes to ``speed``: x of the linear velocity in m/s, at the stamp of the message.
+
+    The type is that of the publisher, whenever one appears; without one, TwistStamped.
+    """
 
     def __init__(
-        self, node: Node, entities: Entities, speed_type: SpeedType,
-        on_speed: Callable[[int, float], None],
+        self, node: Node, entities: Entities, on_speed: Callable[[int, float], None],
     ) -> None:
         """Subscribe; pass each stamp and speed to ``on_speed``, which may raise ValueError."""
-        self._node = node
-        self._speed_of = SPEED_OF[SPEED_TYPES[speed_type]]
+        self._node, self._entities = node, entities
         self._on_speed = on_speed
-        self._subscription = entities.create_subscription(
-            _CLASSES[speed_type], _TOPIC, self._on_message, _QOS,
+        self.topic = str(node.resolve_topic_name(_TOPIC))
+        """Full name of the topic after remapping."""
+        self._subscribe(self._published() or next(iter(_CLASSES)))
+        self._timer = entities.create_timer(
+            _LOOK_S, self._follow_publisher, clock=Clock(clock_type=ClockType.STEADY_TIME))
+
+    def _published(self) -> str | None:
+        """Return the type of the topic's first publisher with a speed; None without one."""
+        publishers = self._node.get_publishers_info_by_topic(self.topic)
+        return next((each.topic_type for each in publishers if each.topic_type in _CLASSES), None)
+
+    def _follow_publisher(self) -> None:
+        published = self._published()
+        if published is not None and published != self._type:
+            self._node.destroy_subscription(self._subscription)
+            self._subscribe(published)
+            self._node.get_logger().info(f'{self.topic} is a {published}')
+
+    def _subscribe(self, message_type: str) -> None:
+        self._type = message_type
+        self._subscription = self._entities.create_subscription(
+            _CLASSES[message_type], _TOPIC, self._on_message, _QOS,
             qos_overriding_options=QoSOverridingOptions.with_default_policies())
 
-    @property
-    def topic(self) -> str:
-        """Return the full name of the topic after remapping."""
-        return str(self._subscription.topic_name)
-
     def _on_message(self, message: Any) -> None:
+        self._timer.cancel()
         stamp_ns = to_nanoseconds(message.header.stamp)
         if stamp_ns == 0:
             stamp_ns = self._node.get_clock().now().nanoseconds
         try:
-            self._on_speed(stamp_ns, self._speed_of(message))
+            self._on_speed(stamp_ns, SPEED_OF[self._type](message))
         except ValueError as error:
             self._node.get_logger().error(
                 f'skipped a speed on {self.topic}: {error}',

@@ -8,8 +8,6 @@ from phase_traj_ros.core.correlation.phase_correlation import LEAST_SIDE
 from phase_traj_ros.errors import ParameterError
 from phase_traj_ros.parameters import Parameters
 
-_BAND = 'rows_from, rows_to, columns_from, columns_to and decimation'
-
 
 def check_change(
     estimator: TrajectoryEstimator, values: Parameters, shape: tuple[int, ...] | None,
@@ -44,5 +42,5 @@ def check_change(
         band = settings.view.of(np.broadcast_to(np.uint8(0), shape)).shape
         if min(band) < LEAST_SIDE:
             raise ParameterError(
-                f'parameters {_BAND} leave {band[1]}x{band[0]} pixels of images of'
+                f'shift.decimation leaves {band[1]}x{band[0]} pixels of images of'
                 f' {shape[1]}x{shape[0]}: leave at least {LEAST_SIDE}x{LEAST_SIDE}')

@@ -4,7 +4,7 @@
 
 from collections.abc import Callable, Sequence
 
-from phase_traj_ros.parameters import nearest, Parameters, specs
+from phase_traj_ros.parameters import Parameters, unknown_parameter
 from phase_traj_ros.ros.declare import changed, declare_parameters, unknown_overrides
 from phase_traj_ros.ros.startup.overrides import (
     check_overrides,
@@ -52,16 +52,12 @@ class LiveParameters:
         for warning in self._warnings:
             log.warning(f'{warning} (or ignore this, if the file is for other nodes only)')
         for name in unknown_overrides(self._node):
-            near = nearest(name)
-            hint = f', did you mean {near!r}?' if near else ':'
-            log.warning(f'there is no parameter {name!r}{hint} The given value has no effect')
+            log.warning(f'{unknown_parameter(name)}; the given value has no effect')
         for name in unused_overrides(self._node):
             log.warning(explained(self._node, name))
         for notice in self.values.notices:
             log.warning(notice)
-        own = [
-            f'{spec.name} {value!r}' for spec in specs()
-            if (value := getattr(self.values, spec.name)) != spec.default]
+        own = [f'{spec.name} {self.values.value(spec)!r}' for spec in self.values.changed]
         if self._node.get_parameter('use_sim_time').value:
             own.append('use_sim_time True')
         own += [f'{name} {value!r}' for name, value in used_overrides(self._node).items()]

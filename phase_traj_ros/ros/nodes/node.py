@@ -160,6 +160,6 @@ class PhaseTrajNode(LifecycleNode):
 
 def _autostart_spec(default: bool) -> Spec:
     return Spec(
-        name=AUTOSTART, default=default,
+        field=AUTOSTART, default=default,
         description='Whether the node configures and activates itself at its start.', unit='',
         minimum=None, maximum=None, step=1, choices=(), read_only=True, group=Group.REST)

@@ -6,13 +6,13 @@ from contextlib import ExitStack
 import time
 
 import cv2
-from phase_traj_ros.core import CodeSource, Lens, TravelState, Update
+from phase_traj_ros.core import CodeSource, Lens, PairStatus, TravelState, Update
 from phase_traj_ros.core.camera.model import CameraModel
 from phase_traj_ros.core.codes.threshold_hint import Misfit
 from phase_traj_ros.core.correlation.transforms import find_transform, transform_hint
 from phase_traj_ros.io.replay.estimator import make_estimator
 from phase_traj_ros.io.sources.base import StampedFrame
-from phase_traj_ros.parameters import Parameters, SpeedType
+from phase_traj_ros.parameters import Parameters
 from phase_traj_ros.ros.diagnostics import Diagnostics
 from phase_traj_ros.ros.entities import Entities
 from phase_traj_ros.ros.health import Health, Stage
@@ -90,15 +90,14 @@ class Work:
                 self._camera = CameraInput(
                     node, listening, rectified=values.rectified, on_camera=self._on_camera)
             if values.use_speed_topic:
-                self._speed = SpeedInput(
-                    node, listening, SpeedType(values.speed_type), self._estimator.add_speed)
+                self._speed = SpeedInput(node, listening, self._estimator.add_speed)
             images = ImageInput(node, listening, values, self._health, self._on_frame)
             Diagnostics(node, listening, self._health, images, self._estimator)
         topics = [each.topic for each in (images, self._camera, self._speed) if each is not None]
         node.get_logger().info(
             f'listening to {", ".join(topics)}, codes from the {self._coded_from()},'
-            f' transforms by {find_transform(self._estimator.settings.transform).name}')
-        hint = transform_hint(self._estimator.settings.transform)
+            f' transforms by {find_transform().name}')
+        hint = transform_hint()
         if hint:
             node.get_logger().info(hint)
 
@@ -181,8 +180,6 @@ class Work:
             return 'turns'
         if values.codes_from_heading:
             return f'heading, in {values.connectivity} directions'
-        if values.threshold_deg_s > 0:
-            return f'shift, threshold {values.threshold_deg_s:g} deg/s'
         return f'shift, threshold {values.threshold_px:g} px/frame'
 
     def _on_camera(self, camera: CameraModel) -> None:
@@ -200,7 +197,8 @@ class Work:
 
     def _warn_without_speed(self, update: Update) -> None:
         travel = update.travel
-        if self._speed is None or (travel is not None and travel.state is TravelState.GIVEN):
+        if (self._speed is None or update.status is PairStatus.REPEATED
+                or (travel is not None and travel.state is TravelState.GIVEN)):
             return
         newest_ns = self._estimator.newest_speed_ns
         known = 'none has arrived yet'

@@ -15,7 +15,6 @@ from phase_traj_ros.core.camera.projection import (
     CylinderProjection,
     focal_from_hfov,
     hfov_from_focal,
-    threshold_px,
 )
 from phase_traj_ros.errors import FrameError
 import pytest
@@ -276,22 +275,6 @@ def test_focal_length_of_kitti():
 def test_refuses_impossible_fields_of_view(hfov, width):
     with pytest.raises(ValueError, match=r'hfov_deg|width'):
         focal_from_hfov(hfov, width)
-
-
-def test_threshold_in_degrees_per_second():
-    # 20 px per frame at KITTI's 10 Hz and 719 px are 16 degrees per second.
-    assert threshold_px(15.9, 718.856, 0.1) == pytest.approx(20.0, abs=0.1)
-    assert threshold_px(1e6, 100.0, 1.0) == pytest.approx(100.0 * math.tan(math.radians(80)))
-    assert threshold_px(5e-324, 100.0, 0.1) > 0.0
-    for wrong in ((0.0, 1.0, 1.0), (1.0, -1.0, 1.0), (1.0, 1.0, math.inf)):
-        with pytest.raises(ValueError, match='finite number above 0'):
-            threshold_px(*wrong)
-
-
-@given(st.floats(0.1, 300.0), st.floats(10.0, 5000.0), st.floats(0.001, 0.2))
-def test_threshold_grows_with_the_interval(rate, focal, interval):
-    one, two = (threshold_px(rate, focal, seconds) for seconds in (interval, 2 * interval))
-    assert two >= one > 0
 
 
 def test_frames_that_are_too_small_are_refused_for_that():

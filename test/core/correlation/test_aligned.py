@@ -8,7 +8,7 @@ from phase_traj_ros.core.correlation.aligned import aligned_zeros
 import pytest
 from textures import pair
 
-FRAMES = [np.roll(pair((96, 160), 0, 0)[0], place, axis=1) for place in (0, 0, 30, 60, 60, 20)]
+FRAMES = [np.roll(pair((96, 160), 0, 0)[0], place, axis=1) for place in (0, 5, 30, 60, 65, 20)]
 
 
 def test_arrays_begin_at_a_cache_line():

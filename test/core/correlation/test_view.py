@@ -12,26 +12,13 @@ from textures import pair
 def shift_of(view, first, second):
     estimator = TrajectoryEstimator(EstimatorSettings(view=view))
     estimator.update(first, 0)
-    return estimator.update(second, 1).shift
+    return estimator.update(second, 10**8).shift
 
 
 def test_the_whole_frame_is_not_copied():
     frame = np.zeros((20, 30), np.uint8)
     assert np.shares_memory(View().of(frame), frame)
     assert View().of(frame).shape == frame.shape
-
-
-def test_a_band_is_cut_at_the_nearest_pixels():
-    frame = np.arange(100, dtype=np.uint16).reshape(10, 10)
-    band = View(rows=(0.0, 0.6), columns=(0.25, 1.0)).of(frame)
-    assert band.tolist() == frame[0:6, 3:10].tolist()
-
-
-def test_upside_down_the_band_is_that_of_the_upright_picture():
-    frame = np.arange(100, dtype=np.uint8).reshape(10, 10)
-    upright = frame[::-1, ::-1]
-    band = View(rows=(0.0, 0.3), columns=(0.5, 1.0), rotate_180=True).of(frame)
-    assert band[::-1, ::-1].tolist() == upright[0:3, 5:10].tolist()
 
 
 def test_decimation_averages():
@@ -50,23 +37,17 @@ def test_shifts_are_in_pixels_of_the_full_frame(decimation):
 
 def test_shifts_are_those_of_the_upright_picture():
     first, second = pair((120, 200), 9.0, -4.0)
-    shift = shift_of(
-        View(rotate_180=True, rows=(0.1, 0.9)), first[::-1, ::-1], second[::-1, ::-1])
+    shift = shift_of(View(rotate_180=True), first[::-1, ::-1], second[::-1, ::-1])
     assert (shift.dx, shift.dy) == (pytest.approx(9, abs=0.1), pytest.approx(-4, abs=0.1))
 
 
-@pytest.mark.parametrize('options', [
-    {'rows': (0.5, 0.5)}, {'rows': (0.6, 0.5)}, {'rows': (-0.1, 1.0)}, {'columns': (0.0, 1.1)},
-    {'columns': (float('nan'), 1.0)}, {'decimation': 0}])
-def test_invalid_views_are_refused(options):
-    with pytest.raises(ValueError, match=r'rows|columns|decimation'):
-        View(**options)
+def test_an_invalid_view_is_refused():
+    with pytest.raises(ValueError, match='decimation is 0'):
+        View(decimation=0)
 
 
-@pytest.mark.parametrize('view', [
-    View(rows=(0.0, 0.01)), View(columns=(0.5, 0.501)), View(decimation=50)])
-def test_a_view_of_too_few_pixels_is_refused(view):
-    estimator = TrajectoryEstimator(EstimatorSettings(view=view))
+def test_a_view_of_too_few_pixels_is_refused():
+    estimator = TrajectoryEstimator(EstimatorSettings(view=View(decimation=50)))
     with pytest.raises(FrameError, match='at least 8x8'):
         estimator.update(np.zeros((100, 100), np.uint8), 0)
 

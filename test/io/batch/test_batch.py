@@ -121,6 +121,7 @@ def test_every_error_is_reported_in_one_line(tmp_path, root, monkeypatch, fault,
     (['summary.csv.mcap', 'x'], ['summary.csv-2', 'x']),
     (['.', 'a/..'], ['{here}-{here}', '{here}-{here}-2']),
     (['.hidden.mp4', 'new\nline.mp4'], ['hidden', 'new_line']),
+    (['=1+1.mp4', '-x.mp4', '=.mp4'], ['1+1', 'x', 'source']),
     ([f'{"long" * 60}.mp4'], ['long' * 20]),
 ])
 def test_every_source_has_a_folder_of_its_own(tmp_path, monkeypatch, sources, names):
@@ -223,3 +224,18 @@ def test_the_summary(tmp_path):
     assert '<polyline points="40.0,40.0 40.0,0.0 0.0,0.0"/>' in page
     assert sorted(path.name for path in tmp_path.iterdir()) == [
         'manifest.json', 'summary.csv', 'summary.html', 'x <b>']
+
+
+@pytest.mark.parametrize('source', ['=1+1.mp4', '@x', '-x.mp4', '+x', '\tx'])
+def test_no_cell_of_the_summary_is_a_formula(tmp_path, source):
+    outcome = Outcome(source=source, folder='x', status=Status.FAILED, error=f'{source} is bad')
+    write_summary([outcome], tmp_path)
+    with (tmp_path / 'summary.csv').open(newline='') as file:
+        [row] = csv.DictReader(file)
+    assert (row['source'], row['error']) == (f"'{source}", f"'{source} is bad")
+    assert not any(cell.startswith(('=', '+', '-', '@', '\t')) for cell in row.values())
+
+
+def test_the_guide_shows_the_table_as_it_is():
+    guide = (Path(__file__).parents[3] / 'docs' / 'how-to' / 'many.md').read_text()
+    assert f'\n    {",".join(COLUMNS)}\n' in guide

@@ -52,24 +52,24 @@ def test_urgent_content_does_not_wait():
 
 def test_text_goes_out_when_the_movement_changes_else_once_a_second():
     movements = [Movement.FORWARD] * 15 + [Movement.LEFT] + [Movement.NO_CHANGE] * 14
-    taken = sent(made(path_rate=2.0), movements)
+    taken = sent(made(), movements)
     assert [index for index, topics in enumerate(taken) if CHAIN_CODE in topics] == [
         0, 10, 15, 16, 26]
     assert [index for index, topics in enumerate(taken) if PATH in topics] == [
-        0, 5, 10, 15, 20, 25]
+        *range(0, 30, 2)]
 
 
 def test_pending_content_is_sent_later_and_at_the_end():
-    schedule = made(path_rate=2.0)
+    schedule = made()
     sent(schedule, [Movement.FORWARD] * 2)
-    assert schedule.take(4 * TENTH) == ()
-    assert schedule.take(5 * TENTH) == (PATH,)
+    assert schedule.take(TENTH) == ()
+    assert schedule.take(2 * TENTH) == (PATH,)
     assert schedule.take_rest(6 * TENTH) == (CHAIN_CODE,)
     assert schedule.take_rest(7 * TENTH) == () and schedule.take(10**12) == ()
 
 
 def test_a_restart_is_sent_at_once():
-    schedule = made(path_rate=0.1)
+    schedule = made()
     sent(schedule, [Movement.FORWARD] * 2)
     schedule.restart()
     assert schedule.take(2 * TENTH) == (CHAIN_CODE, PATH)

@@ -8,6 +8,7 @@ from phase_traj_ros.io.replay.run import replay, Watcher
 from phase_traj_ros.io.sources.base import StampedFrame
 from phase_traj_ros.io.sources.opening import open_source
 from phase_traj_ros.parameters import Parameters
+from phase_traj_ros.synthetic.degradations import sensor_noise
 import pytest
 
 RNG = np.random.default_rng(0)
@@ -16,7 +17,9 @@ TEXTURE = RNG.integers(0, 256, (64, 100), dtype=np.uint8)
 
 def frames(positions, start=0):
     return [
-        StampedFrame(np.roll(TEXTURE, position, axis=1), start + index * 10**8)
+        StampedFrame(
+            sensor_noise(np.roll(TEXTURE, position, axis=1), sigma=1.0, seed=index),
+            start + index * 10**8)
         for index, position in enumerate(positions)]
 
 

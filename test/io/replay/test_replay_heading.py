@@ -32,6 +32,7 @@ from phase_traj_ros.io.sources.base import Speed, StampedFrame
 from phase_traj_ros.io.sources.opening import open_source
 from phase_traj_ros.parameters import Parameters
 from phase_traj_ros.synthetic import named_drive, render_drive, write_drive_bag
+from phase_traj_ros.synthetic.degradations import sensor_noise
 import pytest
 
 NARROW = {'code_source': 'heading'}
@@ -89,8 +90,7 @@ def test_the_calibration_stands_in_for_the_focal_length():
 
 
 @pytest.mark.parametrize('values', [
-    NARROW, {'path_from': 'heading', **PAPER}, {'threshold_deg_s': 12.0},
-    {'speed': 5.0, **PAPER}])
+    NARROW, {'path_from': 'heading', **PAPER}, {'speed': 5.0, **PAPER}])
 def test_without_any_word_of_the_camera_it_says_what_to_do(values):
     with pytest.raises(ParameterError, match=r'the demo .*give focal_px or hfov_deg'):
         replay(demo()[1], Parameters(**values), source='the demo')
@@ -108,21 +108,6 @@ def test_eight_directions():
     lengths = np.hypot(*steps.T)
     assert np.all((lengths < 1e-9) | (abs(lengths - 1) < 1e-9))
     assert len(eight.direction) == len(eight.movement) - eight.movement.count(3)
-
-
-def test_a_threshold_in_degrees_per_second_is_that_of_every_camera_and_rate():
-    drive, frames = demo()
-    by_rate = replayed(threshold_deg_s=13.0)
-    half = replay(
-        frames[::2], Parameters(threshold_deg_s=13.0, focal_px=float(drive.camera.focal)),
-        source='every other frame')
-    turns = [0, 2]
-    assert [code for code in by_rate.movement if code in turns] == turns
-    assert [code for code in half.movement if code in turns] == turns
-    # The same as with the threshold in pixels that this is for this camera and rate.
-    pixels = drive.camera.focal * math.tan(math.radians(1.3))
-    assert replayed(threshold=pixels).movement == by_rate.movement
-    assert replayed(threshold_deg_s=60.0).movement.count(1) == len(by_rate.movement)
 
 
 def test_a_path_from_the_heading_rounds_its_corners():
@@ -184,7 +169,9 @@ def test_speeds_that_come_as_it_drives():
 
 def test_what_stands_still_does_not_go_on_at_a_constant_speed():
     drive, frames = demo()
-    still = [StampedFrame(frames[0].image, index * 10**8) for index in range(30)]
+    still = [
+        StampedFrame(sensor_noise(frames[0].image, sigma=1.0, seed=index), index * 10**8)
+        for index in range(30)]
     parameters = Parameters(
         focal_px=float(drive.camera.focal), speed=5.0, still_frames=5, path_from='heading')
     result = replay(still, parameters, source='a halt')
@@ -395,7 +382,6 @@ def test_parameters_that_do_not_go_together(values, message):
 
 
 @pytest.mark.parametrize(('values', 'message'), [
-    ({'threshold_deg_s': -1.0}, 'threshold_deg_s is -1'),
     ({'speed': math.nan}, 'speed is nan'),
     ({'connectivity': 5}, 'connectivity is 5'),
     ({'connectivity': 8}, 'right angles only'),

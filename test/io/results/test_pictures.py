@@ -97,7 +97,7 @@ def test_health_counts_what_is_missing():
         pytest.approx(0.1), pytest.approx(0.3))
     assert (health.dropped, health.repeated, health.time_resets) == (3, 1, 0)
     assert dict(health.statuses) == {'ok': 8, 'no_measurement': 1}
-    assert health.low_responses == 1 and health.response > 0.5
+    assert health.low_responses == 1 and health.response > 0.2
 
 
 @pytest.mark.parametrize('offered', [0, 1, 10, 11, 25, 1000])

@@ -7,6 +7,7 @@ import json
 import numpy as np
 from phase_traj_ros.core import EstimatorSettings, TrajectoryEstimator
 from phase_traj_ros.io.results.snapshot import Snapshot
+from phase_traj_ros.synthetic.degradations import sensor_noise
 
 TEXTURE = np.random.default_rng(0).integers(0, 256, (64, 100), dtype=np.uint8)
 
@@ -14,7 +15,8 @@ TEXTURE = np.random.default_rng(0).integers(0, 256, (64, 100), dtype=np.uint8)
 def driven(positions, **settings):
     estimator = TrajectoryEstimator(EstimatorSettings(**settings))
     for index, position in enumerate(positions):
-        estimator.update(np.roll(TEXTURE, position, axis=1), index * 10**8)
+        frame = sensor_noise(np.roll(TEXTURE, position, axis=1), sigma=1.0, seed=index)
+        estimator.update(frame, index * 10**8)
     return estimator
 
 

@@ -17,6 +17,7 @@ from phase_traj_ros.io.results.thumbnails import LeftOutPicture
 from phase_traj_ros.io.sources.base import StampedFrame
 from phase_traj_ros.parameters import Parameters
 from phase_traj_ros.synthetic import Camera, overlays, plan_drive, render_drive, Straight, Turn
+from phase_traj_ros.synthetic.degradations import sensor_noise
 import pytest
 from rolled import rolled_frames, TEXTURE
 
@@ -112,7 +113,8 @@ def test_the_debug_picture_shades_it_too(barred):
 
 
 def test_a_snapshot_and_the_diagnostics_contain_it(tmp_path):
-    for images, reliable in ((noise(), False), ([TEXTURE] * 30, True)):
+    for images, reliable in ((noise(), False), (
+            [sensor_noise(TEXTURE, sigma=1.0, seed=index) for index in range(30)], True)):
         estimator, _ = followed(images, SHIFT)
         folder = tmp_path / str(reliable)
         Snapshot.of(estimator, source='').write(folder)
@@ -136,7 +138,9 @@ def test_there_is_no_warning_before_the_first_pairs():
 
 def test_the_hint_is_printed_under_the_paper_s_rule(tmp_path, capsys):
     rolls = np.cumsum([0] * 30 + [14] * 10 + [0] * 30)
-    source = write(tmp_path / 'drive', [np.roll(TEXTURE, roll, axis=1) for roll in rolls])
+    source = write(tmp_path / 'drive', [
+        sensor_noise(np.roll(TEXTURE, roll, axis=1), sigma=1.0, seed=index)
+        for index, roll in enumerate(rolls)])
     assert main(['replay', source, '-p', 'code_source:=shift']) == 0
     assert ('hint: no lasting shift reached the threshold of 16 px, the largest was 14 px: if the'
             ' vehicle turned, try code_source auto, or a threshold of about 7 px'

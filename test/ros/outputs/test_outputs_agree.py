@@ -8,6 +8,7 @@ import time
 import cv2
 import numpy as np
 from phase_traj_ros.core import Movement, TrajectoryEstimator
+from phase_traj_ros.io.messages import schedule
 from phase_traj_ros.io.messages.diagnostics import Level, Report
 from phase_traj_ros.io.messages.published import Messages
 from phase_traj_ros.io.replay.run import replay
@@ -80,12 +81,12 @@ def frames():
 
 
 @pytest.mark.parametrize('values', [
-    {}, {'focal_px': 300.0, 'speed': 5.0, 'path_from': 'heading', 'max_path_poses': 4},
-    {'focal_px': 300.0, 'camera_height': 1.65}, {'focal_px': 300.0, **LINKS}])
+    {}, {'hfov_deg': 30.0, 'speed': 5.0, 'path_from': 'heading'},
+    {'hfov_deg': 30.0, 'camera_height': 1.65}, {'hfov_deg': 30.0, **LINKS}])
 def test_the_same_messages(frames, tmp_path, values):
     from phase_traj_ros.ros.outputs.topics import Outputs
     parameters = Parameters(
-        threshold=16.0, step_length=2.5, frame_id='drawn', **values)
+        threshold=16.0, frame_id='drawn', **values)
     path = tmp_path / 'out.mcap'
     with BagSink(path, parameters, source='', debug_images=True) as sink:
         replay(frames, parameters, source='', watchers=[sink])
@@ -162,7 +163,8 @@ def test_the_timer_runs_while_there_is_news_that_waits(frames):
     assert timer.runs is True
 
 
-def test_nothing_is_made_for_nobody(frames):
+def test_nothing_is_made_for_nobody(frames, monkeypatch):
+    monkeypatch.setattr(schedule, '_PATH_PERIOD_NS', 10_000_000)
     from phase_traj_ros.ros.outputs.topics import Outputs
 
     class Alone(Publisher):
@@ -182,7 +184,7 @@ def test_nothing_is_made_for_nobody(frames):
             self.callback = callback
             return Timer()
 
-    node, parameters = Lonely(), Parameters(path_rate=100.0)
+    node, parameters = Lonely(), Parameters()
     estimator = TrajectoryEstimator(parameters.estimator_settings())
     outputs = Outputs(node, estimator, parameters)
     for frame in frames:

@@ -20,7 +20,6 @@ from phase_traj_ros.core import (
     to_axes,
 )
 from phase_traj_ros.core.codes.freeman import to_four
-from phase_traj_ros.core.correlation.transforms import TransformLibrary
 from phase_traj_ros.io.replay.data_health import data_health, DataHealth, LOW_RESPONSE
 from phase_traj_ros.io.replay.overview import Overview, overview, TurnMark
 from phase_traj_ros.io.replay.run import Replay
@@ -31,6 +30,7 @@ from phase_traj_ros.io.results.report.page import (
     definitions,
     filled,
     Markup,
+    script_hash,
     script_json,
     style,
     table,
@@ -78,11 +78,13 @@ def write_report(
     """
     shown = overview(result)
     health = data_health(result, shown)
+    script = template('report.js')
     write_page(filled(template('report.html'), {
         'title': title,
         'source': result.source,
         'style': style(),
-        'script': Markup(template('report.js')),
+        'script': Markup(script),
+        'script_hash': script_hash(script),
         'facts': definitions(_facts(result, shown, health)),
         'legend': _legend(),
         'turns': _turns(shown.turns),
@@ -93,8 +95,7 @@ def write_report(
         'picture': data_uri(picture.read_bytes(), picture.suffix),
         'data': script_json(_data(result, shown, thumbnails)),
         'footer': 'Made by ' + ', '.join(
-            f'{name} {version}' for name, version in versions(
-                TransformLibrary(result.parameters.transform)).items()),
+            f'{name} {version}' for name, version in versions().items()),
     }), path)
 
 
@@ -193,8 +194,7 @@ def _health(result: Replay, health: DataHealth) -> Markup:
 
 
 def _settings(parameters: Parameters) -> Markup:
-    changed = [
-        spec for spec in specs() if getattr(parameters, spec.name) != spec.default]
+    changed = parameters.changed
     note = Markup('<p>All parameters have their defaults.</p>')
     every = _setting_rows(parameters, specs())
     return Markup(
@@ -205,7 +205,7 @@ def _settings(parameters: Parameters) -> Markup:
 def _setting_rows(parameters: Parameters, listed: Sequence[Spec]) -> Markup:
     return table([(
         Markup(f'<span title="{escape(spec.description)}">{escape(spec.name)}</span>'),
-        f'{getattr(parameters, spec.name)} {spec.unit}'.strip() or '(empty)') for spec in listed])
+        f'{parameters.value(spec)} {spec.unit}'.strip() or '(empty)') for spec in listed])
 
 
 def _codes(result: Replay) -> Markup:

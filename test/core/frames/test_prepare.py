@@ -10,7 +10,7 @@ from phase_traj_ros.core import (
     Lens,
     TrajectoryEstimator,
 )
-from phase_traj_ros.core.picture import prepare
+from phase_traj_ros.core.frames.prepare import prepare
 from phase_traj_ros.errors import FrameError
 from phase_traj_ros.synthetic import Camera, plan_drive, render_drive, Straight, Turn
 import pytest

@@ -1,0 +1,64 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""
+Detects a frame that repeats the picture of an earlier one.
+
+Video of a constant frame rate holds pictures twice where the camera gave fewer, and a broken
+camera gives one picture for ever. Such a frame measures nothing. A vehicle that stands differs:
+its pictures differ by the noise of the sensor.
+"""
+
+import cv2
+import numpy as np
+from phase_traj_ros.core.correlation.phase_correlation import Frame
+
+# A repeated picture in a video differs by what its encoder improves the second time, evenly and
+# below a grey level. Sensors have a noise of a grey level or more, at least where it is bright,
+# and whatever moves changes some of the squares of _SQUARE pixels by more.
+_ENCODED, _SQUARE = 0.6, 16
+# Two frames that are nearer in time, in nanoseconds, are one exposure: no camera is as fast.
+_SAME_TIME_NS = 2_000_000
+
+
+class RepeatDetector:
+    """Keeps the newest frame that was used, and recognises its repetitions."""
+
+    def __init__(self) -> None:
+        """Make a detector without a frame."""
+        self.forget()
+
+    def forget(self) -> None:
+        """Forget the frame: the next one is no repetition."""
+        self._form = ''
+        self._frame: Frame | None = None
+
+    def is_repeated(self, frame: Frame, interval_ns: int, *, encoding: str = '') -> bool:
+        """
+        Return whether a frame (H, W) is the one that was kept, or was taken at the same time.
+
+        ``interval_ns`` is the time since that frame. uint8 frames may differ by the noise of an
+        encoder; others must be identical. A constant frame, as of a covered lens, is not repeated.
+        """
+        kept = self._frame
+        if (kept is None or encoding != self._form or kept.shape != frame.shape
+                or kept.dtype != frame.dtype):
+            return False
+        if interval_ns < _SAME_TIME_NS:
+            return True
+        if frame.dtype != np.uint8:
+            return np.array_equal(frame, kept) and _shows_something(frame)
+        # Most frames differ already in a few of their rows.
+        if cv2.mean(cv2.absdiff(frame[::_SQUARE], kept[::_SQUARE]))[0] > _ENCODED:
+            return False
+        size = [max(side // _SQUARE, 1) for side in reversed(frame.shape)]
+        changed = cv2.resize(
+            cv2.absdiff(frame, kept).astype(np.float32), size, interpolation=cv2.INTER_AREA)
+        return float(changed.max()) <= _ENCODED and _shows_something(frame)
+
+    def keep(self, frame: Frame, *, encoding: str = '') -> None:
+        """Keep a copy of a frame that is used."""
+        self._frame, self._form = frame.copy(), encoding
+
+
+def _shows_something(frame: Frame) -> bool:
+    return bool(frame.min() < frame.max())

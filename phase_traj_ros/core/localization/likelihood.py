@@ -1,0 +1,71 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""How well the roads of the hypotheses bend as the odometry does; and a road of no map."""
+
+import math
+
+import numpy as np
+from phase_traj_ros.core.localization.hypotheses import Hypotheses
+from phase_traj_ros.core.localization.settings import LocatorSettings
+from phase_traj_ros.core.localization.window import Stride
+
+_HUNDRED_M = 100.0
+
+
+def judge(them: Hypotheses, stride: Stride, settings: LocatorSettings) -> None:
+    """
+    Weigh the hypotheses by the direction of their newest chord, and correct their rotations.
+
+    The difference of the chords is normally distributed, with a share of outliers. Each rotation
+    has a Kalman filter, in which an outlier counts for as much as it is none.
+    """
+    parts = np.diff(them.trail, axis=1)
+    chord = np.angle(them.trail[:, -1] - them.trail[:, 0])
+    bend = np.abs(np.angle(parts[:, 1:] * parts[:, :-1].conj())).sum(axis=1)
+    off = np.remainder(chord - stride.chord - them.turned + np.pi, 2 * np.pi) - np.pi
+    noise = settings.chord_error ** 2 + settings.bend_error ** 2 * (stride.bend ** 2 + bend ** 2)
+    variance = them.variance + noise
+    beyond = np.maximum(np.abs(off) - settings.dead_band, 0.0)
+    fitting = (1.0 - settings.outlier_share) * np.exp(-beyond ** 2 / (2 * variance)) / np.sqrt(
+        2 * np.pi * variance)
+    total = fitting + settings.outlier_share / (2 * np.pi)
+    them.log_weight = them.log_weight + settings.tempering * np.log(total)
+    # Overlapping chords share their errors, so each counts as little here as it does above.
+    gain = fitting / total * them.variance / (them.variance + noise / settings.tempering)
+    them.turned = them.turned + gain * off
+    them.variance = them.variance * (1.0 - gain)
+
+
+class NullRoad:
+    """
+    The hypothesis that the vehicle is on no road of the map.
+
+    Such a road bends as the odometry does, but it has to pay for its turns: a road of the map has
+    them where the map says so.
+    """
+
+    def __init__(self, settings: LocatorSettings) -> None:
+        """Start with the weight of the settings."""
+        self._settings = settings
+        self._variance = settings.start_heading ** 2
+        self.log_weight = math.log(settings.null_share)
+        """Natural logarithm of its weight."""
+        self.log_fit = 0.0
+        """Natural logarithm of the likelihood of a road that fits, since the start..."""
+        self.log_turns = 0.0
+        """...and what this one has paid for its turns."""
+
+    def follow(self, stride: Stride, metres: float) -> None:
+        """Weigh the null hypothesis by a stride of so many metres."""
+        settings = self._settings
+        self._variance += settings.heading_noise ** 2 * metres / _HUNDRED_M + stride.yaw_variance
+        noise = settings.chord_error ** 2 + 2 * settings.bend_error ** 2 * stride.bend ** 2
+        fitting = (1.0 - settings.outlier_share) * settings.null_fit / math.sqrt(
+            2 * math.pi * (self._variance + noise))
+        turned = max(abs(stride.turned) - settings.null_straight, 0.0)
+        log_fit = settings.tempering * math.log(
+            fitting + settings.outlier_share / (2 * math.pi))
+        self.log_fit += log_fit
+        self.log_turns -= settings.null_turn * turned
+        self.log_weight += log_fit - settings.null_turn * turned
+        self._variance *= 1.0 - self._variance / (self._variance + noise / settings.tempering)

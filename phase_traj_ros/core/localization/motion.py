@@ -1,0 +1,121 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Moves hypotheses along the roads; where a road branches, they do."""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+from phase_traj_ros.core.localization.given import ScaleRange
+from phase_traj_ros.core.localization.hypotheses import Hypotheses, places_on
+from phase_traj_ros.core.localization.roads import RoadMap
+from phase_traj_ros.core.localization.seeding import spread_of
+from phase_traj_ros.core.localization.settings import LocatorSettings
+from phase_traj_ros.core.localization.window import Stride
+
+# At a junction, a turn below the first angle leads straight on; above the second it is sharp.
+_STRAIGHT, _SHARP = math.radians(30.0), math.radians(120.0)
+_HUNDRED_M = 100.0
+
+
+class Motion:
+    """How hypotheses move along the roads of a map."""
+
+    def __init__(self, roads: RoadMap, scale: ScaleRange, settings: LocatorSettings) -> None:
+        """Prepare the chances at the junctions of a map."""
+        self._roads = roads
+        self._scale = scale
+        self._settings = settings
+        self._log_chance = np.log(_chances(roads, settings))
+
+    def advance(
+        self, them: Hypotheses, stride: Stride, most: int, rng: np.random.Generator,
+    ) -> Hypotheses:
+        """Return the hypotheses after a stride, of which at most about ``most`` branch further."""
+        settings, count = self._settings, len(them)
+        share = stride.distance * self._scale.middle / _HUNDRED_M
+        deviation = math.hypot(
+            settings.position_noise_m * math.sqrt(share),
+            math.sqrt(stride.distance_variance) * self._scale.middle)
+        log_scale = self._drifted(them.log_scale, share, rng)
+        metres = stride.distance * np.exp(log_scale) + deviation * rng.standard_normal(count)
+        piece, offset, log_weight, parent = self._along(
+            them.piece, them.offset + np.maximum(metres, 0.0), them.log_weight, most)
+        trail = np.empty((len(piece), them.trail.shape[1]), np.complex128)
+        trail[:, :-1] = them.trail[parent, 1:]
+        trail[:, -1] = places_on(self._roads, piece, offset)
+        noise = settings.heading_noise ** 2 * share + stride.yaw_variance
+        return Hypotheses(
+            piece, offset, log_scale[parent], them.turned[parent], them.variance[parent] + noise,
+            trail, log_weight)
+
+    def _drifted(
+        self, log_scale: NDArray[np.float64], share: float, rng: np.random.Generator,
+    ) -> NDArray[np.float64]:
+        """Return the scales after a drift that keeps the spread of the prior."""
+        middle, spread = math.log(self._scale.middle), spread_of(self._scale)
+        noise = self._settings.scale_noise * math.sqrt(share)
+        kept = math.sqrt(max(1.0 - (noise / spread) ** 2, 0.0)) if spread > 0.0 else 0.0
+        noise = min(noise, spread)
+        return middle + kept * (log_scale - middle) + noise * rng.standard_normal(len(log_scale))
+
+    def _along(
+        self, piece: NDArray[np.int64], offset: NDArray[np.float64],
+        log_weight: NDArray[np.float64], most: int,
+    ) -> tuple[
+            NDArray[np.int64], NDArray[np.float64], NDArray[np.float64], NDArray[np.int64]]:
+        """Return piece, offset, weight and parent of all that the given ones become."""
+        roads = self._roads
+        arrived = []
+        going = piece, offset, log_weight, np.arange(len(piece))
+        while len(going[0]):
+            piece, offset, log_weight, parent = going
+            inside = offset < roads.length[piece]
+            arrived.append(tuple(each[inside] for each in going))
+            beyond = np.flatnonzero(~inside)
+            if len(beyond) > most:
+                # Loops of tiny edges would multiply without end.
+                beyond = beyond[np.argpartition(log_weight[beyond], -most)[-most:]]
+            begin = roads.first[piece[beyond]]
+            branches = roads.first[piece[beyond] + 1] - begin
+            source = np.repeat(beyond, branches)
+            rank = np.arange(len(source)) - np.repeat(np.cumsum(branches) - branches, branches)
+            entry = np.repeat(begin, branches) + rank
+            going = (
+                roads.successors[entry], offset[source] - roads.length[piece[source]],
+                log_weight[source] + self._log_chance[entry], parent[source])
+        piece, offset, log_weight, parent = (
+            np.concatenate(each) for each in zip(*arrived))
+        return piece, offset, log_weight, parent
+
+    def turned_back(self, them: Hypotheses, moved: complex, most: int) -> Hypotheses:
+        """
+        Return hypotheses of before a U-turn on their roads as they are after it.
+
+        ``moved`` is the displacement since, in the axes and the unit of the odometry. The trail
+        is not valid.
+        """
+        roads = self._roads
+        ahead = (moved * np.exp(
+            them.log_scale + 1j * (them.turned - roads.direction[them.piece]))).real
+        piece, offset, log_weight, parent = self._along(
+            them.piece, them.offset + np.maximum(ahead, 0.0), them.log_weight, most)
+        offset = roads.length[piece] - offset + np.maximum(-ahead[parent], 0.0)
+        piece, offset, log_weight, last = self._along(
+            roads.reverse[piece], offset, log_weight, most)
+        result = them.take(parent[last])
+        result.piece, result.offset, result.log_weight = piece, offset, log_weight
+        return result
+
+
+def _chances(roads: RoadMap, settings: LocatorSettings) -> NDArray[np.float64]:
+    """Return the probability of each successor."""
+    owner = np.repeat(np.arange(len(roads)), np.diff(roads.first))
+    turn = np.abs(np.remainder(
+        roads.direction[roads.successors] - roads.direction[owner] + np.pi, 2 * np.pi) - np.pi)
+    chance = np.where(turn < _STRAIGHT, settings.straight_on, np.where(
+        turn > _SHARP, settings.sharp_turn, 1.0))
+    chance = np.where(roads.against[roads.successors], settings.wrong_way * chance, chance)
+    chance /= np.bincount(owner, chance, len(roads))[owner]
+    back = roads.successors == roads.reverse[owner]
+    return np.where(back, settings.road_ends, chance)

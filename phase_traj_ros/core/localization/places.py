@@ -1,0 +1,236 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The places where hypotheses gather: when the best one counts as known, and when as left."""
+
+import cmath
+from collections import deque
+from dataclasses import dataclass
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+from phase_traj_ros.core.localization.hypotheses import Floats, Hypotheses
+from phase_traj_ros.core.localization.roads import RoadMap
+from phase_traj_ros.core.localization.seeding import ExpectedPose
+from phase_traj_ros.core.localization.settings import LocatorSettings
+
+# Cells whose hypotheses are looked at, and the least probability of a place.
+_CELLS, _LEAST = 64, 1e-3
+# Sectors of headings of the cells.
+_SECTORS = 8
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """
+    A place, and what its hypotheses say.
+
+    middle
+        Mean place, as a complex number in metres.
+    turned
+        Mean rotation from the axes of the odometry to those of the map, in radians.
+    probability
+        Share of the total weight.
+    covariance
+        Covariance of x, y and the rotation, (3, 3).
+    log_scale, scale_deviation
+        Mean and standard deviation of the logarithm of the metres per unit of the odometry.
+    """
+
+    middle: complex
+    turned: float
+    probability: float
+    covariance: Floats
+    log_scale: float
+    scale_deviation: float
+
+
+class Places:
+    """Finds the places of most probability."""
+
+    def __init__(self, roads: RoadMap, settings: LocatorSettings) -> None:
+        """Sort the pieces of a map into cells."""
+        self._settings = settings
+        columns, rows = np.floor(roads.middles.T / settings.mode_m).astype(np.int64)
+        columns, rows = columns - columns.min(), rows - rows.min()
+        sector = np.floor(roads.direction / (2 * np.pi / _SECTORS)).astype(np.int64) % _SECTORS
+        _, cell = np.unique(
+            (columns * (rows.max() + 1) + rows) * _SECTORS + sector, return_inverse=True)
+        self._cell = cell.reshape(-1)
+        self._cells = int(self._cell.max()) + 1
+
+    def best(self, them: Hypotheses, log_total: float) -> list[Place]:
+        """
+        Return the places of most probability, the best first, but at least one.
+
+        ``log_total`` is the logarithm of the total weight, with that of the null hypothesis.
+        """
+        weight = np.exp(them.log_weight - log_total)
+        cell = self._cell[them.piece]
+        mass = np.bincount(cell, weight, self._cells)
+        top = mass.argpartition(-min(_CELLS, len(mass)))[-_CELLS:]
+        top = top[np.argsort(-mass[top])]
+        chosen = np.zeros(self._cells, bool)
+        chosen[top] = True
+        members = np.flatnonzero(chosen[cell])
+        those, weight, cell = them.take(members), weight[members], cell[members]
+        found: list[Place] = []
+        free = np.ones(len(those), bool)
+        for each in top[:self._settings.most_candidates]:
+            if found and mass[each] < _LEAST:
+                break
+            seed = free & (cell == each)
+            if seed.any():
+                near = self._gathered(those, weight, seed) & free
+                near = near if near.any() else seed
+                found.append(_summary(those, weight, near))
+                free &= ~near
+        return sorted(found, key=lambda place: -place.probability)
+
+    def _gathered(
+        self, those: Hypotheses, weight: Floats, near: NDArray[np.bool_],
+    ) -> NDArray[np.bool_]:
+        """Return which hypotheses are at the place around some of them."""
+        places = those.places
+        ahead = np.exp(1j * those.turned)
+        for _ in range(2):
+            part = weight[near]
+            total = max(float(part.sum()), 1e-300)
+            middle = (part * places[near]).sum() / total
+            mean = (part * ahead[near]).sum()
+            after = (np.abs(places - middle) <= self._settings.mode_m) & (
+                np.abs(np.angle(ahead * mean.conjugate())) <= self._settings.mode_heading)
+            if not after.any():
+                break
+            near = after
+        return near
+
+
+def _summary(those: Hypotheses, weight: Floats, near: NDArray[np.bool_]) -> Place:
+    weight = weight[near]
+    total = float(weight.sum())
+    share = weight / total if total > 0.0 else np.full(len(weight), 1.0 / len(weight))
+    places = those.places[near]
+    middle = complex((share * places).sum())
+    ahead = np.exp(1j * those.turned[near])
+    mean = complex((share * ahead).sum())
+    off = np.angle(ahead * mean.conjugate())
+    apart = np.stack([places.real - middle.real, places.imag - middle.imag, off])
+    covariance = (share * apart) @ apart.T
+    covariance[2, 2] += float((share * those.variance[near]).sum())
+    log_scale = those.log_scale[near]
+    mean_scale = float((share * log_scale).sum())
+    return Place(
+        middle, math.atan2(mean.imag, mean.real), total, covariance, mean_scale,
+        math.sqrt(float((share * (log_scale - mean_scale) ** 2).sum())))
+
+
+class Claim:
+    """
+    Claims a place that has been probable enough for long enough, and drops it when it is not.
+
+    A place that jumps is another one.
+    """
+
+    def __init__(self, settings: LocatorSettings) -> None:
+        """Claim nothing."""
+        self._settings = settings
+        self.drop()
+
+    def drop(self) -> None:
+        """Claim nothing from now on."""
+        self.held = False
+        """Whether a place is claimed."""
+        self._sure_m = 0.0
+        self._last: complex | None = None
+
+    def follow(self, place: Place, metres: float) -> bool:
+        """Take the best place after a way of so many metres; return whether it is claimed."""
+        settings = self._settings
+        jumped = self._last is not None and (
+            abs(place.middle - self._last) > settings.mode_m + 2 * metres)
+        if jumped or place.probability < settings.drop_below:
+            self.drop()
+        if self.held or place.probability > settings.claim_above:
+            self._sure_m += metres if self._last is not None else 0.0
+            self._last = place.middle
+        else:
+            self.drop()
+        self.held = self.held or self._sure_m >= settings.claim_after_m
+        return self.held
+
+
+class Astray:
+    """
+    Notices when the vehicle leaves the roads of the map, and expects it where the odometry leads.
+
+    While a place is claimed, the evidence is that its roads bend as the odometry does. When it
+    falls too much within a short way, the vehicle has been off the roads since before.
+    """
+
+    def __init__(self, settings: LocatorSettings) -> None:
+        """Start on the roads."""
+        self._settings = settings
+        self.forget()
+
+    def forget(self) -> None:
+        """Start again: what was known is not true any more."""
+        self._past: deque[_Moment] = deque()
+        self._before: _Moment | None = None
+
+    @property
+    def is_lost(self) -> bool:
+        """Return whether the vehicle has left the roads, and is not found again."""
+        return self._before is not None
+
+    def follow(self, place: Place, odometry: complex, way: float, evidence: float) -> bool:
+        """
+        Take a claimed place; return whether the vehicle has just left the roads.
+
+        Parameters
+        ----------
+        place
+            The place.
+        odometry
+            Place in the axes and the unit of the odometry.
+        way
+            Metres travelled so far.
+        evidence
+            Logarithm of the likelihood so far of the odometry on the roads of the map, relative to
+            that on a road that fits.
+
+        """
+        settings = self._settings
+        self._before = None
+        self._past.append(_Moment(place, odometry, way, evidence))
+        while way - self._past[0].way > settings.lost_within_m:
+            self._past.popleft()
+        best = max(self._past, key=lambda moment: moment.evidence)
+        if best.evidence - evidence < settings.lost_nats:
+            return False
+        self._before = self._past[0]
+        self._past.clear()
+        return True
+
+    def expected(self, odometry: complex, way: float) -> ExpectedPose:
+        """Return the pose that the odometry leads to; only while the vehicle is lost."""
+        settings, before = self._settings, self._before
+        assert before is not None
+        place, metres = before.place, way - before.way
+        moved = (odometry - before.odometry) * cmath.exp(complex(place.log_scale, place.turned))
+        deviation = math.hypot(
+            math.sqrt(place.covariance[2, 2]),
+            settings.heading_noise * math.sqrt(metres / 100.0))
+        return ExpectedPose(
+            place.middle + moved, place.turned, deviation,
+            settings.reseed_m + settings.reseed_growth * metres, place.log_scale)
+
+
+@dataclass(frozen=True, slots=True)
+class _Moment:
+    """A claimed place, and what was known then."""
+
+    place: Place
+    odometry: complex
+    way: float
+    evidence: float

@@ -1,0 +1,147 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Makes hypotheses: anywhere on the map, near a point, or near an expected pose."""
+
+from dataclasses import dataclass
+import math
+
+import numpy as np
+from phase_traj_ros.core.localization.given import Prior, ScaleRange
+from phase_traj_ros.core.localization.hypotheses import Floats, Hypotheses, Ints, places_on
+from phase_traj_ros.core.localization.roads import RoadMap
+from phase_traj_ros.core.localization.settings import LocatorSettings
+from phase_traj_ros.core.localization.window import Odometer
+
+# Hypotheses around a point, at least: several on each piece of road.
+_FEWEST = 4_000
+# Deviation of a heading that counts as unknown, in radians.
+_UNKNOWN_HEADING = math.radians(60.0)
+
+
+@dataclass(frozen=True, slots=True)
+class ExpectedPose:
+    """
+    Pose that the odometry leads to from the last known place.
+
+    place
+        As a complex number in metres.
+    turned, deviation
+        Rotation from the axes of the odometry to those of the map, and its standard deviation.
+    radius
+        Distance that the place may be off.
+    log_scale
+        Natural logarithm of the metres per unit of the odometry.
+    """
+
+    place: complex
+    turned: float
+    deviation: float
+    radius: float
+    log_scale: float
+
+
+class Seeding:
+    """Makes hypotheses on a map that have seen the newest strides of an odometer."""
+
+    def __init__(
+        self, roads: RoadMap, scale: ScaleRange, settings: LocatorSettings,
+        rng: np.random.Generator,
+    ) -> None:
+        """Prepare a map."""
+        self._roads, self._scale, self._settings, self._rng = roads, scale, settings, rng
+        self._spread = spread_of(scale)
+        self._log_chance = np.log(
+            roads.length * np.where(roads.against, settings.wrong_way, 1.0))
+
+    def anywhere(self, odometer: Odometer, log_total: float) -> Hypotheses:
+        """Return a hypothesis on each piece of road, of a given total weight."""
+        return self._on(np.arange(len(self._roads)), odometer, log_total)
+
+    def around(self, prior: Prior, odometer: Odometer, log_total: float) -> Hypotheses:
+        """
+        Return hypotheses on the roads around a point.
+
+        Raises
+        ------
+        ValueError
+            There is no road around it.
+
+        """
+        apart = self._roads.distances_to(prior.x, prior.y)
+        near = np.flatnonzero(apart <= prior.radius)
+        if not len(near):
+            raise ValueError(
+                f'no road is within {prior.radius:.0f} m of the prior; the nearest one is'
+                f' {apart.min():.0f} m away: move the prior, enlarge its radius, or use another'
+                ' map')
+        them = self._on(
+            np.repeat(near, math.ceil(_FEWEST / len(near))), odometer, log_total)
+        if prior.heading is not None:
+            off = np.angle(np.exp(1j * (them.turned + odometer.heading - prior.heading)))
+            them.log_weight = them.log_weight - (off / prior.heading_deviation) ** 2 / 2
+            them.log_weight += log_total - them.log_total
+        return them
+
+    def expected(
+        self, pose: ExpectedPose, odometer: Odometer, log_total: float,
+    ) -> Hypotheses | None:
+        """Return hypotheses on the roads near an expected pose; None if there are none."""
+        roads, settings = self._roads, self._settings
+        near = np.flatnonzero(
+            roads.distances_to(pose.place.real, pose.place.imag) <= pose.radius)
+        known = pose.deviation < _UNKNOWN_HEADING
+        if known:
+            off = roads.direction[near] - odometer.heading - pose.turned
+            near = near[np.abs(np.angle(np.exp(1j * off))) <= (
+                2 * settings.mode_heading + 2 * pose.deviation)]
+        if not len(near):
+            return None
+        them = self._on(near, odometer, log_total)
+        if known:
+            them.turned[:] = pose.turned + pose.deviation * self._rng.standard_normal(len(near))
+            them.variance[:] = settings.start_heading ** 2
+        them.log_scale = pose.log_scale + settings.merge_scale * self._rng.standard_normal(
+            len(near))
+        return self.retraced(them, odometer)
+
+    def prior_scales(self, count: int) -> Floats:
+        """Return logarithms of scales drawn evenly from the prior, in random order."""
+        share = (self._rng.permutation(count) + self._rng.random(count)) / max(count, 1)
+        return math.log(self._scale.middle) + self._spread * _normal_quantile(share)
+
+    def _on(self, piece: Ints, odometer: Odometer, log_total: float) -> Hypotheses:
+        roads, count = self._roads, len(piece)
+        offset = roads.length[piece] * self._rng.random(count)
+        turned = roads.direction[piece] - odometer.heading
+        them = Hypotheses(
+            piece, offset, self.prior_scales(count), turned,
+            np.full(count, self._settings.start_heading ** 2),
+            np.empty((count, 0), np.complex128), self._log_chance[piece])
+        them.log_weight = them.log_weight + (log_total - them.log_total)
+        return self.retraced(them, odometer)
+
+    def retraced(self, them: Hypotheses, odometer: Odometer) -> Hypotheses:
+        """Return the hypotheses with the trail of the odometer to where they are."""
+        turn = np.exp(them.log_scale + 1j * them.turned)
+        places = places_on(self._roads, them.piece, them.offset)
+        them.trail = places[:, None] + turn[:, None] * np.array(odometer.trail)
+        return them
+
+
+def spread_of(scale: ScaleRange) -> float:
+    """Return the standard deviation of the logarithm of the scale."""
+    return scale.half_width / 1.96
+
+
+def _normal_quantile(share: Floats) -> Floats:
+    """
+    Return quantiles of the normal distribution, within 0.00045.
+
+    M. Abramowitz and I. A. Stegun, "Handbook of Mathematical Functions", 26.2.23.
+    """
+    tail = np.clip(np.minimum(share, 1.0 - share), 1e-12, 0.5)
+    t = np.sqrt(-2.0 * np.log(tail))
+    value = t - (2.515517 + t * (0.802853 + t * 0.010328)) / (
+        1.0 + t * (1.432788 + t * (0.189269 + t * 0.001308)))
+    quantile: Floats = np.where(share < 0.5, -value, value)
+    return quantile

@@ -1,0 +1,103 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The last strides of the odometer: what the hypotheses are compared with."""
+
+import cmath
+from dataclasses import dataclass
+from itertools import pairwise
+import math
+
+from phase_traj_ros.core.localization.given import OdometryStep
+
+
+@dataclass(frozen=True, slots=True)
+class Stride:
+    """
+    One stride of the odometer and the chord that ends with it, in the axes of the odometry.
+
+    distance
+        Distance along the path, in the unit of the odometry.
+    distance_variance, yaw_variance
+        Variances of the distance and of the change of the heading since the last stride.
+    heading
+        Heading at the end, in radians.
+    trail
+        The ends of the last strides and the start of the first, the oldest first, as complex
+        numbers, relative to the newest.
+    chord, bend
+        Direction of the chord from the first to the last of the trail, and how much the trail
+        bends, in radians.
+    turned
+        Change of the direction since the chord before.
+    """
+
+    distance: float
+    distance_variance: float
+    yaw_variance: float
+    heading: float
+    trail: tuple[complex, ...]
+    chord: float
+    bend: float
+    turned: float
+
+
+class Odometer:
+    """Sums steps of the odometry up to strides of equal length."""
+
+    def __init__(self, stride: float, strides: int) -> None:
+        """Make an odometer at the origin; ``stride`` is in the unit of the odometry."""
+        self._stride = stride
+        self._strides = strides
+        self.heading = 0.0
+        """Heading in radians since the start, not wrapped."""
+        self.place = 0j
+        """Place at the last stride, in the axes and the unit of the odometry."""
+        self.since = 0j
+        """Displacement since then."""
+        self.begin_again()
+
+    def begin_again(self) -> None:
+        """Forget the trail and the stride: what came before does not belong to what follows."""
+        self.place += self.since
+        along = cmath.rect(self._stride, self.heading)
+        self._trail = [-along * (self._strides - number) for number in range(self._strides + 1)]
+        self._chord = self.heading
+        self._begin_stride()
+
+    def _begin_stride(self) -> None:
+        self.since = 0j
+        self._distance = self._distance_variance = self._yaw_variance = 0.0
+
+    @property
+    def trail(self) -> tuple[complex, ...]:
+        """Return the ends of the last strides, the oldest first, relative to the newest."""
+        return tuple(self._trail)
+
+    def add(self, step: OdometryStep) -> Stride | None:
+        """Take the next step; return the stride that ends with it, if one does."""
+        self.since += cmath.rect(step.distance, self.heading + step.yaw / 2)
+        self.heading += step.yaw
+        self._distance += step.distance
+        self._distance_variance += step.distance_variance
+        self._yaw_variance += step.yaw_variance
+        if self._distance < self._stride:
+            return None
+        newest = self._trail[-1] + self.since
+        self.place += self.since
+        self._trail = [*(place - newest for place in self._trail[1:]), 0j]
+        across = -self._trail[0]
+        # A vehicle that has gone back and forth may be where it was.
+        chord = cmath.phase(across) if across else self._chord
+        turned = math.remainder(chord - self._chord, math.tau)
+        self._chord = chord
+        stride = Stride(
+            self._distance, self._distance_variance, self._yaw_variance, self.heading,
+            tuple(self._trail), chord, self._bend(), turned)
+        self._begin_stride()
+        return stride
+
+    def _bend(self) -> float:
+        parts = [after - before for before, after in pairwise(self._trail)]
+        return sum(
+            abs(cmath.phase(after * before.conjugate()))
+            for before, after in pairwise(parts))

@@ -1,0 +1,148 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Repeated pictures: they measure nothing, and cost nothing."""
+
+from functools import cache
+
+import cv2
+import numpy as np
+from phase_traj_ros.core import (
+    CameraModel,
+    CodeSource,
+    EstimatorSettings,
+    Lens,
+    Movement,
+    PairStatus,
+    StillnessSettings,
+    TrajectoryEstimator,
+)
+from phase_traj_ros.core.frames.repeats import RepeatDetector
+from phase_traj_ros.core.reliability import Reason
+from phase_traj_ros.synthetic import Camera, plan_drive, render_drive, Straight, Turn
+from phase_traj_ros.synthetic.degradations import sensor_noise
+import pytest
+
+S = 10**9
+CAMERA = Camera.with_field_of_view(320, 240, 70.0)
+MODEL = CameraModel(
+    width=320, height=240, fx=CAMERA.focal, fy=CAMERA.focal, cx=CAMERA.cx, cy=CAMERA.cy)
+AUTO = EstimatorSettings(
+    code_source=CodeSource.AUTO, lens=Lens(camera=MODEL), camera_height=1.65,
+    stillness=StillnessSettings())
+PAPER = EstimatorSettings(threshold=16.0)
+
+
+@cache
+def frames():
+    drive = plan_drive('corner', [Straight(1.5), Turn(90, 2.5, 4.0), Straight(1.5)],
+                       rate_hz=10.0, camera=CAMERA, seed=3)
+    return list(render_drive(drive))
+
+
+def fed(settings, shown):
+    """Return the estimator and its updates, for pictures by index and stamps in seconds."""
+    estimator = TrajectoryEstimator(settings)
+    updates = [estimator.update(frames()[index], round(stamp * S)) for index, stamp in shown]
+    return estimator, updates[1:]
+
+
+def encoded(frame, quality):
+    return cv2.imdecode(
+        cv2.imencode('.jpg', frame, [cv2.IMWRITE_JPEG_QUALITY, quality])[1],
+        cv2.IMREAD_GRAYSCALE)
+
+
+@pytest.mark.parametrize('times', [2, 3])
+@pytest.mark.parametrize('settings', [AUTO, PAPER], ids=['auto', 'paper'])
+def test_every_picture_several_times_is_every_picture_once(settings, times):
+    once, single = fed(settings, [(index, 0.1 * index) for index in range(len(frames()))])
+    many, updates = fed(settings, [
+        (index // times, 0.1 * index / times) for index in range(times * len(frames()))])
+    new = updates[times - 1::times]
+    assert [update.status for update in new] == [update.status for update in single]
+    assert [update.step.movement for update in new] == [
+        update.step.movement for update in single]
+    assert list(many.codes.direction) == list(once.codes.direction)
+    repeated = [update for index, update in enumerate(updates) if (index + 1) % times]
+    assert {update.status for update in repeated} == {PairStatus.REPEATED}
+    assert {update.step for update in repeated if update.step.appended} == set()
+    assert {update.step.movement for update in repeated} == {Movement.NO_CHANGE}
+    assert many.counters.repeated == len(repeated)
+    assert many.frames == times * len(frames())
+    # The pair after them covers their time.
+    assert {update.interval_ns for update in new} == {S // 10}
+    if settings is AUTO:
+        assert many.way.distance == pytest.approx(once.way.distance)
+        assert [update.heading.heading for update in new] == pytest.approx(
+            [update.heading.heading for update in single])
+        assert [update.heading.rate for update in new] == pytest.approx(
+            [update.heading.rate for update in single])
+    assert many.reliability.reliable
+
+
+def test_stamps_less_than_2_ms_apart_are_of_one_exposure():
+    shown = [(index, 0.1 * index) for index in range(20)]
+    expected, _ = fed(AUTO, shown)
+    doubled = [each for index, stamp in shown for each in ((index, stamp), (index, stamp + 0.001))]
+    found, updates = fed(AUTO, doubled)
+    assert [update.status for update in updates[::2]] == [PairStatus.REPEATED] * 20
+    assert found.way.distance == pytest.approx(expected.way.distance)
+
+
+def test_a_frozen_camera_is_said_and_unreliable():
+    shown = [(min(index, 12), 0.1 * index) for index in range(30)]
+    estimator, updates = fed(AUTO, shown)
+    assert {update.status for update in updates[12:]} == {PairStatus.REPEATED}
+    assert {update.odometry for update in updates[12:]} == {None}
+    assert Reason.FROZEN in estimator.reliability.reasons
+
+
+def test_a_standing_camera_is_not_frozen():
+    estimator = TrajectoryEstimator(AUTO)
+    statuses = [
+        estimator.update(sensor_noise(frames()[0], sigma=1.0, seed=index), index * S // 10)
+        for index in range(30)]
+    assert {update.status for update in statuses[10:]} == {PairStatus.STILL}
+    assert estimator.reliability.reliable
+
+
+def test_a_picture_that_an_encoder_repeats_is_repeated():
+    detector = RepeatDetector()
+    detector.keep(encoded(frames()[3], 90))
+    # The second time it is encoded from what it was decoded to.
+    again = encoded(encoded(frames()[3], 90), 95)
+    assert np.any(again != encoded(frames()[3], 90))
+    assert detector.is_repeated(again, S // 30)
+    assert not detector.is_repeated(encoded(frames()[4], 90), S // 30)
+
+
+@pytest.mark.parametrize('other', [
+    lambda frame: sensor_noise(frame, sigma=1.0, seed=1), lambda frame: frame.astype(np.uint16),
+    lambda frame: frame[:-1], lambda frame: np.roll(frame, 1, axis=1),
+    lambda frame: cv2.circle(frame.copy(), (200, 50), 9, 0, -1)],
+    ids=['noise', 'depth', 'size', 'shift', 'bird'])
+def test_another_picture_is_not_repeated(other):
+    detector = RepeatDetector()
+    assert not detector.is_repeated(frames()[0], S)
+    detector.keep(frames()[0])
+    assert detector.is_repeated(frames()[0], S)
+    assert not detector.is_repeated(other(frames()[0]), S)
+    assert not detector.is_repeated(frames()[0], S, encoding='rgb8')
+    detector.forget()
+    assert not detector.is_repeated(frames()[0], S)
+
+
+def test_more_than_8_bits_are_repeated_only_if_they_are_the_same():
+    frame = (257 * frames()[0].astype(np.uint16))
+    detector = RepeatDetector()
+    detector.keep(frame)
+    frame[10, 10] ^= 1
+    assert not detector.is_repeated(frame, S)
+
+
+def test_a_covered_lens_is_not_a_frozen_camera():
+    estimator = TrajectoryEstimator(AUTO)
+    black = np.zeros((240, 320), np.uint8)
+    updates = [estimator.update(black, index * S // 10) for index in range(30)]
+    assert {update.status for update in updates[1:]} == {PairStatus.NO_MEASUREMENT}
+    assert Reason.FROZEN not in estimator.reliability.reasons
