@@ -27,7 +27,8 @@ FLOORS = {
     'synthetic': (
         'arrays', 'camera', 'textures degradations overlays', 'scene', 'town view', 'drive'),
     'cli': (
-        'command ending options progress live_view report walk', 'commands', 'program', 'main'),
+        'command ending escaping', 'options progress live_view report walk', 'commands',
+        'program', 'main'),
     'ros': (
         'spin health losses entities graph', 'startup', 'declare', 'outputs',
         'inputs saving playback', 'diagnostics', 'nodes', 'main lifecycle_main'),

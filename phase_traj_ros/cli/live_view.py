@@ -10,10 +10,11 @@ import shutil
 import time
 from typing import TextIO
 
+from phase_traj_ros.cli.escaping import escaped
 from phase_traj_ros.core import Corner, Movement, TrajectoryEstimator, Update
 from phase_traj_ros.io.replay.run import Watcher
 from phase_traj_ros.io.results.path_text import path_lines
-from phase_traj_ros.io.sources.base import StampedFrame
+from phase_traj_ros.io.sources.base import Entry, StampedFrame
 
 _PERIOD_S = 0.1
 _PATH_ROWS = 14
@@ -51,8 +52,7 @@ class LiveView(Watcher):
 
         """
         self._stream = stream
-        # A file name may contain control characters, which a terminal would execute.
-        self._title = ''.join(sign if sign.isprintable() else '?' for sign in title)
+        self._title = escaped(title)
         self._total = total
         self._doing = ''
         self._clock = clock
@@ -77,7 +77,7 @@ class LiveView(Watcher):
         if self._terminal:
             self._write(_SHOW_CURSOR)
 
-    def over(self, frames: Iterable[StampedFrame], doing: str) -> Iterator[StampedFrame]:
+    def over(self, frames: Iterable[Entry], doing: str) -> Iterator[Entry]:
         """Yield the frames of a pass, named ``doing``, and show the progress."""
         self._began = self._clock()
         self._doing = f', {doing}' if doing else ''

@@ -18,6 +18,7 @@ from phase_traj_ros.cli.ending import (
     status_of,
     write_error,
 )
+from phase_traj_ros.cli.escaping import escaped, escaped_output
 from phase_traj_ros.errors import PhaseTrajError
 
 EXIT_OK = 0
@@ -36,7 +37,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line; return the exit status."""
     open_closed_streams()
     try:
-        return _status(arguments)
+        with escaped_output():
+            return _status(arguments)
     finally:
         write_error(sys.stderr)
 
@@ -59,7 +61,7 @@ def _status(arguments: Sequence[str] | None) -> int:
             options = program_parser().parse_args(arguments)
             status: int | None = options.run(options)
     except PhaseTrajError as error:
-        say(f'phase_traj: error: {error}')
+        say(escaped(f'phase_traj: error: {error}'))
         status = EXIT_BAD_INPUT
     except KeyboardInterrupt as error:
         number = error.number if isinstance(error, Ended) else signal.SIGINT

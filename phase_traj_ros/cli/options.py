@@ -73,7 +73,7 @@ def add_parameters(parser: ArgumentParser) -> None:
         help="shift in pixels per frame from which a pair is a turn, the paper's rule"
              ' (default: the value in --params, otherwise no threshold)')
     parser.add_argument(
-        '--params', metavar='FILE',
+        '--params', metavar='FILE', type=Path,
         help='ROS parameter file, as for the node: a path, or the name of one in config/, such as'
              ' vehicle.yaml')
     parser.add_argument(
@@ -103,8 +103,8 @@ def print_notices(parameters: Parameters) -> None:
 def inputs_of(options: Namespace, parameters: Parameters) -> tuple[Path, ...]:
     """Return all files and folders that a replay with these options reads."""
     files = [
-        None if options.params is None else find_params_file(options.params),
-        Path(parameters.mask_file) if parameters.mask_file else None]
+        find_params_file(options.params) if options.params else None,
+        Path(parameters.mask_file).expanduser() if parameters.mask_file else None]
     return tuple(
         file.absolute() for file in (*options.sources, *files) if file is not None)
 

@@ -7,6 +7,8 @@ from contextlib import contextmanager
 import sys
 from typing import TypeVar
 
+from phase_traj_ros.cli.escaping import escaped, screen
+
 Item = TypeVar('Item')
 
 
@@ -27,7 +29,9 @@ def counter(*, total: int | None, title: str) -> Iterator[Callable[[], object]]:
         except ImportError:
             pass
         else:
-            with tqdm(total=total, desc=title, unit=' frames', leave=False) as bar:
+            with tqdm(
+                    total=total, desc=escaped(title), unit=' frames', leave=False,
+                    file=screen()) as bar:
                 yield bar.update
             return
     yield lambda: None
@@ -43,7 +47,9 @@ def gauge(*, total: int, title: str) -> Iterator[Callable[[float], object]]:
             pass
         else:
             layout = '{desc}: {percentage:3.0f}%|{bar}| {n:.1f} of {total} [{elapsed}<{remaining}]'
-            with tqdm(total=total, desc=title, bar_format=layout, leave=False) as bar:
+            with tqdm(
+                    total=total, desc=escaped(title), bar_format=layout, leave=False,
+                    file=screen()) as bar:
                 yield lambda done: bar.update(done - bar.n)
             return
     yield lambda _: None

@@ -5,6 +5,7 @@
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 import re
+from typing import Any
 
 from phase_traj_ros.errors import ParameterError
 from phase_traj_ros.parameters import NODE_NAME, Parameters
@@ -12,6 +13,8 @@ import yaml
 
 _VALUES = 'ros__parameters'
 _MISSPELT = ('ros_parameters', 'ros__parameter', 'ros_parameter')
+# Parameters of all nodes of a robot need a few KiB.
+_MOST_BYTES = 1 << 20
 # PyYAML raises a plain ValueError for e.g. a 13th month or a number with thousands of digits.
 _NO_YAML = (yaml.YAMLError, ValueError)
 # Parameters of the node itself, which a replay ignores.
@@ -150,10 +153,25 @@ def parse_assignment(text: str) -> tuple[str, object]:
     name, assigned, value = text.partition(':=')
     try:
         if assigned and name:
-            return name, yaml.safe_load(value) if value else ''
-    except _NO_YAML:
+            return name, _loaded(value) if value else ''
+    except (*_NO_YAML, RecursionError):
         pass
     raise ParameterError(f'{text!r} does not assign a parameter: write NAME:=VALUE')
+
+
+class _Loader(yaml.SafeLoader):  # type: ignore[misc]
+    """Refuses aliases, as ROS does: nested ones describe contents without bounds."""
+
+    def compose_node(self, parent: yaml.Node | None, index: int) -> yaml.Node | None:
+        if self.check_event(yaml.AliasEvent):
+            mark = self.peek_event().start_mark
+            raise yaml.composer.ComposerError(
+                None, None, 'an alias (*name): write its content in full', mark)
+        return super().compose_node(parent, index)
+
+
+def _loaded(text: str) -> Any:
+    return yaml.load(text, Loader=_Loader)
 
 
 def _is_meant(node: str) -> bool:
@@ -163,7 +181,12 @@ def _is_meant(node: str) -> bool:
 def _sections(path: Path) -> Iterator[tuple[str, Mapping[object, object]]]:
     """Yield each node's name and values, in the order of the file."""
     try:
-        content = yaml.safe_load(path.read_text(encoding='utf-8'))
+        with path.open('rb') as file:
+            text = file.read(_MOST_BYTES + 1)
+        if len(text) > _MOST_BYTES:
+            raise ParameterError(
+                f'{path} is larger than {_MOST_BYTES >> 10} KiB: give a ROS parameter file')
+        content = _loaded(text.decode('utf-8'))
     except (OSError, UnicodeDecodeError) as error:
         reason = error.strerror if isinstance(error, OSError) else 'not a text file'
         raise ParameterError(f'cannot read the parameter file {path}: {reason}') from None

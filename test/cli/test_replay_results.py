@@ -255,7 +255,7 @@ def test_without_a_terminal_the_live_view_is_a_line_per_turn(monkeypatch):
     text = viewed(Screen(terminal=False), monkeypatch, title='\x1b[2Jname')
     assert '\x1b' not in text
     lines = text.splitlines()
-    assert [line[:33] for line in lines[:2]] == [
-        '?[2Jname: pair 1  movement 0 left', '?[2Jname: pair 4  movement 2 righ']
+    assert [line[:36] for line in lines[:2]] == [
+        r'\x1b[2Jname: pair 1  movement 0 left', r'\x1b[2Jname: pair 4  movement 2 righ']
     assert lines[2:] and all(set(line.strip()) <= {
         chr(sign) for sign in range(0x2800, 0x2900)} | {' '} for line in lines[2:])

@@ -81,7 +81,7 @@ camera:
     ('threshold: 20.0', 'not a ROS parameter file'),
     ('a: [', 'is not YAML'),
     ('/**:\n  ros__parameters: {threshold: 2026-13-45}', 'is not YAML'),
-    ('&all\n/**: *all\n', 'nested without end'),
+    ('&all\n/**: *all\n', 'an alias'),
     ('[' * 5000, 'nested without end'),
     ('camera:\n  ros__parameters: {exposure: 3}', 'no parameters for the node'),
     ('/**:\n  ros__parameters: 3', 'holds no parameters'),
@@ -140,6 +140,29 @@ def test_assignments_are_those_of_ros(text, expected):
 def test_invalid_assignments(text):
     with pytest.raises(ParameterError, match='NAME:=VALUE'):
         parse_assignment(text)
+
+
+@pytest.mark.timeout(20)
+def test_aliases_are_refused(tmp_path):
+    # Nine levels of nine are 387 million values.
+    levels = ['a0: &a0 [x, x, x, x, x, x, x, x, x]']
+    levels += [
+        f'a{level}: &a{level} {{{", ".join(f"{key}: *a{level - 1}" for key in "ijklmnopq")}}}'
+        for level in range(1, 9)]
+    path = tmp_path / 'bomb.yaml'
+    path.write_text('/**:\n  ros__parameters:\n' + ''.join(f'    {line}\n' for line in levels))
+    with pytest.raises(ParameterError, match='alias'):
+        read_parameters(path)
+    with pytest.raises(ParameterError, match='does not assign'):
+        parse_assignment('threshold:=[&a 1, *a]')
+
+
+def test_a_file_beyond_all_bounds_is_refused(tmp_path):
+    path = tmp_path / 'long.yaml'
+    with path.open('wb') as file:
+        file.truncate(1 << 30)
+    with pytest.raises(ParameterError, match='larger than 1024 KiB'):
+        read_parameters(path)
 
 
 def test_a_removed_parameter_says_what_to_do_instead(file):

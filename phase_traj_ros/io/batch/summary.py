@@ -30,8 +30,11 @@ HTML_NAME: Final = 'summary.html'
 SUMMARY_NAMES: Final = (CSV_NAME, HTML_NAME)
 COLUMNS: Final = (
     'source', 'folder', 'status', 'frames', 'turns', 'seconds', 'error', 'reliable', 'reasons',
-    'distance', 'distance_unit', 'distance_states')
+    'distance', 'distance_unit', 'distance_states',
+    'dropped_frames', 'skipped_frames', 'repeated_frames')
 
+# Signs that begin a formula.
+_FORMULA = ('=', '+', '-', '@', '\t', '\r')
 # Side of the square in which a route is drawn.
 _SIDE = 40
 
@@ -53,7 +56,7 @@ def write_summary(
                 'w', encoding='utf-8', errors='backslashreplace', newline='') as file:
             writer = csv.writer(file, lineterminator='\n')
             writer.writerow(COLUMNS)
-            writer.writerows(_row(outcome) for outcome in outcomes)
+            writer.writerows(map(_as_text, _row(outcome)) for outcome in outcomes)
         write_page(_page(outcomes, directory), staging / HTML_NAME)
 
 
@@ -64,7 +67,12 @@ def _row(outcome: Outcome) -> list[str]:
         str(outcome.turns), f'{outcome.seconds:.2f}', outcome.error,
         '' if found is None else str(found.reliable).lower(),
         '' if found is None else ' '.join(found.words),
-        *_way_cells(outcome)]
+        *_way_cells(outcome), *_frame_cells(outcome)]
+
+
+def _as_text(cell: str) -> str:
+    """Return a cell that no spreadsheet takes for a formula."""
+    return f"'{cell}" if cell.startswith(_FORMULA) else cell
 
 
 def _way_cells(outcome: Outcome) -> tuple[str, str, str]:
@@ -74,6 +82,13 @@ def _way_cells(outcome: Outcome) -> tuple[str, str, str]:
     return (
         f'{way.distance:.1f}', outcome.length_unit.value,
         ' '.join(f'{state.value}:{count}' for state, count in way.states.items()))
+
+
+def _frame_cells(outcome: Outcome) -> tuple[str, str, str]:
+    if outcome.status is not Status.OK:
+        return '', '', ''
+    counters = outcome.counters
+    return str(counters.dropped), str(counters.skipped), str(counters.repeated)
 
 
 def _page(outcomes: Sequence[Outcome], directory: Path) -> str:
@@ -92,7 +107,7 @@ def _page(outcomes: Sequence[Outcome], directory: Path) -> str:
         ]),
         'sources': table(
             [_cells(outcome, directory) for outcome in outcomes], head=('', *COLUMNS),
-            numbers=(4, 5, 6, 10), kind='routes'),
+            numbers=(4, 5, 6, 10, 13, 14, 15), kind='routes'),
     })
 
 

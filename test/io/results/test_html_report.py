@@ -2,7 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """The report: what is in the file, and what a real browser makes of it."""
 
+import base64
 from dataclasses import replace
+import hashlib
 from html.parser import HTMLParser
 import json
 import re
@@ -304,3 +306,12 @@ def test_pieces_of_pages():
     hostile = {'</script><!--': '&\u2028'}
     text = script_json(hostile).html
     assert not set(text) & set('<>&') and json.loads(text) == hostile
+
+
+def test_only_its_own_script_may_run(page_file):
+    text = page_file.read_text(encoding='utf-8')
+    [policy] = re.findall(r'http-equiv="Content-Security-Policy"\s+content="([^"]*)"', text)
+    [script] = re.findall(r'<script>(.*?)</script>', text, re.DOTALL)
+    digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
+    assert f"script-src 'sha256-{digest}'" in policy
+    assert 'unsafe' not in policy.split('script-src')[1]

@@ -5,6 +5,7 @@
 import base64
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+import hashlib
 from html import escape
 from importlib.resources import files
 import json
@@ -77,6 +78,12 @@ def definitions(items: Iterable[tuple[str, str]]) -> Markup:
 def data_uri(content: bytes, suffix: str) -> str:
     """Return a picture as a data URI; ``suffix`` is .png, .jpg or .svg."""
     return f'data:{_SUFFIX_TYPES[suffix]};base64,{base64.b64encode(content).decode()}'
+
+
+def script_hash(script: str) -> str:
+    """Return the source for the security policy that allows a script on lines of its own."""
+    digest = hashlib.sha256(f'\n{script}\n'.encode()).digest()
+    return f'sha256-{base64.b64encode(digest).decode()}'
 
 
 def script_json(content: object) -> Markup:
