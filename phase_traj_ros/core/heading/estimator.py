@@ -364,7 +364,8 @@ class HeadingEstimator:
         projection = CylinderProjection(camera, rotate_180=self._rotate_180)
         # A rejected frame must not change the state.
         check_frame(projection(frame))
-        meter = YawMeter(projection, mask=self._left_out.mask, transform=self._transform,
+        meter = YawMeter(
+            projection, mask=self._left_out.mask, transform=self._transform,
             keyframes=self._keyframes)
         if self._left_out.keep_for(frame.shape):
             meter.use_mask(self._left_out.counting)

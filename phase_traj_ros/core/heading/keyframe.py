@@ -48,9 +48,7 @@ class Keyframe:
         return self._begun.after(self.age)
 
     def pair(self, motion: CameraMotion, blocks: BlockShifts) -> CameraMotion:
-        """
-        Add the motion since this frame, and return it with the rotation since the previous frame.
-        """
+        """Add the motion since this frame; return it with the rotation of the newest pair."""
         seen = blocks.weight > 0.0
         for column, moved in enumerate((blocks.dx, blocks.dy)):
             self.moved[:, column] = np.where(seen, moved, np.median(moved[seen]))
