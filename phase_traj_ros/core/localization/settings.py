@@ -31,7 +31,9 @@ class LocatorSettings:
     chord_error: float = math.radians(1.5)
     """Deviation of a chord of the map from that of the vehicle on a straight road."""
     bend_error: float = 0.25
-    """What the bends of both chords add to it, as a share of their angle."""
+    """What the bends of both chords add to it, as a share of their angle..."""
+    bend_error_claimed: float = 0.15
+    """...and once a place is claimed, when hypotheses are dense enough to be judged by more."""
     dead_band: float = math.radians(1.0)
     """Difference of the chords that costs nothing."""
     outlier_share: float = 0.03
