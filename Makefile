@@ -21,7 +21,7 @@ environment = $(or $(boot),$(error No Python found: install Python 3.10 to 3.13 
 unexport _ROS_WHEELS_BOOTSTRAP_COMPLETE
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-noble lint colcon dist bench bench-system robustness any-camera distance frame-rate docs \
+.PHONY: help demo test test-noble lint colcon dist bench bench-system robustness any-camera distance frame-rate locate docs \
 	docs-links version release pins clean
 
 help:  ## Show this list
@@ -76,6 +76,12 @@ distance:  ## Measure distances on clips and drives; writes docs/measurements/di
 frame-rate:  ## Measure drives at 5 to 120 Hz; writes docs/measurements/frame_rate.md
 	@$(environment) .venv --extras ros
 	@.venv/bin/python benchmarks/frame_rate.py
+
+# The odometry along the rendered drives takes ten minutes once, and is kept.
+locate:  ## Measure where on a road map drives are; writes docs/measurements/locate.md
+	@$(environment) .venv --extras ros,map
+	@.venv/bin/python benchmarks/locate_odometry.py out/locate/odometry 00 02 08
+	@.venv/bin/python benchmarks/locate.py
 
 any-camera:  ## Measure the turns of 16 unknown cameras; writes docs/measurements/any_camera.md
 	@$(environment) .venv --extras ros

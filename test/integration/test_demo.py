@@ -16,6 +16,7 @@ def test_demo(tmp_path):
         capture_output=True, text=True, check=False, stdin=subprocess.DEVNULL)
     assert run.returncode == 0, run.stderr
     assert 'live and offline codes are the same' in run.stdout
+    assert 'WARN' not in run.stderr
     code = json.loads((output / 'chain_code.json').read_text())
     assert (code['frames'], len(code['movement'])) == (201, 200)
     assert [run[0] for run in code['direction_runs']] == [1, 0, 1, 0]

@@ -144,11 +144,11 @@ def test_reset_starts_anew(live, topics, connected):
 
 
 def test_time_going_back_starts_anew_and_is_reported(live, topics, connected):
-    publish(connected[1], rolled(DRIVE))
+    publish(connected[1], rolled(DRIVE), start=START + 10 * SECOND)
     publish(connected[1], rolled(DRIVE))
     live.until(lambda: complete(topics, 18))
     assert [each.data for each in topics['movement']] == MOVEMENT * 2
-    assert 'time went back by 0.900 s, from 1700000000.900 to 1700000000.000' in live.logs()
+    assert 'time went back by 10.900 s, from 1700000010.900 to 1700000000.000' in live.logs()
 
 
 ENCODERS = {

@@ -70,6 +70,8 @@ def write_chain_code(result: Replay, path: Path) -> None:
         'source_frames': asdict(result.source_frames),
         'first_stamp_ns': result.first_stamp_ns,
         'last_stamp_ns': result.updates[-1].stamp_ns,
+        'dropped_frames': result.counters.dropped,
+        'skipped_frames': result.counters.skipped,
         'repeated_frames': result.counters.repeated,
         'time_resets': result.counters.time_resets,
         'versions': versions(),

@@ -7,7 +7,7 @@ from collections.abc import Callable, Generator, Iterator
 from contextlib import closing
 from dataclasses import dataclass, replace
 from types import TracebackType
-from typing import Final, TypeVar
+from typing import Final, TypeAlias, TypeVar
 
 from phase_traj_ros.core.camera.model import CameraModel
 from phase_traj_ros.errors import FrameError, SourceError
@@ -48,6 +48,10 @@ class UnreadableFrame:
     """Number of the frame in its source, before the selection, from 0 on."""
     stamp_ns: int
     reason: str
+
+
+Entry: TypeAlias = StampedFrame | UnreadableFrame
+"""A selected frame of a source, decoded or not."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -177,7 +181,7 @@ class FrameSource(ABC):
         self._check_open()
         return self._decoded()
 
-    def entries(self) -> Generator[StampedFrame | UnreadableFrame, None, None]:
+    def entries(self) -> Generator[Entry, None, None]:
         """
         Yield the selected frames, also those that cannot be read or decoded.
 
@@ -195,7 +199,7 @@ class FrameSource(ABC):
             for number, candidate in selected:
                 yield _decode(candidate, number)
 
-    def _readable_or_not(self) -> Generator[StampedFrame | UnreadableFrame, None, None]:
+    def _readable_or_not(self) -> Generator[Entry, None, None]:
         with closing(self._selected()) as selected:
             for number, candidate in selected:
                 try:
