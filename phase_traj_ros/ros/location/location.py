@@ -76,6 +76,10 @@ class Location:
             raise ParameterError(
                 f"parameter 'map_file' is {values.map_file!r}: it needs the measured heading and"
                 ' distance, so leave code_source auto, without a threshold')
+        if values.publish_map_tf and not values.metric:
+            raise ParameterError(
+                "parameter 'publish_map_tf' is true, but the odometry is not in metres: give"
+                ' camera_height or a speed')
         self._node = node
         self._values = values
         self._motions = Motions()
@@ -93,7 +97,7 @@ class Location:
             roads = entities.create_publisher(MarkerArray, '~/roads', _LATCHED)
             roads.publish(road_markers(self._roads.lines, MESSAGES.header(0, MAP_FRAME)))
             self._transform = (
-                MapTransform(node, entities, values.frame_id) if values.publish_map_tf else None)
+                MapTransform(node, entities, values.odom_frame) if values.publish_map_tf else None)
             # A steady clock: a paused simulated time must not delay the last place.
             entities.create_timer(
                 _CANDIDATES_S, self._publish_candidates,

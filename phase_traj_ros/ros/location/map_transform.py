@@ -11,7 +11,6 @@ from phase_traj_ros.ros.outputs.transform import TransformOutput
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from std_msgs.msg import Header
-from tf2_msgs.msg import TFMessage
 
 # Own transforms that may still arrive.
 _OWN = 200
@@ -26,13 +25,22 @@ class MapTransform:
     """
 
     def __init__(self, node: Node, entities: Entities, frame_id: str) -> None:
-        """Listen on ``node``; ``frame_id`` is the frame of the odometry."""
+        """
+        Listen on ``node``; ``frame_id`` is the frame of the odometry.
+
+        Raises
+        ------
+        MissingDependencyError
+            tf2_msgs is not installed.
+
+        """
         self._node = node
         self._frame = frame_id
         self._own: deque[Any] = deque(maxlen=_OWN)
         self.other = False
         """Whether another node publishes a parent of the frame."""
         self._output = TransformOutput(entities)
+        from tf2_msgs.msg import TFMessage
         for topic, durability in (
                 ('/tf', DurabilityPolicy.VOLATILE),
                 ('/tf_static', DurabilityPolicy.TRANSIENT_LOCAL)):
@@ -46,7 +54,7 @@ class MapTransform:
             self._own.append(_key(header, pose.position))
             self._output.publish(header, pose, self._frame)
 
-    def _on_transforms(self, message: TFMessage) -> None:
+    def _on_transforms(self, message: Any) -> None:
         if self.other:
             return
         for each in message.transforms:

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 import math
 from typing import Any
 
@@ -116,7 +117,7 @@ def road_markers(lines: Sequence[NDArray[np.float64]], header: Header) -> Marker
     points: list[Point] = []
     for line in lines:
         corners = [Point(x=x, y=y) for x, y in line.tolist()]
-        points += [each for pair in zip(corners, corners[1:]) for each in pair]
+        points += [each for pair in pairwise(corners) for each in pair]
     return MarkerArray(markers=[Marker(
         header=header, ns='roads', type=Marker.LINE_LIST, pose=pose_message(0.0, 0.0, 0.0),
         scale=Vector3(x=_ROAD_WIDTH), color=_GREY, points=points)])
