@@ -11,7 +11,8 @@ from phase_traj_ros.cli.commands import evaluate as command
 from phase_traj_ros.core.codes.from_heading import HeadingCode
 from phase_traj_ros.core.heading.turns import find_turns
 from phase_traj_ros.errors import ResultError
-from phase_traj_ros.io.batch.job import replay_source, Wanted
+from phase_traj_ros.io.batch.job import replay_source
+from phase_traj_ros.io.batch.request import ReplayRequest
 from phase_traj_ros.io.evaluation import picture
 from phase_traj_ros.io.evaluation.evaluate import evaluate
 from phase_traj_ros.io.evaluation.ground_truth import GroundTruth
@@ -212,7 +213,9 @@ def test_poses_without_times_belong_to_the_frames_of_the_recording(tmp_path, sel
     folder = write_rolled(tmp_path / 'drive')
     with open_source(folder, selection=selection) as source:
         replay_source(
-            source, Parameters(threshold=16.0), Wanted(output=tmp_path / 'results'), title='drive')
+            source, ReplayRequest(
+                source=folder, parameters=Parameters(threshold=16.0),
+                output=tmp_path / 'results'))
     drive = read_replay(tmp_path / 'results')
     assert drive.frame_numbers.tolist() == [round(stamp / 1e8) for stamp in drive.stamps_ns]
     yaws = [float(number) for number in range(14)]
