@@ -3,7 +3,11 @@
 """All tests are collected, also on a ROS installation."""
 
 import ast
+import os
 from pathlib import Path
+import signal
+import subprocess
+import sys
 
 from needs import NEEDS
 import pytest
@@ -47,3 +51,18 @@ def test_what_that_looks_for():
 @pytest.mark.parametrize('file', NEEDS)
 def test_what_files_need_is_said_of_files_that_are_there(file):
     assert HERE / file in FILES
+
+
+def test_a_job_in_the_background_can_interrupt_what_it_tests(tmp_path):
+    test = tmp_path / 'test_it.py'
+    test.write_text(
+        'import signal\n'
+        'def test():\n'
+        '    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler\n')
+    run = subprocess.run(
+        [sys.executable, '-m', 'pytest', '-q', '-p', 'no:cacheprovider', '--rootdir',
+         str(tmp_path), '--confcutdir', str(HERE), '-p', 'conftest', str(test)],
+        capture_output=True, text=True, cwd=tmp_path, check=False,
+        env={**os.environ, 'PYTHONPATH': os.pathsep.join([str(HERE), *sys.path])},
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_IGN))
+    assert run.returncode == 0, run.stdout + run.stderr

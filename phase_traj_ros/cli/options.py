@@ -75,7 +75,7 @@ def add_parameters(parser: ArgumentParser) -> None:
         help="shift in pixels per frame from which a pair is a turn, the paper's rule"
              ' (default: the value in --params, otherwise no threshold)')
     parser.add_argument(
-        '--params', metavar='FILE',
+        '--params', metavar='FILE', type=Path,
         help='ROS parameter file, as for the node: a path, or the name of one in config/, such as'
              ' vehicle.yaml')
     parser.add_argument(
@@ -108,7 +108,7 @@ def request_of(
     """Return the request to replay ``source``; options have the names of its fields."""
     names = {each.name for each in fields(ReplayRequest)}
     given = {name: value for name, value in vars(options).items() if name in names}
-    params = () if options.params is None else (find_params_file(options.params).absolute(),)
+    params = (find_params_file(options.params).absolute(),) if options.params else ()
     return ReplayRequest(**{
         **given, 'source': source, 'parameters': parameters_of(options),
         'selection': selection_of(options), 'also_read': (*also_read, *params)})

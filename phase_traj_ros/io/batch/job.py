@@ -31,7 +31,7 @@ from phase_traj_ros.io.results.thumbnails import (
     Thumbnails,
     TurnWatcher,
 )
-from phase_traj_ros.io.sources.base import FrameSource, StampedFrame
+from phase_traj_ros.io.sources.base import Entry, FrameSource
 
 
 class Pass(Enum):
@@ -42,11 +42,11 @@ class Pass(Enum):
     SECOND = 'pass 2 of 2'
 
 
-Through = Callable[[Iterable[StampedFrame], Pass], Iterable[StampedFrame]]
+Through = Callable[[Iterable[Entry], Pass], Iterable[Entry]]
 """Takes the frames of a pass and yields them, as a progress bar does."""
 
 
-def _straight(frames: Iterable[StampedFrame], _: Pass) -> Iterable[StampedFrame]:
+def _straight(frames: Iterable[Entry], _: Pass) -> Iterable[Entry]:
     return frames
 
 
@@ -102,12 +102,13 @@ def replay_source(
             last = Pass.SECOND
             with closing(frames.keeping()) as first:
                 lens = learned_lens(
-                    through(first, Pass.FIRST), parameters, source.description)
+                    through(first, Pass.FIRST), parameters, source.description,
+                    strict=request.strict)
         speeds = source.speeds(request.speed_topic) if parameters.use_speed_topic else ()
         with closing(frames.once()) as again:
             result = replay(
                 through(again, last), parameters, source=source.description, watchers=seen,
-                lens=lens, speeds=speeds)
+                lens=lens, speeds=speeds, strict=request.strict)
         result = replace(result, source_frames=source.frames)
         for output in outputs:
             with writing_to(output.target):

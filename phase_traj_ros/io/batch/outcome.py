@@ -12,14 +12,14 @@ import time
 
 import cv2
 import numpy as np
-from phase_traj_ros.core import LengthUnit, Way
+from phase_traj_ros.core import Counters, LengthUnit, Way
 from phase_traj_ros.core.reliability import Reliability
 from phase_traj_ros.errors import PhaseTrajError
 from phase_traj_ros.io.batch.job import Pass, replay_source
 from phase_traj_ros.io.batch.request import ReplayRequest
 from phase_traj_ros.io.replay.overview import turn_marks
 from phase_traj_ros.io.replay.run import Replay
-from phase_traj_ros.io.sources.base import StampedFrame
+from phase_traj_ros.io.sources.base import Entry
 
 # Tolerance of a thinned route, as a share of its size: the summary draws it 40 pixels wide.
 _ROUTE_DETAIL = 1 / 80
@@ -52,6 +52,8 @@ class Outcome:
     """The drawn path, thinned for a thumbnail, in its unit, REP 103 axes."""
     way: Way = field(default_factory=Way)
     """Distance travelled; it has no pairs if no distance is measured."""
+    counters: Counters = field(default_factory=Counters)
+    """Numbers of frames that were dropped, skipped or repeated."""
     length_unit: LengthUnit = LengthUnit.METRE
     """Unit of the distance."""
 
@@ -75,6 +77,7 @@ def run_request(request: ReplayRequest, progress: Progress) -> Outcome:
         source=str(request.source), folder=folder_of(request), status=Status.OK,
         frames=result.frames, turns=len(turn_marks(result)), reliability=result.reliability,
         seconds=time.monotonic() - began, route=_route(result), way=result.way,
+        counters=result.counters,
         length_unit=result.parameters.length_unit)
 
 
@@ -98,7 +101,7 @@ def _replay(request: ReplayRequest, progress: Progress) -> Replay:
         total = None if source.frame_count is None else passes * source.frame_count
         done = count()
 
-        def counted(frames: Iterable[StampedFrame], _: Pass) -> Iterator[StampedFrame]:
+        def counted(frames: Iterable[Entry], _: Pass) -> Iterator[Entry]:
             for frame in frames:
                 progress(next(done), total)
                 yield frame

@@ -48,6 +48,8 @@ class ReplayRequest:
     """Frames per second of a folder or video, instead of its stamps."""
     one_pass: bool = False
     """Whether an unknown camera is learned during the replay, as in the node."""
+    strict: bool = False
+    """Whether a frame that cannot be used is an error; otherwise it is skipped and counted."""
     output: Path | None = None
     """Folder of the codes, shifts, trajectory and pictures."""
     svg: bool = False
@@ -88,7 +90,7 @@ class ReplayRequest:
     def inputs(self) -> tuple[Path, ...]:
         """Return all that is read: an output that is one of these or lies in one is refused."""
         mask = self.parameters.mask_file
-        return (self.source, *self.also_read, *((Path(mask),) if mask else ()))
+        return (self.source, *self.also_read, *((Path(mask).expanduser(),) if mask else ()))
 
     @property
     def names(self) -> tuple[str, ...]:

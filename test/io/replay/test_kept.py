@@ -61,7 +61,8 @@ def test_a_pass_that_fails_leaves_no_thread_that_reads(number_of_pass, monkeypat
     source = _Counted(unusable=[(number_of_pass, 5)])
     with pytest.raises(SourceError, match='frame 5') as failure:
         replay_source(source, ReplayRequest(
-            source=Path('noise'), parameters=Parameters(code_source='auto')))
+            source=Path('noise'), parameters=Parameters(code_source='auto'),
+            strict=True))
     assert source.passes == number_of_pass
     # The error refers to the running generator: the garbage collector would come too late.
     assert failure.tb is not None
