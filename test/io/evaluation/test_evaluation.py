@@ -302,7 +302,7 @@ def test_the_command_scores_a_path_in_metres(replayed, tmp_path, capsys):
     truth = truth_of(PLAN)
     write_tum(tmp_path / 'truth.tum', truth.positions, truth.headings)
     command.run(Namespace(
-        directory=directory, ground_truth=tmp_path / 'truth.tum', align_start=False))
+        directory=directory, ground_truth=tmp_path / 'truth.tum', align_start=False, force=False))
     printed = capsys.readouterr().out
     assert 'distance error: +5.0 %' in printed and 'in the plane' in printed
     written = json.loads((directory / 'evaluation.json').read_text())
@@ -335,7 +335,7 @@ def test_the_command_writes_figures_and_a_picture(replayed, tmp_path, capsys):
         np.arange(151) * 0.1, truth.positions, np.zeros((151, 3)), np.sin(half), np.cos(half)])
     path = tmp_path / 'truth.tum'
     np.savetxt(path, rows, fmt='%.9f')
-    command.run(Namespace(directory=directory, ground_truth=path, align_start=False))
+    command.run(Namespace(directory=directory, ground_truth=path, align_start=False, force=False))
     printed = capsys.readouterr().out
     assert 'precision 1.000, recall 1.000' in printed and 'at 100.0% of the frames' in printed
     written = json.loads((directory / 'evaluation.json').read_text())
@@ -354,7 +354,7 @@ def test_the_command_does_without_heading(replayed, tmp_path, capsys):
     half = truth.headings / 2
     np.savetxt(path, np.column_stack([
         np.arange(151) * 0.1, truth.positions, np.zeros((151, 3)), np.sin(half), np.cos(half)]))
-    command.run(Namespace(directory=directory, ground_truth=path, align_start=False))
+    command.run(Namespace(directory=directory, ground_truth=path, align_start=False, force=False))
     assert 'not measured' in capsys.readouterr().out
     written = json.loads((directory / 'evaluation.json').read_text())
     assert written['turns'] is None and written['heading_error_deg'] is None
