@@ -134,7 +134,7 @@ def _odometry(options: Namespace) -> tuple[DriveOdometry, Path | None]:
         return read_odometry(source), None
     request = request_of(options, source, also_read=(options.map,))
     print_notices(request.parameters)
-    with request.open() as opened:
+    with request.opened() as opened:
         def shown(frames: Iterable[Entry], which: Pass) -> Iterator[Entry]:
             name = f'{request.title}, {which.value}' if which.value else request.title
             return progress(frames, total=opened.frame_count, title=name)

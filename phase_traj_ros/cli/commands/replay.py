@@ -90,7 +90,7 @@ def run(options: Namespace) -> int | None:
     if len(options.sources) > 1 or options.dask is not None:
         return replay_many(request, options)
     watch = _Stopwatch()
-    with request.open() as source:
+    with request.opened() as source:
         if options.live:
             with LiveView(screen(), title=request.title, total=source.frame_count) as view:
                 result = replay_source(

@@ -10,7 +10,7 @@ from dataclasses import replace
 from enum import Enum
 from pathlib import Path
 
-from phase_traj_ros.io.batch.request import REPORT, ReplayRequest
+from phase_traj_ros.io.batch.request import ReplayRequest, REPORT
 from phase_traj_ros.io.outputs.commit import writing_to
 from phase_traj_ros.io.outputs.outputs import Outputs
 from phase_traj_ros.io.replay.camera import known_lens, learned_lens

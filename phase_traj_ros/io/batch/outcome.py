@@ -96,7 +96,7 @@ def folder_of(request: ReplayRequest) -> str:
 
 
 def _replay(request: ReplayRequest, progress: Progress) -> Replay:
-    with request.open() as source:
+    with request.opened() as source:
         passes = 2 if request.parameters.learns_camera and not request.one_pass else 1
         total = None if source.frame_count is None else passes * source.frame_count
         done = count()

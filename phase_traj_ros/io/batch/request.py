@@ -100,7 +100,7 @@ class ReplayRequest:
             *(('trajectory.svg', 'turns.svg') if self.svg else ()),
             *((REPORT,) if self.report else ()))
 
-    def open(self) -> FrameSource:
+    def opened(self) -> FrameSource:
         """Open the source; see ``open_source``."""
         return open_source(
             self.source, topic=self.topic, selection=self.selection, fps=self.fps)

@@ -21,7 +21,7 @@ def folder(tmp_path):
 
 def replayed(folder, **wanted):
     request = ReplayRequest(source=folder, parameters=Parameters(threshold=16.0), **wanted)
-    with request.open() as source:
+    with request.opened() as source:
         return replay_source(source, request)
 
 
