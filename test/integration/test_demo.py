@@ -16,6 +16,7 @@ import pytest
     ('paper_case_2', 200, [1, 0, 1, 2], [1, 0, 3, 1, 2, 3, 1, 2, 3, 1]),
 ])
 def test_demo(tmp_path, drive, frames, directions, movements):
+    pytest.importorskip('rosbags')
     output = tmp_path / 'out'
     run = subprocess.run(
         [sys.executable, '-m', 'phase_traj_ros.cli.main', 'demo', '--drive', drive, '--output',
