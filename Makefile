@@ -4,6 +4,9 @@
 # The Python to use: make PYTHON=/usr/bin/python3.12 test
 PYTHON ?=
 PYTEST_ARGS ?=
+MUTANTS_ARGS ?=
+# Each processor runs tests, and takes those of a busy one at the end.
+pytest := --timeout 300 -n auto --dist worksteal
 # The Python that `make bench-system` measures, as the distribution or a ROS has it.
 SYSTEM_PYTHON ?= /usr/bin/python3
 
@@ -19,7 +22,7 @@ environment = $(or $(boot),$(error No Python found: install Python 3.10 to 3.13 
 unexport _ROS_WHEELS_BOOTSTRAP_COMPLETE
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-noble lint colcon dist bench bench-system robustness any-camera distance frame-rate docs \
+.PHONY: help demo test test-noble lint colcon dist bench bench-system robustness any-camera distance frame-rate mutants locate docs \
 	docs-links version release pins clean
 
 help:  ## Show this list
@@ -32,15 +35,16 @@ demo:  ## Drive through a rendered street, live over DDS; results in out/demo
 
 test:  ## Run all tests; PYTEST_ARGS='-k name' selects some
 	@$(environment) .venv --extras ros,test
-	@.venv/bin/python -m pytest --timeout 300 $(PYTEST_ARGS)
+	@.venv/bin/python -m pytest $(pytest) -m 'not linter' $(PYTEST_ARGS)
 
-# With scipy, then what depends on it without.
-test-noble:  ## Run all tests with the versions of Ubuntu 24.04 (needs Python 3.12)
+# What depends on the versions of numpy, OpenCV and Python; then the transforms without scipy.
+noble := test/core test/io test/integration/test_live_heading.py test/integration/test_node.py
+test-noble:  ## Test with the versions of Ubuntu 24.04 (needs Python 3.12)
 	@$(environment) .venv-noble --extras ros,test --wheels --python-version 3.12 \
 		--constraints tools/constraints-noble.txt
-	@.venv-noble/bin/python -m pytest --timeout 300 $(PYTEST_ARGS)
+	@.venv-noble/bin/python -m pytest $(pytest) $(or $(PYTEST_ARGS),$(noble))
 ifeq ($(PYTEST_ARGS),)
-	@.venv-noble/bin/python -m pytest --timeout 300 --without-scipy test/core/correlation
+	@.venv-noble/bin/python -m pytest $(pytest) --without-scipy test/core/correlation
 endif
 
 lint:  ## Run ruff, mypy, ament_flake8 and ament_pep257
@@ -73,6 +77,16 @@ distance:  ## Measure distances on clips and drives; writes docs/measurements/di
 frame-rate:  ## Measure drives at 5 to 120 Hz; writes docs/measurements/frame_rate.md
 	@$(environment) .venv --extras ros
 	@.venv/bin/python benchmarks/frame_rate.py
+
+# The odometry along the rendered drives takes ten minutes once, and is kept.
+locate:  ## Measure where on a road map drives are; writes docs/measurements/locate.md
+	@$(environment) .venv --extras ros,map
+	@.venv/bin/python benchmarks/locate_odometry.py out/locate/odometry 00 02 08
+	@.venv/bin/python benchmarks/locate.py
+
+mutants:  ## Plant faults in the core and count those that no test finds; MUTANTS_ARGS='--only path'
+	@$(environment) .venv --extras ros,test
+	@.venv/bin/python tools/mutants.py $(MUTANTS_ARGS)
 
 any-camera:  ## Measure the turns of 16 unknown cameras; writes docs/measurements/any_camera.md
 	@$(environment) .venv --extras ros

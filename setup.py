@@ -50,6 +50,7 @@ EXTRAS = {
     'test': [
         'pytest<9',
         'pytest-timeout',
+        'pytest-xdist',
         'hypothesis',
         'catkin_pkg',
         'mcap',

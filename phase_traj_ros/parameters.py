@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, fields, MISSING, replace
 from difflib import get_close_matches
 from enum import Enum
-from functools import cache
+from functools import cache, cached_property
 from typing import Any, cast, Final
 
 from phase_traj_ros.core import EstimatorSettings, PAPER_THRESHOLD, View
@@ -38,6 +38,8 @@ NODE_NAME = 'phase_traj'
 MAX_PATH_POSES: Final = 1000
 """Maximum number of poses of the published path; a longer one is thinned."""
 
+# Frames of REP 105 for a pose in metres, and of this package for others.
+_ODOM, _UNSCALED = 'odom', NODE_NAME
 # Runs of each code that a live node keeps; the totals count all runs.
 _MAX_RUNS = 100_000
 # Ten seconds at a thousand speeds a second.
@@ -51,7 +53,7 @@ class Transport(Enum):
     COMPRESSED = 'compressed'
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True)
 class Parameters:
     """
     One set of values for all parameters. The defaults work with any camera.
@@ -132,8 +134,9 @@ class Parameters:
     threads: int = parameter(
         1, 'Number of threads of OpenCV. 0 leaves the choice to OpenCV.', minimum=0, maximum=64)
     frame_id: str = parameter(
-        'phase_traj', 'Frame of the published pose, path and odometry. A path without a speed or'
-        ' a camera_height has no metric scale, so it is not odom.', group=Group.VEHICLE)
+        '', 'Frame of the published pose, path and odometry. Empty: odom for what is in metres'
+        ' (see camera_height and speed), phase_traj for what has no metric scale.',
+        group=Group.VEHICLE)
     path_from: str = parameter(
         PathSource.AUTO.value, 'What the path is drawn from: the direction codes, as in the paper'
         ' (codes), or the measured heading (heading; requires a focal length). auto is heading'
@@ -185,14 +188,17 @@ class Parameters:
             spec.check(self.value(spec))
         for name in ('frame_id', 'child_frame_id'):
             frame = getattr(self, name)
+            if name == 'frame_id' and not frame:
+                continue
             if not frame or frame.startswith('/') or frame != frame.strip():
                 raise ParameterError(
                     f'parameter {name!r} is {frame!r}: give the name of a frame, without a leading'
                     ' slash')
-        if self.frame_id == self.child_frame_id and (self.publish_tf or self.metric):
+        frames = {self.frame_id} if self.frame_id else {_ODOM, _UNSCALED}
+        if self.child_frame_id in frames and (self.publish_tf or self.metric):
             raise ParameterError(
-                f"parameters 'frame_id' and 'child_frame_id' are both {self.frame_id!r}: give them"
-                ' different names')
+                f"parameters 'frame_id' and 'child_frame_id' are both {self.child_frame_id!r}:"
+                ' give them different names')
         if 0 < self.hfov_deg < LEAST_HFOV_DEG:
             raise ParameterError(
                 f"parameter 'hfov_deg' is {self.hfov_deg}: give {LEAST_HFOV_DEG} or more, or 0 if"
@@ -243,12 +249,20 @@ class Parameters:
     @property
     def notices(self) -> tuple[str, ...]:
         """Return notices for the user about the values, one line each."""
+        found = []
         unused = [spec.name for spec in self.changed if spec.group is Group.SHIFT]
-        if self.codes_from is CodeSource.SHIFT or not unused:
-            return ()
-        return (
-            f'no effect with code_source {self.codes_from.value}: {", ".join(unused)}, which'
-            " belong to the paper's rule (code_source shift)",)
+        if self.codes_from is not CodeSource.SHIFT and unused:
+            found.append(
+                f'no effect with code_source {self.codes_from.value}: {", ".join(unused)}, which'
+                " belong to the paper's rule (code_source shift)")
+        if self.publish_tf and not self.metric:
+            found.append(
+                'publish_tf is set, but no metres are known: the transform is in steps or heights'
+                ' of the camera; set camera_height or a speed')
+        if self.frame_id == _ODOM and not self.metric:
+            found.append(
+                "frame_id is 'odom', but no metres are known: set camera_height or a speed")
+        return tuple(found)
 
     @property
     def codes_from(self) -> CodeSource:
@@ -267,7 +281,8 @@ class Parameters:
         """Return the threshold T in pixels per frame."""
         return self.threshold or PAPER_THRESHOLD
 
-    @property
+    # Read for each pair of frames.
+    @cached_property
     def drawn_from(self) -> PathSource:
         """Return what the path is drawn from, CODES or HEADING."""
         return self.estimator_settings().drawn_from
@@ -291,6 +306,16 @@ class Parameters:
     def length_unit(self) -> LengthUnit:
         """Return the unit of distances and links."""
         return self.estimator_settings().length_unit
+
+    @property
+    def path_frame(self) -> str:
+        """Return the frame of the pose and the path: odom (REP 105) only where it is in metres."""
+        return self.frame_id or (_ODOM if self.path_in_metres else _UNSCALED)
+
+    @property
+    def odom_frame(self) -> str:
+        """Return the frame of the odometry, which is in metres."""
+        return self.frame_id or _ODOM
 
     @property
     def path_in_metres(self) -> bool:

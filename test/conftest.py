@@ -4,6 +4,7 @@
 
 import os
 from pathlib import Path
+import signal
 import sys
 
 from needs import lacking
@@ -29,6 +30,9 @@ def pytest_addoption(parser):
 
 
 def pytest_configure(config):
+    # A job in the background ignores Ctrl-C, and so would every process that a test interrupts.
+    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
     if config.getoption('--without-scipy'):
         for name in ('scipy', 'scipy.fft', 'scipy.fftpack'):
             sys.modules[name] = None

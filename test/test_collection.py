@@ -3,7 +3,11 @@
 """All tests are collected, also on a ROS installation."""
 
 import ast
+import os
 from pathlib import Path
+import signal
+import subprocess
+import sys
 
 from needs import NEEDS
 import pytest
@@ -57,3 +61,18 @@ def test_files_that_write_bags_do_without_rosbags():
         if 'rosbags' not in NEEDS.get(path.relative_to(HERE).as_posix(), ())
         and "importorskip('rosbags')" not in path.read_text(encoding='utf-8')]
     assert writing and careless == []
+
+
+def test_a_job_in_the_background_can_interrupt_what_it_tests(tmp_path):
+    test = tmp_path / 'test_it.py'
+    test.write_text(
+        'import signal\n'
+        'def test():\n'
+        '    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler\n')
+    run = subprocess.run(
+        [sys.executable, '-m', 'pytest', '-q', '-p', 'no:cacheprovider', '--rootdir',
+         str(tmp_path), '--confcutdir', str(HERE), '-p', 'conftest', str(test)],
+        capture_output=True, text=True, cwd=tmp_path, check=False,
+        env={**os.environ, 'PYTHONPATH': os.pathsep.join([str(HERE), *sys.path])},
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_IGN))
+    assert run.returncode == 0, run.stdout + run.stderr

@@ -3,8 +3,8 @@
 """
 Install the package with colcon, as ROS users do, and check the installation.
 
-Works on a copy in a new, temporary workspace. The installation is tested as well, without the
-integration tests, which `make test` runs. Needs an environment with colcon and all dependencies
+Works on a copy in a new, temporary workspace. A part of the tests runs on the installation, one of
+each layer; `make test` runs all of them. Needs an environment with colcon and all dependencies
 of the package, but without the package.
 """
 
@@ -27,6 +27,9 @@ NOT_SOURCE = shutil.ignore_patterns(
     '.git', '.venv*', '.hypothesis', '.*_cache', '__pycache__', '*.egg-info',
     'build', 'install', 'log', 'out')
 NODE_TIMEOUT_S = 60.0
+SMOKE = (
+    'test/test_package.py', 'test/test_collection.py', 'test/core/codes', 'test/io/messages',
+    'test/ros', 'test/cli/test_command_line.py')
 # Plugins that a ROS installation adds to pytest's collection.
 ROS_PLUGINS = ('launch_testing', 'launch_ros', 'launch_pytest')
 
@@ -134,8 +137,8 @@ def check_colcon(workspace: Path, source: Path, environment: dict[str, str]) -> 
     check_requirements(prefix)
 
     say('colcon test')
-    colcon('test', '--event-handlers', 'console_direct+', '--pytest-args', ' -m',
-           'not integration', workspace=workspace, environment=installed)
+    colcon('test', '--event-handlers', 'console_direct+', '--pytest-args', *SMOKE,
+           workspace=workspace, environment=installed)
     results = workspace / 'build' / PACKAGE / 'pytest.xml'
     require(results)  # without any results, the next command would not find an error
     colcon('test-result', '--verbose', workspace=workspace, environment=installed)
@@ -154,7 +157,7 @@ def check_requirements(prefix: Path) -> None:
 def check_all_ran(results: Path, source: Path, environment: dict[str, str]) -> None:
     """Check that as many tests ran as pytest finds without the plugins of ROS."""
     done = subprocess.run(
-        [sys.executable, '-m', 'pytest', '--collect-only', '-q', '-m', 'not integration',
+        [sys.executable, '-m', 'pytest', '--collect-only', '-q', *SMOKE,
          *(argument for plugin in ROS_PLUGINS for argument in ('-p', f'no:{plugin}'))],
         cwd=source, env=environment, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
         check=True, text=True)

@@ -14,7 +14,7 @@ from phase_traj_ros.cli.escaping import escaped
 from phase_traj_ros.core import Corner, Movement, TrajectoryEstimator, Update
 from phase_traj_ros.io.replay.run import Watcher
 from phase_traj_ros.io.results.path_text import path_lines
-from phase_traj_ros.io.sources.base import StampedFrame
+from phase_traj_ros.io.sources.base import Entry, StampedFrame
 
 _PERIOD_S = 0.1
 _PATH_ROWS = 14
@@ -77,7 +77,7 @@ class LiveView(Watcher):
         if self._terminal:
             self._write(_SHOW_CURSOR)
 
-    def over(self, frames: Iterable[StampedFrame], doing: str) -> Iterator[StampedFrame]:
+    def over(self, frames: Iterable[Entry], doing: str) -> Iterator[Entry]:
         """Yield the frames of a pass, named ``doing``, and show the progress."""
         self._began = self._clock()
         self._doing = f', {doing}' if doing else ''

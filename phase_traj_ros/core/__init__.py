@@ -5,6 +5,7 @@ The method: frames in, codes and trajectory out.
 
 The core depends neither on ROS nor on files. A frame goes through ``PhaseCorrelator`` (shift),
 ``DynamicChainCode`` (codes) and ``ChainPath`` (trajectory); ``TrajectoryEstimator`` joins them.
+``FrameStream`` gives it the frames of a camera as they come, late and broken ones included.
 """
 
 from phase_traj_ros.core.camera.estimate import CameraEstimate
@@ -46,6 +47,7 @@ from phase_traj_ros.core.path.way import LengthUnit, Way
 from phase_traj_ros.core.road.travel import Travel, TravelState
 from phase_traj_ros.core.settings import CodeSource, EstimatorSettings, PathSource
 from phase_traj_ros.core.status import PairStatus
+from phase_traj_ros.core.stream import FrameStream, Measured, Outcome, Restarted, Skipped, Started
 from phase_traj_ros.core.update import Counters, Update
 
 __all__ = [
@@ -64,6 +66,7 @@ __all__ = [
     'Distortion',
     'DynamicChainCode',
     'EstimatorSettings',
+    'FrameStream',
     'Freeman',
     'GateSettings',
     'HeadingCode',
@@ -75,19 +78,24 @@ __all__ = [
     'LocationEstimate',
     'LocatorSettings',
     'MapLocator',
+    'Measured',
     'Movement',
     'Odometry',
     'OdometryStep',
+    'Outcome',
     'PAPER_THRESHOLD',
     'PairStatus',
     'PathSource',
     'PhaseCorrelator',
     'PositionFix',
     'Prior',
+    'Restarted',
     'RoadMap',
     'Run',
     'ScaleRange',
     'Shift',
+    'Skipped',
+    'Started',
     'Step',
     'StillnessSettings',
     'TrajectoryEstimator',

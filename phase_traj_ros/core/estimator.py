@@ -258,10 +258,9 @@ class TrajectoryEstimator:
         """
         Process the next frame; return the result of its pair.
 
-        Return None for the first frame, and for a frame whose stamp equals the previous one, which
-        is ignored. A frame that repeats the picture of the previous one, or is less than 2 ms
-        later, measures nothing; the next pair covers its time. An earlier stamp (such as of a bag
-        played in a loop) resets the estimator, and the frame becomes the first one.
+        Return None for the first frame. The stamps have to increase: ``FrameStream`` sees to that.
+        A frame that repeats the picture of the previous one, or is less than 2 ms later, measures
+        nothing; the next pair covers its time.
 
         Parameters
         ----------
@@ -275,12 +274,15 @@ class TrajectoryEstimator:
         Raises
         ------
         FrameError
-            The frame cannot be used. The state is unchanged.
+            The frame cannot be used, or its stamp is not after the previous one. The state is
+            unchanged.
 
         """
-        if stamp_ns == self._last_stamp_ns:
-            self.counters.repeated += 1
-            return None
+        if self._last_stamp_ns is not None and stamp_ns <= self._last_stamp_ns:
+            raise FrameError(
+                f'its stamp, {stamp_ns} ns, is not after that of the previous frame,'
+                f' {self._last_stamp_ns} ns: give the frames to a FrameStream, which drops late'
+                ' ones, or call reset()')
         if self._settings.measures_heading and self._heading is None:
             raise FrameError(
                 'the camera is unknown, and a focal length is required: publish its camera_info,'
@@ -289,17 +291,12 @@ class TrajectoryEstimator:
         interval_ns = 0 if self._last_stamp_ns is None else stamp_ns - self._used_stamp_ns
         # First, as an unusable frame must not change the state.
         picture = prepare(frame)
-        goes_on = self._last_stamp_ns is not None and stamp_ns > self._last_stamp_ns
-        if goes_on and self._repeats.is_repeated(frame, interval_ns, encoding=encoding):
+        if self._frames and self._repeats.is_repeated(frame, interval_ns, encoding=encoding):
             return self._repeated(stamp_ns, interval_ns)
         comparison = self._meter.compare(
             frame, picture, interval_ns * 1e-9, encoding=encoding, heading=self._heading)
         self.correlate_ns = time.perf_counter_ns() - began
         self._repeats.keep(frame, encoding=encoding)
-        if not goes_on and self._last_stamp_ns is not None:
-            self.counters.time_resets += 1
-            self._meter.interrupt()
-            self._forget()
         self._last_stamp_ns = self._used_stamp_ns = stamp_ns
         self._frames += 1
         self.counters.frames += 1
@@ -335,7 +332,7 @@ class TrajectoryEstimator:
     ) -> HeadingEstimator:
         return HeadingEstimator(
             lens, rotate_180=self._settings.view.rotate_180, mask=self._meter.mask,
-            learning=learning)
+            learning=learning, keyframes=self._settings.keyframes)
 
     def _make_trust(self) -> Trust:
         return Trust(guards=self._settings.code_source is CodeSource.AUTO)

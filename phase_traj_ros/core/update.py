@@ -74,6 +74,10 @@ class Counters:
     """Frames processed, without those of a repeated stamp."""
     repeated: int = 0
     """Frames with the stamp or the picture of the previous one."""
+    dropped: int = 0
+    """Frames dropped because their stamp is late, or far from those around it."""
+    skipped: int = 0
+    """Frames that could not be read, decoded or used."""
     gaps: int = 0
     """Pairs whose interval is longer than ``max_gap``."""
     reprimed: int = 0
@@ -83,7 +87,7 @@ class Counters:
     still: int = 0
     """Pairs in which the vehicle did not move."""
     time_resets: int = 0
-    """Resets because a stamp went back."""
+    """Restarts because the stamps went back, and went on from there."""
 
     def count(self, status: PairStatus) -> None:
         """Count a pair by its status, before it is coded."""

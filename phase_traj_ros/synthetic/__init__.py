@@ -11,7 +11,7 @@ from phase_traj_ros.synthetic.drive.bag import SPEED_TOPIC, TRUTH_TOPIC, write_d
 from phase_traj_ros.synthetic.drive.drive import Drive, plan_drive, pose_drive, TrueTurn
 from phase_traj_ros.synthetic.drive.frames import render_drive
 from phase_traj_ros.synthetic.drive.kitti import poses_from_kitti
-from phase_traj_ros.synthetic.drive.named import DRIVES, named_drive
+from phase_traj_ros.synthetic.drive.named import DRIVES, named_drive, town_drive
 from phase_traj_ros.synthetic.drive.plan import Straight, Turn
 from phase_traj_ros.synthetic.scene.scene import Scene
 from phase_traj_ros.synthetic.town.ready import CLEARANCE, scene_along, street_grid
@@ -38,5 +38,6 @@ __all__ = [
     'render_drive',
     'scene_along',
     'street_grid',
+    'town_drive',
     'write_drive_bag',
 ]

@@ -6,6 +6,7 @@ import csv
 from importlib.util import find_spec
 import json
 import os
+import re
 import subprocess
 import sys
 
@@ -228,8 +229,19 @@ def test_a_broken_picture_leaves_nothing_behind(folder, tmp_path):
     picture = folder / '5.png'
     picture.write_bytes(picture.read_bytes()[:200])
     output = tmp_path / 'results'
-    assert '5.png' in refused('replay', folder, '--output', output)
+    assert '5.png' in refused('replay', folder, '--output', output, '--strict')
     assert not output.exists()
+
+
+@pytest.mark.parametrize('content', [b'', b'\x89PNG'])
+def test_a_broken_picture_is_skipped_and_warned_of(folder, tmp_path, content):
+    (folder / '5.png').write_bytes(content)
+    done = run('replay', folder, '--output', tmp_path / 'results', *PAPER)
+    assert done.returncode == 0
+    assert re.search(r'warning: 1 frames were skipped; the first: frame 5: .*5\.png', done.stdout)
+    written = json.loads((tmp_path / 'results' / 'chain_code.json').read_text())
+    assert (written['skipped_frames'], written['dropped_frames']) == (1, 0)
+    assert 5 not in written['frame_numbers']
 
 
 def test_a_broken_picture_leaves_older_results_alone(folder, tmp_path):
@@ -237,7 +249,7 @@ def test_a_broken_picture_leaves_older_results_alone(folder, tmp_path):
     assert run('replay', folder, '--output', output, *PAPER).returncode == 0
     before = (output / 'chain_code.json').read_bytes()
     (folder / '5.png').write_bytes(b'')
-    refused('replay', folder, '--output', output)
+    refused('replay', folder, '--output', output, '--strict')
     assert (output / 'chain_code.json').read_bytes() == before
     assert len(os.listdir(output)) == 6
 

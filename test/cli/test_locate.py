@@ -2,10 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """The command locate: its inputs, its outputs, and its errors."""
 
+import csv
 import json
 
 import cv2
-from made_town import drive, write_town, write_tum
+from made_town import drive, PLANE, write_town, write_tum
 import numpy as np
 from phase_traj_ros.cli.main import main
 from phase_traj_ros.io.location import run
@@ -167,3 +168,15 @@ def test_a_bad_map_is_reported_before_the_replay(town, tmp_path, capsys):
 def test_a_drive_without_distances_is_one_clear_line(made, town, pictures, capsys):
     assert 'has no distances' in refused(
         capsys, pictures, '--map', town, '--threshold', '16')
+
+
+def test_the_place_of_a_drive_through_a_made_town(town, wheels, tmp_path):
+    assert call(wheels, '--map', town, '--output', tmp_path / 'out') == 0
+
+    truth = drive()[:, :2]
+    with (tmp_path / 'out' / 'location.csv').open(newline='') as file:
+        for number, row in enumerate(csv.DictReader(file)):
+            if row['latitude']:
+                x, y = PLANE.to_metres(float(row['latitude']), float(row['longitude']))
+                assert np.hypot(*(truth[number] - (x, y))) < 20.0
+    assert row['latitude']

@@ -64,26 +64,17 @@ def test_the_rest_of_a_turn_is_turning():
         PairStatus.OK, PairStatus.OK, PairStatus.TURNING, PairStatus.TURNING]
 
 
-def test_a_repeated_stamp_is_no_frame():
+@pytest.mark.parametrize('stamp_ns', [STEP_NS, STEP_NS - 1, 0, -10**18])
+def test_stamps_have_to_increase(stamp_ns):
     estimator = TrajectoryEstimator()
     feed(estimator, [FRAME, FRAME])
-    assert show(estimator, TURNED, STEP_NS) is None
-    assert (estimator.frames, estimator.counters.repeated) == (2, 1)
-    # The repeated one is not compared with either.
+    with pytest.raises(FrameError, match=r'is not after that of the previous .* FrameStream.*res'):
+        show(estimator, TURNED, stamp_ns)
+    assert (estimator.frames, estimator.last_stamp_ns) == (2, STEP_NS)
+    # The refused one is not compared with either.
     assert show(estimator, FRAME, 2 * STEP_NS).shift.response == pytest.approx(1, abs=0.05)
-
-
-def test_a_stamp_before_the_last_one_starts_anew():
-    estimator = TrajectoryEstimator()
-    feed(estimator, [FRAME, FRAME, TURNED], start_ns=10 * STEP_NS)
-    updates = feed(estimator, [FRAME, TURNED, FRAME])
-    assert updates[0] is None
-    assert [update.step.movement for update in updates[1:]] == [Movement.FORWARD, Movement.RIGHT]
-    assert estimator.frames == 3
-    assert len(estimator.codes.movement) == 2
-    assert estimator.path.corners[0].stamp_ns == 0
-    assert estimator.counters.time_resets == 1
-    assert estimator.counters.frames == 6
+    estimator.reset()
+    assert show(estimator, TURNED, stamp_ns) is None
 
 
 def test_reset_starts_anew():
@@ -197,11 +188,11 @@ def test_a_calibration_may_come_after_the_change_to_the_papers_rule():
     assert estimator.heading.lens == lens
 
 
-def test_a_backward_stamp_starts_the_test_of_stillness_anew():
+def test_a_reset_starts_the_test_of_stillness_anew():
     estimator = TrajectoryEstimator(EstimatorSettings(stillness=StillnessSettings(frames=3)))
     first = feed(estimator, [FRAME] * 6)
+    estimator.reset()
     second = feed(estimator, [FRAME] * 6)
-    assert estimator.counters.time_resets == 1
     statuses = [[each.status for each in updates[1:]] for updates in (first, second)]
     assert statuses[0] == [PairStatus.OK] * 2 + [PairStatus.STILL] * 3
     assert statuses[1] == statuses[0]

@@ -20,7 +20,7 @@ _DOMAINS = range(1, 102)
 
 @contextmanager
 def free_domain():
-    """Yield a domain that no other test on this machine uses, as told by a lock on a file."""
+    """Yield a domain that no other test on this machine uses, and the locked file that says so."""
     for domain in _DOMAINS:
         path = Path(tempfile.gettempdir()) / f'phase_traj_ros_domain_{domain}'
         with path.open('w') as file:
@@ -28,7 +28,7 @@ def free_domain():
                 fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
             except OSError:
                 continue
-            yield domain
+            yield domain, file
             return
     raise RuntimeError('every ROS domain is in use')
 
@@ -47,14 +47,14 @@ def domain(monkeypatch, tmp_path):
     monkeypatch.setenv('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
     monkeypatch.setenv('ROS_LOG_DIR', str(tmp_path / 'ros_log'))
     monkeypatch.setenv('RCUTILS_COLORIZED_OUTPUT', '0')
-    with free_domain() as number:
+    with free_domain() as (number, lock):
         monkeypatch.setenv('ROS_DOMAIN_ID', str(number))
-        yield number
+        yield lock
 
 
 @pytest.fixture
 def live(domain, tmp_path):
     """Yield a node of the test's own, and the means to start the real one."""
     from live import Live
-    with Live(tmp_path) as harness:
+    with Live(tmp_path, lock=domain) as harness:
         yield harness

@@ -70,6 +70,17 @@ def test_repeated_stamps_are_dropped(live, run):
     assert node['shift'][1].vector.x == pytest.approx(60, abs=0.2)
 
 
+@pytest.mark.parametrize('bad', [0.49, 3600.0, -START / SECOND, -3600.0])
+def test_a_stamp_out_of_order_costs_its_image_only(live, run, bad):
+    node = run()
+    positions = [0, 0, 0, 0, 0, 0, 90, 30, 30, 30]
+    stamps = [0, 0.1, 0.2, 0.3, 0.4, 0.5, bad, 0.7, 0.8, 0.9]
+    send(node, rolled(positions), stamps)
+    live.until(lambda: complete(node, 8))
+    assert codes(node) == ([1, 1, 1, 1, 1, 0, 1, 1], ['ok'] * 8)
+    live.until(lambda: 'dropped 1 image so far: its stamp is late, or far' in live.logs())
+
+
 def test_a_dropped_frame_does_not_make_a_turn_where_the_period_is_known(live, run):
     positions, stamps = [0, 10, 20, 40, 50], [0, 0.1, 0.2, 0.4, 0.5]
     node = run('-p', 'shift.nominal_period:=0.1')

@@ -136,7 +136,7 @@ def test_calibration_and_speed_come_on_topics(live, drive, tmp_path):
         (each.pose.pose.position.x, each.pose.pose.position.y) for each in heard['odom']])
     assert np.abs(found - true[1:]).max() < 0.03 * np.ptp(true, axis=0).max()
     first = heard['odom'][0]
-    assert (first.header.frame_id, first.child_frame_id) == ('phase_traj', 'base_link')
+    assert (first.header.frame_id, first.child_frame_id) == ('odom', 'base_link')
     assert first.twist.twist.linear.x == pytest.approx(steps[0] / 0.1, rel=1e-6)
     assert all(np.array(each.pose.covariance).reshape(6, 6)[5, 5] > 0 for each in heard['odom'])
     live.until(lambda: len(paths[-1].poses) == len(frames))

@@ -61,8 +61,8 @@ def test_real_driving(kitti_root, clip):
     check(kitti_root / clip, 20.0, rate=10)
 
 
-def test_replay_through_the_program_gives_the_same(folder, tmp_path):
-    output = tmp_path / 'results'
+def test_replay_through_the_program_gives_the_same(folder, tmp_path_factory):
+    output = tmp_path_factory.mktemp('results')
     run = subprocess.run(
         [sys.executable, '-m', 'phase_traj_ros.cli.main', 'replay', str(folder), '--output',
          str(output), '--threshold', '16'], capture_output=True, text=True, check=False)
@@ -98,6 +98,7 @@ def test_a_recording_that_knows_its_camera(live, kitti_root):
 @pytest.mark.parametrize(('arguments', 'message'), [
     (['--lossless', '--wait', '0.5'], 'no subscriber to /image with a matching quality'),
     (['--rate', '0'], '--rate is 0.0'),
+    (['--clock', '0'], '--clock is 0.0'),
 ])
 def test_play_says_what_is_wrong(folder, arguments, message):
     run = subprocess.run(

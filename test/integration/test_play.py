@@ -9,6 +9,7 @@ import cv2
 from live import LATCHED
 import numpy as np
 import pytest
+from rosgraph_msgs.msg import Clock
 from std_msgs.msg import String
 
 
@@ -37,6 +38,21 @@ def test_no_frame_is_lost_at_the_start(live, recording):
     done = play(recording, '--rate', '2')
     assert (done.returncode, done.stderr, done.stdout) == (0, '', 'published 20 frames\n')
     live.until(lambda: texts[-1].data.startswith('frames 20;'))
+
+
+def test_the_clock_is_left_to_others_unless_it_is_asked_for(live, recording):
+    """The clock sets the time of every node with use_sim_time, also on a vehicle that drives."""
+    live.start(lossless=False)
+    texts = live.listen(String, 'phase_traj/chain_code', LATCHED)
+    ticks = live.listen(Clock, '/clock', 100)
+    live.until(lambda: texts)
+    assert play(recording, '--rate', '2').returncode == 0
+    live.until(lambda: texts[-1].data.startswith('frames 20;'))
+    assert ticks == [] and live.node.count_publishers('/clock') == 0
+    assert play(recording, '--rate', '2', '--clock', '100', '--delay', '1').returncode == 0
+    live.until(lambda: texts[-1].data.startswith('frames 20;') and len(ticks) > 20)
+    times = [each.clock.sec + each.clock.nanosec / 1e9 for each in ticks]
+    assert times == sorted(times) and max(np.diff(times)) < 0.1
 
 
 def test_frames_that_come_too_fast_are_counted(live, recording):

@@ -114,7 +114,7 @@ def test_the_node_says_what_it_runs_with(live, tmp_path):
 def test_a_frame_is_refused_at_run_time(live):
     live.start('-p', 'speed:=8.0', '-p', 'hfov_deg:=80.0')
     for name, value in (
-            ('frame_id', ''), ('frame_id', '/map'), ('child_frame_id', 'phase_traj')):
+            ('child_frame_id', ''), ('frame_id', '/map'), ('child_frame_id', 'odom')):
         result = live.set_parameter(name, value)
         assert not result.successful
         assert 'frame_id' in result.reason

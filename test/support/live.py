@@ -10,6 +10,7 @@ import time
 
 import numpy as np
 from phase_traj_ros.ros.outputs.messages import to_time
+from phase_traj_ros.ros.playback.children import start_child
 from phase_traj_ros.ros.playback.live_run import lossless_overrides
 from rcl_interfaces.srv import DescribeParameters, ListParameters, SetParameters
 import rclpy
@@ -29,8 +30,10 @@ SHIFT = ('-p', 'code_source:=shift')
 class Live:
     """Starts the node under test, feeds it and listens to it."""
 
-    def __init__(self, folder):
+    def __init__(self, folder, *, lock=None):
+        """Keep logs in ``folder``; the nodes hold ``lock``, an open file, while they live."""
         self._folder = folder
+        self._held = [] if lock is None else [lock.fileno()]
         self._processes = []
 
     def __enter__(self):
@@ -55,10 +58,11 @@ class Live:
         overrides = lossless_overrides('/image') if lossless else []
         log = self._folder / f'node{len(self._processes)}.log'
         with log.open('wb') as file:
-            process = subprocess.Popen(
+            process = start_child(
                 [sys.executable, '-m', module,
                  *(arguments or ['--ros-args', *overrides, *ros_arguments])],
-                stdout=file, stderr=subprocess.STDOUT, stdin=subprocess.DEVNULL)
+                stdout=file, stderr=subprocess.STDOUT, stdin=subprocess.DEVNULL,
+                pass_fds=self._held)
         process.log = log
         self._processes.append(process)
         return process

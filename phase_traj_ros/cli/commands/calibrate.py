@@ -79,7 +79,7 @@ def run(options: Namespace) -> int:
 
 def _learn(options: Namespace, path: Path) -> CameraEstimate | None:
     parameters = Parameters(rotate_180=options.upside_down)
-    with source_of(options, path) as source, closing(prefetch(source)) as frames:
+    with source_of(options, path) as source, closing(prefetch(source.entries())) as frames:
         shown = progress(frames, total=source.frame_count, title=path.name or str(path))
         lens = learned_lens(shown, parameters, source.description)
     return None if lens is None else lens.estimate

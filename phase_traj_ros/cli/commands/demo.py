@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from phase_traj_ros.cli.command import Command
+from phase_traj_ros.cli.commands.demo_map import run_on_map
 from phase_traj_ros.cli.options import add_force
 from phase_traj_ros.cli.progress import counter
 from phase_traj_ros.cli.report import print_codes
@@ -29,6 +30,9 @@ Renders a drive through a street grid, plays it over DDS without losing a frame 
 separate process, and records what the node publishes. Checks that against an offline replay of
 the same bag and against the true turns. DIR receives the bag (with the true poses) and the results
 of the replay.
+
+With --map, the drive goes through a town, is replayed offline, and is located on the roads of the
+town, which are written to DIR as town.osm.
 """
 
 COMMAND = Command(
@@ -43,6 +47,9 @@ def add_parser(commands: Any) -> None:
         '--drive', choices=sorted(DRIVES), default='demo',
         help="drive: demo, or one of the paper's two case studies (default: demo)")
     parser.add_argument(
+        '--map', action='store_true',
+        help='drive through a town, and find the drive on its map')
+    parser.add_argument(
         '--output', metavar='DIR', type=Path, default=Path('out/demo'),
         help='write the results here (default: out/demo)')
     add_force(parser)
@@ -51,6 +58,9 @@ def add_parser(commands: Any) -> None:
 
 def run(options: Namespace) -> None:
     """Run the command."""
+    if options.map:
+        run_on_map(options)
+        return
     try:
         from phase_traj_ros.ros.playback.live_run import run_live
     except ImportError as error:

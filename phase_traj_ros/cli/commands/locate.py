@@ -36,7 +36,7 @@ from phase_traj_ros.io.maps.projection import bearing_deg
 from phase_traj_ros.io.maps.road_classes import Roads
 from phase_traj_ros.io.maps.road_file import ATTRIBUTION, read_roads
 from phase_traj_ros.io.outputs.outputs import check_directory, output_directory
-from phase_traj_ros.io.sources.base import DEFAULT_SPEED_TOPIC, StampedFrame
+from phase_traj_ros.io.sources.base import DEFAULT_SPEED_TOPIC, Entry
 
 EXIT_NOT_KNOWN = 1
 
@@ -141,7 +141,7 @@ def _odometry(options: Namespace) -> tuple[DriveOdometry, Path | None]:
             Namespace(sources=[source, options.map], params=options.params), parameters))
     title = source.name or str(source)
     with source_of(options) as opened:
-        def shown(frames: Iterable[StampedFrame], which: Pass) -> Iterator[StampedFrame]:
+        def shown(frames: Iterable[Entry], which: Pass) -> Iterator[Entry]:
             name = f'{title}, {which.value}' if which.value else title
             return progress(frames, total=opened.frame_count, title=name)
 

@@ -24,13 +24,16 @@ from phase_traj_ros.io.sources.base import FrameSource, StampedFrame
 from phase_traj_ros.io.sources.prefetch import prefetch
 
 _WAIT_S, _WAIT_LOSSLESS_S = 5.0, 30.0
+# As in ros2 bag play.
+_CLOCK_HZ, _MOST_CLOCK_HZ = 40.0, 1000.0
 # No one waits longer, and the system does not accept an infinite time.
 _LONGEST_DELAY_S = 1e6
 
 _EPILOG = f"""
 {SOURCE_HELP}
-The frames are published as mono8 or mono16 sensor_msgs/Image with their own stamps, which are
-also published on /clock. If SOURCE has a calibration, it is published as camera_info beside the
+The frames are published as mono8, mono16 or 32FC1 sensor_msgs/Image with their own stamps. With
+--clock, the time of the recording is published on /clock, which every node of the system with
+use_sim_time follows. If SOURCE has a calibration, it is published as camera_info beside the
 images. For a live run that loses no frame, start the node with the matching quality of service
 (in a namespace, replace /image by the full topic name):
 
@@ -58,6 +61,10 @@ def add_parser(commands: Any) -> None:
         help='publish reliably with KEEP_ALL, fail without a subscriber, and end when all'
              ' frames have been received')
     parser.add_argument(
+        '--clock', metavar='HZ', type=float, nargs='?', const=_CLOCK_HZ,
+        help='publish the time of the recording on /clock, HZ times a second'
+             f' (default {_CLOCK_HZ:g})')
+    parser.add_argument(
         '--image-topic', metavar='NAME', default='image',
         help='topic of the images (default: image)')
     parser.add_argument(
@@ -77,6 +84,9 @@ def run(options: Namespace) -> None:
     """Run the command."""
     if not (math.isfinite(options.rate) and options.rate > 0):
         raise ParameterError(f'--rate is {options.rate}: give a finite number above 0')
+    if options.clock is not None and not 0 < options.clock <= _MOST_CLOCK_HZ:
+        raise ParameterError(
+            f'--clock is {options.clock}: give a number above 0, up to {_MOST_CLOCK_HZ:g}')
     if options.wait is None:
         options.wait = _WAIT_LOSSLESS_S if options.lossless else _WAIT_S
     for name in ('wait', 'delay'):
@@ -98,7 +108,7 @@ def run(options: Namespace) -> None:
             player = FramePlayer(
                 topic=options.image_topic, lossless=options.lossless,
                 camera=_camera_of(source, rectified=False),
-                rectified=_camera_of(source, rectified=True))
+                rectified=_camera_of(source, rectified=True), clock_hz=options.clock)
         try:
             reception = Reception(player, player.topic)
             if not player.wait_for_subscribers(stop, options.wait):

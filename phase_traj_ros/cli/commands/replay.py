@@ -27,7 +27,7 @@ from phase_traj_ros.cli.progress import progress
 from phase_traj_ros.cli.report import print_codes, print_turns, print_way
 from phase_traj_ros.io.batch.job import Pass, replay_source, Wanted
 from phase_traj_ros.io.replay.run import Replay
-from phase_traj_ros.io.sources.base import DEFAULT_SPEED_TOPIC, StampedFrame
+from phase_traj_ros.io.sources.base import DEFAULT_SPEED_TOPIC, Entry
 
 _EPILOG = f"""
 {SOURCE_HELP}
@@ -59,6 +59,9 @@ def add_parser(commands: Any) -> None:
         '--one-pass', action='store_true',
         help='learn an unknown camera during the replay, as the node does (default: learn it'
              ' in a first pass over the whole drive)')
+    parser.add_argument(
+        '--strict', action='store_true',
+        help='fail at a frame that cannot be read or used (default: skip it, and count it)')
     parser.add_argument(
         '--output', metavar='DIR', type=Path, help='write the results here (default: only print)')
     parser.add_argument(
@@ -101,15 +104,17 @@ def run(options: Namespace) -> int | None:
                 result = replay_source(
                     source, parameters, wanted, title=title, watchers=[view],
                     through=lambda frames, which: watch.over(view.over(frames, which.value)),
-                    speed_topic=options.speed_topic, one_pass=options.one_pass)
+                    speed_topic=options.speed_topic, one_pass=options.one_pass,
+                    strict=options.strict)
         else:
-            def shown(frames: Iterable[StampedFrame], which: Pass) -> Iterator[StampedFrame]:
+            def shown(frames: Iterable[Entry], which: Pass) -> Iterator[Entry]:
                 name = f'{title}, {which.value}' if which.value else title
                 return watch.over(progress(frames, total=source.frame_count, title=name))
 
             result = replay_source(
                 source, parameters, wanted, title=title, through=shown,
-                speed_topic=options.speed_topic, one_pass=options.one_pass)
+                speed_topic=options.speed_topic, one_pass=options.one_pass,
+                strict=options.strict)
     _print(result, watch.seconds)
     for written in (options.output, options.bag_out, options.animation):
         if written is not None:
@@ -123,7 +128,7 @@ class _Stopwatch:
     def __init__(self) -> None:
         self.seconds = 0.0
 
-    def over(self, frames: Iterable[StampedFrame]) -> Iterator[StampedFrame]:
+    def over(self, frames: Iterable[Entry]) -> Iterator[Entry]:
         began = time.monotonic()
         yield from frames
         self.seconds = time.monotonic() - began
@@ -141,12 +146,25 @@ def _print(result: Replay, seconds: float) -> None:
         print('not reliable:', *(reason.sentence for reason in result.reliability.reasons))
     if result.threshold_hint is not None:
         print(f'hint: {result.threshold_hint.sentence}')
+    for warning in _warnings(result):
+        print(f'warning: {warning}')
+
+
+def _warnings(result: Replay) -> Iterator[str]:
+    """Yield what is wrong with the data."""
+    frames = result.source_frames
+    if frames.missing:
+        yield (f'{frames.declared} frames are declared, but only {frames.read} could be read: the'
+               ' recording is cut off or damaged')
+    if result.counters.skipped:
+        yield f'{result.counters.skipped} frames were skipped; the first: {result.first_skipped}'
     for count, what in (
             (result.counters.repeated, 'frames have the stamp or the picture of the previous one'),
+            (result.counters.dropped, 'frames with a stamp out of order were dropped'),
             (result.counters.time_resets, 'times the stamps went back, and the codes started'
                                           ' again'),
             (result.counters.unmeasured, 'pairs had nothing to correlate'),
             (result.counters.reprimed, 'times the size of the frames changed'),
             (result.pairs_without_speed, 'pairs had no speed and add no distance to the path')):
         if count:
-            print(f'warning: {count} {what}')
+            yield f'{count} {what}'

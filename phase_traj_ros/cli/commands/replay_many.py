@@ -109,8 +109,8 @@ def _jobs(options: Namespace) -> list[Job]:
     jobs = [
         Job(source=source, root=root, folder=folder, parameters=parameters, topic=options.topic,
             speed_topic=options.speed_topic, selection=selection, fps=options.fps,
-            one_pass=options.one_pass, svg=options.svg, report=options.report,
-            bag_name=None if bag is None else bag.name,
+            one_pass=options.one_pass, strict=options.strict, svg=options.svg,
+            report=options.report, bag_name=None if bag is None else bag.name,
             bag_debug_images=options.bag_debug_images, force=options.force,
             inputs=inputs_of(options, parameters), batch=batch)
         for source, folder in zip(

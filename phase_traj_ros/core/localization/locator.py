@@ -198,8 +198,8 @@ class MapLocator:
             self._turned = True
             copies = min(settings.scales_after_turn, max(most // max(len(them), 1), 1))
         else:
-            fewest = (
-                settings.fewest_hypotheses if self._claim.held else settings.fewest_searching)
+            fewest = settings.fewest_hypotheses if self._claim.held else min(
+                settings.fewest_searching, 2 * len(self._roads))
             copies = fewest // max(len(them), 1)
         if copies < 2:
             return them

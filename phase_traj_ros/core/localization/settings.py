@@ -23,14 +23,14 @@ class LocatorSettings:
     """Noise of the distance along the road, per root of 100 m; the odometry's is added."""
     scale_noise: float = 0.01
     """Drift of the scale, per root of 100 m; its prior bounds it."""
-    heading_noise: float = math.radians(2.0)
-    """Drift of the heading per root of 100 m: generous, for drives that drift five times more."""
+    heading_noise: float = math.radians(1.0)
+    """Drift of the heading per root of 100 m; the odometry's is added."""
     start_heading: float = math.radians(10.0)
     """Deviation of the direction of the vehicle from that of its road, at the start."""
 
     chord_error: float = math.radians(1.5)
     """Deviation of a chord of the map from that of the vehicle on a straight road."""
-    bend_error: float = 0.2
+    bend_error: float = 0.25
     """What the bends of both chords add to it, as a share of their angle."""
     dead_band: float = math.radians(1.0)
     """Difference of the chords that costs nothing."""
@@ -52,9 +52,9 @@ class LocatorSettings:
 
     null_share: float = 0.5
     """Probability at the start that the vehicle is on no road of the map."""
-    null_fit: float = 0.75
+    null_fit: float = 0.68
     """Mean likelihood of a chord on the right road, relative to its peak."""
-    null_turn: float = 2.6
+    null_turn: float = 1.9
     """Nats that a road of no map pays for its turns, per radian..."""
     null_straight: float = math.radians(0.5)
     """...beyond this angle per stride."""
@@ -71,8 +71,8 @@ class LocatorSettings:
     """...of which there are this many."""
     fewest_hypotheses: int = 1_500
     """Below this number, hypotheses are split, ..."""
-    fewest_searching: int = 8_000
-    """...and below this one while nothing is claimed."""
+    fewest_searching: int = 20_000
+    """...and below this one, or two per piece of road, while nothing is claimed."""
     merge_m: float = 1.5
     """Hypotheses on one piece this close, ..."""
     merge_scale: float = 0.01

@@ -32,7 +32,7 @@ from phase_traj_ros.io.results.thumbnails import (
     Thumbnails,
     TurnWatcher,
 )
-from phase_traj_ros.io.sources.base import DEFAULT_SPEED_TOPIC, FrameSource, StampedFrame
+from phase_traj_ros.io.sources.base import DEFAULT_SPEED_TOPIC, Entry, FrameSource
 from phase_traj_ros.parameters import Parameters
 
 REPORT: Final = 'report.html'
@@ -46,11 +46,11 @@ class Pass(Enum):
     SECOND = 'pass 2 of 2'
 
 
-Through = Callable[[Iterable[StampedFrame], Pass], Iterable[StampedFrame]]
+Through = Callable[[Iterable[Entry], Pass], Iterable[Entry]]
 """Takes the frames of a pass and yields them, as a progress bar does."""
 
 
-def _straight(frames: Iterable[StampedFrame], _: Pass) -> Iterable[StampedFrame]:
+def _straight(frames: Iterable[Entry], _: Pass) -> Iterable[Entry]:
     return frames
 
 
@@ -110,7 +110,7 @@ def replay_source(
     source: FrameSource, parameters: Parameters, wanted: Wanted, *, title: str,
     watchers: Sequence[Watcher] = (),
     through: Through = _straight,
-    speed_topic: str = DEFAULT_SPEED_TOPIC, one_pass: bool = False,
+    speed_topic: str = DEFAULT_SPEED_TOPIC, one_pass: bool = False, strict: bool = False,
 ) -> Replay:
     """
     Replay a source and write the results, all of them or none.
@@ -120,7 +120,8 @@ def replay_source(
     ask for it.
 
     An unknown camera is learned in a first pass over all frames. With ``one_pass`` it is learned
-    during the replay instead, as in the node.
+    during the replay instead, as in the node. With ``strict``, a frame that cannot be used is an
+    error.
 
     Raises
     ------
@@ -162,12 +163,12 @@ def replay_source(
             last = Pass.SECOND
             with closing(frames.keeping()) as first:
                 lens = learned_lens(
-                    through(first, Pass.FIRST), parameters, source.description)
+                    through(first, Pass.FIRST), parameters, source.description, strict=strict)
         speeds = source.speeds(speed_topic) if parameters.use_speed_topic else ()
         with closing(frames.once()) as again:
             result = replay(
                 through(again, last), parameters, source=source.description, watchers=seen,
-                lens=lens, speeds=speeds)
+                lens=lens, speeds=speeds, strict=strict)
         result = replace(result, source_frames=source.frames)
         for output in outputs:
             with writing_to(output.target):

@@ -14,14 +14,14 @@ import time
 
 import cv2
 import numpy as np
-from phase_traj_ros.core import LengthUnit, Way
+from phase_traj_ros.core import Counters, LengthUnit, Way
 from phase_traj_ros.core.reliability import Reliability
 from phase_traj_ros.errors import OutputError, PhaseTrajError
 from phase_traj_ros.io.batch.job import Pass, replay_source, Wanted
 from phase_traj_ros.io.outputs.outputs import remove_staging
 from phase_traj_ros.io.replay.overview import turn_marks
 from phase_traj_ros.io.replay.run import Replay
-from phase_traj_ros.io.sources.base import DEFAULT_SPEED_TOPIC, StampedFrame
+from phase_traj_ros.io.sources.base import DEFAULT_SPEED_TOPIC, Entry
 from phase_traj_ros.io.sources.opening import open_source
 from phase_traj_ros.io.sources.selection import EVERYTHING, Selection
 from phase_traj_ros.parameters import Parameters
@@ -56,6 +56,7 @@ class Job:
     selection: Selection = EVERYTHING
     fps: float | None = None
     one_pass: bool = False
+    strict: bool = False
     svg: bool = False
     report: bool = False
     bag_name: str | None = None
@@ -100,6 +101,8 @@ class Outcome:
     """The drawn path, thinned for a thumbnail, in its unit, REP 103 axes."""
     way: Way = field(default_factory=Way)
     """Distance travelled; it has no pairs if no distance is measured."""
+    counters: Counters = field(default_factory=Counters)
+    """Numbers of frames that were dropped, skipped or repeated."""
     length_unit: LengthUnit = LengthUnit.METRE
     """Unit of the distance."""
 
@@ -123,7 +126,7 @@ def run_job(job: Job, progress: Progress | None = None) -> Outcome:
         source=str(job.source), folder=job.folder, status=Status.OK, frames=result.frames,
         turns=len(turn_marks(result)), reliability=result.reliability,
         seconds=time.monotonic() - began, route=_route(result),
-        way=result.way,
+        way=result.way, counters=result.counters,
         length_unit=result.parameters.length_unit)
 
 
@@ -192,7 +195,7 @@ def _replay(job: Job, progress: Progress | None) -> Replay:
         total = None if source.frame_count is None else passes * source.frame_count
         done = count()
 
-        def counted(frames: Iterable[StampedFrame], _: Pass) -> Iterator[StampedFrame]:
+        def counted(frames: Iterable[Entry], _: Pass) -> Iterator[Entry]:
             for frame in frames:
                 if progress is not None:
                     progress(next(done), total)
@@ -200,7 +203,8 @@ def _replay(job: Job, progress: Progress | None) -> Replay:
 
         return replay_source(
             source, job.parameters, job.wanted, title=job.source.name or job.folder,
-            through=counted, speed_topic=job.speed_topic, one_pass=job.one_pass)
+            through=counted, speed_topic=job.speed_topic, one_pass=job.one_pass,
+            strict=job.strict)
 
 
 def _route(result: Replay) -> tuple[tuple[float, float], ...]:

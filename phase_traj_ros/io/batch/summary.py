@@ -30,7 +30,8 @@ HTML_NAME: Final = 'summary.html'
 SUMMARY_NAMES: Final = (CSV_NAME, HTML_NAME)
 COLUMNS: Final = (
     'source', 'folder', 'status', 'frames', 'turns', 'seconds', 'error', 'reliable', 'reasons',
-    'distance', 'distance_unit', 'distance_states')
+    'distance', 'distance_unit', 'distance_states',
+    'dropped_frames', 'skipped_frames', 'repeated_frames')
 
 # Signs that begin a formula.
 _FORMULA = ('=', '+', '-', '@', '\t', '\r')
@@ -66,7 +67,7 @@ def _row(outcome: Outcome) -> list[str]:
         str(outcome.turns), f'{outcome.seconds:.2f}', outcome.error,
         '' if found is None else str(found.reliable).lower(),
         '' if found is None else ' '.join(found.words),
-        *_way_cells(outcome)]
+        *_way_cells(outcome), *_frame_cells(outcome)]
 
 
 def _as_text(cell: str) -> str:
@@ -81,6 +82,13 @@ def _way_cells(outcome: Outcome) -> tuple[str, str, str]:
     return (
         f'{way.distance:.1f}', outcome.length_unit.value,
         ' '.join(f'{state.value}:{count}' for state, count in way.states.items()))
+
+
+def _frame_cells(outcome: Outcome) -> tuple[str, str, str]:
+    if outcome.status is not Status.OK:
+        return '', '', ''
+    counters = outcome.counters
+    return str(counters.dropped), str(counters.skipped), str(counters.repeated)
 
 
 def _page(outcomes: Sequence[Outcome], directory: Path) -> str:
@@ -99,7 +107,7 @@ def _page(outcomes: Sequence[Outcome], directory: Path) -> str:
         ]),
         'sources': table(
             [_cells(outcome, directory) for outcome in outcomes], head=('', *COLUMNS),
-            numbers=(4, 5, 6, 10), kind='routes'),
+            numbers=(4, 5, 6, 10, 13, 14, 15), kind='routes'),
     })
 
 

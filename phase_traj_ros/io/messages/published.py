@@ -123,7 +123,7 @@ class Messages:
         than sending it.
         """
         types, step = self._types, update.step
-        header = self.header(update.stamp_ns, parameters.frame_id)
+        header = self.header(update.stamp_ns, parameters.path_frame)
         if wanted('movement'):
             yield 'movement', types['std_msgs/msg/UInt8'](data=int(step.movement))
         if step.appended and wanted('direction'):
@@ -145,10 +145,13 @@ class Messages:
             yield 'heading_stamped', types['geometry_msgs/msg/QuaternionStamped'](
                 header=header, quaternion=self._yaw(update.heading.heading))
         if update.odometry is not None and wanted('odom'):
-            yield 'odom', self.odometry(update.odometry, parameters.child_frame_id, header)
+            yield 'odom', self.odometry(
+                update.odometry, parameters.child_frame_id,
+                self.header(update.stamp_ns, parameters.odom_frame))
         if update.odometry is not None and wanted('pose_with_covariance'):
             yield 'pose_with_covariance', types['geometry_msgs/msg/PoseWithCovarianceStamped'](
-                header=header, pose=self._pose_with_covariance(update.odometry))
+                header=self.header(update.stamp_ns, parameters.odom_frame),
+                pose=self._pose_with_covariance(update.odometry))
         if update.odometry is not None and wanted('speed'):
             # A twist is given in the frame of the vehicle.
             yield 'speed', types['geometry_msgs/msg/TwistWithCovarianceStamped'](
@@ -158,7 +161,7 @@ class Messages:
             yield 'camera', types['std_msgs/msg/String'](data=str(update.camera))
         for turn in update.turns if update.turns and wanted('turn') else ():
             yield 'turn', types['geometry_msgs/msg/Vector3Stamped'](
-                header=self.header(turn.end_ns, parameters.frame_id),
+                header=self.header(turn.end_ns, parameters.path_frame),
                 vector=types['geometry_msgs/msg/Vector3'](
                     x=0.0, y=0.0, z=math.radians(turn.angle_deg)))
 
@@ -197,7 +200,7 @@ class Messages:
                 max_runs=_TEXT_RUNS)))
         return self.path(
             estimator.path.points(MAX_PATH_POSES),
-            self.header(estimator.last_stamp_ns or 0, parameters.frame_id))
+            self.header(estimator.last_stamp_ns or 0, parameters.path_frame))
 
     def diagnostics(
         self, reports: Mapping[str, Report], *, node: str, hardware_id: str, stamp: Any,

@@ -2,13 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """The camera of a recording: given by the source, or learned from the drive."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
 from phase_traj_ros.core import Lens
 from phase_traj_ros.errors import CalibrationError
-from phase_traj_ros.io.replay.estimator import feed, make_estimator
-from phase_traj_ros.io.sources.base import FrameSource, StampedFrame
+from phase_traj_ros.io.replay.estimator import make_estimator, outcomes
+from phase_traj_ros.io.sources.base import Entry, FrameSource, UnreadableFrame
 from phase_traj_ros.parameters import Parameters
 
 # Smallest interval of the frames from which the camera is learned, in nanoseconds.
@@ -40,18 +40,18 @@ def known_lens(source: FrameSource, parameters: Parameters) -> Lens | None:
 
 
 def learned_lens(
-    frames: Iterable[StampedFrame], parameters: Parameters, source: str,
+    frames: Iterable[Entry], parameters: Parameters, source: str, *, strict: bool = False,
 ) -> Lens | None:
     """
     Return the camera learned in a pass over all frames.
 
     None if nothing was learned, or if the parameters do not ask for it. More than 25 frames per
-    second would not add information, so the rest is skipped.
+    second would not add information, so the rest is left out.
 
     Raises
     ------
     SourceError
-        A frame cannot be used.
+        A frame cannot be used, and ``strict`` is set.
 
     """
     # The distance is not used to learn the camera, and would double the processing time.
@@ -60,13 +60,21 @@ def learned_lens(
         code_step=0.0))
     if not estimator.settings.learns_lens:
         return None
-    last_ns = None
-    for number, frame in enumerate(frames):
-        if last_ns is None or not 0 < frame.stamp_ns - last_ns < _SOON_NS:
-            last_ns = frame.stamp_ns
-            feed(estimator, frame, number, source)
+    for _ in outcomes(estimator, _thinned(frames), source=source, strict=strict):
+        pass
     heading = estimator.heading
     if heading is None:
         return None
     heading.finish()
     return None if heading.learned is None else Lens(estimate=heading.learned)
+
+
+def _thinned(entries: Iterable[Entry]) -> Iterator[Entry]:
+    """Yield the entries without the frames that follow closely on another one."""
+    last_ns = None
+    for entry in entries:
+        if isinstance(entry, UnreadableFrame):
+            yield entry
+        elif last_ns is None or not 0 < entry.stamp_ns - last_ns < _SOON_NS:
+            last_ns = entry.stamp_ns
+            yield entry

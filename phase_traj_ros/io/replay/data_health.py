@@ -36,7 +36,11 @@ class DataHealth:
     statuses: tuple[tuple[str, int], ...]
     """Number of pairs for each status, the most frequent first."""
     repeated: int
-    """Frames dropped because they have the stamp of the previous frame."""
+    """Frames with the stamp or the picture of the previous one."""
+    out_of_order: int
+    """Frames dropped because their stamps are late, or far from those around them."""
+    skipped: int
+    """Frames that could not be read or used."""
     time_resets: int
     """How often the stamps went back; everything before the last time is dropped."""
 
@@ -57,5 +61,7 @@ def data_health(result: Replay, shown: Overview) -> DataHealth:
         low_responses=int((measured < LOW_RESPONSE).sum()),
         statuses=tuple(Counter(update.status.value for update in result.updates).most_common()),
         repeated=result.counters.repeated,
+        out_of_order=result.counters.dropped,
+        skipped=result.counters.skipped,
         time_resets=result.counters.time_resets,
     )

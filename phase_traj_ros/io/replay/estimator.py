@@ -2,11 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """Makes the estimator from the parameters, with their mask, and feeds it frames."""
 
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
-from phase_traj_ros.core import TrajectoryEstimator, Update
-from phase_traj_ros.errors import FrameError, ParameterError, SourceError
-from phase_traj_ros.io.sources.base import StampedFrame
+from phase_traj_ros.core import FrameStream, Outcome, Skipped, TrajectoryEstimator
+from phase_traj_ros.errors import ParameterError, SourceError
+from phase_traj_ros.io.sources.base import Entry, StampedFrame, UnreadableFrame
 from phase_traj_ros.io.sources.mask_file import read_mask
 from phase_traj_ros.parameters import Parameters
 
@@ -32,19 +33,34 @@ def make_estimator(parameters: Parameters, *, keep_all: bool = False) -> Traject
         raise ParameterError(str(error)) from None
 
 
-def feed(
-    estimator: TrajectoryEstimator, frame: StampedFrame, number: int, source: str,
-) -> Update | None:
+def outcomes(
+    estimator: TrajectoryEstimator, entries: Iterable[Entry], *, source: str, strict: bool = False,
+) -> Iterator[Outcome[StampedFrame] | Skipped[UnreadableFrame]]:
     """
-    Feed frame ``number`` of a source to an estimator; return the result of its pair.
+    Feed all frames of a source to an estimator; yield what came of each.
 
     Raises
     ------
     SourceError
-        The frame cannot be used.
+        A frame cannot be used, and ``strict`` is set.
 
     """
-    try:
-        return estimator.update(frame.image, frame.stamp_ns, encoding=frame.encoding)
-    except FrameError as error:
-        raise SourceError(f'{source}: frame {number}: {error}') from None
+    stream: FrameStream[StampedFrame] = FrameStream(estimator)
+    for entry in entries:
+        if isinstance(entry, UnreadableFrame):
+            stream.skip()
+            found: Iterable[Outcome[StampedFrame] | Skipped[UnreadableFrame]] = [
+                Skipped(entry, entry.reason)]
+        else:
+            found = stream.push(entry)
+        for outcome in found:
+            if strict and isinstance(outcome, Skipped):
+                raise SourceError(f'{source}: {described(outcome)}')
+            yield outcome
+    yield from stream.finish()
+
+
+def described(skipped: Skipped[StampedFrame] | Skipped[UnreadableFrame]) -> str:
+    """Return the number of a skipped frame, if it is known, and why it was skipped."""
+    number = skipped.frame.number
+    return skipped.reason if number is None else f'frame {number}: {skipped.reason}'

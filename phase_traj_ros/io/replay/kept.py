@@ -5,7 +5,7 @@
 from collections.abc import Generator
 from contextlib import closing
 
-from phase_traj_ros.io.sources.base import FrameSource, StampedFrame
+from phase_traj_ros.io.sources.base import Entry, FrameSource, StampedFrame
 from phase_traj_ros.io.sources.prefetch import prefetch
 
 _MOST_BYTES = 512 << 20
@@ -22,26 +22,26 @@ class KeptFrames:
         """Keep at most ``most_bytes`` bytes of the frames of ``source``."""
         self._source = source
         self._most_bytes = most_bytes
-        self._kept: list[StampedFrame] | None = None
+        self._kept: list[Entry] | None = None
 
-    def once(self) -> Generator[StampedFrame, None, None]:
+    def once(self) -> Generator[Entry, None, None]:
         """Yield all frames, and release them."""
         kept, self._kept = self._kept, None
         if kept is not None:
             yield from kept
             return
-        with closing(prefetch(self._source)) as frames:
+        with closing(prefetch(self._source.entries())) as frames:
             yield from frames
 
-    def keeping(self) -> Generator[StampedFrame, None, None]:
+    def keeping(self) -> Generator[Entry, None, None]:
         """Yield all frames, and keep them for the next pass if they fit."""
-        kept: list[StampedFrame] | None = []
+        kept: list[Entry] | None = []
         size = 0
         with closing(self.once()) as frames:
             for frame in frames:
                 if kept is not None:
                     kept.append(frame)
-                    size += frame.image.nbytes
+                    size += frame.image.nbytes if isinstance(frame, StampedFrame) else 0
                     if size > self._most_bytes:
                         kept = None
                 yield frame

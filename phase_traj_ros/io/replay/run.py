@@ -13,9 +13,13 @@ from phase_traj_ros.core import (
     LengthUnit,
     Lens,
     LinkCode,
+    Measured,
     Movement,
     PairStatus,
     PathSource,
+    Restarted,
+    Skipped,
+    Started,
     TrajectoryEstimator,
     TravelState,
     Update,
@@ -27,8 +31,8 @@ from phase_traj_ros.core.codes.threshold_hint import ThresholdHint
 from phase_traj_ros.core.heading.turns import Turn
 from phase_traj_ros.core.reliability import Reliability
 from phase_traj_ros.errors import ParameterError, SourceError
-from phase_traj_ros.io.replay.estimator import feed, make_estimator
-from phase_traj_ros.io.sources.base import SourceFrames, Speed, StampedFrame
+from phase_traj_ros.io.replay.estimator import described, make_estimator, outcomes
+from phase_traj_ros.io.sources.base import Entry, SourceFrames, Speed, StampedFrame
 from phase_traj_ros.parameters import Parameters
 
 
@@ -64,6 +68,8 @@ class Replay:
     """Number of each frame in its source, before the selection; None if not known."""
     source_frames: SourceFrames = field(default_factory=SourceFrames)
     """How many frames the source has, as far as it is known."""
+    first_skipped: str = ''
+    """The first frame that was skipped, and why; empty if there is none."""
 
     @property
     def pairs_without_speed(self) -> int:
@@ -117,20 +123,21 @@ class Watcher:
 
 
 def replay(
-    frames: Iterable[StampedFrame], parameters: Parameters, *, source: str,
+    frames: Iterable[Entry], parameters: Parameters, *, source: str,
     watchers: Sequence[Watcher] = (), lens: Lens | None = None, speeds: Iterable[Speed] = (),
+    strict: bool = False,
 ) -> Replay:
     """
     Run all frames through an estimator, and pass the results to ``watchers``.
 
     ``source`` describes the origin of the frames, for reports. ``lens`` is the known lens of the
     camera; parameters override it. ``speeds`` are those of the vehicle, in any order; they are
-    used if the parameters ask for them.
+    used if the parameters ask for them. Frames that cannot be used are skipped, unless ``strict``.
 
     Raises
     ------
     SourceError
-        There are fewer than two frames, or one of them cannot be used.
+        There are fewer than two frames to use, or, with ``strict``, one that cannot be used.
     ParameterError
         The parameters need a calibration of the camera, and there is none.
 
@@ -150,26 +157,28 @@ def replay(
     turns: list[Turn] = []
     numbers: list[int | None] = []
     first_stamp_ns = 0
-    for number, frame in enumerate(frames):
-        repeated = frame.stamp_ns == estimator.last_stamp_ns
-        update = feed(estimator, frame, number, source)
-        if update is not None:
-            updates.append(update)
-            turns += update.turns
-            numbers.append(frame.number)
-            for watcher in watchers:
-                watcher.add(frame, update, estimator)
-        elif not repeated:
-            updates.clear()
-            turns.clear()
-            numbers[:] = [frame.number]
-            first_stamp_ns = frame.stamp_ns
-            for watcher in watchers:
-                watcher.start(frame, estimator)
+    first_skipped = ''
+    for outcome in outcomes(estimator, frames, source=source, strict=strict):
+        match outcome:
+            case Measured(frame, update):
+                updates.append(update)
+                turns += update.turns
+                numbers.append(frame.number)
+                for watcher in watchers:
+                    watcher.add(frame, update, estimator)
+            case Started(frame):
+                numbers.append(frame.number)
+                first_stamp_ns = frame.stamp_ns
+                for watcher in watchers:
+                    watcher.start(frame, estimator)
+            case Restarted():
+                updates.clear()
+                turns.clear()
+                numbers.clear()
+            case Skipped():
+                first_skipped = first_skipped or described(outcome)
     if not updates:
-        raise SourceError(
-            f'{source}: {estimator.frames} frame{"" if estimator.frames == 1 else "s"}'
-            ' to use, but a trajectory needs at least two, with different stamps')
+        raise SourceError(f'{source}: {_too_few(estimator, first_skipped)}')
     heading = estimator.heading
     under_way = [] if heading is None else sorted(heading.finish(), key=_start_frame)
     for watcher in watchers:
@@ -178,12 +187,25 @@ def replay(
         source, parameters, first_stamp_ns, tuple(updates), estimator.codes, estimator.counters,
         tuple(sorted([*turns, *under_way], key=_start_frame)),
         reliability=estimator.reliability.of_drive, threshold_hint=estimator.threshold_hint,
-        way=estimator.way, links=estimator.links, frame_numbers=_known(numbers))
+        way=estimator.way, links=estimator.links, frame_numbers=_known(numbers),
+        first_skipped=first_skipped)
     if heading is None:
         return found
     return replace(
         found, focal_px=heading.focal_px, field_of_view=heading.field_of_view,
         camera=heading.camera, learned=heading.learned)
+
+
+def _too_few(estimator: TrajectoryEstimator, first_skipped: str) -> str:
+    """Return why there is no trajectory."""
+    used, counters = estimator.frames, estimator.counters
+    unused = [
+        f'{count} {what}' for count, what in (
+            (counters.repeated, 'repeated'), (counters.dropped, 'with a stamp out of order'),
+            (counters.skipped, f'skipped ({first_skipped})')) if count]
+    return (
+        f'{used} frame{"" if used == 1 else "s"} to use{"".join(f", {each}" for each in unused)},'
+        ' but a trajectory needs at least two, with different stamps')
 
 
 def _known(numbers: Sequence[int | None]) -> tuple[int, ...] | None:

@@ -70,6 +70,8 @@ def write_chain_code(result: Replay, path: Path) -> None:
         'source_frames': asdict(result.source_frames),
         'first_stamp_ns': result.first_stamp_ns,
         'last_stamp_ns': result.updates[-1].stamp_ns,
+        'dropped_frames': result.counters.dropped,
+        'skipped_frames': result.counters.skipped,
         'repeated_frames': result.counters.repeated,
         'time_resets': result.counters.time_resets,
         'versions': versions(),
@@ -133,7 +135,13 @@ def links_content(links: LinkCode | None, *, unit: LengthUnit) -> dict[str, Any]
 
 def reliability_content(found: Reliability) -> dict[str, Any]:
     """Return the reliability of a result in the form of the files."""
-    return {'reliable': found.reliable, 'reasons': list(found.words)}
+    return {
+        'reliable': found.reliable,
+        'reasons': list(found.words),
+        'unreliable_spans': [
+            {'start': span.start_ns / 1e9, 'end': span.end_ns / 1e9, 'reasons': list(span.words)}
+            for span in found.spans],
+    }
 
 
 def camera_content(camera: CameraInUse) -> dict[str, Any]:

@@ -7,7 +7,7 @@ from collections.abc import Callable, Generator, Iterator
 from contextlib import closing
 from dataclasses import dataclass, replace
 from types import TracebackType
-from typing import Final, TypeVar
+from typing import Final, TypeAlias, TypeVar
 
 from phase_traj_ros.core.camera.model import CameraModel
 from phase_traj_ros.errors import FrameError, SourceError
@@ -19,6 +19,9 @@ DEFAULT_FPS: Final = 10.0
 
 DEFAULT_SPEED_TOPIC: Final = '/speed'
 """Topic of a bag that holds speeds: the node's, if it runs in the root namespace."""
+
+# Share of the declared frames.
+_FEW_MISSING = 0.02
 
 CAMERA_FRAME: Final = 'camera'
 """Name of the camera's coordinate frame, if the source gives none."""
@@ -50,6 +53,10 @@ class UnreadableFrame:
     reason: str
 
 
+Entry: TypeAlias = StampedFrame | UnreadableFrame
+"""A selected frame of a source, decoded or not."""
+
+
 @dataclass(frozen=True, slots=True)
 class SourceFrames:
     """How many frames a source has, before the selection; None where it is not known."""
@@ -61,10 +68,12 @@ class SourceFrames:
 
     @property
     def missing(self) -> int:
-        """Return how many of the declared frames could not be read."""
+        """Return how many of the declared frames could not be read; 0 if they are very few."""
         if self.declared is None or self.read is None:
             return 0
-        return max(0, self.declared - self.read)
+        missing = self.declared - self.read
+        # Some videos declare their duration only.
+        return missing if missing > _FEW_MISSING * self.declared else 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -177,7 +186,7 @@ class FrameSource(ABC):
         self._check_open()
         return self._decoded()
 
-    def entries(self) -> Generator[StampedFrame | UnreadableFrame, None, None]:
+    def entries(self) -> Generator[Entry, None, None]:
         """
         Yield the selected frames, also those that cannot be read or decoded.
 
@@ -195,7 +204,7 @@ class FrameSource(ABC):
             for number, candidate in selected:
                 yield _decode(candidate, number)
 
-    def _readable_or_not(self) -> Generator[StampedFrame | UnreadableFrame, None, None]:
+    def _readable_or_not(self) -> Generator[Entry, None, None]:
         with closing(self._selected()) as selected:
             for number, candidate in selected:
                 try:

@@ -7,7 +7,8 @@ A source is iterated over::
 
     with open_source('drive.mcap') as source:
         for frame in source:
-            estimator.update(frame.image, frame.stamp_ns)
+            for outcome in stream.push(frame):
+                print(outcome)
 """
 
 import math

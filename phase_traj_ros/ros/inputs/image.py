@@ -39,12 +39,17 @@ class ImageInput:
 
     def __init__(
         self, node: Node, entities: Entities, parameters: Parameters, health: Health,
-        on_frame: Callable[[StampedFrame], None],
+        *, on_frame: Callable[[StampedFrame], None], on_undecodable: Callable[[], None],
     ) -> None:
-        """Subscribe; pass each frame to ``on_frame``, which may raise FrameError."""
+        """
+        Subscribe; pass each frame to ``on_frame``, which may raise FrameError.
+
+        Call ``on_undecodable`` for an image that cannot be converted to a frame.
+        """
         self._node = node
         self._health = health
         self._on_frame = on_frame
+        self._on_undecodable = on_undecodable
         self._stamps = StampRule()
         self._losses = LossCounter(lambda: node.count_publishers(self.topic))
         compressed = _is_compressed(parameters)
@@ -70,23 +75,30 @@ class ImageInput:
             size=len(message.data))
         waited_ns = time.time_ns() - info['received_timestamp']
         began = time.perf_counter_ns()
+        stamp_ns = self._stamps.stamp_ns(
+            to_nanoseconds(message.header.stamp), self._node.get_clock().now().nanoseconds)
         try:
             image = msg_to_frame(message)
-            converted = time.perf_counter_ns()
-            stamp_ns = self._stamps.stamp_ns(
-                to_nanoseconds(message.header.stamp), self._node.get_clock().now().nanoseconds)
+        except FrameError as error:
+            self._on_undecodable()
+            self._reject(error)
+            return
+        converted = time.perf_counter_ns()
+        try:
             self._on_frame(StampedFrame(
                 image, stamp_ns, encoding_of(message), message.header.frame_id))
         except FrameError as error:
-            self._health.rejected(str(error))
-            self._node.get_logger().error(
-                f'skipped an image on {self.topic}: {error}',
-                throttle_duration_sec=_THROTTLE_S)
+            self._reject(error)
             return
         waited_ns = max(waited_ns, 0) if info['received_timestamp'] else 0
         self._health.took(Stage.RECEIVE, waited_ns)
         self._health.took(Stage.CONVERT, converted - began)
         self._health.took_in_all(waited_ns + time.perf_counter_ns() - began)
+
+    def _reject(self, error: FrameError) -> None:
+        self._health.rejected(str(error))
+        self._node.get_logger().error(
+            f'skipped an image on {self.topic}: {error}', throttle_duration_sec=_THROTTLE_S)
 
 
 def _is_compressed(parameters: Parameters) -> bool:

@@ -6,10 +6,23 @@ from contextlib import ExitStack
 import time
 
 import cv2
-from phase_traj_ros.core import CodeSource, Lens, PairStatus, TravelState, Update
+from phase_traj_ros.core import (
+    CodeSource,
+    FrameStream,
+    Lens,
+    Measured,
+    Outcome,
+    PairStatus,
+    Restarted,
+    Skipped,
+    Started,
+    TravelState,
+    Update,
+)
 from phase_traj_ros.core.camera.model import CameraModel
 from phase_traj_ros.core.codes.threshold_hint import Misfit
 from phase_traj_ros.core.correlation.transforms import find_transform, transform_hint
+from phase_traj_ros.errors import FrameError
 from phase_traj_ros.io.replay.estimator import make_estimator
 from phase_traj_ros.io.sources.base import StampedFrame
 from phase_traj_ros.parameters import Parameters
@@ -32,7 +45,7 @@ _LASTING_NS = 5_000_000_000
 
 class Work:
     """
-    A thin adapter between ROS and ``TrajectoryEstimator``.
+    A thin adapter between ROS and ``FrameStream``.
 
     It offers topics and services as soon as it is made, and receives images between ``start`` and
     ``stop``.
@@ -56,6 +69,7 @@ class Work:
         self._values = values
         self._use_threads()
         self._estimator = make_estimator(values)
+        self._stream: FrameStream[StampedFrame] = FrameStream(self._estimator)
         self._health = Health()
         self._camera: CameraInput | None = None
         self._speed: SpeedInput | None = None
@@ -91,7 +105,9 @@ class Work:
                     node, listening, rectified=values.rectified, on_camera=self._on_camera)
             if values.use_speed_topic:
                 self._speed = SpeedInput(node, listening, self._estimator.add_speed)
-            images = ImageInput(node, listening, values, self._health, self._on_frame)
+            images = ImageInput(
+                node, listening, values, self._health, on_frame=self._on_frame,
+                on_undecodable=self._stream.skip)
             Diagnostics(node, listening, self._health, images, self._estimator)
         topics = [each.topic for each in (images, self._camera, self._speed) if each is not None]
         node.get_logger().info(
@@ -102,13 +118,15 @@ class Work:
             node.get_logger().info(hint)
 
     def stop(self) -> None:
-        """Destroy the subscriptions."""
+        """Destroy the subscriptions, and use a frame that was held."""
         self._listening.destroy()
+        for outcome in self._stream.finish():
+            self._publish(outcome)
 
     def restart(self) -> None:
         """Save the drive, reset the estimator and publish its state."""
         self._saving.end_drive()
-        self._estimator.reset()
+        self._stream.reset()
         self._outputs.publish_state()
 
     def close(self) -> None:
@@ -143,24 +161,50 @@ class Work:
         self._use_threads()
 
     def _on_frame(self, frame: StampedFrame) -> None:
-        """Update the estimator with one frame and publish the result."""
-        if self._camera is not None and self._estimator.settings.awaits_lens:
-            self._camera.require()
+        """
+        Push one frame into the stream, and publish what comes of it.
+
+        Raises
+        ------
+        FrameError
+            This frame, or one held before it, cannot be used.
+
+        """
+        counters = self._estimator.counters
+        dropped = counters.dropped
+        unusable = None
         self._frame_shape = frame.image.shape
         began = time.perf_counter_ns()
-        previous_ns = self._estimator.last_stamp_ns
-        resets = self._estimator.counters.time_resets
-        if previous_ns is not None and frame.stamp_ns < previous_ns:
-            self._saving.end_drive()
-        update = self._estimator.update(frame.image, frame.stamp_ns, encoding=frame.encoding)
-        estimated = time.perf_counter_ns()
-        if self._estimator.counters.time_resets > resets and previous_ns is not None:
+        for outcome in self._stream.push(frame):
+            if isinstance(outcome, Skipped):
+                unusable = outcome.reason
+            self._publish(outcome, time.perf_counter_ns() - began)
+            began = time.perf_counter_ns()
+        if counters.dropped > dropped:
+            several = counters.dropped > 1
             self._node.get_logger().warning(
-                f'time went back by {(previous_ns - frame.stamp_ns) / 1e9:.3f} s, from'
-                f' {previous_ns / 1e9:.3f} to {frame.stamp_ns / 1e9:.3f}: restarted')
-            self._outputs.publish_state()
-        if update is None:
-            return
+                f'dropped {counters.dropped} image{"s" if several else ""} so far:'
+                f' {"their stamps are" if several else "its stamp is"} late, or far from those of'
+                ' the images around', throttle_duration_sec=_THROTTLE_S)
+        if unusable is not None:
+            if self._camera is not None and self._estimator.settings.awaits_lens:
+                self._camera.require()
+            raise FrameError(unusable)
+
+    def _publish(self, outcome: Outcome[StampedFrame], estimated_ns: int = 0) -> None:
+        match outcome:
+            case Restarted(newest_ns, stamp_ns):
+                self._saving.end_drive()
+                self._node.get_logger().warning(
+                    f'time went back by {(newest_ns - stamp_ns) / 1e9:.3f} s, from'
+                    f' {newest_ns / 1e9:.3f} to {stamp_ns / 1e9:.3f}: restarted')
+            case Started():
+                self._outputs.publish_state()
+            case Measured(frame, update):
+                self._publish_update(frame, update, estimated_ns)
+
+    def _publish_update(self, frame: StampedFrame, update: Update, estimated_ns: int) -> None:
+        began = time.perf_counter_ns()
         if update.camera is not None:
             self._node.get_logger().info(f'camera: {update.camera}')
         self._hint(update)
@@ -171,8 +215,8 @@ class Work:
             self._health.responses.append(update.shift.response)
         correlate_ns = self._estimator.correlate_ns
         self._health.took(Stage.CORRELATE, correlate_ns)
-        self._health.took(Stage.CODE, estimated - began - correlate_ns)
-        self._health.took(Stage.PUBLISH, time.perf_counter_ns() - estimated)
+        self._health.took(Stage.CODE, estimated_ns - correlate_ns)
+        self._health.took(Stage.PUBLISH, time.perf_counter_ns() - began)
 
     def _coded_from(self) -> str:
         values = self._values

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Runs a recording through the node, in a separate process and over DDS."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 import os
@@ -12,6 +12,7 @@ import subprocess
 import sys
 
 from phase_traj_ros.errors import SourceError
+from phase_traj_ros.ros.playback.children import start_child
 from phase_traj_ros.ros.playback.recorder import Recorder
 from phase_traj_ros.ros.spin import ros_context
 from phase_traj_ros.ros.startup.signals import stop_on_signals
@@ -20,6 +21,7 @@ from rclpy.executors import SingleThreadedExecutor
 _DISCOVERY_S = 30.0
 _SILENCE_S = 20.0
 _STOP_S = 10.0
+_RANGE = 'ROS_AUTOMATIC_DISCOVERY_RANGE'
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,13 +40,12 @@ class LiveResult:
 
 def run_live(
     recording: Path, *, pairs: int, threshold: float, rate: float = 10.0,
-    environment: Mapping[str, str] | None = None,
 ) -> LiveResult:
     """
     Play ``recording`` to a node, both in separate processes; record the messages of the node.
 
     No frame is lost: the images are reliable with KEEP_ALL at both ends. A separate namespace
-    isolates the run from other nodes on the network.
+    isolates the run from other nodes on the machine; other machines do not see it.
 
     Parameters
     ----------
@@ -56,8 +57,6 @@ def run_live(
         Threshold of the node in pixels per frame.
     rate
         Playback speed, relative to the recording.
-    environment
-        Environment variables of both processes, in addition to those of this process.
 
     Raises
     ------
@@ -67,15 +66,16 @@ def run_live(
     """
     namespace = f'/phase_traj_live_{os.getpid()}'
     within = ['-r', f'__ns:={namespace}']
-    variables = {**os.environ, **(environment or {})}
     node = [
-        'phase_traj_ros.ros.main', '--ros-args', *within, '-p', f'threshold:={threshold!r}',
+        'phase_traj_ros.ros.lifecycle_main', '--ros-args', *within, '-p',
+        f'threshold:={threshold!r}',
         *lossless_overrides(f'{namespace}/image')]
     player = [
         'phase_traj_ros.cli.main', 'play', str(recording), '--lossless', '--rate', str(rate),
         '--wait', str(_DISCOVERY_S), '--ros-args', *within]
-    with (stop_on_signals() as stop, ros_context(['--ros-args', *within]),
-            _process(node, variables) as node_process):
+    with (stop_on_signals() as stop, _on_this_machine(),
+            ros_context(['--ros-args', *within]),
+            _process(node) as node_process, _process(player) as player_process):
         recorder = Recorder()
         executor = SingleThreadedExecutor()
         executor.add_node(recorder)
@@ -88,11 +88,11 @@ def run_live(
                 raise SourceError(f'the node has exited with status {node_process.returncode}')
 
         try:
+            # The player waits for the node, which subscribes to the images when it is active.
             recorder.connect(spin_once, _DISCOVERY_S)
-            with _process(player, variables) as player_process:
-                recorder.wait_for_pairs(pairs, spin_once, _DISCOVERY_S + _SILENCE_S)
-                if player_process.wait(_STOP_S) != 0:
-                    raise SourceError('the player has failed')
+            recorder.wait_for_pairs(pairs, spin_once, _DISCOVERY_S + _SILENCE_S)
+            if player_process.wait(_STOP_S) != 0:
+                raise SourceError('the player has failed')
         finally:
             executor.shutdown()
             recorder.destroy_node()
@@ -111,13 +111,23 @@ def lossless_overrides(topic: str) -> list[str]:
 
 
 @contextmanager
-def _process(
-    arguments: list[str], variables: Mapping[str, str],
-) -> Iterator['subprocess.Popen[bytes]']:
+def _on_this_machine() -> Iterator[None]:
+    """Keep the topics from other machines, unless the environment says otherwise."""
+    if _RANGE in os.environ:
+        yield
+        return
+    os.environ[_RANGE] = 'LOCALHOST'
+    try:
+        yield
+    finally:
+        del os.environ[_RANGE]
+
+
+@contextmanager
+def _process(arguments: list[str]) -> Iterator['subprocess.Popen[bytes]']:
     """Run a module of this package in a process that ends with the block."""
-    process = subprocess.Popen(
-        [sys.executable, '-m', *arguments], env=dict(variables), stdin=subprocess.DEVNULL,
-        stdout=subprocess.DEVNULL)
+    process = start_child(
+        [sys.executable, '-m', *arguments], stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL)
     try:
         yield process
     finally:

@@ -29,20 +29,19 @@ def wait_until_known(node: Node, topic: str, stop: Event) -> None:
     """Return when all subscribers of ``topic`` know the current endpoints of ``node``."""
     subscribers = {
         full_name(each) for each in node.get_subscriptions_info_by_topic(topic)}
+    settled = time.monotonic() + _SETTLE_S
     # A list: all subscribers are called, even if one does not respond.
-    answers = [_answers(node, name, stop) for name in subscribers]
+    answers = [_answers(node, name, stop, settled) for name in subscribers]
     if not all(answers):
-        stop.wait(_SETTLE_S)
+        stop.wait(max(settled - time.monotonic(), 0.0))
 
 
-def _answers(node: Node, name: str, stop: Event) -> bool:
-    """Return whether a node of this name exists and responds."""
-    namespace, _, own = name.rpartition('/')
-    if (own, namespace or '/') not in node.get_node_names_and_namespaces():
-        return False
-    services = dict(node.get_service_names_and_types_by_node(own, namespace or '/'))
-    if f'{name}/get_parameter_types' not in services:
-        return False
+def _answers(node: Node, name: str, stop: Event, settled: float) -> bool:
+    """Return whether a node of this name is discovered until ``settled``, and responds."""
+    # A subscription may be discovered before the name of its node and its services.
+    while not _has_services(node, name):
+        if time.monotonic() >= settled or stop.wait(_POLL_S):
+            return False
     client = node.create_client(GetParameterTypes, f'{name}/get_parameter_types')
     deadline = time.monotonic() + _ANSWER_S
     try:
@@ -59,3 +58,11 @@ def _answers(node: Node, name: str, stop: Event) -> bool:
         return False
     finally:
         node.destroy_client(client)
+
+
+def _has_services(node: Node, name: str) -> bool:
+    namespace, _, own = name.rpartition('/')
+    if (own, namespace or '/') not in node.get_node_names_and_namespaces():
+        return False
+    services = dict(node.get_service_names_and_types_by_node(own, namespace or '/'))
+    return f'{name}/get_parameter_types' in services

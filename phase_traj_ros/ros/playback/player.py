@@ -18,6 +18,7 @@ from phase_traj_ros.ros.playback.matching import wait_until_known
 from phase_traj_ros.topics import camera_info_topic
 from rclpy.duration import Duration
 from rclpy.node import Node
+from rclpy.publisher import Publisher
 from rclpy.qos import HistoryPolicy, qos_profile_sensor_data, QoSProfile, ReliabilityPolicy
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import CameraInfo, Image
@@ -31,20 +32,19 @@ _ENCODINGS = MappingProxyType({
     'uint8': ('mono8', 'u1'), 'uint16': ('mono16', '<u2'), 'float32': ('32FC1', '<f4')})
 _POLL_S = 0.05
 _ACKNOWLEDGE_S = 30
-_LATER_S = 1.0
 _LONGEST_WAIT_S = 1e9
 
 
 class FramePlayer(Node):
     """
-    Publishes frames as mono8, mono16 or 32FC1 images on ``topic``, and their stamps on /clock.
+    Publishes frames as mono8, mono16 or 32FC1 images on ``topic``.
 
     If the calibration of the camera is known, it is published with each image on ``camera_info``.
     """
 
     def __init__(
         self, *, topic: str = 'image', lossless: bool = False, camera: CameraModel | None = None,
-        rectified: CameraModel | None = None,
+        rectified: CameraModel | None = None, clock_hz: float | None = None,
     ) -> None:
         """
         Make the publishers.
@@ -59,6 +59,9 @@ class FramePlayer(Node):
             Camera model of the images.
         rectified
             Camera model of the rectified images.
+        clock_hz
+            Rate at which the time of the recording is published on /clock. None leaves /clock to
+            others: every node of the system with ``use_sim_time`` follows it.
 
         """
         super().__init__(PLAYER_NAME)
@@ -71,7 +74,10 @@ class FramePlayer(Node):
         if self._camera is not None:
             self._calibrations = self.create_publisher(
                 CameraInfo, camera_info_topic(self._images.topic_name), qos)
-        self._clock_publisher = self.create_publisher(Clock, '/clock', QoSProfile(depth=10))
+        self._ticker: Publisher | None = None
+        if clock_hz is not None:
+            self._ticker = self.create_publisher(Clock, '/clock', QoSProfile(depth=10))
+            self._tick_s = 1.0 / clock_hz
 
     @property
     def topic(self) -> str:
@@ -101,15 +107,14 @@ class FramePlayer(Node):
         The timing restarts if a stamp goes back, such as from one loop to the next.
         """
         published = 0
-        self._introduce_camera(stop)
+        self._introduce_camera()
         began, first_ns, previous_ns = time.monotonic(), 0, None
         for frame in frames:
             if previous_ns is None or frame.stamp_ns < previous_ns:
                 began, first_ns = time.monotonic(), frame.stamp_ns
             previous_ns = frame.stamp_ns
             due = began + (frame.stamp_ns - first_ns) / 1e9 / rate
-            # An extreme pause or rate exceeds the longest timeout of the event.
-            if stop.wait(min(max(due - time.monotonic(), 0.0), _LONGEST_WAIT_S)):
+            if self._wait(due, stop, frame.stamp_ns, rate):
                 break
             self._publish(frame)
             published += 1
@@ -131,21 +136,28 @@ class FramePlayer(Node):
                 f'a subscriber of {self._images.topic_name} has not acknowledged all frames'
                 f' within {_ACKNOWLEDGE_S} s')
 
-    def _introduce_camera(self, stop: Event) -> None:
-        """If lossless, publish the calibration before the first image."""
+    def _introduce_camera(self) -> None:
+        """If lossless, publish the calibration before the first image, to who is known by then."""
         if self._camera is None or not self._lossless:
             return
-        # A subscriber of the images may subscribe to the calibration a moment later, or never.
-        deadline = time.monotonic() + _LATER_S
-        while (self._calibrations.get_subscription_count() == 0
-                and time.monotonic() < deadline and not stop.wait(_POLL_S)):
-            pass
         self._calibrations.publish(CameraInfo(header=Header(frame_id='camera'), **self._camera))
         self._calibrations.wait_for_all_acked(Duration(seconds=_ACKNOWLEDGE_S))
 
+    def _wait(self, due: float, stop: Event, stamp_ns: int, rate: float) -> bool:
+        """Wait until ``due``, the time of a stamp; return whether ``stop`` is set."""
+        # An extreme pause or rate exceeds the longest timeout of the event.
+        longest = _LONGEST_WAIT_S if self._ticker is None else self._tick_s
+        while (left := due - time.monotonic()) > longest:
+            if stop.wait(longest):
+                return True
+            if self._ticker is not None:
+                self._ticker.publish(Clock(clock=to_time(stamp_ns - round(left * 1e9 * rate))))
+        return stop.wait(max(left, 0.0))
+
     def _publish(self, frame: StampedFrame) -> None:
         stamp = to_time(frame.stamp_ns)
-        self._clock_publisher.publish(Clock(clock=stamp))
+        if self._ticker is not None:
+            self._ticker.publish(Clock(clock=stamp))
         header = Header(stamp=stamp, frame_id='camera')
         if self._camera is not None:
             self._calibrations.publish(CameraInfo(header=header, **self._camera))

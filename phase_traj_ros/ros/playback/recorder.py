@@ -7,9 +7,12 @@ import time
 from typing import Any
 
 from geometry_msgs.msg import PoseStamped, Vector3Stamped
+from lifecycle_msgs.msg import Transition
+from lifecycle_msgs.srv import ChangeState
 from nav_msgs.msg import Path
 from phase_traj_ros.errors import SourceError
 from phase_traj_ros.parameters import NODE_NAME
+from rclpy.client import Client
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 from std_msgs.msg import Float32, String, UInt8
@@ -43,11 +46,12 @@ class Recorder(Node):
             String, 'chain_code', lambda message: self.chain_code.append(message.data), _LATCHED)
         self._take(Path, 'path', self.paths.append, _LATCHED)
         # Made after the subscriptions; see ``connect``.
+        self._change = self.create_client(ChangeState, f'{NODE_NAME}/change_state')
         self._reset = self.create_client(Trigger, f'{NODE_NAME}/reset')
 
     def connect(self, spin_once: Callable[[], None], timeout_s: float) -> None:
         """
-        Reset the node, and return when it has discovered this recorder.
+        Configure and activate the node; it knows this recorder before it receives an image.
 
         Discovery announces endpoints in the order in which they were made. The node can only
         respond to a client that it knows, so its response proves that it also knows the
@@ -60,19 +64,25 @@ class Recorder(Node):
 
         """
         deadline = time.monotonic() + timeout_s
-        while not self._reset.service_is_ready():
-            self._wait(spin_once, deadline)
-        # A response is lost if the node receives the request before it discovers the client.
-        answer = self._reset.call_async(Trigger.Request())
-        asked = time.monotonic()
-        while not answer.done():
-            if time.monotonic() > asked + _ASK_AGAIN_S:
-                self._reset.remove_pending_request(answer)
-                answer = self._reset.call_async(Trigger.Request())
-                asked = time.monotonic()
-            self._wait(spin_once, deadline)
+        self._ask(self._change, _transition('configure'), spin_once, deadline)
+        self._ask(self._reset, Trigger.Request(), spin_once, deadline)
         self.chain_code.clear()
         self.paths.clear()
+        self._ask(self._change, _transition('activate'), spin_once, deadline)
+
+    def _ask(
+        self, client: Client, request: Any, spin_once: Callable[[], None], deadline: float,
+    ) -> None:
+        """Call a service until it responds; a repeated transition changes nothing."""
+        while not client.service_is_ready():
+            self._wait(spin_once, deadline)
+        # A response is lost if the node receives the request before it discovers the client.
+        answer, asked = client.call_async(request), time.monotonic()
+        while not answer.done():
+            if time.monotonic() > asked + _ASK_AGAIN_S:
+                client.remove_pending_request(answer)
+                answer, asked = client.call_async(request), time.monotonic()
+            self._wait(spin_once, deadline)
 
     def wait_for_pairs(
         self, count: int, spin_once: Callable[[], None], timeout_s: float,
@@ -112,3 +122,7 @@ class Recorder(Node):
         qos: QoSProfile = _EVERYTHING,
     ) -> None:
         self.create_subscription(kind, f'{NODE_NAME}/{topic}', callback, qos)
+
+
+def _transition(label: str) -> Any:
+    return ChangeState.Request(transition=Transition(label=label))

@@ -134,7 +134,7 @@ def node_start(arguments: Mapping[str, str], around: Surroundings) -> NodeStart:
     remappings = {each: given[each] for each in topics if each in given}
     for topic in remappings.values():
         _full_topic(topic, name, namespace)
-    frame = _checked({**known, **own}).frame_id
+    frame = _checked({**known, **own}).path_frame
     if _is_true(given, 'reliable'):
         topic = given.get('image') or around.remappings.get('image', 'image')
         topic = _full_topic(topic, name, namespace)

@@ -15,7 +15,12 @@ from phase_traj_ros.synthetic.arrays import Floats, Ints
 from phase_traj_ros.synthetic.camera import Camera, KITTI_CAMERA, Pose
 from phase_traj_ros.synthetic.drive.plan import check, drive_plan, duration, Plan, Turn
 from phase_traj_ros.synthetic.scene.scene import Scene
-from phase_traj_ros.synthetic.town.ready import scene_along, street_grid
+from phase_traj_ros.synthetic.town.ready import (
+    grid_roads,
+    roads_along,
+    scene_along,
+    street_grid,
+)
 
 #: Stamp of the first frame, in nanoseconds: a day in November 2023.
 EPOCH_NS = 1_700_000_000_000_000_000
@@ -47,7 +52,7 @@ class Drive:
 
     ``stamps_ns``: (N,) integer nanoseconds; ``poses``: (N, 5) x, y in metres, yaw, pitch, roll in
     radians (REP 103); ``turns``: the true turns, as far as known; ``build_scene``: builds the
-    scene, the same on every call.
+    scene, the same on every call; ``build_roads``: returns the centre lines (N, 2) of its roads.
     """
 
     name: str
@@ -56,6 +61,7 @@ class Drive:
     camera: Camera
     build_scene: Callable[[], Scene]
     turns: tuple[TrueTurn, ...] = ()
+    build_roads: Callable[[], Sequence[Floats]] = tuple
 
     def __post_init__(self) -> None:
         """Check that the arrays match; make them read-only."""
@@ -135,16 +141,15 @@ def _filled(lines: Sequence[float]) -> list[float]:
     return streets
 
 
-def _grid_under(poses: Floats, plan: Plan, seed: int) -> Scene:
-    """Build a grid of streets for a drive along x and y only."""
+def _grid_under(poses: Floats) -> tuple[list[float], list[float]]:
+    """Return the streets, along y and along x, of a grid for a drive along x and y only."""
     (x, y, yaw) = poses[:, :3].T
     quarters = np.rint(yaw / (np.pi / 2))
     straight = np.abs(yaw - quarters * np.pi / 2) < 1e-6
     (along_x, along_y) = (straight & (quarters % 2 == 0), straight & (quarters % 2 == 1))
-    return street_grid(
+    return (
         _filled([*x[along_y], x.min() - 45.0, x.max() + 60.0]),
-        _filled([*y[along_x], y.min() - 75.0, y.max() + 65.0]),
-        seed=seed, clear_of=poses[:, :2])
+        _filled([*y[along_x], y.min() - 75.0, y.max() + 65.0]))
 
 
 def plan_drive(
@@ -164,10 +169,14 @@ def plan_drive(
     flat = drive_plan(plan, np.arange(len(stamps)) / rate_hz, speed=speed)
     poses = np.concatenate([flat, np.zeros((len(flat), 2))], axis=1)
     if all(segment.angle_deg % 90 == 0 for segment in plan):
-        build_scene = partial(_grid_under, poses, plan, seed)
+        (xs, ys) = _grid_under(poses)
+        build_scene = partial(street_grid, xs, ys, seed=seed, clear_of=poses[:, :2])
+        build_roads = partial(grid_roads, xs, ys)
     else:
         build_scene = partial(scene_along, poses[:, :2], seed=seed)
-    return Drive(name, stamps, poses, camera, build_scene, _true_turns(plan, rate_hz))
+        build_roads = partial(roads_along, poses[:, :2], seed=seed)
+    return Drive(
+        name, stamps, poses, camera, build_scene, _true_turns(plan, rate_hz), build_roads)
 
 
 def pose_drive(
@@ -187,4 +196,5 @@ def pose_drive(
     full[:, :given.shape[1]] = given
     return Drive(
         name, stamps_at(len(full), rate_hz), full, camera,
-        partial(scene_along, full[:, :2], seed=seed), turns)
+        partial(scene_along, full[:, :2], seed=seed), turns,
+        partial(roads_along, full[:, :2], seed=seed))

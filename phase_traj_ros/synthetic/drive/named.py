@@ -40,6 +40,17 @@ def paper_case_2() -> Drive:
         Straight(2.0)], speed=_SPEED, seed=3)
 
 
+def town_drive() -> Drive:
+    """Return 538 frames through streets at odd angles, as on few places of a map."""
+    def turn(angle_deg: float, speed: float = 5.5) -> Turn:
+        return Turn(angle_deg, max(abs(angle_deg) / 36.0, 0.8), speed)
+
+    return plan_drive('town', [
+        Straight(4.0), turn(80), Straight(5.0), turn(-95), Straight(3.2), turn(30, 8.0),
+        Straight(4.4), turn(100), Straight(6.0), turn(70), Straight(3.0), turn(-35, 8.0),
+        Straight(3.5), turn(-90), Straight(5.0), turn(-65), Straight(4.0)], speed=9.0, seed=4)
+
+
 #: Functions that make the drives, by name.
 DRIVES: dict[str, Callable[[], Drive]] = {
     'demo': demo, 'paper_case_1': paper_case_1, 'paper_case_2': paper_case_2}

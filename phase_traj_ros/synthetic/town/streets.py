@@ -13,7 +13,7 @@ from phase_traj_ros.errors import ParameterError
 from phase_traj_ros.synthetic.arrays import Floats, Ints
 
 #: How far a street extends beyond the end of a route or the last crossing, in metres.
-_BEYOND = 100.0
+BEYOND = 100.0
 #: Length and distance of side streets, in metres.
 _SIDE_LENGTH = (60.0, 110.0)
 _SIDE_SPACING = (70.0, 150.0)
@@ -82,7 +82,7 @@ def evenly(points: npt.ArrayLike) -> Floats:
 
 
 def grid_streets(
-    xs: Sequence[float], ys: Sequence[float], *, beyond: float = _BEYOND,
+    xs: Sequence[float], ys: Sequence[float], *, beyond: float = BEYOND,
 ) -> tuple[Street, ...]:
     """
     Return the streets of a grid.
@@ -106,8 +106,8 @@ def _ray(start: Floats, direction: Floats, length: float) -> Floats:
 
 def _straight_on(route: Floats) -> Floats:
     """Continue the route at both of its ends."""
-    back = _ray(route[0], route[0] - route[min(8, len(route) - 1)], _BEYOND / 4)
-    on = _ray(route[-1], route[-1] - route[max(len(route) - 9, 0)], _BEYOND)
+    back = _ray(route[0], route[0] - route[min(8, len(route) - 1)], BEYOND / 4)
+    on = _ray(route[-1], route[-1] - route[max(len(route) - 9, 0)], BEYOND)
     return np.concatenate([back[:0:-1], route, on[1:]])
 
 

@@ -45,7 +45,7 @@ def random_pair(rng):
 def test_agrees_with_the_equations_in_float64():
     rng = np.random.default_rng(20)
     compared = 0
-    for _ in range(2000):
+    for _ in range(200):
         first, second = random_pair(rng)
         correlator = PhaseCorrelator()
         correlator.update(first)
@@ -58,13 +58,13 @@ def test_agrees_with_the_equations_in_float64():
         compared += 1
         assert (shift.dx, shift.dy) == (pytest.approx(dx, abs=0.02), pytest.approx(dy, abs=0.02))
         assert shift.response == pytest.approx(response, abs=1e-4)
-    assert compared >= 1990
+    assert compared >= 199
 
 
 def test_padding_hardly_ever_changes_a_clear_shift():
     rng = np.random.default_rng(21)
     agree = []
-    while len(agree) < 500:
+    while len(agree) < 200:
         first, second = random_pair(rng)
         dx, dy, response = reference(first, second, first.shape)
         if response > 0.1:

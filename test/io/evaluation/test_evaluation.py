@@ -209,6 +209,7 @@ def test_a_path_in_camera_heights_has_the_shape_of_the_way(replayed):
 @pytest.mark.parametrize('selection', [
     Selection(every=2), Selection(start=0.5), Selection(start=0.3, duration=0.8, every=3)])
 def test_poses_without_times_belong_to_the_frames_of_the_recording(tmp_path, selection):
+    pytest.importorskip('matplotlib')
     folder = write_rolled(tmp_path / 'drive')
     with open_source(folder, selection=selection) as source:
         replay_source(

@@ -16,9 +16,10 @@ import pytest
     ([0, 0, 0], [0, 101, 102]),
     # A driver that sets stamps later.
     ([0, 0, 5, 6], [0, 101, 5, 6]),
-    # A single zero in between is accepted.
+    # Zeros of a camera that has stamps are left to the gate.
     ([5, 0, 6, 0, 7], [5, 0, 6, 0, 7]),
-    ([5, 0, 0, 0], [5, 0, 102, 103]),
+    ([5, 0, 0, 0, 8], [5, 0, 0, 0, 8]),
+    ([0, 0, 5, 0, 6], [0, 101, 5, 0, 6]),
     # This rule does not handle backward jumps.
     ([9, 8, -1], [9, 8, -1]),
 ])

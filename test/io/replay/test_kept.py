@@ -58,7 +58,8 @@ def test_a_pass_that_fails_leaves_no_thread_that_reads(number_of_pass, monkeypat
         'phase_traj_ros.io.batch.job.KeptFrames', partial(KeptFrames, most_bytes=0))
     source = _Counted(unusable=[(number_of_pass, 5)])
     with pytest.raises(SourceError, match='frame 5') as failure:
-        replay_source(source, Parameters(code_source='auto'), Wanted(), title='noise')
+        replay_source(
+            source, Parameters(code_source='auto'), Wanted(), title='noise', strict=True)
     assert source.passes == number_of_pass
     # The error refers to the running generator: the garbage collector would come too late.
     assert failure.tb is not None

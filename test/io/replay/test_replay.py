@@ -5,7 +5,7 @@
 import numpy as np
 from phase_traj_ros.errors import SourceError
 from phase_traj_ros.io.replay.run import replay, Watcher
-from phase_traj_ros.io.sources.base import StampedFrame
+from phase_traj_ros.io.sources.base import StampedFrame, UnreadableFrame
 from phase_traj_ros.io.sources.opening import open_source
 from phase_traj_ros.parameters import Parameters
 from phase_traj_ros.synthetic.degradations import sensor_noise
@@ -84,10 +84,55 @@ def test_two_frames_are_needed(some):
         replay(some, Parameters(threshold=16.0), source='test')
 
 
-def test_an_unusable_frame_is_named():
-    broken = [*frames([0, 0]), StampedFrame(np.zeros((4, 4), np.uint8), 10**9)]
+def with_bad_ones():
+    """Return frames 0 to 5, of which 2 and 4 cannot be used."""
+    good = [
+        StampedFrame(frame.image, frame.stamp_ns, number=number)
+        for number, frame in enumerate(frames([0, 0, 30, 30, 60, 60]))]
+    tiny = StampedFrame(np.zeros((4, 4), np.uint8), good[2].stamp_ns, number=2)
+    return [*good[:2], tiny, good[3], UnreadableFrame(4, good[4].stamp_ns, 'cut off'), good[5]]
+
+
+def test_unusable_frames_are_skipped_and_counted():
+    result = replay(with_bad_ones(), Parameters(threshold=16.0), source='test')
+    assert (result.movement, result.frame_numbers) == ([1, 0, 3], (0, 1, 3, 5))
+    assert (result.counters.skipped, result.counters.frames) == (2, 4)
+    assert result.first_skipped.startswith('frame 2: ') and '4x4' in result.first_skipped
+
+
+def test_strict_names_the_unusable_frame():
     with pytest.raises(SourceError, match=r'test: frame 2: .*4x4'):
-        replay(broken, Parameters(threshold=16.0), source='test')
+        replay(with_bad_ones(), Parameters(threshold=16.0), source='test', strict=True)
+    unreadable = [frame for frame in with_bad_ones() if frame.number != 2]
+    with pytest.raises(SourceError, match=r'test: frame 4: cut off'):
+        replay(unreadable, Parameters(threshold=16.0), source='test', strict=True)
+
+
+def test_what_became_of_the_frames_is_said_if_too_few_are_left():
+    bad = [UnreadableFrame(number, number * 10**8, 'cut off') for number in range(3)]
+    with pytest.raises(SourceError, match=r'1 frame to use, 3 skipped \(frame 0: cut off\), but'):
+        replay([*bad, *frames([0])], Parameters(threshold=16.0), source='test')
+
+
+def swapped(some, at):
+    return [*some[:at], some[at + 1], some[at], *some[at + 2:]]
+
+
+@pytest.mark.parametrize('at', [6, 18])
+def test_two_swapped_frames_cost_one(at):
+    drive = frames([0] * 10 + [30] * 10)
+    result = replay(swapped(drive, at), Parameters(threshold=16.0), source='test')
+    assert (result.frames, result.movement.count(0)) == (19, 1)
+    assert (result.counters.dropped, result.counters.time_resets) == (1, 0)
+
+
+@pytest.mark.parametrize('bad_ns', [0, 1_700_003_600 * 10**9, 1_600_000_000 * 10**9])
+def test_a_bad_stamp_in_mid_stream_costs_its_frame(bad_ns):
+    drive = frames([0] * 10 + [30] * 10, start=1_700_000_000 * 10**9)
+    stray = StampedFrame(drive[8].image, bad_ns)
+    result = replay([*drive[:8], stray, *drive[9:]], Parameters(threshold=16.0), source='test')
+    assert (result.frames, result.first_stamp_ns) == (19, drive[0].stamp_ns)
+    assert (result.counters.dropped, result.counters.time_resets) == (1, 0)
 
 
 @pytest.mark.parametrize('threshold', [16.0, 20.0])

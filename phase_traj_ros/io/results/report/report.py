@@ -179,7 +179,9 @@ def _health(result: Replay, health: DataHealth) -> Markup:
         ('missing frames, by the stamps', str(health.dropped), health.dropped > 0),
         (f'response below {LOW_RESPONSE:g}', _share(health.low_responses, pairs),
          health.low_responses > 0),
-        ('frames with a repeated stamp', str(health.repeated), health.repeated > 0),
+        ('repeated frames', str(health.repeated), health.repeated > 0),
+        ('frames with a stamp out of order', str(health.out_of_order), health.out_of_order > 0),
+        ('unreadable frames', str(health.skipped), health.skipped > 0),
         ('backward jumps of the stamps', str(health.time_resets), health.time_resets > 0),
     ]
     rows += [

@@ -1,0 +1,42 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The frames of what is published: odom (REP 105) where it is in metres, and only there."""
+
+from phase_traj_ros.core import EstimatorSettings, TrajectoryEstimator
+from phase_traj_ros.errors import ParameterError
+from phase_traj_ros.io.messages.published import PATH
+from phase_traj_ros.parameters import Parameters
+from phase_traj_ros.ros.outputs.messages import MESSAGES
+import pytest
+
+
+@pytest.mark.parametrize(('values', 'path', 'odometry'), [
+    ({}, 'phase_traj', None),
+    ({'camera_height': 1.6}, 'odom', 'odom'),
+    ({'speed': 8.0, 'hfov_deg': 80.0}, 'odom', 'odom'),
+    # Steps of the codes are not in metres, whatever else is.
+    ({'camera_height': 1.6, 'path_from': 'codes'}, 'phase_traj', 'odom'),
+    ({'camera_height': 1.6, 'frame_id': 'world'}, 'world', 'world'),
+    ({'frame_id': 'world'}, 'world', None),
+])
+def test_what_is_in_metres_is_in_odom(values, path, odometry):
+    parameters = Parameters(**values)
+    estimator = TrajectoryEstimator(EstimatorSettings())
+    assert MESSAGES.of_all(PATH, estimator, parameters).header.frame_id == path
+    assert parameters.metric == (odometry is not None)
+    assert not parameters.metric or parameters.odom_frame == odometry
+    assert parameters.notices == ()
+
+
+@pytest.mark.parametrize(('values', 'said'), [
+    ({'publish_tf': True}, 'publish_tf is set, but no metres are known'),
+    ({'frame_id': 'odom'}, "frame_id is 'odom', but no metres are known"),
+])
+def test_what_has_no_metres_and_looks_as_if_it_had_is_said(values, said):
+    assert any(said in notice for notice in Parameters(**values).notices)
+    assert Parameters(**values, camera_height=1.6).notices == ()
+
+
+def test_a_frame_is_not_its_own_parent():
+    with pytest.raises(ParameterError, match="both 'odom'"):
+        Parameters(camera_height=1.6, child_frame_id='odom')
