@@ -21,6 +21,7 @@ NEEDS = {
     'ros/location/test_location_node.py': ('rclpy', 'visualization_msgs'),
     'ros/outputs/test_outputs_agree.py': ('rclpy', 'rosbags'),
     'ros/startup/test_launch_arguments.py': ('rclpy',),
+    'ros/test_same_stream.py': ('rclpy',),
     'synthetic/drive/test_synthetic_bag.py': ('rosbags',),
 }
 """Modules by the file that imports them, relative to the folder of all tests."""
