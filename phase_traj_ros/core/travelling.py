@@ -20,8 +20,8 @@ from phase_traj_ros.core.status import PairStatus
 
 # Standard deviation of a given speed, as a fraction of it.
 _SPEED = 0.05
-# Least distance of a pair, in camera heights, from which the camera height is estimated.
-_DRIVING = 0.2
+# Least speed, in camera heights per second, at which the camera height is estimated.
+_DRIVING = 2.0
 # Error of the speed after the lens was replaced, as a fraction of the speed.
 _OTHER_LENS = 0.3
 # Height of a camera in metres where only the speed is known, to compare ways.
@@ -107,7 +107,7 @@ class Travelling:
             self.heights_per_second = abs(given) / (
                 interval * (self._height.metres or _USUAL_HEIGHT))
             if by_road is not None and by_road.state is TravelState.MEASURED:
-                self._calibrate(given, by_road)
+                self._calibrate(given, by_road, interval)
             return Travel(
                 given, (_SPEED * given) ** 2, TravelState.GIVEN, scale=_SPEED)
         height = self._height.metres
@@ -128,9 +128,9 @@ class Travelling:
             return None
         return 0.0 if status is PairStatus.STILL else self._settings.speed * interval_ns * 1e-9
 
-    def _calibrate(self, metres: float, by_road: Travel) -> None:
-        if metres > 0.0 and by_road.distance > _DRIVING:
-            self._height.add(metres, by_road.distance)
+    def _calibrate(self, metres: float, by_road: Travel, interval: float) -> None:
+        if metres > 0.0 and by_road.distance > _DRIVING * interval:
+            self._height.add(metres, by_road.distance, interval)
 
     def _look_for(self, frame: Frame, heading: HeadingEstimator) -> bool:
         """Use the current camera and mask; return whether the camera has changed."""
@@ -149,6 +149,6 @@ class Travelling:
         self._meter = RoadMeter(
             heading.model, replace(horizon, pitch=given) if given else horizon,
             pitch_known=lens.pitch_known or given != 0.0,
-            rotate_180=self._settings.view.rotate_180, mask=self._mask,
-            pace=pace)
+            rotate_180=self._settings.view.rotate_180, mask=self._mask, pace=pace,
+            keyframes=self._settings.keyframes)
         return True

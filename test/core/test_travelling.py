@@ -18,7 +18,14 @@ from phase_traj_ros.core import (
 )
 from phase_traj_ros.io.evaluation.odometry_errors import distance_error
 from phase_traj_ros.io.sources.folder import FolderSource
-from phase_traj_ros.synthetic import named_drive, poses_from_kitti, render_drive
+from phase_traj_ros.synthetic import (
+    Camera,
+    named_drive,
+    plan_drive,
+    poses_from_kitti,
+    render_drive,
+    Straight,
+)
 from phase_traj_ros.synthetic.degradations import sensor_noise
 import pytest
 
@@ -107,6 +114,23 @@ def test_a_speed_wins_calibrates_the_height_and_leaves_the_road_to_go_on():
     assert total(updates[40:]) > 1.01 * total(by_height[40:])
 
 
+@pytest.mark.parametrize('rate_hz', [10, 30])
+def test_a_height_is_learned_from_speeds_at_any_frame_rate(rate_hz):
+    plan = [Straight(6.0)]
+    camera = Camera.with_field_of_view(320, 180, 70)
+    drive = plan_drive('', plan, rate_hz=rate_hz, speed=8.0, camera=camera, seed=3)
+    estimator = TrajectoryEstimator(EstimatorSettings(
+        lens=Lens(hfov_deg=70.0), code_source=CodeSource.AUTO, awaits_speeds=True))
+    stamps = drive.stamps_ns.tolist()
+    for stamp in range(stamps[0], stamps[0] + 3 * S, S // 10):
+        estimator.add_speed(stamp, 8.0)
+    for frame, stamp in zip(render_drive(drive), stamps):
+        update = estimator.update(frame, stamp)
+    # The speeds have ended: what is left is the height.
+    assert update.travel.state is TravelState.MEASURED
+    assert update.speed == pytest.approx(8.0, rel=0.1)
+
+
 def test_without_a_speed_or_a_height_nothing_is_made_up_in_metres():
     _, updates = driven(settings(awaits_speeds=True))
     assert {update.travel.state for update in updates} == {TravelState.UNKNOWN}
@@ -133,6 +157,32 @@ def test_a_camera_that_changes_on_the_way_costs_a_pair_at_most():
             states.append(update.travel.state)
     assert set(states[:24] + states[25:]) == {TravelState.MEASURED}
     assert states[24] is TravelState.BRIDGED
+
+
+def test_the_speed_in_doubt_after_another_lens():
+    """The speed so far was measured with another focal length, which may have been a guess."""
+    frames, stamps, model, _ = street()
+    estimator = TrajectoryEstimator(settings())
+    for index, (frame, stamp) in enumerate(zip(frames[:27], stamps)):
+        if index == 25:
+            estimator.use_lens(Lens(camera=replace(model, fx=model.fx * 1.2)))
+        update = estimator.update(frame if index < 26 else np.zeros_like(frame), stamp)
+    assert update.travel.state is TravelState.BRIDGED
+    assert math.sqrt(update.travel.variance) > 0.25 * update.travel.distance
+
+
+def test_after_a_cut_the_speed_before_it_says_nothing():
+    frames, stamps, _, steps = street()
+    # Every third frame of the first scene: three times as fast as the second one, mirrored.
+    film = [*frames[0:42:3], *(np.ascontiguousarray(frame[:, ::-1]) for frame in frames[:12])]
+    estimator = TrajectoryEstimator(settings())
+    updates = [estimator.update(frame, stamp) for frame, stamp in zip(film, stamps)][1:]
+    [cut] = [number for number, update in enumerate(updates) if update.cut]
+    true = steps[:12].mean() / 1.65
+    for update in updates[cut:]:
+        if update.travel.state is TravelState.MEASURED:
+            assert update.travel.distance == pytest.approx(true, rel=0.25)
+    assert updates[-1].travel.state is TravelState.MEASURED
 
 
 def test_a_gap_is_bridged():
@@ -171,7 +221,7 @@ def test_a_vehicle_that_stands_goes_exactly_nowhere():
         estimator.update(sensor_noise(frames[index], sigma=1.0, seed=place), place * S // 10)
         for place, index in enumerate(order)]
     # It stopped at once, which no vehicle does: that takes a moment to be believed.
-    standing = updates[17:27]
+    standing = updates[19:27]
     assert {update.travel.state for update in standing} == {TravelState.STANDING}
     assert {update.travel.distance for update in standing} == {0.0}
     assert {update.travel.state for update in updates[34:]} == {TravelState.MEASURED}

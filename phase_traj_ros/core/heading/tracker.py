@@ -34,7 +34,10 @@ class HeadingStep:
     bridged
         Whether the yaw was not measured, or rejected.
     variance
-        Variance of the yaw in square radians.
+        Variance of the yaw in square radians, without corrections of earlier pairs.
+    missed
+        Standard deviation in radians of what earlier pairs may have missed: after a long gap, the
+        heading is not corrected.
     """
 
     yaw: float
@@ -42,6 +45,7 @@ class HeadingStep:
     heading: float
     bridged: bool
     variance: float = 0.0
+    missed: float = 0.0
 
 
 class HeadingTracker:
@@ -143,6 +147,9 @@ class HeadingTracker:
             raise ValueError(f'yaw is {yaw}: give a finite number, or None')
         before = self._heading
         self._pairs += 1
+        blind, missed = self._gap, 0.0
+        if yaw is not None:
+            missed = (self.rate + yaw / interval) / 2 * self._gap - self._filled
         bridged = yaw is None or not self._believe(yaw / interval, interval, certain)
         if yaw is None or bridged:
             self._bridge(yaw, interval)
@@ -152,9 +159,13 @@ class HeadingTracker:
             self._gap = self._filled = 0.0
             self._doubted = None
         self._interval = interval
-        variance = (_BRIDGED_RATE * interval) ** 2 if bridged else variance
-        self._variance += variance
-        return HeadingStep(self._heading - before, self.rate, self._heading, bridged, variance)
+        if bridged:
+            # The error of the rate lasts as long as nothing is measured.
+            variance = _BRIDGED_RATE ** 2 * (self._gap ** 2 - (self._gap - interval) ** 2)
+        missed = missed if blind > _PERSISTENCE and not bridged else 0.0
+        self._variance += variance + missed ** 2
+        return HeadingStep(
+            self._heading - before, self.rate, self._heading, bridged, variance, missed)
 
     def _believe(self, rate: float, interval: float, certain: bool) -> bool:
         """Return whether a measured rate is accepted; if so, correct the bridged pairs."""
@@ -167,6 +178,10 @@ class HeadingTracker:
         if doubted is not None and _can_be(
                 doubted.rate, rate, (self._interval + interval) / 2):
             self._heading += doubted.rate * self._interval - doubted.filled
+            missing = self._gap - self._interval
+            if missing <= _PERSISTENCE:
+                self._heading += (self.rate + doubted.rate) / 2 * missing - (
+                    self._filled - doubted.filled)
             return True
         # After a long gap, any rate is possible.
         return self._gap > _PERSISTENCE

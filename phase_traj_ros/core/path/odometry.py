@@ -17,6 +17,12 @@ from phase_traj_ros.core.road.travel import Travel, TravelState
 _SWING, _TILT, _ALIKE = 1.0, 60.0, 0.5
 # Standard deviation of the yaw of a standing vehicle, in radians.
 _STANDING = math.radians(0.01)
+# Standard deviation of the yaw rate of a pair that was not measured, in radians per second: just
+# after a measurement, its growth per second, and at most. A car enters a corner with 20 deg/s^2.
+_BLIND, _STEERED, _MOST_BLIND = math.radians(5.0), math.radians(20.0), math.radians(30.0)
+# Least standard deviations that are published: nothing measured is exact. A standing vehicle's
+# picture moves by less than these, in metres per second and in radians per second.
+_LEAST_SPEED, _LEAST_RATE = 0.01, math.radians(0.01)
 # Standard deviation of the yaw of the mounted camera: the axes of the first frame are those of the
 # camera, while the path follows the vehicle.
 _MOUNTED = math.radians(0.5)
@@ -38,7 +44,8 @@ class Odometry:
     speed
         Mean speed of the pair in metres per second, negative in reverse.
     yaw_rate
-        Yaw rate in radians per second, positive to the left.
+        Yaw rate in radians per second, positive to the left. It is that of the pair: a correction
+        of earlier pairs, which changes the yaw of the pose, is no motion.
     position_variance
         Mean of the variances of x and y, in square metres.
     yaw_variance, speed_variance, yaw_rate_variance
@@ -78,7 +85,7 @@ class Odometer:
         self._covariance: NDArray[np.float64] = np.zeros((_STATES, _STATES))
         self._covariance[_ASKEW, _ASKEW] = _MOUNTED ** 2
         self._covariance[_ANGLES, _ANGLES] = _ANGLE_SHARE ** 2
-        self._lost = 0.0
+        self._lost = self._blind = 0.0
 
     def update(
         self, step: HeadingStep, travel: Travel, stamp_ns: int, interval: float,
@@ -100,15 +107,16 @@ class Odometer:
         """
         self.path.append(step.heading, step.yaw, travel.distance, stamp_ns)
         self._grow(step, travel, interval)
+        rate, rate_variance = self._rate(step, interval)
         tip = self.path.tip
         assert tip is not None
         covariance = self._covariance
         return Odometry(
-            tip, travel.distance / interval, step.yaw / interval,
+            tip, travel.distance / interval, rate,
             position_variance=float(covariance[_X, _X] + covariance[_Y, _Y]) / 2,
             yaw_variance=float(covariance[_YAW, _YAW]),
-            speed_variance=travel.variance / interval ** 2,
-            yaw_rate_variance=step.variance / interval ** 2,
+            speed_variance=max(travel.variance / interval ** 2, _LEAST_SPEED ** 2),
+            yaw_rate_variance=rate_variance,
             covariance=_rows(covariance))
 
     def miss(self, step: HeadingStep, travel: Travel, interval: float) -> None:
@@ -119,9 +127,21 @@ class Odometer:
         its error, in all directions.
         """
         self._grow(step, replace(travel, distance=0.0, variance=0.0), interval)
+        self._rate(step, interval)
         before, self._lost = self._lost, self._lost + math.sqrt(travel.variance)
         self._covariance[_X, _X] += self._lost ** 2 - before ** 2
         self._covariance[_Y, _Y] += self._lost ** 2 - before ** 2
+
+    def _rate(self, step: HeadingStep, interval: float) -> tuple[float, float]:
+        """Return the yaw rate of a pair and its variance."""
+        if not step.bridged:
+            self._blind = 0.0
+            return step.rate, max(step.variance / interval ** 2, _LEAST_RATE ** 2)
+        self._blind += interval
+        rate = step.yaw / interval
+        # It may be what it was before, or the vehicle may have been steered since.
+        off = min(_BLIND + _STEERED * self._blind, _MOST_BLIND)
+        return rate, off ** 2 + (step.rate - rate) ** 2
 
     def _grow(self, step: HeadingStep, travel: Travel, interval: float) -> None:
         """Propagate the covariance by a pair and add its errors."""
@@ -142,7 +162,8 @@ class Odometer:
         for state, turned in ((_ANGLES, step.yaw), (_TURNS, 1.0)):
             change[:_YAW, state] = turned * travel.distance / 2 * across
             change[_YAW, state] = turned
-        noise = np.zeros((_STATES, 2))
+        noise = np.zeros((_STATES, 3))
+        noise[_YAW, 2] = step.missed
         noise[:_YAW, 0] = math.sqrt(travel.own_variance) * along
         noise[:_YAW, 1] = math.sqrt(turn) * travel.distance / 2 * across
         noise[_YAW, 1] = math.sqrt(turn)

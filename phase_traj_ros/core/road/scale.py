@@ -4,8 +4,9 @@
 
 # Smallest relative deviation of a height from given speeds: the error of a speedometer.
 _SPEEDOMETER = 0.02
-# Relative standard deviation between the two distances of a pair, and number of correlated pairs.
-_PAIR, _ALIKE = 0.1, 10.0
+# Relative standard deviation between the two distances of a pair, and the time in seconds for
+# which it is correlated.
+_PAIR, _ALIKE = 0.1, 1.0
 # Prior of an unknown height, in metres, and its relative standard deviation.
 _USUAL, _SPREAD = 1.5, 0.5
 
@@ -29,9 +30,13 @@ class CameraHeight:
         """Return the relative standard deviation of the height."""
         return float(self._variance ** 0.5)
 
-    def add(self, metres: float, heights: float) -> None:
-        """Add a distance in metres and the same distance in camera heights, both above 0."""
-        noise = _PAIR ** 2 * _ALIKE
+    def add(self, metres: float, heights: float, interval: float) -> None:
+        """
+        Add a distance in metres and the same distance in camera heights, both above 0.
+
+        ``interval`` is the time of the pair in seconds.
+        """
+        noise = _PAIR ** 2 * max(_ALIKE / interval, 1.0)
         gain = self._variance / (self._variance + noise)
         self._metres *= 1.0 + gain * (metres / heights / self._metres - 1.0)
         # The error of the speedometer does not average out. A given height may be more certain.

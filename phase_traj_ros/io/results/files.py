@@ -135,7 +135,13 @@ def links_content(links: LinkCode | None, *, unit: LengthUnit) -> dict[str, Any]
 
 def reliability_content(found: Reliability) -> dict[str, Any]:
     """Return the reliability of a result in the form of the files."""
-    return {'reliable': found.reliable, 'reasons': list(found.words)}
+    return {
+        'reliable': found.reliable,
+        'reasons': list(found.words),
+        'unreliable_spans': [
+            {'start': span.start_ns / 1e9, 'end': span.end_ns / 1e9, 'reasons': list(span.words)}
+            for span in found.spans],
+    }
 
 
 def camera_content(camera: CameraInUse) -> dict[str, Any]:

@@ -20,6 +20,9 @@ DEFAULT_FPS: Final = 10.0
 DEFAULT_SPEED_TOPIC: Final = '/speed'
 """Topic of a bag that holds speeds: the node's, if it runs in the root namespace."""
 
+# Share of the declared frames.
+_FEW_MISSING = 0.02
+
 CAMERA_FRAME: Final = 'camera'
 """Name of the camera's coordinate frame, if the source gives none."""
 
@@ -65,10 +68,12 @@ class SourceFrames:
 
     @property
     def missing(self) -> int:
-        """Return how many of the declared frames could not be read."""
+        """Return how many of the declared frames could not be read; 0 if they are very few."""
         if self.declared is None or self.read is None:
             return 0
-        return max(0, self.declared - self.read)
+        missing = self.declared - self.read
+        # Some videos declare their duration only.
+        return missing if missing > _FEW_MISSING * self.declared else 0
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,6 +8,7 @@ from collections.abc import Generator
 from functools import partial
 import math
 from pathlib import Path
+import re
 from typing import cast
 
 import cv2
@@ -21,6 +22,8 @@ _MAX_CONTAINER_FPS = 1000.0
 _MAX_FRAME_COUNT = 2 ** 32
 _MAX_POSITION_MS = 1e12
 _SNIFFED_BYTES = 4096
+# A JPEG, or a start code of H.264, H.265 or MPEG, but not the pack header of a program stream.
+_RAW_STREAM = re.compile(rb'\xff\xd8\xff|\x00?\x00\x00\x01[^\xba]')
 
 
 class VideoClock:
@@ -69,7 +72,7 @@ class VideoSource(FrameSource):
         selection: Selection = EVERYTHING,
         fps: float | None = None,
     ) -> None:
-        _refuse_foreign(path)
+        start = _start_of(path)
         self._path = path
         capture = self._open()
         try:
@@ -81,17 +84,20 @@ class VideoSource(FrameSource):
         finally:
             capture.release()
         usable = math.isfinite(own_fps) and 0 < own_fps <= _MAX_CONTAINER_FPS
+        # For a stream without a container, the reader may have invented the rate.
+        assumed = fps is None and (not usable or _RAW_STREAM.match(start) is not None)
         self._use_positions = fps is None
         self._fps = fps if fps is not None else own_fps if usable else DEFAULT_FPS
         super().__init__(
             description=f'{path} (video, {self._fps:g} frames per second'
-                        f'{"" if usable or fps is not None else " assumed"})',
+                        f'{" assumed" if assumed else ""})',
             selection=selection,
-            frame_count=self._expected(count, selection))
+            frame_count=self._expected(count, selection),
+            declared=int(count) if _is_count(count) else None)
 
     def _expected(self, count: float, selection: Selection) -> int | None:
         """Return how many of the frames that the file claims to hold are selected."""
-        if not (math.isfinite(count) and 0 < count <= _MAX_FRAME_COUNT):
+        if not _is_count(count):
             return None
         indices = range(int(count))
         stamp = partial(index_stamp_ns, fps=self._fps)
@@ -139,8 +145,16 @@ class VideoSource(FrameSource):
         return cast('GreyImage', image)
 
 
-def _refuse_foreign(path: Path) -> None:
-    """Raise SourceError for files that a video reader would accept but that are not videos."""
+def _is_count(count: float) -> bool:
+    return math.isfinite(count) and 0 < count <= _MAX_FRAME_COUNT
+
+
+def _start_of(path: Path) -> bytes:
+    """
+    Return the first bytes of a video.
+
+    Raises SourceError for files that a video reader would accept but that are not videos.
+    """
     if path.suffix.lower() in PICTURE_SUFFIXES:
         raise SourceError(f'{path} is a single picture; give the folder that holds it')
     try:
@@ -152,6 +166,7 @@ def _refuse_foreign(path: Path) -> None:
     if _is_text(start):
         raise SourceError(
             f'{path} is a text file, not a video; give a bag, a video or a folder of pictures')
+    return start
 
 
 def _is_text(start: bytes) -> bool:

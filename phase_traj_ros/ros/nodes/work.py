@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The work of the node: images in, codes and path out."""
 
+from collections.abc import Callable
 from contextlib import ExitStack
 import time
 
@@ -23,6 +24,7 @@ from phase_traj_ros.core.camera.model import CameraModel
 from phase_traj_ros.core.codes.threshold_hint import Misfit
 from phase_traj_ros.core.correlation.transforms import find_transform, transform_hint
 from phase_traj_ros.errors import FrameError
+from phase_traj_ros.io.messages.mounting import Mount
 from phase_traj_ros.io.replay.estimator import make_estimator
 from phase_traj_ros.io.sources.base import StampedFrame
 from phase_traj_ros.parameters import Parameters
@@ -31,7 +33,9 @@ from phase_traj_ros.ros.entities import Entities
 from phase_traj_ros.ros.health import Health, Stage
 from phase_traj_ros.ros.inputs.camera import CameraInput
 from phase_traj_ros.ros.inputs.image import image_topic, ImageInput
+from phase_traj_ros.ros.inputs.mounting import MountInput
 from phase_traj_ros.ros.inputs.speed import SpeedInput
+from phase_traj_ros.ros.location.location import Location
 from phase_traj_ros.ros.nodes.changes import check_change
 from phase_traj_ros.ros.outputs.topics import Outputs
 from phase_traj_ros.ros.saving import Saving
@@ -51,14 +55,30 @@ class Work:
     ``stop``.
     """
 
-    def __init__(self, node: Node, values: Parameters) -> None:
+    def __init__(
+        self, node: Node, values: Parameters, *, mount: Mount | None = None,
+        on_mount: Callable[[Mount], None] = lambda _: None,
+    ) -> None:
         """
         Make publishers and services on ``node``.
+
+        Parameters
+        ----------
+        node
+            The node.
+        values
+            Values of the parameters.
+        mount
+            Place of the camera on the vehicle, for the parameters that nobody has set.
+        on_mount
+            Called when /tf_static has another one.
 
         Raises
         ------
         ParameterError
-            The name of a topic is invalid, or the mask cannot be used.
+            The name of a topic is invalid, or the mask or the map cannot be used.
+        MapError
+            The map cannot be read.
         OutputError
             ``output_dir`` cannot be written, or ``record_shifts`` is set without it.
         MissingDependencyError
@@ -66,7 +86,9 @@ class Work:
 
         """
         self._node = node
-        self._values = values
+        self._mount = mount
+        self._on_mount = on_mount
+        self._values = values = self._mounted(values)
         self._use_threads()
         self._estimator = make_estimator(values)
         self._stream: FrameStream[StampedFrame] = FrameStream(self._estimator)
@@ -79,12 +101,15 @@ class Work:
         self._misfit_since_ns = 0
         self._offered = Entities(node)
         self._listening = Entities(node)
+        self._location: Location | None = None
         with self._offered as offered:
             self._outputs = Outputs(offered, self._estimator, values)
             self._saving = Saving(
                 node, offered, values, self._estimator,
                 lambda: image_topic(node, self._values))
             offered.create_service(Trigger, '~/reset', self._on_reset)
+            if values.map_file:
+                self._location = Location(node, offered, values)
         # A subscriber receives the empty chain code before the first image.
         self._outputs.publish_state()
 
@@ -105,13 +130,19 @@ class Work:
                     node, listening, rectified=values.rectified, on_camera=self._on_camera)
             if values.use_speed_topic:
                 self._speed = SpeedInput(node, listening, self._estimator.add_speed)
+            self._frames = MountInput(
+                listening, values.child_frame_id, self._mount, self._on_mount)
             images = ImageInput(
                 node, listening, values, self._health, on_frame=self._on_frame,
                 on_undecodable=self._stream.skip)
-            Diagnostics(node, listening, self._health, images, self._estimator)
+            location = self._location
+            Diagnostics(
+                node, listening, self._health, images, self._estimator,
+                None if location is None else location.report)
+            fix = [] if location is None else [location.listen(listening)]
         topics = [each.topic for each in (images, self._camera, self._speed) if each is not None]
         node.get_logger().info(
-            f'listening to {", ".join(topics)}, codes from the {self._coded_from()},'
+            f'listening to {", ".join([*topics, *fix])}, codes from the {self._coded_from()},'
             f' transforms by {find_transform().name}')
         hint = transform_hint()
         if hint:
@@ -126,6 +157,7 @@ class Work:
     def restart(self) -> None:
         """Save the drive, reset the estimator and publish its state."""
         self._saving.end_drive()
+        self._interrupt_location()
         self._stream.reset()
         self._outputs.publish_state()
 
@@ -133,8 +165,10 @@ class Work:
         """Save the drive, and destroy everything made on the node."""
         with ExitStack() as rest:
             rest.callback(self._offered.destroy)
-            rest.callback(self._listening.destroy)
-            self._saving.close()
+            if self._location is not None:
+                rest.callback(self._location.close)
+            rest.callback(self._saving.close)
+            self.stop()
 
     def check(self, values: Parameters) -> None:
         """
@@ -146,11 +180,11 @@ class Work:
             See ``check_change``.
 
         """
-        check_change(self._estimator, values, self._frame_shape)
+        check_change(self._estimator, self._mounted(values), self._frame_shape)
 
     def change(self, values: Parameters) -> None:
         """Continue with other values of the parameters."""
-        self._values = values
+        self._values = values = self._mounted(values)
         self._outputs.parameters = values
         coded_from = self._estimator.settings.code_source
         self._hinted = False
@@ -174,6 +208,9 @@ class Work:
         dropped = counters.dropped
         unusable = None
         self._frame_shape = frame.image.shape
+        if self._frames.seen_by(frame.frame_id):
+            # The node starts anew, with the camera as it is mounted.
+            return
         began = time.perf_counter_ns()
         for outcome in self._stream.push(frame):
             if isinstance(outcome, Skipped):
@@ -195,6 +232,7 @@ class Work:
         match outcome:
             case Restarted(newest_ns, stamp_ns):
                 self._saving.end_drive()
+                self._interrupt_location()
                 self._node.get_logger().warning(
                     f'time went back by {(newest_ns - stamp_ns) / 1e9:.3f} s, from'
                     f' {newest_ns / 1e9:.3f} to {stamp_ns / 1e9:.3f}: restarted')
@@ -205,18 +243,29 @@ class Work:
 
     def _publish_update(self, frame: StampedFrame, update: Update, estimated_ns: int) -> None:
         began = time.perf_counter_ns()
+        if self._mount is not None:
+            update = self._mount.at_base(update)
         if update.camera is not None:
             self._node.get_logger().info(f'camera: {update.camera}')
         self._hint(update)
         self._warn_without_speed(update)
         self._outputs.publish(frame, update)
         self._saving.record(update)
+        if self._location is not None:
+            self._location.add(update)
         if update.shift is not None:
             self._health.responses.append(update.shift.response)
         correlate_ns = self._estimator.correlate_ns
         self._health.took(Stage.CORRELATE, correlate_ns)
         self._health.took(Stage.CODE, estimated_ns - correlate_ns)
         self._health.took(Stage.PUBLISH, time.perf_counter_ns() - began)
+
+    def _interrupt_location(self) -> None:
+        if self._location is not None:
+            self._location.interrupt(self._estimator.last_stamp_ns or 0)
+
+    def _mounted(self, values: Parameters) -> Parameters:
+        return values if self._mount is None else self._mount.fill_in(values)[0]
 
     def _coded_from(self) -> str:
         values = self._values

@@ -6,7 +6,7 @@ import math
 
 from hypothesis import given, strategies as st
 import numpy as np
-from phase_traj_ros.core.heading.tracker import HeadingStep
+from phase_traj_ros.core.heading.tracker import HeadingStep, HeadingTracker
 from phase_traj_ros.core.path.odometry import Odometer
 from phase_traj_ros.core.path.speed import SpeedTrack
 from phase_traj_ros.core.road.travel import Travel, TravelState
@@ -163,6 +163,114 @@ def test_the_covariance_is_what_drawn_errors_scatter_by():
     for row, column in ((0, 0), (1, 1), (2, 2), (0, 2)):
         scatter = math.sqrt(drawn[row, row] * drawn[column, column])
         assert told[row, column] == pytest.approx(drawn[row, column], abs=0.12 * scatter)
+
+
+BAND = (0.22, 9.35)
+
+
+def simulated(rng, *, rate_hz, seconds=8.0, odometer=None):
+    """
+    Drive with all errors drawn from what the odometer expects; return NEES of pose and motion.
+
+    The errors of the distance: of the height, of pitch and springs, and of the pair; of the yaw:
+    of all angles, of objects seen for half a second, of the pair; and of the mounting.
+    """
+    interval, odometer = 1.0 / rate_hz, odometer or Odometer()
+    height, swing, tilt, deviation, own = 0.04, 0.02, 0.01, 0.002, 0.02
+    askew, angles = rng.normal(0.0, math.radians(0.5)), rng.normal(0.0, 0.01)
+    scale, swings, tilts, seen = rng.normal(0.0, (height, swing, tilt, 0.0))
+    length, rate, turning = 8.0 * interval, 0.0, rng.normal(0.0, 0.3)
+    x = y = yaw = heading = 0.0
+    for index in range(round(seconds * rate_hz)):
+        rate += (turning - rate) * interval
+        true = rate * interval
+        middle = yaw + askew + true / 2
+        x, y = x + length * math.cos(middle), y + length * math.sin(middle)
+        yaw += true
+        for kept, time in ((swing, 1.0), (tilt, 60.0)):
+            lasts = math.exp(-interval / time)
+            drawn = rng.normal(0.0, kept * math.sqrt(1.0 - lasts ** 2))
+            if kept is swing:
+                swings = lasts * swings + drawn
+            else:
+                tilts = lasts * tilts + drawn
+        lasts = math.exp(-interval / 0.5)
+        half = deviation / math.sqrt(2.0)
+        seen = lasts * seen + rng.normal(0.0, half * math.sqrt(1.0 - lasts ** 2))
+        # What is measured is the truth less these errors.
+        measured = (true - seen - rng.normal(0.0, half)) / (1.0 + angles)
+        gone = length * (1.0 - scale - swings - tilts - rng.normal(0.0, own))
+        heading += measured
+        variance = (height ** 2 + swing ** 2 + tilt ** 2 + own ** 2) * gone ** 2
+        found = odometer.update(
+            HeadingStep(measured, measured / interval, heading, False, deviation ** 2),
+            Travel(gone, variance, TravelState.MEASURED, swing, tilt, height),
+            round((index + 1) * interval * S), interval)
+    error = np.array([found.pose.x - x, found.pose.y - y, found.pose.yaw - yaw])
+    return (
+        float(error @ np.linalg.solve(np.array(found.covariance), error)),
+        (found.speed - length / interval) ** 2 / found.speed_variance,
+        (found.yaw_rate - rate) ** 2 / found.yaw_rate_variance)
+
+
+@pytest.mark.parametrize('rate_hz', [10, 40])
+def test_poses_and_motions_scatter_as_they_say(rate_hz):
+    rng = np.random.default_rng(rate_hz)
+    pose, speed, rate = np.array([simulated(rng, rate_hz=rate_hz) for _ in range(160)]).T
+    assert np.mean(pose) == pytest.approx(3.0, abs=0.8)
+    assert np.mean((pose > BAND[0]) & (pose < BAND[1])) > 0.9
+    assert np.mean(speed) == pytest.approx(1.0, abs=0.4)
+    assert np.mean(rate) == pytest.approx(1.0, abs=0.4)
+
+
+def test_they_do_so_again_after_a_reset():
+    rng, odometer = np.random.default_rng(5), Odometer()
+    poses = []
+    for _ in range(150):
+        poses.append(simulated(rng, rate_hz=10, odometer=odometer)[0])
+        odometer.reset()
+    assert np.mean(poses) == pytest.approx(3.0, abs=0.8)
+
+
+@pytest.mark.parametrize('rate_hz', [10, 30])
+@pytest.mark.parametrize('seconds', [0.3, 0.7, 1.5])
+def test_a_correction_after_a_covered_lens_is_no_motion(rate_hz, seconds):
+    """The lens is covered while a turn begins."""
+    interval, tracker, odometer = 1.0 / rate_hz, HeadingTracker(), Odometer()
+    covered = range(rate_hz, rate_hz + round(seconds * rate_hz))
+    top = min(60.0 * seconds, 40.0)
+    rates = [0.0] * rate_hz + np.linspace(0, top, len(covered)).tolist() + [top] * rate_hz
+    for index, rate in enumerate(rates):
+        yaw = None if index in covered else math.radians(rate) * interval
+        turned = tracker.update(yaw, interval, variance=math.radians(0.02) ** 2)
+        found = odometer.update(
+            turned, gone(8.0 * interval), round((index + 1) * interval * S), interval)
+        off = abs(found.yaw_rate - math.radians(rate))
+        assert off < 3.0 * math.sqrt(found.yaw_rate_variance)
+        if not turned.bridged:
+            assert found.yaw_rate == pytest.approx(math.radians(rate))
+            assert math.sqrt(found.yaw_rate_variance) < 0.1
+    off = abs(found.pose.yaw - math.radians(sum(rates)) * interval)
+    assert off < 3.0 * math.sqrt(found.yaw_variance)
+    assert seconds > 1.0 or off < 0.05
+
+
+def test_what_is_bridged_is_as_uncertain_at_any_frame_rate():
+    found = []
+    for rate_hz in (5, 10, 60):
+        tracker = HeadingTracker()
+        tracker.update(0.0, 1.0 / rate_hz)
+        found.append(sum(
+            tracker.update(None, 1.0 / rate_hz).variance for _ in range(2 * rate_hz)))
+    assert found == pytest.approx([found[0]] * 3)
+    assert math.degrees(math.sqrt(found[0])) > 5.0
+
+
+def test_nothing_that_is_measured_is_exact():
+    stood = Travel(0.0, 0.0, TravelState.STANDING)
+    found = Odometer().update(step(0.0, 0.0, deviation=0.0), stood, TENTH, 0.1)
+    assert found.speed_variance > 0.0
+    assert found.yaw_rate_variance > 0.0
 
 
 def test_what_is_not_known_of_the_way_is_an_error_of_the_pose():

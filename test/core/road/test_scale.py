@@ -17,7 +17,7 @@ def test_a_height_that_was_given_is_believed_as_far_as_it_says():
 def test_speeds_calibrate_it(given):
     height = CameraHeight(given, 0.04)
     for _ in range(2000):
-        height.add(1.8, 1.0)
+        height.add(1.8, 1.0, 0.1)
     assert height.metres == pytest.approx(1.8, rel=0.01)
     # No speedometer is better than this.
     assert height.deviation == pytest.approx(0.02)
@@ -26,5 +26,16 @@ def test_speeds_calibrate_it(given):
 def test_speeds_do_not_make_a_sure_height_less_sure():
     height = CameraHeight(1.65, 0.01)
     for _ in range(100):
-        height.add(1.8, 1.0)
+        height.add(1.8, 1.0, 0.1)
     assert height.deviation <= 0.01
+
+
+@pytest.mark.parametrize('rate_hz', [5, 30, 120])
+def test_it_is_learned_by_time_at_any_frame_rate(rate_hz):
+    slow, fast = CameraHeight(0.0, 0.04), CameraHeight(0.0, 0.04)
+    for _ in range(20 * 10):
+        slow.add(0.18, 0.1, 0.1)
+    for _ in range(20 * rate_hz):
+        fast.add(1.8 / rate_hz, 1.0 / rate_hz, 1.0 / rate_hz)
+    assert fast.deviation == pytest.approx(slow.deviation, rel=0.05)
+    assert fast.metres == pytest.approx(slow.metres, rel=0.02)

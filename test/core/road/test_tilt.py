@@ -55,3 +55,32 @@ def test_one_wild_value_hardly_counts():
     before = tilt.pitch
     tilt.add_travel(-0.5, 0.004 ** 2)
     assert tilt.pitch == pytest.approx(before, abs=0.006)
+
+
+def test_what_is_not_measured_becomes_uncertain():
+    tilt = driven(RoadTilt(Horizon()), [0.01] * 100, slides=True)
+    sure, mounted = tilt.swing_deviation, tilt.common_deviation
+    tilt.pass_time(5.0)
+    # The springs forget what they were within seconds, the load of the vehicle takes minutes.
+    assert tilt.swing_deviation == pytest.approx(math.radians(0.4), rel=0.01)
+    assert tilt.swing_deviation > 1.5 * sure
+    assert tilt.common_deviation < 1.1 * mounted
+    tilt.pass_time(600.0)
+    assert math.hypot(mounted, math.radians(0.2)) < tilt.common_deviation
+    assert tilt.common_deviation < math.hypot(mounted, math.radians(0.5))
+
+
+@pytest.mark.parametrize('interval', [0.02, 0.1])
+def test_the_pitch_scatters_as_it_says(interval):
+    rng, errors = np.random.default_rng(7), []
+    kept = math.exp(-interval / 1.0)
+    for _ in range(150):
+        mounting, springs = rng.normal(0.0, np.radians((2.0, 0.4)))
+        tilt = RoadTilt(Horizon(pitch_deviation=math.radians(2.0)))
+        for _ in range(round(4.0 / interval)):
+            springs = kept * springs + rng.normal(
+                0.0, math.radians(0.4) * math.sqrt(1.0 - kept * kept))
+            tilt.pass_time(interval)
+            tilt.add_travel(-math.tan(mounting + springs + 0.004 * rng.normal()), 0.004 ** 2)
+        errors.append((tilt.pitch - mounting - springs) ** 2 / tilt.deviation ** 2)
+    assert np.mean(errors) == pytest.approx(1.0, abs=0.35)

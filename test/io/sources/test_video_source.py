@@ -9,6 +9,7 @@ from hypothesis import given, strategies as st
 import numpy as np
 from phase_traj_ros.errors import SourceError
 from phase_traj_ros.io import open_source, Selection
+from phase_traj_ros.io.sources.base import SourceFrames
 from phase_traj_ros.io.sources.video import VideoClock
 import pytest
 
@@ -173,3 +174,50 @@ def test_colour_becomes_luma(tmp_path, picture):
         (frame,) = source
     grey = cv2.cvtColor(bgr, cv2.COLOR_BGR2GRAY)
     assert np.abs(frame.image.astype(int) - grey).mean() < 5
+
+
+@pytest.fixture
+def raw(tmp_path):
+    """Return a stream of JPEGs without a container."""
+    path = tmp_path / 'raw.mjpeg'
+    path.write_bytes(b''.join(
+        cv2.imencode('.jpg', np.full((48, 64), 20 * index, np.uint8))[1].tobytes()
+        for index in range(8)))
+    return path
+
+
+def test_the_rate_of_a_raw_stream_is_assumed(raw):
+    with open_source(raw) as source:
+        assert 'frames per second assumed' in source.description
+        assert (len(list(source)), source.frames.declared) == (8, None)
+    assert '12 frames per second)' in open_source(raw, fps=12).description
+
+
+@pytest.mark.parametrize(('start', 'is_raw'), [
+    (b'\x00\x00\x00\x01\x67', True), (b'\x00\x00\x01\x67', True), (b'\x00\x00\x01\xb3', True),
+    (b'\xff\xd8\xff\xe0', True), (b'\x00\x00\x01\xba', False), (b'\x00\x00\x00\x18ftyp', False),
+    (b'RIFF\x00\x00\x00\x00AVI ', False), (b'\x1aE\xdf\xa3', False), (b'G@\x11\x10', False)])
+def test_which_streams_are_raw(fake, start, is_raw):
+    path = fake([GREY] * 3, {cv2.CAP_PROP_FPS: 25.0})
+    path.write_bytes(start + bytes(100))
+    assert ('25 frames per second assumed' in open_source(path).description) == is_raw
+
+
+def test_frames_declared_and_read(video):
+    with open_source(video) as source:
+        assert source.frames == SourceFrames(declared=8)
+        assert len(list(source)) == 8
+        assert (source.frames, source.frames.missing) == (SourceFrames(8, 8), 0)
+    # Each frame is a chunk of this name.
+    *chunks, _ = video.read_bytes().split(b'00dc')[:6]
+    video.write_bytes(b'00dc'.join(chunks))
+    with open_source(video, selection=Selection(every=2)) as source:
+        list(source)
+        assert source.frames.declared == 8
+        assert source.frames.missing == 8 - source.frames.read > 0
+
+
+@pytest.mark.parametrize(('declared', 'read', 'missing'), [
+    (None, 5, 0), (5, None, 0), (100, 50, 50), (100, 99, 0), (100, 97, 3), (5, 6, 0), (3, 2, 1)])
+def test_a_few_missing_frames_are_those_of_a_rounded_duration(declared, read, missing):
+    assert SourceFrames(declared, read).missing == missing
