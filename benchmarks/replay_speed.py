@@ -20,7 +20,8 @@ from clips import Clip, kitti_clip, rendered_clip
 import cv2
 from memory import resident
 import numpy as np
-from phase_traj_ros.io.batch.job import replay_source, Wanted
+from phase_traj_ros.io.batch.job import replay_source
+from phase_traj_ros.io.batch.request import ReplayRequest
 from phase_traj_ros.io.replay.run import replay
 from phase_traj_ros.io.sources.base import index_stamp_ns, StampedFrame
 from phase_traj_ros.io.sources.folder import FolderSource
@@ -94,7 +95,8 @@ def measure_folder(clip: Clip, suffix: str) -> Overlap:
             replay(decoded, _PAPER, source=suffix)
 
         def both() -> None:
-            replay_source(FolderSource(folder), _PAPER, Wanted(), title=suffix)
+            replay_source(
+                FolderSource(folder), ReplayRequest(source=folder, parameters=_PAPER))
 
         steps: dict[str, Callable[[], None]] = {
             'decode': decode, 'correlate': correlate, 'replay': both}

@@ -11,8 +11,8 @@ from urllib.parse import quote
 
 import numpy as np
 from phase_traj_ros.core import Axes, normalised, to_axes
-from phase_traj_ros.io.batch.job import REPORT
-from phase_traj_ros.io.batch.many import Outcome, Status
+from phase_traj_ros.io.batch.outcome import Outcome, Status
+from phase_traj_ros.io.batch.request import REPORT
 from phase_traj_ros.io.outputs.outputs import output_directory
 from phase_traj_ros.io.results.report.page import (
     Cell,

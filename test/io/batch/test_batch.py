@@ -1,47 +1,27 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Many sources: names of folders, processes that die, and the summary."""
+"""Many sources: their requests, outcomes and summary."""
 
 import csv
-import json
-import multiprocessing
-import os
 from pathlib import Path
 
 import cv2
 from far_scene import turned_drive
-from fragile import killed_always, killed_once, never_returns, VARIABLE
 import numpy as np
 from phase_traj_ros.core import Counters, LengthUnit, Travel, TravelState, Way
 from phase_traj_ros.core.reliability import Reason, Reliability
-from phase_traj_ros.io.batch.many import (
-    failure,
-    folder_names,
-    Job,
-    Outcome,
-    remove_leftovers,
-    run_job,
-    Status,
-)
-from phase_traj_ros.io.batch.parallel import run_parallel
+from phase_traj_ros.errors import OutputError
+from phase_traj_ros.io.batch.outcome import failure, Outcome, run_request, Status
+from phase_traj_ros.io.batch.request import batch_of, folder_names, ReplayRequest
 from phase_traj_ros.io.batch.summary import COLUMNS, write_summary
 from phase_traj_ros.parameters import Parameters
 from polyline import off
 import pytest
-from rolled import MOVEMENT, SHIFTS, write_rolled
+from rolled import SHIFTS, write_rolled
 
 FILES = {
     'chain_code.json', 'manifest.json', 'shifts.csv', 'trajectory.png', 'trajectory.tum',
     'turns.png'}
-
-
-@pytest.fixture
-def marks(tmp_path, monkeypatch):
-    """Return a folder in which processes that are killed leave a file."""
-    folder = tmp_path / 'marks'
-    folder.mkdir()
-    monkeypatch.setenv(VARIABLE, str(folder))
-    return folder
 
 
 @pytest.fixture
@@ -51,22 +31,16 @@ def root(tmp_path):
     return folder
 
 
-def jobs_for(root, sources):
-    names = folder_names(sources)
-    return [
-        Job(source=source, root=root, folder=name, batch='batch-',
-            parameters=Parameters(threshold=16.0))
-        for source, name in zip(sources, names)]
-
-
 def files_in(folder):
     return {path.name for path in folder.iterdir()}
 
 
 def test_the_outcome_of_a_job(tmp_path, root):
-    [job] = jobs_for(root, [write_rolled(tmp_path / 'drive')])
+    job = ReplayRequest(
+        source=write_rolled(tmp_path / 'drive'), output=root / 'drive',
+        parameters=Parameters(threshold=16.0))
     seen = []
-    outcome = run_job(job, lambda done, expected: seen.append((done, expected)))
+    outcome = run_request(job, lambda done, expected: seen.append((done, expected)))
     assert (outcome.status, outcome.frames, outcome.turns) == (Status.OK, len(SHIFTS) + 1, 2)
     assert outcome.route == ((0, 0), (3, 0), (3, 4), (7, 4))
     assert outcome.seconds > 0 and outcome.error == ''
@@ -83,10 +57,9 @@ def test_a_route_along_the_heading_has_few_points_too(tmp_path, root):
     for path_from in ('codes', 'heading'):
         parameters = Parameters(
             threshold=16.0, focal_px=camera.fx, path_from=path_from, speed=5.0)
-        job = Job(
-            source=tmp_path / 'drive', root=root, folder=path_from, batch='batch-',
-            parameters=parameters)
-        routes[path_from] = np.array(run_job(job).route)
+        job = ReplayRequest(
+            source=tmp_path / 'drive', output=root / path_from, parameters=parameters)
+        routes[path_from] = np.array(run_request(job, lambda *_: None).route)
         drawn = np.loadtxt(job.output / 'trajectory.tum')[:, 1:3]
         assert off(drawn, routes[path_from]) < 0.02 * np.ptp(drawn, axis=0).max()
     # Four corners, each of them rounded.
@@ -95,22 +68,40 @@ def test_a_route_along_the_heading_has_few_points_too(tmp_path, root):
 
 
 @pytest.mark.parametrize(('fault', 'error'), [
-    ('missing', 'does not exist'), ('root', 'have to share it'), ('bug', 'KeyError')])
+    ('missing', 'does not exist'), ('bug', 'KeyError')])
 def test_every_error_is_reported_in_one_line(tmp_path, root, monkeypatch, fault, error):
     source = write_rolled(tmp_path / 'drive')
     if fault == 'missing':
         source = tmp_path / 'none'
-    elif fault == 'root':
-        root = tmp_path / 'elsewhere'
     else:
         def broken(*args, **kwargs):
             raise KeyError('a\nb')
-        monkeypatch.setattr('phase_traj_ros.io.batch.many.replay_source', broken)
-    [job] = jobs_for(root, [source])
-    outcome = run_job(job)
+        monkeypatch.setattr('phase_traj_ros.io.batch.outcome.replay_source', broken)
+    job = ReplayRequest(source=source, output=root / 'x')
+    outcome = run_request(job, lambda *_: None)
     assert outcome.status is Status.FAILED and error in outcome.error
     assert '\n' not in outcome.error
     assert not job.output.exists()
+
+
+def test_a_batch_gives_each_source_a_folder_and_reads_them_all(tmp_path):
+    sources = [tmp_path / 'a.mp4', tmp_path / 'b.mp4']
+    request = ReplayRequest(
+        source=sources[0], output=tmp_path / 'out', bag_out=Path('codes.mcap'), one_pass=True)
+    jobs = batch_of(request, sources)
+    assert [job.source for job in jobs] == sources
+    assert [job.output for job in jobs] == [tmp_path / 'out' / 'a', tmp_path / 'out' / 'b']
+    assert [job.bag_out for job in jobs] == [job.output / 'codes.mcap' for job in jobs]
+    assert all(job.one_pass and set(sources) <= set(job.inputs) for job in jobs)
+    # Two batches differ, as do their unfinished files.
+    assert len({job.batch for job in (*jobs, *batch_of(request, sources))}) == 2
+
+
+def test_no_folder_of_a_batch_is_a_source(tmp_path):
+    (tmp_path / 'out' / 'a').mkdir(parents=True)
+    sources = [tmp_path / 'b.mp4', tmp_path / 'out' / 'a']
+    with pytest.raises(OutputError, match='is an input'):
+        batch_of(ReplayRequest(source=sources[0], output=tmp_path / 'out'), sources)
 
 
 @pytest.mark.parametrize(('sources', 'names'), [
@@ -134,67 +125,10 @@ def test_every_source_has_a_folder_of_its_own(tmp_path, monkeypatch, sources, na
     assert found == [name.format(here='here') for name in names]
 
 
-def test_a_process_that_is_killed_loses_nothing(tmp_path, root, marks):
-    sources = [write_rolled(tmp_path / name) for name in ('a', 'victim', 'b')]
-    jobs = jobs_for(root, sources)
-    progress = []
-    outcomes = {
-        outcome.folder: outcome for outcome in run_parallel(
-            jobs, workers=2, run=killed_once, on_progress=progress.append)}
-    assert len(list(marks.iterdir())) == 1
-    assert {name: each.status for name, each in outcomes.items()} == {
-        'a': Status.OK, 'victim': Status.OK, 'b': Status.OK}
-    assert progress[-1] == 3 and progress == sorted(progress)
-    remove_leftovers(jobs)
-    for name in ('a', 'victim', 'b'):
-        assert files_in(root / name) == FILES
-        code = json.loads((root / name / 'chain_code.json').read_text())
-        assert code['movement'] == MOVEMENT
-
-
-def test_a_source_that_kills_its_process_each_time_is_reported(tmp_path, root, marks):
-    sources = [write_rolled(tmp_path / name) for name in ('victim', 'a')]
-    jobs = jobs_for(root, sources)
-    outcomes = {
-        outcome.folder: outcome for outcome in run_parallel(
-            jobs, workers=1, run=killed_always)}
-    assert len(list(marks.iterdir())) == 2
-    assert outcomes['a'].status is Status.OK
-    assert outcomes['victim'].status is Status.FAILED and 'died 2 times' in outcomes[
-        'victim'].error
-    remove_leftovers(jobs)
-    assert files_in(root) == {'a'}
-
-
-def test_errors_that_cannot_be_transferred_are_reported(tmp_path, root):
-    jobs = jobs_for(root, [tmp_path / 'x', tmp_path / 'y'])
-    outcomes = list(run_parallel(jobs, workers=1, run=never_returns))
-    assert [outcome.error for outcome in outcomes] == ['RuntimeError: a fault of two lines'] * 2
-
-
-def test_an_interruption_ends_its_processes_and_what_they_were_writing(tmp_path, root):
-    # Long enough that it cannot end before its start is noticed.
-    long = write_rolled(tmp_path / 'long', [0])
-    for number in range(2, 6000):
-        os.link(long / '0000.png', long / f'{number:04}.png')
-    jobs = jobs_for(root, [write_rolled(tmp_path / 'short'), long])
-
-    def interrupt(done):
-        if done > 1:
-            raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt):
-        list(run_parallel(jobs, workers=1, on_progress=interrupt))
-    assert multiprocessing.active_children() == []
-    assert files_in(root) == {'short'} and files_in(root / 'short') == FILES
-
-
 def test_the_summary(tmp_path):
     (tmp_path / 'x <b>').mkdir()
     (tmp_path / 'x <b>' / 'report.html').touch()
-    job = Job(
-        source=Path('bad,"\n.mp4'), root=tmp_path, folder='bad', batch='',
-        parameters=Parameters())
+    job = ReplayRequest(source=Path('bad,"\n.mp4'), output=tmp_path / 'bad')
     way = Way()
     way.add(Travel(2.5, 0.1, TravelState.MEASURED), 0.1)
     outcomes = [

@@ -6,9 +6,9 @@ import errno
 import os
 
 from phase_traj_ros.errors import OutputError
-from phase_traj_ros.io.batch.job import replay_source, Wanted
+from phase_traj_ros.io.batch.job import replay_source
+from phase_traj_ros.io.batch.request import ReplayRequest
 from phase_traj_ros.io.results.animation import Animation
-from phase_traj_ros.io.sources.opening import open_source
 from phase_traj_ros.parameters import Parameters
 import pytest
 from rolled import write_rolled
@@ -20,8 +20,9 @@ def folder(tmp_path):
 
 
 def replayed(folder, **wanted):
-    with open_source(folder) as source:
-        return replay_source(source, Parameters(threshold=16.0), Wanted(**wanted), title='drive')
+    request = ReplayRequest(source=folder, parameters=Parameters(threshold=16.0), **wanted)
+    with request.opened() as source:
+        return replay_source(source, request)
 
 
 def no_space(*_, **__):

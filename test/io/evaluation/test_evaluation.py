@@ -11,7 +11,8 @@ from phase_traj_ros.cli.commands import evaluate as command
 from phase_traj_ros.core.codes.from_heading import HeadingCode
 from phase_traj_ros.core.heading.turns import find_turns
 from phase_traj_ros.errors import ResultError
-from phase_traj_ros.io.batch.job import replay_source, Wanted
+from phase_traj_ros.io.batch.job import replay_source
+from phase_traj_ros.io.batch.request import ReplayRequest
 from phase_traj_ros.io.evaluation import picture
 from phase_traj_ros.io.evaluation.evaluate import evaluate
 from phase_traj_ros.io.evaluation.ground_truth import GroundTruth
@@ -213,7 +214,9 @@ def test_poses_without_times_belong_to_the_frames_of_the_recording(tmp_path, sel
     folder = write_rolled(tmp_path / 'drive')
     with open_source(folder, selection=selection) as source:
         replay_source(
-            source, Parameters(threshold=16.0), Wanted(output=tmp_path / 'results'), title='drive')
+            source, ReplayRequest(
+                source=folder, parameters=Parameters(threshold=16.0),
+                output=tmp_path / 'results'))
     drive = read_replay(tmp_path / 'results')
     assert drive.frame_numbers.tolist() == [round(stamp / 1e8) for stamp in drive.stamps_ns]
     yaws = [float(number) for number in range(14)]
@@ -300,7 +303,7 @@ def test_the_command_scores_a_path_in_metres(replayed, tmp_path, capsys):
     truth = truth_of(PLAN)
     write_tum(tmp_path / 'truth.tum', truth.positions, truth.headings)
     command.run(Namespace(
-        directory=directory, ground_truth=tmp_path / 'truth.tum', align_start=False))
+        directory=directory, ground_truth=tmp_path / 'truth.tum', align_start=False, force=False))
     printed = capsys.readouterr().out
     assert 'distance error: +5.0 %' in printed and 'in the plane' in printed
     written = json.loads((directory / 'evaluation.json').read_text())
@@ -333,7 +336,7 @@ def test_the_command_writes_figures_and_a_picture(replayed, tmp_path, capsys):
         np.arange(151) * 0.1, truth.positions, np.zeros((151, 3)), np.sin(half), np.cos(half)])
     path = tmp_path / 'truth.tum'
     np.savetxt(path, rows, fmt='%.9f')
-    command.run(Namespace(directory=directory, ground_truth=path, align_start=False))
+    command.run(Namespace(directory=directory, ground_truth=path, align_start=False, force=False))
     printed = capsys.readouterr().out
     assert 'precision 1.000, recall 1.000' in printed and 'at 100.0% of the frames' in printed
     written = json.loads((directory / 'evaluation.json').read_text())
@@ -352,7 +355,7 @@ def test_the_command_does_without_heading(replayed, tmp_path, capsys):
     half = truth.headings / 2
     np.savetxt(path, np.column_stack([
         np.arange(151) * 0.1, truth.positions, np.zeros((151, 3)), np.sin(half), np.cos(half)]))
-    command.run(Namespace(directory=directory, ground_truth=path, align_start=False))
+    command.run(Namespace(directory=directory, ground_truth=path, align_start=False, force=False))
     assert 'not measured' in capsys.readouterr().out
     written = json.loads((directory / 'evaluation.json').read_text())
     assert written['turns'] is None and written['heading_error_deg'] is None
