@@ -15,6 +15,8 @@ NEEDS = {
     'io/messages/test_ekf_config.py': ('rosbags',),
     'io/results/test_bag_sink.py': ('rosbags', 'mcap', 'mcap_ros2'),
     'io/results/test_distance_results.py': ('matplotlib', 'rosbags'),
+    'ros/location/test_location_messages.py': ('rclpy', 'visualization_msgs'),
+    'ros/location/test_location_node.py': ('rclpy', 'visualization_msgs'),
     'ros/outputs/test_outputs_agree.py': ('rclpy', 'rosbags'),
     'ros/startup/test_launch_arguments.py': ('rclpy',),
     'ros/test_same_stream.py': ('rclpy',),
