@@ -31,7 +31,7 @@ def check(path, threshold, rate):
     offline = replayed(path, threshold)
     online = run_live(
         path, pairs=len(offline.updates),
-        parameters=Parameters(threshold=threshold), rate=rate)
+        values=Parameters(threshold=threshold), rate=rate)
     assert list(online.movement) == offline.movement
     assert list(online.direction) == offline.direction
     assert parse(online.chain_code).frames == offline.frames

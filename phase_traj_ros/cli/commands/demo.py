@@ -84,7 +84,7 @@ def run(options: Namespace) -> None:
             write_drive_bag(drive, directory / name, progress=advance)
         print('playing them to the node over DDS ...', flush=True)
         live = run_live(
-            directory / name, pairs=len(drive) - 1, parameters=parameters)
+            directory / name, pairs=len(drive) - 1, values=parameters)
         with open_source(directory / name) as source:
             offline = replay(
                 source, parameters, source=str(options.output / name),

@@ -41,7 +41,7 @@ class LiveResult:
 
 
 def run_live(
-    recording: Path, *, pairs: int, parameters: Parameters, rate: float = 10.0,
+    recording: Path, *, pairs: int, values: Parameters, rate: float = 10.0,
 ) -> LiveResult:
     """
     Play ``recording`` to a node, both in separate processes; record the messages of the node.
@@ -55,7 +55,7 @@ def run_live(
         Any source of frames.
     pairs
         Number of pairs of frames to wait for.
-    parameters
+    values
         Parameters of the node.
     rate
         Playback speed, relative to the recording.
@@ -70,8 +70,8 @@ def run_live(
     within = ['-r', f'__ns:={namespace}']
     node = [
         'phase_traj_ros.ros.lifecycle_main', '--ros-args', *within,
-        *(argument for spec in parameters.changed
-          for argument in ('-p', f'{spec.name}:={json.dumps(parameters.value(spec))}')),
+        *(argument for spec in values.changed
+          for argument in ('-p', f'{spec.name}:={json.dumps(values.value(spec))}')),
         *lossless_overrides(f'{namespace}/image')]
     player = [
         'phase_traj_ros.cli.main', 'play', str(recording), '--lossless', '--rate', str(rate),
