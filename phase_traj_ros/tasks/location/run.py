@@ -14,9 +14,9 @@ from phase_traj_ros.core.localization.given import OdometryStep, Prior, ScaleRan
 from phase_traj_ros.core.localization.locator import MapLocator
 from phase_traj_ros.core.localization.settings import LocatorSettings
 from phase_traj_ros.errors import MapError
-from phase_traj_ros.io.location.motion import Interruption, Motion
-from phase_traj_ros.io.location.odometry import DriveOdometry
 from phase_traj_ros.io.maps.road_file import RoadFile
+from phase_traj_ros.tasks.location.motion import Interruption, Motion
+from phase_traj_ros.tasks.location.odometry import DriveOdometry
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,10 +11,10 @@ import numpy as np
 from phase_traj_ros.core import Counters, LengthUnit, Travel, TravelState, Way
 from phase_traj_ros.core.reliability import Reason, Reliability
 from phase_traj_ros.errors import OutputError
-from phase_traj_ros.io.batch.outcome import failure, Outcome, run_request, Status
-from phase_traj_ros.io.batch.request import batch_of, folder_names, ReplayRequest
-from phase_traj_ros.io.batch.summary import COLUMNS, write_summary
 from phase_traj_ros.parameters import Parameters
+from phase_traj_ros.tasks.batch.outcome import failure, Outcome, run_request, Status
+from phase_traj_ros.tasks.batch.request import batch_of, folder_names, ReplayRequest
+from phase_traj_ros.tasks.batch.summary import COLUMNS, write_summary
 from polyline import off
 import pytest
 from rolled import SHIFTS, write_rolled
@@ -76,7 +76,7 @@ def test_every_error_is_reported_in_one_line(tmp_path, root, monkeypatch, fault,
     else:
         def broken(*args, **kwargs):
             raise KeyError('a\nb')
-        monkeypatch.setattr('phase_traj_ros.io.batch.outcome.replay_source', broken)
+        monkeypatch.setattr('phase_traj_ros.tasks.batch.outcome.replay_source', broken)
     job = ReplayRequest(source=source, output=root / 'x')
     outcome = run_request(job, lambda *_: None)
     assert outcome.status is Status.FAILED and error in outcome.error

@@ -7,9 +7,6 @@ from pathlib import Path
 
 import phase_traj_ros
 from phase_traj_ros.core.localization.estimate import LocationEstimate
-from phase_traj_ros.io.location.drawing import draw_candidates, draw_track, moments_before
-from phase_traj_ros.io.location.files import degrees
-from phase_traj_ros.io.location.run import Located
 from phase_traj_ros.io.maps.projection import bearing_deg
 from phase_traj_ros.io.maps.road_file import ATTRIBUTION
 from phase_traj_ros.io.results.report.page import (
@@ -20,6 +17,9 @@ from phase_traj_ros.io.results.report.page import (
     template,
     write_page,
 )
+from phase_traj_ros.tasks.location.drawing import draw_candidates, draw_track, moments_before
+from phase_traj_ros.tasks.location.files import degrees
+from phase_traj_ros.tasks.location.run import Located
 
 # Points of the curve of the probability.
 _MOST_POINTS = 1500

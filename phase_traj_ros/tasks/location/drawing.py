@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from phase_traj_ros.core.localization.estimate import Candidate
 from phase_traj_ros.core.localization.given import OdometryStep
-from phase_traj_ros.io.location.run import Located, LocatedPose
+from phase_traj_ros.tasks.location.run import Located, LocatedPose
 
 Points = NDArray[np.float64]
 

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from phase_traj_ros.io.evaluation.scores import way_along
+from phase_traj_ros.tasks.evaluation.scores import way_along
 
 _LENGTHS_M = (100, 200, 300, 400, 500, 600, 700, 800)
 # For shorter drives, shorter parts are included.

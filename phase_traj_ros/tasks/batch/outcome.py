@@ -15,11 +15,11 @@ import numpy as np
 from phase_traj_ros.core import Counters, LengthUnit, Way
 from phase_traj_ros.core.reliability import Reliability
 from phase_traj_ros.errors import PhaseTrajError
-from phase_traj_ros.io.batch.job import Pass, replay_source
-from phase_traj_ros.io.batch.request import ReplayRequest
 from phase_traj_ros.io.replay.overview import turn_marks
 from phase_traj_ros.io.replay.run import Replay
 from phase_traj_ros.io.sources.base import Entry
+from phase_traj_ros.tasks.batch.job import Pass, replay_source
+from phase_traj_ros.tasks.batch.request import ReplayRequest
 
 # Tolerance of a thinned route, as a share of its size: the summary draws it 40 pixels wide.
 _ROUTE_DETAIL = 1 / 80

@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 from phase_traj_ros.core import Axes, LengthUnit, normalised, to_axes
-from phase_traj_ros.io.evaluation.evaluate import Evaluation, PathErrors
-from phase_traj_ros.io.evaluation.ground_truth import MatchedTruth
-from phase_traj_ros.io.evaluation.replayed_drive import ReplayedDrive
-from phase_traj_ros.io.evaluation.scores import aligned, true_turns
 from phase_traj_ros.io.results.figures import new_figure, save
 from phase_traj_ros.io.results.palette import LIGHT
+from phase_traj_ros.tasks.evaluation.evaluate import Evaluation, PathErrors
+from phase_traj_ros.tasks.evaluation.ground_truth import MatchedTruth
+from phase_traj_ros.tasks.evaluation.replayed_drive import ReplayedDrive
+from phase_traj_ros.tasks.evaluation.scores import aligned, true_turns
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes as Plot

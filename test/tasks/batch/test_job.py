@@ -6,10 +6,10 @@ import errno
 import os
 
 from phase_traj_ros.errors import OutputError
-from phase_traj_ros.io.batch.job import replay_source
-from phase_traj_ros.io.batch.request import ReplayRequest
 from phase_traj_ros.io.results.animation import Animation
 from phase_traj_ros.parameters import Parameters
+from phase_traj_ros.tasks.batch.job import replay_source
+from phase_traj_ros.tasks.batch.request import ReplayRequest
 import pytest
 from rolled import write_rolled
 
@@ -44,7 +44,7 @@ def test_a_failing_animation_is_named_and_leaves_the_older_report(folder, tmp_pa
 
 
 def test_a_failing_folder_is_named_and_not_the_animation(folder, tmp_path, monkeypatch):
-    monkeypatch.setattr('phase_traj_ros.io.batch.job.write_results', no_space)
+    monkeypatch.setattr('phase_traj_ros.tasks.batch.job.write_results', no_space)
     with pytest.raises(OutputError, match=r'out: No space'):
         replayed(folder, output=tmp_path / 'out', animation=tmp_path / 'gifs' / 'drive.gif')
     assert [path.name for path in tmp_path.iterdir()] == ['drive']

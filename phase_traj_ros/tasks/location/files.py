@@ -13,10 +13,10 @@ from xml.sax.saxutils import escape
 
 from phase_traj_ros.core.localization.estimate import LocationEstimate
 from phase_traj_ros.errors import ResultError
-from phase_traj_ros.io.location.run import Located, LocatedPose
 from phase_traj_ros.io.maps.projection import bearing_deg
 from phase_traj_ros.io.maps.road_file import ATTRIBUTION
 from phase_traj_ros.io.results.files import seconds_text, write_json
+from phase_traj_ros.tasks.location.run import Located, LocatedPose
 
 LOCATION_COLUMNS: Final = (
     'stamp', 'latitude', 'longitude', 'heading_deg', 'probability', 'standard_deviation')

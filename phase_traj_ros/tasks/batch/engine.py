@@ -14,11 +14,11 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import Executor, FIRST_COMPLETED, Future, wait
 from typing import Final
 
-from phase_traj_ros.io.batch.notes import Notes, Progress, Stopped
-from phase_traj_ros.io.batch.outcome import failure, Outcome, run_request, Status
-from phase_traj_ros.io.batch.request import ReplayRequest
 from phase_traj_ros.io.outputs.commit import uninterrupted
 from phase_traj_ros.io.outputs.outputs import remove_staging
+from phase_traj_ros.tasks.batch.notes import Notes, Progress, Stopped
+from phase_traj_ros.tasks.batch.outcome import failure, Outcome, run_request, Status
+from phase_traj_ros.tasks.batch.request import ReplayRequest
 
 ATTEMPTS: Final = 2
 """How often a replay is tried if its process dies."""

@@ -11,8 +11,6 @@ from urllib.parse import quote
 
 import numpy as np
 from phase_traj_ros.core import Axes, normalised, to_axes
-from phase_traj_ros.io.batch.outcome import Outcome, Status
-from phase_traj_ros.io.batch.request import REPORT
 from phase_traj_ros.io.outputs.outputs import output_directory
 from phase_traj_ros.io.results.report.page import (
     Cell,
@@ -24,6 +22,8 @@ from phase_traj_ros.io.results.report.page import (
     template,
     write_page,
 )
+from phase_traj_ros.tasks.batch.outcome import Outcome, Status
+from phase_traj_ros.tasks.batch.request import REPORT
 
 CSV_NAME: Final = 'summary.csv'
 HTML_NAME: Final = 'summary.html'

@@ -12,14 +12,14 @@ import sys
 
 from fragile import endless, killed_always, killed_once, never_returns, VARIABLE
 from phase_traj_ros.errors import MissingDependencyError, ParameterError
-from phase_traj_ros.io.batch import cluster
-from phase_traj_ros.io.batch.cluster import dask_executor
-from phase_traj_ros.io.batch.engine import Batch
-from phase_traj_ros.io.batch.notes import Notes, Progress, Stopped
-from phase_traj_ros.io.batch.outcome import Status
-from phase_traj_ros.io.batch.processes import IsolatedProcesses
-from phase_traj_ros.io.batch.request import batch_of, ReplayRequest
 from phase_traj_ros.parameters import Parameters
+from phase_traj_ros.tasks.batch import cluster
+from phase_traj_ros.tasks.batch.cluster import dask_executor
+from phase_traj_ros.tasks.batch.engine import Batch
+from phase_traj_ros.tasks.batch.notes import Notes, Progress, Stopped
+from phase_traj_ros.tasks.batch.outcome import Status
+from phase_traj_ros.tasks.batch.processes import IsolatedProcesses
+from phase_traj_ros.tasks.batch.request import batch_of, ReplayRequest
 import pytest
 from rolled import MOVEMENT, write_rolled
 

@@ -11,16 +11,16 @@ from phase_traj_ros.cli.commands import evaluate as command
 from phase_traj_ros.core.codes.from_heading import HeadingCode
 from phase_traj_ros.core.heading.turns import find_turns
 from phase_traj_ros.errors import ResultError
-from phase_traj_ros.io.batch.job import replay_source
-from phase_traj_ros.io.batch.request import ReplayRequest
-from phase_traj_ros.io.evaluation import picture
-from phase_traj_ros.io.evaluation.evaluate import evaluate
-from phase_traj_ros.io.evaluation.ground_truth import GroundTruth
-from phase_traj_ros.io.evaluation.replayed_drive import read_replay
-from phase_traj_ros.io.evaluation.scores import aligned
 from phase_traj_ros.io.sources.opening import open_source
 from phase_traj_ros.io.sources.selection import Selection
 from phase_traj_ros.parameters import Parameters
+from phase_traj_ros.tasks.batch.job import replay_source
+from phase_traj_ros.tasks.batch.request import ReplayRequest
+from phase_traj_ros.tasks.evaluation import picture
+from phase_traj_ros.tasks.evaluation.evaluate import evaluate
+from phase_traj_ros.tasks.evaluation.ground_truth import GroundTruth
+from phase_traj_ros.tasks.evaluation.replayed_drive import read_replay
+from phase_traj_ros.tasks.evaluation.scores import aligned
 import pytest
 from rolled import write_rolled
 

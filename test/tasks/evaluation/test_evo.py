@@ -10,9 +10,9 @@ import sys
 
 import numpy as np
 from phase_traj_ros.cli.main import main
-from phase_traj_ros.io.evaluation.odometry_errors import relative_errors
-from phase_traj_ros.io.evaluation.scores import absolute_error
 from phase_traj_ros.synthetic import named_drive, write_drive_bag
+from phase_traj_ros.tasks.evaluation.odometry_errors import relative_errors
+from phase_traj_ros.tasks.evaluation.scores import absolute_error
 import pytest
 
 

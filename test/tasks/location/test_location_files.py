@@ -12,18 +12,18 @@ from made_town import drive, PLANE, write_town, write_tum
 import numpy as np
 from phase_traj_ros.core.localization.given import Prior
 from phase_traj_ros.errors import MapError, ResultError
-from phase_traj_ros.io.location import run
-from phase_traj_ros.io.location.drawing import way_before
-from phase_traj_ros.io.location.files import (
+from phase_traj_ros.io.maps.road_file import read_roads
+from phase_traj_ros.tasks.location import run
+from phase_traj_ros.tasks.location.drawing import way_before
+from phase_traj_ros.tasks.location.files import (
     add_to_chain_code,
     location_content,
     write_location,
 )
-from phase_traj_ros.io.location.motion import Interruption
-from phase_traj_ros.io.location.odometry import read_odometry
-from phase_traj_ros.io.location.report import verdict, write_location_report
-from phase_traj_ros.io.location.run import locate, Near
-from phase_traj_ros.io.maps.road_file import read_roads
+from phase_traj_ros.tasks.location.motion import Interruption
+from phase_traj_ros.tasks.location.odometry import read_odometry
+from phase_traj_ros.tasks.location.report import verdict, write_location_report
+from phase_traj_ros.tasks.location.run import locate, Near
 import pytest
 from told_locator import AFTER, ToldLocator
 

@@ -10,7 +10,6 @@ from dataclasses import replace
 from enum import Enum
 from pathlib import Path
 
-from phase_traj_ros.io.batch.request import ReplayRequest, REPORT
 from phase_traj_ros.io.outputs.commit import writing_to
 from phase_traj_ros.io.outputs.outputs import Outputs
 from phase_traj_ros.io.replay.camera import known_lens, learned_lens
@@ -32,6 +31,7 @@ from phase_traj_ros.io.results.thumbnails import (
     TurnWatcher,
 )
 from phase_traj_ros.io.sources.base import Entry, FrameSource
+from phase_traj_ros.tasks.batch.request import ReplayRequest, REPORT
 
 
 class Pass(Enum):

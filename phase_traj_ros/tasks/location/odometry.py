@@ -17,9 +17,9 @@ from typing import Any, Final
 from phase_traj_ros.core import LengthUnit, PairStatus
 from phase_traj_ros.core.localization.given import OdometryStep, ScaleRange
 from phase_traj_ros.errors import ResultError, SourceError
-from phase_traj_ros.io.evaluation.ground_truth import read_ground_truth
-from phase_traj_ros.io.location.motion import Motion, Motions, MovedPair
 from phase_traj_ros.io.replay.run import Replay
+from phase_traj_ros.tasks.evaluation.ground_truth import read_ground_truth
+from phase_traj_ros.tasks.location.motion import Motion, Motions, MovedPair
 
 IN_METRES: Final = ScaleRange(0.9, 1.1)
 """Scale of an odometry in metres: within 5 %, one standard deviation."""

@@ -10,16 +10,16 @@ import numpy as np
 from phase_traj_ros.core import PairStatus, Travel, TravelState
 from phase_traj_ros.core.localization.given import OdometryStep
 from phase_traj_ros.errors import ResultError, SourceError
-from phase_traj_ros.io.location.motion import Interruption, Motions, MovedPair
-from phase_traj_ros.io.location.odometry import (
+from phase_traj_ros.io.replay.run import replay
+from phase_traj_ros.io.results.files import write_chain_code, write_shifts
+from phase_traj_ros.parameters import Parameters
+from phase_traj_ros.tasks.location.motion import Interruption, Motions, MovedPair
+from phase_traj_ros.tasks.location.odometry import (
     IN_HEIGHTS,
     IN_METRES,
     odometry_of,
     read_odometry,
 )
-from phase_traj_ros.io.replay.run import replay
-from phase_traj_ros.io.results.files import write_chain_code, write_shifts
-from phase_traj_ros.parameters import Parameters
 import pytest
 from rolled import rolled_frames
 
