@@ -16,6 +16,7 @@ NEEDS = {
     'io/results/test_animation.py': ('matplotlib', 'PIL'),
     'io/messages/test_ekf_config.py': ('rosbags',),
     'io/results/test_bag_sink.py': ('rosbags', 'mcap', 'mcap_ros2'),
+    'io/sources/test_pyav_video.py': ('av',),
     'io/results/test_distance_results.py': ('matplotlib', 'rosbags'),
     'ros/outputs/test_outputs_agree.py': ('rclpy', 'rosbags'),
     'ros/startup/test_launch_arguments.py': ('rclpy',),
