@@ -4,6 +4,7 @@
 # The Python to use: make PYTHON=/usr/bin/python3.12 test
 PYTHON ?=
 PYTEST_ARGS ?=
+MUTANTS_ARGS ?=
 # Each processor runs tests, and takes those of a busy one at the end.
 pytest := --timeout 300 -n auto --dist worksteal
 # The Python that `make bench-system` measures, as the distribution or a ROS has it.
@@ -21,7 +22,7 @@ environment = $(or $(boot),$(error No Python found: install Python 3.10 to 3.13 
 unexport _ROS_WHEELS_BOOTSTRAP_COMPLETE
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-noble lint colcon dist bench bench-system robustness any-camera distance frame-rate locate docs \
+.PHONY: help demo test test-noble lint colcon dist bench bench-system robustness any-camera distance frame-rate mutants locate docs \
 	docs-links version release pins clean
 
 help:  ## Show this list
@@ -82,6 +83,10 @@ locate:  ## Measure where on a road map drives are; writes docs/measurements/loc
 	@$(environment) .venv --extras ros,map
 	@.venv/bin/python benchmarks/locate_odometry.py out/locate/odometry 00 02 08
 	@.venv/bin/python benchmarks/locate.py
+
+mutants:  ## Plant faults in the core and count those that no test finds; MUTANTS_ARGS='--only path'
+	@$(environment) .venv --extras ros,test
+	@.venv/bin/python tools/mutants.py $(MUTANTS_ARGS)
 
 any-camera:  ## Measure the turns of 16 unknown cameras; writes docs/measurements/any_camera.md
 	@$(environment) .venv --extras ros

@@ -20,8 +20,7 @@ def generate_launch_description():
     launch_file = PathJoinSubstitution(
         [FindPackageShare('phase_traj_ros'), 'launch', 'phase_traj.launch.py'])
     return LaunchDescription([
-        # The other arguments of phase_traj.launch.py are also those of this file.
-        IncludeLaunchDescription(launch_file, launch_arguments={'lifecycle': 'true'}.items()),
+        # First, so that nothing is started where nav2 is not installed.
         Node(
             package='nav2_lifecycle_manager', executable='lifecycle_manager',
             name='lifecycle_manager_phase_traj', output='screen',
@@ -30,4 +29,6 @@ def generate_launch_description():
                 'autostart': True,
                 # The node sends no heartbeat (bond), and the manager would wait for one.
                 'bond_timeout': 0.0,
-            }])])
+            }]),
+        # The other arguments of phase_traj.launch.py are also those of this file.
+        IncludeLaunchDescription(launch_file, launch_arguments={'lifecycle': 'true'}.items())])

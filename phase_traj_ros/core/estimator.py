@@ -332,7 +332,7 @@ class TrajectoryEstimator:
     ) -> HeadingEstimator:
         return HeadingEstimator(
             lens, rotate_180=self._settings.view.rotate_180, mask=self._meter.mask,
-            learning=learning)
+            learning=learning, keyframes=self._settings.keyframes)
 
     def _make_trust(self) -> Trust:
         return Trust(guards=self._settings.code_source is CodeSource.AUTO)

@@ -149,6 +149,6 @@ class Travelling:
         self._meter = RoadMeter(
             heading.model, replace(horizon, pitch=given) if given else horizon,
             pitch_known=lens.pitch_known or given != 0.0,
-            rotate_180=self._settings.view.rotate_180, mask=self._mask,
-            pace=pace)
+            rotate_180=self._settings.view.rotate_180, mask=self._mask, pace=pace,
+            keyframes=self._settings.keyframes)
         return True

@@ -34,6 +34,7 @@ PITCH = 8.0
 @pytest.fixture(scope='module')
 def bag(tmp_path_factory):
     """Return a bag of six turns at crossings, and of the first two of them."""
+    pytest.importorskip('rosbags')
     drive = plan_drive(
         'six turns', PLAN, rate_hz=10.0, speed=8.0,
         camera=Camera.with_field_of_view(320, 160, HFOV), seed=5)

@@ -7,9 +7,11 @@ import subprocess
 import sys
 
 from phase_traj_ros.io import open_source
+import pytest
 
 
 def test_demo(tmp_path):
+    pytest.importorskip('rosbags')
     output = tmp_path / 'out'
     run = subprocess.run(
         [sys.executable, '-m', 'phase_traj_ros.cli.main', 'demo', '--output', str(output)],

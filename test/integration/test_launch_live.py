@@ -252,6 +252,15 @@ print('managed', flush=True)
 """
 
 
+def test_without_nav2_nothing_is_left_behind():
+    launched = Launched('phase_traj_ros', 'nav2_lifecycle.launch.py')
+    if 'process started' in launched.text:
+        assert launched.ends() == 0
+        pytest.skip('nav2_lifecycle_manager is installed')
+    assert "'nav2_lifecycle_manager' not found" in launched.text
+    assert launched.process.wait(30) == 1
+
+
 def test_the_manager_of_nav2_gets_the_node_unconfigured(tmp_path, monkeypatch):
     provide(monkeypatch, tmp_path / 'nav2', 'nav2_lifecycle_manager', 'lifecycle_manager',
             MANAGER.format(python=sys.executable))

@@ -117,7 +117,7 @@ def test_an_error_in_a_callback_is_said_and_leaves_nothing(
     reach(node, state)
     own = getattr(Work, method)
 
-    def failing(*_):
+    def failing(*_, **__):
         monkeypatch.setattr(Work, method, own)
         raise kind('the disk is full')
 

@@ -89,13 +89,15 @@ class CrossPhase:
         self._parts.fill(0.0)
         self._edges.fill(0.0)
 
-    def __call__(self, spectrum: NDArray[np.float32], floor: float) -> float:
+    def __call__(
+        self, spectrum: NDArray[np.float32], floor: float, *, keep: bool = True,
+    ) -> float:
         """
         Replace the next spectrum, (M, N), by its product with the conjugate of the previous one.
 
         Bins weaker than ``floor`` hold rounding noise: they are divided by the floor and so stay
         weak. Return the mean squared magnitude of the spectrum after the scaling: 1 unless bins
-        were below the floor.
+        were below the floor. Without ``keep``, the previous one stays for the next comparison.
         """
         weakest = np.inf
         rows_at_once, columns = self._scratch.shape[1:]
@@ -118,12 +120,15 @@ class CrossPhase:
             cross[0] += np.multiply(imaginary, before[1], out=magnitude)
             np.multiply(imaginary, before[0], out=cross[1])
             cross[1] -= np.multiply(real, before[1], out=magnitude)
-            before[0], before[1] = real, imaginary
+            if keep:
+                before[0], before[1] = real, imaginary
             cv2.merge(cross, dst=bins)
-        weakest = min(weakest, self._cross_edges(spectrum, floor))
+        weakest = min(weakest, self._cross_edges(spectrum, floor, keep=keep))
         return 1.0 if weakest >= floor else self._mean_square()
 
-    def _cross_edges(self, spectrum: NDArray[np.float32], floor: float) -> float:
+    def _cross_edges(
+        self, spectrum: NDArray[np.float32], floor: float, *, keep: bool,
+    ) -> float:
         edges = np.ascontiguousarray(spectrum[:, ::spectrum.shape[1] - 1].T)
         weakest = np.inf
         for bins, before in zip(_lines(edges), _lines(self._edges)):
@@ -131,7 +136,8 @@ class CrossPhase:
             weakest = min(weakest, float(magnitude.min()))
             np.divide(bins, np.maximum(magnitude, np.float32(floor)), out=bins)
             last = np.conjugate(before)
-            before[...] = bins
+            if keep:
+                before[...] = bins
             bins *= last
         spectrum[:, ::spectrum.shape[1] - 1] = edges.T
         return weakest

@@ -80,6 +80,8 @@ class CameraMotion:
     """Variance of the yaw in square radians, from the scatter of the blocks."""
     passing: float
     """Median q of the blocks: translation of the camera divided by their distance."""
+    age: float = 0.0
+    """Seconds from the keyframe, from which ``travel`` and ``passing`` are measured."""
 
 
 class MotionFit:

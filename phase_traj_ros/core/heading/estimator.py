@@ -56,7 +56,7 @@ class HeadingEstimator:
     def __init__(
         self, lens: Lens, *, rotate_180: bool = False, mask: NDArray[np.float32] | None = None,
         learning: SelfCalibration | None = None,
-        transform: TransformLibrary = TransformLibrary.AUTO,
+        transform: TransformLibrary = TransformLibrary.AUTO, keyframes: bool = True,
     ) -> None:
         """
         Make an estimator. The first frame sets the size of the frames.
@@ -74,8 +74,11 @@ class HeadingEstimator:
             and the heading so far is corrected.
         transform
             Library that computes the Fourier transforms.
+        keyframes
+            Whether a frame may be compared with an earlier one than its predecessor.
 
         """
+        self._keyframes = keyframes
         self._lens = lens
         self._learning = learning
         self._learned = False
@@ -361,7 +364,9 @@ class HeadingEstimator:
         projection = CylinderProjection(camera, rotate_180=self._rotate_180)
         # A rejected frame must not change the state.
         check_frame(projection(frame))
-        meter = YawMeter(projection, mask=self._left_out.mask, transform=self._transform)
+        meter = YawMeter(
+            projection, mask=self._left_out.mask, transform=self._transform,
+            keyframes=self._keyframes)
         if self._left_out.keep_for(frame.shape):
             meter.use_mask(self._left_out.counting)
         self._focal = (camera.fx, camera.fy)

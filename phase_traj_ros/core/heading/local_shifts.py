@@ -117,12 +117,13 @@ class BlockGrid:
 
     def measure(
         self, previous: NDArray[np.uint8], current: NDArray[np.uint8], *,
-        expected: tuple[float, float],
+        expected: tuple[float, float] | NDArray[np.float64],
     ) -> BlockShifts:
         """
         Return the displacements of the blocks from ``previous`` to ``current``, (H, W) uint8.
 
-        ``expected`` (dx, dy), in pixels, is the displacement around which all blocks are searched.
+        ``expected`` (dx, dy), in pixels, is the displacement around which all blocks are searched,
+        or (N, 2) that of each block.
         """
         guess = self._middles + np.asarray(expected, np.float32)
         found, state, texture = cv2.calcOpticalFlowPyrLK(

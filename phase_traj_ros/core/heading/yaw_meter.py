@@ -20,6 +20,7 @@ from phase_traj_ros.core.correlation.phase_correlation import Frame, PhaseCorrel
 from phase_traj_ros.core.correlation.transforms import TransformLibrary
 from phase_traj_ros.core.correlation.windows import Window
 from phase_traj_ros.core.heading.camera_motion import CameraMotion, MotionFit, Travel
+from phase_traj_ros.core.heading.keyframe import Keyframe
 from phase_traj_ros.core.heading.local_shifts import BlockGrid, BlockShifts
 from phase_traj_ros.errors import FrameError
 
@@ -67,7 +68,9 @@ class YawMeasurement:
     agreement
         Share of the blocks that agree, 0 to 1.
     motion
-        Rotation and direction of travel; None unless the yaw is refined.
+        Rotation since the previous frame, and direction of travel; None unless the yaw is refined.
+    share
+        Share of the pair in the time since the keyframe from which it was measured.
     """
 
     shift: Shift
@@ -75,12 +78,13 @@ class YawMeasurement:
     refined: bool
     agreement: float
     motion: CameraMotion | None = None
+    share: float = 1.0
 
     @property
     def variance(self) -> float:
         """Return the variance of the yaw in square radians, from the scatter of the blocks."""
         own = _ALONE if self.motion is None else self.motion.yaw_variance
-        return own + _COMMON
+        return self.share * (own + _COMMON)
 
     @property
     def certain(self) -> bool:
@@ -94,7 +98,7 @@ class YawMeter:
     def __init__(
         self, projection: CylinderProjection, *, window: Window = Window.SQRT_HANN,
         mask: NDArray[np.float32] | None = None,
-        transform: TransformLibrary = TransformLibrary.AUTO,
+        transform: TransformLibrary = TransformLibrary.AUTO, keyframes: bool = True,
     ) -> None:
         """
         Make a meter for frames of the size of ``projection``.
@@ -109,6 +113,8 @@ class YawMeter:
             Weight of each pixel of the frames, (H, W), 0 to 1; None if all count equally.
         transform
             Library that computes the Fourier transforms.
+        keyframes
+            Whether a frame may be compared with an earlier one than its predecessor.
 
         Raises
         ------
@@ -117,6 +123,7 @@ class YawMeter:
 
         """
         self._projection = projection
+        self._keyframes = keyframes
         self._window, self._transform = window, transform
         mask, counts = self._projected(mask)
         self._grid = BlockGrid(projection.shape, counts=counts)
@@ -139,8 +146,8 @@ class YawMeter:
         self._correlator.reset()
         self._grid.forget()
         self._previous: NDArray[np.uint8] | None = None
+        self._key: Keyframe | None = None
         self._brightness: float | None = None
-        self._travel = Travel()
         self._rate = 0.0
 
     def use_mask(self, mask: NDArray[np.float32] | None) -> None:
@@ -181,20 +188,34 @@ class YawMeter:
         current = self._levelled(projected)
         previous, self._previous = self._previous, current
         if previous is None or shift is None or interval <= 0.0:
-            self._travel, self._rate = Travel(), 0.0
+            self._key, self._rate = self._keyframe(current, Travel()), 0.0
             return None
-        travel = self._travel.after(interval)
+        key = self._key
+        assert key is not None
+        key.age += interval
         farthest = self._projection.shape[1] / 2
         foreseen = self._rate * interval * self._projection.px_per_rad
         foreseen = min(max(foreseen, -farthest), farthest)
         motion = None
         if shift.response > 0.0:
-            motion = self._motion(previous, current, shift, travel, foreseen)
+            motion, blocks = self._motion(key, current, shift, foreseen)
+            if key.age > interval and (motion is None or motion.agreement < _DOUBT):
+                # The keyframe may be too different: compare with the previous frame.
+                nearer = self._keyframe(previous, key.travel)
+                nearer.age = interval
+                other, there = self._motion(nearer, current, shift, foreseen)
+                if other is not None and (motion is None or other.agreement > motion.agreement):
+                    key = self._key = nearer
+                    motion, blocks = other, there
         agreement = 0.0 if motion is None else motion.agreement
         if motion is not None and _believed(motion):
-            self._travel, self._rate = motion.travel, motion.yaw / interval
-            return YawMeasurement(shift, motion.yaw, True, agreement, motion)
-        self._travel = travel
+            pair = key.pair(motion, blocks)
+            self._rate = pair.yaw / interval
+            if not self._keyframes or key.is_over(motion):
+                self._key = self._keyframe(current, motion.travel)
+            return YawMeasurement(
+                shift, pair.yaw, True, agreement, pair, interval / key.age)
+        self._key = self._keyframe(current, key.travel)
         dx = self._shift_alone(shift, foreseen)
         if dx is None:
             return YawMeasurement(shift, None, False, agreement)
@@ -230,9 +251,8 @@ class YawMeter:
         return shift.dx if stands_out and abs(shift.dy) < _MOST_SHAKING else None
 
     def _motion(
-        self, previous: NDArray[np.uint8], current: NDArray[np.uint8], shift: Shift,
-        travel: Travel, foreseen: float,
-    ) -> CameraMotion | None:
+        self, key: Keyframe, current: NDArray[np.uint8], shift: Shift, foreseen: float,
+    ) -> tuple[CameraMotion | None, BlockShifts]:
         """
         Search the blocks around the shift, and around other values if the shift is doubted.
 
@@ -241,17 +261,17 @@ class YawMeter:
         """
         scale = self._projection.px_per_rad
         shaking = min(max(shift.dy, -_MOST_SHAKING), _MOST_SHAKING)
-        best, blocks = self._look(previous, current, (shift.dx, shaking), travel)
+        best, blocks = self._look(key, current, (shift.dx, shaking))
         if best is None or best.agreement < _DOUBT or abs(shift.dx - foreseen) > _SURPRISE_PX:
             best, blocks = _better((best, blocks), self._look(
-                previous, current, (foreseen, 0.0), travel))
+                key, current, (foreseen, 0.0)))
         if best is None or best.agreement < _DOUBT:
             second = self._correlator.second_peak(apart=_APART)
             best, blocks = _better((best, blocks), self._look(
-                previous, current, (second.dx, 0.0), travel))
+                key, current, (second.dx, 0.0)))
         if best is not None and _believed(best):
             self._grid.learn(blocks, self._must_move(blocks, best.yaw * scale))
-        return best
+        return best, blocks
 
     def _must_move(self, blocks: BlockShifts, turned: float) -> NDArray[np.bool_]:
         """Return in which blocks any part of the scene must have moved."""
@@ -262,12 +282,16 @@ class YawMeter:
         return self._low if driving else np.zeros_like(self._low)
 
     def _look(
-        self, previous: NDArray[np.uint8], current: NDArray[np.uint8],
-        expected: tuple[float, float], travel: Travel,
+        self, key: Keyframe, current: NDArray[np.uint8], expected: tuple[float, float],
     ) -> tuple[CameraMotion | None, BlockShifts]:
         scale = self._projection.px_per_rad
-        blocks = self._grid.measure(previous, current, expected=expected)
-        return self._fit(blocks.dx / scale, blocks.dy / scale, blocks.weight, travel), blocks
+        blocks = self._grid.measure(key.picture, current, expected=key.moved + np.array(expected))
+        motion = self._fit(
+            blocks.dx / scale, blocks.dy / scale, blocks.weight, key.foreseen)
+        return motion, blocks
+
+    def _keyframe(self, picture: NDArray[np.uint8], travel: Travel) -> Keyframe:
+        return Keyframe(picture, len(self._grid.middles), travel)
 
     def _levelled(self, picture: Frame) -> NDArray[np.uint8]:
         """Return the image in 8 bits, without sudden changes of exposure."""

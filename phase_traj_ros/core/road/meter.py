@@ -6,6 +6,9 @@ Measures the distance travelled in camera heights, from the displacement of the 
 A near and a far patch of the road are projected to a bird's-eye view. The rotation of the camera,
 known from the blocks of the heading, is removed. The remaining motion of a patch is a translation
 towards the vehicle.
+
+Each frame is compared with a keyframe. It is the previous frame if the road has slid far enough
+since; at a walking pace or a high frame rate it is up to half a second old.
 """
 
 from dataclasses import dataclass, replace
@@ -40,8 +43,13 @@ _DIFFER = 4.0
 # Minimum visible share of a patch.
 _LEAST_SEEN = 0.3
 # A pattern that slides by less than _AT_ZERO cells may be fixed to the camera, or the vehicle
-# stands. The vehicle moves if the median ratio of translation to distance exceeds _PASSING.
-_AT_ZERO, _PASSING = 1.0, 0.002
+# stands. The vehicle moves if the median ratio of translation to distance exceeds _PASSING. Above
+# _DRIVEN, the road has slid by more than that.
+_AT_ZERO, _PASSING, _DRIVEN = 1.0, 0.002, 0.01
+# A keyframe is replaced when the road has slid by _BASELINE camera heights, the camera has turned
+# by _TURNED radians, or after _LONGEST seconds. The vehicle stands if the road has not slid for
+# _STANDS seconds; from then on, the keyframe is kept for _CREEPS seconds.
+_BASELINE, _TURNED, _LONGEST, _STANDS, _CREEPS = 0.5, 0.06, 0.5, 0.3, 2.0
 # A standing vehicle turns at less than this, in radians per second.
 _TURNING = math.radians(3.0)
 # Time constant, in seconds, after which a continuing pitch is attributed to the road.
@@ -79,6 +87,8 @@ class _Turned:
     pitch: float
     roll: float
     nodding: float
+    age: float
+    """Seconds in which it turned."""
     passing: float | None
     """Median ratio of translation to distance of the blocks; None if they do not agree."""
 
@@ -86,6 +96,60 @@ class _Turned:
     def moves(self) -> bool:
         """Return whether the vehicle moves, independent of the patches."""
         return self.passing is None or self.passing > _PASSING
+
+    @property
+    def drives(self) -> bool:
+        """Return whether the road must have slid, so that what has not is no road."""
+        return self.passing is None or self.passing > _DRIVEN
+
+    @property
+    def swings(self) -> bool:
+        """Return whether the vehicle turns as only one that drives can."""
+        return abs(self.yaw) > _TURNING * self.age
+
+
+@dataclass(slots=True)
+class _Since:
+    """Time, rotation and distance since the keyframe, in seconds, radians and camera heights."""
+
+    age: float = 0.0
+    yaw: float = 0.0
+    pitch: float = 0.0
+    roll: float = 0.0
+    given: float = 0.0
+    """Sum of the distances of the pairs since."""
+    variance: float = 0.0
+    before: float = 0.0
+    """The same without the newest pair, and its variance."""
+    before_variance: float = 0.0
+    over: bool = False
+    """Whether the newest frame becomes the keyframe."""
+
+    def turn(self, yaw: float, pitch: float, roll: float, interval: float) -> None:
+        """Add the rotation of a pair."""
+        self.yaw += yaw
+        self.pitch += pitch
+        self.roll += roll
+        self.age += interval
+
+    def add(
+        self, way: float, variance: float, pace: Pace, interval: float,
+    ) -> tuple[float, float]:
+        """
+        Return the distance of the newest pair and its variance, from that since the keyframe.
+
+        Up to the last pair before a new keyframe, it is smoothed with the speed. The sum of all
+        is the distance between the keyframes.
+        """
+        self.before, self.before_variance = self.given, self.variance
+        if self.over or not pace.known:
+            self.given, self.variance = way, variance
+            return self.given - self.before, variance
+        foreseen = self.before + pace.speed * interval
+        off = self.before_variance + (pace.deviation * interval) ** 2
+        gain = off / (off + variance)
+        self.given, self.variance = foreseen + gain * (way - foreseen), gain * variance
+        return self.given - self.before, (pace.deviation * interval) ** 2
 
 
 class RoadMeter:
@@ -95,6 +159,7 @@ class RoadMeter:
         self, camera: CameraModel, horizon: Horizon, *, pitch_known: bool = False,
         rotate_180: bool = False, mask: NDArray[np.float32] | None = None,
         transform: TransformLibrary = TransformLibrary.AUTO, pace: Pace | None = None,
+        keyframes: bool = True,
     ) -> None:
         """
         Make a meter that waits for its first frame.
@@ -115,8 +180,11 @@ class RoadMeter:
             Library that computes the Fourier transforms.
         pace
             Prior speed; None if it is unknown.
+        keyframes
+            Whether a frame may be compared with an earlier one than its predecessor.
 
         """
+        self._keyframes = keyframes
         self._camera, self._horizon = camera, horizon
         self._rotate_180, self._mask, self._transform = rotate_180, mask, transform
         self._tilt = RoadTilt(horizon, fixed=pitch_known)
@@ -125,6 +193,7 @@ class RoadMeter:
         self._looks: tuple[_Look, ...] | None = None
         self._assumed, self._bending = 0.0, 0.0
         self._kept: Frame | None = None
+        self._since = _Since()
 
     @property
     def tilt(self) -> RoadTilt:
@@ -139,11 +208,12 @@ class RoadMeter:
         """Restart with the next frame; the tilt is kept."""
         self.pace.forget()
         self._bending = 0.0
-        self._kept = None
+        self._kept, self._since = None, _Since()
 
     def start(self, frame: Frame) -> None:
         """Add a frame that is the first of a pair."""
         self._kept = frame
+        self._since = _Since()
         if self._looks is not None:
             self._keep([look.patch(frame) for look in self._looks])
 
@@ -176,37 +246,49 @@ class RoadMeter:
             self.start(frame)
             travel = self._standing()
         elif motion is not None:
-            if self.pace.speed * interval > _DRIVING or not self.pace.known:
+            driven = self.pace.speed * max(motion.age, interval)
+            if not self.pace.known or driven > _DRIVING:
                 self._tilt.add_travel(motion.travel.slope, motion.travel.slope_variance)
-            turned = _Turned(
-                motion.yaw, self._nodded(motion.pitch, interval), motion.roll, _NODDING,
-                motion.passing)
-            travel = self._measure(frame, interval, turned)
+            self._since.turn(
+                motion.yaw, self._nodded(motion.pitch, interval), motion.roll, interval)
+            # The blocks have another keyframe.
+            share = min(self._since.age / motion.age, 1.0) if motion.age > 0.0 else 1.0
+            travel = self._measure(frame, interval, _NODDING, share * motion.passing)
         elif yaw is not None:
-            travel = self._measure(frame, interval, _Turned(yaw, 0.0, 0.0, _SPRINGS, None))
+            self._since.turn(yaw, 0.0, 0.0, interval)
+            travel = self._measure(frame, interval, _SPRINGS, None)
         else:
             self.start(frame)
         turns = motion is not None and abs(motion.yaw) > _TURNING * interval
         return travel or self._bridged(interval, turns=turns and not still)
 
-    def _measure(self, frame: Frame, interval: float, turned: _Turned) -> Travel | None:
-        before, self._kept = self._kept, frame
+    def _measure(
+        self, frame: Frame, interval: float, nodding: float, passing: float | None,
+    ) -> Travel | None:
         if self._tilt.deviation > _SURE:
             self._looks = None
-            return None
-        if self._looks is None or abs(self._tilt.mounting - self._assumed) > _REMADE:
-            self._look_anew(before)
-        assert self._looks is not None
-        if before is None:
             self.start(frame)
             return None
+        if self._looks is None or (
+                self._since.age <= interval
+                and abs(self._tilt.mounting - self._assumed) > _REMADE):
+            self._look_anew(self._kept)
+        assert self._looks is not None
+        if self._kept is None:
+            self.start(frame)
+            return None
+        since = self._since
+        turned = _Turned(since.yaw, since.pitch, since.roll, nodding, since.age, passing)
         turn = rotation(turned.yaw, turned.pitch, turned.roll)
         patches = [look.patch(frame) for look in self._looks]
         found = [
             self._slid(look, look.patch.turned_back(patch, turn), interval, turned)
             for look, patch in zip(self._looks, patches)]
-        self._keep(patches)
-        return self._judged([each for each in found if each is not None], interval, turned)
+        travel = self._judged([each for each in found if each is not None], interval, turned)
+        if travel is None or since.over:
+            self._kept, self._since = frame, _Since()
+            self._keep(patches)
+        return travel
 
     def _nodded(self, pitch: float, interval: float) -> float:
         """
@@ -234,19 +316,31 @@ class RoadMeter:
             self._compare(*agreeing)
             agreeing = [replace(
                 each, way=each.raw / self._stretched(each.middle)) for each in agreeing]
-        if not turned.moves and all(abs(each.raw) < _AT_ZERO * CELL for each in agreeing):
+        since = self._since
+        stood = self.pace.known and self.pace.speed == 0.0
+        if not turned.moves and (stood or since.age >= _STANDS) and all(
+                abs(each.raw) < _AT_ZERO * CELL for each in agreeing):
+            since.over = since.age >= _CREEPS
             # A vehicle does not turn on the spot: the patch does not show the road.
-            return None if abs(turned.yaw) > _TURNING * interval else self._standing()
+            return None if turned.swings else self._standing()
         weights = np.array([each.deviation ** -2 for each in agreeing])
         way = float(weights @ [each.way for each in agreeing] / weights.sum())
+        # Both errors come from the same pitch motion, so the mean is hardly better.
+        own = min(each.deviation for each in agreeing) ** 2
         depth = agreeing[0].middle
         swing = 2.0 * depth * self._tilt.swing_deviation
         tilt = 2.0 * depth * self._tilt.common_deviation
-        # Both errors come from the same pitch motion, so the mean is hardly better.
-        own = min(each.deviation for each in agreeing) ** 2
-        self.pace.add(way / interval, (own + (swing * way) ** 2) / (interval * interval))
+        since.over = (not self._keyframes or abs(way) > _BASELINE or since.age >= _LONGEST
+                      or abs(since.yaw) > _TURNED)
+        distance, variance = since.add(way, own, self.pace, interval)
+        # The first speed is the mean one since the keyframe.
+        time = interval if self.pace.known else since.age
+        self.pace.add(
+            (way - since.before) / time,
+            (own + since.before_variance + (swing * distance) ** 2) / (time * time))
         return Travel(
-            way, own + (swing ** 2 + tilt ** 2) * way ** 2, TravelState.MEASURED, swing, tilt)
+            distance, variance + (swing ** 2 + tilt ** 2) * distance ** 2, TravelState.MEASURED,
+            swing, tilt)
 
     def _compare(self, near: _Found, far: _Found) -> None:
         if near.raw <= 0.0 or far.raw <= 0.0:
@@ -265,10 +359,12 @@ class RoadMeter:
         stretched = self._stretched(middle)
         deviation = math.hypot(_PEAK * CELL, (1.0 + middle * middle) * turned.nodding)
         apart = _DIFFER * deviation
-        least, most = (speed * interval * stretched for speed in self.pace.bounds)
+        given = self._since.given
+        least, most = (
+            (given + speed * interval) * stretched for speed in self.pace.bounds)
         least, most = (least - apart) / CELL, min((most + apart) / CELL, look.slide.most)
         places = [(least, most)]
-        if turned.moves:
+        if turned.drives:
             # The road moves.
             places = [(max(least, _AT_ZERO), most), (least, min(most, -_AT_ZERO))]
             if turned.passing is not None and most > 0.0:

@@ -29,7 +29,7 @@ class Peak:
 
 
 class Slide:
-    """Correlates each patch with the previous one."""
+    """Correlates patches with one that was kept."""
 
     def __init__(self, window: NDArray[np.float32], transform: TransformLibrary) -> None:
         """Make a correlator for patches of the shape of ``window``, (M, N)."""
@@ -43,16 +43,16 @@ class Slide:
 
     def keep(self, patch: NDArray[np.float32]) -> None:
         """Keep the patch for the comparison with the next one."""
-        self._transform(patch)
+        self._transform(patch, keep=True)
 
     def compare(self, patch: NDArray[np.float32]) -> None:
         """
-        Compare a patch with the one that was kept.
+        Compare a patch with the one that was kept, and still is afterwards.
 
         The map of two unrelated patches is noise. Its standard deviation follows from the energy
         of the whitened spectrum, and is the unit of the scores.
         """
-        energy = self._transform(patch)
+        energy = self._transform(patch, keep=False)
         unit = self._transforms.inverse(self._map)
         height, width = self._map.shape
         columns = np.arange(-_ASIDE, _ASIDE + 1) % width
@@ -79,15 +79,17 @@ class Slide:
     def _back(self) -> int:
         return len(self._window) // 8
 
-    def _transform(self, patch: NDArray[np.float32]) -> float:
+    def _transform(self, patch: NDArray[np.float32], *, keep: bool) -> float:
         height, width = patch.shape
         self._map[height:] = 0.0
         self._map[:height, width:] = 0.0
         np.multiply(patch, self._window, out=self._map[:height, :width])
         deviation = math.sqrt(float(np.mean(np.square(self._map))))
         if deviation == 0.0:
-            self._cross.clear()
+            if keep:
+                self._cross.clear()
             self._map.fill(0.0)
             return 0.0
         self._transforms.forward(self._map, height)
-        return self._cross(self._map, _ROUNDING * deviation * math.sqrt(self._map.size))
+        floor = _ROUNDING * deviation * math.sqrt(self._map.size)
+        return self._cross(self._map, floor, keep=keep)

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import Any, Final
 
 from phase_traj_ros.errors import PhaseTrajError
+from phase_traj_ros.io.messages.mounting import Mount
 from phase_traj_ros.parameter_spec import Group, Spec
 from phase_traj_ros.parameters import NODE_NAME, Parameters
 from phase_traj_ros.ros.declare import declare
@@ -94,7 +95,29 @@ class PhaseTrajNode(LifecycleNode):
 
     def _configure(self) -> None:
         with names_explained():
-            self._work = Work(self, self._live.values)
+            self._work = self._make_work(None)
+
+    def _make_work(self, mount: Mount | None) -> Work:
+        return Work(self, self._live.values, mount=mount, on_mount=self._on_mount)
+
+    def _on_mount(self, mount: Mount) -> None:
+        """Start anew with the camera as it is mounted, after the present callback."""
+        assert self.executor is not None
+        self.executor.create_task(self._remount, mount)
+
+    def _remount(self, mount: Mount) -> None:
+        if self._work is None or self._state_machine.current_state[1] != 'active':
+            return
+        try:
+            _, used = mount.fill_in(self._live.values)
+        except PhaseTrajError as error:
+            self.get_logger().error(f'/tf_static: {mount}; not used: {error}')
+            return
+        self.get_logger().info(
+            f'/tf_static: {mount}; from there: {", ".join((*used, "the lever arm of odom"))}')
+        self._clean_up()
+        self._work = self._make_work(mount)
+        self._work.start()
 
     def _activate(self) -> None:
         assert self._work is not None

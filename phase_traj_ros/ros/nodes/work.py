@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The work of the node: images in, codes and path out."""
 
+from collections.abc import Callable
 from contextlib import ExitStack
 import time
 
@@ -23,6 +24,7 @@ from phase_traj_ros.core.camera.model import CameraModel
 from phase_traj_ros.core.codes.threshold_hint import Misfit
 from phase_traj_ros.core.correlation.transforms import find_transform, transform_hint
 from phase_traj_ros.errors import FrameError
+from phase_traj_ros.io.messages.mounting import Mount
 from phase_traj_ros.io.replay.estimator import make_estimator
 from phase_traj_ros.io.sources.base import StampedFrame
 from phase_traj_ros.parameters import Parameters
@@ -31,6 +33,7 @@ from phase_traj_ros.ros.entities import Entities
 from phase_traj_ros.ros.health import Health, Stage
 from phase_traj_ros.ros.inputs.camera import CameraInput
 from phase_traj_ros.ros.inputs.image import image_topic, ImageInput
+from phase_traj_ros.ros.inputs.mounting import MountInput
 from phase_traj_ros.ros.inputs.speed import SpeedInput
 from phase_traj_ros.ros.nodes.changes import check_change
 from phase_traj_ros.ros.outputs.topics import Outputs
@@ -51,9 +54,23 @@ class Work:
     ``stop``.
     """
 
-    def __init__(self, node: Node, values: Parameters) -> None:
+    def __init__(
+        self, node: Node, values: Parameters, *, mount: Mount | None = None,
+        on_mount: Callable[[Mount], None] = lambda _: None,
+    ) -> None:
         """
         Make publishers and services on ``node``.
+
+        Parameters
+        ----------
+        node
+            The node.
+        values
+            Values of the parameters.
+        mount
+            Place of the camera on the vehicle, for the parameters that nobody has set.
+        on_mount
+            Called when /tf_static has another one.
 
         Raises
         ------
@@ -66,7 +83,9 @@ class Work:
 
         """
         self._node = node
-        self._values = values
+        self._mount = mount
+        self._on_mount = on_mount
+        self._values = values = self._mounted(values)
         self._use_threads()
         self._estimator = make_estimator(values)
         self._stream: FrameStream[StampedFrame] = FrameStream(self._estimator)
@@ -105,6 +124,8 @@ class Work:
                     node, listening, rectified=values.rectified, on_camera=self._on_camera)
             if values.use_speed_topic:
                 self._speed = SpeedInput(node, listening, self._estimator.add_speed)
+            self._frames = MountInput(
+                listening, values.child_frame_id, self._mount, self._on_mount)
             images = ImageInput(
                 node, listening, values, self._health, on_frame=self._on_frame,
                 on_undecodable=self._stream.skip)
@@ -133,8 +154,8 @@ class Work:
         """Save the drive, and destroy everything made on the node."""
         with ExitStack() as rest:
             rest.callback(self._offered.destroy)
-            rest.callback(self._listening.destroy)
-            self._saving.close()
+            rest.callback(self._saving.close)
+            self.stop()
 
     def check(self, values: Parameters) -> None:
         """
@@ -146,11 +167,11 @@ class Work:
             See ``check_change``.
 
         """
-        check_change(self._estimator, values, self._frame_shape)
+        check_change(self._estimator, self._mounted(values), self._frame_shape)
 
     def change(self, values: Parameters) -> None:
         """Continue with other values of the parameters."""
-        self._values = values
+        self._values = values = self._mounted(values)
         self._outputs.parameters = values
         coded_from = self._estimator.settings.code_source
         self._hinted = False
@@ -174,6 +195,9 @@ class Work:
         dropped = counters.dropped
         unusable = None
         self._frame_shape = frame.image.shape
+        if self._frames.seen_by(frame.frame_id):
+            # The node starts anew, with the camera as it is mounted.
+            return
         began = time.perf_counter_ns()
         for outcome in self._stream.push(frame):
             if isinstance(outcome, Skipped):
@@ -205,6 +229,8 @@ class Work:
 
     def _publish_update(self, frame: StampedFrame, update: Update, estimated_ns: int) -> None:
         began = time.perf_counter_ns()
+        if self._mount is not None:
+            update = self._mount.at_base(update)
         if update.camera is not None:
             self._node.get_logger().info(f'camera: {update.camera}')
         self._hint(update)
@@ -217,6 +243,9 @@ class Work:
         self._health.took(Stage.CORRELATE, correlate_ns)
         self._health.took(Stage.CODE, estimated_ns - correlate_ns)
         self._health.took(Stage.PUBLISH, time.perf_counter_ns() - began)
+
+    def _mounted(self, values: Parameters) -> Parameters:
+        return values if self._mount is None else self._mount.fill_in(values)[0]
 
     def _coded_from(self) -> str:
         values = self._values

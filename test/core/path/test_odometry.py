@@ -168,7 +168,7 @@ def test_the_covariance_is_what_drawn_errors_scatter_by():
 BAND = (0.22, 9.35)
 
 
-def simulated(rng, *, rate_hz, seconds=20.0, odometer=None):
+def simulated(rng, *, rate_hz, seconds=8.0, odometer=None):
     """
     Drive with all errors drawn from what the odometer expects; return NEES of pose and motion.
 
@@ -216,11 +216,11 @@ def simulated(rng, *, rate_hz, seconds=20.0, odometer=None):
 @pytest.mark.parametrize('rate_hz', [10, 40])
 def test_poses_and_motions_scatter_as_they_say(rate_hz):
     rng = np.random.default_rng(rate_hz)
-    pose, speed, rate = np.array([simulated(rng, rate_hz=rate_hz) for _ in range(250)]).T
-    assert np.mean(pose) == pytest.approx(3.0, abs=0.7)
+    pose, speed, rate = np.array([simulated(rng, rate_hz=rate_hz) for _ in range(160)]).T
+    assert np.mean(pose) == pytest.approx(3.0, abs=0.8)
     assert np.mean((pose > BAND[0]) & (pose < BAND[1])) > 0.9
-    assert np.mean(speed) == pytest.approx(1.0, abs=0.35)
-    assert np.mean(rate) == pytest.approx(1.0, abs=0.35)
+    assert np.mean(speed) == pytest.approx(1.0, abs=0.4)
+    assert np.mean(rate) == pytest.approx(1.0, abs=0.4)
 
 
 def test_they_do_so_again_after_a_reset():

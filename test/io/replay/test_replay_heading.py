@@ -56,6 +56,7 @@ def replayed(**values):
 
 @pytest.fixture(scope='module')
 def bag(tmp_path_factory):
+    pytest.importorskip('rosbags')
     path = tmp_path_factory.mktemp('bag') / 'demo'
     write_drive_bag(named_drive('demo').take(range(60)), path)
     return path
@@ -226,6 +227,7 @@ def test_turns_of_the_heading_are_those_in_pictures_and_reports(tmp_path):
 def test_a_turn_that_is_under_way_at_the_end_is_in_lists_and_pictures(tmp_path):
     # The first turn alone, cut off before it could be known to have ended.
     drive, _ = demo()
+    pytest.importorskip('rosbags')
     write_drive_bag(drive.take(range(drive.turns[0].end_frame + 1)), tmp_path / 'bag')
     parameters = Parameters(focal_px=float(drive.camera.focal), **NARROW)
     with open_source(tmp_path / 'bag') as source:

@@ -1,0 +1,171 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""
+How the camera is mounted on the vehicle, from the transforms on /tf_static.
+
+This module does not need ROS: it accepts any object with the fields of
+geometry_msgs/TransformStamped. Sources: REP 103 (axes of bodies and of optical frames), REP 105
+(base_link) and REP 120 (base_footprint).
+"""
+
+from dataclasses import dataclass, replace
+import math
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+from phase_traj_ros.core import Update
+from phase_traj_ros.core.camera.lens import MOST_TILT_DEG
+from phase_traj_ros.core.path.odometry import Odometry
+from phase_traj_ros.core.path.trajectory import Corner
+from phase_traj_ros.parameters import Parameters
+
+FOOTPRINT: Final = 'base_footprint'
+"""Frame on the ground below the vehicle, from which heights are measured if it is there."""
+
+_MOST_HEIGHT_M = 100.0
+# A chain of frames that is longer is a circle.
+_LONGEST_CHAIN = 100
+# From the axes of a body (x ahead, y left, z up) to those of a picture (z ahead, x right, y down).
+_OPTICAL_IN_BODY = np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
+
+_Pose = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Mount:
+    """Place and angles of a camera on the vehicle, in the axes of the vehicle (REP 103)."""
+
+    base_frame: str
+    camera_frame: str
+    x: float
+    """Metres ahead of the origin of the vehicle."""
+    y: float
+    """Metres to the left of it."""
+    height: float
+    """Metres above the ground: above ``base_footprint`` if it is known, else above the origin."""
+    pitch_deg: float
+    """Positive down."""
+    roll_deg: float
+    """Positive right side down; 180 for a camera that is mounted upside down."""
+    yaw_deg: float
+    """Positive to the left."""
+
+    def __str__(self) -> str:
+        """Return a description."""
+        return (
+            f'{self.camera_frame} is {self.height:.2f} m high, {self.x:.2f} m ahead and'
+            f' {self.y:.2f} m left of {self.base_frame}, pitch {self.pitch_deg:.1f} deg down, roll'
+            f' {self.roll_deg:.1f} deg, yaw {self.yaw_deg:.1f} deg')
+
+    def fill_in(self, values: Parameters) -> tuple[Parameters, tuple[str, ...]]:
+        """
+        Return ``values`` with those that nobody has set, and the names of these.
+
+        Angles and heights that no camera for this package can have are left out.
+        """
+        roll = self.roll_deg
+        if values.rotate_180:
+            roll = math.remainder(roll + 180.0, 360.0)
+        found: dict[str, object] = {}
+        if values.camera_height == 0.0 and 0.0 < self.height <= _MOST_HEIGHT_M:
+            found['camera_height'] = self.height
+        if max(abs(self.pitch_deg), abs(roll)) <= MOST_TILT_DEG:
+            if values.camera_pitch_deg == 0.0:
+                found['camera_pitch_deg'] = self.pitch_deg
+            if values.camera_roll_deg == 0.0:
+                found['camera_roll_deg'] = roll
+        return values.with_values(found), tuple(found)
+
+    def at_base(self, update: Update) -> Update:
+        """Return ``update`` with the odometry of the vehicle's origin instead of the camera's."""
+        if update.odometry is None:
+            return update
+        return replace(update, odometry=_at_origin(update.odometry, self.x, self.y))
+
+
+class StaticFrames:
+    """The tree of frames from /tf_static."""
+
+    def __init__(self) -> None:
+        """Know no frame."""
+        self._above: dict[str, tuple[str, _Pose]] = {}
+
+    def add(self, transform: Any) -> None:
+        """Add a geometry_msgs/TransformStamped; one without a rotation is left out."""
+        part = transform.transform
+        rotation = _rotation(part.rotation)
+        if rotation is None:
+            return
+        pose = np.eye(4)
+        pose[:3, :3] = rotation
+        pose[:3, 3] = part.translation.x, part.translation.y, part.translation.z
+        self._above[_bare(transform.child_frame_id)] = _bare(transform.header.frame_id), pose
+
+    def mount(self, base: str, camera: str) -> Mount | None:
+        """Return how the frame ``camera`` is mounted on ``base``; None if that is unknown."""
+        pose = self._between(_bare(base), _bare(camera))
+        if pose is None:
+            return None
+        # The frame of an image is an optical one, but some drivers give that of the housing, whose
+        # z axis is upright.
+        axes = pose[:3, :3]
+        is_body = abs(axes[2, 2]) > math.sqrt(0.5)
+        optical = axes @ _OPTICAL_IN_BODY if is_body else axes
+        right, down, ahead = optical[2, 0], optical[2, 1], optical[:, 2]
+        ground = self._between(FOOTPRINT, _bare(camera))
+        return Mount(
+            _bare(base), _bare(camera), float(pose[0, 3]), float(pose[1, 3]),
+            float((pose if ground is None else ground)[2, 3]),
+            pitch_deg=math.degrees(math.asin(float(np.clip(-ahead[2], -1.0, 1.0)))),
+            roll_deg=math.degrees(math.atan2(-right, -down)),
+            yaw_deg=math.degrees(math.atan2(ahead[1], ahead[0])))
+
+    def _between(self, base: str, camera: str) -> _Pose | None:
+        """Return the pose of ``camera`` in ``base``, (4, 4); None if they are not connected."""
+        root, of_base = self._to_root(base)
+        other, of_camera = self._to_root(camera)
+        if root != other or base == camera:
+            return None
+        return np.asarray(np.linalg.inv(of_base) @ of_camera, np.float64)
+
+    def _to_root(self, frame: str) -> tuple[str, _Pose]:
+        pose: _Pose = np.eye(4)
+        for _ in range(_LONGEST_CHAIN):
+            if frame not in self._above:
+                break
+            frame, step = self._above[frame]
+            pose = step @ pose
+        return frame, pose
+
+
+def _at_origin(odometry: Odometry, x: float, y: float) -> Odometry:
+    pose, covariance = odometry.pose, np.array(odometry.covariance)
+    cosine, sine = math.cos(pose.yaw), math.sin(pose.yaw)
+    lever_x, lever_y = cosine * x - sine * y, sine * x + cosine * y
+    change = np.array([[1.0, 0.0, lever_y], [0.0, 1.0, -lever_x], [0.0, 0.0, 1.0]])
+    moved = (change @ covariance @ change.T).tolist()
+    return replace(
+        odometry,
+        pose=Corner(pose.x + x - lever_x, pose.y + y - lever_y, pose.yaw, pose.stamp_ns),
+        speed=odometry.speed + odometry.yaw_rate * y,
+        speed_variance=odometry.speed_variance + y * y * odometry.yaw_rate_variance,
+        position_variance=(moved[0][0] + moved[1][1]) / 2,
+        covariance=(tuple(moved[0]), tuple(moved[1]), tuple(moved[2])))
+
+
+def _rotation(quaternion: Any) -> _Pose | None:
+    """Return the matrix of a geometry_msgs/Quaternion, (3, 3); None if it is zero or NaN."""
+    x, y, z, w = quaternion.x, quaternion.y, quaternion.z, quaternion.w
+    norm = math.sqrt(x * x + y * y + z * z + w * w)
+    if not 1e-6 < norm < math.inf:
+        return None
+    x, y, z, w = x / norm, y / norm, z / norm, w / norm
+    return np.array([
+        [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+        [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+        [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)]])
+
+
+def _bare(frame: str) -> str:
+    return frame.lstrip('/')

@@ -1,0 +1,59 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Receives how the camera is mounted, from /tf_static."""
+
+from collections.abc import Callable
+from typing import Any
+
+from phase_traj_ros.io.messages.mounting import Mount, StaticFrames
+from phase_traj_ros.ros.entities import Entities
+from rclpy.qos import DurabilityPolicy, QoSProfile
+
+# As tf2_ros subscribes: each publisher of /tf_static latches its own transforms.
+_QOS = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+
+
+class MountInput:
+    """
+    Subscribes to /tf_static, and passes on the place of the camera on the vehicle.
+
+    TFMessage is read directly, as tf2_ros adds nothing to it here. Without tf2_msgs there is no
+    transform to receive.
+    """
+
+    def __init__(
+        self, entities: Entities, base_frame: str, known: Mount | None,
+        on_mount: Callable[[Mount], None],
+    ) -> None:
+        """Subscribe; call ``on_mount`` when the mount differs from ``known``."""
+        self._base = base_frame
+        self._known = known
+        self._on_mount = on_mount
+        self._camera = ''
+        self._frames = StaticFrames()
+        try:
+            from tf2_msgs.msg import TFMessage
+        except ImportError:
+            return
+        entities.create_subscription(TFMessage, '/tf_static', self.add, _QOS)
+
+    def seen_by(self, camera_frame: str) -> bool:
+        """Record the frame of the images; return whether ``on_mount`` was called."""
+        if camera_frame == self._camera:
+            return False
+        self._camera = camera_frame
+        return self._look()
+
+    def add(self, message: Any) -> None:
+        """Add the transforms of a tf2_msgs/TFMessage."""
+        for transform in message.transforms:
+            self._frames.add(transform)
+        self._look()
+
+    def _look(self) -> bool:
+        mount = self._frames.mount(self._base, self._camera) if self._camera else None
+        if mount is None or mount == self._known:
+            return False
+        self._known = mount
+        self._on_mount(mount)
+        return True

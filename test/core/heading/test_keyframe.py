@@ -1,0 +1,86 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Keyframes: the heading of a slow vehicle does not depend on the frame rate."""
+
+from functools import cache
+import math
+
+import numpy as np
+from phase_traj_ros.core import (
+    CameraModel,
+    CodeSource,
+    EstimatorSettings,
+    Lens,
+    TrajectoryEstimator,
+)
+from phase_traj_ros.core.heading.camera_motion import CameraMotion, Travel
+from phase_traj_ros.core.heading.keyframe import Keyframe
+from phase_traj_ros.core.heading.local_shifts import BlockShifts
+from phase_traj_ros.synthetic import Camera, plan_drive, render_drive, Straight, Turn
+import pytest
+
+CAMERA = Camera.with_field_of_view(480, 270, 80.0)
+MODEL = CameraModel(
+    width=480, height=270, fx=CAMERA.focal, fy=CAMERA.focal, cx=CAMERA.cx, cy=CAMERA.cy)
+
+
+@cache
+def walk():
+    """Return a drive at a walking pace with a corner, at 60 frames per second."""
+    drive = plan_drive('walk', [Straight(1.5), Turn(60, 3.0, 1.4), Straight(1.0)],
+                       rate_hz=60.0, speed=1.4, camera=CAMERA, seed=5)
+    return drive, list(render_drive(drive))
+
+
+def driven(every, **values):
+    drive, frames = walk()
+    estimator = TrajectoryEstimator(EstimatorSettings(
+        code_source=CodeSource.AUTO, lens=Lens(camera=MODEL), camera_height=1.65, **values))
+    updates = [
+        estimator.update(frame, stamp) for frame, stamp in
+        zip(frames[::every], drive.stamps_ns.tolist()[::every])]
+    return estimator, [update for update in updates if update is not None]
+
+
+def heading_error(updates):
+    drive, _ = walk()
+    return math.degrees(updates[-1].heading.heading - np.unwrap(drive.poses[:, 2])[-1])
+
+
+def test_a_slow_vehicle_has_its_heading_and_its_way_at_a_high_rate():
+    drive, _ = walk()
+    true = np.hypot(*np.diff(drive.poses[:, :2], axis=0).T).sum()
+    estimator, updates = driven(1)
+    assert abs(heading_error(updates)) < 0.3
+    assert estimator.way.distance == pytest.approx(true, rel=0.05)
+    # Without keyframes, the errors of each pair add up.
+    assert abs(heading_error(driven(1, keyframes=False)[1])) > 2 * abs(heading_error(updates))
+
+
+def test_the_variance_of_the_yaw_is_that_of_the_way_and_not_of_the_frames():
+    claimed = [sum(update.heading.variance for update in driven(every)[1]) for every in (1, 6)]
+    assert claimed[0] == pytest.approx(claimed[1], rel=1.0)
+    assert min(update.heading.variance for update in driven(1)[1]) > 0.0
+
+
+def motion(yaw, passing):
+    return CameraMotion(yaw, 0.0, 0.0, Travel(), 100.0, 1.0, 1e-8, passing)
+
+
+def test_the_yaws_since_a_keyframe_add_up_to_the_last_one():
+    key = Keyframe(np.zeros((8, 8), np.uint8), 3, Travel())
+    blocks = BlockShifts(np.array([1.0, 2.0, 9.0]), np.zeros(3), np.array([1.0, 1.0, 0.0]))
+    yaws = (0.01, 0.025, 0.02)
+    pairs = [key.pair(motion(yaw, 0.01), blocks) for yaw in yaws]
+    assert np.cumsum([pair.yaw for pair in pairs]) == pytest.approx(yaws)
+    # A block that is not seen is expected where the others are.
+    assert key.moved[:, 0].tolist() == [1.0, 2.0, 1.5]
+
+
+@pytest.mark.parametrize(('yaw', 'passing', 'age', 'over'), [
+    (0.0, 0.001, 0.1, False), (0.0, 0.2, 0.1, True), (0.2, 0.001, 0.1, True),
+    (-0.2, 0.001, 0.1, True), (0.0, 0.001, 3.0, True)])
+def test_a_keyframe_is_over_when_the_image_has_moved(yaw, passing, age, over):
+    key = Keyframe(np.zeros((8, 8), np.uint8), 3, Travel())
+    key.age = age
+    assert key.is_over(motion(yaw, passing)) is over

@@ -1,0 +1,105 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The node with a camera whose place is on /tf_static."""
+
+from types import SimpleNamespace
+
+from nav_msgs.msg import Odometry
+import numpy as np
+from phase_traj_ros.io.sources.base import StampedFrame
+from phase_traj_ros.ros.nodes.node import PhaseTrajNode
+import pytest
+import rclpy
+from rclpy.executors import SingleThreadedExecutor
+
+# A camera 1.65 m above the ground, looking ahead: its z axis is that of the vehicle's x.
+CAMERA = SimpleNamespace(
+    header=SimpleNamespace(frame_id='base_link'), child_frame_id='camera',
+    transform=SimpleNamespace(
+        translation=SimpleNamespace(x=1.2, y=0.0, z=1.65),
+        rotation=SimpleNamespace(x=-0.5, y=0.5, z=-0.5, w=0.5)))
+
+
+@pytest.fixture
+def made(domain, tmp_path):
+    """Return a maker of an active node in this process, with the executor that spins it."""
+    executors = []
+
+    def make(*arguments):
+        rclpy.init(args=['--ros-args', '-p', f'output_dir:={tmp_path / "kept"}', *arguments])
+        node, executor = PhaseTrajNode(autostart=True), SingleThreadedExecutor()
+        executor.add_node(node)
+        executors.append((node, executor))
+        return node, executor
+
+    yield make
+    for node, executor in executors:
+        executor.shutdown()
+        node.destroy_node()
+    rclpy.shutdown()
+
+
+def tell(node, *transforms):
+    node._work._frames.add(SimpleNamespace(transforms=transforms))
+
+
+def show(node, count, start=0):
+    rng = np.random.default_rng(0)
+    picture = rng.integers(0, 256, (96, 160), np.uint8)
+    for index in range(start, start + count):
+        node._work._on_frame(StampedFrame(
+            np.roll(picture, 3 * index, axis=1), 10**18 + index * 10**8, 'mono8', 'camera'))
+
+
+def has_odometry(node):
+    return any(
+        each.msg_type is Odometry and each.topic_name == '/phase_traj/odom'
+        for each in node.publishers)
+
+
+@pytest.mark.parametrize('images_first', [False, True])
+def test_the_place_of_the_camera_makes_metres(made, capfd, tmp_path, images_first):
+    node, executor = made('-p', 'speed:=0.0')
+    assert not has_odometry(node)
+    if images_first:
+        show(node, 5)
+        assert node._work._estimator.frames == 5
+    tell(node, CAMERA)
+    show(node, 1)
+    executor.spin_once(timeout_sec=0)
+    for _ in range(5):
+        executor.spin_once(timeout_sec=0)
+    assert has_odometry(node)
+    said = capfd.readouterr().err
+    assert '/tf_static: camera is 1.65 m high, 1.20 m ahead' in said
+    assert 'from there: camera_height' in said
+    assert node._work._estimator.settings.camera_height == pytest.approx(1.65)
+    # What was coded before is saved, and the same transform again changes nothing.
+    assert len(list((tmp_path / 'kept').iterdir())) == images_first
+    work = node._work
+    tell(node, CAMERA)
+    show(node, 3)
+    executor.spin_once(timeout_sec=0)
+    assert node._work is work and work._estimator.frames == 3
+    assert not node._work.check(node._live.values)
+
+
+def test_what_cannot_be_used_is_said_and_the_node_goes_on(made, capfd):
+    # In metres, the frame of odom would be its own child.
+    node, executor = made('-p', 'child_frame_id:=base_link', '-p', 'frame_id:=base_link')
+    tell(node, CAMERA)
+    show(node, 3)
+    for _ in range(5):
+        executor.spin_once(timeout_sec=0)
+    assert "not used: parameters 'frame_id' and 'child_frame_id'" in capfd.readouterr().err
+    assert not has_odometry(node) and node._work._estimator.frames == 2
+
+
+def test_a_parameter_wins(made, capfd):
+    node, executor = made('-p', 'camera_height:=1.2')
+    tell(node, CAMERA)
+    show(node, 1)
+    for _ in range(5):
+        executor.spin_once(timeout_sec=0)
+    assert 'camera_height' not in capfd.readouterr().err.split('from there: ')[1]
+    assert node._work._estimator.settings.camera_height == 1.2

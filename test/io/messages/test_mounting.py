@@ -1,0 +1,143 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""How the camera is mounted, from transforms as they are on /tf_static."""
+
+from dataclasses import replace
+import math
+from types import SimpleNamespace
+
+import numpy as np
+from phase_traj_ros.core import Corner, PairStatus, Update
+from phase_traj_ros.core.path.odometry import Odometry
+from phase_traj_ros.io.messages.mounting import StaticFrames
+from phase_traj_ros.parameters import Parameters
+import pytest
+
+# Roll, pitch, yaw of an optical frame in its housing.
+OPTICAL = (-90.0, 0.0, -90.0)
+
+
+def transform(parent, child, place=(0.0, 0.0, 0.0), rpy_deg=(0.0, 0.0, 0.0)):
+    """Return the fields of a TransformStamped; angles as in URDF, about fixed axes."""
+    roll, pitch, yaw = (math.radians(each) / 2 for each in rpy_deg)
+    sr, sp, sy = map(math.sin, (roll, pitch, yaw))
+    cr, cp, cy = map(math.cos, (roll, pitch, yaw))
+    return SimpleNamespace(
+        header=SimpleNamespace(frame_id=parent), child_frame_id=child,
+        transform=SimpleNamespace(
+            translation=SimpleNamespace(x=place[0], y=place[1], z=place[2]),
+            rotation=SimpleNamespace(
+                x=sr * cp * cy - cr * sp * sy, y=cr * sp * cy + sr * cp * sy,
+                z=cr * cp * sy - sr * sp * cy, w=cr * cp * cy + sr * sp * sy)))
+
+
+def result(odometry):
+    """Return the result of a pair with this odometry."""
+    return Update(
+        pair=0, stamp_ns=7, interval_ns=10**8, shift=None, step=None, status=PairStatus.OK,
+        tip=odometry.pose, odometry=odometry)
+
+
+def frames(*transforms):
+    tree = StaticFrames()
+    for each in transforms:
+        tree.add(each)
+    return tree
+
+
+@pytest.mark.parametrize('optical', [True, False])
+@pytest.mark.parametrize(('rpy', 'pitch', 'roll', 'yaw'), [
+    ((0, 0, 0), 0, 0, 0), ((0, 10, 0), 10, 0, 0), ((5, 0, 0), 0, 5, 0), ((0, 0, 20), 0, 0, 20),
+    ((3, -8, -15), -8, 3, -15), ((180, 4, 0), 4, 180, 0)])
+def test_place_and_angles(optical, rpy, pitch, roll, yaw):
+    tree = [transform('base_link', '/mast', (1.0, 0.5, 1.0)),
+            transform('mast', 'cam', (0.5, 0.0, 0.6), rpy)]
+    if optical:
+        tree.append(transform('cam', 'cam_optical', rpy_deg=OPTICAL))
+    mount = frames(*tree).mount('base_link', 'cam_optical' if optical else 'cam')
+    assert (mount.x, mount.y, mount.height) == pytest.approx((1.5, 0.5, 1.6))
+    assert (mount.pitch_deg, mount.yaw_deg) == pytest.approx((pitch, yaw), abs=1e-9)
+    assert math.remainder(mount.roll_deg - roll, 360) == pytest.approx(0, abs=1e-9)
+
+
+def test_the_height_is_that_above_the_ground_where_it_is_known():
+    tree = [transform('base_link', 'cam', (1.5, 0.0, 1.3))]
+    assert frames(*tree).mount('base_link', 'cam').height == pytest.approx(1.3)
+    tree.append(transform('base_footprint', 'base_link', (0.0, 0.0, 0.35)))
+    assert frames(*tree).mount('base_link', 'cam').height == pytest.approx(1.65)
+
+
+@pytest.mark.parametrize('tree', [
+    [], [transform('base_link', 'lidar')], [transform('map', 'cam')],
+    [transform('a', 'cam'), transform('cam', 'a')]])
+def test_what_is_not_connected_is_unknown(tree):
+    assert frames(*tree).mount('base_link', 'cam') is None
+    assert frames(*tree).mount('cam', 'cam') is None
+
+
+def test_a_transform_without_a_rotation_is_left_out():
+    broken = transform('base_link', 'cam')
+    broken.transform.rotation = SimpleNamespace(x=0.0, y=0.0, z=0.0, w=0.0)
+    assert frames(broken).mount('base_link', 'cam') is None
+
+
+def test_parameters_win_and_what_cannot_be_is_left_out():
+    mount = frames(transform('base_link', 'cam', (1.5, 0, 1.6), (2, 5, 0))).mount(
+        'base_link', 'cam')
+    values, used = mount.fill_in(Parameters())
+    assert values.camera_height == pytest.approx(1.6) and values.metric
+    assert values.camera_pitch_deg == pytest.approx(5)
+    assert values.camera_roll_deg == pytest.approx(2)
+    assert used == ('camera_height', 'camera_pitch_deg', 'camera_roll_deg')
+    own = Parameters(camera_height=1.2, camera_pitch_deg=3.0)
+    values, used = mount.fill_in(own)
+    assert (values.camera_height, values.camera_pitch_deg) == (1.2, 3.0)
+    assert used == ('camera_roll_deg',)
+    below = frames(transform('base_link', 'cam', (0, 0, -0.1), (0, 80, 0))).mount(
+        'base_link', 'cam')
+    assert below.fill_in(Parameters()) == (Parameters(), ())
+    turned = frames(transform('base_link', 'cam', (0, 0, 1), (178, 0, 0))).mount(
+        'base_link', 'cam')
+    values, _ = turned.fill_in(Parameters(rotate_180=True))
+    assert values.camera_roll_deg == pytest.approx(-2)
+
+
+@pytest.mark.parametrize('lever', [(1.5, 0.0), (0.0, -0.4), (1.5, 0.4)])
+def test_the_lever_arm_of_a_turn(lever):
+    """A camera that drives along a circle carries the vehicle with it."""
+    mount = frames(transform('base_link', 'cam', (*lever, 1.6))).mount('base_link', 'cam')
+    yaw, yaw_rate, speed, radius = math.radians(90), 0.5, 5.0, 10.0
+    covariance = np.diag([0.01, 0.02, 0.001])
+    camera = Odometry(
+        Corner(radius, radius, yaw, 7), speed, yaw_rate, position_variance=0.015,
+        yaw_variance=0.001, speed_variance=0.1, yaw_rate_variance=0.01,
+        covariance=tuple(map(tuple, covariance.tolist())))
+
+    def at_base(odometry):
+        return mount.at_base(result(odometry)).odometry
+
+    found = at_base(camera)
+    # Turned to the left by 90 degrees: what was ahead is to the left, what was left is behind.
+    assert (found.pose.x, found.pose.y, found.pose.yaw) == pytest.approx(
+        (radius + lever[0] + lever[1], radius + lever[1] - lever[0], yaw))
+    assert found.speed == pytest.approx(speed + yaw_rate * lever[1])
+    assert found.yaw_variance == camera.yaw_variance
+    # By differences, as it is linear for small errors.
+    slopes = []
+    for moved in np.eye(3) * 1e-6:
+        changed = at_base(replace(camera, pose=Corner(
+            radius + moved[0], radius + moved[1], yaw + moved[2], 7))).pose
+        slopes.append(np.subtract(
+            (changed.x, changed.y, changed.yaw), (found.pose.x, found.pose.y, found.pose.yaw)))
+    change = np.array(slopes).T / 1e-6
+    assert np.array(found.covariance) == pytest.approx(
+        change @ covariance @ change.T, abs=1e-6)
+
+
+def test_before_the_vehicle_has_moved_it_is_at_the_origin():
+    mount = frames(transform('base_link', 'cam', (1.5, 0.4, 1.6))).mount('base_link', 'cam')
+    start = Odometry(
+        Corner(0.0, 0.0, 0.0, 7), 0.0, 0.0, position_variance=0.0, yaw_variance=0.0,
+        speed_variance=0.0, yaw_rate_variance=0.0, covariance=((0.0,) * 3,) * 3)
+    pose = mount.at_base(result(start)).odometry.pose
+    assert (pose.x, pose.y) == (0.0, 0.0)
