@@ -154,7 +154,7 @@ class PyavSource(FrameSource):
         except (av.FFmpegError, OSError) as error:
             reason = ' '.join(str(getattr(error, 'strerror', None) or error).split())
             raise SourceError(
-                f'{self._path} cannot be read as a video ({reason}); give a bag, a video or a'
+                f'{self._path} cannot be opened as a video ({reason}); give a bag, a video or a'
                 ' folder of pictures') from error
 
     def _never(self) -> GreyImage:
