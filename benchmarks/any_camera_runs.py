@@ -8,6 +8,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import asdict, dataclass, field, replace
 import json
 import math
+from pathlib import Path
 import re
 import time
 
@@ -25,13 +26,13 @@ from phase_traj_ros.core import (
     Update,
 )
 from phase_traj_ros.core.heading.turns import find_turns, Turn
-from phase_traj_ros.io.batch.job import replay_source, Wanted
 from phase_traj_ros.io.replay.run import Replay, Watcher
 from phase_traj_ros.io.sources.base import Candidate, FrameSource, StampedFrame
 from phase_traj_ros.io.sources.folder import FolderSource
 from phase_traj_ros.io.sources.selection import EVERYTHING
-from phase_traj_ros.parameters import Parameters
 from phase_traj_ros.synthetic import poses_from_kitti
+from phase_traj_ros.tasks.batch.job import replay_source
+from phase_traj_ros.tasks.batch.request import ReplayRequest
 from report import ROOT
 
 #: Thresholds of the paper's state machine, in degrees per second.
@@ -223,8 +224,8 @@ class _Estimates(Watcher):
 
 def _replay(drive: Drive, *, watchers: Sequence[Watcher] = (), one_pass: bool = False) -> Replay:
     return replay_source(
-        _Frames(drive), Parameters(), Wanted(), title=drive.plan, watchers=watchers,
-        one_pass=one_pass)
+        _Frames(drive), ReplayRequest(source=Path(drive.plan), one_pass=one_pass),
+        watchers=watchers)
 
 
 def _compared(known: CameraEstimate | None, drive: Drive) -> Focal | None:

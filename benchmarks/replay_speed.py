@@ -20,13 +20,14 @@ from clips import Clip, kitti_clip, rendered_clip
 import cv2
 from memory import resident
 import numpy as np
-from phase_traj_ros.io.batch.job import replay_source, Wanted
 from phase_traj_ros.io.replay.run import replay
 from phase_traj_ros.io.sources.base import index_stamp_ns, StampedFrame
 from phase_traj_ros.io.sources.folder import FolderSource
 from phase_traj_ros.io.sources.prefetch import prefetch
 from phase_traj_ros.parameters import Parameters
 from phase_traj_ros.synthetic import Camera, KITTI_CAMERA
+from phase_traj_ros.tasks.batch.job import replay_source
+from phase_traj_ros.tasks.batch.request import ReplayRequest
 from report import disturbance, paragraphs, table, verdict
 from timing import Bystanders, bystanders, prepare, take_turns, Timed
 
@@ -94,7 +95,8 @@ def measure_folder(clip: Clip, suffix: str) -> Overlap:
             replay(decoded, _PAPER, source=suffix)
 
         def both() -> None:
-            replay_source(FolderSource(folder), _PAPER, Wanted(), title=suffix)
+            replay_source(
+                FolderSource(folder), ReplayRequest(source=folder, parameters=_PAPER))
 
         steps: dict[str, Callable[[], None]] = {
             'decode': decode, 'correlate': correlate, 'replay': both}

@@ -3,6 +3,7 @@
 """Options shared by several commands."""
 
 from argparse import ArgumentParser, Namespace
+from dataclasses import fields
 from pathlib import Path
 import sys
 from textwrap import fill
@@ -13,6 +14,7 @@ from phase_traj_ros.io.sources.opening import open_source
 from phase_traj_ros.io.sources.selection import Selection
 from phase_traj_ros.parameter_spec import Group
 from phase_traj_ros.parameters import Parameters, specs
+from phase_traj_ros.tasks.batch.request import ReplayRequest
 
 SOURCE_HELP = """\
 SOURCE is one of
@@ -100,13 +102,16 @@ def print_notices(parameters: Parameters) -> None:
         print(f'warning: {notice}', file=sys.stderr)
 
 
-def inputs_of(options: Namespace, parameters: Parameters) -> tuple[Path, ...]:
-    """Return all files and folders that a replay with these options reads."""
-    files = [
-        find_params_file(options.params) if options.params else None,
-        Path(parameters.mask_file).expanduser() if parameters.mask_file else None]
-    return tuple(
-        file.absolute() for file in (*options.sources, *files) if file is not None)
+def request_of(
+    options: Namespace, source: Path, *, also_read: tuple[Path, ...] = (),
+) -> ReplayRequest:
+    """Return the request to replay ``source``; options have the names of its fields."""
+    names = {each.name for each in fields(ReplayRequest)}
+    given = {name: value for name, value in vars(options).items() if name in names}
+    params = (find_params_file(options.params).absolute(),) if options.params else ()
+    return ReplayRequest(**{
+        **given, 'source': source, 'parameters': parameters_of(options),
+        'selection': selection_of(options), 'also_read': (*also_read, *params)})
 
 
 def parameters_of(options: Namespace) -> Parameters:

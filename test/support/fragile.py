@@ -6,23 +6,34 @@ import os
 from pathlib import Path
 import signal
 
-from phase_traj_ros.io.batch.many import run_job
+from phase_traj_ros.tasks.batch.outcome import run_request
 
 # Set by the process that starts the others, which inherit it.
 VARIABLE = 'PHASE_TRAJ_TEST_KILLED'
 
 
-def killed_once(job, progress=None):
+def killed_once(job, progress):
     """Kill this process at the fifth frame of the source 'victim', the first time."""
-    return run_job(job, _deadly(job, progress, always=False))
+    return run_request(job, _deadly(job, progress, always=False))
 
 
-def killed_always(job, progress=None):
+def killed_always(job, progress):
     """Kill this process at the fifth frame of the source 'victim', every time."""
-    return run_job(job, _deadly(job, progress, always=True))
+    return run_request(job, _deadly(job, progress, always=True))
 
 
-def never_returns(job, progress=None):
+def endless(job, progress):
+    """Stay at the fifth frame of the source 'endless' until the batch is over."""
+    def step(done, expected):
+        progress(done, expected)
+        while job.source.name == 'endless' and done == 5:
+            assert list(job.output.glob('.phase_traj-*'))
+            progress(done, expected)
+
+    return run_request(job, step)
+
+
+def never_returns(job, progress):
     """Fail in a way that the outcome cannot report."""
     raise RuntimeError('a fault\nof two lines')
 
@@ -35,7 +46,6 @@ def _deadly(job, progress, *, always):
             assert list(job.output.glob('.phase_traj-*'))
             (marks / str(os.getpid())).touch()
             os.kill(os.getpid(), signal.SIGKILL)
-        if progress is not None:
-            progress(done, expected)
+        progress(done, expected)
 
     return step

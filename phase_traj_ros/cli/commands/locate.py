@@ -13,30 +13,28 @@ from phase_traj_ros.cli.options import (
     add_force,
     add_parameters,
     add_source,
-    inputs_of,
-    parameters_of,
     print_notices,
+    request_of,
     SOURCE_HELP,
-    source_of,
 )
 from phase_traj_ros.cli.progress import counter, progress
 from phase_traj_ros.core.localization.given import ScaleRange
-from phase_traj_ros.io.batch.job import Pass, replay_source, Wanted
-from phase_traj_ros.io.location.files import (
+from phase_traj_ros.io.maps.projection import bearing_deg
+from phase_traj_ros.io.maps.road_classes import Roads
+from phase_traj_ros.io.maps.road_file import ATTRIBUTION, read_roads
+from phase_traj_ros.io.outputs.outputs import check_directory, output_directory
+from phase_traj_ros.io.sources.base import DEFAULT_SPEED_TOPIC, Entry
+from phase_traj_ros.tasks.batch.job import Pass, replay_source
+from phase_traj_ros.tasks.location.files import (
     add_to_chain_code,
     degrees,
     LOCATION_FILES,
     REPORT,
     write_location,
 )
-from phase_traj_ros.io.location.odometry import DriveOdometry, odometry_of, read_odometry
-from phase_traj_ros.io.location.report import verdict, write_location_report
-from phase_traj_ros.io.location.run import locate, Located, Near
-from phase_traj_ros.io.maps.projection import bearing_deg
-from phase_traj_ros.io.maps.road_classes import Roads
-from phase_traj_ros.io.maps.road_file import ATTRIBUTION, read_roads
-from phase_traj_ros.io.outputs.outputs import check_directory, output_directory
-from phase_traj_ros.io.sources.base import DEFAULT_SPEED_TOPIC, Entry
+from phase_traj_ros.tasks.location.odometry import DriveOdometry, odometry_of, read_odometry
+from phase_traj_ros.tasks.location.report import verdict, write_location_report
+from phase_traj_ros.tasks.location.run import locate, Located, Near
 
 EXIT_NOT_KNOWN = 1
 
@@ -134,20 +132,14 @@ def _odometry(options: Namespace) -> tuple[DriveOdometry, Path | None]:
         return read_odometry(source), source / _CODES
     if source.suffix in _TRAJECTORIES and source.is_file():
         return read_odometry(source), None
-    parameters = parameters_of(options)
-    print_notices(parameters)
-    wanted = Wanted(
-        output=options.output, force=options.force, inputs=inputs_of(
-            Namespace(sources=[source, options.map], params=options.params), parameters))
-    title = source.name or str(source)
-    with source_of(options) as opened:
+    request = request_of(options, source, also_read=(options.map,))
+    print_notices(request.parameters)
+    with request.opened() as opened:
         def shown(frames: Iterable[Entry], which: Pass) -> Iterator[Entry]:
-            name = f'{title}, {which.value}' if which.value else title
+            name = f'{request.title}, {which.value}' if which.value else request.title
             return progress(frames, total=opened.frame_count, title=name)
 
-        result = replay_source(
-            opened, parameters, wanted, title=title, through=shown,
-            speed_topic=options.speed_topic, one_pass=options.one_pass)
+        result = replay_source(opened, request, through=shown)
     return odometry_of(result), None if options.output is None else options.output / _CODES
 
 

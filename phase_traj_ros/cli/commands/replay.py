@@ -16,18 +16,16 @@ from phase_traj_ros.cli.options import (
     add_force,
     add_parameters,
     add_source,
-    inputs_of,
     parameters_help,
-    parameters_of,
     print_notices,
+    request_of,
     SOURCE_HELP,
-    source_of,
 )
 from phase_traj_ros.cli.progress import progress
 from phase_traj_ros.cli.report import print_codes, print_turns, print_way
-from phase_traj_ros.io.batch.job import Pass, replay_source, Wanted
 from phase_traj_ros.io.replay.run import Replay
 from phase_traj_ros.io.sources.base import DEFAULT_SPEED_TOPIC, Entry
+from phase_traj_ros.tasks.batch.job import Pass, replay_source
 
 _EPILOG = f"""
 {SOURCE_HELP}
@@ -87,36 +85,25 @@ def add_parser(commands: Any) -> None:
 
 def run(options: Namespace) -> int | None:
     """Run the command; return the exit status, None for success."""
+    request = request_of(options, options.sources[0])
+    print_notices(request.parameters)
     if len(options.sources) > 1 or options.dask is not None:
-        return replay_many(options)
-    parameters = parameters_of(options)
-    print_notices(parameters)
-    wanted = Wanted(
-        output=options.output, svg=options.svg, report=options.report, bag_out=options.bag_out,
-        bag_debug_images=options.bag_debug_images, animation=options.animation,
-        force=options.force, inputs=inputs_of(options, parameters))
-    [path] = options.sources
-    title = path.name or str(path)
+        return replay_many(request, options)
     watch = _Stopwatch()
-    with source_of(options, path) as source:
+    with request.opened() as source:
         if options.live:
-            with LiveView(screen(), title=title, total=source.frame_count) as view:
+            with LiveView(screen(), title=request.title, total=source.frame_count) as view:
                 result = replay_source(
-                    source, parameters, wanted, title=title, watchers=[view],
-                    through=lambda frames, which: watch.over(view.over(frames, which.value)),
-                    speed_topic=options.speed_topic, one_pass=options.one_pass,
-                    strict=options.strict)
+                    source, request, watchers=[view],
+                    through=lambda frames, which: watch.over(view.over(frames, which.value)))
         else:
             def shown(frames: Iterable[Entry], which: Pass) -> Iterator[Entry]:
-                name = f'{title}, {which.value}' if which.value else title
+                name = f'{request.title}, {which.value}' if which.value else request.title
                 return watch.over(progress(frames, total=source.frame_count, title=name))
 
-            result = replay_source(
-                source, parameters, wanted, title=title, through=shown,
-                speed_topic=options.speed_topic, one_pass=options.one_pass,
-                strict=options.strict)
+            result = replay_source(source, request, through=shown)
     _print(result, watch.seconds)
-    for written in (options.output, options.bag_out, options.animation):
+    for written in (request.output, request.bag_out, request.animation):
         if written is not None:
             print(f'written to {written}')
     return None

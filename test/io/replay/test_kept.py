@@ -3,15 +3,17 @@
 """Two passes over the frames of a source: the frames kept between them, and threads."""
 
 from functools import partial
+from pathlib import Path
 import threading
 
 import numpy as np
 from phase_traj_ros.errors import SourceError
-from phase_traj_ros.io.batch.job import replay_source, Wanted
 from phase_traj_ros.io.replay.kept import KeptFrames
 from phase_traj_ros.io.sources.base import Candidate, FrameSource
 from phase_traj_ros.io.sources.selection import EVERYTHING
 from phase_traj_ros.parameters import Parameters
+from phase_traj_ros.tasks.batch.job import replay_source
+from phase_traj_ros.tasks.batch.request import ReplayRequest
 import pytest
 
 TENTH = 100_000_000
@@ -55,11 +57,12 @@ def test_what_fits_is_read_once(most_bytes, passes):
 @pytest.mark.parametrize('number_of_pass', [1, 2])
 def test_a_pass_that_fails_leaves_no_thread_that_reads(number_of_pass, monkeypatch):
     monkeypatch.setattr(
-        'phase_traj_ros.io.batch.job.KeptFrames', partial(KeptFrames, most_bytes=0))
+        'phase_traj_ros.tasks.batch.job.KeptFrames', partial(KeptFrames, most_bytes=0))
     source = _Counted(unusable=[(number_of_pass, 5)])
     with pytest.raises(SourceError, match='frame 5') as failure:
-        replay_source(
-            source, Parameters(code_source='auto'), Wanted(), title='noise', strict=True)
+        replay_source(source, ReplayRequest(
+            source=Path('noise'), parameters=Parameters(code_source='auto'),
+            strict=True))
     assert source.passes == number_of_pass
     # The error refers to the running generator: the garbage collector would come too late.
     assert failure.tb is not None

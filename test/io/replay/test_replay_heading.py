@@ -21,7 +21,6 @@ from phase_traj_ros.core.camera.lens import Lens
 from phase_traj_ros.core.camera.model import CameraModel
 from phase_traj_ros.core.heading.yaw_meter import YawMeasurement
 from phase_traj_ros.errors import ParameterError, SourceError
-from phase_traj_ros.io.batch.job import replay_source, Wanted
 from phase_traj_ros.io.messages.diagnostics import Level, MeasurementReporter
 from phase_traj_ros.io.replay.overview import turn_marks
 from phase_traj_ros.io.replay.run import replay
@@ -33,6 +32,8 @@ from phase_traj_ros.io.sources.opening import open_source
 from phase_traj_ros.parameters import Parameters
 from phase_traj_ros.synthetic import named_drive, render_drive, write_drive_bag
 from phase_traj_ros.synthetic.degradations import sensor_noise
+from phase_traj_ros.tasks.batch.job import replay_source
+from phase_traj_ros.tasks.batch.request import ReplayRequest
 import pytest
 
 NARROW = {'code_source': 'heading'}
@@ -187,9 +188,10 @@ def test_a_bag_says_it_all(bag, tmp_path):
     out = tmp_path / 'out'
     with open_source(bag) as source:
         result = replay_source(
-            source, parameters, Wanted(
-                output=out, report=True, bag_out=tmp_path / 'out.mcap', bag_debug_images=True,
-                animation=tmp_path / 'out.gif'), title='demo')
+            source, ReplayRequest(
+                source=bag, parameters=parameters, output=out, report=True,
+                bag_out=tmp_path / 'out.mcap', bag_debug_images=True,
+                animation=tmp_path / 'out.gif'))
     drive = named_drive('demo').take(range(60))
     true = drive.poses[:, :2] - drive.poses[0, :2]
     tips = np.array([(update.tip.x, update.tip.y) for update in result.updates])
@@ -203,7 +205,8 @@ def test_a_bag_says_it_all(bag, tmp_path):
     assert [float(value) for value in last[1:3]] == pytest.approx(tips[-1].tolist(), rel=1e-6)
     with open_source(bag) as source, pytest.raises(SourceError, match=r'no .*on /nowhere.*/speed'):
         replay_source(
-            source, parameters, Wanted(), title='demo', speed_topic='/nowhere')
+            source, ReplayRequest(
+                source=bag, parameters=parameters, speed_topic='/nowhere'))
 
 
 def test_turns_of_the_heading_are_those_in_pictures_and_reports(tmp_path):
@@ -232,7 +235,8 @@ def test_a_turn_that_is_under_way_at_the_end_is_in_lists_and_pictures(tmp_path):
     parameters = Parameters(focal_px=float(drive.camera.focal), **NARROW)
     with open_source(tmp_path / 'bag') as source:
         result = replay_source(
-            source, parameters, Wanted(output=tmp_path / 'out'), title='a turn')
+            source, ReplayRequest(
+                source=tmp_path / 'bag', parameters=parameters, output=tmp_path / 'out'))
     assert not any(update.turns for update in result.updates)
     [turn] = result.turns
     [listed] = json.loads((tmp_path / 'out' / 'chain_code.json').read_text())['turns']
@@ -369,7 +373,8 @@ def test_what_is_no_bag_has_no_speeds(tmp_path, picture):
         cv2.imwrite(str(tmp_path / f'{index}.png'), picture())
     with open_source(tmp_path) as source, pytest.raises(SourceError, match='is not a bag'):
         replay_source(
-            source, Parameters(hfov_deg=80.0, use_speed_topic=True), Wanted(), title='pictures')
+            source, ReplayRequest(
+                source=tmp_path, parameters=Parameters(hfov_deg=80.0, use_speed_topic=True)))
 
 
 @pytest.mark.parametrize(('values', 'message'), [

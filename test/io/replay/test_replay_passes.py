@@ -10,12 +10,13 @@ from far_scene import render
 import numpy as np
 from phase_traj_ros.core import LensOrigin
 from phase_traj_ros.core.camera.model import CameraModel
-from phase_traj_ros.io.batch.job import Pass, replay_source, Wanted
-from phase_traj_ros.io.batch.many import Job, run_job
 from phase_traj_ros.io.replay.kept import KeptFrames
 from phase_traj_ros.io.replay.run import Watcher
 from phase_traj_ros.io.sources.opening import open_source
 from phase_traj_ros.parameters import Parameters
+from phase_traj_ros.tasks.batch.job import Pass, replay_source
+from phase_traj_ros.tasks.batch.outcome import run_request
+from phase_traj_ros.tasks.batch.request import ReplayRequest
 import pytest
 
 WIDE = CameraModel.pinhole((160, 320), 110.0)
@@ -49,8 +50,9 @@ def replayed(folder, *, one_pass, through=lambda frames, which: frames, **values
     seen = Seen()
     with open_source(folder) as source:
         result = replay_source(
-            source, Parameters(**values), Wanted(), title='wide', watchers=[seen],
-            through=through, one_pass=one_pass)
+            source, ReplayRequest(
+                source=folder, parameters=Parameters(**values), one_pass=one_pass),
+            watchers=[seen], through=through)
     assert (seen.starts, seen.pairs) == (1, len(YAWS) - 1)
     return result
 
@@ -114,11 +116,9 @@ def test_the_second_pass_codes_with_what_the_first_has_learned(folder):
 def test_a_pass_for_learning_writes_nothing_and_is_counted_as_progress(folder, tmp_path):
     for one_pass, passes in ((False, 2), (True, 1)):
         done = []
-        job = Job(
-            source=folder, root=tmp_path, folder=f'of {passes}', batch='',
-            parameters=Parameters(),
-            one_pass=one_pass)
-        outcome = run_job(job, lambda number, total, done=done: done.append((number, total)))
+        job = ReplayRequest(
+            source=folder, output=tmp_path / f'of {passes}', one_pass=one_pass)
+        outcome = run_request(job, lambda number, total, done=done: done.append((number, total)))
         assert (outcome.turns, outcome.frames) == (2, len(YAWS)), outcome
         assert done == [(index, passes * len(YAWS)) for index in range(passes * len(YAWS))]
         content = json.loads((job.output / 'chain_code.json').read_text())
