@@ -161,6 +161,19 @@ class Parameters:
         ' tf2_msgs).', read_only=True, group=Group.VEHICLE)
     child_frame_id: str = parameter(
         'base_link', 'Frame of the vehicle, for publish_tf and the odometry.', group=Group.VEHICLE)
+    map_file: str = parameter(
+        '', 'Road map on which the vehicle is located: an extract of OpenStreetMap (.osm.pbf,'
+        ' .osm, .osm.gz or .osm.bz2). Empty: the vehicle is not located.', read_only=True,
+        group=Group.VEHICLE)
+    map_roads: str = parameter(
+        'car', 'Roads of the map to use: those that a car may drive, or paths as well.',
+        choices=('car', 'all'), read_only=True)
+    map_datum: str = parameter(
+        '', 'Origin of the frame map, as LAT,LON in degrees. Empty: the middle of the map.',
+        read_only=True)
+    publish_map_tf: bool = parameter(
+        False, 'Whether the transform from map to the frame of odom is published on /tf, once the'
+        ' place is known (needs tf2_msgs, and metres).', read_only=True)
     shift_decimation: int = parameter(
         1, 'Number of pixels in each direction that are averaged into one before correlation.'
         ' Shifts stay in pixels of the full image.', minimum=1, maximum=16, group=Group.SHIFT)

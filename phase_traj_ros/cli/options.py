@@ -8,13 +8,13 @@ from pathlib import Path
 import sys
 from textwrap import fill
 
-from phase_traj_ros.io.batch.request import ReplayRequest
 from phase_traj_ros.io.params_file import find_params_file, parse_assignment, read_parameters
 from phase_traj_ros.io.sources.base import FrameSource
 from phase_traj_ros.io.sources.opening import open_source
 from phase_traj_ros.io.sources.selection import Selection
 from phase_traj_ros.parameter_spec import Group
 from phase_traj_ros.parameters import Parameters, specs
+from phase_traj_ros.tasks.batch.request import ReplayRequest
 
 SOURCE_HELP = """\
 SOURCE is one of

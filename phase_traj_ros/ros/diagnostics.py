@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Publishes the state of the node on /diagnostics, and warns when no image arrives."""
 
+from collections.abc import Callable
 import os
 import time
 
@@ -35,9 +36,10 @@ class Diagnostics:
 
     def __init__(
         self, node: Node, entities: Entities, health: Health, image_input: ImageInput,
-        estimator: TrajectoryEstimator,
+        estimator: TrajectoryEstimator, location: Callable[[], Report] | None = None,
     ) -> None:
-        """Start reporting on ``node``."""
+        """Start reporting on ``node``; ``location`` returns the status of the place on a map."""
+        self._location = location
         self._node = node
         self._health = health
         self._input = image_input
@@ -73,7 +75,8 @@ class Diagnostics:
     def _publish(self, bad: int, lost: int) -> None:
         self._publisher.publish(MESSAGES.diagnostics(
             {'images': self._images(bad, lost),
-             'measurement': self._measured.report(self._estimator, self._health.response())},
+             'measurement': self._measured.report(self._estimator, self._health.response()),
+             **({} if self._location is None else {'location': self._location()})},
             node=self._node.get_fully_qualified_name(), hardware_id=self._input.topic,
             stamp=self._node.get_clock().now().to_msg()))
 

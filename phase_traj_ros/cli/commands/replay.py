@@ -23,9 +23,9 @@ from phase_traj_ros.cli.options import (
 )
 from phase_traj_ros.cli.progress import progress
 from phase_traj_ros.cli.report import print_codes, print_turns, print_way
-from phase_traj_ros.io.batch.job import Pass, replay_source
 from phase_traj_ros.io.replay.run import Replay
 from phase_traj_ros.io.sources.base import DEFAULT_SPEED_TOPIC, Entry
+from phase_traj_ros.tasks.batch.job import Pass, replay_source
 
 _EPILOG = f"""
 {SOURCE_HELP}

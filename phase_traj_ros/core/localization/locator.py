@@ -21,12 +21,14 @@ from phase_traj_ros.core.localization.likelihood import judge, NullRoad
 from phase_traj_ros.core.localization.motion import Motion
 from phase_traj_ros.core.localization.places import Astray, Claim, Place, Places
 from phase_traj_ros.core.localization.roads import PIECE_M, RoadMap
-from phase_traj_ros.core.localization.seeding import ExpectedPose, Seeding
+from phase_traj_ros.core.localization.seeding import ExpectedPose, Seeding, spread_of
 from phase_traj_ros.core.localization.settings import LocatorSettings
 from phase_traj_ros.core.localization.window import Odometer, Stride
 
 # The first turn is over when the chord bends less than this, after it bent more.
 _TURNING, _STRAIGHT = math.radians(40.0), math.radians(12.0)
+# Share of the prior's spread below which something has told the scale.
+_TOLD = 0.7
 # Strides within which a U-turn is one, and how much it may differ from half a circle.
 _U_TURN_STRIDES, _U_TURN = 7, math.radians(30.0)
 # What a turn costs on the roads of a map, as a share of what the null hypothesis pays for it.
@@ -109,9 +111,10 @@ class MapLocator:
         most = self._most()
         self._strides += 1
         self._way += metres
-        self._null.follow(stride, metres)
+        error = settings.bend_error_claimed if self._claim.held else settings.bend_error
+        self._null.follow(stride, metres, error)
         them = self._motion.advance(self._them, stride, most, self._rng)
-        judge(them, stride, settings)
+        judge(them, stride, settings, error)
         self._them = self._turned_back(them, stride, most)
         self._seed_sometimes()
         them = merged(pruned(self._them, settings), settings, self._rng)
@@ -196,6 +199,8 @@ class MapLocator:
         first = self._turning and not self._turned and stride.bend < _STRAIGHT
         if first:
             self._turned = True
+            first = self._scale_is_unknown(them)
+        if first:
             copies = min(settings.scales_after_turn, max(most // max(len(them), 1), 1))
         else:
             fewest = settings.fewest_hypotheses if self._claim.held else min(
@@ -208,6 +213,13 @@ class MapLocator:
         if first:
             them.log_scale = self._seeding.prior_scales(len(them))
         return them
+
+    def _scale_is_unknown(self, them: Hypotheses) -> bool:
+        """Return whether the scales spread as in the prior: gentle bends may have told them."""
+        weight = np.exp(them.log_weight - them.log_total)
+        mean = (weight * them.log_scale).sum()
+        variance = float((weight * (them.log_scale - mean) ** 2).sum())
+        return variance > (_TOLD * spread_of(self._scale)) ** 2
 
     def _estimate(self, stamp_ns: int) -> LocationEstimate:
         place, odometer = self._found[0], self._odometer

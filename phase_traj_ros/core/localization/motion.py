@@ -26,7 +26,9 @@ class Motion:
         self._roads = roads
         self._scale = scale
         self._settings = settings
-        self._log_chance = np.log(_chances(roads, settings))
+        turn = _turns(roads)
+        self._log_chance = np.log(_chances(roads, turn, settings))
+        self._saved = settings.corner_m * _saved(turn)
 
     def advance(
         self, them: Hypotheses, stride: Stride, most: int, rng: np.random.Generator,
@@ -82,7 +84,8 @@ class Motion:
             rank = np.arange(len(source)) - np.repeat(np.cumsum(branches) - branches, branches)
             entry = np.repeat(begin, branches) + rank
             going = (
-                roads.successors[entry], offset[source] - roads.length[piece[source]],
+                roads.successors[entry],
+                offset[source] - roads.length[piece[source]] + self._saved[entry],
                 log_weight[source] + self._log_chance[entry], parent[source])
         piece, offset, log_weight, parent = (
             np.concatenate(each) for each in zip(*arrived))
@@ -108,14 +111,32 @@ class Motion:
         return result
 
 
-def _chances(roads: RoadMap, settings: LocatorSettings) -> NDArray[np.float64]:
+def _owners(roads: RoadMap) -> NDArray[np.int64]:
+    """Return the piece that each successor follows."""
+    return np.repeat(np.arange(len(roads)), np.diff(roads.first))
+
+
+def _turns(roads: RoadMap) -> NDArray[np.float64]:
+    """Return the angle by which each successor turns, from 0 to pi."""
+    turn = roads.direction[roads.successors] - roads.direction[_owners(roads)]
+    angle: NDArray[np.float64] = np.abs(np.remainder(turn + np.pi, 2 * np.pi) - np.pi)
+    return angle
+
+
+def _chances(
+    roads: RoadMap, turn: NDArray[np.float64], settings: LocatorSettings,
+) -> NDArray[np.float64]:
     """Return the probability of each successor."""
-    owner = np.repeat(np.arange(len(roads)), np.diff(roads.first))
-    turn = np.abs(np.remainder(
-        roads.direction[roads.successors] - roads.direction[owner] + np.pi, 2 * np.pi) - np.pi)
+    owner = _owners(roads)
     chance = np.where(turn < _STRAIGHT, settings.straight_on, np.where(
         turn > _SHARP, settings.sharp_turn, 1.0))
     chance = np.where(roads.against[roads.successors], settings.wrong_way * chance, chance)
     chance /= np.bincount(owner, chance, len(roads))[owner]
     back = roads.successors == roads.reverse[owner]
     return np.where(back, settings.road_ends, chance)
+
+
+def _saved(turn: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the way that an arc saves at a corner of so many radians, per metre of its radius."""
+    angle = np.where(turn > _SHARP, 0.0, turn)
+    return 2.0 * np.tan(angle / 2) - angle

@@ -28,10 +28,14 @@ class LocatorSettings:
     start_heading: float = math.radians(10.0)
     """Deviation of the direction of the vehicle from that of its road, at the start."""
 
+    corner_m: float = 5.5
+    """Radius with which a vehicle cuts the corners of the map."""
     chord_error: float = math.radians(1.5)
     """Deviation of a chord of the map from that of the vehicle on a straight road."""
     bend_error: float = 0.25
-    """What the bends of both chords add to it, as a share of their angle."""
+    """What the bends of both chords add to it, as a share of their angle..."""
+    bend_error_claimed: float = 0.15
+    """...and once a place is claimed, when hypotheses are dense enough to be judged by more."""
     dead_band: float = math.radians(1.0)
     """Difference of the chords that costs nothing."""
     outlier_share: float = 0.03
@@ -52,7 +56,7 @@ class LocatorSettings:
 
     null_share: float = 0.5
     """Probability at the start that the vehicle is on no road of the map."""
-    null_fit: float = 0.68
+    null_fit: float = 0.7
     """Mean likelihood of a chord on the right road, relative to its peak."""
     null_turn: float = 1.9
     """Nats that a road of no map pays for its turns, per radian..."""
@@ -107,7 +111,7 @@ class LocatorSettings:
     """...plus this share of the way since; the others are anywhere."""
     return_hazard: float = 0.05
     """Probability per stride that a lost vehicle is back on a road near the expected pose."""
-    return_anywhere: float = 0.1
+    return_anywhere: float = 0.02
     """Probability that a vehicle on no road is back on any road of the map..."""
     reseed_every_m: float = 200.0
     """...after this way."""

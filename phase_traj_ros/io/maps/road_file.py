@@ -23,6 +23,9 @@ from phase_traj_ros.io.maps.road_classes import Roads
 _XML: Final = ('.osm', '.osm.gz', '.osm.bz2')
 _PBF: Final = ('.osm.pbf', '.pbf')
 
+# Farther from its middle, the plane shrinks lengths by 0.1 per thousand. Metres.
+_FARTHEST: Final = 100e3
+
 ATTRIBUTION: Final = '© OpenStreetMap contributors, openstreetmap.org/copyright'
 """The words that the licence of the data asks for beside what is drawn from it."""
 
@@ -79,16 +82,19 @@ class RoadFile:
             self.nodes, [way.tolist() for way in self.ways], self.one_way)
 
 
-def read_roads(path: Path, roads: Roads = Roads.CAR) -> RoadFile:
+def read_roads(
+    path: Path, roads: Roads = Roads.CAR, *, datum: LocalProjection | None = None,
+) -> RoadFile:
     """
     Read the roads of an .osm, .osm.gz, .osm.bz2 or .osm.pbf.
 
-    A road that leaves the extract and comes back is two lines.
+    A road that leaves the extract and comes back is two lines. The metres count from ``datum``,
+    or from the middle of the map without one.
 
     Raises
     ------
     MapError
-        The file cannot be read, is truncated, has no roads or is too large.
+        The file cannot be read, is truncated, has no roads, is too large or is far from the datum.
     MissingDependencyError
         The map is an .osm.pbf, and pyosmium is not installed.
 
@@ -114,11 +120,15 @@ def read_roads(path: Path, roads: Roads = Roads.CAR) -> RoadFile:
     _, first, of_point = np.unique(
         np.concatenate([part.nodes for part in parts]), return_index=True, return_inverse=True)
     latitude, longitude = np.concatenate([part.places for part in parts])[first].T
-    projection = LocalProjection.around(latitude, longitude)
+    projection = datum or LocalProjection.around(latitude, longitude)
     found = RoadFile(
         str(path), projection, projection.to_metres(latitude, longitude),
         tuple(np.split(of_point, np.cumsum([len(part.nodes) for part in parts])[:-1])),
         tuple(part.one_way for part in parts))
+    if datum is not None and not (np.abs(found.nodes) < _FARTHEST).all():
+        raise MapError(
+            f'{path} is more than {_FARTHEST / 1e3:.0f} km from the datum {datum.latitude:g},'
+            f'{datum.longitude:g}: give one on the map')
     check_length(path, found.length)
     return found
 

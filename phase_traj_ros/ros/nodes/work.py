@@ -35,6 +35,7 @@ from phase_traj_ros.ros.inputs.camera import CameraInput
 from phase_traj_ros.ros.inputs.image import image_topic, ImageInput
 from phase_traj_ros.ros.inputs.mounting import MountInput
 from phase_traj_ros.ros.inputs.speed import SpeedInput
+from phase_traj_ros.ros.location.location import Location
 from phase_traj_ros.ros.nodes.changes import check_change
 from phase_traj_ros.ros.outputs.topics import Outputs
 from phase_traj_ros.ros.saving import Saving
@@ -75,7 +76,9 @@ class Work:
         Raises
         ------
         ParameterError
-            The name of a topic is invalid, or the mask cannot be used.
+            The name of a topic is invalid, or the mask or the map cannot be used.
+        MapError
+            The map cannot be read.
         OutputError
             ``output_dir`` cannot be written, or ``record_shifts`` is set without it.
         MissingDependencyError
@@ -98,12 +101,15 @@ class Work:
         self._misfit_since_ns = 0
         self._offered = Entities(node)
         self._listening = Entities(node)
+        self._location: Location | None = None
         with self._offered as offered:
             self._outputs = Outputs(offered, self._estimator, values)
             self._saving = Saving(
                 node, offered, values, self._estimator,
                 lambda: image_topic(node, self._values))
             offered.create_service(Trigger, '~/reset', self._on_reset)
+            if values.map_file:
+                self._location = Location(node, offered, values)
         # A subscriber receives the empty chain code before the first image.
         self._outputs.publish_state()
 
@@ -129,10 +135,14 @@ class Work:
             images = ImageInput(
                 node, listening, values, self._health, on_frame=self._on_frame,
                 on_undecodable=self._stream.skip)
-            Diagnostics(node, listening, self._health, images, self._estimator)
+            location = self._location
+            Diagnostics(
+                node, listening, self._health, images, self._estimator,
+                None if location is None else location.report)
+            fix = [] if location is None else [location.listen(listening)]
         topics = [each.topic for each in (images, self._camera, self._speed) if each is not None]
         node.get_logger().info(
-            f'listening to {", ".join(topics)}, codes from the {self._coded_from()},'
+            f'listening to {", ".join([*topics, *fix])}, codes from the {self._coded_from()},'
             f' transforms by {find_transform().name}')
         hint = transform_hint()
         if hint:
@@ -147,6 +157,7 @@ class Work:
     def restart(self) -> None:
         """Save the drive, reset the estimator and publish its state."""
         self._saving.end_drive()
+        self._interrupt_location()
         self._stream.reset()
         self._outputs.publish_state()
 
@@ -154,6 +165,8 @@ class Work:
         """Save the drive, and destroy everything made on the node."""
         with ExitStack() as rest:
             rest.callback(self._offered.destroy)
+            if self._location is not None:
+                rest.callback(self._location.close)
             rest.callback(self._saving.close)
             self.stop()
 
@@ -219,6 +232,7 @@ class Work:
         match outcome:
             case Restarted(newest_ns, stamp_ns):
                 self._saving.end_drive()
+                self._interrupt_location()
                 self._node.get_logger().warning(
                     f'time went back by {(newest_ns - stamp_ns) / 1e9:.3f} s, from'
                     f' {newest_ns / 1e9:.3f} to {stamp_ns / 1e9:.3f}: restarted')
@@ -237,12 +251,18 @@ class Work:
         self._warn_without_speed(update)
         self._outputs.publish(frame, update)
         self._saving.record(update)
+        if self._location is not None:
+            self._location.add(update)
         if update.shift is not None:
             self._health.responses.append(update.shift.response)
         correlate_ns = self._estimator.correlate_ns
         self._health.took(Stage.CORRELATE, correlate_ns)
         self._health.took(Stage.CODE, estimated_ns - correlate_ns)
         self._health.took(Stage.PUBLISH, time.perf_counter_ns() - began)
+
+    def _interrupt_location(self) -> None:
+        if self._location is not None:
+            self._location.interrupt(self._estimator.last_stamp_ns or 0)
 
     def _mounted(self, values: Parameters) -> Parameters:
         return values if self._mount is None else self._mount.fill_in(values)[0]

@@ -44,6 +44,8 @@ ARGUMENTS: Final[Mapping[str, Argument]] = MappingProxyType({
         description='ROS parameter file of the node, or the name of one in config/. Empty: none.'),
     'output_dir': Argument(
         description='Folder for ~/save and record_shifts. Empty: no files are written.'),
+    'map_file': Argument(
+        description='Road map on which the vehicle is located. Empty: it is not located.'),
     'namespace': Argument(description='Namespace of the node.'),
     'name': Argument(default=NODE_NAME, description='Name of the node.'),
     'lifecycle': Argument(
@@ -186,6 +188,8 @@ def _own(given: Mapping[str, str]) -> dict[str, object]:
         own['image_transport'] = given['image_transport']
     if 'output_dir' in given:
         own['output_dir'] = str(Path(given['output_dir']).expanduser())
+    if 'map_file' in given:
+        own['map_file'] = str(Path(given['map_file']).expanduser())
     if 'use_sim_time' in given:
         own['use_sim_time'] = _is_true(given, 'use_sim_time')
     if 'speed' in given:

@@ -64,3 +64,18 @@ def test_the_fields_are_those_that_are_measured(values):
         messages.header(0, 'phase_traj'))
     variances = np.diag(np.reshape(odometry.twist.covariance, (6, 6)))
     assert values['twist0_config'][TWIST] == (variances < 1e3).tolist()
+
+
+def test_the_filter_of_the_map_takes_the_place_and_owns_map_to_odom():
+    file = FILE.with_name('ekf_map.yaml')
+    [values] = (each['ros__parameters'] for each in yaml.safe_load(file.read_text()).values())
+    assert values['odom0'] == f'/{NODE_NAME}/odom_map'
+    # x, y and yaw: the place is absolute.
+    assert [number for number, used in enumerate(values['odom0_config']) if used] == [0, 1, 5]
+    assert values['twist0'] == f'/{NODE_NAME}/{SPEED.name}'
+    assert not any(values['twist0_config'][:6])
+    assert (values['world_frame'], values['map_frame']) == ('map', 'map')
+    parameters = Parameters(camera_height=1.6)
+    assert values['odom_frame'] == parameters.odom_frame
+    assert values['base_link_frame'] == parameters.child_frame_id
+    assert values['publish_tf'] and not parameters.publish_map_tf

@@ -66,6 +66,8 @@ def test_the_home_folder(tmp_path, monkeypatch):
     path = file(tmp_path, '{threshold: 9.0}')
     assert node_start({'params_file': '~/params.yaml'}, ALONE).params_file == path
     assert node_start({'output_dir': '~/out'}, ALONE).own == {'output_dir': str(tmp_path / 'out')}
+    assert node_start({'map_file': '~/town.osm'}, ALONE).own == {
+        'map_file': str(tmp_path / 'town.osm')}
 
 
 @pytest.mark.parametrize(('arguments', 'around', 'topic'), [

@@ -1,0 +1,217 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The map of the node: pairs and fixes in, the place of the vehicle out."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Final
+
+from nav_msgs.msg import Odometry as OdometryMessage
+from phase_traj_ros.core import Update
+from phase_traj_ros.core.localization.locator import MapLocator
+from phase_traj_ros.errors import ParameterError
+from phase_traj_ros.io.maps.projection import LocalProjection
+from phase_traj_ros.io.maps.road_classes import Roads
+from phase_traj_ros.io.maps.road_file import read_roads
+from phase_traj_ros.io.messages.diagnostics import Level, Report
+from phase_traj_ros.parameters import Parameters
+from phase_traj_ros.ros.entities import Entities
+from phase_traj_ros.ros.location.map_transform import MapTransform
+from phase_traj_ros.ros.location.messages import (
+    candidate_markers,
+    fix_message,
+    map_to_odom,
+    odometry_message,
+    pose_message,
+    position_fix,
+    road_markers,
+)
+from phase_traj_ros.ros.location.worker import LocatorWorker, Moved, Placed
+from phase_traj_ros.ros.outputs.messages import MESSAGES
+from phase_traj_ros.tasks.location.motion import Interruption, Motions, MovedPair
+from phase_traj_ros.tasks.location.odometry import IN_HEIGHTS, IN_METRES
+from rclpy.clock import Clock, ClockType
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from sensor_msgs.msg import NavSatFix
+from visualization_msgs.msg import MarkerArray
+
+MAP_FRAME: Final = 'map'
+"""Frame of ~/odom_map, ~/roads and ~/candidates (REP 105): x east and y north of the datum."""
+
+_PER_PAIR = QoSProfile(depth=100)
+_LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+_FIXES = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
+_CANDIDATES_S = 1.0
+_THROTTLE_S = 10.0
+# What a vehicle may have driven between two drives, in metres.
+_BETWEEN_DRIVES = Interruption(1000.0, math.pi)
+
+
+class Location:
+    """
+    Locates the vehicle on the road map of the parameter ``map_file``.
+
+    The locator runs in a thread of its own. What it has found is published with the next frame,
+    with the stamp of its own.
+    """
+
+    def __init__(self, node: Node, entities: Entities, values: Parameters) -> None:
+        """
+        Read the map, and make the publishers on ``node``.
+
+        Raises
+        ------
+        ParameterError
+            A parameter contradicts the map, or no distances are measured.
+        MapError
+            The map cannot be read.
+        MissingDependencyError
+            A package is missing that the map or a message needs.
+
+        """
+        if not values.measures_heading or not values.codes_from_heading:
+            raise ParameterError(
+                f"parameter 'map_file' is {values.map_file!r}: it needs the measured heading and"
+                ' distance, so leave code_source auto, without a threshold')
+        if values.publish_map_tf and not values.metric:
+            raise ParameterError(
+                "parameter 'publish_map_tf' is true, but the odometry is not in metres: give"
+                ' camera_height or a speed')
+        self._node = node
+        self._values = values
+        self._motions = Motions()
+        self._newest: Placed | None = None
+        self._failed = False
+        self._roads = read_roads(
+            Path(values.map_file).expanduser(), Roads(values.map_roads),
+            datum=_datum(values.map_datum))
+        self._worker = LocatorWorker(MapLocator(
+            self._roads.road_map(), scale=IN_METRES if values.metric else IN_HEIGHTS))
+        try:
+            self._fix = entities.create_publisher(NavSatFix, '~/fix', _PER_PAIR)
+            self._odom = entities.create_publisher(OdometryMessage, '~/odom_map', _PER_PAIR)
+            self._candidates = entities.create_publisher(MarkerArray, '~/candidates', 1)
+            roads = entities.create_publisher(MarkerArray, '~/roads', _LATCHED)
+            roads.publish(road_markers(self._roads.lines, MESSAGES.header(0, MAP_FRAME)))
+            self._transform = (
+                MapTransform(node, entities, values.odom_frame) if values.publish_map_tf else None)
+            # A steady clock: a paused simulated time must not delay the last place.
+            entities.create_timer(
+                _CANDIDATES_S, self._publish_candidates,
+                clock=Clock(clock_type=ClockType.STEADY_TIME))
+        except BaseException:
+            self._worker.close()
+            raise
+        origin = self._roads.projection
+        node.get_logger().info(
+            f'{values.map_file}: {self._roads.length / 1e3:.0f} km of road, datum'
+            f' {origin.latitude:.6f},{origin.longitude:.6f}')
+
+    def listen(self, entities: Entities) -> str:
+        """Subscribe to the topic ``fix``; return its full name."""
+        entities.create_subscription(NavSatFix, 'fix', self._on_fix, _FIXES)
+        return str(self._node.resolve_topic_name('fix'))
+
+    def add(self, update: Update) -> None:
+        """Locate a pair of frames, and publish what has been located since the last one."""
+        pair = MovedPair.of(update)
+        if pair is not None:
+            self._worker.add(Moved(update.stamp_ns, self._motions.of(pair), update.odometry))
+        self._publish_placed()
+
+    def interrupt(self, stamp_ns: int) -> None:
+        """Report that a new drive starts: the movement in the meantime is unknown."""
+        self._motions = Motions()
+        self._worker.add(Moved(stamp_ns, (_BETWEEN_DRIVES,)))
+
+    def close(self) -> None:
+        """End the thread of the locator."""
+        self._worker.close()
+
+    def report(self) -> Report:
+        """Return the status for /diagnostics."""
+        placed, worker = self._newest, self._worker
+        estimate = None if placed is None else placed.estimate
+        values = {
+            'map': self._values.map_file,
+            'probability': f'{0.0 if estimate is None else estimate.probability:.3f}',
+            'waiting': str(worker.waiting), 'left out': str(worker.left_out),
+            'fixes used': str(worker.fixes_used), 'fixes refused': str(worker.fixes_refused)}
+        if worker.failure is not None:
+            return Report(Level.ERROR, f'the locator has failed: {worker.failure}', values)
+        if self._transform is not None and self._transform.other:
+            return Report(
+                Level.ERROR, 'another node publishes the parent of the odometry', values)
+        if estimate is None or not estimate.claimed:
+            return Report(Level.OK, 'the place is not known', values)
+        latitude, longitude = self._roads.projection.to_degrees(estimate.x, estimate.y)
+        return Report(Level.OK, 'the place is known', {
+            **values, 'latitude': f'{float(latitude):.7f}', 'longitude': f'{float(longitude):.7f}',
+            'standard deviation (m)': f'{estimate.standard_deviation:.1f}'})
+
+    def _on_fix(self, message: NavSatFix) -> None:
+        try:
+            fix = position_fix(message, self._roads.projection)
+        except ValueError as error:
+            self._node.get_logger().error(
+                f'skipped a fix: {error}', throttle_duration_sec=_THROTTLE_S)
+            return
+        if fix is not None:
+            self._worker.fix(fix)
+
+    def _publish_placed(self) -> None:
+        if self._worker.failure is not None and not self._failed:
+            self._failed = True
+            self._node.get_logger().error(
+                f'the place is no longer computed: {self._worker.failure!r}')
+        for placed in self._worker.take():
+            known = self._newest is not None and _claimed(self._newest)
+            self._newest = placed
+            if _claimed(placed) != known:
+                self._node.get_logger().info(
+                    f'the place is {"no longer " if known else ""}known')
+            self._publish(placed)
+
+    def _publish(self, placed: Placed) -> None:
+        values, estimate, moved = self._values, placed.estimate, placed.moved
+        self._fix.publish(fix_message(
+            estimate, moved.stamp_ns, values.child_frame_id, self._roads.projection))
+        if estimate is None or not estimate.claimed:
+            return
+        header = MESSAGES.header(moved.stamp_ns, MAP_FRAME)
+        self._odom.publish(
+            odometry_message(estimate, moved.odometry, header, values.child_frame_id))
+        if self._transform is not None and moved.odometry is not None:
+            self._transform.publish(
+                header, pose_message(*map_to_odom(estimate, moved.odometry)))
+
+    def _publish_candidates(self) -> None:
+        self._publish_placed()
+        placed = self._newest
+        if placed is not None and placed.estimate is not None and (
+                self._candidates.get_subscription_count()):
+            self._candidates.publish(candidate_markers(
+                placed.estimate.candidates,
+                MESSAGES.header(placed.moved.stamp_ns, MAP_FRAME)))
+
+
+def _claimed(placed: Placed) -> bool:
+    return placed.estimate is not None and placed.estimate.claimed
+
+
+def _datum(text: str) -> LocalProjection | None:
+    """Return the plane around ``LAT,LON``; None for the middle of the map."""
+    if not text:
+        return None
+    try:
+        latitude, longitude = map(float, text.split(','))
+    except ValueError:
+        latitude = longitude = math.nan
+    if not (abs(latitude) <= 90.0 and abs(longitude) <= 180.0):
+        raise ParameterError(
+            f"parameter 'map_datum' is {text!r}: give LAT,LON in degrees, such as 49.01,8.40, or"
+            ' leave it empty for the middle of the map')
+    return LocalProjection(latitude, longitude)

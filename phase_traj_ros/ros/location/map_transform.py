@@ -1,0 +1,73 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Publishes the transform from the map to the odometry, unless another node does."""
+
+from collections import deque
+from typing import Any
+
+from geometry_msgs.msg import Pose
+from phase_traj_ros.ros.entities import Entities
+from phase_traj_ros.ros.outputs.transform import TransformOutput
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from std_msgs.msg import Header
+
+# Own transforms that may still arrive.
+_OWN = 200
+
+
+class MapTransform:
+    """
+    Publishes the parent of the frame of the odometry (REP 105).
+
+    A frame with two parents breaks the tf tree. So this one listens to /tf, and falls silent when
+    another node gives the frame a parent.
+    """
+
+    def __init__(self, node: Node, entities: Entities, frame_id: str) -> None:
+        """
+        Listen on ``node``; ``frame_id`` is the frame of the odometry.
+
+        Raises
+        ------
+        MissingDependencyError
+            tf2_msgs is not installed.
+
+        """
+        self._node = node
+        self._frame = frame_id
+        self._own: deque[Any] = deque(maxlen=_OWN)
+        self.other = False
+        """Whether another node publishes a parent of the frame."""
+        self._output = TransformOutput(entities)
+        from tf2_msgs.msg import TFMessage
+        for topic, durability in (
+                ('/tf', DurabilityPolicy.VOLATILE),
+                ('/tf_static', DurabilityPolicy.TRANSIENT_LOCAL)):
+            entities.create_subscription(
+                TFMessage, topic, self._on_transforms,
+                QoSProfile(depth=100, durability=durability))
+
+    def publish(self, header: Header, pose: Pose) -> None:
+        """Publish the pose of the frame in the frame of ``header``."""
+        if not self.other:
+            self._own.append(_key(header, pose.position))
+            self._output.publish(header, pose, self._frame)
+
+    def _on_transforms(self, message: Any) -> None:
+        if self.other:
+            return
+        for each in message.transforms:
+            if each.child_frame_id == self._frame and (
+                    _key(each.header, each.transform.translation) not in self._own):
+                self.other = True
+                self._node.get_logger().error(
+                    f'another node publishes the transform {each.header.frame_id} ->'
+                    f' {self._frame}, so this one does not: leave publish_map_tf off, or stop'
+                    ' the other node')
+                return
+
+
+def _key(header: Any, position: Any) -> tuple[Any, ...]:
+    return (
+        header.frame_id, header.stamp.sec, header.stamp.nanosec, position.x, position.y)

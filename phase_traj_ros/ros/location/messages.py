@@ -1,0 +1,139 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Messages of a located vehicle."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+import math
+from typing import Any
+
+from geometry_msgs.msg import Point, Pose, Quaternion, Vector3
+from nav_msgs.msg import Odometry as OdometryMessage
+import numpy as np
+from numpy.typing import NDArray
+from phase_traj_ros.core.localization.estimate import Candidate, LocationEstimate
+from phase_traj_ros.core.localization.given import PositionFix
+from phase_traj_ros.core.path.odometry import Odometry
+from phase_traj_ros.io.maps.projection import LocalProjection
+from phase_traj_ros.ros.outputs.messages import MESSAGES, to_time
+from sensor_msgs.msg import NavSatFix, NavSatStatus
+from std_msgs.msg import ColorRGBA, Header
+from visualization_msgs.msg import Marker, MarkerArray
+
+# Indices of x, y and yaw in x, y, z, roll, pitch and yaw.
+_PLANE = np.ix_((0, 1, 5), (0, 1, 5))
+# Variances of what is not measured.
+_UNKNOWN = 1e6
+# Standard deviation of a fix whose receiver does not tell it, in metres.
+_UNTOLD = 10.0
+_ROAD_WIDTH = 2.0
+_CERTAIN_SIZE = 30.0
+_SMALLEST_SIZE = 4.0
+_GREY = ColorRGBA(r=0.6, g=0.65, b=0.7, a=1.0)
+_RED = ColorRGBA(r=0.82, g=0.29, b=0.36, a=0.8)
+
+
+def fix_message(
+    estimate: LocationEstimate | None, stamp_ns: int, frame_id: str,
+    projection: LocalProjection,
+) -> NavSatFix:
+    """Return the place as a NavSatFix: STATUS_NO_FIX and NaN while it is not known."""
+    message = NavSatFix(header=Header(stamp=to_time(stamp_ns), frame_id=frame_id))
+    message.altitude = math.nan
+    if estimate is None or not estimate.claimed:
+        message.status.status = NavSatStatus.STATUS_NO_FIX
+        message.latitude = message.longitude = math.nan
+        return message
+    message.status.status = NavSatStatus.STATUS_FIX
+    latitude, longitude = projection.to_degrees(estimate.x, estimate.y)
+    message.latitude, message.longitude = float(latitude), float(longitude)
+    covariance = np.zeros((3, 3))
+    covariance[:2, :2] = np.array(estimate.covariance)[:2, :2]
+    covariance[2, 2] = _UNKNOWN
+    message.position_covariance = covariance.reshape(-1)
+    message.position_covariance_type = NavSatFix.COVARIANCE_TYPE_KNOWN
+    return message
+
+
+def position_fix(message: NavSatFix, projection: LocalProjection) -> PositionFix | None:
+    """
+    Return a NavSatFix in metres of the map; None if it has no position there.
+
+    Raises
+    ------
+    ValueError
+        The covariance is not valid.
+
+    """
+    if message.status.status < NavSatStatus.STATUS_FIX:
+        return None
+    x, y = projection.to_metres(message.latitude, message.longitude).tolist()
+    if not (math.isfinite(x) and math.isfinite(y)):
+        return None
+    if message.position_covariance_type == NavSatFix.COVARIANCE_TYPE_UNKNOWN:
+        return PositionFix(x, y, _UNTOLD ** 2, _UNTOLD ** 2)
+    covariance = message.position_covariance
+    return PositionFix(x, y, float(covariance[0]), float(covariance[4]), float(covariance[1]))
+
+
+def odometry_message(
+    estimate: LocationEstimate, odometry: Odometry | None, header: Header, child_frame: str,
+) -> OdometryMessage:
+    """Return a known place as an Odometry; the twist is that of the odometry, if it is known."""
+    message = OdometryMessage(header=header, child_frame_id=child_frame)
+    if odometry is not None:
+        message = MESSAGES.odometry(odometry, child_frame, header)
+    else:
+        message.twist.covariance = (np.eye(6) * _UNKNOWN).reshape(-1)
+    message.pose.pose = Pose(
+        position=Point(x=estimate.x, y=estimate.y), orientation=_yaw(estimate.heading))
+    covariance = np.eye(6) * _UNKNOWN
+    covariance[_PLANE] = np.array(estimate.covariance)
+    message.pose.covariance = covariance.reshape(-1)
+    return message
+
+
+def map_to_odom(
+    estimate: LocationEstimate, odometry: Odometry,
+) -> tuple[float, float, float]:
+    """Return x, y and yaw of the frame of an odometry in the frame of the map."""
+    pose = odometry.pose
+    turn = math.remainder(estimate.heading - pose.yaw, math.tau)
+    cosine, sine = math.cos(turn), math.sin(turn)
+    return (
+        estimate.x - cosine * pose.x + sine * pose.y,
+        estimate.y - sine * pose.x - cosine * pose.y, turn)
+
+
+def pose_message(x: float, y: float, yaw: float) -> Pose:
+    """Return a pose in the plane."""
+    return Pose(position=Point(x=x, y=y), orientation=_yaw(yaw))
+
+
+def road_markers(lines: Sequence[NDArray[np.float64]], header: Header) -> MarkerArray:
+    """Return the roads as one marker of line segments."""
+    points: list[Point] = []
+    for line in lines:
+        corners = [Point(x=x, y=y) for x, y in line.tolist()]
+        points += [each for pair in pairwise(corners) for each in pair]
+    return MarkerArray(markers=[Marker(
+        header=header, ns='roads', type=Marker.LINE_LIST, pose=pose_message(0.0, 0.0, 0.0),
+        scale=Vector3(x=_ROAD_WIDTH), color=_GREY, points=points)])
+
+
+def candidate_markers(candidates: Sequence[Candidate], header: Header) -> MarkerArray:
+    """Return the candidates as arrows, larger where they are more probable."""
+    markers: list[Any] = [Marker(header=header, ns='candidates', action=Marker.DELETEALL)]
+    for number, each in enumerate(candidates):
+        size = max(_CERTAIN_SIZE * math.sqrt(each.probability), _SMALLEST_SIZE)
+        markers.append(Marker(
+            header=header, ns='candidates', id=number, type=Marker.ARROW,
+            pose=pose_message(each.x, each.y, each.heading),
+            scale=Vector3(x=size, y=size / 3, z=size / 3), color=_RED))
+    return MarkerArray(markers=markers)
+
+
+def _yaw(yaw: float) -> Quaternion:
+    return Quaternion(z=math.sin(yaw / 2), w=math.cos(yaw / 2))

@@ -1,0 +1,119 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Runs the locator in a thread behind a queue, so that its slowest step delays no frame."""
+
+from collections import deque
+from collections.abc import Sequence
+from dataclasses import dataclass
+import math
+from queue import SimpleQueue
+import threading
+from typing import Final, TypeAlias
+
+from phase_traj_ros.core.localization.estimate import LocationEstimate
+from phase_traj_ros.core.localization.given import PositionFix
+from phase_traj_ros.core.localization.locator import MapLocator
+from phase_traj_ros.core.path.odometry import Odometry
+from phase_traj_ros.tasks.location.motion import Interruption, Motion
+from phase_traj_ros.tasks.location.run import feed
+
+# Pairs that wait; more are left out, as if they had not been seen.
+_MOST_WAITING: Final = 6000
+_LEFT_OUT: Final = Interruption(1000.0, math.pi)
+
+
+@dataclass(frozen=True, slots=True)
+class Moved:
+    """
+    A pair of frames to locate.
+
+    stamp_ns
+        Stamp of its second frame, in nanoseconds.
+    motions
+        What the locator is given.
+    odometry
+        The pose in metres after it; None if it is not known.
+    """
+
+    stamp_ns: int
+    motions: Sequence[Motion]
+    odometry: Odometry | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Placed:
+    """A located pair; the estimate is None after an interruption."""
+
+    moved: Moved
+    estimate: LocationEstimate | None
+
+
+_Task: TypeAlias = Moved | PositionFix | None
+
+
+class LocatorWorker:
+    """Owns a locator and its thread; all methods may be called from any other thread."""
+
+    def __init__(self, locator: MapLocator) -> None:
+        """Start the thread."""
+        self._locator = locator
+        self._tasks: SimpleQueue[_Task] = SimpleQueue()
+        self._placed: deque[Placed] = deque(maxlen=_MOST_WAITING)
+        self._leaves_out = False
+        self._closing = threading.Event()
+        self.fixes_used = 0
+        """Position fixes that the locator has used."""
+        self.fixes_refused = 0
+        """Position fixes that contradict what is known."""
+        self.left_out = 0
+        """Pairs that were left out because too many were waiting."""
+        self.failure: Exception | None = None
+        """What has ended the thread; None while it runs."""
+        self._thread = threading.Thread(target=self._run, name='locator', daemon=True)
+        self._thread.start()
+
+    @property
+    def waiting(self) -> int:
+        """Return the number of pairs and fixes that wait."""
+        return self._tasks.qsize()
+
+    def add(self, moved: Moved) -> None:
+        """Locate a pair as soon as those before it are located."""
+        if self.waiting >= _MOST_WAITING:
+            self._leaves_out = True
+            self.left_out += 1
+            return
+        if self._leaves_out:
+            self._leaves_out = False
+            self._tasks.put(Moved(moved.stamp_ns, (_LEFT_OUT,)))
+        self._tasks.put(moved)
+
+    def fix(self, fix: PositionFix) -> None:
+        """Pass a position at the newest pair to the locator."""
+        if self.waiting < _MOST_WAITING:
+            self._tasks.put(fix)
+
+    def take(self) -> list[Placed]:
+        """Return the pairs located since the last call, oldest first."""
+        return [self._placed.popleft() for _ in range(len(self._placed))]
+
+    def close(self) -> None:
+        """End the thread after the step in progress."""
+        self._closing.set()
+        self._tasks.put(None)
+        self._thread.join()
+
+    def _run(self) -> None:
+        try:
+            while (task := self._tasks.get()) is not None and not self._closing.is_set():
+                self._do(task)
+        except Exception as error:  # The node reports it; the images go on.
+            self.failure = error
+
+    def _do(self, task: Moved | PositionFix) -> None:
+        if isinstance(task, Moved):
+            self._placed.append(Placed(task, feed(self._locator, task.motions)))
+        elif self._locator.fix(task):
+            self.fixes_used += 1
+        else:
+            self.fixes_refused += 1
