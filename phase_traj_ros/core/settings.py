@@ -25,7 +25,9 @@ _FIXED = {
     'camera_height_deviation': 'the deviation of that height',
     'camera_pitch_deg': 'the pitch of the camera',
     'keyframes': 'whether there are keyframes',
-    'code_step': 'the length of the links'}
+    'code_step': 'the length of the links',
+    'lens': 'the lens (see use_lens)',
+    'max_speeds': 'the number of speeds to keep'}
 # A threshold that is set or removed changes these together, and everything starts again.
 _SWITCHED = ('code_source', 'draws_heading', 'measures_heading')
 

@@ -105,6 +105,7 @@ def test_a_reset_and_a_loop_keep_the_camera_that_was_learned():
     assert estimator.heading.lens is learned
     updates = feed(estimator, pictures(), start=1000)
     assert updates[0].camera is None
+    estimator.reset()
     again = feed(estimator, pictures()[:6], start=3)
     assert len(again) == 5 and estimator.frames == 6
     assert LensOrigin.ASSUMED not in told([*updates, *again])
@@ -174,3 +175,17 @@ def test_a_camera_that_is_upside_down_is_learned_the_right_way_up():
     assert [math.degrees(update.heading.heading) for update in found[-3:]] == pytest.approx(
         [0.0] * 3, abs=2.0)
     assert changes(turned) == changes(upright) == [2, 0]
+
+
+def test_a_bag_in_a_loop_is_the_evidence_of_one():
+    once, looped = TrajectoryEstimator(AUTO), TrajectoryEstimator(AUTO)
+    feed(once, pictures())
+    for _ in range(3):
+        looped.reset()
+        feed(looped, pictures())
+    assert looped.heading.learned.turns == once.heading.learned.turns
+    assert looped.heading.learned.focal_deviation == pytest.approx(
+        once.heading.learned.focal_deviation, rel=0.02)
+    # What comes after it is evidence again.
+    feed(looped, pictures(), start=1000)
+    assert looped.heading.learned.turns > once.heading.learned.turns

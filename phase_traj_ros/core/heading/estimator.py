@@ -82,6 +82,9 @@ class HeadingEstimator:
         self._lens = lens
         self._learning = learning
         self._learned = False
+        # First and last stamp of all frames, and whether those are seen again: a bag in a loop.
+        self._seen_ns: tuple[int, int] | None = None
+        self._again = False
         # The newest frame, for a new meter.
         self._newest: Frame | None = None
         self._rotate_180 = rotate_180
@@ -253,6 +256,7 @@ class HeadingEstimator:
         measurement = self._meter.update(frame, interval)
         if self._learning is not None:
             self._newest = frame
+        if self._learning is not None and not self._again:
             # Not the shift of the whole image: in a gentle bend, parallax may exceed the yaw.
             yaw = None if measurement is None else measurement.yaw
             self._learned |= self._learning.update(
@@ -261,8 +265,11 @@ class HeadingEstimator:
         return measurement
 
     def start(self, stamp_ns: int) -> None:
-        """Record the stamp of the first frame."""
+        """Record the stamp of the first frame; a recording that is repeated is no evidence."""
         self._turns.update(stamp_ns, 0.0)
+        self._see(stamp_ns)
+        if self._again and self._learning is not None:
+            self._learning.cut()
 
     def add(
         self, measurement: YawMeasurement | None, stamp_ns: int, interval: float, *,
@@ -273,6 +280,7 @@ class HeadingEstimator:
 
         ``way`` is what the vehicle travels meanwhile, in heights of the camera; None if unknown.
         """
+        self._see(stamp_ns)
         if measurement is None:
             step = self._tracker.update(None, interval)
         else:
@@ -285,7 +293,7 @@ class HeadingEstimator:
         self._cut_short.clear()
         for angle_deg in self._bends.update(
                 self._turns.bends, focal=self._focal[0] / self._shape[1]):
-            if self._learning is not None:
+            if self._learning is not None and not self._again:
                 self._learning.add_turn(angle_deg, focal_px=self._focal[0])
         update = HeadingUpdate(
             step, self.shift_of(measurement), not step.bridged, turns, self._turns.quarters,
@@ -314,6 +322,12 @@ class HeadingEstimator:
         return math.radians(self._turns.aside_deg) > max(
             math.radians(MIN_ANGLE_DEG), _DEVIATIONS * own)
 
+    def _see(self, stamp_ns: int) -> None:
+        """Record the stamp of a frame."""
+        first, last = self._seen_ns or (stamp_ns, stamp_ns - 1)
+        self._again = first <= stamp_ns <= last
+        self._seen_ns = min(first, stamp_ns), max(last, stamp_ns)
+
     def _mask_learning(self) -> None:
         if self._learning is not None:
             self._learning.use_mask(self._left_out.as_seen(rotate_180=self._rotate_180))
@@ -321,7 +335,7 @@ class HeadingEstimator:
     def _learn_from_travel(self, measurement: YawMeasurement, step: HeadingStep) -> None:
         """Learn the pitch from the direction of travel, straight ahead with a learned camera."""
         motion = measurement.motion
-        if (self._learning is None or motion is None or motion.passing < _DRIVING
+        if (self._learning is None or self._again or motion is None or motion.passing < _DRIVING
                 or self._lens.origin is not LensOrigin.DRIVE or abs(step.rate) > _STRAIGHT):
             return
         self._learning.add_travel(motion.travel.slope, math.sqrt(motion.travel.slope_variance))
