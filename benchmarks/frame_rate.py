@@ -5,7 +5,8 @@ The same drives at other frame rates and speeds, with repeated and lost frames, 
 
 Writes docs/measurements/frame_rate.md. ``--quick`` measures a few of them, ``--only TEXT`` those
 whose name contains the text (again); neither writes the page. Results are kept in out/frame_rate,
-so a stopped run continues; ``--again`` measures all of them anew.
+so a stopped run continues; ``--again`` measures all of them anew, ``--page`` writes the page from
+those that are there.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 import json
 import math
+from pathlib import Path
 import re
 import time
 import zlib
@@ -99,6 +101,7 @@ def main() -> None:
     parser.add_argument('--quick', action='store_true')
     parser.add_argument('--only', metavar='TEXT')
     parser.add_argument('--again', action='store_true')
+    parser.add_argument('--page', action='store_true')
     chosen = parser.parse_args()
     prepare()
     cv2.setRNGSeed(0)
@@ -107,7 +110,8 @@ def main() -> None:
     for drive in DRIVES:
         asked = [filmed for filmed in FILMED
                  if (not chosen.quick or f'{drive}: {filmed}' in QUICK)
-                 and (chosen.only or '') in f'{drive}: {filmed}']
+                 and (chosen.only or '') in f'{drive}: {filmed}'
+                 and (not chosen.page or _file(drive, filmed).exists())]
         rows += measured(drive, asked, again=chosen.again or not whole)
     if whole:
         _DOCUMENT.write_text('\n\n'.join(page(rows)) + '\n', encoding='utf-8')
@@ -119,7 +123,7 @@ def measured(drive: str, asked: list[str], *, again: bool) -> Iterator[Row]:
     """Yield the rows of a drive; those that have been measured are not measured again."""
     material = None
     for filmed in asked:
-        file = _KEPT / (re.sub(r'\W+', '-', f'{drive}-{filmed}') + '.json')
+        file = _file(drive, filmed)
         if again or not file.exists():
             material = material or Material(drive, _KEPT / 'frames')
             row = follow(material, filmed)
@@ -128,6 +132,10 @@ def measured(drive: str, asked: list[str], *, again: bool) -> Iterator[Row]:
             file.parent.mkdir(parents=True, exist_ok=True)
             file.write_text(json.dumps(asdict(row)), encoding='utf-8')
         yield Row(**json.loads(file.read_text(encoding='utf-8')))
+
+
+def _file(drive: str, filmed: str) -> Path:
+    return _KEPT / (re.sub(r'\W+', '-', f'{drive}-{filmed}') + '.json')
 
 
 def follow(material: Material, name: str) -> Row:
@@ -233,6 +241,8 @@ def page(rows: list[Row]) -> Iterator[str]:
         """)
     for drive in DRIVES:
         those = [row for row in rows if row.drive == drive]
+        if not those:
+            continue
         yield f'## {drive[0].upper()}{drive[1:]}'
         yield (f'{those[0].metres:.0f} m, quarter turns: {_signed(those[0].right)}; of the poses,'
                f' {_inside(those)} lie within the band.')
