@@ -32,8 +32,8 @@ from phase_traj_ros.core import (
     TrajectoryEstimator,
 )
 from phase_traj_ros.core.camera.model import CameraModel, Distortion
-from phase_traj_ros.io.evaluation.odometry_errors import distance_error, relative_errors
-from phase_traj_ros.io.evaluation.scores import shape_error
+from phase_traj_ros.tasks.evaluation.odometry_errors import distance_error, relative_errors
+from phase_traj_ros.tasks.evaluation.scores import shape_error
 from report import disturbance, machine, paragraphs, ROOT, table, verdict
 from timing import bystanders, prepare, take_turns
 

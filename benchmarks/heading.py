@@ -37,7 +37,7 @@ from phase_traj_ros.core.camera.projection import (
     hfov_from_focal,
 )
 from phase_traj_ros.core.heading.turns import find_turns
-from phase_traj_ros.io.evaluation.scores import heading_error
+from phase_traj_ros.tasks.evaluation.scores import heading_error
 from report import disturbance, machine, paragraphs, ROOT, table, verdict
 from timing import bystanders, prepare, ratios, take_turns
 

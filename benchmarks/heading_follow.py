@@ -13,8 +13,13 @@ from phase_traj_ros.core.camera.lens import Lens
 from phase_traj_ros.core.codes.from_heading import HeadingCode
 from phase_traj_ros.core.heading.estimator import HeadingEstimator
 from phase_traj_ros.core.heading.turns import Turn
-from phase_traj_ros.io.evaluation.ground_truth import MatchedTruth
-from phase_traj_ros.io.evaluation.scores import heading_error, HeadingError, turn_score, TurnScore
+from phase_traj_ros.tasks.evaluation.ground_truth import MatchedTruth
+from phase_traj_ros.tasks.evaluation.scores import (
+    heading_error,
+    HeadingError,
+    turn_score,
+    TurnScore,
+)
 
 
 @dataclass(frozen=True)

@@ -20,14 +20,14 @@ from clips import Clip, kitti_clip, rendered_clip
 import cv2
 from memory import resident
 import numpy as np
-from phase_traj_ros.io.batch.job import replay_source
-from phase_traj_ros.io.batch.request import ReplayRequest
 from phase_traj_ros.io.replay.run import replay
 from phase_traj_ros.io.sources.base import index_stamp_ns, StampedFrame
 from phase_traj_ros.io.sources.folder import FolderSource
 from phase_traj_ros.io.sources.prefetch import prefetch
 from phase_traj_ros.parameters import Parameters
 from phase_traj_ros.synthetic import Camera, KITTI_CAMERA
+from phase_traj_ros.tasks.batch.job import replay_source
+from phase_traj_ros.tasks.batch.request import ReplayRequest
 from report import disturbance, paragraphs, table, verdict
 from timing import Bystanders, bystanders, prepare, take_turns, Timed
 

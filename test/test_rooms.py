@@ -17,13 +17,15 @@ PACKAGE = Path(__file__).resolve().parent.parent / 'phase_traj_ros'
 # For each folder its floors, the lowest first: a floor may import those below it, and what shares
 # a floor does not know each other. '*' stands for the folder's other modules, which may.
 FLOORS = {
-    '': ('errors topics', 'core', 'parameter_spec', 'parameters', 'io synthetic', 'ros', 'cli'),
+    '': (
+        'errors topics', 'core', 'parameter_spec', 'parameters', 'io synthetic', 'tasks', 'ros',
+        'cli'),
     'core': (
         'codes', 'correlation', 'frames', 'camera', 'calibration', 'heading', 'road', 'path',
         'localization', '*'),
     'io': (
-        'outputs params_file images', 'messages', 'sources maps', 'replay', 'results',
-        'evaluation', 'location', 'batch'),
+        'outputs params_file images', 'messages', 'sources maps', 'replay', 'results'),
+    'tasks': ('evaluation', 'location', 'batch'),
     'synthetic': (
         'arrays', 'camera', 'textures degradations overlays', 'scene', 'town view', 'drive'),
     'cli': (
@@ -221,7 +223,7 @@ def test_the_readme_shows_the_rooms(modules):
         if name and modules.is_room(name) and name.count('.') < 2]
     assert sorted(pictured) == rooms
     # In the order of the floors, so that what is said below the picture is true.
-    for folder in ('core', 'io', 'synthetic'):
+    for folder in ('core', 'io', 'synthetic', 'tasks'):
         inside = [name for name in pictured if name.startswith(f'{folder}.')]
         floors = [_floor(FLOORS[folder], name.rpartition('.')[2]) for name in inside]
         assert floors == sorted(floors), folder

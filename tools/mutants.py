@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
 """

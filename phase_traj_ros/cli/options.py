@@ -8,19 +8,19 @@ from pathlib import Path
 import sys
 from textwrap import fill
 
-from phase_traj_ros.io.batch.request import ReplayRequest
 from phase_traj_ros.io.params_file import find_params_file, parse_assignment, read_parameters
 from phase_traj_ros.io.sources.base import FrameSource
 from phase_traj_ros.io.sources.opening import open_source
 from phase_traj_ros.io.sources.selection import Selection
 from phase_traj_ros.parameter_spec import Group
 from phase_traj_ros.parameters import Parameters, specs
+from phase_traj_ros.tasks.batch.request import ReplayRequest
 
 SOURCE_HELP = """\
 SOURCE is one of
   a ROS 2 bag       a directory with metadata.yaml, or a single .mcap or .db3 file
   a ROS 1 bag       a .bag file
-  a video file      anything that OpenCV reads
+  a video file      anything that PyAV or, where it is absent, OpenCV reads
   a folder          of images, in natural order of their names; with times.txt (seconds, one
                     per line) in it or beside it, as in a KITTI sequence, else see --fps
 """

@@ -9,14 +9,14 @@ from phase_traj_ros.cli.commands.demo_map import distance_off
 from phase_traj_ros.cli.main import main
 from phase_traj_ros.core.localization.given import OdometryStep
 from phase_traj_ros.errors import ResultError
-from phase_traj_ros.io.location import run
-from phase_traj_ros.io.location.motion import Interruption
-from phase_traj_ros.io.location.odometry import DriveOdometry, IN_METRES
-from phase_traj_ros.io.location.run import locate
 from phase_traj_ros.io.maps.projection import LocalProjection
 from phase_traj_ros.io.maps.road_file import read_roads
 from phase_traj_ros.io.maps.write_osm import write_osm
 from phase_traj_ros.synthetic import town_drive
+from phase_traj_ros.tasks.location import run
+from phase_traj_ros.tasks.location.motion import Interruption
+from phase_traj_ros.tasks.location.odometry import DriveOdometry, IN_METRES
+from phase_traj_ros.tasks.location.run import locate
 import pytest
 from told_locator import ToldLocator
 

@@ -9,7 +9,7 @@ import cv2
 from made_town import drive, PLANE, write_town, write_tum
 import numpy as np
 from phase_traj_ros.cli.main import main
-from phase_traj_ros.io.location import run
+from phase_traj_ros.tasks.location import run
 import pytest
 from told_locator import ToldLocator
 

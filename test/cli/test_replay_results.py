@@ -142,7 +142,7 @@ def test_several_sources_one_of_them_broken(tmp_path):
 
 
 def test_an_interruption_keeps_what_is_done(tmp_path, monkeypatch, capsys):
-    from phase_traj_ros.io.batch.engine import Batch
+    from phase_traj_ros.tasks.batch.engine import Batch
     sources = [pictures(tmp_path / name) for name in ('a', 'b')]
     take = Batch._take
 

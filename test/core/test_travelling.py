@@ -16,7 +16,6 @@ from phase_traj_ros.core import (
     TrajectoryEstimator,
     TravelState,
 )
-from phase_traj_ros.io.evaluation.odometry_errors import distance_error
 from phase_traj_ros.io.sources.folder import FolderSource
 from phase_traj_ros.synthetic import (
     Camera,
@@ -27,6 +26,7 @@ from phase_traj_ros.synthetic import (
     Straight,
 )
 from phase_traj_ros.synthetic.degradations import sensor_noise
+from phase_traj_ros.tasks.evaluation.odometry_errors import distance_error
 import pytest
 
 S = 10**9

@@ -6,7 +6,7 @@ import os
 from pathlib import Path
 import signal
 
-from phase_traj_ros.io.batch.outcome import run_request
+from phase_traj_ros.tasks.batch.outcome import run_request
 
 # Set by the process that starts the others, which inherit it.
 VARIABLE = 'PHASE_TRAJ_TEST_KILLED'

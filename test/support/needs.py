@@ -11,11 +11,10 @@ collection, and such a skip would end the whole run.
 from importlib.util import find_spec
 
 NEEDS = {
-    'io/batch/test_batch.py': ('matplotlib',),
-    'io/evaluation/test_evo.py': ('evo', 'rosbags'),
     'io/results/test_animation.py': ('matplotlib', 'PIL'),
     'io/messages/test_ekf_config.py': ('rosbags',),
     'io/results/test_bag_sink.py': ('rosbags', 'mcap', 'mcap_ros2'),
+    'io/sources/test_pyav_video.py': ('av',),
     'io/results/test_distance_results.py': ('matplotlib', 'rosbags'),
     'ros/location/test_location_messages.py': ('rclpy', 'visualization_msgs'),
     'ros/location/test_location_node.py': ('rclpy', 'visualization_msgs'),
@@ -23,6 +22,8 @@ NEEDS = {
     'ros/startup/test_launch_arguments.py': ('rclpy',),
     'ros/test_same_stream.py': ('rclpy',),
     'synthetic/drive/test_synthetic_bag.py': ('rosbags',),
+    'tasks/batch/test_batch.py': ('matplotlib',),
+    'tasks/evaluation/test_evo.py': ('evo', 'rosbags'),
 }
 """Modules by the file that imports them, relative to the folder of all tests."""
 

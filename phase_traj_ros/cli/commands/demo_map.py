@@ -7,10 +7,6 @@ import math
 
 from phase_traj_ros.cli.progress import counter, progress
 from phase_traj_ros.errors import ResultError
-from phase_traj_ros.io.location.files import add_to_chain_code, LOCATION_FILES, write_location
-from phase_traj_ros.io.location.odometry import odometry_of
-from phase_traj_ros.io.location.report import verdict, write_location_report
-from phase_traj_ros.io.location.run import locate, Located
 from phase_traj_ros.io.maps.projection import LocalProjection
 from phase_traj_ros.io.maps.road_file import read_roads
 from phase_traj_ros.io.maps.write_osm import write_osm
@@ -22,6 +18,10 @@ from phase_traj_ros.io.results.files import RESULT_NAMES, write_results
 from phase_traj_ros.io.sources.opening import open_source
 from phase_traj_ros.parameters import Parameters
 from phase_traj_ros.synthetic import Drive, town_drive, write_drive_bag
+from phase_traj_ros.tasks.location.files import add_to_chain_code, LOCATION_FILES, write_location
+from phase_traj_ros.tasks.location.odometry import odometry_of
+from phase_traj_ros.tasks.location.report import verdict, write_location_report
+from phase_traj_ros.tasks.location.run import locate, Located
 
 # Where the town is said to be: in the sea, so that nobody takes it for a real one.
 _ORIGIN = LocalProjection(54.5, 7.0)

@@ -9,17 +9,17 @@ from typing import Any
 
 from phase_traj_ros.cli.command import Command
 from phase_traj_ros.cli.options import add_force
-from phase_traj_ros.io.evaluation.evaluate import (
+from phase_traj_ros.io.outputs.outputs import output_directory
+from phase_traj_ros.io.results.figures import require_matplotlib
+from phase_traj_ros.tasks.evaluation.evaluate import (
     evaluate,
     Evaluation,
     PathErrors,
     write_evaluation,
 )
-from phase_traj_ros.io.evaluation.ground_truth import read_ground_truth
-from phase_traj_ros.io.evaluation.picture import write_evaluation_picture
-from phase_traj_ros.io.evaluation.replayed_drive import read_replay
-from phase_traj_ros.io.outputs.outputs import output_directory
-from phase_traj_ros.io.results.figures import require_matplotlib
+from phase_traj_ros.tasks.evaluation.ground_truth import read_ground_truth
+from phase_traj_ros.tasks.evaluation.picture import write_evaluation_picture
+from phase_traj_ros.tasks.evaluation.replayed_drive import read_replay
 
 _EPILOG = """
 DIR is the output folder of `phase_traj replay --output DIR`; it receives evaluation.json and

@@ -19,22 +19,22 @@ from phase_traj_ros.cli.options import (
 )
 from phase_traj_ros.cli.progress import counter, progress
 from phase_traj_ros.core.localization.given import ScaleRange
-from phase_traj_ros.io.batch.job import Pass, replay_source
-from phase_traj_ros.io.location.files import (
+from phase_traj_ros.io.maps.projection import bearing_deg
+from phase_traj_ros.io.maps.road_classes import Roads
+from phase_traj_ros.io.maps.road_file import ATTRIBUTION, read_roads
+from phase_traj_ros.io.outputs.outputs import check_directory, output_directory
+from phase_traj_ros.io.sources.base import DEFAULT_SPEED_TOPIC, Entry
+from phase_traj_ros.tasks.batch.job import Pass, replay_source
+from phase_traj_ros.tasks.location.files import (
     add_to_chain_code,
     degrees,
     LOCATION_FILES,
     REPORT,
     write_location,
 )
-from phase_traj_ros.io.location.odometry import DriveOdometry, odometry_of, read_odometry
-from phase_traj_ros.io.location.report import verdict, write_location_report
-from phase_traj_ros.io.location.run import locate, Located, Near
-from phase_traj_ros.io.maps.projection import bearing_deg
-from phase_traj_ros.io.maps.road_classes import Roads
-from phase_traj_ros.io.maps.road_file import ATTRIBUTION, read_roads
-from phase_traj_ros.io.outputs.outputs import check_directory, output_directory
-from phase_traj_ros.io.sources.base import DEFAULT_SPEED_TOPIC, Entry
+from phase_traj_ros.tasks.location.odometry import DriveOdometry, odometry_of, read_odometry
+from phase_traj_ros.tasks.location.report import verdict, write_location_report
+from phase_traj_ros.tasks.location.run import locate, Located, Near
 
 EXIT_NOT_KNOWN = 1
 

@@ -10,20 +10,20 @@ import os
 
 from phase_traj_ros.cli.progress import gauge
 from phase_traj_ros.errors import ParameterError
-from phase_traj_ros.io.batch.cluster import dask_executor
-from phase_traj_ros.io.batch.engine import Batch
-from phase_traj_ros.io.batch.outcome import Outcome, Status
-from phase_traj_ros.io.batch.processes import IsolatedProcesses
-from phase_traj_ros.io.batch.request import batch_of, ReplayRequest
-from phase_traj_ros.io.batch.summary import (
+from phase_traj_ros.io.outputs.manifest import MANIFEST
+from phase_traj_ros.io.outputs.outputs import check_directory
+from phase_traj_ros.io.results.figures import require_matplotlib
+from phase_traj_ros.tasks.batch.cluster import dask_executor
+from phase_traj_ros.tasks.batch.engine import Batch
+from phase_traj_ros.tasks.batch.outcome import Outcome, Status
+from phase_traj_ros.tasks.batch.processes import IsolatedProcesses
+from phase_traj_ros.tasks.batch.request import batch_of, ReplayRequest
+from phase_traj_ros.tasks.batch.summary import (
     CSV_NAME,
     HTML_NAME,
     SUMMARY_NAMES,
     write_summary,
 )
-from phase_traj_ros.io.outputs.manifest import MANIFEST
-from phase_traj_ros.io.outputs.outputs import check_directory
-from phase_traj_ros.io.results.figures import require_matplotlib
 
 EXIT_SOME_FAILED = 1
 

@@ -50,7 +50,9 @@ class MeasurementReporter:
         found = estimator.reliability
         values = {
             'transforms': find_transform().name,
-            'reliable': str(found.reliable).lower(), 'reasons': ' '.join(found.words)}
+            'reliable': str(found.reliable).lower(), 'reasons': ' '.join(found.words),
+            'drive reliable': str(found.of_drive.reliable).lower(),
+            'unreliable spans': str(len(found.spans))}
         wrong = None
         if heading is not None:
             values['bridged share'] = f'{heading.tracker.bridged_share:.3f}'

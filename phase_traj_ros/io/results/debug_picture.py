@@ -84,13 +84,13 @@ def _draw_shift(picture: Picture, update: Update, threshold: float | None) -> No
 
 def _draw_map(picture: Picture, estimator: TrajectoryEstimator) -> None:
     height, width, _ = picture.shape
-    correlation = np.sqrt(np.maximum(estimator.correlation_map(), 0))
     size = (round(width * _INSET_SHARE), round(height * _INSET_SHARE))
     if min(size) < 16:
         return
     # The peak is one pixel, which would be lost in the reduction.
-    correlation = cv2.dilate(correlation, np.ones((3, 3), np.uint8))
-    small = cv2.resize(correlation, size, interpolation=cv2.INTER_NEAREST)
+    correlation = cv2.dilate(estimator.correlation_map(), np.ones((3, 3), np.uint8))
+    small = np.sqrt(np.maximum(
+        cv2.resize(correlation, size, interpolation=cv2.INTER_NEAREST), 0.0))
     shades = (small * (255 / max(float(small.max()), 1e-6))).astype(np.uint8)
     picture[-size[1]:, -size[0]:] = cv2.applyColorMap(shades, cv2.COLORMAP_INFERNO)
     cv2.rectangle(

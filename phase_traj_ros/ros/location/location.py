@@ -12,8 +12,6 @@ from nav_msgs.msg import Odometry as OdometryMessage
 from phase_traj_ros.core import Update
 from phase_traj_ros.core.localization.locator import MapLocator
 from phase_traj_ros.errors import ParameterError
-from phase_traj_ros.io.location.motion import Interruption, Motions, MovedPair
-from phase_traj_ros.io.location.odometry import IN_HEIGHTS, IN_METRES
 from phase_traj_ros.io.maps.projection import LocalProjection
 from phase_traj_ros.io.maps.road_classes import Roads
 from phase_traj_ros.io.maps.road_file import read_roads
@@ -32,6 +30,8 @@ from phase_traj_ros.ros.location.messages import (
 )
 from phase_traj_ros.ros.location.worker import LocatorWorker, Moved, Placed
 from phase_traj_ros.ros.outputs.messages import MESSAGES
+from phase_traj_ros.tasks.location.motion import Interruption, Motions, MovedPair
+from phase_traj_ros.tasks.location.odometry import IN_HEIGHTS, IN_METRES
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy

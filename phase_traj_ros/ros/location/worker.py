@@ -14,8 +14,8 @@ from phase_traj_ros.core.localization.estimate import LocationEstimate
 from phase_traj_ros.core.localization.given import PositionFix
 from phase_traj_ros.core.localization.locator import MapLocator
 from phase_traj_ros.core.path.odometry import Odometry
-from phase_traj_ros.io.location.motion import Interruption, Motion
-from phase_traj_ros.io.location.run import feed
+from phase_traj_ros.tasks.location.motion import Interruption, Motion
+from phase_traj_ros.tasks.location.run import feed
 
 # Pairs that wait; more are left out, as if they had not been seen.
 _MOST_WAITING: Final = 6000

@@ -7,12 +7,11 @@ from phase_traj_ros.io.messages.published import DEBUG_IMAGE
 from phase_traj_ros.io.results.debug_picture import draw
 from phase_traj_ros.io.sources.base import StampedFrame
 from phase_traj_ros.ros.entities import Entities
-from phase_traj_ros.ros.outputs.messages import MESSAGES
+from phase_traj_ros.ros.outputs.wire import picture_bytes
 from rclpy.event_handler import PublisherEventCallbacks
 from rclpy.qos import qos_profile_sensor_data
 from rclpy.qos_overriding_options import QoSOverridingOptions
 from sensor_msgs.msg import Image
-from std_msgs.msg import Header
 
 
 class DebugImage:
@@ -26,9 +25,9 @@ class DebugImage:
             event_callbacks=PublisherEventCallbacks(use_default_callbacks=False),
             qos_overriding_options=QoSOverridingOptions.with_default_policies())
 
-    def publish(self, frame: StampedFrame, update: Update, header: Header) -> None:
+    def publish(self, frame: StampedFrame, update: Update) -> None:
         """Draw and publish one pair, if the topic has subscribers."""
         if self._publisher.get_subscription_count() == 0:
             return
-        self._publisher.publish(
-            MESSAGES.picture(draw(frame, update, self._estimator), header))
+        self._publisher.publish(picture_bytes(
+            draw(frame, update, self._estimator), update.stamp_ns, frame.frame_id))

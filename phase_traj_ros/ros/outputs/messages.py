@@ -22,23 +22,13 @@ from geometry_msgs.msg import (
     Vector3Stamped,
 )
 from nav_msgs.msg import Odometry, Path
-import numpy as np
-from numpy.typing import NDArray
 from phase_traj_ros.io.messages.published import Messages
-from sensor_msgs.msg import Image
 from std_msgs.msg import Float32, Float64, Header, String, UInt8
 
 
 def _status(*, level: int, **fields: Any) -> DiagnosticStatus:
     """Make a status; rclpy represents its level as a byte."""
     return DiagnosticStatus(level=bytes([level]), **fields)
-
-
-def _image(*, data: NDArray[np.uint8], **fields: Any) -> Image:
-    """Make an image; rclpy would copy its data element by element."""
-    message = Image(**fields)
-    message.data.frombytes(data.data)
-    return message
 
 
 TYPES = MappingProxyType({
@@ -60,7 +50,6 @@ TYPES = MappingProxyType({
     'geometry_msgs/msg/Vector3Stamped': Vector3Stamped,
     'nav_msgs/msg/Odometry': Odometry,
     'nav_msgs/msg/Path': Path,
-    'sensor_msgs/msg/Image': _image,
     'std_msgs/msg/Float32': Float32,
     'std_msgs/msg/Float64': Float64,
     'std_msgs/msg/Header': Header,

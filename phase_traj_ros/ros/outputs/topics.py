@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The publishers of the node."""
 
+from typing import Any
+
 from phase_traj_ros.core import TrajectoryEstimator, Update
 from phase_traj_ros.io.messages.published import (
     ODOMETRY,
@@ -12,11 +14,12 @@ from phase_traj_ros.io.messages.published import (
 )
 from phase_traj_ros.io.messages.schedule import Schedule
 from phase_traj_ros.io.sources.base import StampedFrame
-from phase_traj_ros.parameters import Parameters
+from phase_traj_ros.parameters import MAX_PATH_POSES, Parameters
 from phase_traj_ros.ros.entities import Entities
 from phase_traj_ros.ros.outputs.debug_image import DebugImage
 from phase_traj_ros.ros.outputs.messages import MESSAGES, TYPES
 from phase_traj_ros.ros.outputs.transform import TransformOutput
+from phase_traj_ros.ros.outputs.wire import path_bytes
 from rclpy.clock import Clock, ClockType
 from rclpy.event_handler import PublisherEventCallbacks
 from rclpy.publisher import Publisher
@@ -73,8 +76,7 @@ class Outputs:
                 stamped = message.pose if topic == ODOMETRY.name else message
                 self._transform.publish(
                     message.header, stamped.pose, self.parameters.child_frame_id)
-        self._debug_image.publish(
-            frame, update, MESSAGES.header(update.stamp_ns, frame.frame_id))
+        self._debug_image.publish(frame, update)
         self._schedule.add(update)
         self._publish_due()
 
@@ -114,7 +116,13 @@ class Outputs:
         return bool(self._of_all[PATH].get_subscription_count())
 
     def _send(self, topic: Topic) -> None:
-        self._of_all[topic].publish(MESSAGES.of_all(topic, self._estimator, self.parameters))
+        if topic == PATH:
+            message: Any = path_bytes(
+                self._estimator.path.points(MAX_PATH_POSES), self._estimator.last_stamp_ns or 0,
+                self.parameters.path_frame)
+        else:
+            message = MESSAGES.of_all(topic, self._estimator, self.parameters)
+        self._of_all[topic].publish(message)
 
 
 def _publisher(node: Entities, topic: Topic) -> Publisher:

@@ -8,12 +8,12 @@ import threading
 
 import numpy as np
 from phase_traj_ros.errors import SourceError
-from phase_traj_ros.io.batch.job import replay_source
-from phase_traj_ros.io.batch.request import ReplayRequest
 from phase_traj_ros.io.replay.kept import KeptFrames
 from phase_traj_ros.io.sources.base import Candidate, FrameSource
 from phase_traj_ros.io.sources.selection import EVERYTHING
 from phase_traj_ros.parameters import Parameters
+from phase_traj_ros.tasks.batch.job import replay_source
+from phase_traj_ros.tasks.batch.request import ReplayRequest
 import pytest
 
 TENTH = 100_000_000
@@ -57,7 +57,7 @@ def test_what_fits_is_read_once(most_bytes, passes):
 @pytest.mark.parametrize('number_of_pass', [1, 2])
 def test_a_pass_that_fails_leaves_no_thread_that_reads(number_of_pass, monkeypatch):
     monkeypatch.setattr(
-        'phase_traj_ros.io.batch.job.KeptFrames', partial(KeptFrames, most_bytes=0))
+        'phase_traj_ros.tasks.batch.job.KeptFrames', partial(KeptFrames, most_bytes=0))
     source = _Counted(unusable=[(number_of_pass, 5)])
     with pytest.raises(SourceError, match='frame 5') as failure:
         replay_source(source, ReplayRequest(

@@ -21,8 +21,6 @@ from phase_traj_ros.core.camera.lens import Lens
 from phase_traj_ros.core.camera.model import CameraModel
 from phase_traj_ros.core.heading.yaw_meter import YawMeasurement
 from phase_traj_ros.errors import ParameterError, SourceError
-from phase_traj_ros.io.batch.job import replay_source
-from phase_traj_ros.io.batch.request import ReplayRequest
 from phase_traj_ros.io.messages.diagnostics import Level, MeasurementReporter
 from phase_traj_ros.io.replay.overview import turn_marks
 from phase_traj_ros.io.replay.run import replay
@@ -34,6 +32,8 @@ from phase_traj_ros.io.sources.opening import open_source
 from phase_traj_ros.parameters import Parameters
 from phase_traj_ros.synthetic import named_drive, render_drive, write_drive_bag
 from phase_traj_ros.synthetic.degradations import sensor_noise
+from phase_traj_ros.tasks.batch.job import replay_source
+from phase_traj_ros.tasks.batch.request import ReplayRequest
 import pytest
 
 NARROW = {'code_source': 'heading'}

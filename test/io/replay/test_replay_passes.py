@@ -10,13 +10,13 @@ from far_scene import render
 import numpy as np
 from phase_traj_ros.core import LensOrigin
 from phase_traj_ros.core.camera.model import CameraModel
-from phase_traj_ros.io.batch.job import Pass, replay_source
-from phase_traj_ros.io.batch.outcome import run_request
-from phase_traj_ros.io.batch.request import ReplayRequest
 from phase_traj_ros.io.replay.kept import KeptFrames
 from phase_traj_ros.io.replay.run import Watcher
 from phase_traj_ros.io.sources.opening import open_source
 from phase_traj_ros.parameters import Parameters
+from phase_traj_ros.tasks.batch.job import Pass, replay_source
+from phase_traj_ros.tasks.batch.outcome import run_request
+from phase_traj_ros.tasks.batch.request import ReplayRequest
 import pytest
 
 WIDE = CameraModel.pinhole((160, 320), 110.0)

@@ -7,11 +7,11 @@ import json
 
 from far_scene import turned_drive
 import numpy as np
-from phase_traj_ros.io.evaluation.replayed_drive import read_replay
 from phase_traj_ros.io.replay.run import replay
 from phase_traj_ros.io.results.files import CSV_COLUMNS, write_results
 from phase_traj_ros.io.sources.base import StampedFrame
 from phase_traj_ros.parameters import Parameters
+from phase_traj_ros.tasks.evaluation.replayed_drive import read_replay
 import pytest
 
 BLIND = 18

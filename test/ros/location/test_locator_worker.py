@@ -5,9 +5,9 @@
 import threading
 
 from phase_traj_ros.core.localization.given import OdometryStep, PositionFix
-from phase_traj_ros.io.location.motion import Interruption
 from phase_traj_ros.ros.location import worker as module
 from phase_traj_ros.ros.location.worker import LocatorWorker, Moved
+from phase_traj_ros.tasks.location.motion import Interruption
 import pytest
 from told_locator import ToldLocator
 

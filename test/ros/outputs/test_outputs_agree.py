@@ -34,7 +34,8 @@ class Publisher:
 
     def publish(self, message):
         from rclpy.serialization import serialize_message
-        read = STORE.deserialize_cdr(serialize_message(message), self.type)
+        data = message if isinstance(message, bytes) else serialize_message(message)
+        read = STORE.deserialize_cdr(data, self.type)
         self.data.append(bytes(STORE.serialize_cdr(read, self.type)))
 
     def get_subscription_count(self):

@@ -1,0 +1,164 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Replays one source and writes the requested results."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from contextlib import closing, ExitStack
+from dataclasses import replace
+from enum import Enum
+from pathlib import Path
+
+from phase_traj_ros.io.outputs.commit import writing_to
+from phase_traj_ros.io.outputs.outputs import Outputs
+from phase_traj_ros.io.replay.camera import known_lens, learned_lens
+from phase_traj_ros.io.replay.kept import KeptFrames
+from phase_traj_ros.io.replay.run import Replay, replay, Watcher
+from phase_traj_ros.io.results.animation import Animation
+from phase_traj_ros.io.results.bag import BagSink
+from phase_traj_ros.io.results.figures import (
+    require_matplotlib,
+    write_trajectory_picture,
+    write_turn_picture,
+)
+from phase_traj_ros.io.results.files import write_results
+from phase_traj_ros.io.results.report.report import write_report
+from phase_traj_ros.io.results.thumbnails import (
+    HeadingTurnWatcher,
+    LeftOutPicture,
+    Thumbnails,
+    TurnWatcher,
+)
+from phase_traj_ros.io.sources.base import Entry, FrameSource
+from phase_traj_ros.tasks.batch.request import ReplayRequest, REPORT
+
+
+class Pass(Enum):
+    """Pass over the frames of a source; the value is its name in progress bars."""
+
+    ONLY = ''
+    FIRST = 'pass 1 of 2: learning the camera'
+    SECOND = 'pass 2 of 2'
+
+
+Through = Callable[[Iterable[Entry], Pass], Iterable[Entry]]
+"""Takes the frames of a pass and yields them, as a progress bar does."""
+
+
+def _straight(frames: Iterable[Entry], _: Pass) -> Iterable[Entry]:
+    return frames
+
+
+def replay_source(
+    source: FrameSource, request: ReplayRequest, *, watchers: Sequence[Watcher] = (),
+    through: Through = _straight,
+) -> Replay:
+    """
+    Replay a source as requested and write the results, all of them or none.
+
+    ``source`` is the opened source of the request. ``watchers`` receive the frames and their
+    results in the last pass.
+
+    An unknown camera is learned in a first pass over all frames, unless ``one_pass`` is requested.
+
+    Raises
+    ------
+    SourceError
+        The source cannot be read, or has fewer than two frames to use.
+    FrameError
+        A frame cannot be used.
+    ParameterError
+        The parameters do not fit the source.
+    CalibrationError
+        The calibration in the source cannot be used.
+    OutputError
+        A result cannot be written, or would replace an input or a file of someone else.
+    MissingDependencyError
+        A package is missing that the source or a result needs.
+
+    """
+    parameters = request.parameters
+    with ExitStack() as stack:
+        owner = stack.enter_context(Outputs(
+            inputs=request.inputs, force=request.force, batch=request.batch))
+        outputs: list[_Folder | _Gif] = []
+        if request.output is not None:
+            require_matplotlib()
+            outputs.append(_Folder(
+                owner.directory(request.output, names=request.names), request.output, request))
+        if request.animation is not None:
+            outputs.append(_Gif(owner.file(request.animation), request.animation, Animation()))
+        seen = [*watchers, *(watcher for output in outputs for watcher in output.watchers)]
+        if request.bag_out is not None:
+            stack.enter_context(writing_to(request.bag_out))
+            seen.append(stack.enter_context(BagSink(
+                owner.file(request.bag_out), parameters, source=source.description,
+                debug_images=request.bag_debug_images)))
+        frames = KeptFrames(source)
+        lens = known_lens(source, parameters)
+        last = Pass.ONLY
+        if lens is None and not request.one_pass and parameters.learns_camera:
+            last = Pass.SECOND
+            with closing(frames.keeping()) as first:
+                lens = learned_lens(
+                    through(first, Pass.FIRST), parameters, source.description,
+                    strict=request.strict)
+        speeds = source.speeds(request.speed_topic) if parameters.use_speed_topic else ()
+        with closing(frames.once()) as again:
+            result = replay(
+                through(again, last), parameters, source=source.description, watchers=seen,
+                lens=lens, speeds=speeds, strict=request.strict)
+        result = replace(result, source_frames=source.frames)
+        for output in outputs:
+            with writing_to(output.target):
+                output.write(result)
+    return result
+
+
+class _Folder:
+    """The results in the folder of --output."""
+
+    def __init__(self, staging: Path, target: Path, request: ReplayRequest) -> None:
+        self.target = target
+        self._staging = staging
+        self._request = request
+        self._turns = (
+            HeadingTurnWatcher() if request.parameters.codes_from_heading else TurnWatcher())
+        self._thumbnails = Thumbnails()
+        self._left_out = LeftOutPicture()
+
+    @property
+    def watchers(self) -> tuple[Watcher, ...]:
+        if not self._request.report:
+            return (self._turns,)
+        return self._turns, self._thumbnails, self._left_out
+
+    def write(self, result: Replay) -> None:
+        write_results(result, self._staging)
+        if self._request.svg:
+            write_trajectory_picture(result, self._staging / 'trajectory.svg')
+        if self._turns.turns:
+            for kind in ('png', 'svg') if self._request.svg else ('png',):
+                write_turn_picture(self._turns.turns, result, self._staging / f'turns.{kind}')
+        if self._request.report:
+            write_report(
+                result, self._staging / REPORT, title=self._request.title,
+                picture=self._staging / 'trajectory.png', thumbnails=self._thumbnails.kept,
+                left_out=self._left_out.jpeg)
+
+
+class _Gif:
+    """The animated GIF of --animation."""
+
+    def __init__(self, staged: Path, target: Path, animation: Animation) -> None:
+        self.target = target
+        self._staged = staged
+        self._animation = animation
+
+    @property
+    def watchers(self) -> tuple[Watcher, ...]:
+        return (self._animation,)
+
+    def write(self, result: Replay) -> None:
+        self._animation.write(result, self._staged)

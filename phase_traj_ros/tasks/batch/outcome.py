@@ -1,0 +1,117 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""One replay of a batch, and its outcome."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass, field
+from enum import Enum
+from itertools import count
+import time
+
+import cv2
+import numpy as np
+from phase_traj_ros.core import Counters, LengthUnit, Way
+from phase_traj_ros.core.reliability import Reliability
+from phase_traj_ros.errors import PhaseTrajError
+from phase_traj_ros.io.replay.overview import turn_marks
+from phase_traj_ros.io.replay.run import Replay
+from phase_traj_ros.io.sources.base import Entry
+from phase_traj_ros.tasks.batch.job import Pass, replay_source
+from phase_traj_ros.tasks.batch.request import ReplayRequest
+
+# Tolerance of a thinned route, as a share of its size: the summary draws it 40 pixels wide.
+_ROUTE_DETAIL = 1 / 80
+
+
+class Status(Enum):
+    """Result of the replay of a source."""
+
+    OK = 'ok'
+    FAILED = 'failed'
+    INTERRUPTED = 'interrupted'
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Outcome:
+    """Outcome of a replay."""
+
+    source: str
+    folder: str
+    status: Status
+    frames: int = 0
+    turns: int = 0
+    reliability: Reliability | None = None
+    """Whether the result is reliable; None without a result."""
+    seconds: float = 0.0
+    """Duration of the work."""
+    error: str = ''
+    """Error message, in one line."""
+    route: tuple[tuple[float, float], ...] = ()
+    """The drawn path, thinned for a thumbnail, in its unit, REP 103 axes."""
+    way: Way = field(default_factory=Way)
+    """Distance travelled; it has no pairs if no distance is measured."""
+    counters: Counters = field(default_factory=Counters)
+    """Numbers of frames that were dropped, skipped or repeated."""
+    length_unit: LengthUnit = LengthUnit.METRE
+    """Unit of the distance."""
+
+
+Progress = Callable[[int, 'int | None'], object]
+"""Takes the number of frames done and expected; an exception stops the replay."""
+
+
+def run_request(request: ReplayRequest, progress: Progress) -> Outcome:
+    """Replay one source; return any error in the outcome."""
+    began = time.monotonic()
+    try:
+        result = _replay(request, progress)
+    except PhaseTrajError as error:
+        return failure(request, str(error), seconds=time.monotonic() - began)
+    # A broken source must not stop the others.
+    except Exception as error:
+        return failure(
+            request, f'{type(error).__name__}: {error}', seconds=time.monotonic() - began)
+    return Outcome(
+        source=str(request.source), folder=folder_of(request), status=Status.OK,
+        frames=result.frames, turns=len(turn_marks(result)), reliability=result.reliability,
+        seconds=time.monotonic() - began, route=_route(result), way=result.way,
+        counters=result.counters,
+        length_unit=result.parameters.length_unit)
+
+
+def failure(
+    request: ReplayRequest, error: str, *, seconds: float = 0.0, status: Status = Status.FAILED,
+) -> Outcome:
+    """Return the outcome of a replay that failed or was not run."""
+    return Outcome(
+        source=str(request.source), folder=folder_of(request), status=status, seconds=seconds,
+        error=' '.join(error.split()))
+
+
+def folder_of(request: ReplayRequest) -> str:
+    """Return the name of the output folder in that of the batch."""
+    return '' if request.output is None else request.output.name
+
+
+def _replay(request: ReplayRequest, progress: Progress) -> Replay:
+    with request.opened() as source:
+        passes = 2 if request.parameters.learns_camera and not request.one_pass else 1
+        total = None if source.frame_count is None else passes * source.frame_count
+        done = count()
+
+        def counted(frames: Iterable[Entry], _: Pass) -> Iterator[Entry]:
+            for frame in frames:
+                progress(next(done), total)
+                yield frame
+
+        return replay_source(source, request, through=counted)
+
+
+def _route(result: Replay) -> tuple[tuple[float, float], ...]:
+    """Return the drawn path, thinned to the points that a thumbnail needs."""
+    path = np.array([(0, 0), *((each.tip.x, each.tip.y) for each in result.updates)], np.float32)
+    finest = float(np.ptp(path, axis=0).max()) * _ROUTE_DETAIL
+    points = cv2.approxPolyDP(path.reshape(-1, 1, 2), finest, closed=False)
+    return tuple((float(x), float(y)) for x, y in points.reshape(-1, 2))

@@ -1,0 +1,173 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Draws roads, tracks and candidates as SVG, in the colours of the page around it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+import math
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+from phase_traj_ros.core.localization.estimate import Candidate
+from phase_traj_ros.core.localization.given import OdometryStep
+from phase_traj_ros.tasks.location.run import Located, LocatedPose
+
+Points = NDArray[np.float64]
+
+# Least width and height of a view in metres, and its margin as a share of the larger one.
+_LEAST_VIEW: Final = 300.0
+_MARGIN: Final = 0.12
+# Radius of a certain candidate, as a share of the view.
+_CERTAIN: Final = 0.05
+_SMALLEST: Final = 0.004
+
+
+@dataclass(frozen=True, slots=True)
+class View:
+    """A rectangle of the map in metres; north is up."""
+
+    west: float
+    south: float
+    east: float
+    north: float
+
+    @classmethod
+    def around(cls, points: Points) -> View:
+        """Return the view of points (N, 2) with a margin."""
+        (west, south), (east, north) = points.min(axis=0), points.max(axis=0)
+        margin = _MARGIN * max(east - west, north - south)
+        wide = max(margin, (_LEAST_VIEW - (east - west)) / 2)
+        high = max(margin, (_LEAST_VIEW - (north - south)) / 2)
+        return cls(west - wide, south - high, east + wide, north + high)
+
+    @property
+    def size(self) -> float:
+        """Return the larger side in metres."""
+        return max(self.east - self.west, self.north - self.south)
+
+    def svg(self, content: Iterable[str], *, label: str) -> str:
+        """Return the drawing with this content."""
+        box = f'0 0 {self.east - self.west:.1f} {self.north - self.south:.1f}'
+        return (
+            f'<svg class="roadmap" viewBox="{box}" role="img" aria-label="{label}">'
+            f'{"".join(content)}</svg>')
+
+    def place(self, points: Points) -> Points:
+        """Return points (N, 2) in the coordinates of the drawing."""
+        return np.stack([points[:, 0] - self.west, self.north - points[:, 1]], axis=1)
+
+    def line(self, points: Points, kind: str) -> str:
+        """Return a line through points (N, 2); ``kind`` is its class in the style sheet."""
+        return f'<path class="{kind}" d="{_path(self.place(points))}"/>'
+
+    def dot(self, x: float, y: float, kind: str, *, radius: float, hint: str = '') -> str:
+        """Return a dot; ``radius`` is a share of the view."""
+        (left, top), = self.place(np.array([[x, y]]))
+        title = f'<title>{hint}</title>' if hint else ''
+        return (
+            f'<circle class="{kind}" cx="{left:.1f}" cy="{top:.1f}"'
+            f' r="{radius * self.size:.1f}">{title}</circle>')
+
+    def roads(self, lines: Iterable[Points]) -> str:
+        """Return those of the roads that may be seen in this view."""
+        seen = (
+            line for line in lines
+            if line[:, 0].max() >= self.west and line[:, 0].min() <= self.east
+            and line[:, 1].max() >= self.south and line[:, 1].min() <= self.north)
+        return f'<path class="roads" d="{"".join(_path(self.place(line)) for line in seen)}"/>'
+
+    def candidates(self, candidates: Sequence[Candidate]) -> str:
+        """Return dots whose areas are the probabilities."""
+        return ''.join(
+            self.dot(
+                each.x, each.y, 'candidate', hint=f'{each.probability:.3f}',
+                radius=max(_CERTAIN * math.sqrt(each.probability), _SMALLEST))
+            for each in candidates)
+
+    def scale_bar(self) -> str:
+        """Return a bar of a round length, with that length."""
+        wanted = self.size / 5
+        power = 10 ** math.floor(math.log10(wanted))
+        length = max(factor * power for factor in (1, 2, 5) if factor * power <= wanted)
+        left, top = 0.03 * self.size, self.north - self.south - 0.03 * self.size
+        text = f'{length:g} m' if length < 1000 else f'{length / 1000:g} km'
+        return (
+            f'<path class="bar" d="M{left:.1f} {top:.1f}h{length:.1f}"/>'
+            f'<text x="{left:.1f}" y="{top - 0.012 * self.size:.1f}"'
+            f' font-size="{0.03 * self.size:.1f}">{text}</text>')
+
+
+def draw_track(located: Located) -> str:
+    """Return the roads, and over them the track, with the way to where it became known."""
+    tracks = [_positions(track) for track in located.tracks]
+    way = way_before(located)
+    view = View.around(np.concatenate([*tracks, way]) if tracks else located.roads.extent)
+    content = [view.roads(located.roads.lines)]
+    if tracks:
+        content += [view.line(way, 'before'), *(view.line(track, 'track') for track in tracks)]
+        (first_x, first_y), (last_x, last_y) = tracks[0][0], tracks[-1][-1]
+        content += [
+            view.dot(first_x, first_y, 'first', radius=0.012, hint='known from here'),
+            view.dot(last_x, last_y, 'last', radius=0.012, hint='end')]
+    elif located.poses[-1].estimate is not None:
+        content.append(view.candidates(located.poses[-1].estimate.candidates))
+    return view.svg([*content, view.scale_bar()], label='Roads and track')
+
+
+def draw_candidates(located: Located, pose: LocatedPose) -> str:
+    """Return the whole map with the candidates at a pose."""
+    view = View.around(located.roads.extent)
+    estimate = pose.estimate
+    shown = view.candidates(() if estimate is None else estimate.candidates)
+    return view.svg(
+        [view.roads(located.roads.lines), shown, view.scale_bar()], label='Candidates')
+
+
+def moments_before(located: Located, count: int = 4) -> list[LocatedPose]:
+    """Return poses at equal distances up to the first claim, or up to the end without one."""
+    first = located.first_claim
+    end = located.poses[-1].driven if first is None else first.driven
+    told = [
+        pose for pose in located.poses
+        if pose.estimate is not None and pose.driven <= end]
+    wanted = [end * (number + 1) / count for number in range(count)]
+    found = [min(told, key=lambda pose: abs(pose.driven - at)) for at in wanted] if told else []
+    return list({pose.stamp_ns: pose for pose in found}.values())
+
+
+def way_before(located: Located) -> Points:
+    """
+    Return the way to the first claim, reckoned back from it by the odometry, (N, 2).
+
+    It begins after the last interruption, and has no points without a claim.
+    """
+    first = located.first_claim
+    if first is None or first.claim is None:
+        return np.zeros((0, 2))
+    claim = first.claim
+    x, y, heading = claim.x, claim.y, claim.heading
+    points = [(x, y)]
+    before = located.poses.index(first)
+    for motions in reversed(located.odometry.motions[:before]):
+        for motion in reversed(motions):
+            if not isinstance(motion, OdometryStep):
+                return np.array(points[::-1])
+            middle = heading - motion.yaw / 2
+            x -= claim.scale * motion.distance * math.cos(middle)
+            y -= claim.scale * motion.distance * math.sin(middle)
+            heading -= motion.yaw
+            points.append((x, y))
+    return np.array(points[::-1])
+
+
+def _positions(track: Sequence[LocatedPose]) -> Points:
+    return np.array([
+        (pose.claim.x, pose.claim.y) for pose in track if pose.claim is not None])
+
+
+def _path(points: Points) -> str:
+    """Return a line as the data of an SVG path, to the decimetre."""
+    return 'M' + 'L'.join(f'{x:.1f} {y:.1f}' for x, y in points.tolist())

@@ -1,0 +1,171 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The odometry to locate: of a replay, of the results of one, or of a trajectory."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+import csv
+from dataclasses import dataclass
+from decimal import Decimal
+from itertools import pairwise
+import json
+import math
+from pathlib import Path
+from typing import Any, Final
+
+from phase_traj_ros.core import LengthUnit, PairStatus
+from phase_traj_ros.core.localization.given import OdometryStep, ScaleRange
+from phase_traj_ros.errors import ResultError, SourceError
+from phase_traj_ros.io.replay.run import Replay
+from phase_traj_ros.tasks.evaluation.ground_truth import read_ground_truth
+from phase_traj_ros.tasks.location.motion import Motion, Motions, MovedPair
+
+IN_METRES: Final = ScaleRange(0.9, 1.1)
+"""Scale of an odometry in metres: within 5 %, one standard deviation."""
+IN_HEIGHTS: Final = ScaleRange(1.1, 2.2)
+"""Scale of an odometry in heights of the camera above the road, in metres."""
+
+# A drive that turns by less than this fits on every straight road. Radians.
+_STRAIGHT: Final = math.radians(30.0)
+_NO_DISTANCE: Final = (
+    'has no distances to be located by: replay it with code_source auto or heading, and a camera'
+    ' that sees the road')
+
+
+@dataclass(frozen=True, slots=True)
+class DriveOdometry:
+    """
+    The motion of a vehicle from pose to pose.
+
+    source
+        What was driven, for reports.
+    stamps_ns
+        Stamp of each pose, in nanoseconds.
+    motions
+        The motions from each pose to the next, one entry less than poses.
+    scale
+        Metres per unit of the distances.
+    """
+
+    source: str
+    stamps_ns: tuple[int, ...]
+    motions: tuple[tuple[Motion, ...], ...]
+    scale: ScaleRange
+
+    @property
+    def steps(self) -> list[OdometryStep]:
+        """Return the steps without the interruptions."""
+        return [each for motions in self.motions for each in motions
+                if isinstance(each, OdometryStep)]
+
+    @property
+    def straight(self) -> bool:
+        """Return whether the drive has no turn, so that it fits on every straight road."""
+        heading = least = most = 0.0
+        for step in self.steps:
+            heading += step.yaw
+            least, most = min(least, heading), max(most, heading)
+        return most - least < _STRAIGHT
+
+
+def odometry_of(result: Replay) -> DriveOdometry:
+    """
+    Return the odometry of a replay.
+
+    Raises
+    ------
+    SourceError
+        The replay has no distances.
+
+    """
+    pairs = [pair for update in result.updates if (pair := MovedPair.of(update)) is not None]
+    if len(pairs) < len(result.updates) or not result.way.pairs:
+        raise SourceError(f'{result.source} {_NO_DISTANCE}')
+    return _joined(
+        result.source, result.first_stamp_ns, pairs,
+        metric=result.parameters.length_unit is LengthUnit.METRE)
+
+
+def read_odometry(path: Path) -> DriveOdometry:
+    """
+    Read the odometry from the results of a replay, or from a trajectory.
+
+    Parameters
+    ----------
+    path
+        The output folder of a replay, or a file of lines ``stamp x y z qx qy qz qw`` (TUM).
+
+    Raises
+    ------
+    ResultError
+        The folder does not hold a replay with distances.
+    SourceError
+        The trajectory cannot be read.
+
+    """
+    return _read_results(path) if path.is_dir() else _read_trajectory(path)
+
+
+def _read_results(directory: Path) -> DriveOdometry:
+    try:
+        content = json.loads((directory / 'chain_code.json').read_text(encoding='utf-8'))
+        cuts = frozenset(content.get('cuts', ()))
+        with (directory / 'shifts.csv').open(encoding='utf-8', newline='') as file:
+            rows = list(csv.DictReader(file))
+        unit = content.get('distance_unit')
+        if unit is None:
+            raise ResultError(f'{directory} {_NO_DISTANCE}')
+        return _joined(
+            str(content['source']), int(content['first_stamp_ns']),
+            [_read_pair(row, cuts) for row in rows], metric=unit == LengthUnit.METRE.value)
+    except OSError as error:
+        raise ResultError(
+            f'{directory} does not hold a replay ({error.strerror}: {error.filename}): replay'
+            ' the drive with it as the output folder') from None
+    except (ArithmeticError, AttributeError, KeyError, TypeError, ValueError) as error:
+        if isinstance(error, ResultError):
+            raise
+        raise ResultError(
+            f'{directory} does not hold what phase_traj replay writes ({type(error).__name__}:'
+            f' {error}): replay again') from None
+
+
+def _read_pair(row: dict[str, Any], cuts: frozenset[int]) -> MovedPair:
+    known = bool(row['distance'])
+    return MovedPair(
+        stamp_ns=round(Decimal(row['stamp']) * 10**9),
+        interval_ns=round(Decimal(row['interval']) * 10**9),
+        distance=float(row['distance']) if known else None,
+        distance_variance=float(row['distance_variance']) if known else 0.0,
+        yaw=math.radians(float(row['yaw_deg'])),
+        # Results of a version without this column do not have it.
+        yaw_variance=math.radians(1.0) ** 2 * float(row.get('yaw_variance') or 0.0),
+        gap=row['status'] == PairStatus.GAP.value, cut=int(row['pair']) in cuts)
+
+
+def _joined(
+    source: str, first_ns: int, pairs: Iterable[MovedPair], *, metric: bool,
+) -> DriveOdometry:
+    maker = Motions()
+    pairs = list(pairs)
+    return DriveOdometry(
+        source, (first_ns, *(pair.stamp_ns for pair in pairs)),
+        tuple(maker.of(pair) for pair in pairs), IN_METRES if metric else IN_HEIGHTS)
+
+
+def _read_trajectory(path: Path) -> DriveOdometry:
+    truth = read_ground_truth(path)
+    if truth.stamps_ns is None:
+        raise SourceError(
+            f'{path} has no stamps: give a trajectory in the TUM format, lines of stamp x y z qx'
+            ' qy qz qw')
+    stamps = truth.stamps_ns.tolist()
+    if any(after <= before for before, after in pairwise(stamps)):
+        raise SourceError(f'{path}: the stamps do not rise: sort its lines by the stamp')
+    poses = [
+        (x, y, yaw) for (x, y), yaw in zip(truth.positions.tolist(), truth.headings.tolist())]
+    motions = tuple(
+        (OdometryStep.between(before, after, stamp_ns=stamp),)
+        for before, after, stamp in zip(poses, poses[1:], stamps[1:]))
+    return DriveOdometry(str(path), tuple(stamps), motions, IN_METRES)

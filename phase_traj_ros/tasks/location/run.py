@@ -1,0 +1,163 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Runs the locator over the odometry of a drive, and keeps what it says."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from itertools import groupby
+
+import numpy as np
+from phase_traj_ros.core.localization.estimate import LocationEstimate
+from phase_traj_ros.core.localization.given import OdometryStep, Prior, ScaleRange
+from phase_traj_ros.core.localization.locator import MapLocator
+from phase_traj_ros.core.localization.settings import LocatorSettings
+from phase_traj_ros.errors import MapError
+from phase_traj_ros.io.maps.road_file import RoadFile
+from phase_traj_ros.tasks.location.motion import Interruption, Motion
+from phase_traj_ros.tasks.location.odometry import DriveOdometry
+
+
+@dataclass(frozen=True, slots=True)
+class Near:
+    """A rough place: within ``radius`` metres of a point in degrees."""
+
+    latitude: float
+    longitude: float
+    radius: float
+
+    def prior(self, roads: RoadFile) -> Prior:
+        """
+        Return the prior on a map.
+
+        Raises
+        ------
+        MapError
+            No road of the map is there.
+
+        """
+        x, y = roads.projection.to_metres(self.latitude, self.longitude).tolist()
+        if not np.isfinite(x) or _distance(roads, x, y) > self.radius:
+            south, west, north, east = roads.bounds
+            raise MapError(
+                f'no road of {roads.source} is within {self.radius:g} m of {self.latitude:g},'
+                f'{self.longitude:g}: the map covers latitudes {south:.4f} to {north:.4f} and'
+                f' longitudes {west:.4f} to {east:.4f}')
+        return Prior(x, y, self.radius)
+
+
+@dataclass(frozen=True, slots=True)
+class LocatedPose:
+    """
+    A pose of a drive, and what is known of its place.
+
+    stamp_ns
+        Stamp in nanoseconds.
+    driven
+        Distance since the first pose, in the unit of the odometry, 0 or more.
+    estimate
+        What the locator says; None before the first step and after an interruption.
+    """
+
+    stamp_ns: int
+    driven: float
+    estimate: LocationEstimate | None
+
+    @property
+    def claim(self) -> LocationEstimate | None:
+        """Return the estimate if the place counts as known, otherwise None."""
+        estimate = self.estimate
+        return estimate if estimate is not None and estimate.claimed else None
+
+
+@dataclass(frozen=True, slots=True)
+class Located:
+    """A drive on a map."""
+
+    odometry: DriveOdometry
+    roads: RoadFile
+    near: Near | None
+    scale: ScaleRange
+    level: float
+    poses: tuple[LocatedPose, ...]
+
+    @property
+    def first_claim(self) -> LocatedPose | None:
+        """Return the pose from which the place is known; None if it never is."""
+        return next((pose for pose in self.poses if pose.claim is not None), None)
+
+    @property
+    def tracks(self) -> list[list[LocatedPose]]:
+        """Return the poses whose place is known, each part without interruption a list."""
+        return [
+            list(part) for known, part in groupby(
+                self.poses, key=lambda pose: pose.claim is not None) if known]
+
+
+def locate(
+    odometry: DriveOdometry, roads: RoadFile, *, near: Near | None = None,
+    scale: ScaleRange | None = None, level: float | None = None,
+    advance: Callable[[], object] = lambda: None,
+) -> Located:
+    """
+    Locate a drive on a map.
+
+    Parameters
+    ----------
+    odometry
+        The drive.
+    roads
+        The map.
+    near
+        Where it starts; None for anywhere on the map.
+    scale
+        Metres per unit of the odometry; None for what the odometry says of itself.
+    level
+        Probability above which a place is claimed; None for the default.
+    advance
+        Called after each pose.
+
+    Raises
+    ------
+    MapError
+        No road of the map is where the drive starts.
+
+    """
+    settings = LocatorSettings() if level is None else LocatorSettings(claim_above=level)
+    scale = odometry.scale if scale is None else scale
+    locator = MapLocator(
+        roads.road_map(), scale=scale, prior=None if near is None else near.prior(roads),
+        settings=settings)
+    driven = 0.0
+    poses = [LocatedPose(odometry.stamps_ns[0], 0.0, None)]
+    for stamp_ns, motions in zip(odometry.stamps_ns[1:], odometry.motions):
+        estimate = feed(locator, motions)
+        driven += sum(
+            abs(motion.distance) for motion in motions if isinstance(motion, OdometryStep))
+        poses.append(LocatedPose(stamp_ns, driven, estimate))
+        advance()
+    return Located(odometry, roads, near, scale, settings.claim_above, tuple(poses))
+
+
+def feed(locator: MapLocator, motions: Sequence[Motion]) -> LocationEstimate | None:
+    """Feed the motions of a pair to a locator; return what it says after the last one."""
+    estimate = None
+    for motion in motions:
+        if isinstance(motion, Interruption):
+            locator.interrupt(motion.distance, turn=motion.turn)
+            estimate = None
+        else:
+            estimate = locator.update(motion)
+    return estimate
+
+
+def _distance(roads: RoadFile, x: float, y: float) -> float:
+    """Return the distance from a point to the nearest road, in metres."""
+    nearest = np.inf
+    for line in roads.lines:
+        start, along = line[:-1], np.diff(line, axis=0)
+        to = np.array([x, y]) - start
+        share = ((to * along).sum(axis=1) / (along * along).sum(axis=1)).clip(0.0, 1.0)
+        nearest = min(nearest, float(np.hypot(*(to - share[:, None] * along).T).min()))
+    return nearest

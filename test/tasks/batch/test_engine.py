@@ -1,0 +1,205 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""One engine for processes of this machine and for a cluster, with the same rules for both."""
+
+from contextlib import contextmanager
+import json
+import multiprocessing
+import os
+import shutil
+import signal
+import sys
+
+from fragile import endless, killed_always, killed_once, never_returns, VARIABLE
+from phase_traj_ros.errors import MissingDependencyError, ParameterError
+from phase_traj_ros.parameters import Parameters
+from phase_traj_ros.tasks.batch import cluster
+from phase_traj_ros.tasks.batch.cluster import dask_executor
+from phase_traj_ros.tasks.batch.engine import Batch
+from phase_traj_ros.tasks.batch.notes import Notes, Progress, Stopped
+from phase_traj_ros.tasks.batch.outcome import Status
+from phase_traj_ros.tasks.batch.processes import IsolatedProcesses
+from phase_traj_ros.tasks.batch.request import batch_of, ReplayRequest
+import pytest
+from rolled import MOVEMENT, write_rolled
+
+FILES = {
+    'chain_code.json', 'manifest.json', 'shifts.csv', 'trajectory.png', 'trajectory.tum',
+    'turns.png'}
+
+
+@pytest.fixture
+def marks(tmp_path, monkeypatch):
+    """Return a folder in which processes that are killed leave a file."""
+    folder = tmp_path / 'marks'
+    folder.mkdir()
+    monkeypatch.setenv(VARIABLE, str(folder))
+    return folder
+
+
+@contextmanager
+def local_cluster():
+    distributed = pytest.importorskip('distributed')
+    with distributed.LocalCluster(
+            n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None,
+            silence_logs=50) as found, dask_executor(found.scheduler_address) as executor:
+        yield executor
+
+
+@pytest.fixture(params=['processes', 'dask'])
+def executor(request, marks):
+    """Return an executor of two processes, which inherit the folder of marks."""
+    with IsolatedProcesses(2) if request.param == 'processes' else local_cluster() as found:
+        yield found
+
+
+def jobs_for(tmp_path, sources):
+    request = ReplayRequest(
+        source=sources[0], output=tmp_path / 'results', parameters=Parameters(threshold=16.0))
+    return batch_of(request, sources)
+
+
+def rows_of(batch):
+    return {row.folder: row for row in batch.rows}
+
+
+def files_in(folder):
+    return {path.name for path in folder.iterdir()}
+
+
+def test_a_process_that_is_killed_loses_nothing(tmp_path, executor, marks):
+    names = ('a', 'victim', 'b')
+    batch = Batch(
+        jobs_for(tmp_path, [write_rolled(tmp_path / name) for name in names]), run=killed_once)
+    progress = []
+    batch.run(executor, progress.append)
+    assert len(list(marks.iterdir())) == 1
+    assert [row.status for row in batch.rows] == [Status.OK] * 3
+    assert progress[-1] == 3 and progress == sorted(progress)
+    assert files_in(tmp_path / 'results') == set(names)
+    for name in names:
+        assert files_in(tmp_path / 'results' / name) == FILES
+        code = json.loads((tmp_path / 'results' / name / 'chain_code.json').read_text())
+        assert code['movement'] == MOVEMENT
+
+
+def test_a_source_that_kills_its_process_each_time_is_a_row(tmp_path, executor, marks):
+    batch = Batch(jobs_for(
+        tmp_path, [write_rolled(tmp_path / name) for name in ('victim', 'a')]), run=killed_always)
+    batch.run(executor)
+    assert len(list(marks.iterdir())) == 2
+    rows = rows_of(batch)
+    assert rows['a'].status is Status.OK
+    assert rows['victim'].status is Status.FAILED
+    assert 'its process has died 2 times' in rows['victim'].error
+    assert files_in(tmp_path / 'results') == {'a'}
+
+
+def test_errors_that_cannot_be_transferred_are_rows(tmp_path, executor):
+    batch = Batch(jobs_for(tmp_path, [tmp_path / 'x', tmp_path / 'y']), run=never_returns)
+    batch.run(executor)
+    assert [row.error for row in batch.rows] == ['RuntimeError: a fault of two lines'] * 2
+
+
+def test_an_interruption_keeps_what_is_complete_and_stops_the_rest(tmp_path, executor):
+    batch = Batch(jobs_for(
+        tmp_path, [write_rolled(tmp_path / name) for name in ('short', 'endless')]), run=endless)
+
+    def interrupt(_):
+        if batch.rows[0].status is Status.OK:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        batch.run(executor, interrupt)
+    assert [row.status for row in batch.rows] == [Status.OK, Status.INTERRUPTED]
+    assert files_in(tmp_path / 'results') == {'short'}
+    assert files_in(tmp_path / 'results' / 'short') == FILES
+
+
+def test_a_replay_that_completes_while_the_batch_ends_is_told_as_complete(tmp_path, executor):
+    # The interrupt comes before any outcome was taken.
+    batch = Batch(jobs_for(tmp_path, [write_rolled(tmp_path / 'a')]))
+    take = batch._take
+    folder = tmp_path / 'results' / 'a'
+
+    def late(done, futures):
+        if done and not batch._stopping:
+            raise KeyboardInterrupt
+        take(done, futures)
+
+    batch._take = late
+    with pytest.raises(KeyboardInterrupt):
+        batch.run(executor)
+    assert files_in(folder) == FILES and batch.rows[0].status is Status.OK
+
+
+def test_machines_that_do_not_share_the_folder_are_told(tmp_path, executor):
+    batch = Batch(jobs_for(tmp_path, [write_rolled(tmp_path / 'a')]), run=elsewhere)
+    batch.run(executor)
+    assert batch.rows[0].status is Status.FAILED and 'have to share it' in batch.rows[0].error
+
+
+def elsewhere(request, progress):
+    """Find no notes, as on a machine that does not share the folder."""
+    raise Stopped
+
+
+def test_a_scheduler_that_ends_leaves_rows(tmp_path, marks, monkeypatch):
+    distributed = pytest.importorskip('distributed')
+    monkeypatch.setattr(cluster, '_ANSWER_S', 3)
+    batch = Batch(jobs_for(
+        tmp_path, [write_rolled(tmp_path / name) for name in ('short', 'endless')]), run=endless)
+    found = distributed.LocalCluster(
+        n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None,
+        silence_logs=50)
+
+    def end(_):
+        if batch.rows[0].status is Status.OK and found.status.name == 'running':
+            found.close()
+
+    with dask_executor(found.scheduler_address) as executor:
+        batch.run(executor, end)
+    rows = rows_of(batch)
+    assert rows['short'].status is Status.OK
+    assert rows['endless'].status is Status.FAILED and 'lost' in rows['endless'].error
+
+
+def test_processes_ignore_the_signals_of_a_terminal():
+    with IsolatedProcesses(1) as executor:
+        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+            pid = executor.submit(os.getpid).result()
+            os.kill(pid, number)
+            assert executor.submit(os.getpid).result() == pid
+    assert multiprocessing.active_children() == []
+
+
+def test_notes_tell_of_progress_attempts_and_the_end(tmp_path):
+    with Notes.in_folder(tmp_path / 'new', 'x-') as notes:
+        assert [notes.begin(0), notes.begin(0), notes.begin(1)] == [0, 1, 0]
+        assert notes.fraction(0) == 0
+        Progress(notes, 0)(2, 8)
+        assert notes.fraction(0) == 0.25
+        Progress(notes, 0)(8, 8)
+        assert notes.fraction(0) == 0.99
+        Progress(notes, 1)(3, None)
+        assert notes.fraction(1) == 0
+        shutil.rmtree(notes.folder)
+        with pytest.raises(Stopped):
+            Progress(notes, 0)(3, 8)
+        with pytest.raises(Stopped):
+            notes.begin(0)
+
+
+def test_no_scheduler(monkeypatch):
+    pytest.importorskip('distributed')
+    monkeypatch.setattr(cluster, '_ANSWER_S', 1)
+    with (pytest.raises(ParameterError, match='no scheduler answers'),
+          dask_executor('tcp://127.0.0.1:9')):
+        pass
+
+
+def test_missing_dask_is_reported(monkeypatch):
+    monkeypatch.setitem(sys.modules, 'distributed', None)
+    with (pytest.raises(MissingDependencyError, match=r'phase_traj_ros\[dask\]'),
+          dask_executor('tcp://127.0.0.1:9')):
+        pass

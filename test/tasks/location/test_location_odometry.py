@@ -1,0 +1,161 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Odometry for the locator: from replays, their results, and trajectories."""
+
+from dataclasses import replace
+import math
+
+from made_town import drive, write_tum
+import numpy as np
+from phase_traj_ros.core import PairStatus, Travel, TravelState
+from phase_traj_ros.core.localization.given import OdometryStep
+from phase_traj_ros.errors import ResultError, SourceError
+from phase_traj_ros.io.replay.run import replay
+from phase_traj_ros.io.results.files import write_chain_code, write_shifts
+from phase_traj_ros.parameters import Parameters
+from phase_traj_ros.tasks.location.motion import Interruption, Motions, MovedPair
+from phase_traj_ros.tasks.location.odometry import (
+    IN_HEIGHTS,
+    IN_METRES,
+    odometry_of,
+    read_odometry,
+)
+import pytest
+from rolled import rolled_frames
+
+GIVEN = {'focal_px': 300.0, 'speed': 5.0, 'code_source': 'shift'}
+SECOND = 1_000_000_000
+
+
+@pytest.fixture(scope='module')
+def result():
+    return replay(rolled_frames(), Parameters(**GIVEN), source='a drive')
+
+
+@pytest.fixture
+def results(result, tmp_path):
+    """Return the folder of the results of a replay."""
+    write_chain_code(result, tmp_path / 'chain_code.json')
+    write_shifts(result, tmp_path / 'shifts.csv')
+    return tmp_path
+
+
+def pair(number=0, **values):
+    return MovedPair(**{
+        'stamp_ns': number * SECOND // 10, 'interval_ns': SECOND // 10, 'distance': 1.0,
+        'distance_variance': 0.01, 'yaw': 0.1, 'yaw_variance': 1e-4, **values})
+
+
+def test_a_replay_and_its_results_are_the_same_odometry(result, results):
+    live, read = odometry_of(result), read_odometry(results)
+
+    assert live.source == read.source and live.stamps_ns == read.stamps_ns
+    assert len(live.motions) == len(live.stamps_ns) - 1
+    assert live.scale == read.scale == IN_METRES
+    for one, other in zip(live.steps, read.steps, strict=True):
+        assert one.stamp_ns == other.stamp_ns
+        assert other.distance == pytest.approx(one.distance, abs=1e-5)
+        assert other.distance_variance == pytest.approx(one.distance_variance, rel=1e-3)
+        assert other.yaw == pytest.approx(one.yaw, abs=math.radians(1e-4))
+        assert other.yaw_variance == pytest.approx(one.yaw_variance, rel=1e-3)
+    assert any(step.yaw_variance > 0.0 for step in live.steps)
+
+
+def test_camera_heights_have_a_wide_scale(result):
+    heights = replace(result, parameters=Parameters(focal_px=300.0, code_source='auto'))
+
+    assert odometry_of(heights).scale == IN_HEIGHTS
+
+
+def test_a_replay_without_distances_says_what_to_do(result, results):
+    with pytest.raises(SourceError, match='a drive has no distances to be located by: replay'):
+        odometry_of(replay(rolled_frames(), Parameters(threshold=16.0), source='a drive'))
+    write_chain_code(
+        replay(rolled_frames(), Parameters(threshold=16.0), source='a drive'),
+        results / 'chain_code.json')
+    with pytest.raises(ResultError, match='has no distances'):
+        read_odometry(results)
+
+
+@pytest.mark.parametrize(('name', 'content'), [
+    ('chain_code.json', None), ('shifts.csv', None), ('chain_code.json', '[]'),
+    ('chain_code.json', 'x'), ('shifts.csv', 'pair,stamp\n0,x\n')])
+def test_what_is_no_replay_says_so(results, name, content):
+    if content is None:
+        (results / name).unlink()
+    else:
+        (results / name).write_text(content)
+
+    with pytest.raises(ResultError, match=r'does not hold .*: replay'):
+        read_odometry(results)
+
+
+def test_a_gap_a_cut_and_a_lost_pair():
+    motions = Motions()
+    [first] = motions.of(pair())
+    [cut] = motions.of(pair(1, cut=True))
+    [gap] = motions.of(pair(2, gap=True, interval_ns=4 * SECOND))
+    [long_gap] = motions.of(pair(3, gap=True, interval_ns=60 * SECOND))
+
+    assert isinstance(first, OdometryStep) and first.distance == 1.0
+    assert cut == Interruption(1000.0, math.pi)
+    assert isinstance(gap, Interruption) and 0.0 < gap.distance < long_gap.distance
+    assert gap.turn < long_gap.turn == math.pi
+
+
+def test_an_unknown_distance_is_bridged_for_seconds():
+    motions = Motions()
+    motions.of(pair())
+    bridged = [motions.of(pair(number, distance=None)) for number in range(1, 4)]
+    after = motions.of(pair(4))
+
+    # The vehicle went on with 10 m/s, more or less; its yaw is known.
+    for [step] in bridged:
+        assert step.distance == pytest.approx(1.0) and step.yaw == 0.1
+        assert step.distance_variance == pytest.approx(0.25)
+    assert len(after) == 1
+    for number in range(5, 75):
+        motions.of(pair(number, distance=None))
+    lost, step = motions.of(pair(75))
+    assert isinstance(lost, Interruption) and lost.turn == 0.0
+    assert lost.distance >= 70.0 and step.distance == 1.0
+
+
+def test_an_update_without_heading_or_distance_is_no_pair(result):
+    update = result.updates[0]
+    unknown = replace(update, travel=Travel(1.0, 1.0, TravelState.UNKNOWN))
+    gap = replace(update, status=PairStatus.GAP, cut=True)
+
+    assert MovedPair.of(replace(update, heading=None)) is None
+    assert MovedPair.of(replace(update, travel=None)) is None
+    assert MovedPair.of(unknown).distance is None
+    assert MovedPair.of(gap).gap and MovedPair.of(gap).cut
+
+
+def test_a_trajectory_is_metres(tmp_path):
+    poses = drive()
+    odometry = read_odometry(write_tum(poses, tmp_path / 'wheels.tum'))
+
+    steps = odometry.steps
+    assert len(odometry.stamps_ns) == len(poses) == len(steps) + 1
+    assert odometry.stamps_ns[0] == 1_700_000_000 * SECOND
+    assert odometry.scale == IN_METRES and not odometry.straight
+    assert sum(step.distance for step in steps) == pytest.approx(
+        np.hypot(*np.diff(poses[:, :2], axis=0).T).sum(), abs=0.01)
+    assert sum(step.yaw for step in steps) == pytest.approx(poses[-1, 2] - poses[0, 2], abs=1e-4)
+
+
+def test_a_drive_without_a_turn_is_straight(tmp_path):
+    poses = np.column_stack([np.arange(50.0), np.zeros(50), np.zeros(50)])
+
+    assert read_odometry(write_tum(poses, tmp_path / 'straight.tum')).straight
+
+
+def test_a_trajectory_without_stamps_or_order_is_refused(tmp_path):
+    path = tmp_path / 'poses.txt'
+    path.write_text('1 0 0 0 0 1 0 0 0 0 1 0\n' * 3)
+    with pytest.raises(SourceError, match='has no stamps: give a trajectory in the TUM format'):
+        read_odometry(path)
+    path = write_tum(drive()[:5], tmp_path / 'late.tum', interval=-0.1)
+    with pytest.raises(SourceError, match='rise'):
+        read_odometry(path)
