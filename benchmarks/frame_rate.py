@@ -42,7 +42,8 @@ _HEIGHT, _MOUNTED, _ANGLES = 0.04, math.radians(0.5), 0.01
 _FROM = 5.0
 
 _INTRODUCTION = f"""
-    Every drive is rendered once at 120 Hz, with the noise of a sensor, and filmed in several ways:
+    This page shows whether the result depends on the frame rate. Every drive is rendered once at
+    120 Hz, with the noise of a sensor, and filmed in several ways:
     at lower rates, with repeated pictures (a film of 15, 10 or 24 Hz converted to 30 Hz), with a
     fifth of the frames lost at random, with stamps that are off by a tenth of the interval. The
     result should be the same. The calibration of the camera and its height are given.
