@@ -22,6 +22,8 @@ RUNTIME = [
     'shtab>=1.6',
     *(f'{each}; platform_machine == "aarch64"' for each in FFT),
 ]
+# Reads videos in place of OpenCV: exact times, fewer conversions, and it seeks.
+VIDEO = ['av>=14']
 DASK = ['dask', 'distributed']
 EVO = ['evo']
 # Reads road maps as .osm.pbf; the other forms of OpenStreetMap need the standard library only.
@@ -45,6 +47,7 @@ EXTRAS = {
     'ros': ['ros-jazzy-rclpy[fastrtps]==7.1.6', 'ros-jazzy-common-interfaces==5.3.6'],
     'fft': FFT,
     'dask': DASK,
+    'video': VIDEO,
     'evo': EVO,
     'map': MAP,
     'test': [
@@ -59,6 +62,7 @@ EXTRAS = {
         *EVO,
         *FFT,
         *MAP,
+        *VIDEO,
     ],
     'bench': ['scikit-image'],
     'docs': ['sphinx', 'myst-parser', 'sphinx-rtd-theme'],

@@ -20,7 +20,7 @@ SOURCE_HELP = """\
 SOURCE is one of
   a ROS 2 bag       a directory with metadata.yaml, or a single .mcap or .db3 file
   a ROS 1 bag       a .bag file
-  a video file      anything that OpenCV reads
+  a video file      anything that PyAV or, where it is absent, OpenCV reads
   a folder          of images, in natural order of their names; with times.txt (seconds, one
                     per line) in it or beside it, as in a KITTI sequence, else see --fps
 """

@@ -6,18 +6,30 @@ from collections.abc import Sequence
 from typing import Any
 
 from phase_traj_ros.core import ChainCode, CodeSeries, LengthUnit, LinkCode, Turn, Way
+from phase_traj_ros.io.replay.run import Replay
 
 # Turns that are printed; chain_code.json lists all of them.
 _MOST_TURNS = 12
 
 
-def print_codes(codes: ChainCode) -> None:
+def print_result(result: Replay) -> None:
+    """Print codes, turns, camera and distance, and why a result is not reliable."""
+    _print_codes(result.codes)
+    _print_turns(result.turns)
+    if result.camera is not None:
+        print(f'camera: {result.camera}')
+    _print_way(result.way, result.links, unit=result.parameters.length_unit)
+    if not result.reliability.reliable:
+        print('not reliable:', *(reason.sentence for reason in result.reliability.reasons))
+
+
+def _print_codes(codes: ChainCode) -> None:
     """Print both codes in run-length form."""
     _print_series('movement ', codes.movement)
     _print_series('direction', codes.direction)
 
 
-def print_turns(turns: Sequence[Turn]) -> None:
+def _print_turns(turns: Sequence[Turn]) -> None:
     """Print the angles of the first turns."""
     angles = [
         f'{"left" if turn.angle_deg > 0 else "right"} {abs(turn.angle_deg):.0f}'
@@ -27,7 +39,7 @@ def print_turns(turns: Sequence[Turn]) -> None:
         print(f'turns     ({len(turns)}): {", ".join(angles + more)} (degrees)')
 
 
-def print_way(way: Way, links: LinkCode | None, *, unit: LengthUnit) -> None:
+def _print_way(way: Way, links: LinkCode | None, *, unit: LengthUnit) -> None:
     """Print the distance, how it was measured, and the equal links; nothing without a distance."""
     if way.pairs:
         states = ', '.join(

@@ -22,7 +22,8 @@ def test_demo(tmp_path):
     code = json.loads((output / 'chain_code.json').read_text())
     assert (code['frames'], len(code['movement'])) == (201, 200)
     assert [run[0] for run in code['direction_runs']] == [1, 0, 1, 0]
-    assert [run[0] for run in code['movement_runs']] == [1, 0, 3, 1, 2, 3, 1, 0, 3, 1]
+    assert [run[0] for run in code['movement_runs']] == [
+        1, 3, 0, 3, 1, 3, 2, 3, 1, 3, 0, 3, 1]
     assert {path.name for path in output.iterdir()} == {
         'chain_code.json', 'manifest.json', 'shifts.csv', 'trajectory.png', 'trajectory.tum',
         'demo_bag'}

@@ -29,7 +29,9 @@ def replayed(path, threshold):
 
 def check(path, threshold, rate):
     offline = replayed(path, threshold)
-    online = run_live(path, pairs=len(offline.updates), threshold=threshold, rate=rate)
+    online = run_live(
+        path, pairs=len(offline.updates),
+        values=Parameters(threshold=threshold), rate=rate)
     assert list(online.movement) == offline.movement
     assert list(online.direction) == offline.direction
     assert parse(online.chain_code).frames == offline.frames

@@ -11,10 +11,11 @@ from phase_traj_ros.cli.command import Command
 from phase_traj_ros.cli.commands.demo_map import run_on_map
 from phase_traj_ros.cli.options import add_force
 from phase_traj_ros.cli.progress import counter
-from phase_traj_ros.cli.report import print_codes
+from phase_traj_ros.cli.report import print_result
 from phase_traj_ros.core import Direction, PAPER_THRESHOLD
 from phase_traj_ros.errors import MissingDependencyError, ResultError
 from phase_traj_ros.io.outputs.outputs import output_directory
+from phase_traj_ros.io.replay.camera import known_lens
 from phase_traj_ros.io.replay.run import Replay, replay
 from phase_traj_ros.io.results.figures import require_matplotlib
 from phase_traj_ros.io.results.files import RESULT_NAMES, write_results
@@ -47,6 +48,9 @@ def add_parser(commands: Any) -> None:
         '--drive', choices=sorted(DRIVES), default='demo',
         help="drive: demo, or one of the paper's two case studies (default: demo)")
     parser.add_argument(
+        '--paper', action='store_true',
+        help="use the paper's rule: the shift and a threshold, instead of the turns")
+    parser.add_argument(
         '--map', action='store_true',
         help='drive through a town, and find the drive on its map')
     parser.add_argument(
@@ -69,8 +73,9 @@ def run(options: Namespace) -> None:
             ' phase_traj_ros[ros]') from None
     require_matplotlib()
     drive = named_drive(options.drive)
-    parameters = Parameters().with_values(
-        {'threshold': _THRESHOLDS.get(drive.name, PAPER_THRESHOLD)})
+    parameters = Parameters(camera_height=drive.camera.above_ground)
+    if options.paper:
+        parameters = Parameters(threshold=_THRESHOLDS.get(drive.name, PAPER_THRESHOLD))
     name = f'{drive.name}_bag'
     with output_directory(
             options.output, names=(*RESULT_NAMES, name), force=options.force) as directory:
@@ -79,16 +84,18 @@ def run(options: Namespace) -> None:
             write_drive_bag(drive, directory / name, progress=advance)
         print('playing them to the node over DDS ...', flush=True)
         live = run_live(
-            directory / name, pairs=len(drive) - 1, threshold=parameters.threshold_px)
+            directory / name, pairs=len(drive) - 1, values=parameters)
         with open_source(directory / name) as source:
-            offline = replay(source, parameters, source=str(options.output / name))
+            offline = replay(
+                source, parameters, source=str(options.output / name),
+                lens=known_lens(source, parameters))
         if (list(live.movement), list(live.direction)) != (offline.movement, offline.direction):
             raise ResultError('the codes of the node and of the offline replay differ')
         if live.exit_status != 0:
             raise ResultError(f'the node has ended with status {live.exit_status}')
         check_turns(drive, offline)
         write_results(offline, directory)
-    print_codes(offline.codes)
+    print_result(offline)
     turns = ', '.join(
         f'{"left" if turn.angle_deg > 0 else "right"} {abs(turn.angle_deg):.0f}°'
         for turn in drive.turns)

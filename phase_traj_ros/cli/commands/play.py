@@ -20,7 +20,7 @@ from phase_traj_ros.errors import (
     ParameterError,
     SourceError,
 )
-from phase_traj_ros.io.sources.base import FrameSource, StampedFrame
+from phase_traj_ros.io.sources.base import FrameSource, StampedFrame, UnreadableFrame
 from phase_traj_ros.io.sources.prefetch import prefetch
 
 _WAIT_S, _WAIT_LOSSLESS_S = 5.0, 30.0
@@ -152,6 +152,11 @@ def _camera_of(source: FrameSource, *, rectified: bool) -> CameraModel | None:
 
 
 def _frames(source: FrameSource, *, loop: bool) -> Iterator[StampedFrame]:
-    yield from source
-    while loop:
-        yield from source
+    while True:
+        for entry in source.entries():
+            if isinstance(entry, UnreadableFrame):
+                print(f'warning: skipped frame {entry.number}: {entry.reason}', file=sys.stderr)
+            else:
+                yield entry
+        if not loop:
+            return

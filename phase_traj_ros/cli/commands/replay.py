@@ -22,7 +22,7 @@ from phase_traj_ros.cli.options import (
     SOURCE_HELP,
 )
 from phase_traj_ros.cli.progress import progress
-from phase_traj_ros.cli.report import print_codes, print_turns, print_way
+from phase_traj_ros.cli.report import print_result
 from phase_traj_ros.io.replay.run import Replay
 from phase_traj_ros.io.sources.base import DEFAULT_SPEED_TOPIC, Entry
 from phase_traj_ros.tasks.batch.job import Pass, replay_source
@@ -124,13 +124,7 @@ class _Stopwatch:
 def _print(result: Replay, seconds: float) -> None:
     print(f'{result.source}: {result.frames} frames in {seconds:.1f} s'
           f' ({result.frames / seconds:.0f} frames/s)')
-    print_codes(result.codes)
-    print_turns(result.turns)
-    if result.camera is not None:
-        print(f'camera: {result.camera}')
-    print_way(result.way, result.links, unit=result.parameters.length_unit)
-    if not result.reliability.reliable:
-        print('not reliable:', *(reason.sentence for reason in result.reliability.reasons))
+    print_result(result)
     if result.threshold_hint is not None:
         print(f'hint: {result.threshold_hint.sentence}')
     for warning in _warnings(result):

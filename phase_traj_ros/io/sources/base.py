@@ -92,6 +92,8 @@ class Candidate:
     decode: Callable[[], GreyImage]
     encoding: str = ''
     frame_id: str = CAMERA_FRAME
+    number: int | None = None
+    """Number of the frame, from 0 on; None for the one after the previous candidate."""
 
 
 class FrameSource(ABC):
@@ -218,14 +220,16 @@ class FrameSource(ABC):
         """Yield the selected candidates with their numbers, before the selection."""
         selector = Selector(self._selection)
         with closing(self._candidates()) as candidates:
-            for number, candidate in enumerate(candidates):
+            number = -1
+            for candidate in candidates:
+                number = number + 1 if candidate.number is None else candidate.number
                 choice = selector.judge(candidate.stamp_ns)
                 if choice is Choice.STOP:
                     break
                 if choice is Choice.USE:
                     yield number, candidate
             else:
-                self._frames = replace(self._frames, read=selector.seen)
+                self._frames = replace(self._frames, read=number + 1)
         if not selector.used:
             if not selector.seen:
                 raise SourceError(f'{self._description}: no frame could be read')

@@ -88,5 +88,6 @@ def open_source(
     if is_directory:
         from phase_traj_ros.io.sources.folder import FolderSource
         return FolderSource(path, selection=selection, fps=fps)
+    from phase_traj_ros.io.sources.pyav_video import has_pyav, PyavSource
     from phase_traj_ros.io.sources.video import VideoSource
-    return VideoSource(path, selection=selection, fps=fps)
+    return (PyavSource if has_pyav() else VideoSource)(path, selection=selection, fps=fps)

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Frames from a video file."""
+"""Frames from a video file, read by OpenCV."""
 
 from bisect import bisect_left
 import codecs
@@ -9,7 +9,7 @@ from functools import partial
 import math
 from pathlib import Path
 import re
-from typing import cast
+from typing import cast, Final
 
 import cv2
 from phase_traj_ros.errors import SourceError
@@ -22,8 +22,9 @@ _MAX_CONTAINER_FPS = 1000.0
 _MAX_FRAME_COUNT = 2 ** 32
 _MAX_POSITION_MS = 1e12
 _SNIFFED_BYTES = 4096
-# A JPEG, or a start code of H.264, H.265 or MPEG, but not the pack header of a program stream.
-_RAW_STREAM = re.compile(rb'\xff\xd8\xff|\x00?\x00\x00\x01[^\xba]')
+
+RAW_STREAM: Final = re.compile(rb'\xff\xd8\xff|\x00?\x00\x00\x01[^\xba]')
+"""Start of a stream without a container: JPEG, H.264, H.265 or MPEG, not a program stream's."""
 
 
 class VideoClock:
@@ -72,7 +73,7 @@ class VideoSource(FrameSource):
         selection: Selection = EVERYTHING,
         fps: float | None = None,
     ) -> None:
-        start = _start_of(path)
+        start = start_of(path)
         self._path = path
         capture = self._open()
         try:
@@ -85,7 +86,7 @@ class VideoSource(FrameSource):
             capture.release()
         usable = math.isfinite(own_fps) and 0 < own_fps <= _MAX_CONTAINER_FPS
         # For a stream without a container, the reader may have invented the rate.
-        assumed = fps is None and (not usable or _RAW_STREAM.match(start) is not None)
+        assumed = fps is None and (not usable or RAW_STREAM.match(start) is not None)
         self._use_positions = fps is None
         self._fps = fps if fps is not None else own_fps if usable else DEFAULT_FPS
         super().__init__(
@@ -149,7 +150,7 @@ def _is_count(count: float) -> bool:
     return math.isfinite(count) and 0 < count <= _MAX_FRAME_COUNT
 
 
-def _start_of(path: Path) -> bytes:
+def start_of(path: Path) -> bytes:
     """
     Return the first bytes of a video.
 

@@ -5,6 +5,7 @@
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+import json
 import os
 from pathlib import Path
 import signal
@@ -12,6 +13,7 @@ import subprocess
 import sys
 
 from phase_traj_ros.errors import SourceError
+from phase_traj_ros.parameters import Parameters
 from phase_traj_ros.ros.playback.children import start_child
 from phase_traj_ros.ros.playback.recorder import Recorder
 from phase_traj_ros.ros.spin import ros_context
@@ -39,7 +41,7 @@ class LiveResult:
 
 
 def run_live(
-    recording: Path, *, pairs: int, threshold: float, rate: float = 10.0,
+    recording: Path, *, pairs: int, values: Parameters, rate: float = 10.0,
 ) -> LiveResult:
     """
     Play ``recording`` to a node, both in separate processes; record the messages of the node.
@@ -53,8 +55,8 @@ def run_live(
         Any source of frames.
     pairs
         Number of pairs of frames to wait for.
-    threshold
-        Threshold of the node in pixels per frame.
+    values
+        Parameters of the node.
     rate
         Playback speed, relative to the recording.
 
@@ -67,8 +69,9 @@ def run_live(
     namespace = f'/phase_traj_live_{os.getpid()}'
     within = ['-r', f'__ns:={namespace}']
     node = [
-        'phase_traj_ros.ros.lifecycle_main', '--ros-args', *within, '-p',
-        f'threshold:={threshold!r}',
+        'phase_traj_ros.ros.lifecycle_main', '--ros-args', *within,
+        *(argument for spec in values.changed
+          for argument in ('-p', f'{spec.name}:={json.dumps(values.value(spec))}')),
         *lossless_overrides(f'{namespace}/image')]
     player = [
         'phase_traj_ros.cli.main', 'play', str(recording), '--lossless', '--rate', str(rate),

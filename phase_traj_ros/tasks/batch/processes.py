@@ -7,7 +7,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from concurrent.futures import Executor, Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
-from multiprocessing import get_context, parent_process
+from multiprocessing import get_context, parent_process, resource_tracker
 import os
 from queue import SimpleQueue
 import signal
@@ -59,6 +59,7 @@ class IsolatedProcesses(Executor):
                 thread.join(_JOIN_S)
 
     def _work(self) -> None:
+        _block_signals()
         slot = _Slot()
         while (call := self._calls.get()) is not None:
             future, arguments, options = call
@@ -95,11 +96,21 @@ class _Slot:
             self._pool.shutdown()
 
 
+def _block_signals() -> None:
+    """
+    Block the signals that stop a program, in this thread and the processes that it starts.
+
+    The parent process decides when to stop, but a terminal sends its signals to all processes,
+    also to those that are still starting.
+    """
+    signal.pthread_sigmask(signal.SIG_BLOCK, STOPPING)
+    # It belongs to all processes and has to be the first; starting it unblocks signals.
+    resource_tracker.ensure_running()
+    signal.pthread_sigmask(signal.SIG_BLOCK, STOPPING)
+
+
 def _begin_worker() -> None:
     """Prepare a worker process."""
-    # The parent process decides when to stop. A terminal sends its signals to all processes.
-    for number in STOPPING:
-        signal.signal(number, signal.SIG_IGN)
     Thread(target=_follow_parent, daemon=True).start()
     cv2.setNumThreads(1)
 

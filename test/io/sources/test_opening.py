@@ -11,6 +11,7 @@ from phase_traj_ros.errors import MissingDependencyError, ParameterError, Source
 from phase_traj_ros.io import open_source, Selection
 from phase_traj_ros.io.sources.bag import BagSource
 from phase_traj_ros.io.sources.folder import FolderSource
+from phase_traj_ros.io.sources.pyav_video import PyavSource
 from phase_traj_ros.io.sources.video import VideoSource
 import pytest
 
@@ -45,7 +46,7 @@ def test_recognises(tmp_path, maker, folder, video):
     assert isinstance(open_source(bag), BagSource)
     assert isinstance(open_source(str(maker.single_file(bag))), BagSource)
     assert isinstance(open_source(folder), FolderSource)
-    assert isinstance(open_source(video), VideoSource)
+    assert isinstance(open_source(video), (PyavSource, VideoSource))
 
 
 def test_same_selection_for_all(tmp_path, maker, folder, video):

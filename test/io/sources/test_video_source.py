@@ -16,6 +16,12 @@ import pytest
 TENTH = 100_000_000
 
 
+@pytest.fixture(autouse=True)
+def by_opencv(monkeypatch):
+    """Read with OpenCV, whatever is installed."""
+    monkeypatch.setattr('phase_traj_ros.io.sources.pyav_video.has_pyav', lambda: False)
+
+
 @pytest.fixture
 def video(tmp_path):
     """Return a video at 10 Hz of 8 frames, each brighter by 20 than the previous one."""

@@ -173,6 +173,18 @@ def test_processes_ignore_the_signals_of_a_terminal():
     assert multiprocessing.active_children() == []
 
 
+def blocked():
+    """Return the signals that the main thread of this process blocks."""
+    return set(map(int, signal.pthread_sigmask(signal.SIG_BLOCK, ())))
+
+
+def test_processes_block_the_signals_from_their_first_moment():
+    # A handler would be set only after the imports, which a signal would end in a traceback.
+    with IsolatedProcesses(1) as executor:
+        assert {signal.SIGINT, signal.SIGTERM, signal.SIGHUP} <= executor.submit(blocked).result()
+    assert not {signal.SIGINT, signal.SIGTERM, signal.SIGHUP} & blocked()
+
+
 def test_notes_tell_of_progress_attempts_and_the_end(tmp_path):
     with Notes.in_folder(tmp_path / 'new', 'x-') as notes:
         assert [notes.begin(0), notes.begin(0), notes.begin(1)] == [0, 1, 0]

@@ -1,0 +1,173 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""
+Frames from a video file, read by PyAV.
+
+Unlike OpenCV's reader, it gives exact presentation times, the luma without a detour through
+colours, the number of frames only where the file has it, and it seeks to the start of a selection.
+"""
+
+from bisect import bisect_left
+from collections.abc import Generator, Iterator
+from contextlib import contextmanager
+from functools import partial
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+from phase_traj_ros.errors import SourceError
+from phase_traj_ros.io.images.decoding import GreyImage
+from phase_traj_ros.io.sources.base import Candidate, DEFAULT_FPS, FrameSource, index_stamp_ns
+from phase_traj_ros.io.sources.selection import EVERYTHING, Selection
+from phase_traj_ros.io.sources.video import RAW_STREAM, start_of
+
+_MAX_CONTAINER_FPS = 1000
+# The first version that tells how a picture is rotated.
+_LEAST_VERSION = 14
+# The first plane of these formats is the luma, 8 bits a pixel.
+_WITH_LUMA = frozenset({
+    'gray', 'nv12', 'nv16', 'nv21', 'nv24', 'yuv410p', 'yuv411p', 'yuv420p', 'yuv422p', 'yuv440p',
+    'yuv444p', 'yuvj411p', 'yuvj420p', 'yuvj422p', 'yuvj440p', 'yuvj444p'})
+
+
+def has_pyav() -> bool:
+    """Return whether a PyAV that can be used is installed."""
+    if find_spec('av') is None:
+        return False
+    import av
+    return int(av.__version__.partition('.')[0]) >= _LEAST_VERSION
+
+
+class PyavSource(FrameSource):
+    """
+    The frames of a video, as luma.
+
+    The stamps are the presentation times relative to the first frame, or those of a constant rate
+    if fps is given. Frames before the start of the selection are not decoded.
+
+    Raises SourceError if the file is not a video or if none of its frames can be decoded.
+    """
+
+    def __init__(
+        self, path: Path, *, selection: Selection = EVERYTHING, fps: float | None = None,
+    ) -> None:
+        start = start_of(path)
+        self._path = path
+        with self._stream() as (container, stream):
+            first = next(container.decode(stream), None)
+            if first is None:
+                raise SourceError(f'{path}: no frame of the video can be decoded')
+            self._origin = first.pts or 0
+            rate = float(stream.average_rate or 0)
+            declared = stream.frames or None
+            lasts = container.duration
+        usable = 0 < rate <= _MAX_CONTAINER_FPS
+        assumed = fps is None and (not usable or RAW_STREAM.match(start) is not None)
+        self._is_constant = fps is not None
+        self._fps = fps if fps is not None else rate if usable else DEFAULT_FPS
+        # For progress bars, the duration is enough.
+        count = declared or (round(lasts / 1e6 * self._fps) if lasts else None)
+        super().__init__(
+            description=f'{path} (video, {self._fps:g} frames per second'
+                        f'{" assumed" if assumed else ""})',
+            selection=selection, declared=declared,
+            frame_count=None if count is None else self._expected(count, selection))
+
+    def _expected(self, count: int, selection: Selection) -> int | None:
+        """Return how many of ``count`` frames are selected, at the usual rate."""
+        stamp = partial(index_stamp_ns, fps=self._fps)
+        first = bisect_left(range(count), selection.start_ns, key=stamp)
+        last = count if selection.end_ns is None else bisect_left(
+            range(count), selection.end_ns, key=stamp)
+        return len(range(first, last, selection.every)) or None
+
+    def _candidates(self) -> Generator[Candidate, None, None]:
+        with self._stream() as (container, stream):
+            number, from_pts = self._seek(container, stream)
+            if number:
+                # The stamps of the selection count from the first frame.
+                yield Candidate(0, self._never, number=0)
+            last_ns = -1
+            for frame in self._pictures(container, stream):
+                pts = getattr(frame, 'pts', None)
+                if from_pts is not None and (pts is None or pts < from_pts):
+                    continue
+                last_ns = self._stamp_ns(number, pts, stream.time_base, last_ns)
+                yield Candidate(last_ns, partial(self._luma, frame, number), number=number)
+                number += 1
+
+    def _stamp_ns(self, number: int, pts: int | None, time_base: Any, last_ns: int) -> int:
+        """Return the stamp of a frame; it increases, whatever the file says."""
+        if self._is_constant:
+            return index_stamp_ns(number, self._fps)
+        if pts is not None:
+            stamp_ns: int = round((pts - self._origin) * time_base * 1_000_000_000)
+            if stamp_ns > last_ns:
+                return stamp_ns
+        return 0 if last_ns < 0 else last_ns + index_stamp_ns(1, self._fps)
+
+    def _seek(self, container: Any, stream: Any) -> tuple[int, int | None]:
+        """
+        Go to the start of the selection.
+
+        Return the number of the first frame to decode, and its presentation time; 0 and None
+        without a start, or if the file does not give the time of each frame.
+        """
+        if not self._selection.start_ns:
+            return 0, None
+        # Packets are read, but not decoded.
+        times = [
+            packet.pts for packet in container.demux(stream)
+            if packet.size and not packet.is_discard]
+        if not times or None in times:
+            container.seek(0, stream=stream)
+            return 0, None
+        times.sort()
+        last = len(times) - 1
+        number = min(last, bisect_left(
+            range(last), self._selection.start_ns,
+            key=lambda index: self._stamp_ns(index, times[index], stream.time_base, -1)))
+        container.seek(times[number], stream=stream)
+        return number, times[number]
+
+    def _pictures(self, container: Any, stream: Any) -> Iterator[Any]:
+        """Yield the frames, and the error of each packet that cannot be decoded."""
+        import av
+        for packet in container.demux(stream):
+            try:
+                yield from packet.decode()
+            except av.FFmpegError as error:
+                yield error
+
+    @contextmanager
+    def _stream(self) -> Iterator[tuple[Any, Any]]:
+        """Open the file; yield it with its video stream."""
+        import av
+        try:
+            with av.open(str(self._path)) as container:
+                if not container.streams.video:
+                    raise SourceError(f'{self._path} holds no video')
+                stream = container.streams.video[0]
+                stream.thread_type = 'AUTO'
+                yield container, stream
+        except (av.FFmpegError, OSError) as error:
+            reason = ' '.join(str(getattr(error, 'strerror', None) or error).split())
+            raise SourceError(
+                f'{self._path} cannot be opened as a video ({reason}); give a bag, a video or a'
+                ' folder of pictures') from error
+
+    def _never(self) -> GreyImage:
+        raise SourceError(f'{self._path}: frame 0 of the video is before the selection')
+
+    def _luma(self, frame: Any, number: int) -> GreyImage:
+        if isinstance(frame, Exception):
+            raise SourceError(
+                f'{self._path}: frame {number} of the video cannot be decoded ({frame})')
+        grey = frame if frame.format.name in _WITH_LUMA else frame.reformat(format='gray')
+        plane = grey.planes[0]
+        rows = np.frombuffer(plane, np.uint8).reshape(-1, plane.line_size)
+        image = rows[:grey.height, :grey.width]
+        quarters = round(getattr(frame, 'rotation', 0) / 90) % 4
+        return cast('GreyImage', np.ascontiguousarray(np.rot90(image, quarters)) if quarters
+                    else image)
