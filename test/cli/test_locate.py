@@ -105,7 +105,7 @@ def test_the_results_of_a_replay_get_a_key(made, town, pictures, tmp_path, capsy
     capsys.readouterr()
 
     # The drive is short and has no turn.
-    assert call(results, '--map', town, '--output', results) == 1
+    assert call(results, '--map', town) == 1
 
     said = capsys.readouterr().out
     assert 'the drive has no turn' in said and 'at the end: not known' in said

@@ -82,7 +82,9 @@ def add_parser(commands: Any) -> None:
         '--level', metavar='P', type=_level, default=0.99,
         help='probability above which a place is claimed (default: 0.99)')
     parser.add_argument(
-        '--output', metavar='DIR', type=Path, help='write the results here (default: only print)')
+        '--output', metavar='DIR', type=Path,
+        help='write the results here (default: into SOURCE, if it is the output folder of a'
+             ' replay, otherwise only print)')
     add_force(parser)
     add_parameters(parser)
     parser.add_argument(
@@ -96,6 +98,8 @@ def add_parser(commands: Any) -> None:
 
 def run(options: Namespace) -> int | None:
     """Run the command; return the exit status, None if the place is known."""
+    if options.output is None and _is_results(options.source):
+        options.output = options.source
     roads = read_roads(options.map, Roads(options.roads))
     if options.near is not None:
         # A wrong place is reported before the work.
@@ -128,7 +132,7 @@ def run(options: Namespace) -> int | None:
 def _odometry(options: Namespace) -> tuple[DriveOdometry, Path | None]:
     """Return the odometry, and the chain_code.json that belongs to it."""
     source: Path = options.source
-    if source.is_dir() and (source / _CODES).exists():
+    if _is_results(source):
         return read_odometry(source), source / _CODES
     if source.suffix in _TRAJECTORIES and source.is_file():
         return read_odometry(source), None
@@ -141,6 +145,11 @@ def _odometry(options: Namespace) -> tuple[DriveOdometry, Path | None]:
 
         result = replay_source(opened, request, through=shown)
     return odometry_of(result), None if options.output is None else options.output / _CODES
+
+
+def _is_results(source: Path) -> bool:
+    """Return whether a source is the output folder of a replay."""
+    return source.is_dir() and (source / _CODES).exists()
 
 
 def _lines(located: Located) -> Iterator[str]:
