@@ -147,11 +147,12 @@ def tests_of(path: str) -> list[list[str]]:
 
 def survives(fault: Fault, place: Path) -> bool:
     """Return whether no test in a copy of the repository finds a fault."""
+    sound = (place / fault.path).read_text(encoding='utf-8')
     (place / fault.path).write_text(fault.source, encoding='utf-8')
     try:
         return all(_passes(tests, place) for tests in tests_of(fault.path))
     finally:
-        shutil.copy(ROOT / fault.path, place / fault.path)
+        (place / fault.path).write_text(sound, encoding='utf-8')
 
 
 def _passes(tests: list[str], place: Path) -> bool:
@@ -186,6 +187,11 @@ def main() -> None:
             shutil.copytree(ROOT / name, place / name)
         for name in ('pyproject.toml', 'setup.cfg', 'package.xml'):
             shutil.copy(ROOT / name, place / name)
+        # Tests that fail without a fault find nothing.
+        for tests in {tuple(tests) for fault in sample if fault.key not in tried
+                      for tests in tests_of(fault.path)}:
+            if not _passes(list(tests), place):
+                raise SystemExit(f'the tests fail without a fault: {" ".join(tests)}')
         for number, fault in enumerate(sample, 1):
             if fault.key not in tried:
                 tried[fault.key] = survives(fault, place)

@@ -3,7 +3,7 @@
 """Decides which frames of a stream are used, by their stamps alone, live and offline alike."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Generic, TypeVar
 
 _FrameT = TypeVar('_FrameT')
@@ -11,6 +11,9 @@ _FrameT = TypeVar('_FrameT')
 # A jump of more than this is doubtful until the next stamp confirms it. Below it are swapped
 # neighbours and the steps of a clock that NTP corrects; a gap in a recording is usually longer.
 _JUMP_NS = 1_000_000_000
+# A clock that is set after the first frame jumps by more than this, and no recording pauses so
+# long: the first stamp was not a time.
+_AGES_NS = 86_400_000_000_000
 # A forward jump within this multiple of the last interval is the frame rate of a slow stream.
 _STEADY = 2
 
@@ -90,7 +93,7 @@ class StampGate(Generic[_FrameT]):
         held, self._held = self._held, None
         if held is None:
             return
-        if held.restarts:
+        if self._newest_ns is not None and held.stamp_ns < self._newest_ns:
             self.counts.stray += 1
         else:
             yield self._use(held)
@@ -112,14 +115,15 @@ class StampGate(Generic[_FrameT]):
         elif step_ns < 0:
             self.counts.late += 1
         elif step_ns > max(_JUMP_NS, _STEADY * self._interval_ns):
-            self._held = next_
+            first = self._interval_ns == 0
+            self._held = replace(next_, restarts=first and step_ns > _AGES_NS)
         else:
             yield self._use(next_)
 
     def _continues(self, held: Passed[_FrameT], stamp_ns: int) -> bool:
         """Return whether a stamp goes on from the held frame, not from the newest one used."""
         assert self._newest_ns is not None
-        if held.restarts:
+        if held.stamp_ns < self._newest_ns:
             return held.stamp_ns < stamp_ns < self._newest_ns
         return stamp_ns > held.stamp_ns
 

@@ -20,7 +20,7 @@ def driven(turns, count=201):
     for frame, dx in turns.items():
         shifts[frame:frame + 20] = dx
     return replay(
-        (StampedFrame(np.roll(TEXTURE, position, axis=1), index)
+        (StampedFrame(np.roll(TEXTURE, position, axis=1), index * 100_000_000)
          for index, position in enumerate(np.cumsum(shifts))), Parameters(threshold=16.0),
         source='test')
 

@@ -83,6 +83,12 @@ def test_a_gap_stays_in_the_stream() -> None:
     assert _run(stamps) == (stamps, [], StampCounts())
 
 
+def test_a_first_stamp_of_zero_before_an_epoch_is_no_time() -> None:
+    stamps = [0.0, *_drive(_EPOCH_S)]
+    used, restarts, counts = _run(stamps)
+    assert (used, restarts, counts) == (stamps, [1], StampCounts())
+
+
 def test_repeated_stamps_are_dropped_also_while_a_frame_is_held() -> None:
     stamps = [*_drive(5.0), 65.0, 65.0, 65.1]
     used, restarts, counts = _run(stamps)

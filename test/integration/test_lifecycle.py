@@ -55,7 +55,7 @@ def work(live, managed, start_ns):
     assert managed.state() == State.PRIMARY_STATE_ACTIVE
     camera = live.camera()
     live.until(lambda: texts and texts[-1].data.startswith('frames 0;'))
-    show(camera, [0, 0, 30, 60, 60], start_ns)
+    show(camera, [0, 2, 32, 62, 64], start_ns)
     live.until(lambda: len(movement) == 4, process=managed.process)
     # Each activation starts anew: its first pair is forward.
     assert [each.data for each in movement] == [1, 0, 3, 1]

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
+import hashlib
 import json
 from pathlib import Path
 from typing import Any, Final
@@ -28,12 +29,12 @@ class Manifest:
     """
     The files of a folder that earlier runs wrote there.
 
-    A listed file that has another size by now was changed by someone else and is no longer owned.
+    A listed file that has other contents by now was changed by someone else and is not owned.
     """
 
     folder: Path
-    sizes: Mapping[str, int] = field(default_factory=dict)
-    """Size in bytes of each file by its path in the folder."""
+    digests: Mapping[str, str] = field(default_factory=dict)
+    """SHA-256 of each file by its path in the folder, in hexadecimal."""
 
     @classmethod
     def of(cls, folder: Path) -> Manifest:
@@ -41,15 +42,15 @@ class Manifest:
         found = _content(folder / MANIFEST)
         listed = found.get('files')
         if found.get('program') == _PROGRAM and isinstance(listed, dict):
-            sizes = {name: size for name, size in listed.items() if isinstance(size, int)}
-            return cls(folder, {**sizes, **_sizes(folder, (MANIFEST,))})
-        return cls(folder, _sizes(folder, _old_results(folder)))
+            digests = {name: found for name, found in listed.items() if isinstance(found, str)}
+            return cls(folder, {**digests, **_digests(folder, (MANIFEST,))})
+        return cls(folder, _digests(folder, _old_results(folder)))
 
     @classmethod
     def made_of(cls, folder: Path, staged: Mapping[str, Path]) -> Manifest:
         """Return the manifest of staged files and folders, by their names in ``folder``."""
         return cls(folder, {
-            f'{name}{inside}': path.stat().st_size
+            f'{name}{inside}': _digest(path)
             for name, top in staged.items() for inside, path in _files_below(top)})
 
     def owns(self, name: str) -> bool:
@@ -64,36 +65,45 @@ class Manifest:
     @property
     def owned(self) -> tuple[str, ...]:
         """Return the names of the owned files and folders at the top of the folder."""
-        tops = dict.fromkeys(name.split('/')[0] for name in self.sizes)
+        tops = dict.fromkeys(name.split('/')[0] for name in self.digests)
         return tuple(
             name for name in tops if (self.folder / name).exists() and self.owns(name))
 
     def merged(self, other: Manifest) -> Manifest:
         """Return this manifest with the entries of another one, which take precedence."""
-        return Manifest(self.folder, {**self.sizes, **other.sizes})
+        return Manifest(self.folder, {**self.digests, **other.digests})
 
     def without(self, names: Iterable[str]) -> Manifest:
         """Return the manifest without some files and folders at the top of the folder."""
         gone = set(names)
         return Manifest(self.folder, {
-            name: size for name, size in self.sizes.items() if name.split('/')[0] not in gone})
+            name: found for name, found in self.digests.items() if name.split('/')[0] not in gone})
 
     def write(self, path: Path) -> None:
         """Write the manifest as JSON."""
-        files = {name: size for name, size in sorted(self.sizes.items()) if name != MANIFEST}
+        files = {name: found for name, found in sorted(self.digests.items()) if name != MANIFEST}
         path.write_text(json.dumps({
             'program': _PROGRAM, 'version': phase_traj_ros.__version__, 'files': files,
         }, indent=2) + '\n', encoding='utf-8')
 
     def _owns_file(self, name: str) -> bool:
-        return name in self.sizes and _sizes(self.folder, (name,)) == {name: self.sizes[name]}
+        return name in self.digests and (
+            _digests(self.folder, (name,)) == {name: self.digests[name]})
 
 
-def _sizes(folder: Path, names: Iterable[str]) -> dict[str, int]:
-    """Return the sizes of those that are regular files, by name."""
+def _digest(path: Path) -> str:
+    digest = hashlib.sha256()
+    with path.open('rb') as file:
+        while block := file.read(1 << 20):
+            digest.update(block)
+    return digest.hexdigest()
+
+
+def _digests(folder: Path, names: Iterable[str]) -> dict[str, str]:
+    """Return the digests of those that are regular files, by name."""
     paths = {name: folder / name for name in names}
     return {
-        name: path.stat().st_size for name, path in paths.items()
+        name: _digest(path) for name, path in paths.items()
         if path.is_file() and not path.is_symlink()}
 
 
