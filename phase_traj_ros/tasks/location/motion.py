@@ -50,6 +50,8 @@ class MovedPair:
         Change of the heading in radians, positive to the left, and its variance.
     gap, cut
         Whether frames are missing between the two, by the stamps or in the video.
+    same
+        Whether both frames are the same picture.
     """
 
     stamp_ns: int
@@ -60,10 +62,13 @@ class MovedPair:
     yaw_variance: float
     gap: bool = False
     cut: bool = False
+    same: bool = False
 
     @classmethod
     def of(cls, update: Update) -> 'MovedPair | None':
         """Return what an update of the estimator says; None without heading or distance."""
+        if update.status is PairStatus.REPEATED:
+            return cls.repeated(update.stamp_ns, update.interval_ns)
         heading, travel = update.heading, update.travel
         if heading is None or travel is None:
             return None
@@ -72,6 +77,13 @@ class MovedPair:
             distance=travel.distance if travel.known else None,
             distance_variance=travel.variance, yaw=heading.yaw, yaw_variance=heading.variance,
             gap=update.status is PairStatus.GAP, cut=update.cut)
+
+    @classmethod
+    def repeated(cls, stamp_ns: int, interval_ns: int) -> 'MovedPair':
+        """Return a pair of the same picture: the next pair covers its time and its motion."""
+        return cls(
+            stamp_ns=stamp_ns, interval_ns=interval_ns, distance=0.0, distance_variance=0.0,
+            yaw=0.0, yaw_variance=0.0, same=True)
 
 
 class Motions:
@@ -89,6 +101,8 @@ class Motions:
             return (Interruption(_AFTER_CUT, math.pi),)
         if pair.gap:
             return (Interruption(_FASTEST * seconds, min(_TURNING * seconds, math.pi)),)
+        if pair.same:
+            return (OdometryStep(stamp_ns=pair.stamp_ns, distance=0.0, yaw=0.0),)
         before: tuple[Motion, ...] = ()
         distance, variance = pair.distance, pair.distance_variance
         if distance is None:

@@ -132,10 +132,13 @@ def _read_results(directory: Path) -> DriveOdometry:
 
 
 def _read_pair(row: dict[str, Any], cuts: frozenset[int]) -> MovedPair:
+    stamp_ns = round(Decimal(row['stamp']) * 10**9)
+    interval_ns = round(Decimal(row['interval']) * 10**9)
+    if row['status'] == PairStatus.REPEATED.value:
+        return MovedPair.repeated(stamp_ns, interval_ns)
     known = bool(row['distance'])
     return MovedPair(
-        stamp_ns=round(Decimal(row['stamp']) * 10**9),
-        interval_ns=round(Decimal(row['interval']) * 10**9),
+        stamp_ns=stamp_ns, interval_ns=interval_ns,
         distance=float(row['distance']) if known else None,
         distance_variance=float(row['distance_variance']) if known else 0.0,
         yaw=math.radians(float(row['yaw_deg'])),

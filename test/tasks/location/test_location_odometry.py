@@ -159,3 +159,18 @@ def test_a_trajectory_without_stamps_or_order_is_refused(tmp_path):
     path = write_tum(drive()[:5], tmp_path / 'late.tum', interval=-0.1)
     with pytest.raises(SourceError, match='rise'):
         read_odometry(path)
+
+
+def test_a_repeated_picture_does_not_move_the_vehicle(tmp_path):
+    frames = list(rolled_frames())
+    frames.insert(4, replace(frames[3], stamp_ns=(frames[3].stamp_ns + frames[4].stamp_ns) // 2))
+    result = replay(frames, Parameters(**GIVEN), source='a drive')
+    assert [update.status for update in result.updates].count(PairStatus.REPEATED) == 1
+    write_chain_code(result, tmp_path / 'chain_code.json')
+    write_shifts(result, tmp_path / 'shifts.csv')
+
+    for odometry in (odometry_of(result), read_odometry(tmp_path)):
+        assert len(odometry.steps) == len(result.updates)
+        assert [step.distance for step in odometry.steps].count(0.0) == 1
+        assert sum(step.distance for step in odometry.steps) == pytest.approx(
+            result.way.distance, abs=1e-3)
