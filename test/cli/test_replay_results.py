@@ -208,7 +208,8 @@ def viewed(screen, monkeypatch, *, size=(80, 24), total=8, title='drive'):
     rng = np.random.default_rng(1)
     texture = cv2.GaussianBlur(rng.integers(0, 256, (96, 160), dtype=np.uint8), (0, 0), 1.5)
     frames = [
-        StampedFrame(np.roll(texture, place, axis=1), index * 10**8)
+        StampedFrame(
+            sensor_noise(np.roll(texture, place, axis=1), sigma=1.0, seed=index), index * 10**8)
         for index, place in enumerate(PLACES)]
     with LiveView(
             screen, title=title, total=total, clock=lambda: 0.06 * next(times)) as view:

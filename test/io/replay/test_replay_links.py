@@ -57,7 +57,8 @@ def test_speed_stop_and_rate_make_no_difference(drive):
     # The last one has stopped: standing adds nothing, and the code per pair goes on.
     stood = [
         update for update in other.updates if update.travel.state is TravelState.STANDING]
-    assert len(stood) >= STANDS - 2 and not any(update.links for update in stood)
+    # It takes 0.3 s to tell.
+    assert len(stood) >= STANDS - 4 and not any(update.links for update in stood)
     assert len(other.direction) > len(plain.direction)
 
 

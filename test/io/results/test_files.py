@@ -56,7 +56,8 @@ def test_heading_yaw_and_what_was_bridged(drive, tmp_path, code_source):
 
 @pytest.mark.parametrize(('values', 'unit'), [
     ({'path_from': 'heading', 'speed': 5.0}, 'm'), ({'path_from': 'codes', 'speed': 5.0}, 'step'),
-    ({'path_from': 'heading', 'use_speed_topic': True}, 'm'), ({'path_from': 'heading'}, 'step')])
+    ({'path_from': 'heading', 'use_speed_topic': True}, 'm'),
+    ({'path_from': 'heading'}, 'camera heights')])
 def test_the_unit_of_the_path(drive, tmp_path, values, unit):
     written(drive, tmp_path, focal_px=drive[0].fx, **values)
     assert json.loads((tmp_path / 'chain_code.json').read_text())['path_unit'] == unit
