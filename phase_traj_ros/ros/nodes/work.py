@@ -233,8 +233,9 @@ class Work:
             case Restarted(newest_ns, stamp_ns):
                 self._saving.end_drive()
                 self._interrupt_location()
+                went = 'back' if stamp_ns < newest_ns else 'on'
                 self._node.get_logger().warning(
-                    f'time went back by {(newest_ns - stamp_ns) / 1e9:.3f} s, from'
+                    f'time went {went} by {abs(newest_ns - stamp_ns) / 1e9:.3f} s, from'
                     f' {newest_ns / 1e9:.3f} to {stamp_ns / 1e9:.3f}: restarted')
             case Started():
                 self._outputs.publish_state()
