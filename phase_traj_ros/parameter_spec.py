@@ -28,7 +28,7 @@ REMOVED: Final = MappingProxyType({
     **dict.fromkeys(('rows_from', 'rows_to', 'columns_from', 'columns_to'), _MASKED),
     **dict.fromkeys(
         ('window', 'still_motion', 'chain_code_runs', 'max_runs', 'path_rate', 'max_path_poses',
-         'max_pixels'), _CONSTANT),
+         'max_pixels', 'threads'), _CONSTANT),
     **{name: f"its name is shift.{name} now, as it belongs to the paper's rule" for name in (
         'decimation', 'nominal_period', 'min_significance', 'look_past_zero', 'confirm_frames',
         'release_frames')},

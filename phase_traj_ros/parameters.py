@@ -131,8 +131,6 @@ class Parameters:
         '', 'Greyscale image of the size of the received images: the weight of each pixel, black'
         ' where the image never moves. Empty uses all pixels.', read_only=True,
         group=Group.VEHICLE)
-    threads: int = parameter(
-        1, 'Number of threads of OpenCV. 0 leaves the choice to OpenCV.', minimum=0, maximum=64)
     frame_id: str = parameter(
         '', 'Frame of the published pose, path and odometry. Empty: odom for what is in metres'
         ' (see camera_height and speed), phase_traj for what has no metric scale.',

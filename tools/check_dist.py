@@ -28,7 +28,7 @@ import cv2
 import numpy as np
 texture = cv2.GaussianBlur(
     np.random.default_rng(1).integers(0, 256, (96, 160), dtype=np.uint8), (0, 0), 1.5)
-for index, position in enumerate([0, 0, 30, 60, 60, 20, 20, 20]):
+for index, position in enumerate([0, 1, 31, 61, 63, 23, 21, 19]):
     cv2.imwrite(f'{sys.argv[1]}/{index}.png', np.roll(texture, position, axis=1))
 """
 CODES = ['movement  (7): 1x1 0x1 3x1 1x1 2x1 1x2', 'direction (6): 1x1 0x2 1x3']

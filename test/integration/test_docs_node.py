@@ -6,6 +6,7 @@ from pathlib import Path
 import re
 
 from live import Live
+from made_town import write_town
 from phase_traj_ros.core import PairStatus, TravelState
 from phase_traj_ros.parameter_spec import Group
 from phase_traj_ros.parameters import specs
@@ -18,10 +19,11 @@ OF_EVERY_NODE = re.compile(
 
 
 @pytest.fixture
-def node(live: Live):
-    """Start the node and wait until the graph knows it."""
+def node(live: Live, tmp_path):
+    """Start the node with all its topics and wait until the graph knows it."""
     live.start(
-        '-p', 'code_source:=heading', '-p', 'use_speed_topic:=true', '-p', 'code_step:=2.0')
+        '-p', 'code_source:=heading', '-p', 'use_speed_topic:=true', '-p', 'code_step:=2.0',
+        '-p', f'map_file:={write_town(tmp_path / "town.osm")}')
     live.describe_parameters()
     # Answering comes before being listed: the services are announced one by one.
     live.until(lambda: {'~/save', '~/list_parameters'} <= of_node(

@@ -89,7 +89,8 @@ class Work:
         self._mount = mount
         self._on_mount = on_mount
         self._values = values = self._mounted(values)
-        self._use_threads()
+        # More threads take more processor time and save none: see the measurements of options.
+        cv2.setNumThreads(1)
         self._estimator = make_estimator(values)
         self._stream: FrameStream[StampedFrame] = FrameStream(self._estimator)
         self._health = Health()
@@ -192,7 +193,6 @@ class Work:
         if self._estimator.settings.code_source is not coded_from:
             self._outputs.publish_state()
             self._node.get_logger().info(f'restarted, with codes from the {self._coded_from()}')
-        self._use_threads()
 
     def _on_frame(self, frame: StampedFrame) -> None:
         """
@@ -233,8 +233,9 @@ class Work:
             case Restarted(newest_ns, stamp_ns):
                 self._saving.end_drive()
                 self._interrupt_location()
+                went = 'back' if stamp_ns < newest_ns else 'on'
                 self._node.get_logger().warning(
-                    f'time went back by {(newest_ns - stamp_ns) / 1e9:.3f} s, from'
+                    f'time went {went} by {abs(newest_ns - stamp_ns) / 1e9:.3f} s, from'
                     f' {newest_ns / 1e9:.3f} to {stamp_ns / 1e9:.3f}: restarted')
             case Started():
                 self._outputs.publish_state()
@@ -310,7 +311,3 @@ class Work:
         response.message = f'restarted after {frames} frames'
         self._node.get_logger().info(response.message)
         return response
-
-    def _use_threads(self) -> None:
-        # With a negative number, OpenCV chooses the number of threads.
-        cv2.setNumThreads(self._values.threads or -1)
