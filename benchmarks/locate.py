@@ -65,9 +65,11 @@ _LIMITS = {('00', True): 800, ('02', True): 700, ('08', True): 1050,
 _INTRODUCTION = """
     This page shows how soon a drive is [located](../how-to/locate.md) on a road map without
     any prior, how exact the place then is, and how often a place is claimed that is wrong.
-    With a known height of the camera, drives through a town are located after 600 to 1,000 m.
-    From then on the place is a few metres off along the road. On the map of another town hardly
-    any drive claims a place, but on a mirrored map of the right town two of seven did.
+    With a known height of the camera, drives of several kilometres through a town are located
+    after about 1 to 1.5 km, shorter ones often not at all. From then on the place is a
+    few metres off along the road. On the map of another town, and on a mirrored map of the right
+    one, no drive claims a place. That costs a longer way: a place is claimed only when the way
+    after it was found proves it, some hundred metres later.
 
     The map is an extract of Karlsruhe of about 22 km² with 255 km of road. *Located* is the way
     until a place is claimed, *claimed* the share of the whole way on which one is. The errors

@@ -37,7 +37,7 @@ _NEARNESS = 0.1
 # A displacement that differs from the model by more standard deviations does not agree with it.
 _OUTLIER = 3.0
 # Direction of travel: standard deviations of its azimuth and slope (radians), and the time
-# constant with which it returns to straight ahead (seconds).
+# constant (seconds) with which the azimuth returns to straight ahead and the slope is forgotten.
 _COURSE, _SLOPE, _MEMORY = math.radians(3.0), math.radians(2.0), 1.0
 # Median of the squares of a normal distribution, in variances.
 _MEDIAN = 0.455
@@ -54,11 +54,16 @@ class Travel:
     slope_variance: float = _SLOPE ** 2
 
     def after(self, interval: float) -> 'Travel':
-        """Return the prediction ``interval`` seconds later, which tends to straight ahead."""
+        """
+        Return the prediction ``interval`` seconds later.
+
+        The course tends to straight ahead. The slope stays, as it is that of the camera's mounting
+        for the most part; towards 0, each pair would be measured with a share of that error.
+        """
         kept = math.exp(-interval / _MEMORY)
         share = kept * kept
         return Travel(
-            kept * self.course, kept * self.slope,
+            kept * self.course, self.slope,
             share * self.course_variance + (1.0 - share) * _COURSE ** 2,
             share * self.slope_variance + (1.0 - share) * _SLOPE ** 2)
 

@@ -211,7 +211,7 @@ class YawMeter:
         if motion is not None and _believed(motion):
             pair = key.pair(motion, blocks)
             self._rate = pair.yaw / interval
-            if not self._keyframes or key.is_over(motion):
+            if not self._keyframes or key.is_over(motion, interval):
                 self._key = self._keyframe(current, motion.travel)
             return YawMeasurement(
                 shift, pair.yaw, True, agreement, pair, interval / key.age)

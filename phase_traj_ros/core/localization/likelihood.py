@@ -54,8 +54,8 @@ class NullRoad:
         """Natural logarithm of its weight."""
         self.log_fit = 0.0
         """Natural logarithm of the likelihood of a road that fits, since the start..."""
-        self.log_turns = 0.0
-        """...and what this one has paid for its turns."""
+        self.turned = 0.0
+        """...and the angle of the turns that this one has paid for."""
 
     def follow(self, stride: Stride, metres: float, bend_error: float) -> None:
         """Weigh the null hypothesis by a stride of so many metres."""
@@ -68,6 +68,6 @@ class NullRoad:
         log_fit = settings.tempering * math.log(
             fitting + settings.outlier_share / (2 * math.pi))
         self.log_fit += log_fit
-        self.log_turns -= settings.null_turn * turned
+        self.turned += turned
         self.log_weight += log_fit - settings.null_turn * turned
         self._variance *= 1.0 - self._variance / (self._variance + noise / settings.tempering)

@@ -58,7 +58,8 @@ class MapLocator:
         scale
             Metres per unit of the odometry; None for an odometry in metres within 5 %.
         prior
-            Where the vehicle starts; None for anywhere on the map.
+            Where on the map the vehicle starts; None for anywhere, if it is on it at all: then a
+            place has to be proven by the way after it was found.
         settings
             The tuning; None for the defaults.
         seed
@@ -80,7 +81,7 @@ class MapLocator:
         self._places = Places(roads, self._settings)
         self._odometer = Odometer(
             self._settings.stride_m / self._scale.middle, self._settings.chord_strides)
-        self._claim = Claim(self._settings)
+        self._claim = Claim(self._settings, on_map=prior is not None)
         self._astray = Astray(self._settings)
         self._gate = FixGate(self._settings)
         self._null = NullRoad(self._settings)
@@ -111,7 +112,7 @@ class MapLocator:
         most = self._most()
         self._strides += 1
         self._way += metres
-        error = settings.bend_error_claimed if self._claim.held else settings.bend_error
+        error = settings.bend_error_leading if self._claim.leads else settings.bend_error
         self._null.follow(stride, metres, error)
         them = self._motion.advance(self._them, stride, most, self._rng)
         judge(them, stride, settings, error)
@@ -122,13 +123,14 @@ class MapLocator:
         self._them = self._split(them, stride, most)
         self._leave_sometimes()
         self._found = self._places.best(self._them, self._log_total())
-        if self._claim.follow(self._found[0], metres):
-            self._watch()
-
-    def _watch(self) -> None:
-        """Notice when the vehicle leaves the roads: then it may be on none as well."""
+        turned = self._null.turned
         evidence = (
-            self._them.log_total - self._null.log_fit - _TURN_PRICE * self._null.log_turns)
+            self._them.log_total - self._null.log_fit + _TURN_PRICE * settings.null_turn * turned)
+        if self._claim.follow(self._found[0], metres, evidence=evidence, turned=turned):
+            self._watch(evidence)
+
+    def _watch(self, evidence: float) -> None:
+        """Notice when the vehicle leaves the roads: then it may be on none as well."""
         if self._astray.follow(
                 self._found[0], self._odometer.place, self._way, evidence):
             self._null.log_weight = max(self._null.log_weight, self._them.log_total)
@@ -203,7 +205,7 @@ class MapLocator:
         if first:
             copies = min(settings.scales_after_turn, max(most // max(len(them), 1), 1))
         else:
-            fewest = settings.fewest_hypotheses if self._claim.held else min(
+            fewest = settings.fewest_hypotheses if self._claim.leads else min(
                 settings.fewest_searching, 2 * len(self._roads))
             copies = fewest // max(len(them), 1)
         if copies < 2:
@@ -251,20 +253,24 @@ class MapLocator:
         """
         Take a position at the newest pose; return whether it was used.
 
-        A fix that contradicts the claimed place, its own covariance and the odometry since is not
-        used, unless the next ones agree with it. A fix that comes less than 5 m after the last
-        one is not used either: successive fixes share their errors.
+        A fix that contradicts the place that leads, its own covariance and the odometry since is
+        not used, unless the next ones agree with it. A fix that comes less than 5 m after the last
+        one is not used either: successive fixes share their errors. One that agrees proves the
+        place, if it is exact enough to tell it from others.
         """
         place = self._found[0]
         way = self._way + abs(self._odometer.since) * self._scale.middle
         verdict = self._gate.judge(
-            fix, way, self._now(place) if self._claim.held else None, place.covariance[:2, :2])
+            fix, way, self._now(place) if self._claim.leads else None, place.covariance[:2, :2])
         if verdict is Verdict.IGNORED:
             return False
         if verdict is Verdict.TRUSTED:
             self._start_again_at(fix)
         else:
             self._weigh(fix)
+            if radius_of(fix) < self._settings.mode_m:
+                self._claim.prove()
+            self._claim.doubt()
         self._found = self._places.best(self._them, self._log_total())
         return True
 
@@ -322,6 +328,7 @@ class MapLocator:
         self._past.clear()
         self._gate.forget()
         self._astray.forget()
+        self._claim.doubt()
         # Some hypotheses stand for all. Each spreads over the roads that it may have reached.
         some = resampled(self._them, settings.spread_from, self._rng)
         middles = some.places + since * np.exp(some.log_scale + 1j * some.turned)

@@ -127,44 +127,68 @@ def _summary(those: Hypotheses, weight: Floats, near: NDArray[np.bool_]) -> Plac
 
 class Claim:
     """
-    Claims a place that has been probable enough for long enough, and drops it when it is not.
+    Claims a place that leads when the way since has proven it; drops it when it is improbable.
 
-    A place that jumps is another one.
+    The best of many places fits the way so far even where the vehicle is on none of them: it was
+    chosen for that. The way since it leads has not chosen it. A place that jumps is another one.
     """
 
-    def __init__(self, settings: LocatorSettings) -> None:
-        """Claim nothing."""
+    def __init__(self, settings: LocatorSettings, *, on_map: bool = False) -> None:
+        """Claim nothing; ``on_map`` says that the vehicle is on the map, which needs no proof."""
         self._settings = settings
+        self._on_map = on_map
+        self._begin: tuple[float, float] | None = None
         self.drop()
 
     def drop(self) -> None:
         """Claim nothing from now on."""
+        self.leads = False
+        """Whether a place has been probable for long enough."""
         self.held = False
-        """Whether a place is claimed."""
+        """Whether it is claimed."""
         self._sure_m = 0.0
         self._last: complex | None = None
+        self._begin = None
 
-    def follow(self, place: Place, metres: float) -> bool:
-        """Take the best place after a way of so many metres; return whether it is claimed."""
+    def doubt(self) -> None:
+        """Let the way from now on prove the place, if it is not claimed yet."""
+        self._begin = None
+
+    def prove(self) -> None:
+        """Claim the place that leads: something else than the way has proven it."""
+        self.held = self.leads
+
+    def follow(self, place: Place, metres: float, *, evidence: float, turned: float) -> bool:
+        """
+        Take the best place after a way of so many metres; return whether it leads.
+
+        ``evidence`` is the logarithm of the likelihood since the start on the roads of the map,
+        relative to that on a road of no map, and ``turned`` the angle turned, left and right.
+        """
         settings = self._settings
         jumped = self._last is not None and (
             abs(place.middle - self._last) > settings.mode_m + 2 * metres)
         if jumped or place.probability < settings.drop_below:
             self.drop()
-        if self.held or place.probability > settings.claim_above:
+        if self.leads or place.probability > settings.claim_above:
             self._sure_m += metres if self._last is not None else 0.0
             self._last = place.middle
         else:
             self.drop()
-        self.held = self.held or self._sure_m >= settings.claim_after_m
-        return self.held
+        self.leads = self.leads or self._sure_m >= settings.claim_after_m
+        if self.leads:
+            self._begin = self._begin or (evidence, turned)
+            self.held = self.held or self._on_map or (
+                evidence - self._begin[0] >= settings.claim_evidence
+                and turned - self._begin[1] >= settings.claim_turned)
+        return self.leads
 
 
 class Astray:
     """
     Notices when the vehicle leaves the roads of the map, and expects it where the odometry leads.
 
-    While a place is claimed, the evidence is that its roads bend as the odometry does. When it
+    While a place leads, the evidence is that its roads bend as the odometry does. When it
     falls too much within a short way, the vehicle has been off the roads since before.
     """
 
@@ -185,7 +209,7 @@ class Astray:
 
     def follow(self, place: Place, odometry: complex, way: float, evidence: float) -> bool:
         """
-        Take a claimed place; return whether the vehicle has just left the roads.
+        Take a place that leads; return whether the vehicle has just left the roads.
 
         Parameters
         ----------
@@ -228,7 +252,7 @@ class Astray:
 
 @dataclass(frozen=True, slots=True)
 class _Moment:
-    """A claimed place, and what was known then."""
+    """A place that leads, and what was known then."""
 
     place: Place
     odometry: complex

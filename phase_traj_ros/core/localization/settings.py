@@ -34,8 +34,8 @@ class LocatorSettings:
     """Deviation of a chord of the map from that of the vehicle on a straight road."""
     bend_error: float = 0.25
     """What the bends of both chords add to it, as a share of their angle..."""
-    bend_error_claimed: float = 0.15
-    """...and once a place is claimed, when hypotheses are dense enough to be judged by more."""
+    bend_error_leading: float = 0.15
+    """...and once a place leads, when hypotheses are dense enough to be judged by more."""
     dead_band: float = math.radians(1.0)
     """Difference of the chords that costs nothing."""
     outlier_share: float = 0.03
@@ -76,7 +76,7 @@ class LocatorSettings:
     fewest_hypotheses: int = 1_500
     """Below this number, hypotheses are split, ..."""
     fewest_searching: int = 20_000
-    """...and below this one, or two per piece of road, while nothing is claimed."""
+    """...and below this one, or two per piece of road, while no place leads."""
     merge_m: float = 1.5
     """Hypotheses on one piece this close, ..."""
     merge_scale: float = 0.01
@@ -93,11 +93,15 @@ class LocatorSettings:
     most_candidates: int = 20
     """Candidates in an estimate."""
     claim_above: float = 0.99
-    """A place is claimed when its probability has been above this..."""
+    """A place leads when its probability has been above this..."""
     claim_after_m: float = 20.0
-    """...for this many metres..."""
+    """...for this many metres, ..."""
     drop_below: float = 0.5
-    """...and dropped when it falls below this."""
+    """...until it falls below this."""
+    claim_evidence: float = math.log(20.0)
+    """It is claimed when the way since then alone favours the roads of the map by this..."""
+    claim_turned: float = math.pi
+    """...and has turned by this: any road may be straight."""
 
     lost_nats: float = 4.0
     """Fall of the evidence after which the vehicle counts as off the roads of the map..."""

@@ -118,3 +118,9 @@ def test_the_direction_of_travel_tends_to_straight_ahead():
     assert later.course_variance > travel.course_variance
     assert travel.after(60.0).course == pytest.approx(0.0, abs=1e-9)
     assert travel.after(60.0).course_variance == pytest.approx(Travel().course_variance)
+
+
+def test_the_slope_of_the_travel_is_expected_to_stay_that_of_the_mounting():
+    travel = Travel(slope=-0.02, slope_variance=1e-6)
+    assert travel.after(60.0).slope == pytest.approx(-0.02)
+    assert travel.after(60.0).slope_variance == pytest.approx(Travel().slope_variance)

@@ -83,4 +83,13 @@ def test_the_yaws_since_a_keyframe_add_up_to_the_last_one():
 def test_a_keyframe_is_over_when_the_image_has_moved(yaw, passing, age, over):
     key = Keyframe(np.zeros((8, 8), np.uint8), 3, Travel())
     key.age = age
-    assert key.is_over(motion(yaw, passing)) is over
+    assert key.is_over(motion(yaw, passing), 0.1) is over
+
+
+def test_a_vehicle_that_moves_far_in_each_pair_is_measured_from_frame_to_frame():
+    for yaw, passing in ((0.0, 0.05), (0.05, 0.001)):
+        key = Keyframe(np.zeros((8, 8), np.uint8), 3, Travel())
+        key.age = 0.1
+        # From this frame, the next one would be too far.
+        assert key.is_over(motion(yaw, passing), 0.1)
+        assert not key.is_over(motion(yaw, passing), 0.01)
