@@ -73,6 +73,8 @@ def test_a_job_in_the_background_can_interrupt_what_it_tests(tmp_path):
         [sys.executable, '-m', 'pytest', '-q', '-p', 'no:cacheprovider', '--rootdir',
          str(tmp_path), '--confcutdir', str(HERE), '-p', 'conftest', str(test)],
         capture_output=True, text=True, cwd=tmp_path, check=False,
-        env={**os.environ, 'PYTHONPATH': os.pathsep.join([str(HERE), *sys.path])},
+        # colcon gives its arguments in PYTEST_ADDOPTS.
+        env={**os.environ, 'PYTEST_ADDOPTS': '',
+             'PYTHONPATH': os.pathsep.join([str(HERE), *sys.path])},
         preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_IGN))
     assert run.returncode == 0, run.stdout + run.stderr

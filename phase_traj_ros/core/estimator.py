@@ -82,7 +82,7 @@ class TrajectoryEstimator:
         self._repeats = RepeatDetector()
         self._frames = 0
         self._last_stamp_ns: int | None = None
-        # Stamp of the newest frame that is no repeated picture.
+        # Stamp of the newest frame that is not a repeated picture.
         self._used_stamp_ns = 0
 
     @property

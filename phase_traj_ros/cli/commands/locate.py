@@ -192,7 +192,7 @@ def _near(text: str) -> Near:
         latitude, longitude, radius = (float(match[number]) for number in (1, 2, 3))
     except ValueError:
         raise ArgumentTypeError(
-            f'{text!r} is no place: give LAT,LON,RADIUS, such as 49.01,8.40,2km') from None
+            f'{text!r} is not a place: give LAT,LON,RADIUS, such as 49.01,8.40,2km') from None
     radius *= 1000.0 if match[4] == 'km' else 1.0
     if not (abs(latitude) <= 90.0 and abs(longitude) <= 180.0):
         raise ArgumentTypeError(
@@ -208,7 +208,7 @@ def _scale(text: str) -> ScaleRange:
         return ScaleRange(float(least), float(most if dots else least))
     except ValueError:
         raise ArgumentTypeError(
-            f'{text!r} is no range: give two positive numbers, such as 0.5..3') from None
+            f'{text!r} is not a range: give two positive numbers, such as 0.5..3') from None
 
 
 def _level(text: str) -> float:
@@ -217,5 +217,5 @@ def _level(text: str) -> float:
     except ValueError:
         level = 0.0
     if not 0.5 <= level < 1.0:
-        raise ArgumentTypeError(f'{text!r} is no level: give a probability from 0.5 to below 1')
+        raise ArgumentTypeError(f'{text!r} is not a level: give a probability from 0.5 to below 1')
     return level

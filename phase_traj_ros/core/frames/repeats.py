@@ -28,7 +28,7 @@ class RepeatDetector:
         self.forget()
 
     def forget(self) -> None:
-        """Forget the frame: the next one is no repetition."""
+        """Forget the frame: the next one is not a repetition."""
         self._form = ''
         self._frame: Frame | None = None
 

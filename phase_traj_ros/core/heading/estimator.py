@@ -265,7 +265,7 @@ class HeadingEstimator:
         return measurement
 
     def start(self, stamp_ns: int) -> None:
-        """Record the stamp of the first frame; a recording that is repeated is no evidence."""
+        """Record the stamp of the first frame; a recording that is repeated adds no evidence."""
         self._turns.update(stamp_ns, 0.0)
         self._see(stamp_ns)
         if self._again and self._learning is not None:

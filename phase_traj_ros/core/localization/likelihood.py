@@ -19,7 +19,7 @@ def judge(
     Weigh the hypotheses by the direction of their newest chord, and correct their rotations.
 
     The difference of the chords is normally distributed, with a share of outliers. Each rotation
-    has a Kalman filter, in which an outlier counts for as much as it is none.
+    has a Kalman filter, in which an outlier counts by the probability that it is not one.
     """
     parts = np.diff(them.trail, axis=1)
     chord = np.angle(them.trail[:, -1] - them.trail[:, 0])

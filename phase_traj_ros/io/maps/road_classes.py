@@ -27,7 +27,7 @@ PATH_CLASSES: Final = (
 """Values of the key highway that only ``Roads.ALL`` has."""
 
 OFF_ROAD: Final = ('parking_aisle', 'driveway', 'drive-through', 'emergency_access')
-"""Values of the key service that are no roads: a vehicle there has left the road."""
+"""Values of the key service that are not roads: a vehicle there has left the road."""
 
 _CLASSES: Final = {
     Roads.CAR: frozenset(CAR_CLASSES), Roads.ALL: frozenset((*CAR_CLASSES, *PATH_CLASSES))}
