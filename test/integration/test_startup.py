@@ -154,7 +154,7 @@ def test_any_number_of_signals_ends_it_in_order(live, module):
     while process.poll() is None and time.monotonic() < until:
         process.send_signal(signal.SIGINT)
         time.sleep(0.01)
-    assert process.returncode == 0
+    assert process.returncode == 0, live.logs()
     assert 'Traceback' not in live.logs()
 
 

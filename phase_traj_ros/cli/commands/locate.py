@@ -69,8 +69,8 @@ def add_parser(commands: Any) -> None:
         help='the road map: .osm.pbf, .osm, .osm.gz or .osm.bz2')
     parser.add_argument(
         '--near', metavar='LAT,LON,RADIUS', type=_near,
-        help='where the drive starts, such as 49.01,8.40,2km (a negative latitude:'
-             ' --near=-33.92,18.42,2km; default: anywhere on the map)')
+        help='where the drive starts, and that it is on the map, such as 49.01,8.40,2km (a'
+             ' negative latitude: --near=-33.92,18.42,2km; default: anywhere on the map)')
     parser.add_argument(
         '--scale', metavar='A..B', type=_scale,
         help='metres per unit of the odometry, such as 0.5..3 (default: 0.9..1.1 for metres,'
@@ -80,7 +80,8 @@ def add_parser(commands: Any) -> None:
         help='roads that a car may drive, or paths as well (default: car)')
     parser.add_argument(
         '--level', metavar='P', type=_level, default=0.99,
-        help='probability above which a place is claimed (default: 0.99)')
+        help='probability above which a place leads, and is claimed when the way since proves'
+             ' it (default: 0.99)')
     parser.add_argument(
         '--output', metavar='DIR', type=Path,
         help='write the results here (default: into SOURCE, if it is the output folder of a'
