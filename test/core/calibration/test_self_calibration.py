@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The camera from rendered drives."""
 
-from dataclasses import replace
+from dataclasses import asdict, replace
 from functools import lru_cache
 import math
 
@@ -89,7 +89,12 @@ def test_sixteen_bits_tell_what_eight_do():
 
 
 def test_the_same_frames_tell_the_same():
-    assert learned(*drive_of(PINHOLE)).estimate == learned(*drive_of(PINHOLE)).estimate
+    one, other = (asdict(learned(*drive_of(PINHOLE)).estimate) for _ in range(2))
+    if np.lib.NumpyVersion(np.__version__) < '2.0.0':
+        # The kernels of numpy 1 round by where buffers lie in memory.
+        assert one == pytest.approx(other, rel=1e-6, abs=1e-6)
+    else:
+        assert one == other
 
 
 def test_what_is_masked_is_not_looked_at():

@@ -92,7 +92,10 @@ def as_pbf(path):
     osmium = pytest.importorskip('osmium')
     pbf = path.with_name('town.osm.pbf')
     writer = osmium.SimpleWriter(str(pbf))
-    osmium.make_simple_handler(node=writer.add_node, way=writer.add_way).apply_file(str(path))
+    # pyosmium 3 takes functions of Python only.
+    osmium.make_simple_handler(
+        node=lambda node: writer.add_node(node), way=lambda way: writer.add_way(way),
+    ).apply_file(str(path))
     writer.close()
     return pbf
 
