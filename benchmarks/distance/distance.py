@@ -19,10 +19,12 @@ import json
 import math
 import zlib
 
-from clips import kitti_clip
+from benchmarks.distance import drives
+from benchmarks.heading.drives import bonnet, Ride
+from benchmarks.shared.clips import kitti_clip
+from benchmarks.shared.report import disturbance, machine, paragraphs, ROOT, table, verdict
+from benchmarks.shared.timing import bystanders, prepare, take_turns
 import cv2
-import distance_drives as drives
-from heading_drives import bonnet, Ride
 import numpy as np
 from phase_traj_ros.core import (
     CodeSource,
@@ -34,8 +36,6 @@ from phase_traj_ros.core import (
 from phase_traj_ros.core.camera.model import CameraModel, Distortion
 from phase_traj_ros.tasks.evaluation.odometry_errors import distance_error, relative_errors
 from phase_traj_ros.tasks.evaluation.scores import shape_error
-from report import disturbance, machine, paragraphs, ROOT, table, verdict
-from timing import bystanders, prepare, take_turns
 
 _DOCUMENT = ROOT / 'docs' / 'measurements' / 'distance.md'
 _KEPT = ROOT / 'out' / 'distance'
@@ -132,7 +132,7 @@ def page() -> Iterator[str]:
     """Yield the parts of the page that have been measured."""
     yield '# Distance'
     yield paragraphs(_INTRODUCTION)
-    yield 'Written by `benchmarks/distance.py`.'
+    yield 'Written by `benchmarks/distance/distance.py`.'
     every: list[float] = []
     exact: list[float] = []
     for part, title, text, limits in (

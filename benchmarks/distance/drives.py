@@ -7,9 +7,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 
-from clips import kitti_root
+from benchmarks.heading.drives import Frame, real_rides, Ride
+from benchmarks.shared.clips import kitti_root
 import cv2
-from heading_drives import Frame, real_rides, Ride
 import numpy as np
 from phase_traj_ros.synthetic import (
     Camera,

@@ -21,15 +21,15 @@ import re
 import time
 import zlib
 
+from benchmarks.distance.frame_rate_drives import DRIVES, FILMED, Filmed, Material, QUICK
+from benchmarks.shared.report import machine, paragraphs, ROOT, table
+from benchmarks.shared.timing import prepare
 import cv2
-from frame_rate_drives import DRIVES, FILMED, Filmed, Material, QUICK
 import numpy as np
 from phase_traj_ros.core import CodeSource, EstimatorSettings, Lens, TrajectoryEstimator
 from phase_traj_ros.core.camera.model import CameraModel, Distortion
 from phase_traj_ros.core.heading.turns import find_turns, MIN_ANGLE_DEG
 from phase_traj_ros.synthetic import Camera, Drive
-from report import machine, paragraphs, ROOT, table
-from timing import prepare
 
 _DOCUMENT = ROOT / 'docs' / 'measurements' / 'frame_rate.md'
 _KEPT = ROOT / 'out' / 'frame_rate'
@@ -234,7 +234,7 @@ def page(rows: list[Row]) -> Iterator[str]:
     """Yield the parts of the page."""
     yield '# Frame rates'
     yield paragraphs(_INTRODUCTION)
-    yield 'Written by `benchmarks/frame_rate.py` (`make frame-rate`).'
+    yield 'Written by `benchmarks/distance/frame_rate.py` (`make frame-rate`).'
     right = sum(row.within for row in rows)
     told = sum(not row.within and row.doubted > 0 for row in rows)
     yield paragraphs(f"""

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 import zlib
 
-from clips import kitti_root
+from benchmarks.shared.clips import kitti_root
 import numpy as np
 from phase_traj_ros.synthetic import (
     Camera,

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
-from clips import kitti_camera, kitti_root
+from benchmarks.shared.clips import kitti_camera, kitti_root
 import cv2
 import numpy as np
 from phase_traj_ros.io.sources.folder import FolderSource

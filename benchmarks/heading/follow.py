@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from heading_drives import Ride
+from benchmarks.heading.drives import Ride
 import numpy as np
 from phase_traj_ros.core.calibration.field_of_view import FieldOfView
 from phase_traj_ros.core.camera.lens import Lens

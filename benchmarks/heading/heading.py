@@ -13,8 +13,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 import sys
 
-import cv2
-from heading_drives import (
+from benchmarks.heading.drives import (
     CAMERAS,
     FULL,
     full_rides,
@@ -25,9 +24,12 @@ from heading_drives import (
     rendered,
     Ride,
 )
-from heading_follow import follow, Follower, Result, true_codes, truth_of
+from benchmarks.heading.follow import follow, Follower, Result, true_codes, truth_of
+from benchmarks.shared.peers import Klt
+from benchmarks.shared.report import disturbance, machine, paragraphs, ROOT, table, verdict
+from benchmarks.shared.timing import bystanders, prepare, ratios, take_turns
+import cv2
 import numpy as np
-from peers import Klt
 from phase_traj_ros.core import PhaseCorrelator, Window
 from phase_traj_ros.core.camera.model import CameraModel
 from phase_traj_ros.core.camera.projection import (
@@ -38,8 +40,6 @@ from phase_traj_ros.core.camera.projection import (
 )
 from phase_traj_ros.core.heading.turns import find_turns
 from phase_traj_ros.tasks.evaluation.scores import heading_error
-from report import disturbance, machine, paragraphs, ROOT, table, verdict
-from timing import bystanders, prepare, ratios, take_turns
 
 _DOCUMENT = ROOT / 'docs' / 'measurements' / 'heading.md'
 _KITTI = '1241×376, 82°, 10 Hz'
@@ -123,7 +123,7 @@ def sections(*, full: bool) -> Iterator[str]:
     """Yield the parts of the document as they are measured."""
     yield '# Heading'
     yield paragraphs(_INTRODUCTION)
-    yield 'Written by `benchmarks/heading.py`.'
+    yield 'Written by `benchmarks/heading/heading.py`.'
     real = real_rides()
     if real:
         yield '## Real clips'

@@ -12,7 +12,7 @@ import math
 import os
 from pathlib import Path
 
-from clips import kitti_root
+from benchmarks.shared.clips import kitti_root
 import numpy as np
 from phase_traj_ros.core import LinkCode, OdometryStep, RoadMap
 from phase_traj_ros.io.maps.projection import LocalProjection
@@ -40,7 +40,7 @@ class Town:
 
 def maps_root() -> Path:
     """Return the folder of the maps."""
-    beside = Path(__file__).resolve().parents[2] / 'shared' / 'maps'
+    beside = Path(__file__).resolve().parents[3] / 'shared' / 'maps'
     return Path(os.environ.get('PHASE_TRAJ_MAPS', beside))
 
 

@@ -6,7 +6,7 @@ How soon and how well drives are located on a road map, and how often wrongly.
 Takes half an hour and writes docs/measurements/locate.md. The results of each part are kept in
 out/locate, so a stopped run continues where it was. ``--part NAME`` measures one part, ``--page``
 writes the page from the available results, ``--seeds N`` draws N times the noise. The part ``own``
-needs the odometry that benchmarks/locate_odometry.py records into out/locate/odometry.
+needs the odometry that benchmarks/location/odometry.py records into out/locate/odometry.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ import subprocess
 import sys
 import time
 
-from locate_drives import (
+from benchmarks.location.drives import (
     coded,
     ELSEWHERE,
     HERE,
@@ -36,6 +36,8 @@ from locate_drives import (
     true_poses,
     way_of,
 )
+from benchmarks.shared.report import disturbance, machine, paragraphs, ROOT, table, verdict
+from benchmarks.shared.timing import bystanders, prepare
 import numpy as np
 from phase_traj_ros.core import (
     LocatorSettings,
@@ -44,8 +46,6 @@ from phase_traj_ros.core import (
     RoadMap,
     ScaleRange,
 )
-from report import disturbance, machine, paragraphs, ROOT, table, verdict
-from timing import bystanders, prepare
 
 _DOCUMENT = ROOT / 'docs' / 'measurements' / 'locate.md'
 _KEPT = ROOT / 'out' / 'locate'
@@ -218,7 +218,7 @@ def with_own(_: int) -> Iterator[Row]:
                 file = _KEPT / 'odometry' / f'{sequence}.npz'
                 if not file.exists():
                     raise SystemExit(
-                        f'{file} is missing: run benchmarks/locate_odometry.py'
+                        f'{file} is missing: run benchmarks/location/odometry.py'
                         f' {file.parent} {" ".join(_OWN)}')
                 steps = own(file, metric=metric)
                 truth = on_map(sequence) if name == HERE else None
@@ -275,8 +275,7 @@ def loading(_: int) -> Iterator[Row]:
     """Measure time and memory of reading the maps, each in a process of its own."""
     for name in (HERE, ELSEWHERE):
         script = (
-            'import sys, time, resource; sys.path.insert(0, "benchmarks");'
-            'from locate_drives import town;'
+            'import time, resource; from benchmarks.location.drives import town;'
             'before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss;'
             f'start = time.process_time(); town({name!r});'
             'print(time.process_time() - start,'
@@ -296,7 +295,7 @@ def page() -> Iterator[str]:
     """Yield the blocks of the page from the results that are available."""
     yield '# Where on the map'
     yield paragraphs(_INTRODUCTION)
-    yield 'Written by `benchmarks/locate.py`.'
+    yield 'Written by `benchmarks/location/locate.py`.'
     for part, title, text in (
             ('own', 'Odometry of this package', _OWN_TEXT),
             ('noise', 'True poses with noise', _NOISE_TEXT),

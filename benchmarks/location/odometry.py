@@ -1,9 +1,9 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
 """
-Record this package's own odometry along rendered KITTI sequences, for benchmarks/locate.py.
+Record this package's own odometry along rendered KITTI sequences, for locate.py.
 
-Takes minutes a sequence. ``locate_odometry.py OUTPUT 00 02`` writes OUTPUT/00.npz and so on; what
+Takes minutes a sequence. ``odometry.py OUTPUT 00 02`` writes OUTPUT/00.npz and so on; what
 exists is kept. A file holds a row per pair of frames, and the truth with one row more.
 """
 
@@ -13,7 +13,7 @@ from pathlib import Path
 import sys
 import zlib
 
-import distance_drives as drives
+from benchmarks.distance import drives
 import numpy as np
 from phase_traj_ros.core import CodeSource, EstimatorSettings, Lens, TrajectoryEstimator
 

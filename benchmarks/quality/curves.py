@@ -9,10 +9,10 @@ from collections.abc import Callable, Iterable, Mapping
 import sys
 from typing import TypeVar
 
-from clips import Clip
+from benchmarks.shared.clips import Clip
+from benchmarks.shared.report import ROOT
 from matplotlib.figure import Figure
 import numpy as np
-from report import ROOT
 
 IMAGES = ROOT / 'docs' / 'images'
 #: Tolerance of a correct shift: in pixels, or as a share of the true shift.

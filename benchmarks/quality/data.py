@@ -7,8 +7,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
-from clips import Clip, kitti_clip, kitti_root, mirrored
-from conditions import Condition, CONDITIONS
+from benchmarks.shared.clips import Clip, kitti_clip, kitti_root, mirrored
+from benchmarks.shared.conditions import Condition, CONDITIONS
 import cv2
 import numpy as np
 from phase_traj_ros.synthetic import (

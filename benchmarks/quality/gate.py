@@ -7,14 +7,14 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
-from clips import Clip
-from conditions import CONDITIONS
+from benchmarks.quality.curves import curve, draw, grouped, is_right, percent, say, true_shift
+from benchmarks.quality.data import BLIND, blind_frames, cropped, windows
+from benchmarks.shared.clips import Clip
+from benchmarks.shared.conditions import CONDITIONS
+from benchmarks.shared.report import paragraphs, table
 import numpy as np
 from phase_traj_ros.core import PhaseCorrelator
 from phase_traj_ros.core.correlation.quality import GateSettings
-from quality_curves import curve, draw, grouped, is_right, percent, say, true_shift
-from quality_data import BLIND, blind_frames, cropped, windows
-from report import paragraphs, table
 
 _APART = 8
 _STRIDES = (1, 2, 3)

@@ -7,12 +7,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from clips import Clip
-import numpy as np
-from phase_traj_ros.core import PhaseCorrelator, Shift
-from phase_traj_ros.core.correlation.block_motion import BlockMotion
-from phase_traj_ros.core.correlation.quality import GateSettings, MeasurementGate
-from quality_curves import (
+from benchmarks.quality.curves import (
     curve,
     draw,
     grouped,
@@ -23,8 +18,13 @@ from quality_curves import (
     STRAIGHT_PX,
     TURNING_PX,
 )
-from quality_data import overlays, standing, windows
-from report import paragraphs, table
+from benchmarks.quality.data import overlays, standing, windows
+from benchmarks.shared.clips import Clip
+from benchmarks.shared.report import paragraphs, table
+import numpy as np
+from phase_traj_ros.core import PhaseCorrelator, Shift
+from phase_traj_ros.core.correlation.block_motion import BlockMotion
+from phase_traj_ros.core.correlation.quality import GateSettings, MeasurementGate
 
 _APART = 8
 _AT_ZERO = 0.75

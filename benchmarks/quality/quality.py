@@ -15,19 +15,16 @@ from functools import partial
 import time
 from typing import TypeVar
 
-from clips import Clip
+from benchmarks.quality import gate, lock, stillness, turns
+from benchmarks.quality.curves import IMAGES, say
+from benchmarks.quality.data import driving
+from benchmarks.shared.clips import Clip
+from benchmarks.shared.report import paragraphs, ROOT, table, versions
 import cv2
 import numpy as np
 from phase_traj_ros.core import PhaseCorrelator
 from phase_traj_ros.core.correlation.block_motion import BlockMotion
 from phase_traj_ros.core.correlation.quality import StillnessDetector
-from quality_curves import IMAGES, say
-from quality_data import driving
-import quality_gate
-import quality_lock
-import quality_stillness
-import quality_turns
-from report import paragraphs, ROOT, table, versions
 
 _DOCUMENT = ROOT / 'docs' / 'measurements' / 'quality.md'
 _FRAMES = 60
@@ -52,7 +49,7 @@ _INTRODUCTION = """
     some of them along the true poses of KITTI drives. In the curves, lower left is better, and the
     circle marks the chosen test.
 
-    Written by `benchmarks/quality.py` with {versions}.
+    Written by `benchmarks/quality/quality.py` with {versions}.
     """
 
 
@@ -94,10 +91,10 @@ def main() -> None:
     text = '\n\n'.join((
         '# Quality of the pairs',
         paragraphs(_INTRODUCTION.format(versions=versions())),
-        quality_gate.section(quality_gate.measure(clips)),
-        quality_stillness.section(quality_stillness.measure(clips)),
-        quality_lock.section(quality_lock.measure(clips), quality_lock.measure_passing(clips)),
-        quality_turns.section(quality_turns.measure(clips)),
+        gate.section(gate.measure(clips)),
+        stillness.section(stillness.measure(clips)),
+        lock.section(lock.measure(clips), lock.measure_passing(clips)),
+        turns.section(turns.measure(clips)),
         cost_section(clips[0]))) + '\n'
     _DOCUMENT.write_text(text, encoding='utf-8')
     print(f'\n{text}')

@@ -7,14 +7,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from clips import Clip
+from benchmarks.quality.curves import curve, draw, grouped, percent, say
+from benchmarks.quality.data import creeping, named, standing, Stretch, windows
+from benchmarks.shared.clips import Clip
+from benchmarks.shared.report import paragraphs, table
 import numpy as np
 from phase_traj_ros.core import PhaseCorrelator, Shift
 from phase_traj_ros.core.correlation.block_motion import BlockFlow, BlockMotion
 from phase_traj_ros.core.correlation.quality import StillnessDetector, StillnessSettings
-from quality_curves import curve, draw, grouped, percent, say
-from quality_data import creeping, named, standing, Stretch, windows
-from report import paragraphs, table
 
 _SETTLED = 10
 

@@ -7,7 +7,10 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
-from clips import Clip
+from benchmarks.quality.curves import grouped, say
+from benchmarks.quality.data import named, overlays
+from benchmarks.shared.clips import Clip
+from benchmarks.shared.report import paragraphs, table
 import numpy as np
 from phase_traj_ros.core import DynamicChainCode, Movement, PhaseCorrelator
 from phase_traj_ros.core.correlation.quality import (
@@ -16,9 +19,6 @@ from phase_traj_ros.core.correlation.quality import (
     StillnessSettings,
     Worth,
 )
-from quality_curves import grouped, say
-from quality_data import named, overlays
-from report import paragraphs, table
 
 _THRESHOLDS = (16.0, 20.0)
 _CONDITIONS = ('as they are', 'noise, σ = 20', 'noise, σ = 50', 'night, 6 % of the light',

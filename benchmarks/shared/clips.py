@@ -44,7 +44,7 @@ class Clip:
 
 def kitti_root() -> Path | None:
     """Return the folder of the KITTI clips, or None if there is none."""
-    beside = Path(__file__).resolve().parents[2] / 'shared' / 'kitti'
+    beside = Path(__file__).resolve().parents[3] / 'shared' / 'kitti'
     root = Path(os.environ.get('PHASE_TRAJ_KITTI', beside))
     return root if (root / '00' / 'image_0').is_dir() else None
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from itertools import count
 
-from clips import Clip
+from benchmarks.shared.clips import Clip
 import cv2
 import numpy as np
 from phase_traj_ros.synthetic.camera import BODY_TO_PICTURE, Camera, rotation

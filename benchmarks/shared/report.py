@@ -11,14 +11,14 @@ from pathlib import Path
 import platform
 import textwrap
 
+from benchmarks.shared.timing import Bystanders, PINNED
 import cv2
 import numpy as np
-from timing import Bystanders, PINNED
 
 #: Load of other programs that is reported: they compete for caches and memory as well.
 _BUSY_CORES = 0.1
 
-ROOT = Path(__file__).resolve().parent.parent
+ROOT = Path(__file__).resolve().parents[2]
 
 
 def table(header: Sequence[str], rows: Iterable[Sequence[object]]) -> str:

@@ -16,13 +16,13 @@ import json
 import sys
 from typing import Any
 
-from clips import Clip, usual_clips
+from benchmarks.shared.clips import Clip, usual_clips
+from benchmarks.shared.peers import BareTransforms, Heading, OpenCv, Ours
+from benchmarks.shared.report import disturbance, paragraphs, ROOT, table, verdict
+from benchmarks.shared.timing import bystanders, prepare, take_turns
 import cv2
 import numpy as np
-from peers import BareTransforms, Heading, OpenCv, Ours
 from phase_traj_ros.core.correlation.transforms import find_transform
-from report import disturbance, paragraphs, ROOT, table, verdict
-from timing import bystanders, prepare, take_turns
 
 WHEELS, SYSTEM = 'wheels', 'system'
 TITLE = "## The distribution's OpenCV"

@@ -18,12 +18,12 @@ import subprocess
 import sys
 import tracemalloc
 
-from clips import Clip, rendered_clip
+from benchmarks.shared.clips import Clip, rendered_clip
+from benchmarks.shared.peers import OpenCv, Ours, Peer
+from benchmarks.shared.report import paragraphs, table
+from benchmarks.shared.timing import prepare, unpinned
 import cv2
-from peers import OpenCv, Ours, Peer
 from phase_traj_ros.synthetic import KITTI_CAMERA
-from report import paragraphs, table
-from timing import prepare, unpinned
 
 _FRAMES = 8
 _STEPS, _FAULT_STEPS, _WARM_UP = 2000, 200, 10
@@ -96,8 +96,8 @@ def faults(peer: Peer, clip: Clip) -> int:
 
 def _faults_elsewhere(name: str) -> int:
     done = subprocess.run(
-        [sys.executable, __file__, name], env={**unpinned(), **_EAGER}, text=True,
-        stdout=subprocess.PIPE, check=True)
+        [sys.executable, '-m', 'benchmarks.speed.memory', name], env={**unpinned(), **_EAGER},
+        text=True, stdout=subprocess.PIPE, check=True)
     return int(done.stdout)
 
 

@@ -3,7 +3,7 @@
 """
 Publishes frames at a given rate without losing any; started by node_throughput.py.
 
-    python node_feeder.py RATE COUNT --ros-args -r __ns:=NAMESPACE
+    python -m benchmarks.speed.node_feeder RATE COUNT --ros-args -r __ns:=NAMESPACE
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 import sys
 
-from clips import rendered_clip
+from benchmarks.shared.clips import rendered_clip
 import numpy as np
 from phase_traj_ros.io.sources.base import index_stamp_ns, StampedFrame
 from phase_traj_ros.ros.playback.player import FramePlayer

@@ -20,7 +20,9 @@ import subprocess
 import sys
 import time
 
-from clips import rendered_clip
+from benchmarks.shared.clips import rendered_clip
+from benchmarks.shared.report import disturbance, paragraphs, ROOT, table, verdict
+from benchmarks.shared.timing import Bystanders, bystanders, unpinned
 from phase_traj_ros.io.params_file import read_parameters
 from phase_traj_ros.io.replay.estimator import make_estimator
 from phase_traj_ros.parameters import NODE_NAME, Parameters
@@ -30,10 +32,8 @@ from phase_traj_ros.ros.spin import ros_context
 from phase_traj_ros.synthetic import KITTI_CAMERA
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
-from report import disturbance, paragraphs, ROOT, table, verdict
 from std_msgs.msg import UInt8
 from std_srvs.srv import Trigger
-from timing import Bystanders, bystanders, unpinned
 
 _CAMERA_HZ, _CAMERA_FRAMES = 10.0, 100
 _FAST = ((150.0, 1200), (300.0, 1800), (1000.0, 3000))
@@ -176,14 +176,13 @@ def feed(rate: float, count: int, arguments: Sequence[str] = ()) -> Run:
     # The codes must not be lost either if this process counts too slowly.
     codes = f'qos_overrides.{namespace}/{NODE_NAME}/movement.publisher.history:=keep_all'
     warm_up = count // 5
-    feeder = str(Path(__file__).with_name('node_feeder.py'))
     with (ros_context(within),
           process('-m', 'phase_traj_ros.ros.main', *within, '--log-level', 'error',
                   '-p', codes, *lossless_overrides(f'{namespace}/image'), *arguments) as node):
         counter = Counter()
         try:
             counter.connect()
-            with process(feeder, str(rate), str(count), *within):
+            with process('-m', 'benchmarks.speed.node_feeder', str(rate), str(count), *within):
                 counter.wait_for(warm_up)
                 began = processor_time(node.pid)
                 counter.wait_for(count - 1)

@@ -4,13 +4,13 @@
 
 from __future__ import annotations
 
-from clips import Clip, kitti_clip, rendered_clip
+from benchmarks.shared.clips import Clip, kitti_clip, rendered_clip
+from benchmarks.shared.report import paragraphs, table
+from benchmarks.shared.timing import take_turns, Timed
 import cv2
 import numpy as np
 from phase_traj_ros.core import EstimatorSettings, TrajectoryEstimator, View
 from phase_traj_ros.synthetic import KITTI_CAMERA
-from report import paragraphs, table
-from timing import take_turns, Timed
 
 _TURN_THRESHOLD = 20.0
 

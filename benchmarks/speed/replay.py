@@ -16,9 +16,11 @@ from dataclasses import dataclass
 from pathlib import Path
 import tempfile
 
-from clips import Clip, kitti_clip, rendered_clip
+from benchmarks.shared.clips import Clip, kitti_clip, rendered_clip
+from benchmarks.shared.report import disturbance, paragraphs, table, verdict
+from benchmarks.shared.timing import Bystanders, bystanders, prepare, take_turns, Timed
+from benchmarks.speed.memory import resident
 import cv2
-from memory import resident
 import numpy as np
 from phase_traj_ros.io.replay.run import replay
 from phase_traj_ros.io.sources.base import index_stamp_ns, StampedFrame
@@ -28,8 +30,6 @@ from phase_traj_ros.parameters import Parameters
 from phase_traj_ros.synthetic import Camera, KITTI_CAMERA
 from phase_traj_ros.tasks.batch.job import replay_source
 from phase_traj_ros.tasks.batch.request import ReplayRequest
-from report import disturbance, paragraphs, table, verdict
-from timing import Bystanders, bystanders, prepare, take_turns, Timed
 
 _FRAMES, _ROUNDS, _WARM_UP = 120, 7, 1
 _FORMATS = ('png', 'jpg')

@@ -8,15 +8,9 @@ from collections.abc import Callable
 import sys
 import time
 
-import installations
-import memory
-import node_throughput
-import options
-import replay_speed
-from report import machine, paragraphs, ROOT
-import sizes
-import speed
-from timing import prepare
+from benchmarks.shared.report import machine, paragraphs, ROOT
+from benchmarks.shared.timing import prepare
+from benchmarks.speed import installations, memory, node_throughput, options, replay, sizes, steps
 
 _DOCUMENT = ROOT / 'docs' / 'measurements' / 'benchmarks.md'
 
@@ -44,13 +38,13 @@ METHOD = paragraphs("""
 def sections() -> dict[str, Callable[[], str]]:
     """Return the measurements, each with a name for the progress display."""
     return {
-        'step against peers': lambda: speed.section(*speed.measure()),
+        'step against peers': lambda: steps.section(*steps.measure()),
         'installations': installations.wheels_section,
         'padded sizes': sizes.section,
         'options': options.section,
         'memory': lambda: memory.section(memory.measure()),
         'node over DDS': lambda: node_throughput.section(*node_throughput.measure()),
-        'replay': lambda: replay_speed.section(*replay_speed.measure()),
+        'replay': lambda: replay.section(*replay.measure()),
     }
 
 

@@ -9,11 +9,11 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
 
+from benchmarks.shared.report import disturbance, paragraphs, table, transforms
+from benchmarks.shared.timing import bystanders, prepare, take_turns, Timed
 import cv2
 import numpy as np
 from phase_traj_ros.core.correlation.spectrum import padded_side
-from report import disturbance, paragraphs, table, transforms
-from timing import bystanders, prepare, take_turns, Timed
 
 #: (H, W) of KITTI, of webcams and of industrial cameras.
 SHAPES = (

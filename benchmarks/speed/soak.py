@@ -3,7 +3,7 @@
 """
 Check that memory stays constant: 20,000 frames over DDS, 10 million updates of the state machine.
 
-Run it by hand: python benchmarks/soak.py
+Run it by hand: python -m benchmarks.speed.soak
 """
 
 import os

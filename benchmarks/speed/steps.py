@@ -13,12 +13,20 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
-from clips import Clip, usual_clips
+from benchmarks.shared.clips import Clip, usual_clips
+from benchmarks.shared.peers import BareTransforms, Klt, OpenCv, Orb, Ours, Peer, ScikitImage
+from benchmarks.shared.report import disturbance, paragraphs, table, verdict
+from benchmarks.shared.timing import (
+    Bystanders,
+    bystanders,
+    prepare,
+    Quartiles,
+    ratios,
+    take_turns,
+    Timed,
+)
 import cv2
 import numpy as np
-from peers import BareTransforms, Klt, OpenCv, Orb, Ours, Peer, ScikitImage
-from report import disturbance, paragraphs, table, verdict
-from timing import Bystanders, bystanders, prepare, Quartiles, ratios, take_turns, Timed
 
 _FRAMES = 40
 _WARM_UP = 5

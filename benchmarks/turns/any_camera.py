@@ -16,8 +16,9 @@ from concurrent.futures import as_completed, ProcessPoolExecutor
 import multiprocessing
 import sys
 
-from any_camera_drives import MOUNTS, PLANS
-from any_camera_runs import (
+from benchmarks.shared.report import paragraphs, ROOT, table, versions
+from benchmarks.turns.any_camera_drives import MOUNTS, PLANS
+from benchmarks.turns.any_camera_runs import (
     Drive,
     keep,
     kept,
@@ -30,7 +31,6 @@ from any_camera_runs import (
 )
 import cv2
 import numpy as np
-from report import paragraphs, ROOT, table, versions
 
 _DOCUMENT = ROOT / 'docs' / 'measurements' / 'any_camera.md'
 _REAL = ('00', '06')

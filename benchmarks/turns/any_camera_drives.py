@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 import re
 
-from heading_drives import bonnet, Frame
+from benchmarks.heading.drives import bonnet, Frame
 import numpy as np
 from phase_traj_ros.core.heading.turns import find_turns, Turn as FoundTurn
 from phase_traj_ros.synthetic import (

@@ -12,8 +12,9 @@ from pathlib import Path
 import re
 import time
 
-from any_camera_drives import BETWEEN, ride, right_order
-from clips import kitti_root
+from benchmarks.shared.clips import kitti_root
+from benchmarks.shared.report import ROOT
+from benchmarks.turns.any_camera_drives import BETWEEN, ride, right_order
 import cv2
 import numpy as np
 from phase_traj_ros.core import (
@@ -33,7 +34,6 @@ from phase_traj_ros.io.sources.selection import EVERYTHING
 from phase_traj_ros.synthetic import poses_from_kitti
 from phase_traj_ros.tasks.batch.job import replay_source
 from phase_traj_ros.tasks.batch.request import ReplayRequest
-from report import ROOT
 
 #: Thresholds of the paper's state machine, in degrees per second.
 THRESHOLDS = (8.0, 12.0, 16.0, 20.0, 25.0)

@@ -18,14 +18,14 @@ from itertools import product
 import multiprocessing
 import sys
 
-from clips import Clip, kitti_clip, mirrored
-from conditions import CONDITIONS
+from benchmarks.shared.clips import Clip, kitti_clip, mirrored
+from benchmarks.shared.conditions import CONDITIONS
+from benchmarks.shared.peers import Heading, Klt, Orb, Ours, Peer
+from benchmarks.shared.report import paragraphs, ROOT, table, versions
 import cv2
 import numpy as np
-from peers import Heading, Klt, Orb, Ours, Peer
 from phase_traj_ros.core import DynamicChainCode, Movement
 from phase_traj_ros.synthetic import Camera, DRIVES, named_drive, render_drive
-from report import paragraphs, ROOT, table, versions
 
 _THRESHOLD_PX = 20.0
 _WRONG_DEG = 1.0
