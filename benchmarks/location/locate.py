@@ -26,6 +26,7 @@ from benchmarks.location.drives import (
     HERE,
     LINK_M,
     MIRRORED,
+    MISSING,
     moved,
     noisy,
     on_map,
@@ -35,6 +36,7 @@ from benchmarks.location.drives import (
     town,
     true_poses,
     way_of,
+    without_driven,
 )
 from benchmarks.shared.report import disturbance, machine, paragraphs, ROOT, table, verdict
 from benchmarks.shared.timing import bystanders, prepare
@@ -237,6 +239,12 @@ def falsely(seeds: int) -> Iterator[Row]:
     """Try to locate drives on maps where they are not."""
     for name in (ELSEWHERE, MIRRORED):
         yield from _noisy(name, SEQUENCES, seeds)
+    for sequence in _OWN:
+        truth = on_map(sequence)
+        for seed in range(seeds):
+            yield follow(
+                f'{sequence}, {MISSING}', noisy(sequence, seed), without_driven(truth), truth,
+                way_of(true_poses(sequence)), seed=seed)
     yield from _noisy(PARTLY, _OWN, seeds)
 
 

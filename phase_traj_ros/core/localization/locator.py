@@ -129,8 +129,7 @@ class MapLocator:
 
     def _doubt_all(self) -> None:
         """Doubt that the vehicle is on the roads of the map."""
-        self._them.evidence = np.minimum(
-            self._them.evidence, self._settings.evidence_at_start)
+        self._them.evidence = np.minimum(self._them.evidence, self._settings.return_evidence)
 
     def _seed_sometimes(self) -> None:
         """Let vehicles on no road of the map come back to one."""
@@ -242,8 +241,8 @@ class MapLocator:
 
         A fix that contradicts the claimed place, its own covariance and the odometry since is
         not used, unless the next ones agree with it. A fix that comes less than 5 m after the last
-        one is not used either: successive fixes share their errors. One that agrees proves the
-        place, if it is exact enough to tell it from others.
+        one is not used either: successive fixes share their errors. One that agrees is evidence
+        that the place was not found by chance.
         """
         place = self._found[0]
         way = self._way + abs(self._odometer.since) * self._scale.middle

@@ -146,12 +146,14 @@ class Claim:
             abs(place.middle - self._last) > settings.mode_m + 2 * metres)
         if jumped or place.probability < settings.drop_below:
             self.drop()
-        if self.held or place.probability > settings.claim_above:
+        if self.held or place.probability > min(settings.claim_near, settings.claim_above):
             self._sure_m += metres if self._last is not None else 0.0
             self._last = place.middle
         else:
             self.drop()
-        self.held = self.held or self._sure_m >= settings.claim_after_m
+        self.held = self.held or (
+            self._sure_m >= settings.claim_after_m
+            and place.probability > settings.claim_above)
 
 
 class Astray:

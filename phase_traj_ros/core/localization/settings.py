@@ -54,8 +54,8 @@ class LocatorSettings:
     road_ends: float = 0.3
     """Chance to turn back where the road ends."""
 
-    evidence_at_start: float = -2.0
-    """Log odds at the start that the vehicle is on the roads of the map."""
+    evidence_at_start: float = -4.0
+    """Log odds at the start that a road is the true one: the best of many fits by chance."""
     turn_price: float = 2.0
     """Nats that a road of no map pays for its turns, per radian..."""
     straight_turn: float = math.radians(0.5)
@@ -73,7 +73,7 @@ class LocatorSettings:
     """...of which there are this many."""
     fewest_hypotheses: int = 1_500
     """Below this number, hypotheses are split, ..."""
-    fewest_searching: int = 20_000
+    fewest_searching: int = 60_000
     """...and below this one, or two per piece of road, while no place is claimed."""
     merge_m: float = 1.5
     """Hypotheses on one piece this close, ..."""
@@ -91,9 +91,11 @@ class LocatorSettings:
     most_candidates: int = 20
     """Candidates in an estimate."""
     claim_above: float = 0.99
-    """A place is claimed when its probability has been above this..."""
-    claim_after_m: float = 20.0
-    """...for this many metres, ..."""
+    """A place is claimed when its probability is above this, ..."""
+    claim_near: float = 0.9
+    """...after it has been above this..."""
+    claim_after_m: float = 100.0
+    """...for this many metres: places that lead by chance do so for a short way..."""
     drop_below: float = 0.5
     """...until it falls below this."""
 

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A place is claimed while it is probable; turns that fit are evidence for it, straights are not."""
+"""A place is claimed while it is probable; turns that fit are evidence, straights are not."""
 
 import math
 
@@ -23,7 +23,7 @@ def place(at=0.0, probability=0.999):
 def claim():
     """Return a claim of a place that has been probable for long enough."""
     claim = Claim(SETTINGS)
-    for _ in range(5):
+    for _ in range(30):
         claim.follow(place(), 5.0)
     return claim
 
