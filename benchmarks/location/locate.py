@@ -130,9 +130,13 @@ def main() -> None:
     for part in [arguments.part] if arguments.part else [] if arguments.page else PARTS:
         if arguments.part or not _file(part).exists():
             with bystanders() as watched:
-                rows = list(PARTS[part](arguments.seeds))
+                rows = []
+                for row in PARTS[part](arguments.seeds):
+                    rows.append(asdict(row))
+                    print(row, flush=True)
+                    _file(part).write_text(json.dumps({'rows': rows}))
             _file(part).write_text(json.dumps(
-                {'rows': [asdict(row) for row in rows], 'watched': disturbance(watched)}))
+                {'rows': rows, 'watched': disturbance(watched)}))
     if not arguments.part:
         _DOCUMENT.write_text('\n\n'.join(page()) + '\n')
 

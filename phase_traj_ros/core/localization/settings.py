@@ -54,9 +54,9 @@ class LocatorSettings:
     road_ends: float = 0.3
     """Chance to turn back where the road ends."""
 
-    evidence_at_start: float = -4.0
+    evidence_at_start: float = -3.5
     """Log odds at the start that a road is the true one: the best of many fits by chance."""
-    turn_price: float = 2.0
+    turn_price: float = 1.25
     """Nats that a road of no map pays for its turns, per radian..."""
     straight_turn: float = math.radians(0.5)
     """...beyond this angle per stride."""
@@ -99,7 +99,7 @@ class LocatorSettings:
     drop_below: float = 0.5
     """...until it falls below this."""
 
-    lost_nats: float = 3.0
+    lost_nats: float = 4.0
     """Fall of the evidence after which the vehicle counts as off the roads of the map..."""
     lost_within_m: float = 60.0
     """...within this distance."""
