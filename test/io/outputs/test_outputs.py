@@ -53,14 +53,14 @@ def test_files_appear_when_all_are_written(tmp_path):
     assert listed(target) == {'one', 'two'}
 
 
-KILLED = '''
+KILLED = """
 import os, signal, sys
 from pathlib import Path
 from phase_traj_ros.io.outputs.outputs import Outputs
 with Outputs() as outputs:
     outputs.directory(Path(sys.argv[1]))
     os.kill(os.getpid(), signal.SIGKILL)
-'''
+"""
 
 
 def test_the_next_run_removes_what_a_killed_one_left(tmp_path):
