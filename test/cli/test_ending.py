@@ -54,8 +54,7 @@ def stopped_at(number, drive, tmp_path, monkeypatch, capfd):
 
     monkeypatch.setattr(TurnWatcher, 'add', signalled)
     status = program.main([
-        'replay', str(drive), '--threshold', '16', '--output', str(tmp_path / 'out' / 'a'),
-        '--animation', str(tmp_path / 'gifs' / 'x.gif')])
+        'replay', str(drive), '--threshold', '16', '--output', str(tmp_path / 'out' / 'a')])
     return status, capfd.readouterr()
 
 

@@ -65,11 +65,9 @@ def test_everything_of_one_source(folder, tmp_path, capsys):
     pytest.importorskip('rosbags')
     assert run(
         'replay', folder, *PAPER, '--output', output, '--report', '--svg',
-        '--bag-out', output / 'drive.mcap', '--bag-debug-images',
-        '--animation', tmp_path / 'gif' / 'drive.gif') == 0
+        '--bag-out', output / 'drive.mcap', '--bag-debug-images') == 0
     assert files_in(output) == PLAIN | {
         'report.html', 'trajectory.svg', 'turns.svg', 'drive.mcap'}
-    assert files_in(tmp_path / 'gif') == {'drive.gif'}
     assert f'written to {output / "drive.mcap"}' in capsys.readouterr().out
     # Its debug images can be replayed themselves.
     with open_source(output / 'drive.mcap') as source:
@@ -90,7 +88,7 @@ def test_an_error_leaves_nothing_behind(folder, tmp_path, capsys):
     output = tmp_path / 'out'
     refused(
         capsys, 'replay', folder, '--strict', '--output', output, '--report', '--bag-out',
-        tmp_path / 'bags' / 'x.mcap', '--animation', tmp_path / 'x.gif')
+        tmp_path / 'bags' / 'x.mcap')
     assert files_in(tmp_path) == {'drive'}
 
 
@@ -98,11 +96,9 @@ def test_an_error_leaves_nothing_behind(folder, tmp_path, capsys):
     (['--report'], 'report writes into the output folder'),
     (['--svg'], 'svg writes into the output folder'),
     (['--bag-out', 'x.bag'], 'its name has to end in .mcap'),
-    (['--animation', 'x.png'], 'its name has to end in .gif'),
     (['--bag-debug-images'], 'bag_debug_images needs a bag to write them to'),
     (['{folder}'], 'several sources need --output DIR'),
     (['{folder}', '--output', '{out}', '--live'], '--live works with one source'),
-    (['{folder}', '--output', '{out}', '--animation', 'x.gif'], '--animation works with one'),
     (['{folder}', '--output', '{out}', '--bag-out', 'a/x.mcap'], 'a name without a folder'),
     (['{folder}', '--output', '{out}', '--bag-out', 'x.bag'], 'has to end in .mcap'),
     (['{folder}', '--output', '{out}', '--jobs', '0'], '--jobs is 0'),

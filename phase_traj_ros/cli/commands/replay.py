@@ -74,9 +74,6 @@ def add_parser(commands: Any) -> None:
     parser.add_argument(
         '--bag-debug-images', action='store_true', help='also write the debug images to the bag')
     parser.add_argument(
-        '--animation', metavar='FILE.gif', type=Path,
-        help='write the drive as an animated GIF')
-    parser.add_argument(
         '--live', action='store_true', help='show codes and path in the terminal as they grow')
     add_force(parser)
     add_batch(parser)
@@ -103,7 +100,7 @@ def run(options: Namespace) -> int | None:
 
             result = replay_source(source, request, through=shown)
     _print(result, watch.seconds)
-    for written in (request.output, request.bag_out, request.animation):
+    for written in (request.output, request.bag_out):
         if written is not None:
             print(f'written to {written}')
     return None

@@ -44,9 +44,8 @@ def replay_many(request: ReplayRequest, options: Namespace) -> int | None:
     root, sources = request.output, options.sources
     if root is None:
         raise ParameterError('several sources need --output DIR, for a folder each')
-    for name in ('live', 'animation'):
-        if getattr(options, name):
-            raise ParameterError(f'--{name} works with one source only, and not with --dask')
+    if options.live:
+        raise ParameterError('--live works with one source only, and not with --dask')
     require_matplotlib()
     if options.dask is not None:
         # The workers have other working directories.

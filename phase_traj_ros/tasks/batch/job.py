@@ -15,7 +15,6 @@ from phase_traj_ros.io.outputs.outputs import Outputs
 from phase_traj_ros.io.replay.camera import known_lens, learned_lens
 from phase_traj_ros.io.replay.kept import KeptFrames
 from phase_traj_ros.io.replay.run import Replay, replay, Watcher
-from phase_traj_ros.io.results.animation import Animation
 from phase_traj_ros.io.results.bag import BagSink
 from phase_traj_ros.io.results.figures import (
     require_matplotlib,
@@ -82,14 +81,12 @@ def replay_source(
     with ExitStack() as stack:
         owner = stack.enter_context(Outputs(
             inputs=request.inputs, force=request.force, batch=request.batch))
-        outputs: list[_Folder | _Gif] = []
+        folder = None
         if request.output is not None:
             require_matplotlib()
-            outputs.append(_Folder(
-                owner.directory(request.output, names=request.names), request.output, request))
-        if request.animation is not None:
-            outputs.append(_Gif(owner.file(request.animation), request.animation, Animation()))
-        seen = [*watchers, *(watcher for output in outputs for watcher in output.watchers)]
+            folder = _Folder(
+                owner.directory(request.output, names=request.names), request.output, request)
+        seen = [*watchers, *(() if folder is None else folder.watchers)]
         if request.bag_out is not None:
             stack.enter_context(writing_to(request.bag_out))
             seen.append(stack.enter_context(BagSink(
@@ -110,9 +107,9 @@ def replay_source(
                 through(again, last), parameters, source=source.description, watchers=seen,
                 lens=lens, speeds=speeds, strict=request.strict)
         result = replace(result, source_frames=source.frames)
-        for output in outputs:
-            with writing_to(output.target):
-                output.write(result)
+        if folder is not None:
+            with writing_to(folder.target):
+                folder.write(result)
     return result
 
 
@@ -146,19 +143,3 @@ class _Folder:
                 result, self._staging / REPORT, title=self._request.title,
                 picture=self._staging / 'trajectory.png', thumbnails=self._thumbnails.kept,
                 left_out=self._left_out.jpeg)
-
-
-class _Gif:
-    """The animated GIF of --animation."""
-
-    def __init__(self, staged: Path, target: Path, animation: Animation) -> None:
-        self.target = target
-        self._staged = staged
-        self._animation = animation
-
-    @property
-    def watchers(self) -> tuple[Watcher, ...]:
-        return (self._animation,)
-
-    def write(self, result: Replay) -> None:
-        self._animation.write(result, self._staged)

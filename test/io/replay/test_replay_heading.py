@@ -190,8 +190,7 @@ def test_a_bag_says_it_all(bag, tmp_path):
         result = replay_source(
             source, ReplayRequest(
                 source=bag, parameters=parameters, output=out, report=True,
-                bag_out=tmp_path / 'out.mcap', bag_debug_images=True,
-                animation=tmp_path / 'out.gif'))
+                bag_out=tmp_path / 'out.mcap', bag_debug_images=True))
     drive = named_drive('demo').take(range(60))
     true = drive.poses[:, :2] - drive.poses[0, :2]
     tips = np.array([(update.tip.x, update.tip.y) for update in result.updates])
