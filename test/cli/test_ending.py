@@ -113,7 +113,7 @@ def closed_early(call, *, both):
 @pytest.mark.parametrize('both', [True, False])
 def test_the_work_is_finished_where_nobody_reads(drive, tmp_path, both):
     status, error = closed_early(
-        replay(drive, '--live', '--output', tmp_path / 'out'), both=both)
+        replay(drive, '--output', tmp_path / 'out'), both=both)
     assert status == 128 + signal.SIGPIPE
     assert (tmp_path / 'out' / 'chain_code.json').exists()
     if not both:

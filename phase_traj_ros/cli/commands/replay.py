@@ -10,8 +10,6 @@ from typing import Any
 
 from phase_traj_ros.cli.command import Command
 from phase_traj_ros.cli.commands.replay_many import add_batch, replay_many
-from phase_traj_ros.cli.escaping import screen
-from phase_traj_ros.cli.live_view import LiveView
 from phase_traj_ros.cli.options import (
     add_force,
     add_parameters,
@@ -73,8 +71,6 @@ def add_parser(commands: Any) -> None:
              ' several sources: a name; each writes it to its own folder)')
     parser.add_argument(
         '--bag-debug-images', action='store_true', help='also write the debug images to the bag')
-    parser.add_argument(
-        '--live', action='store_true', help='show codes and path in the terminal as they grow')
     add_force(parser)
     add_batch(parser)
     parser.set_defaults(run=run)
@@ -88,17 +84,11 @@ def run(options: Namespace) -> int | None:
         return replay_many(request, options)
     watch = _Stopwatch()
     with request.opened() as source:
-        if options.live:
-            with LiveView(screen(), title=request.title, total=source.frame_count) as view:
-                result = replay_source(
-                    source, request, watchers=[view],
-                    through=lambda frames, which: watch.over(view.over(frames, which.value)))
-        else:
-            def shown(frames: Iterable[Entry], which: Pass) -> Iterator[Entry]:
-                name = f'{request.title}, {which.value}' if which.value else request.title
-                return watch.over(progress(frames, total=source.frame_count, title=name))
+        def shown(frames: Iterable[Entry], which: Pass) -> Iterator[Entry]:
+            name = f'{request.title}, {which.value}' if which.value else request.title
+            return watch.over(progress(frames, total=source.frame_count, title=name))
 
-            result = replay_source(source, request, through=shown)
+        result = replay_source(source, request, through=shown)
     _print(result, watch.seconds)
     for written in (request.output, request.bag_out):
         if written is not None:

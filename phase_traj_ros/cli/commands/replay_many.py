@@ -44,8 +44,6 @@ def replay_many(request: ReplayRequest, options: Namespace) -> int | None:
     root, sources = request.output, options.sources
     if root is None:
         raise ParameterError('several sources need --output DIR, for a folder each')
-    if options.live:
-        raise ParameterError('--live works with one source only, and not with --dask')
     require_matplotlib()
     if options.dask is not None:
         # The workers have other working directories.
