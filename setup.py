@@ -19,7 +19,6 @@ RUNTIME = [
     'matplotlib>=3.6',
     'tqdm',
     'PyYAML',
-    'shtab>=1.6',
     *(f'{each}; platform_machine == "aarch64"' for each in FFT),
 ]
 # Reads videos in place of OpenCV: exact times, fewer conversions, and it seeks.

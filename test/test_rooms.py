@@ -29,7 +29,7 @@ FLOORS = {
     'synthetic': (
         'arrays', 'camera', 'textures degradations overlays', 'scene', 'town view', 'drive'),
     'cli': (
-        'command ending escaping', 'options progress live_view report walk', 'commands',
+        'command ending escaping', 'options progress report', 'commands',
         'program', 'main'),
     'ros': (
         'spin health losses entities graph', 'startup', 'declare', 'outputs',

@@ -63,8 +63,7 @@ def test_replay_writes_everything(folder, tmp_path):
     assert 'movement  (7): 1x1 0x1 3x1 1x1 2x1 1x2' in result.stdout
     assert 'direction (6): 1x1 0x2 1x3' in result.stdout
     assert sorted(os.listdir(output)) == [
-        'chain_code.json', 'manifest.json', 'shifts.csv', 'trajectory.png', 'trajectory.tum',
-        'turns.png']
+        'chain_code.json', 'manifest.json', 'shifts.csv', 'trajectory.png', 'trajectory.tum']
 
     code = json.loads((output / 'chain_code.json').read_text())
     assert (code['frames'], code['threshold']) == (8, 16.0)

@@ -44,17 +44,18 @@ def replay(drive, *arguments):
 
 def stopped_at(number, drive, tmp_path, monkeypatch, capfd):
     """Run a replay that gets the signal while it works; return its status and its error."""
-    from phase_traj_ros.io.results.thumbnails import TurnWatcher
-    add, count = TurnWatcher.add, iter(range(10**6))
+    from phase_traj_ros.io.results.thumbnails import Thumbnails
+    add, count = Thumbnails.add, iter(range(10**6))
 
     def signalled(self, *arguments):
         if next(count) == 5:
             os.kill(os.getpid(), number)
         add(self, *arguments)
 
-    monkeypatch.setattr(TurnWatcher, 'add', signalled)
+    monkeypatch.setattr(Thumbnails, 'add', signalled)
     status = program.main([
-        'replay', str(drive), '--threshold', '16', '--output', str(tmp_path / 'out' / 'a')])
+        'replay', str(drive), '--threshold', '16', '--output', str(tmp_path / 'out' / 'a'),
+        '--report'])
     return status, capfd.readouterr()
 
 

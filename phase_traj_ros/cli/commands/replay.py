@@ -27,8 +27,8 @@ from phase_traj_ros.tasks.batch.job import Pass, replay_source
 
 _EPILOG = f"""
 {SOURCE_HELP}
-DIR receives chain_code.json, shifts.csv (one row per pair of frames), trajectory.tum,
-trajectory.png and, if there are turns, turns.png; it is created if absent.
+DIR receives chain_code.json, shifts.csv (one row per pair of frames), trajectory.tum and
+trajectory.png; it is created if absent.
 
 Several sources are replayed in parallel processes. Each has a folder in DIR with its name, and
 DIR receives summary.csv and summary.html with one row per source. If one fails, the others
@@ -64,7 +64,7 @@ def add_parser(commands: Any) -> None:
         '--report', action='store_true',
         help='also write report.html to DIR: one self-contained file')
     parser.add_argument(
-        '--svg', action='store_true', help='also write the pictures as SVG')
+        '--svg', action='store_true', help='also write the picture as SVG')
     parser.add_argument(
         '--bag-out', metavar='FILE.mcap', type=Path,
         help='write all topics of the node to this bag, with the stamps of the images (for'

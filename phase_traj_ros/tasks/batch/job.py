@@ -16,19 +16,10 @@ from phase_traj_ros.io.replay.camera import known_lens, learned_lens
 from phase_traj_ros.io.replay.kept import KeptFrames
 from phase_traj_ros.io.replay.run import Replay, replay, Watcher
 from phase_traj_ros.io.results.bag import BagSink
-from phase_traj_ros.io.results.figures import (
-    require_matplotlib,
-    write_trajectory_picture,
-    write_turn_picture,
-)
+from phase_traj_ros.io.results.figures import require_matplotlib, write_trajectory_picture
 from phase_traj_ros.io.results.files import write_results
 from phase_traj_ros.io.results.report.report import write_report
-from phase_traj_ros.io.results.thumbnails import (
-    HeadingTurnWatcher,
-    LeftOutPicture,
-    Thumbnails,
-    TurnWatcher,
-)
+from phase_traj_ros.io.results.thumbnails import LeftOutPicture, Thumbnails
 from phase_traj_ros.io.sources.base import Entry, FrameSource
 from phase_traj_ros.tasks.batch.request import ReplayRequest, REPORT
 
@@ -120,24 +111,17 @@ class _Folder:
         self.target = target
         self._staging = staging
         self._request = request
-        self._turns = (
-            HeadingTurnWatcher() if request.parameters.codes_from_heading else TurnWatcher())
         self._thumbnails = Thumbnails()
         self._left_out = LeftOutPicture()
 
     @property
     def watchers(self) -> tuple[Watcher, ...]:
-        if not self._request.report:
-            return (self._turns,)
-        return self._turns, self._thumbnails, self._left_out
+        return (self._thumbnails, self._left_out) if self._request.report else ()
 
     def write(self, result: Replay) -> None:
         write_results(result, self._staging)
         if self._request.svg:
             write_trajectory_picture(result, self._staging / 'trajectory.svg')
-        if self._turns.turns:
-            for kind in ('png', 'svg') if self._request.svg else ('png',):
-                write_turn_picture(self._turns.turns, result, self._staging / f'turns.{kind}')
         if self._request.report:
             write_report(
                 result, self._staging / REPORT, title=self._request.title,

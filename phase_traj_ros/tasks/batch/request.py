@@ -93,8 +93,7 @@ class ReplayRequest:
     def names(self) -> tuple[str, ...]:
         """Return the names of the files that may be written into the output folder."""
         return (
-            *RESULT_NAMES, 'turns.png',
-            *(('trajectory.svg', 'turns.svg') if self.svg else ()),
+            *RESULT_NAMES, *(('trajectory.svg',) if self.svg else ()),
             *((REPORT,) if self.report else ()))
 
     def opened(self) -> FrameSource:
