@@ -118,7 +118,6 @@ setup(
         'console_scripts': [
             f'phase_traj = {PACKAGE}.cli.main:main',
             f'phase_traj_node = {PACKAGE}.ros.main:main',
-            f'phase_traj_lifecycle_node = {PACKAGE}.ros.lifecycle_main:main',
         ],
     },
     zip_safe=False,

@@ -137,7 +137,6 @@ def test_all_programs_are_installed(setup_arguments):
     assert setup_arguments['entry_points']['console_scripts'] == [
         'phase_traj = phase_traj_ros.cli.main:main',
         'phase_traj_node = phase_traj_ros.ros.main:main',
-        'phase_traj_lifecycle_node = phase_traj_ros.ros.lifecycle_main:main',
     ]
 
 

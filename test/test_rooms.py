@@ -33,7 +33,7 @@ FLOORS = {
         'program', 'main'),
     'ros': (
         'spin health losses entities graph', 'startup', 'declare', 'outputs',
-        'inputs saving playback location', 'diagnostics', 'nodes', 'main lifecycle_main'),
+        'inputs saving playback location', 'diagnostics', 'nodes', 'main'),
 }
 # Rooms whose __init__ is a public face: it names what others import from the room.
 FACES = ('core', 'io', 'synthetic')

@@ -13,6 +13,7 @@ from phase_traj_ros.cli.options import add_force
 from phase_traj_ros.cli.progress import counter
 from phase_traj_ros.cli.report import print_result
 from phase_traj_ros.core import Direction, PAPER_THRESHOLD
+from phase_traj_ros.core.codes.text import describe, parse
 from phase_traj_ros.errors import MissingDependencyError, ResultError
 from phase_traj_ros.io.outputs.outputs import output_directory
 from phase_traj_ros.io.replay.camera import known_lens
@@ -83,13 +84,12 @@ def run(options: Namespace) -> None:
         with counter(total=len(drive), title='rendering') as advance:
             write_drive_bag(drive, directory / name, progress=advance)
         print('playing them to the node over DDS ...', flush=True)
-        live = run_live(
-            directory / name, pairs=len(drive) - 1, values=parameters)
+        live = run_live(directory / name, frames=len(drive), values=parameters)
         with open_source(directory / name) as source:
             offline = replay(
                 source, parameters, source=str(options.output / name),
                 lens=known_lens(source, parameters))
-        if (list(live.movement), list(live.direction)) != (offline.movement, offline.direction):
+        if parse(live.chain_code) != describe(offline.codes, frames=offline.frames):
             raise ResultError('the codes of the node and of the offline replay differ')
         if live.exit_status != 0:
             raise ResultError(f'the node has ended with status {live.exit_status}')

@@ -148,8 +148,8 @@ def node_start(arguments: Mapping[str, str], around: Surroundings) -> NodeStart:
         raise ParameterError(
             'autostart is true, but lifecycle is not: leave autostart out, since the node starts'
             ' active, or give lifecycle:=true as well')
-    if autostart:
-        own['autostart'] = True
+    if lifecycle:
+        own['autostart'] = autostart
     return NodeStart(
         name=name, namespace=namespace, params_file=file, own=own, remappings=remappings,
         log_level=_log_level(given), lifecycle=lifecycle, respawn=_is_true(given, 'respawn'),

@@ -203,7 +203,8 @@ def test_what_is_not_ours_is_neither_replaced_nor_removed(tmp_path):
     put(tmp_path, ['chain_code.json'])
     put(tmp_path, ['chain_code.json', 'shifts.csv'], 'newer')
     put(tmp_path, ['chain_code.json'])
-    assert tree(tmp_path) == {'report.html': 'mine', 'trajectory.png': 'mine', 'chain_code.json': 'new'}
+    assert tree(tmp_path) == {
+        'report.html': 'mine', 'trajectory.png': 'mine', 'chain_code.json': 'new'}
     put(tmp_path, ['trajectory.png'], force=True)
     assert tree(tmp_path) == {'report.html': 'mine', 'trajectory.png': 'new'}
 
