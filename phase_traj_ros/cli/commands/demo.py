@@ -10,7 +10,7 @@ from typing import Any
 from phase_traj_ros.cli.command import Command
 from phase_traj_ros.cli.commands.demo_map import run_on_map
 from phase_traj_ros.cli.options import add_force
-from phase_traj_ros.cli.progress import counter
+from phase_traj_ros.cli.progress import progress
 from phase_traj_ros.cli.report import print_result
 from phase_traj_ros.core import Direction, PAPER_THRESHOLD
 from phase_traj_ros.core.codes.text import describe, parse
@@ -81,8 +81,8 @@ def run(options: Namespace) -> None:
     with output_directory(
             options.output, names=(*RESULT_NAMES, name), force=options.force) as directory:
         print(f'rendering {len(drive)} frames of the drive {drive.name!r} ...', flush=True)
-        with counter(total=len(drive), title='rendering') as advance:
-            write_drive_bag(drive, directory / name, progress=advance)
+        with progress(total=len(drive), title='rendering') as bar:
+            write_drive_bag(drive, directory / name, progress=bar.update)
         print('playing them to the node over DDS ...', flush=True)
         live = run_live(directory / name, frames=len(drive), values=parameters)
         with open_source(directory / name) as source:

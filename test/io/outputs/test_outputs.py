@@ -244,31 +244,14 @@ def test_a_manifest_of_someone_else(tmp_path, content):
     assert (tmp_path / 'manifest.json').read_text() == content
 
 
-def old_results(folder, **content):
-    folder.mkdir()
-    for name in ('shifts.csv', 'trajectory.png', 'evaluation.json', 'notes.txt'):
-        (folder / name).write_text('old')
-    (folder / 'chain_code.json').write_text(json.dumps(
-        content or {'movement_runs': [], 'direction_runs': [], 'versions': {}}))
-
-
-def test_results_of_versions_without_a_manifest_are_known_by_name(tmp_path):
-    old_results(tmp_path / 'old')
-    put(tmp_path / 'old', ['chain_code.json', 'shifts.csv'])
-    assert tree(tmp_path / 'old') == {
-        'chain_code.json': 'new', 'shifts.csv': 'new', 'notes.txt': 'old'}
-    old_results(tmp_path / 'other', codes=[1, 2])
-    with pytest.raises(OutputError, match='was not written'):
-        put(tmp_path / 'other', ['chain_code.json'])
-
-
 def test_what_adds_to_results_leaves_them_and_they_replace_it(tmp_path):
-    old_results(tmp_path / 'old')
-    put(tmp_path / 'old', ['evaluation.json'], adds=True)
-    assert set(tree(tmp_path / 'old')) == {
-        'chain_code.json', 'shifts.csv', 'trajectory.png', 'evaluation.json', 'notes.txt'}
-    put(tmp_path / 'old', ['chain_code.json', 'shifts.csv'])
-    assert set(tree(tmp_path / 'old')) == {'chain_code.json', 'shifts.csv', 'notes.txt'}
+    (tmp_path / 'notes.txt').write_text('mine')
+    put(tmp_path, ['chain_code.json', 'shifts.csv'])
+    put(tmp_path, ['evaluation.json'], adds=True)
+    assert set(tree(tmp_path)) == {
+        'chain_code.json', 'shifts.csv', 'evaluation.json', 'notes.txt'}
+    put(tmp_path, ['chain_code.json'])
+    assert set(tree(tmp_path)) == {'chain_code.json', 'notes.txt'}
 
 
 def test_a_named_file_in_the_output_folder_belongs_to_the_results(tmp_path):
