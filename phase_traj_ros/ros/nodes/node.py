@@ -39,8 +39,7 @@ class PhaseTrajNode(LifecycleNode):
         ParameterError
             An initial value of a parameter is not allowed.
         OutputError
-            With autostart: ``output_dir`` cannot be written, or ``record_shifts`` is set without
-            it.
+            With autostart: ``output_dir`` cannot be written.
         MissingDependencyError
             With autostart: a package that a parameter requires is not installed.
 

@@ -43,7 +43,7 @@ ARGUMENTS: Final[Mapping[str, Argument]] = MappingProxyType({
     'params_file': Argument(
         description='ROS parameter file of the node, or the name of one in config/. Empty: none.'),
     'output_dir': Argument(
-        description='Folder for ~/save and record_shifts. Empty: no files are written.'),
+        description='Folder in which drives are saved. Empty: no files are written.'),
     'map_file': Argument(
         description='Road map on which the vehicle is located. Empty: it is not located.'),
     'namespace': Argument(description='Namespace of the node.'),
