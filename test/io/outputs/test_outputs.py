@@ -197,7 +197,7 @@ def test_what_is_no_file_is_refused(tmp_path, kind):
 def test_what_is_not_ours_is_neither_replaced_nor_removed(tmp_path):
     (tmp_path / 'report.html').write_text('mine')
     (tmp_path / 'trajectory.png').write_text('mine')
-    with pytest.raises(OutputError, match=r'turns\.png was not written by an earlier run'):
+    with pytest.raises(OutputError, match=r'trajectory\.png was not written by an earlier run'):
         put(tmp_path, ['chain_code.json', 'trajectory.png'])
     assert tree(tmp_path) == {'report.html': 'mine', 'trajectory.png': 'mine'}
     put(tmp_path, ['chain_code.json'])
