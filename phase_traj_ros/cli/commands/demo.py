@@ -13,8 +13,9 @@ from phase_traj_ros.cli.options import add_force
 from phase_traj_ros.cli.progress import progress
 from phase_traj_ros.cli.report import print_result
 from phase_traj_ros.core import Direction, PAPER_THRESHOLD
-from phase_traj_ros.core.codes.text import describe, parse
+from phase_traj_ros.core.codes.text import describe
 from phase_traj_ros.errors import MissingDependencyError, ResultError
+from phase_traj_ros.io.messages.published import TEXT_RUNS
 from phase_traj_ros.io.outputs.outputs import output_directory
 from phase_traj_ros.io.replay.camera import known_lens
 from phase_traj_ros.io.replay.run import Replay, replay
@@ -89,7 +90,8 @@ def run(options: Namespace) -> None:
             offline = replay(
                 source, parameters, source=str(options.output / name),
                 lens=known_lens(source, parameters))
-        if parse(live.chain_code) != describe(offline.codes, frames=offline.frames):
+        text = describe(offline.codes, frames=offline.frames, max_runs=TEXT_RUNS)
+        if live.chain_code != str(text):
             raise ResultError('the codes of the node and of the offline replay differ')
         if live.exit_status != 0:
             raise ResultError(f'the node has ended with status {live.exit_status}')
