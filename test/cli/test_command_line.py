@@ -106,7 +106,7 @@ def test_a_second_replay_replaces_the_results(folder, tmp_path):
     assert run(
         'replay', folder, '--output', output, '--every', '2', *PAPER).returncode == 0
     assert json.loads((output / 'chain_code.json').read_text())['frames'] == 4
-    assert len(os.listdir(output)) == 6
+    assert len(os.listdir(output)) == 5
 
 
 def test_threshold_overrides_the_parameter_file(folder, tmp_path):
@@ -250,7 +250,7 @@ def test_a_broken_picture_leaves_older_results_alone(folder, tmp_path):
     (folder / '5.png').write_bytes(b'')
     refused('replay', folder, '--output', output, '--strict')
     assert (output / 'chain_code.json').read_bytes() == before
-    assert len(os.listdir(output)) == 6
+    assert len(os.listdir(output)) == 5
 
 
 def test_inspect_refuses_frames_that_do_not_match(folder, tmp_path):

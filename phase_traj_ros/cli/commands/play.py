@@ -23,7 +23,7 @@ from phase_traj_ros.errors import (
 from phase_traj_ros.io.sources.base import FrameSource, StampedFrame, UnreadableFrame
 from phase_traj_ros.io.sources.prefetch import prefetch
 
-_WAIT_S, _WAIT_LOSSLESS_S = 5.0, 30.0
+_WAIT_S, _WAIT_LOSSLESS_S, _LINGER_S = 5.0, 30.0, 1.0
 # As in ros2 bag play.
 _CLOCK_HZ, _MOST_CLOCK_HZ = 40.0, 1000.0
 
@@ -109,8 +109,10 @@ def run(options: Namespace) -> None:
                 published = player.play(
                     progress(frames, total=total, title=options.source.name), stop,
                     rate=options.rate)
-            if not stop.is_set():
+            if options.lossless and not stop.is_set():
                 player.wait_for_acknowledgement()
+            # What is on its way is lost with the publisher.
+            stop.wait(_LINGER_S)
         finally:
             player.destroy_node()
     print(f'published {published} frames')
