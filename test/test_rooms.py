@@ -27,7 +27,7 @@ FLOORS = {
         'outputs params_file images', 'messages', 'sources maps', 'replay', 'results'),
     'tasks': ('evaluation', 'location', 'batch'),
     'synthetic': (
-        'arrays', 'camera', 'textures degradations overlays', 'scene', 'town view', 'drive'),
+        'arrays', 'camera', 'textures degradations', 'scene', 'town view', 'drive'),
     'cli': (
         'command ending escaping', 'options progress report', 'commands',
         'program', 'main'),
