@@ -16,7 +16,7 @@ FOUND = CameraEstimate(
 
 
 @pytest.mark.parametrize(('values', 'word'), [
-    ({'focal_px': math.nan}, 'focal_px'), ({'focal_px': -1.0}, 'focal length'),
+    ({'focal_px': math.nan}, 'focal_px'), ({'focal_px': -1.0}, 'focal_px'),
     ({'focal_deviation': -0.1}, 'focal_deviation'), ({'height': 0}, '320x0'),
     ({'turns': math.inf}, 'turns'), ({'straightness': 3.0}, 'straightness')])
 def test_what_is_not_an_estimate_is_refused_by_name(values, word):
