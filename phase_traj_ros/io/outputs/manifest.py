@@ -17,6 +17,7 @@ MANIFEST: Final = 'manifest.json'
 
 _PROGRAM = 'phase_traj_ros'
 
+
 @dataclass(frozen=True, slots=True)
 class Manifest:
     """
