@@ -106,7 +106,7 @@ def read_roads(
             ways = read_xml(path, roads)
         else:
             raise MapError(
-                f'{path} is no map: give an extract of OpenStreetMap, .osm.pbf, .osm, .osm.gz or'
+                f'{path} is not a map: give an extract of OpenStreetMap, .osm.pbf, .osm, .osm.gz or'
                 ' .osm.bz2')
     except OSError as error:
         raise MapError(f'{path} cannot be read: {error.strerror or error}') from None
