@@ -202,6 +202,11 @@ class TrajectoryEstimator:
         """
         self._travelling.speeds.add(stamp_ns, speed)
 
+    def repeat_stamp(self, count: int) -> None:
+        """Count frames with the stamp of the one before, which are not used."""
+        self.counters.repeated += count
+        self._trust.add_same_stamps(count)
+
     def check(self, settings: EstimatorSettings) -> None:
         """
         Check that ``reconfigure`` accepts these settings, without a change of state.
