@@ -158,6 +158,10 @@ class Trust:
         """Take a pair whose frames show the same picture."""
         self._monitor.add(Evidence.REPEATED, stamp_ns, interval_ns)
 
+    def add_same_stamps(self, count: int) -> None:
+        """Take frames with the stamp of the one before, which are not used."""
+        self._monitor.add_same_stamps(count)
+
     def add_shift(self, dx: float | None, threshold: float | None, interval: float) -> None:
         """Take the shift of a pair (None if not measured) and its threshold (None if not used)."""
         if threshold is None:

@@ -7,6 +7,7 @@ import math
 
 import cv2
 import numpy as np
+import overlays
 from phase_traj_ros.core.camera.model import CameraModel
 from phase_traj_ros.core.camera.projection import CylinderProjection
 from phase_traj_ros.core.correlation.fixed_areas import FixedAreas
@@ -14,7 +15,7 @@ from phase_traj_ros.core.heading.cuts import CutDetector
 from phase_traj_ros.core.heading.tracker import HeadingTracker
 from phase_traj_ros.core.heading.yaw_meter import YawMeter
 from phase_traj_ros.core.reliability import Evidence, evidence_of, Reason, ReliabilityMonitor
-from phase_traj_ros.synthetic import Camera, overlays, plan_drive, render_drive, Straight, Turn
+from phase_traj_ros.synthetic import Camera, plan_drive, render_drive, Straight, Turn
 from phase_traj_ros.synthetic.degradations import night, rain, sensor_noise
 import pytest
 

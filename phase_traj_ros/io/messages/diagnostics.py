@@ -70,7 +70,8 @@ class MeasurementReporter:
             level, message = Level.WARN, f'{unusable} of {pairs} pairs not measured'
         elif wrong is not None:
             level, message = Level.WARN, wrong
-        elif pairs and any(reason is not Reason.TOO_SHORT for reason in found.reasons):
+        elif (pairs or Reason.FROZEN in found.reasons) and any(
+                reason is not Reason.TOO_SHORT for reason in found.reasons):
             level = Level.WARN
             message = ' '.join(reason.sentence for reason in found.reasons)
         elif pairs:
