@@ -112,7 +112,8 @@ class CameraEstimate:
     @property
     def model(self) -> CameraModel:
         """Return the model of the camera."""
-        return self.lens.model((self.height, self.width), column=self.column_px)
+        return CameraModel.of_lens(
+            self.lens, (self.height, self.width), column=self.column_px)
 
     @property
     def hfov_deg(self) -> float:

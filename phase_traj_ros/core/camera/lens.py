@@ -8,8 +8,13 @@ import math
 
 from phase_traj_ros.core.camera.estimate import CameraEstimate
 from phase_traj_ros.core.camera.horizon import Horizon
-from phase_traj_ros.core.camera.lens_family import focal_px_of, OneNumberLens, PINHOLE
-from phase_traj_ros.core.camera.model import CameraModel, MOST_FOCAL_PX
+from phase_traj_ros.core.camera.lens_family import (
+    focal_px_of,
+    MOST_FOCAL_PX,
+    OneNumberLens,
+    PINHOLE,
+)
+from phase_traj_ros.core.camera.model import CameraModel
 from phase_traj_ros.core.camera.projection import (
     focal_from_hfov,
     hfov_from_focal,
@@ -194,8 +199,9 @@ class Lens:
 
         """
         if not self.calibrated or self.camera is None:
-            return OneNumberLens(self.focal_for(shape[1]), self._straightness).model(
-                shape, column=self._offset * shape[1])
+            return CameraModel.of_lens(
+                OneNumberLens(self.focal_for(shape[1]), self._straightness), shape,
+                column=self._offset * shape[1])
         if shape != self.camera.shape:
             raise FrameError(
                 f'frames of {shape[1]}x{shape[0]} pixels, but the calibration of the camera is for'

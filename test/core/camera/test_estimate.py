@@ -38,7 +38,7 @@ def test_what_is_no_estimate_is_refused_by_name(values, word):
 
 
 def test_it_makes_a_model_of_the_camera():
-    assert FOUND.model.distortion is Distortion.FISHEYE
+    assert FOUND.model.distortion is Distortion.ONE_NUMBER
     assert (FOUND.model.shape, FOUND.model.cx) == ((240, 320), 162.5)
     pinhole = replace(FOUND, straightness=1.0, column_px=0.0)
     assert pinhole.hfov_deg == pytest.approx(90.0)
