@@ -63,28 +63,28 @@ dist:  ## Build sdist and wheel into out/dist; install and try them with pip, uv
 
 bench:  ## Measure speed against peers, side by side; writes docs/measurements/benchmarks.md
 	@$(environment) .venv --extras ros,bench
-	@.venv/bin/python benchmarks/run.py
+	@.venv/bin/python -m benchmarks.speed.run
 
 bench-system:  ## Measure speed on the distribution's OpenCV, for docs/measurements/benchmarks.md
-	@PYTHONPATH="$(CURDIR)$${PYTHONPATH:+:$$PYTHONPATH}" $(SYSTEM_PYTHON) benchmarks/installations.py
+	@PYTHONPATH="$(CURDIR)$${PYTHONPATH:+:$$PYTHONPATH}" $(SYSTEM_PYTHON) -m benchmarks.speed.installations
 
 robustness:  ## Measure robustness to noise against peers; writes docs/measurements/robustness.md
 	@$(environment) .venv --extras ros
-	@.venv/bin/python benchmarks/robustness.py
+	@.venv/bin/python -m benchmarks.turns.robustness
 
 distance:  ## Measure distances on clips and drives; writes docs/measurements/distance.md
 	@$(environment) .venv --extras ros
-	@.venv/bin/python benchmarks/distance.py
+	@.venv/bin/python -m benchmarks.distance.distance
 
 frame-rate:  ## Measure drives at 5 to 120 Hz; writes docs/measurements/frame_rate.md
 	@$(environment) .venv --extras ros
-	@.venv/bin/python benchmarks/frame_rate.py
+	@.venv/bin/python -m benchmarks.distance.frame_rate
 
 # The odometry along the rendered drives takes ten minutes once, and is kept.
 locate:  ## Measure where on a road map drives are; writes docs/measurements/locate.md
 	@$(environment) .venv --extras ros,map
-	@.venv/bin/python benchmarks/locate_odometry.py out/locate/odometry 00 02 08
-	@.venv/bin/python benchmarks/locate.py
+	@.venv/bin/python -m benchmarks.location.odometry out/locate/odometry 00 02 08
+	@.venv/bin/python -m benchmarks.location.locate
 
 mutants:  ## Plant faults in the core and count those that no test finds; MUTANTS_ARGS='--only path'
 	@$(environment) .venv --extras ros,test
@@ -92,7 +92,7 @@ mutants:  ## Plant faults in the core and count those that no test finds; MUTANT
 
 any-camera:  ## Measure the turns of 16 unknown cameras; writes docs/measurements/any_camera.md
 	@$(environment) .venv --extras ros
-	@.venv/bin/python benchmarks/any_camera.py
+	@.venv/bin/python -m benchmarks.turns.any_camera
 
 # Warnings are errors: a link, an anchor or an image that leads nowhere is one.
 docs:  ## Build the site into out/docs, and check its links

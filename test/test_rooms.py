@@ -13,6 +13,7 @@ import re
 import pytest
 
 PACKAGE = Path(__file__).resolve().parent.parent / 'phase_traj_ros'
+BENCHMARKS = PACKAGE.parent / 'benchmarks'
 
 # For each folder its floors, the lowest first: a floor may import those below it, and what shares
 # a floor does not know each other. '*' stands for the folder's other modules, which may.
@@ -35,6 +36,7 @@ FLOORS = {
         'spin health losses entities graph', 'startup', 'declare', 'outputs',
         'inputs saving playback location', 'diagnostics', 'nodes', 'main lifecycle_main'),
 }
+BENCHMARK_FLOORS = {'': ('shared', 'heading quality speed', 'distance turns', 'location')}
 # Rooms whose __init__ is a public face: it names what others import from the room.
 FACES = ('core', 'io', 'synthetic')
 MOST_MODULES = 12
@@ -121,6 +123,15 @@ def circular(modules):
     return [name for name in modules.files if name in _reached(modules.imports, name)]
 
 
+def crowded(modules):
+    """Return the folders with too many modules, and these."""
+    folders = {}
+    for name in modules.files:
+        if not modules.is_room(name):
+            folders.setdefault(name.rpartition('.')[0], []).append(name)
+    return {folder: names for folder, names in folders.items() if len(names) > MOST_MODULES}
+
+
 def _parting(name, target):
     """Return the folder that both are in, and their parts in it; None for the folder itself."""
     ours, theirs = name.split('.') if name else [], target.split('.')
@@ -152,6 +163,13 @@ def modules():
     return Modules(PACKAGE)
 
 
+def test_the_benchmarks_have_rooms_in_an_order():
+    benchmarks = Modules(BENCHMARKS)
+    assert homeless(benchmarks, BENCHMARK_FLOORS) == []
+    assert upward(benchmarks, BENCHMARK_FLOORS) == []
+    assert crowded(benchmarks) == {}
+
+
 def test_everything_has_its_place(modules):
     assert homeless(modules, FLOORS) == []
 
@@ -178,12 +196,7 @@ def test_core_knows_no_files(modules):
 
 
 def test_no_folder_is_crowded(modules):
-    folders = {}
-    for name in modules.files:
-        if not modules.is_room(name):
-            folders.setdefault(name.rpartition('.')[0], []).append(name)
-    assert {
-        folder: names for folder, names in folders.items() if len(names) > MOST_MODULES} == {}
+    assert crowded(modules) == {}
 
 
 def test_every_module_says_what_it_is_for(modules):

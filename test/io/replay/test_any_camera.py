@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Right turns and camera where nothing is known of it: a slice of benchmarks/any_camera.py."""
+"""Right turns and camera where nothing is known of it: a slice of `make any-camera`."""
 
 from dataclasses import replace
 import math

@@ -1,0 +1,146 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The material of the localisation study: maps, drives, and the truth on the map."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+from itertools import pairwise
+import json
+import math
+import os
+from pathlib import Path
+
+from benchmarks.shared.clips import kitti_root
+import numpy as np
+from phase_traj_ros.core import LinkCode, OdometryStep, RoadMap
+from phase_traj_ros.io.maps.projection import LocalProjection
+from phase_traj_ros.io.maps.road_file import read_roads
+from phase_traj_ros.synthetic import poses_from_kitti
+
+SEQUENCES = ('00', '02', '04', '06', '08', '09', '10')
+HERE, ELSEWHERE = 'Karlsruhe', 'Kaiserslautern'
+MIRRORED, PARTLY = 'Karlsruhe, mirrored', 'Karlsruhe, every tenth road missing'
+# Noise of the drawn odometry: heading per root of 100 m and per frame, and distance: the scale,
+# and its drift per root of 100 m.
+_HEADING, _FRAME = math.radians(0.4), math.radians(0.02)
+_SCALE, _DRIFT = 0.05, 0.015
+# Links of the bare code, in metres.
+LINK_M = 10.0
+
+
+@dataclass(frozen=True, eq=False)
+class Town:
+    """A road map, and how it lies on the earth."""
+
+    roads: RoadMap
+    projection: LocalProjection
+
+
+def maps_root() -> Path:
+    """Return the folder of the maps."""
+    beside = Path(__file__).resolve().parents[3] / 'shared' / 'maps'
+    return Path(os.environ.get('PHASE_TRAJ_MAPS', beside))
+
+
+@cache
+def town(name: str) -> Town:
+    """Return one of the maps by its name above."""
+    file = read_roads(maps_root() / f'{name.partition(",")[0].lower()}.osm.pbf')
+    nodes, ways, rules = file.nodes, [way.tolist() for way in file.ways], list(file.one_way)
+    if name == MIRRORED:
+        nodes = nodes * (-1.0, 1.0)
+    if name == PARTLY:
+        kept = np.random.default_rng(0).random(len(ways)) > 0.1
+        ways = [way for way, stays in zip(ways, kept) if stays]
+        rules = [rule for rule, stays in zip(rules, kept) if stays]
+    return Town(RoadMap.from_ways(nodes, ways, rules), file.projection)
+
+
+@cache
+def true_poses(sequence: str) -> np.ndarray:
+    """Return the poses of a sequence: x, y and yaw, (N, 3), in the axes of its first frame."""
+    root = kitti_root()
+    assert root is not None
+    return poses_from_kitti(np.loadtxt(root / 'poses' / f'{sequence}.txt'))[:, :3]
+
+
+def way_of(poses: np.ndarray) -> np.ndarray:
+    """Return the metres travelled at each pose, (N,)."""
+    return np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(poses[:, :2], axis=0).T))])
+
+
+def on_map(sequence: str) -> np.ndarray | None:
+    """Return the true poses on the map of Karlsruhe, or None if nobody measured them."""
+    given = json.loads((maps_root() / 'reference.json').read_text()).get(sequence)
+    if given is None:
+        return None
+    start = town(HERE).projection.to_metres([given['latitude']], [given['longitude']])[0]
+    turn = math.pi / 2 - math.radians(given['bearing_deg'])
+    return moved(true_poses(sequence), turn, start)
+
+
+def moved(poses: np.ndarray, turn: float, start: np.ndarray) -> np.ndarray:
+    """Return poses turned by an angle, and then moved."""
+    cos, sin = math.cos(turn), math.sin(turn)
+    places = poses[:, :2] @ np.array([[cos, sin], [-sin, cos]]) + start
+    return np.column_stack([places, poses[:, 2] + turn])
+
+
+def noisy(
+    sequence: str, seed: int, *, heading: float = 1.0, drift: float = 1.0,
+) -> list[OdometryStep]:
+    """Return the odometry of the true poses with drawn noise, whose heading knows its variance."""
+    rng = np.random.default_rng((seed, int(sequence)))
+    exact = [
+        OdometryStep.between(tuple(before), tuple(after), stamp_ns=number * 100_000_000)
+        for number, (before, after) in enumerate(pairwise(true_poses(sequence)))]
+    length = np.array([step.distance for step in exact])
+    share = np.sqrt(np.abs(length) / 100.0)
+    yaw = np.array([step.yaw for step in exact])
+    yaw += heading * (
+        _HEADING * share * rng.standard_normal(len(yaw))
+        + _FRAME * np.diff(rng.standard_normal(len(yaw) + 1)))
+    log_scale = rng.normal(0.0, _SCALE) + np.cumsum(
+        drift * _DRIFT * share * rng.standard_normal(len(yaw)))
+    length *= np.exp(log_scale)
+    variance = heading ** 2 * (_HEADING ** 2 * share ** 2 + _FRAME ** 2)
+    return [
+        OdometryStep(
+            stamp_ns=step.stamp_ns, distance=float(metres), yaw=float(turn),
+            yaw_variance=float(told))
+        for step, metres, turn, told in zip(exact, length, yaw, variance)]
+
+
+def own(file: Path, *, metric: bool = True) -> list[OdometryStep]:
+    """Return recorded odometry of this package, in metres or in heights of the camera."""
+    data = np.load(file)
+    unit = 1.0 if metric else float(data['height'])
+    steps = []
+    for stamp_ns, row in zip(data['stamps_ns'][1:].tolist(), data['rows']):
+        distance, variance, swing, tilt, scale, yaw, yaw_variance = row[:7].tolist()
+        shared = (swing ** 2 + tilt ** 2 + scale ** 2) * distance ** 2
+        steps.append(OdometryStep(
+            stamp_ns=stamp_ns, distance=distance / unit, yaw=yaw, yaw_variance=yaw_variance,
+            distance_variance=max(variance - shared, 0.0) / unit ** 2))
+    return steps
+
+
+def coded(sequence: str) -> tuple[list[OdometryStep], list[int]]:
+    """Return the steps that a code of equal links says, and the frame that each link ends in."""
+    code = LinkCode(LINK_M, connectivity=8)
+    steps, frames, heading, before = [], [], 0.0, 0.0
+    poses = true_poses(sequence)
+    for number, (first, second) in enumerate(pairwise(poses)):
+        exact = OdometryStep.between(tuple(first), tuple(second), stamp_ns=0)
+        heading += exact.yaw
+        for each in code.add(exact.distance, heading, exact.yaw):
+            # Freeman's directions count eighths of a turn.
+            direction = (each.value - 2) * math.pi / 4
+            steps.append(OdometryStep(
+                stamp_ns=number * 100_000_000, distance=LINK_M,
+                yaw=math.remainder(direction - before, math.tau)))
+            frames.append(number + 1)
+            before = direction
+    return steps, frames

@@ -1,0 +1,97 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The material of the measurements: real clips if available, rendered drives otherwise."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+import os
+from pathlib import Path
+
+import cv2
+import numpy as np
+from phase_traj_ros.io.sources.folder import FolderSource
+from phase_traj_ros.synthetic import Camera, KITTI_CAMERA, named_drive, poses_from_kitti, render
+
+#: Frames of the drives below during a turn.
+_KITTI_TURN, _DEMO_TURN = 80, 20
+_FULL_HD = Camera.with_field_of_view(1920, 1080, 70)
+
+
+@dataclass(frozen=True, slots=True)
+class Clip:
+    """Frames of one camera, with the ground truth if it is known."""
+
+    name: str
+    camera: Camera
+    frames: list[np.ndarray]
+    """Each (H, W) uint8."""
+    yaw: np.ndarray
+    """The camera's yaw at each frame, (N,) radians, positive to the left."""
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Return (H, W)."""
+        return self.camera.height, self.camera.width
+
+    def there_and_back(self, count: int) -> Iterator[np.ndarray]:
+        """Yield ``count`` frames, alternately forwards and backwards: neighbours stay close."""
+        cycle = [*range(len(self.frames)), *range(len(self.frames) - 2, 0, -1)]
+        for number in range(count):
+            yield self.frames[cycle[number % len(cycle)]]
+
+
+def kitti_root() -> Path | None:
+    """Return the folder of the KITTI clips, or None if there is none."""
+    beside = Path(__file__).resolve().parents[3] / 'shared' / 'kitti'
+    root = Path(os.environ.get('PHASE_TRAJ_KITTI', beside))
+    return root if (root / '00' / 'image_0').is_dir() else None
+
+
+def kitti_camera(source: FolderSource) -> Camera:
+    """Return the calibrated camera of a clip, to render with."""
+    model = source.camera(rectified=True)
+    return replace(
+        KITTI_CAMERA, width=model.width, height=model.height, focal=model.fx, cx=model.cx,
+        cy=model.cy)
+
+
+def kitti_clip(sequence: str, *, first: int = 0, count: int | None = None) -> Clip | None:
+    """Return a clip of the KITTI odometry benchmark; None if it is not available."""
+    root = kitti_root()
+    if root is None:
+        return None
+    folder = root / sequence
+    source = FolderSource(folder / 'image_0')
+    frames = [frame.image for frame in source]
+    camera = kitti_camera(source)
+    yaw = poses_from_kitti(np.loadtxt(folder / 'poses.txt'))[:, 2]
+    chosen = slice(first, None if count is None else first + count)
+    return Clip(f'KITTI {sequence}', camera, frames[chosen], yaw[chosen])
+
+
+def rendered_clip(camera: Camera, *, first: int = _DEMO_TURN, count: int) -> Clip:
+    """Return a part of the demo's drive as seen by ``camera``."""
+    drive = replace(named_drive('demo'), camera=camera)
+    scene = drive.build_scene()
+    stretch = range(first, first + count)
+    return Clip(
+        'rendered', camera, [render(scene, camera, drive.pose(index)) for index in stretch],
+        drive.poses[stretch.start:stretch.stop, 2])
+
+
+def usual_clips(count: int) -> tuple[Clip, Clip, Clip]:
+    """Return clips of 376 x 1241, 375 x 1242 and 1080 x 1920, straight ahead and into a turn."""
+    real = kitti_clip('00', first=_KITTI_TURN, count=count)
+    return (
+        real or rendered_clip(KITTI_CAMERA, count=count),
+        rendered_clip(replace(KITTI_CAMERA, width=1242, height=375), count=count),
+        rendered_clip(_FULL_HD, count=count))
+
+
+def mirrored(clip: Clip) -> Clip:
+    """Return the mirrored clip: left and right are swapped."""
+    camera = replace(clip.camera, cx=clip.camera.width - 1 - clip.camera.cx)
+    frames = [np.ascontiguousarray(cv2.flip(frame, 1)) for frame in clip.frames]
+    return Clip(f'{clip.name}, mirrored', camera, frames, -clip.yaw)
