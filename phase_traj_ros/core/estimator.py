@@ -7,10 +7,9 @@ import time
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from phase_traj_ros.core.calibration.field_of_view import ASSUMED_HFOV_DEG
 from phase_traj_ros.core.calibration.self_calibration import SelfCalibration
 from phase_traj_ros.core.camera.in_use import CameraInUse
-from phase_traj_ros.core.camera.lens import Lens
+from phase_traj_ros.core.camera.lens import ASSUMED_HFOV_DEG, Lens
 from phase_traj_ros.core.codes.chain import ChainCode
 from phase_traj_ros.core.codes.links import LinkCode
 from phase_traj_ros.core.codes.threshold_hint import ThresholdHint

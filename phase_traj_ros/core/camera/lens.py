@@ -26,6 +26,8 @@ MOST_TILT_DEG = 60.0
 """Largest pitch and roll that are accepted, in degrees."""
 # Relative standard deviation of the focal length of an unknown camera.
 _ASSUMED_DEVIATION = 0.3
+ASSUMED_HFOV_DEG = 75.0
+"""Assumed horizontal field of view of an unknown camera, in degrees."""
 # Bisection steps, to full precision.
 _HALVINGS = 52
 # Lenses are equal if their focal lengths (relative) and straightnesses differ by less than this.

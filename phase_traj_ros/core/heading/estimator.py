@@ -7,9 +7,8 @@ import math
 
 import numpy as np
 from numpy.typing import NDArray
-from phase_traj_ros.core.calibration.field_of_view import FieldOfView
 from phase_traj_ros.core.calibration.self_calibration import SelfCalibration
-from phase_traj_ros.core.camera.estimate import CameraEstimate
+from phase_traj_ros.core.camera.estimate import CameraEstimate, FieldOfView
 from phase_traj_ros.core.camera.in_use import CameraInUse
 from phase_traj_ros.core.camera.lens import Lens, LensOrigin
 from phase_traj_ros.core.camera.model import CameraModel
@@ -101,8 +100,9 @@ class HeadingEstimator:
 
     @property
     def field_of_view(self) -> FieldOfView | None:
-        """Return the field of view estimated from the turns, for any lens; None before a turn."""
-        return self._bends.field_of_view
+        """Return the field of view learned from the turns; None if it is not learned."""
+        estimate = self._lens.estimate
+        return None if estimate is None else estimate.field_of_view
 
     @property
     def tracker(self) -> HeadingTracker:
@@ -291,8 +291,7 @@ class HeadingEstimator:
             self._learn_from_travel(measurement, step)
         turns = (*self._cut_short, *self._turns.update(stamp_ns, step.heading, way))
         self._cut_short.clear()
-        for angle_deg in self._bends.update(
-                self._turns.bends, focal=self._focal[0] / self._shape[1]):
+        for angle_deg in self._bends.update(self._turns.bends):
             if self._learning is not None and not self._again:
                 self._learning.add_turn(angle_deg, focal_px=self._focal[0])
         update = HeadingUpdate(

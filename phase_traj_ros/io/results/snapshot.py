@@ -17,7 +17,7 @@ from phase_traj_ros.core import (
     Run,
     TrajectoryEstimator,
 )
-from phase_traj_ros.core.calibration.field_of_view import FieldOfView
+from phase_traj_ros.core.camera.estimate import FieldOfView
 from phase_traj_ros.core.heading.estimator import HeadingEstimator
 from phase_traj_ros.core.heading.turns import Turn
 from phase_traj_ros.core.reliability import Reliability
