@@ -37,8 +37,6 @@ class HeadingUpdate:
     step: HeadingStep
     shift: Shift | None
     """Shift at the centre of the image, in pixels of the full frame; None if not comparable."""
-    measured: bool
-    """Whether the yaw was measured; False if it was bridged."""
     turns: tuple[Turn, ...]
     """Turns whose end was detected with this pair."""
     quarters: tuple[int, ...]
@@ -264,6 +262,11 @@ class HeadingEstimator:
                 0.0 if yaw is None else self._focal[0] * _tangent(yaw), interval)
         return measurement
 
+    def admits(self, measurement: YawMeasurement | None, interval: float) -> bool:
+        """Return whether ``add`` would accept the yaw of a measurement; False without a yaw."""
+        return measurement is not None and measurement.yaw is not None and self._tracker.admits(
+            measurement.yaw / self._lens.tilt, interval, certain=measurement.certain)
+
     def start(self, stamp_ns: int) -> None:
         """Record the stamp of the first frame; a recording that is repeated adds no evidence."""
         self._turns.update(stamp_ns, 0.0)
@@ -295,7 +298,7 @@ class HeadingEstimator:
             if self._learning is not None and not self._again:
                 self._learning.add_turn(angle_deg, focal_px=self._focal[0])
         update = HeadingUpdate(
-            step, self.shift_of(measurement), not step.bridged, turns, self._turns.quarters,
+            step, self.shift_of(measurement), turns, self._turns.quarters,
             self._focal[0], self._contradicts(step.heading))
         if self._learned:
             self._adopt()
@@ -304,7 +307,7 @@ class HeadingEstimator:
     def hold(self) -> HeadingUpdate:
         """Return the update of a pair without any change, such as of a repeated picture."""
         step = HeadingStep(0.0, self._tracker.rate, self._tracker.heading, bridged=False)
-        return HeadingUpdate(step, None, True, (), (), self._focal[0], contradicts=False)
+        return HeadingUpdate(step, None, (), (), self._focal[0], contradicts=False)
 
     def shift_of(self, measurement: YawMeasurement | None) -> Shift | None:
         """Return the shift at the centre of the image, in pixels of the full frame."""
