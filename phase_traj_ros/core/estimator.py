@@ -204,6 +204,11 @@ class TrajectoryEstimator:
         """
         self._travelling.speeds.add(stamp_ns, speed)
 
+    def repeat_stamp(self, count: int) -> None:
+        """Count frames with the stamp of the one before, which are not used."""
+        self.counters.repeated += count
+        self._monitor.add_same_stamps(count)
+
     def check(self, settings: EstimatorSettings) -> None:
         """
         Check that ``reconfigure`` accepts these settings, without a change of state.
@@ -267,7 +272,8 @@ class TrajectoryEstimator:
         Parameters
         ----------
         frame
-            (H, W) uint8, uint16 or float32, of any gain and offset; it may change afterwards.
+            (H, W) uint8, uint16 or float32, of any gain and offset; it may change afterwards,
+            unless it is read-only.
         stamp_ns
             Time of the exposure in nanoseconds.
         encoding
@@ -299,7 +305,8 @@ class TrajectoryEstimator:
         pair = self._meter.compare(
             frame, picture, interval_ns * 1e-9, encoding=encoding, heading=self._heading)
         self.correlate_ns = time.perf_counter_ns() - began
-        self._repeats.keep(frame, encoding=encoding)
+        self._repeats.keep(
+            picture if frame.dtype == np.uint8 else frame.copy(), encoding=encoding)
         self._used_stamp_ns, self._width = stamp_ns, frame.shape[1]
         self._count(stamp_ns)
         if self._frames == 1:

@@ -68,6 +68,8 @@ def test_repeated_stamps_are_dropped(live, run):
     live.until(lambda: complete(node, 2))
     assert codes(node)[0] == [1, 0]
     assert node['shift'][1].vector.x == pytest.approx(60, abs=0.2)
+    send(node, rolled([60] * 15), [0.2] * 15)
+    live.until(lambda: 'repeats one image, or one stamp' in live.logs())
 
 
 @pytest.mark.parametrize('bad', [0.49, 3600.0, -START / SECOND, -3600.0])

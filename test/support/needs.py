@@ -18,6 +18,7 @@ NEEDS = {
     'io/results/test_distance_results.py': ('matplotlib', 'rosbags'),
     'ros/location/test_location_messages.py': ('rclpy', 'visualization_msgs'),
     'ros/location/test_location_node.py': ('rclpy', 'visualization_msgs'),
+    'ros/nodes/test_bond.py': ('rclpy',),
     'ros/outputs/test_outputs_agree.py': ('rclpy', 'rosbags'),
     'ros/startup/test_launch_arguments.py': ('rclpy',),
     'ros/test_same_stream.py': ('rclpy',),

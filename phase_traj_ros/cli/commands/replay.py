@@ -56,7 +56,7 @@ def add_parser(commands: Any) -> None:
     parser.add_argument(
         '--one-pass', action='store_true',
         help='learn an unknown camera during the replay, as the node does (default: learn it'
-             ' in a first pass over the whole drive)')
+             ' in a first pass)')
     parser.add_argument(
         '--strict', action='store_true',
         help='fail at a frame that cannot be read or used (default: skip it, and count it)')

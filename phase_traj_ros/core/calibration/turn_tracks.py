@@ -16,6 +16,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 from phase_traj_ros.core.correlation.phase_correlation import Frame
+from phase_traj_ros.core.frames.reduce import reduced
 
 Bytes = NDArray[np.uint8]
 Places = NDArray[np.float32]
@@ -271,9 +272,4 @@ def _reduced(frame: Frame) -> Bytes:
         frame = cv2.convertScaleAbs(  # type: ignore[assignment]
             frame, alpha=_BRIGHTNESS / mean if mean > 0.0 else 1.0)
     times = _reduction(frame.shape[1])
-    if times == 1:
-        return np.asarray(frame, np.uint8)
-    height, width = (side // times for side in frame.shape)
-    return np.asarray(cv2.resize(
-        frame[:height * times, :width * times], (width, height),
-        interpolation=cv2.INTER_AREA), np.uint8)
+    return np.asarray(reduced(frame, times, times), np.uint8)

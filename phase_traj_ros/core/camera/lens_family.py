@@ -68,7 +68,9 @@ def places(directions: Numbers, focal_px: float, straightness: float) -> tuple[N
 
     The positions (N, 2) are in pixels from the principal point, the derivatives are (N, 2, 3).
     """
-    x, y, z = directions.T
+    # Contiguous, as for numpy 1 a column overlaps a result that begins where the rows end in
+    # memory; it then takes other loops, which round differently.
+    x, y, z = np.ascontiguousarray(directions.T)
     aside = np.hypot(x, y)
     seen = radius(np.arctan2(aside, z), straightness)
     outwards = np.maximum(aside, 1e-9)

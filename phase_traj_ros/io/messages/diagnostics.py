@@ -62,7 +62,8 @@ class MeasurementReporter:
         self._counted = counters.copy()
         if pairs and unusable > (1 - _MEASURED_SHARE) * pairs:
             level, message = Level.WARN, f'{unusable} of {pairs} pairs not measured'
-        elif pairs and any(reason is not Reason.TOO_SHORT for reason in found.reasons):
+        elif (pairs or Reason.FROZEN in found.reasons) and any(
+                reason is not Reason.TOO_SHORT for reason in found.reasons):
             level = Level.WARN
             message = ' '.join(reason.sentence for reason in found.reasons)
         elif pairs:

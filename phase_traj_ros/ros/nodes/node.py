@@ -10,6 +10,7 @@ from phase_traj_ros.io.messages.mounting import Mount
 from phase_traj_ros.parameter_spec import Group, Spec
 from phase_traj_ros.parameters import NODE_NAME, Parameters
 from phase_traj_ros.ros.declare import declare
+from phase_traj_ros.ros.nodes.bond import keep_bond
 from phase_traj_ros.ros.nodes.live_parameters import LiveParameters
 from phase_traj_ros.ros.nodes.work import Work
 from phase_traj_ros.ros.spin import names_explained
@@ -48,11 +49,13 @@ class PhaseTrajNode(LifecycleNode):
         # Declaring a parameter is not a change, so there is no work yet.
         self._work: Work | None = None
         self._failure: Exception | None = None
+        self._end_bond: Callable[[], None] | None = None
         self._live = LiveParameters(self, check=self._check, on_change=self._change)
         # A transition that the state does not have ends the process of a plain LifecycleNode.
         self._change_state_of_rclpy = self._service_change_state.callback
         self._service_change_state.callback = self._on_change_state
-        if declare(self, _autostart_spec(autostart)):
+        self._managed = not declare(self, _autostart_spec(autostart))
+        if not self._managed:
             self._start()
         else:
             self.get_logger().info(
@@ -115,7 +118,7 @@ class PhaseTrajNode(LifecycleNode):
             return
         self.get_logger().info(
             f'/tf_static: {mount}; from there: {", ".join((*used, "the lever arm of odom"))}')
-        self._clean_up()
+        self._drop_work()
         self._work = self._make_work(mount)
         self._work.start()
 
@@ -124,12 +127,24 @@ class PhaseTrajNode(LifecycleNode):
         with names_explained():
             self._work.start()
         self._live.tell()
+        if self._managed:
+            self._end_bond = keep_bond(self)
 
     def _deactivate(self) -> None:
         assert self._work is not None
+        self._leave_bond()
         self._work.stop()
 
+    def _leave_bond(self) -> None:
+        if self._end_bond is not None:
+            self._end_bond()
+            self._end_bond = None
+
     def _clean_up(self) -> None:
+        self._leave_bond()
+        self._drop_work()
+
+    def _drop_work(self) -> None:
         if self._work is not None:
             self._work.close()
             self._work = None

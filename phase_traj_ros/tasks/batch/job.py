@@ -60,7 +60,7 @@ def replay_source(
     ``source`` is the opened source of the request. ``watchers`` receive the frames and their
     results in the last pass.
 
-    An unknown camera is learned in a first pass over all frames, unless ``one_pass`` is requested.
+    An unknown camera is learned in a first pass, unless ``one_pass`` is requested.
 
     Raises
     ------

@@ -90,11 +90,7 @@ def test_sixteen_bits_tell_what_eight_do():
 
 def test_the_same_frames_tell_the_same():
     one, other = (asdict(learned(*drive_of(PINHOLE)).estimate) for _ in range(2))
-    if np.lib.NumpyVersion(np.__version__) < '2.0.0':
-        # The kernels of numpy 1 round by where buffers lie in memory.
-        assert one == pytest.approx(other, rel=1e-6, abs=1e-6)
-    else:
-        assert one == other
+    assert one == other
 
 
 def test_what_is_masked_is_not_looked_at():

@@ -112,3 +112,11 @@ def test_the_field_of_view_tells_the_focal_length_wherever_the_middle_is(
 def test_a_field_of_view_that_no_such_lens_has_is_refused():
     with pytest.raises(ValueError, match=r'hfov_deg is 170.0: .* less than 158 degrees'):
         Lens(hfov_deg=170.0, straightness=1.3)
+
+
+def test_places_do_not_depend_on_where_their_buffers_lie():
+    directions = np.random.default_rng(0).uniform((-1.0, -0.5, 0.5), (1.0, 0.5, 2.0), (200, 3))
+    # After each copy a hole in memory, into which an array of one number a direction fits.
+    copies, holes = zip(*((directions.copy(), np.empty(200)) for _ in range(50)))
+    del holes
+    assert len({places(each, 200.0, 0.5)[0].tobytes() for each in copies}) == 1

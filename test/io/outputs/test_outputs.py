@@ -6,6 +6,9 @@ import json
 import os
 from pathlib import Path
 import signal
+import subprocess
+import sys
+import time
 
 from phase_traj_ros.errors import OutputError
 from phase_traj_ros.io.outputs import commit
@@ -48,6 +51,30 @@ def test_files_appear_when_all_are_written(tmp_path):
         assert not (target / 'one').exists()
     assert tree(target) == {'one': '1', 'two': '2'}
     assert listed(target) == {'one', 'two'}
+
+
+KILLED = """
+import os, signal, sys
+from pathlib import Path
+from phase_traj_ros.io.outputs.outputs import Outputs
+with Outputs() as outputs:
+    outputs.directory(Path(sys.argv[1]))
+    os.kill(os.getpid(), signal.SIGKILL)
+"""
+
+
+def test_the_next_run_removes_what_a_killed_one_left(tmp_path):
+    long_ago = time.time() - 3600
+    with Outputs() as living:
+        kept = living.directory(tmp_path).parent
+        os.utime(kept, (long_ago, long_ago))
+        subprocess.run([sys.executable, '-c', KILLED, str(tmp_path)], check=False)
+        (left,) = set(tmp_path.iterdir()) - {kept}
+        put(tmp_path, ['one'])
+        assert left.exists()  # It may be a run that has just begun.
+        os.utime(left, (long_ago, long_ago))
+        put(tmp_path, ['two'])
+        assert kept.exists() and not left.exists()
 
 
 @pytest.mark.parametrize('error', [KeyboardInterrupt, ValueError, SystemExit, BrokenPipeError])
