@@ -7,6 +7,7 @@ import math
 
 import cv2
 import numpy as np
+import overlays
 from phase_traj_ros.core import (
     CodeSource,
     EstimatorSettings,
@@ -15,7 +16,7 @@ from phase_traj_ros.core import (
     TrajectoryEstimator,
 )
 from phase_traj_ros.core.reliability import Evidence, Reason, ReliabilityMonitor
-from phase_traj_ros.synthetic import Camera, overlays, plan_drive, render_drive, Straight, Turn
+from phase_traj_ros.synthetic import Camera, plan_drive, render_drive, Straight, Turn
 from phase_traj_ros.synthetic.degradations import night, rain, sensor_noise
 import pytest
 

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Estimates of a camera that is learned from drives."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
 import math
 
@@ -83,34 +83,6 @@ class CameraEstimate:
                 f'the estimate is for pictures of {self.width}x{self.height} pixels: give the size'
                 ' of the pictures it was made from')
         OneNumberLens(self.focal_px, self.straightness)
-
-    @classmethod
-    def from_mapping(cls, values: Mapping[str, object]) -> 'CameraEstimate':
-        """
-        Return the estimate from the output of ``dataclasses.asdict``.
-
-        Raises
-        ------
-        ValueError
-            A value is missing, unknown, or not a number in its range.
-
-        """
-        known = {field.name for field in fields(cls)}
-        unknown = sorted(set(values) - known)
-        if unknown:
-            raise ValueError(f'{unknown[0]} is not a value of a camera: give {sorted(known)}')
-        numbers: dict[str, float] = {}
-        for name, value in values.items():
-            if isinstance(value, bool) or not isinstance(value, int | float):
-                raise ValueError(f'{name} is {value!r}: give a number')
-            whole = name in ('width', 'height', 'turns')
-            if whole and not float(value).is_integer():
-                raise ValueError(f'{name} is {value!r}: give a whole number')
-            numbers[name] = int(value) if whole else float(value)
-        missing = sorted({'width', 'height', 'focal_px', 'focal_deviation'} - set(numbers))
-        if missing:
-            raise ValueError(f'{missing[0]} of the camera is missing: give it')
-        return cls(**numbers)  # type: ignore[arg-type]
 
     @property
     def lens(self) -> OneNumberLens:
