@@ -11,7 +11,6 @@ collection, and such a skip would end the whole run.
 from importlib.util import find_spec
 
 NEEDS = {
-    'io/results/test_animation.py': ('matplotlib', 'PIL'),
     'io/messages/test_ekf_config.py': ('rosbags',),
     'io/results/test_bag_sink.py': ('rosbags', 'mcap', 'mcap_ros2'),
     'io/sources/test_pyav_video.py': ('av',),

@@ -124,7 +124,7 @@ class Outputs:
         Raises
         ------
         OutputError
-            The file cannot be written, is an input or lies in one, or is no regular file.
+            The file cannot be written, is an input or lies in one, or is a folder or a device.
 
         """
         with writing_to(target):

@@ -17,7 +17,10 @@ from phase_traj_ros.ros.spin import names_explained
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 
-AUTOSTART: Final = 'autostart'
+_AUTOSTART: Final = Spec(
+    field='autostart', default=True,
+    description='Whether the node configures and activates itself at its start.', unit='',
+    minimum=None, maximum=None, step=1, choices=(), read_only=True, group=Group.REST)
 
 
 class PhaseTrajNode(LifecycleNode):
@@ -28,19 +31,16 @@ class PhaseTrajNode(LifecycleNode):
     activation starts a new drive, because the movement in the meantime is unknown.
     """
 
-    def __init__(self, *, autostart: bool) -> None:
+    def __init__(self) -> None:
         """
-        Declare the parameters; configure and activate the node if ``autostart`` is set.
-
-        The parameter ``autostart`` takes precedence over the argument.
+        Declare the parameters; configure and activate the node unless ``autostart`` is false.
 
         Raises
         ------
         ParameterError
             An initial value of a parameter is not allowed.
         OutputError
-            With autostart: ``output_dir`` cannot be written, or ``record_shifts`` is set without
-            it.
+            With autostart: ``output_dir`` cannot be written.
         MissingDependencyError
             With autostart: a package that a parameter requires is not installed.
 
@@ -54,7 +54,7 @@ class PhaseTrajNode(LifecycleNode):
         # A transition that the state does not have ends the process of a plain LifecycleNode.
         self._change_state_of_rclpy = self._service_change_state.callback
         self._service_change_state.callback = self._on_change_state
-        self._managed = not declare(self, _autostart_spec(autostart))
+        self._managed = not declare(self, _AUTOSTART)
         if not self._managed:
             self._start()
         else:
@@ -194,10 +194,3 @@ class PhaseTrajNode(LifecycleNode):
     def _change(self, values: Parameters) -> None:
         if self._work is not None:
             self._work.change(values)
-
-
-def _autostart_spec(default: bool) -> Spec:
-    return Spec(
-        field=AUTOSTART, default=default,
-        description='Whether the node configures and activates itself at its start.', unit='',
-        minimum=None, maximum=None, step=1, choices=(), read_only=True, group=Group.REST)

@@ -3,6 +3,7 @@
 """A film of two scenes with black bars and a bonnet: live, in one pass and in two."""
 
 import numpy as np
+from overlays import black_bars, bonnet
 from phase_traj_ros.core import Movement
 from phase_traj_ros.io.replay.camera import learned_lens
 from phase_traj_ros.io.replay.estimator import make_estimator
@@ -10,7 +11,6 @@ from phase_traj_ros.io.replay.run import replay, Watcher
 from phase_traj_ros.io.sources.base import StampedFrame
 from phase_traj_ros.parameters import Parameters
 from phase_traj_ros.synthetic import Camera, plan_drive, render_drive, Straight, Turn
-from phase_traj_ros.synthetic.overlays import black_bars, bonnet
 import pytest
 
 CAMERA = Camera.with_field_of_view(320, 240, 85.0)
