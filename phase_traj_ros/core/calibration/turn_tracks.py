@@ -9,13 +9,14 @@ slowly, points are tracked more often than once a step, as near points still mov
 image does not turn, nothing is tracked.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 import math
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 from phase_traj_ros.core.correlation.phase_correlation import Frame
+from phase_traj_ros.core.frames.reduce import reduced
 
 Bytes = NDArray[np.uint8]
 Places = NDArray[np.float32]
@@ -76,6 +77,13 @@ class TurnTracks:
     flow: Numbers
     seconds: Numbers
     reduction: int = 1
+
+    def of(self, points: NDArray[np.bool_]) -> 'TurnTracks':
+        """Return the observations of some of the points, (P,)."""
+        kept = points[self.point]
+        numbers = np.cumsum(points) - 1
+        return replace(
+            self, point=numbers[self.point[kept]], frame=self.frame[kept], place=self.place[kept])
 
 
 class TurnFollower:
@@ -264,9 +272,4 @@ def _reduced(frame: Frame) -> Bytes:
         frame = cv2.convertScaleAbs(  # type: ignore[assignment]
             frame, alpha=_BRIGHTNESS / mean if mean > 0.0 else 1.0)
     times = _reduction(frame.shape[1])
-    if times == 1:
-        return np.asarray(frame, np.uint8)
-    height, width = (side // times for side in frame.shape)
-    return np.asarray(cv2.resize(
-        frame[:height * times, :width * times], (width, height),
-        interpolation=cv2.INTER_AREA), np.uint8)
+    return np.asarray(reduced(frame, times, times), np.uint8)

@@ -15,8 +15,10 @@ import math
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from phase_traj_ros.core.camera.model import CameraModel, Distortion, MOST_FOCAL_PX, Sight
+from phase_traj_ros.core.camera.lens_family import MOST_FOCAL_PX
+from phase_traj_ros.core.camera.model import CameraModel, Distortion, Sight
 from phase_traj_ros.core.correlation.phase_correlation import Frame
+from phase_traj_ros.core.frames.reduce import reduced
 from phase_traj_ros.errors import FrameError
 
 # Extent of the band in degrees from the optical axis. Above it are the sky and the tops of near
@@ -138,9 +140,6 @@ class CylinderProjection:
         self._azimuths = self._samples(left, right)
         self._slopes = self._samples(-above, below)
         self._reduction = (self._whole(camera.fy), self._whole(camera.fx))
-        self._used = (
-            slice(height // self._reduction[0] * self._reduction[0]),
-            slice(width // self._reduction[1] * self._reduction[1]))
         self._check_sizes(camera)
         sight = _look(upright, self._azimuths, self._slopes)
         self._inside = sight.seen
@@ -164,15 +163,9 @@ class CylinderProjection:
         if frame.shape != self._frame_shape:
             raise FrameError(
                 f'frame has shape {frame.shape}: give grey frames of shape {self._frame_shape}')
-        source = frame
-        if max(self._reduction) > 1:
-            source = frame[self._used]
-            height, width = (
-                side // times for side, times in zip(source.shape, self._reduction))
-            source = cv2.resize(  # type: ignore[assignment]
-                source, (width, height), interpolation=cv2.INTER_AREA)
         return cv2.remap(  # type: ignore[return-value]
-            source, *self._maps, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+            reduced(frame, *self._reduction), *self._maps, cv2.INTER_LINEAR,
+            borderMode=cv2.BORDER_REPLICATE)
 
     @property
     def shape(self) -> tuple[int, int]:

@@ -14,11 +14,11 @@ _MEAN, _CONTRAST = 100.0, 50.0
 
 def prepare(frame: Frame) -> NDArray[np.uint8]:
     """
-    Return a copy of a frame in 8 bits, (H, W).
+    Return a frame in 8 bits, (H, W), which does not change if the caller changes the frame.
 
-    uint8 is copied as it is. The unit and the zero of other types are unknown (thermal cameras
-    have an offset), so their mean and contrast are set: the result does not depend on the gain
-    and the offset of the camera. The caller may change the frame afterwards.
+    uint8 is copied as it is; a read-only array is not copied. The unit and the zero of other types
+    are unknown (thermal cameras have an offset), so their mean and contrast are set: the result
+    does not depend on the gain and the offset of the camera.
 
     Raises
     ------
@@ -29,7 +29,7 @@ def prepare(frame: Frame) -> NDArray[np.uint8]:
     """
     check_frame(frame)
     if frame.dtype == np.uint8:
-        return np.array(frame, np.uint8)
+        return np.array(frame) if frame.flags.writeable else frame  # type: ignore[return-value]
     means, deviations = cv2.meanStdDev(frame)
     mean, deviation = float(means[0, 0]), float(deviations[0, 0])
     gain = _CONTRAST / deviation if deviation > 0.0 else 0.0

@@ -56,8 +56,8 @@ class RepeatDetector:
         return float(changed.max()) <= _ENCODED and _shows_something(frame)
 
     def keep(self, frame: Frame, *, encoding: str = '') -> None:
-        """Keep a copy of a frame that is used."""
-        self._frame, self._form = frame.copy(), encoding
+        """Keep a frame that is used; it must not change afterwards."""
+        self._frame, self._form = frame, encoding
 
 
 def _shows_something(frame: Frame) -> bool:

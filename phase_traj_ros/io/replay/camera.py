@@ -5,7 +5,7 @@
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
-from phase_traj_ros.core import Lens
+from phase_traj_ros.core import Lens, Measured
 from phase_traj_ros.errors import CalibrationError
 from phase_traj_ros.io.replay.estimator import make_estimator, outcomes
 from phase_traj_ros.io.sources.base import Entry, FrameSource, UnreadableFrame
@@ -13,6 +13,8 @@ from phase_traj_ros.parameters import Parameters
 
 # Smallest interval of the frames from which the camera is learned, in nanoseconds.
 _SOON_NS = 39_000_000
+# Parts of turns after which further ones would not change the camera by more than its error.
+_ENOUGH_TURNS = 8
 
 
 def known_lens(source: FrameSource, parameters: Parameters) -> Lens | None:
@@ -43,7 +45,7 @@ def learned_lens(
     frames: Iterable[Entry], parameters: Parameters, source: str, *, strict: bool = False,
 ) -> Lens | None:
     """
-    Return the camera learned in a pass over all frames.
+    Return the camera learned from the frames, up to the one at which it is known well.
 
     None if nothing was learned, or if the parameters do not ask for it. More than 25 frames per
     second would not add information, so the rest is left out.
@@ -60,11 +62,12 @@ def learned_lens(
         code_step=0.0))
     if not estimator.settings.learns_lens:
         return None
-    for _ in outcomes(estimator, _thinned(frames), source=source, strict=strict):
-        pass
     heading = estimator.heading
-    if heading is None:
-        return None
+    assert heading is not None
+    for outcome in outcomes(estimator, _thinned(frames), source=source, strict=strict):
+        camera = outcome.update.camera if isinstance(outcome, Measured) else None
+        if camera is not None and (camera.turns or 0) >= _ENOUGH_TURNS:
+            break
     heading.finish()
     return None if heading.learned is None else Lens(estimate=heading.learned)
 

@@ -31,7 +31,11 @@ _SourceT = TypeVar('_SourceT', bound='FrameSource')
 
 @dataclass(frozen=True, slots=True)
 class StampedFrame:
-    """A greyscale image, (H, W), uint8, uint16 or float32, and its time in nanoseconds."""
+    """
+    A greyscale image, (H, W), uint8, uint16 or float32, and its time in nanoseconds.
+
+    The image is read-only if it comes from a ``FrameSource``.
+    """
 
     image: GreyImage
     stamp_ns: int
@@ -245,8 +249,11 @@ class FrameSource(ABC):
 
 
 def _decode(candidate: Candidate, number: int) -> StampedFrame:
+    image = candidate.decode()
+    # A read-only image is not copied by the estimator.
+    image.flags.writeable = False
     return StampedFrame(
-        candidate.decode(), candidate.stamp_ns, candidate.encoding, candidate.frame_id, number)
+        image, candidate.stamp_ns, candidate.encoding, candidate.frame_id, number)
 
 
 def index_stamp_ns(index: int, fps: float) -> int:

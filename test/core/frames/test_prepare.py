@@ -115,3 +115,12 @@ def test_a_focal_length_in_pixels_is_for_frames_of_one_size(drive):
 def test_nothing_can_be_kept_of_no_speeds_and_no_corners(name):
     with pytest.raises(ValueError, match=f'{name} is 0: give at least 1, or None to keep all'):
         EstimatorSettings(**{name: 0})
+
+
+def test_only_a_frame_that_may_change_is_copied():
+    frame = np.random.default_rng(2).integers(0, 256, (40, 60), np.uint8)
+    copied = prepare(frame)
+    frame[:] = 0
+    assert copied.any()
+    copied.flags.writeable = False
+    assert prepare(copied) is copied

@@ -135,7 +135,7 @@ def test_another_picture_is_not_repeated(other):
 def test_more_than_8_bits_are_repeated_only_if_they_are_the_same():
     frame = (257 * frames()[0].astype(np.uint16))
     detector = RepeatDetector()
-    detector.keep(frame)
+    detector.keep(frame.copy())
     frame[10, 10] ^= 1
     assert not detector.is_repeated(frame, S)
 

@@ -18,7 +18,7 @@ from phase_traj_ros.core.road.travel import TravelState
 import pytest
 
 PINHOLE = CameraModel.pinhole((240, 640), 370.0)
-FISHEYE = OneNumberLens(220.0, 0.0).model((400, 640))
+FISHEYE = CameraModel.of_lens(OneNumberLens(220.0, 0.0), (400, 640))
 NOISE = cv2.GaussianBlur(
     np.random.default_rng(0).normal(size=(4096, 1024)).astype(np.float32), (0, 0), 1.5)
 NOISE = np.clip(110 + 14 * NOISE / NOISE.std(), 0, 255).astype(np.uint8)
@@ -136,8 +136,11 @@ def test_it_stands_where_the_road_does_and_goes_exactly_nowhere():
     travels = [meter.update(road.seen(0.0), 0.1, motion(passing=0.0)) for _ in range(40)]
     # It takes a moment to tell it from a slow vehicle.
     assert sum(abs(travel.distance) for travel in travels) < 0.1 * CELL
-    assert {(travel.distance, travel.state) for travel in travels[3:]} == {
-        (0.0, TravelState.STANDING)}
+    stood = travels[3:]
+    assert {(travel.distance, travel.state) for travel in stood} == {(0.0, TravelState.STANDING)}
+    # A measurement is never certain, but a minute adds less than a cell of uncertainty.
+    assert min(travel.variance for travel in stood) > 0.0
+    assert 600 * max(travel.variance for travel in stood) < CELL ** 2
 
 
 @pytest.mark.parametrize('rate', [10.0, 60.0, 120.0])

@@ -97,6 +97,23 @@ def test_the_passes_are_told_apart(folder):
     assert passes == [(Pass.FIRST, len(YAWS)), (Pass.SECOND, len(YAWS))]
 
 
+def test_learning_ends_where_the_camera_is_known_well(folder, monkeypatch):
+    monkeypatch.setattr('phase_traj_ros.io.replay.camera._ENOUGH_TURNS', 1)
+    taken = dict.fromkeys(Pass, 0)
+
+    def counted(frames, which):
+        for frame in frames:
+            taken[which] += 1
+            yield frame
+
+    result = replayed(folder, one_pass=False, through=counted)
+    # The first turn ends at frame 24, the second one at frame 51.
+    assert 20 <= taken[Pass.FIRST] < 51
+    assert taken[Pass.SECOND] == len(YAWS)
+    assert result.camera.turns == 1
+    assert changes(result) == [2, 0]
+
+
 def test_the_second_pass_codes_with_what_the_first_has_learned(folder):
     one, two = (replayed(folder, one_pass=flag) for flag in (True, False))
     assert changes(one) == changes(two) == [2, 0]
