@@ -131,3 +131,20 @@ def test_what_is_fixed_is_told_when_it_is_found_and_kept_over_a_reset(street):
     assert (judge.left_out[:, :35] == 0).all() and (judge.left_out[:, 60:] == 255).all()
     judge.reset()
     assert judge.left_out is not None
+
+
+@pytest.mark.parametrize('apart', [Comparison(gap=True), Comparison()])
+def test_frames_that_are_not_compared_end_what_was_seen_before(street, apart):
+    pictures = seen_through_dirt(street)
+    judge = Judge(CodeSource.AUTO)
+    judge.look(pictures[0], None, 0.0)
+    for picture in pictures[1:]:
+        judge.judge(picture, turning(), Following(), 0.1)
+    assert judge.judge(pictures[0], turning(), Following(), 0.1).evidence is Evidence.FIXED
+    judge.judge(pictures[1], apart, Following(), 9.0)
+    assert judge.judge(street[2], turning(), Following(), 0.1).evidence is Evidence.TRUSTED
+
+
+def test_without_guards_nothing_is_left_out(street):
+    pictures = seen_through_dirt(street)
+    assert not judged_after(pictures, turning(), CodeSource.HEADING).areas_changed
