@@ -112,20 +112,22 @@ class MotionFit:
 
     def __call__(
         self, u: NDArray[np.float64], w: NDArray[np.float64], weight: NDArray[np.float64],
-        travel: Travel,
+        travel: Travel, *, aside: NDArray[np.float64] | float = 0.0,
+        down: NDArray[np.float64] | float = 0.0,
     ) -> CameraMotion | None:
         """
         Return the motion that fits the displacements, (N,) in radians; None if they are too few.
 
-        ``travel`` is the predicted direction of travel.
+        ``travel`` is the predicted direction of travel. The displacements are those of points that
+        are ``aside`` to the right and ``down`` from the centres of the blocks, in radians.
         """
         used = np.flatnonzero(weight > 0.0)
         if len(used) <= _C:
             return None
         u, w, weight = u[used], w[used], weight[used]
         # Evaluated half-way along the displacement, so that both directions of time are equal.
-        azimuth = self._azimuths[used] + u / 2
-        y = self._slopes[used] + w / 2
+        azimuth = (self._azimuths + aside)[used] + u / 2
+        y = (self._slopes + down)[used] + w / 2
         shift = np.stack([u, w])
         # Effect of each unknown on each point, (6, 3, N): to the right, down, and along the line
         # on which the distance of the point moves it. The last row is the residual.

@@ -244,7 +244,7 @@ class RoadMeter:
         travel = None
         if still:
             self.start(frame)
-            travel = self._standing()
+            travel = self._standing(interval)
         elif motion is not None:
             driven = self.pace.speed * max(motion.age, interval)
             if not self.pace.known or driven > _DRIVING:
@@ -322,7 +322,7 @@ class RoadMeter:
                 abs(each.raw) < _AT_ZERO * CELL for each in agreeing):
             since.over = since.age >= _CREEPS
             # A vehicle does not turn on the spot: the patch does not show the road.
-            return None if turned.swings else self._standing()
+            return None if turned.swings else self._standing(interval)
         weights = np.array([each.deviation ** -2 for each in agreeing])
         way = float(weights @ [each.way for each in agreeing] / weights.sum())
         # Both errors come from the same pitch motion, so the mean is hardly better.
@@ -380,9 +380,11 @@ class RoadMeter:
         """Return the factor by which a slide is too large, as the pitch has changed."""
         return math.exp(2.0 * middle * (self._tilt.pitch - self._assumed))
 
-    def _standing(self) -> Travel:
+    def _standing(self, interval: float) -> Travel:
         self.pace.stand()
-        return Travel(0.0, 0.0, TravelState.STANDING)
+        # A slower slide than this would not be seen while a keyframe is kept.
+        return Travel(
+            0.0, (_PEAK * CELL * interval / _CREEPS) ** 2, TravelState.STANDING)
 
     def _bridged(self, interval: float, *, turns: bool) -> Travel:
         off = self.pace.deviation * interval
