@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A pair of frames gets its status and its worth from what was measured, and in one place."""
 
-from dataclasses import replace
 
 import cv2
 import numpy as np
