@@ -24,8 +24,6 @@ _LEAST_PAIRS = 10
 _MOST_CUTS = 0.1
 # Above this interval in seconds, a low frame rate explains why blocks do not agree.
 _LOW_RATE = 0.25
-# Share of the blocks that have to agree in a trusted pair.
-_AGREEING = 0.3
 # The verdict is on this time, which is kept in parts of a second.
 _WINDOW_NS, _PART_NS = 60_000_000_000, 1_000_000_000
 # Share of a drive, or of the window, that may be unreliable.
@@ -161,45 +159,6 @@ class Reliability:
                 lasted[reason] += span.end_ns - span.start_ns
         reasons = tuple(reason for reason, _ in lasted.most_common())
         return Reliability(reasons, self.spans, self.start_ns, self.end_ns)
-
-
-def evidence_of(
-    *, agreement: float | None, still: bool = False, blank: bool = False, fixed: bool = False,
-    bridged: bool = False, repeated: bool = False,
-) -> Evidence:
-    """
-    Return what a pair is worth.
-
-    Parameters
-    ----------
-    agreement
-        Share of the blocks that agree on the camera's rotation, 0 to 1; None if the frames
-        could not be compared (a gap, another size).
-    still
-        Whether the vehicle was stationary.
-    blank
-        Whether the image held only noise.
-    fixed
-        Whether only fixed areas may have agreed, or too little else is left.
-    bridged
-        Whether the yaw was rejected.
-    repeated
-        Whether both frames show one picture.
-
-    """
-    if repeated:
-        return Evidence.REPEATED
-    if agreement is None:
-        return Evidence.APART
-    if still:
-        return Evidence.STILL
-    if blank:
-        return Evidence.BLANK
-    if fixed:
-        return Evidence.FIXED
-    if agreement < _AGREEING:
-        return Evidence.SCATTERED
-    return Evidence.JERKED if bridged else Evidence.TRUSTED
 
 
 class ReliabilityMonitor:

@@ -19,6 +19,20 @@ _COMMON = 0.02
 _NEAR = 0.05
 
 
+@dataclass(frozen=True, slots=True)
+class FieldOfView:
+    """A horizontal field of view that was learned."""
+
+    hfov_deg: float
+    """Most likely field of view in degrees, from edge to edge."""
+    deviation_deg: float
+    """Its standard deviation in degrees."""
+    sureness: float
+    """Probability that the focal length is correct within 5 %, 0 to 1."""
+    turns: int
+    """Number of turns, or parts of turns, used for the estimate."""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CameraEstimate:
     """
@@ -84,12 +98,22 @@ class CameraEstimate:
     @property
     def model(self) -> CameraModel:
         """Return the model of the camera."""
-        return self.lens.model((self.height, self.width), column=self.column_px)
+        return CameraModel.of_lens(
+            self.lens, (self.height, self.width), column=self.column_px)
 
     @property
     def hfov_deg(self) -> float:
         """Return the horizontal field of view in degrees, from edge to edge."""
         return self.lens.hfov_deg(self.width, column=self.column_px)
+
+    @property
+    def field_of_view(self) -> FieldOfView:
+        """Return the horizontal field of view with its uncertainty."""
+        most = math.exp(self.focal_deviation)
+        wide, narrow = (
+            OneNumberLens(focal_px, self.straightness).hfov_deg(self.width, column=self.column_px)
+            for focal_px in (self.focal_px / most, self.focal_px * most))
+        return FieldOfView(self.hfov_deg, (wide - narrow) / 2, self.probability, self.turns)
 
     @property
     def focal_interval_px(self) -> tuple[float, float]:

@@ -25,7 +25,7 @@ from phase_traj_ros.core import (
     Update,
     Way,
 )
-from phase_traj_ros.core.calibration.field_of_view import FieldOfView
+from phase_traj_ros.core.camera.estimate import FieldOfView
 from phase_traj_ros.core.codes.freeman import AnyDirection
 from phase_traj_ros.core.codes.threshold_hint import ThresholdHint
 from phase_traj_ros.core.heading.turns import Turn

@@ -25,7 +25,7 @@ def test_what_is_not_an_estimate_is_refused_by_name(values, word):
 
 
 def test_it_makes_a_model_of_the_camera():
-    assert FOUND.model.distortion is Distortion.FISHEYE
+    assert FOUND.model.distortion is Distortion.ONE_NUMBER
     assert (FOUND.model.shape, FOUND.model.cx) == ((240, 320), 162.5)
     pinhole = replace(FOUND, straightness=1.0, column_px=0.0)
     assert pinhole.hfov_deg == pytest.approx(90.0)
@@ -67,3 +67,13 @@ def test_pictures_of_another_shape_are_not():
         combined([FOUND, replace(FOUND, height=180)])
     with pytest.raises(ValueError, match='no estimate'):
         combined([])
+
+
+def test_the_field_of_view_is_as_sure_as_the_focal_length():
+    sharp, usual = (replace(FOUND, focal_deviation=each).field_of_view for each in (1e-3, 0.04))
+    assert sharp.hfov_deg == usual.hfov_deg == FOUND.hfov_deg
+    # One more per mille of focal length takes this much of the view.
+    less = FOUND.hfov_deg - replace(FOUND, focal_px=160.0 * math.exp(1e-3)).hfov_deg
+    assert sharp.deviation_deg == pytest.approx(less, rel=0.01)
+    assert usual.deviation_deg == pytest.approx(40 * less, rel=0.02)
+    assert (usual.sureness, usual.turns) == (FOUND.probability, 3)

@@ -5,23 +5,18 @@
 from functools import lru_cache
 import json
 import math
-import re
 
 import numpy as np
 from phase_traj_ros.core import (
-    CodeSource,
     Direction,
     EstimatorSettings,
     Freeman,
-    Shift,
     TrajectoryEstimator,
     TravelState,
 )
 from phase_traj_ros.core.camera.lens import Lens
 from phase_traj_ros.core.camera.model import CameraModel
-from phase_traj_ros.core.heading.yaw_meter import YawMeasurement
 from phase_traj_ros.errors import ParameterError, SourceError
-from phase_traj_ros.io.messages.diagnostics import Level, MeasurementReporter
 from phase_traj_ros.io.replay.overview import turn_marks
 from phase_traj_ros.io.replay.run import replay
 from phase_traj_ros.io.results.snapshot import Snapshot
@@ -292,48 +287,6 @@ def test_what_is_saved_says_what_it_is(tmp_path):
     assert saved['heading_deg'] == pytest.approx(math.degrees(drive.poses[59, 2]), abs=3)
     assert len(saved['direction_totals']) == 8
     assert sum(saved['direction_totals']) == sum(count for _, count in saved['direction_runs'])
-
-
-def test_a_wrong_field_of_view_is_reported():
-    estimator = TrajectoryEstimator(EstimatorSettings(
-        lens=Lens(hfov_deg=55.0), code_source=CodeSource.HEADING))
-    noise = np.random.default_rng(0).integers(0, 256, (120, 160), dtype=np.uint8)
-    for stamp in (0, 10**8):
-        estimator.update(noise, stamp)
-    reporter = MeasurementReporter()
-    assert reporter.report(estimator, 0.1).level is Level.OK
-    # Six right angles, as seen by a camera of 80 degrees that is taken for one of 55.
-    wrong = math.tan(math.radians(55 / 2)) / math.tan(math.radians(80 / 2))
-    stamp, heading = 10**8, estimator.heading
-    for _ in range(6):
-        for yaw in [math.radians(90 * wrong / 30)] * 30 + [0.0] * 20:
-            stamp += 10**8
-            heading.add(
-                YawMeasurement(Shift(0.0, 0.0, 0.1), yaw, refined=True, agreement=1.0), stamp, 0.1)
-    report = reporter.report(estimator, 0.1)
-    assert report.level is Level.WARN
-    assert re.search(
-        'a field of view of (79|80|81) degrees, but 55 degrees are in use', report.message)
-    assert report.values['field of view turns'] == '6'
-    assert 79 < float(report.values['field of view (deg)']) < 82
-
-
-def test_a_field_of_view_of_a_fisheye_is_not_reported_as_wrong():
-    lens = Lens(hfov_deg=140.0, straightness=0.0)
-    estimator = TrajectoryEstimator(EstimatorSettings(
-        lens=lens, code_source=CodeSource.HEADING))
-    noise = np.random.default_rng(0).integers(0, 256, (120, 160), dtype=np.uint8)
-    for stamp in (0, 10**8):
-        estimator.update(noise, stamp)
-    stamp, heading = 10**8, estimator.heading
-    for _ in range(6):
-        for yaw in [math.radians(90 / 30)] * 30 + [0.0] * 20:
-            stamp += 10**8
-            heading.add(
-                YawMeasurement(Shift(0.0, 0.0, 0.1), yaw, refined=True, agreement=1.0), stamp, 0.1)
-    # That of a pinhole with this focal length, which it is not.
-    assert heading.field_of_view.hfov_deg < 110
-    assert MeasurementReporter().report(estimator, 0.1).level is Level.OK
 
 
 def test_numbers_of_a_camera_that_cannot_be_are_refused():
