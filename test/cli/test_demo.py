@@ -34,6 +34,7 @@ def test_the_demo_has_the_true_turns(tmp_path, capsys):
 
 @pytest.mark.integration
 def test_the_demo_is_found_on_its_map(tmp_path, capsys):
+    pytest.importorskip('rosbags')
     assert main(['demo', '--map', '--output', str(tmp_path / 'demo')]) == 0
 
     out = capsys.readouterr().out
