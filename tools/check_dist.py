@@ -98,25 +98,29 @@ def check_pip(what: object, name: str, workspace: Path) -> Path:
     run(python, '-m', 'pip', 'check')
     check_share(venv, ROOT)
     check_replay(venv / 'bin' / 'phase_traj', python, workspace / f'{name}_replay')
-    run(venv / 'bin' / 'phase_traj', 'demo', '--output', workspace / f'{name}_demo')
     return venv
 
 
 def check_node(wheel: Path, venv: Path, workspace: Path) -> None:
-    """Install the extra ``ros`` into the environment, and play the demo to the node."""
+    """Run the demo, install the extra ``ros``, and play the demo to the node."""
+    demo = workspace / 'demo'
+    run(venv / 'bin' / 'phase_traj', 'demo', '--output', demo)
     say('the extra ros')
     run(venv / 'bin' / 'python', '-m', 'pip', '-qq', '--no-input', 'install',
         '--constraint', CONSTRAINTS, f'{wheel}[ros]')
-    environment = clean_environment(ROS_LOG_DIR=str(workspace / 'ros_log'))
+    # Other nodes, here and on other machines, do not hear of these.
+    environment = clean_environment(
+        ROS_LOG_DIR=str(workspace / 'ros_log'), ROS_AUTOMATIC_DISCOVERY_RANGE='LOCALHOST')
+    within = ['-r', f'__ns:=/check_dist_{os.getpid()}']
+    images = f'qos_overrides./check_dist_{os.getpid()}/image.subscription'
     node = subprocess.Popen(
-        [venv / 'bin' / 'phase_traj_node', '--ros-args',
-         '-p', 'qos_overrides./image.subscription.reliability:=reliable',
-         '-p', 'qos_overrides./image.subscription.history:=keep_all'],
+        [venv / 'bin' / 'phase_traj_node', '--ros-args', *within,
+         '-p', f'{images}.reliability:=reliable', '-p', f'{images}.history:=keep_all'],
         env=environment, stdin=subprocess.DEVNULL)
     try:
         # It fails if no node receives all frames.
-        run(venv / 'bin' / 'phase_traj', 'play', workspace / 'wheel_demo' / 'demo_bag',
-            '--lossless', '--rate', '10', environment=environment)
+        run(venv / 'bin' / 'phase_traj', 'play', demo / 'demo_bag', '--lossless',
+            '--rate', '10', '--ros-args', *within, environment=environment)
     finally:
         node.send_signal(signal.SIGINT)
         status = node.wait(30)
