@@ -29,7 +29,7 @@ help:  ## Show this list
 	@sed -n 's/^\([a-z-]*\):.*## /\1 /p' $(MAKEFILE_LIST) \
 		| while read -r name text; do printf '  make %-11s %s\n' "$$name" "$$text"; done
 
-demo:  ## Drive through a rendered street; results in out/demo
+demo:  ## Drive through a rendered street, live over DDS; results in out/demo
 	@$(environment) .venv --extras ros,map
 	@.venv/bin/phase_traj demo --output out/demo
 

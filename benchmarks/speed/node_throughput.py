@@ -26,7 +26,8 @@ from benchmarks.shared.timing import Bystanders, bystanders, unpinned
 from phase_traj_ros.io.params_file import read_parameters
 from phase_traj_ros.io.replay.estimator import make_estimator
 from phase_traj_ros.parameters import NODE_NAME, Parameters
-from phase_traj_ros.ros.playback.player import LOSSLESS, lossless_overrides
+from phase_traj_ros.ros.playback.live_run import lossless_overrides
+from phase_traj_ros.ros.playback.player import LOSSLESS
 from phase_traj_ros.ros.spin import ros_context
 from phase_traj_ros.synthetic import KITTI_CAMERA
 from rclpy.executors import SingleThreadedExecutor

@@ -16,7 +16,8 @@ import time
 import numpy as np
 from phase_traj_ros.core import DynamicChainCode
 from phase_traj_ros.io import StampedFrame
-from phase_traj_ros.ros.playback.player import FramePlayer, lossless_overrides
+from phase_traj_ros.ros.playback.live_run import lossless_overrides
+from phase_traj_ros.ros.playback.player import FramePlayer
 from phase_traj_ros.ros.spin import ros_context
 from phase_traj_ros.ros.startup.signals import stop_on_signals
 

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Nodes that a test starts do not outlive it."""
+"""Nodes that a test or the demo starts do not outlive it."""
 
 import fcntl
 import os

@@ -12,7 +12,7 @@ from geometry_msgs.msg import Vector3Stamped
 from live import image, LOSSLESS, SHIFT, stop
 import numpy as np
 from phase_traj_ros.ros.outputs.messages import to_time
-from phase_traj_ros.ros.playback.player import lossless_overrides
+from phase_traj_ros.ros.playback.live_run import lossless_overrides
 import pytest
 import rclpy
 from rclpy.qos import qos_profile_sensor_data

@@ -7,13 +7,16 @@ import subprocess
 import sys
 
 import cv2
-from live import LOSSLESS, stop
+from live import LOSSLESS
 import numpy as np
 from phase_traj_ros.core import Lens
+from phase_traj_ros.core.codes.text import describe, parse
+from phase_traj_ros.io.messages.published import TEXT_RUNS
 from phase_traj_ros.io.replay.run import replay
 from phase_traj_ros.io.sources.opening import open_source
 from phase_traj_ros.io.sources.selection import Selection
 from phase_traj_ros.parameters import Parameters
+from phase_traj_ros.ros.playback.live_run import run_live
 import pytest
 from std_msgs.msg import UInt8
 from std_srvs.srv import Trigger
@@ -25,23 +28,14 @@ def replayed(path, threshold):
         return replay(source, parameters, source=source.description)
 
 
-def check(live, path, offline, parameters, playing, *, awaits='/image'):
-    """Play a recording to a node that has these parameters; its codes are those of offline."""
-    node = live.start(*parameters)
-    movement = live.listen(UInt8, 'phase_traj/movement', LOSSLESS)
-    direction = live.listen(UInt8, 'phase_traj/direction', LOSSLESS)
-    live.call(Trigger, 'phase_traj/reset', Trigger.Request())
-    # In a test it is known that both are there; the player itself waits for the images only.
-    live.until(lambda: live.node.count_subscribers(awaits) == 1, process=node)
-    player = subprocess.run(
-        [sys.executable, '-m', 'phase_traj_ros.cli.main', 'play', str(path), '--lossless',
-         *playing], capture_output=True, text=True, check=False)
-    assert player.returncode == 0, player.stderr
-    live.until(lambda: len(movement) == len(offline.movement), process=node)
-    live.until(lambda: len(direction) == len(offline.direction), process=node)
-    assert [each.data for each in movement] == offline.movement
-    assert [each.data for each in direction] == offline.direction
-    assert stop(node) == 0
+def check(path, threshold, rate):
+    offline = replayed(path, threshold)
+    online = run_live(
+        path, frames=offline.frames, values=Parameters(threshold=threshold), rate=rate)
+    assert parse(online.chain_code) == describe(
+        offline.codes, frames=offline.frames, max_runs=TEXT_RUNS)
+    assert online.exit_status == 0
+    return offline
 
 
 @pytest.fixture
@@ -57,16 +51,14 @@ def folder(tmp_path):
     return tmp_path
 
 
-def test_a_folder_of_pictures(live, folder):
-    offline = replayed(folder, 16.0)
-    check(live, folder, offline, ['-p', 'threshold:=16.0'], ['--rate', '8'])
+def test_a_folder_of_pictures(folder):
+    offline = check(folder, 16.0, rate=8)
     assert {0, 1, 2, 3} == set(offline.movement)
 
 
 @pytest.mark.parametrize('clip', ['00', '06'])
-def test_real_driving(live, kitti_root, clip):
-    path = kitti_root / clip
-    check(live, path, replayed(path, 20.0), ['-p', 'threshold:=20.0'], ['--rate', '10'])
+def test_real_driving(kitti_root, clip):
+    check(kitti_root / clip, 20.0, rate=10)
 
 
 def test_replay_through_the_program_gives_the_same(folder, tmp_path_factory):
@@ -85,10 +77,21 @@ def test_a_recording_that_knows_its_camera(live, kitti_root):
         offline = replay(
             source, parameters, source='KITTI',
             lens=Lens(camera=source.camera(rectified=False)))
-    check(
-        live, kitti_root / '00', offline,
-        ['-p', 'code_source:=heading', '-p', 'connectivity:=8'],
-        ['--start', '7', '--duration', '6', '--rate', '4'], awaits='/camera_info')
+    node = live.start('-p', 'code_source:=heading', '-p', 'connectivity:=8')
+    movement = live.listen(UInt8, 'phase_traj/movement', LOSSLESS)
+    direction = live.listen(UInt8, 'phase_traj/direction', LOSSLESS)
+    live.call(Trigger, 'phase_traj/reset', Trigger.Request())
+    # In a test it is known that both are there; the player itself waits for the images only.
+    live.until(lambda: live.node.count_subscribers('/camera_info') == 1, process=node)
+    player = subprocess.run(
+        [sys.executable, '-m', 'phase_traj_ros.cli.main', 'play', str(kitti_root / '00'),
+         '--start', '7', '--duration', '6', '--lossless', '--rate', '4'],
+        capture_output=True, text=True, check=False)
+    assert player.returncode == 0, player.stderr
+    live.until(lambda: len(movement) == len(offline.movement), process=node)
+    live.until(lambda: len(direction) == len(offline.direction), process=node)
+    assert [each.data for each in movement] == offline.movement
+    assert [each.data for each in direction] == offline.direction
     assert len(set(offline.direction)) > 1
 
 

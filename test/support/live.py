@@ -3,7 +3,6 @@
 """The test's side of a live run: a node of its own beside the one under test."""
 
 from array import array
-import ctypes
 import signal
 import subprocess
 import sys
@@ -11,7 +10,8 @@ import time
 
 import numpy as np
 from phase_traj_ros.ros.outputs.messages import to_time
-from phase_traj_ros.ros.playback.player import lossless_overrides
+from phase_traj_ros.ros.playback.children import start_child
+from phase_traj_ros.ros.playback.live_run import lossless_overrides
 from rcl_interfaces.srv import DescribeParameters, ListParameters, SetParameters
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
@@ -125,15 +125,6 @@ class Live:
         return self.call(
             DescribeParameters, '/phase_traj/describe_parameters',
             DescribeParameters.Request(names=names)).descriptors
-
-
-def start_child(arguments, **options):
-    """Start a process that dies with the calling thread: no node remains on the network."""
-    # Looked up here: between fork and exec, little is allowed.
-    prctl = ctypes.CDLL(None).prctl
-    death_signal = 1
-    return subprocess.Popen(
-        arguments, preexec_fn=lambda: prctl(death_signal, signal.SIGKILL), **options)
 
 
 def stop(process, number=signal.SIGINT, timeout=10):

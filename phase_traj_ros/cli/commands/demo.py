@@ -1,20 +1,21 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""``phase_traj demo``: renders a drive, replays it, and finds it on a map."""
+"""``phase_traj demo``: plays a rendered drive to the real node and checks the result."""
 
 from argparse import Namespace
-import math
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from phase_traj_ros.cli.command import Command
+from phase_traj_ros.cli.commands.demo_map import run_on_map
 from phase_traj_ros.cli.options import add_force
 from phase_traj_ros.cli.progress import progress
 from phase_traj_ros.cli.report import print_result
-from phase_traj_ros.core import PAPER_THRESHOLD
-from phase_traj_ros.io.maps.projection import LocalProjection
-from phase_traj_ros.io.maps.road_file import read_roads
-from phase_traj_ros.io.maps.write_osm import write_osm
+from phase_traj_ros.core import Direction, PAPER_THRESHOLD
+from phase_traj_ros.core.codes.text import describe
+from phase_traj_ros.errors import MissingDependencyError, ResultError
+from phase_traj_ros.io.messages.published import TEXT_RUNS
 from phase_traj_ros.io.outputs.outputs import output_directory
 from phase_traj_ros.io.replay.camera import known_lens
 from phase_traj_ros.io.replay.run import Replay, replay
@@ -22,37 +23,23 @@ from phase_traj_ros.io.results.figures import require_matplotlib
 from phase_traj_ros.io.results.files import RESULT_NAMES, write_results
 from phase_traj_ros.io.sources.opening import open_source
 from phase_traj_ros.parameters import Parameters
-from phase_traj_ros.synthetic import Drive, DRIVES, named_drive, town_drive, write_drive_bag
-from phase_traj_ros.tasks.location.files import (
-    add_to_chain_code,
-    LOCATION_FILES,
-    REPORT,
-    write_location,
-)
-from phase_traj_ros.tasks.location.odometry import odometry_of
-from phase_traj_ros.tasks.location.report import verdict, write_location_report
-from phase_traj_ros.tasks.location.run import locate, Located, Near
+from phase_traj_ros.synthetic import Drive, DRIVES, named_drive, write_drive_bag
 
 # The thresholds of the paper's two experiments.
 _THRESHOLDS = {'paper_case_1': 16.0, 'paper_case_2': 20.0}
-# Where the town is said to be: in the sea, so that nobody takes it for a real one.
-_ORIGIN = LocalProjection(54.5, 7.0)
-# The drive is somewhere in the town: it is too short to prove that as well.
-_TOWN = Near(54.5, 7.0, 2000.0)
-_MAP = 'town.osm'
 
 _EPILOG = """
-Renders a drive through a street grid and replays it. DIR receives the bag, with the true poses,
-and the results of the replay. To see the node at work, play the bag to it:
+Renders a drive through a street grid, plays it over DDS without losing a frame to the node in a
+separate process, and records what the node publishes. Checks that against an offline replay of
+the same bag and against the true turns. DIR receives the bag (with the true poses) and the results
+of the replay.
 
-  phase_traj play out/demo/demo_bag
-
-With --map, the drive goes through a town, and is located on the roads of the town, which are
-written to DIR as town.osm.
+With --map, the drive goes through a town, is replayed offline, and is located on the roads of the
+town, which are written to DIR as town.osm.
 """
 
 COMMAND = Command(
-    'demo', summary='render a drive, replay it, and compare it with the true one',
+    'demo', summary='render a drive and play it through the real node',
     example='phase_traj demo --output out/demo', epilog=_EPILOG)
 
 
@@ -77,59 +64,76 @@ def add_parser(commands: Any) -> None:
 
 def run(options: Namespace) -> None:
     """Run the command."""
+    if options.map:
+        run_on_map(options)
+        return
+    try:
+        from phase_traj_ros.ros.playback.live_run import run_live
+    except ImportError as error:
+        raise MissingDependencyError(
+            f'the demo needs rclpy ({error}): source a ROS 2 installation, or install'
+            ' phase_traj_ros[ros]') from None
     require_matplotlib()
-    drive = town_drive() if options.map else named_drive(options.drive)
+    drive = named_drive(options.drive)
     parameters = Parameters(camera_height=drive.camera.above_ground)
     if options.paper:
         parameters = Parameters(threshold=_THRESHOLDS.get(drive.name, PAPER_THRESHOLD))
     name = f'{drive.name}_bag'
-    names = (*RESULT_NAMES, name, *((*LOCATION_FILES, _MAP) if options.map else ()))
-    located = None
-    with output_directory(options.output, names=names, force=options.force) as directory:
+    with output_directory(
+            options.output, names=(*RESULT_NAMES, name), force=options.force) as directory:
         print(f'rendering {len(drive)} frames of the drive {drive.name!r} ...', flush=True)
         with progress(total=len(drive), title='rendering') as bar:
             write_drive_bag(drive, directory / name, progress=bar.update)
+        print('playing them to the node over DDS ...', flush=True)
+        live = run_live(directory / name, frames=len(drive), values=parameters)
         with open_source(directory / name) as source:
-            frames = progress(source, total=len(drive), title='replaying')
-            result = replay(
-                frames, parameters, source=str(options.output / name),
+            offline = replay(
+                source, parameters, source=str(options.output / name),
                 lens=known_lens(source, parameters))
-        write_results(result, directory)
-        if options.map:
-            located = _locate(drive, result, directory)
-    print_result(result)
+        text = describe(offline.codes, frames=offline.frames, max_runs=TEXT_RUNS)
+        if live.chain_code != str(text):
+            raise ResultError('the codes of the node and of the offline replay differ')
+        if live.exit_status != 0:
+            raise ResultError(f'the node has ended with status {live.exit_status}')
+        check_turns(drive, offline)
+        write_results(offline, directory)
+    print_result(offline)
     turns = ', '.join(
-        f'{"left" if turn.angle_deg > 0 else "right"} {abs(turn.angle_deg):.0f}'
+        f'{"left" if turn.angle_deg > 0 else "right"} {abs(turn.angle_deg):.0f}°'
         for turn in drive.turns)
-    print(f'the true turns: {turns}')
+    print(f'live and offline codes are the same, and the turns are the true ones: {turns}')
     print(f'bag       {options.output / name}')
     print(f'codes     {options.output / "chain_code.json"}')
     print(f'picture   {options.output / "trajectory.png"}')
-    if located is not None:
-        print(f'{located.roads.length / 1e3:.1f} km of road. {verdict(located)}, at most'
-              f' {distance_off(located, drive):.1f} m off')
-        print(f'map       {options.output / _MAP}')
-        print(f'report    {options.output / REPORT}')
 
 
-def _locate(drive: Drive, result: Replay, directory: Path) -> Located:
-    """Locate a replayed drive on the roads of its town, and write map and place."""
-    write_osm(drive.build_roads(), directory / _MAP, projection=_ORIGIN)
-    located = locate(odometry_of(result), read_roads(directory / _MAP), near=_TOWN)
-    write_location(located, directory)
-    write_location_report(located, directory / REPORT, title=drive.name)
-    codes = directory / 'chain_code.json'
-    add_to_chain_code(located, codes, codes)
-    return located
+def check_turns(drive: Drive, result: Replay) -> None:
+    """
+    Compare the directions, and when they changed, with the true turns.
+
+    Raises
+    ------
+    ResultError
+        A turn is missing, invented, or coded while the vehicle was not turning.
+
+    """
+    heading = Direction.FORWARD
+    expected = [heading]
+    for turn in drive.turns:
+        heading = heading.turned_left() if turn.angle_deg > 0 else heading.turned_right()
+        expected.append(heading)
+    found = [run.code for run in result.codes.direction.runs]
+    if found != expected:
+        raise ResultError(f'directions {_text(found)}, but {_text(expected)} were driven')
+    begun = [
+        update.pair + 1 for update in result.updates
+        if update.step.appended and update.step.movement != 1]
+    for frame, turn in zip(begun, drive.turns, strict=True):
+        if not turn.start_frame <= frame <= turn.end_frame:
+            raise ResultError(
+                f'a turn is coded at frame {frame}, but the true one lasts from'
+                f' {turn.start_frame} to {turn.end_frame}')
 
 
-def distance_off(located: Located, drive: Drive) -> float:
-    """Return the largest distance of the known places from the true ones, in metres."""
-    truth = dict(zip(drive.stamps_ns.tolist(), drive.poses[:, :2].tolist()))
-    off = 0.0
-    for pose in located.poses:
-        if pose.claim is not None:
-            place = located.roads.projection.to_degrees(pose.claim.x, pose.claim.y)
-            x, y = _ORIGIN.to_metres(*place).tolist()
-            off = max(off, math.dist((x, y), truth[pose.stamp_ns]))
-    return off
+def _text(directions: Sequence[int]) -> str:
+    return ','.join(str(int(direction)) for direction in directions)

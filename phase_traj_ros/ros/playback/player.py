@@ -173,11 +173,3 @@ def image_message(image: np.ndarray, header: Header) -> Image:
     return Image(
         header=header, height=height, width=width, encoding=encoding,
         is_bigendian=0, step=width * little.itemsize, data=data)
-
-
-def lossless_overrides(topic: str) -> list[str]:
-    """Return the ROS arguments that make a subscription to ``topic`` reliable and KEEP_ALL."""
-    policies = {'reliability': 'reliable', 'history': 'keep_all'}
-    return [
-        argument for policy, value in policies.items()
-        for argument in ('-p', f'qos_overrides.{topic}.subscription.{policy}:={value}')]

@@ -1,0 +1,94 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""``phase_traj demo --map``: a rendered drive is found on the map of its town."""
+
+from argparse import Namespace
+import math
+
+from phase_traj_ros.cli.progress import progress
+from phase_traj_ros.errors import ResultError
+from phase_traj_ros.io.maps.projection import LocalProjection
+from phase_traj_ros.io.maps.road_file import read_roads
+from phase_traj_ros.io.maps.write_osm import write_osm
+from phase_traj_ros.io.outputs.outputs import output_directory
+from phase_traj_ros.io.replay.camera import known_lens
+from phase_traj_ros.io.replay.run import replay
+from phase_traj_ros.io.results.figures import require_matplotlib
+from phase_traj_ros.io.results.files import RESULT_NAMES, write_results
+from phase_traj_ros.io.sources.opening import open_source
+from phase_traj_ros.parameters import Parameters
+from phase_traj_ros.synthetic import Drive, town_drive, write_drive_bag
+from phase_traj_ros.tasks.location.files import add_to_chain_code, LOCATION_FILES, write_location
+from phase_traj_ros.tasks.location.odometry import odometry_of
+from phase_traj_ros.tasks.location.report import verdict, write_location_report
+from phase_traj_ros.tasks.location.run import locate, Located, Near
+
+# Where the town is said to be: in the sea, so that nobody takes it for a real one.
+_ORIGIN = LocalProjection(54.5, 7.0)
+# The drive is somewhere in the town: it is too short to prove that as well.
+_TOWN = Near(54.5, 7.0, 2000.0)
+_MAP = 'town.osm'
+# Largest distance from the true place, in metres.
+_WRONG = 15.0
+
+
+def run_on_map(options: Namespace) -> None:
+    """
+    Render a drive, write the roads of its town, and locate the drive on them.
+
+    Raises
+    ------
+    ResultError
+        The place is not known at the end, or it is wrong.
+
+    """
+    require_matplotlib()
+    drive = town_drive()
+    name = f'{drive.name}_bag'
+    parameters = Parameters(camera_height=drive.camera.above_ground)
+    names = (*RESULT_NAMES, *LOCATION_FILES, name, _MAP)
+    with output_directory(options.output, names=names, force=options.force) as directory:
+        print(f'rendering {len(drive)} frames of the drive {drive.name!r} ...', flush=True)
+        with progress(total=len(drive), title='rendering') as bar:
+            write_drive_bag(drive, directory / name, progress=bar.update)
+        write_osm(drive.build_roads(), directory / _MAP, projection=_ORIGIN)
+        roads = read_roads(directory / _MAP)
+        with open_source(directory / name) as source:
+            shown = progress(source, total=len(drive), title='replaying')
+            result = replay(
+                shown, parameters, source=str(options.output / name),
+                lens=known_lens(source, parameters))
+        write_results(result, directory)
+        located = locate(odometry_of(result), roads, near=_TOWN)
+        off = distance_off(located, drive)
+        write_location(located, directory)
+        write_location_report(located, directory / 'location.html', title=drive.name)
+        codes = directory / 'chain_code.json'
+        add_to_chain_code(located, codes, codes)
+    print(f'{roads.length / 1e3:.1f} km of road. {verdict(located)}, at most {off:.1f} m off')
+    print(f'map       {options.output / _MAP}')
+    print(f'report    {options.output / "location.html"}')
+
+
+def distance_off(located: Located, drive: Drive) -> float:
+    """
+    Return the largest distance in metres of the known places from the true ones.
+
+    Raises
+    ------
+    ResultError
+        The place is not known at the end, or one is wrong.
+
+    """
+    if located.poses[-1].claim is None:
+        raise ResultError(f'{verdict(located)} at the end of the drive')
+    truth = dict(zip(drive.stamps_ns.tolist(), drive.poses[:, :2].tolist()))
+    off = 0.0
+    for pose in located.poses:
+        if pose.claim is not None:
+            place = located.roads.projection.to_degrees(pose.claim.x, pose.claim.y)
+            x, y = _ORIGIN.to_metres(*place).tolist()
+            off = max(off, math.dist((x, y), truth[pose.stamp_ns]))
+    if not off < _WRONG:
+        raise ResultError(f'a place is {off:.1f} m from the true one')
+    return off

@@ -1,0 +1,151 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Runs a recording through the node, in a separate process and over DDS."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+import json
+import os
+from pathlib import Path
+import signal
+import subprocess
+import sys
+import time
+
+from phase_traj_ros.errors import SourceError
+from phase_traj_ros.parameters import NODE_NAME, Parameters
+from phase_traj_ros.ros.playback.children import start_child
+from phase_traj_ros.ros.spin import ros_context
+from phase_traj_ros.ros.startup.signals import stop_on_signals
+import rclpy
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from std_msgs.msg import String
+
+_DISCOVERY_S = 30.0
+_SILENCE_S = 20.0
+_STOP_S = 10.0
+_RANGE = 'ROS_AUTOMATIC_DISCOVERY_RANGE'
+_LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+
+
+@dataclass(frozen=True, slots=True)
+class LiveResult:
+    """What the node has made of a recording."""
+
+    chain_code: str
+    """The last text of ``~/chain_code``."""
+    exit_status: int
+    """Exit status of the node after SIGINT."""
+
+
+def run_live(
+    recording: Path, *, frames: int, values: Parameters, rate: float = 10.0,
+) -> LiveResult:
+    """
+    Play ``recording`` to a node, both in separate processes; return the chain code of the node.
+
+    No frame is lost: the images are reliable with KEEP_ALL at both ends. A separate namespace
+    isolates the run from other nodes on the machine; other machines do not see it.
+
+    Parameters
+    ----------
+    recording
+        Any source of frames.
+    frames
+        Number of frames to wait for.
+    values
+        Parameters of the node.
+    rate
+        Playback speed, relative to the recording.
+
+    Raises
+    ------
+    SourceError
+        A process fails, or no message arrives for some time.
+
+    """
+    namespace = f'/phase_traj_live_{os.getpid()}'
+    within = ['-r', f'__ns:={namespace}']
+    node = [
+        'phase_traj_ros.ros.main', '--ros-args', *within,
+        *(argument for spec in values.changed
+          for argument in ('-p', f'{spec.name}:={json.dumps(values.value(spec))}')),
+        *lossless_overrides(f'{namespace}/image')]
+    player = [
+        'phase_traj_ros.cli.main', 'play', str(recording), '--lossless', '--rate', str(rate),
+        '--wait', str(_DISCOVERY_S), '--ros-args', *within]
+    texts: list[str] = []
+    # The player waits for the node, which would report missing images.
+    with (stop_on_signals() as stop, _on_this_machine(),
+            ros_context(['--ros-args', *within]),
+            _process(player) as player_process, _process(node) as node_process):
+        listener = rclpy.create_node(f'{NODE_NAME}_listener')
+
+        def take(message: String) -> None:
+            texts.append(message.data)
+
+        listener.create_subscription(String, f'{NODE_NAME}/chain_code', take, _LATCHED)
+        executor = SingleThreadedExecutor()
+        executor.add_node(listener)
+        try:
+            seen, deadline = 0, time.monotonic() + _DISCOVERY_S + _SILENCE_S
+            while not (texts and texts[-1].startswith(f'frames {frames};')):
+                executor.spin_once(timeout_sec=0.1)
+                if stop.is_set():
+                    raise KeyboardInterrupt
+                if node_process.poll() is not None:
+                    raise SourceError(
+                        f'the node has exited with status {node_process.returncode}')
+                if len(texts) > seen:
+                    seen, deadline = len(texts), time.monotonic() + _DISCOVERY_S
+                if time.monotonic() > deadline:
+                    raise SourceError(
+                        f'the node {namespace}/{NODE_NAME} does not respond, after'
+                        f' {texts[-1] if texts else "no chain code"}')
+            if player_process.wait(_STOP_S) != 0:
+                raise SourceError('the player has failed')
+        finally:
+            executor.shutdown()
+            listener.destroy_node()
+        node_process.send_signal(signal.SIGINT)
+        return LiveResult(texts[-1], node_process.wait(_STOP_S))
+
+
+def lossless_overrides(topic: str) -> list[str]:
+    """Return the ROS arguments that make a subscription to ``topic`` reliable and KEEP_ALL."""
+    policies = {'reliability': 'reliable', 'history': 'keep_all'}
+    return [
+        argument for policy, value in policies.items()
+        for argument in ('-p', f'qos_overrides.{topic}.subscription.{policy}:={value}')]
+
+
+@contextmanager
+def _on_this_machine() -> Iterator[None]:
+    """Keep the topics from other machines, unless the environment says otherwise."""
+    if _RANGE in os.environ:
+        yield
+        return
+    os.environ[_RANGE] = 'LOCALHOST'
+    try:
+        yield
+    finally:
+        del os.environ[_RANGE]
+
+
+@contextmanager
+def _process(arguments: list[str]) -> Iterator['subprocess.Popen[bytes]']:
+    """Run a module of this package in a process that ends with the block."""
+    process = start_child(
+        [sys.executable, '-m', *arguments], stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL)
+    try:
+        yield process
+    finally:
+        if process.poll() is None:
+            process.terminate()
+            try:
+                process.wait(_STOP_S)
+            except subprocess.TimeoutExpired:
+                process.kill()
+                process.wait()

@@ -1,0 +1,71 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""``phase_traj demo --map``: the check against the truth, and the whole of it."""
+
+from dataclasses import replace
+import json
+
+from phase_traj_ros.cli.commands.demo_map import distance_off
+from phase_traj_ros.cli.main import main
+from phase_traj_ros.core.localization.given import OdometryStep
+from phase_traj_ros.errors import ResultError
+from phase_traj_ros.io.maps.projection import LocalProjection
+from phase_traj_ros.io.maps.road_file import read_roads
+from phase_traj_ros.io.maps.write_osm import write_osm
+from phase_traj_ros.synthetic import town_drive
+from phase_traj_ros.tasks.location import run
+from phase_traj_ros.tasks.location.motion import Interruption
+from phase_traj_ros.tasks.location.odometry import DriveOdometry, IN_METRES
+from phase_traj_ros.tasks.location.run import locate
+import pytest
+from told_locator import ToldLocator
+
+ORIGIN = LocalProjection(54.5, 7.0)
+
+
+@pytest.fixture
+def made(tmp_path, monkeypatch):
+    """Return a function that locates the drive of the demo, from a start so far off the truth."""
+    drive = town_drive()
+    write_osm(drive.build_roads(), tmp_path / 'town.osm', projection=ORIGIN)
+    roads = read_roads(tmp_path / 'town.osm')
+    poses = drive.poses[:, :3].tolist()
+    odometry = DriveOdometry('town', tuple(drive.stamps_ns.tolist()), tuple(
+        (OdometryStep.between(before, after, stamp_ns=stamp),)
+        for before, after, stamp in zip(poses, poses[1:], drive.stamps_ns[1:].tolist())),
+        IN_METRES)
+    x, y = roads.projection.to_metres(*ORIGIN.to_degrees(*poses[0][:2])).tolist()
+    monkeypatch.setattr(run.RoadFile, 'road_map', lambda _: None)
+
+    def make(off=0.0, odometry=odometry):
+        monkeypatch.setattr(
+            run, 'MapLocator', lambda *_, **__: ToldLocator((x + off, y, poses[0][2])))
+        return locate(odometry, roads)
+    return drive, odometry, make
+
+
+def test_a_wrong_place_is_an_error(made):
+    drive, _, make = made
+
+    assert distance_off(make(), drive) < 2.0
+    with pytest.raises(ResultError, match=r'a place is [34]\d\.\d m from the true one'):
+        distance_off(make(40.0), drive)
+
+
+def test_no_place_is_an_error(made):
+    drive, odometry, make = made
+    lost = replace(odometry, motions=(*odometry.motions[:-1], (Interruption(9.0, 1.0),)))
+
+    with pytest.raises(ResultError, match=r'The place is known .* at the end of the drive'):
+        distance_off(make(odometry=lost), drive)
+
+
+@pytest.mark.integration
+def test_the_demo_is_found_on_its_map(tmp_path, capsys):
+    assert main(['demo', '--map', '--output', str(tmp_path / 'demo')]) == 0
+
+    assert 'The place is known after' in capsys.readouterr().out
+    names = {path.name for path in (tmp_path / 'demo').iterdir()}
+    assert names >= {'town.osm', 'town_bag', 'location.html', 'location.csv', 'chain_code.json'}
+    content = json.loads((tmp_path / 'demo' / 'chain_code.json').read_text())
+    assert content['location']['located'] and content['distance_unit'] == 'm'
