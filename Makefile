@@ -38,15 +38,13 @@ test:  ## Run all tests; PYTEST_ARGS='-k name' selects some
 	@.venv/bin/python -m pytest $(pytest) -m 'not linter' $(PYTEST_ARGS)
 
 # What depends on the versions of numpy, OpenCV and Python; then the transforms without scipy.
-# The wide kernels of numpy 1 round by where buffers lie in memory: two runs differ in the last digits.
-exact := NPY_DISABLE_CPU_FEATURES='AVX2 AVX512F FMA3'
 noble := test/core test/io test/integration/test_live_heading.py test/integration/test_node.py
 test-noble:  ## Test with the versions of Ubuntu 24.04 (needs Python 3.12)
 	@$(environment) .venv-noble --extras ros,test --wheels --python-version 3.12 \
 		--constraints tools/constraints-noble.txt
-	@$(exact) .venv-noble/bin/python -m pytest $(pytest) $(or $(PYTEST_ARGS),$(noble))
+	@.venv-noble/bin/python -m pytest $(pytest) $(or $(PYTEST_ARGS),$(noble))
 ifeq ($(PYTEST_ARGS),)
-	@$(exact) .venv-noble/bin/python -m pytest $(pytest) --without-scipy test/core/correlation
+	@.venv-noble/bin/python -m pytest $(pytest) --without-scipy test/core/correlation
 endif
 
 lint:  ## Run ruff, mypy, ament_flake8 and ament_pep257

@@ -19,7 +19,6 @@ RUNTIME = [
     'matplotlib>=3.6',
     'tqdm',
     'PyYAML',
-    'shtab>=1.6',
     *(f'{each}; platform_machine == "aarch64"' for each in FFT),
 ]
 # Reads videos in place of OpenCV: exact times, fewer conversions, and it seeks.
@@ -119,7 +118,6 @@ setup(
         'console_scripts': [
             f'phase_traj = {PACKAGE}.cli.main:main',
             f'phase_traj_node = {PACKAGE}.ros.main:main',
-            f'phase_traj_lifecycle_node = {PACKAGE}.ros.lifecycle_main:main',
         ],
     },
     zip_safe=False,

@@ -24,11 +24,6 @@ def generate_launch_description():
         Node(
             package='nav2_lifecycle_manager', executable='lifecycle_manager',
             name='lifecycle_manager_phase_traj', output='screen',
-            parameters=[{
-                'node_names': ['phase_traj'],
-                'autostart': True,
-                # The node sends no heartbeat (bond), and the manager would wait for one.
-                'bond_timeout': 0.0,
-            }]),
+            parameters=[{'node_names': ['phase_traj'], 'autostart': True}]),
         # The other arguments of phase_traj.launch.py are also those of this file.
         IncludeLaunchDescription(launch_file, launch_arguments={'lifecycle': 'true'}.items())])

@@ -43,11 +43,9 @@ def nodes(context):
         remappings=dict(reversed(configured.get('ros_remaps', []))),
         params=tuple(each if isinstance(each, tuple) else Path(each)
                      for each in configured.get('global_params', []))))
-    kind, program = (
-        (LifecycleNode, 'phase_traj_lifecycle_node') if start.lifecycle
-        else (Node, 'phase_traj_node'))
+    kind = LifecycleNode if start.lifecycle else Node
     node = kind(
-        package='phase_traj_ros', executable=program, name=start.name,
+        package='phase_traj_ros', executable='phase_traj_node', name=start.name,
         namespace=start.namespace, output='screen',
         parameters=[*([str(start.params_file)] if start.params_file else []),
                     *([dict(start.own)] if start.own else [])],

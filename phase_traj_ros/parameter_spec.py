@@ -24,6 +24,7 @@ REMOVED: Final = MappingProxyType({
     'threshold_deg_s': 'give threshold in px/frame, or leave both out (code_source auto)',
     'transform': 'the fastest library that is installed is used; leave it out',
     'speed_type': 'the type is that of the topic; leave it out',
+    'record_shifts': 'record the topics with ros2 bag record; leave it out',
     'step_length': 'a step or a camera height is 1 m in the published path; leave it out',
     **dict.fromkeys(('rows_from', 'rows_to', 'columns_from', 'columns_to'), _MASKED),
     **dict.fromkeys(

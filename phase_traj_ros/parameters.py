@@ -151,9 +151,6 @@ class Parameters:
         '', 'Folder in which the node saves each drive, to a folder named after the node, at the'
         ' end, before a reset, and with ~/save. If it is empty, the node writes no files.',
         read_only=True, group=Group.VEHICLE)
-    record_shifts: bool = parameter(
-        False, 'Whether one row per pair is written to shifts.csv in the folder of the drive.',
-        read_only=True, group=Group.VEHICLE)
     publish_tf: bool = parameter(
         False, 'Whether the transform from frame_id to child_frame_id is published on /tf (needs'
         ' tf2_msgs).', read_only=True, group=Group.VEHICLE)

@@ -137,7 +137,6 @@ def test_all_programs_are_installed(setup_arguments):
     assert setup_arguments['entry_points']['console_scripts'] == [
         'phase_traj = phase_traj_ros.cli.main:main',
         'phase_traj_node = phase_traj_ros.ros.main:main',
-        'phase_traj_lifecycle_node = phase_traj_ros.ros.lifecycle_main:main',
     ]
 
 
@@ -173,7 +172,7 @@ def test_pip_installs_what_the_program_imports(setup_arguments):
     required = names_of(setup_arguments['install_requires'])
 
     assert required >= {
-        'numpy', 'opencv-python-headless', 'rosbags', 'matplotlib', 'tqdm', 'pyyaml', 'shtab'}
+        'numpy', 'opencv-python-headless', 'rosbags', 'matplotlib', 'tqdm', 'pyyaml'}
 
 
 def test_colcon_and_bloom_require_nothing_that_rosdep_names_otherwise(monkeypatch):

@@ -28,13 +28,13 @@ FLOORS = {
         'outputs params_file images', 'messages', 'sources maps', 'replay', 'results'),
     'tasks': ('evaluation', 'location', 'batch'),
     'synthetic': (
-        'arrays', 'camera', 'textures degradations overlays', 'scene', 'town view', 'drive'),
+        'arrays', 'camera', 'textures degradations', 'scene', 'town view', 'drive'),
     'cli': (
-        'command ending escaping', 'options progress live_view report walk', 'commands',
+        'command ending escaping', 'options progress report', 'commands',
         'program', 'main'),
     'ros': (
         'spin health losses entities graph', 'startup', 'declare', 'outputs',
-        'inputs saving playback location', 'diagnostics', 'nodes', 'main lifecycle_main'),
+        'inputs saving playback location', 'diagnostics', 'nodes', 'main'),
 }
 BENCHMARK_FLOORS = {'': ('shared', 'heading quality speed', 'distance turns', 'location')}
 # Rooms whose __init__ is a public face: it names what others import from the room.

@@ -8,10 +8,10 @@ between versions of Python.
 """
 
 from argparse import Action, ArgumentParser, SUPPRESS
+from collections.abc import Mapping
 from pathlib import Path
 
 from phase_traj_ros.cli.program import program_parser, TASKS
-from phase_traj_ros.cli.walk import actions_of, commands_of
 
 PAGE = Path(__file__).resolve().parent.parent / 'docs' / 'reference' / 'command-line.md'
 INTRODUCTION = """\
@@ -26,7 +26,8 @@ If the reader of the output closes it, the work is finished, and the status is 1
 def page() -> str:
     """Return the page."""
     parser = program_parser()
-    parsers = commands_of(parser)
+    # argparse has no public list of its arguments.
+    [parsers] = [each.choices for each in parser._actions if isinstance(each.choices, Mapping)]
     blocks = [INTRODUCTION, table(parser)]
     for task, commands in TASKS:
         blocks.append(f'## {task[0].upper()}{task[1:]}')
@@ -45,7 +46,7 @@ def table(parser: ArgumentParser) -> str:
     """Return the arguments of a parser as a table."""
     rows = [
         f'| {names(action)} | {(action.help or "").replace("|", chr(92) + "|")} |'
-        for action in actions_of(parser)
+        for action in parser._actions
         if action.help != SUPPRESS and action.dest != 'help' and action.metavar != 'COMMAND']
     return '\n'.join(['| argument | what |', '|---|---|', *rows])
 

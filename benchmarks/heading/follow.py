@@ -8,7 +8,6 @@ from dataclasses import dataclass
 
 from benchmarks.heading.drives import Ride
 import numpy as np
-from phase_traj_ros.core.calibration.field_of_view import FieldOfView
 from phase_traj_ros.core.camera.lens import Lens
 from phase_traj_ros.core.codes.from_heading import HeadingCode
 from phase_traj_ros.core.heading.estimator import HeadingEstimator
@@ -32,8 +31,6 @@ class Result:
     turns: list[Turn]
     codes: tuple[int, ...]
     bridged: int
-    view: FieldOfView | None
-    """Field of view learned from the turns."""
 
     @property
     def truth(self) -> MatchedTruth:
@@ -89,7 +86,7 @@ class Follower:
         changes = tuple(int(code) for code in self._codes.movement if code in (0, 2))
         return Result(
             self._ride, np.array(self._headings), self._turns + self._estimator.finish(),
-            changes, self._estimator.tracker.bridged, self._estimator.field_of_view)
+            changes, self._estimator.tracker.bridged)
 
 
 def follow(ride: Ride, *focals: float) -> list[Result]:

@@ -1,7 +1,7 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
 """
-Correct turns from unknown cameras: 16 cameras with 8 drives each, and real clips.
+Correct turns from unknown cameras: 16 cameras with 10 drives each, and real clips.
 
 Renders the drives, which takes most of the time, and keeps their frames in out/any_camera (20 GB
 in total). The complete run takes more than an hour on two cores; --camera and --plan select a

@@ -103,6 +103,11 @@ PLANS = {
         Turn(75, 2.5, 4.5), Straight(2.5), Turn(-110, 4, 4.5), Straight(2)],
     'full circles': [Straight(2), _LAP, _LAP, Straight(2)],
     'standing still': [Straight(15, 0.0)],
+    'walking pace': [
+        Straight(4, 1.3), Turn(90, 4, 1.3), Straight(4, 1.3), Turn(-90, 6, 1.3), Straight(4, 1.3)],
+    'slow corners': [
+        Straight(3, 1.0), Turn(90, 24, 1.0), Straight(5, 1.0), Turn(-90, 24, 1.0),
+        Straight(5, 1.0)],
 }
 
 
@@ -151,6 +156,12 @@ def right_order(turns: Iterable[FoundTurn], *, frames: int) -> str:
     return expression
 
 
+def ways(poses: np.ndarray, camera: Camera) -> list[float]:
+    """Return the ways along poses (N, 2 or more), in heights of a camera above the road."""
+    steps = np.hypot(*np.diff(poses[:, :2], axis=0).T)
+    return [0.0, *(np.cumsum(steps) / camera.above_ground)]
+
+
 def ride(plan: str, mount: str, *, seed: int = 23) -> Ride:
     """Return the drive of one of the plans as one of the cameras sees it."""
     sits = MOUNTS[mount]
@@ -162,7 +173,8 @@ def ride(plan: str, mount: str, *, seed: int = 23) -> Ride:
     poses[:, 1] += sits.ahead * np.sin(poses[:, 2])
     # The least angle that may count, so that those between are among them.
     turns = find_turns(
-        drive.stamps_ns.tolist(), np.unwrap(poses[:, 2]), min_angle_deg=BETWEEN[0][0])
+        drive.stamps_ns.tolist(), np.unwrap(poses[:, 2]), ways(poses, sits.camera),
+        min_angle_deg=BETWEEN[0][0])
     poses[:, 2] += np.radians(sits.yaw_deg)
     poses[:, 3:] = np.radians((sits.pitch_deg, sits.roll_deg))
     drive = replace(drive, poses=poses)

@@ -14,7 +14,7 @@ import time
 
 from benchmarks.shared.clips import kitti_root
 from benchmarks.shared.report import ROOT
-from benchmarks.turns.any_camera_drives import BETWEEN, ride, right_order
+from benchmarks.turns.any_camera_drives import BETWEEN, ride, right_order, ways
 import cv2
 import numpy as np
 from phase_traj_ros.core import (
@@ -56,11 +56,14 @@ class Drive:
     """(N,) radians, positive to the left, not wrapped."""
     focal_px: float
     """Pixels per radian in the middle of the image."""
+    ways: Sequence[float] | None = None
+    """Ways to the frames in heights of the camera; None if they are unknown."""
 
     @property
     def turns(self) -> list[Turn]:
         """Return the true turns of the least angle that may count, or more."""
-        return find_turns(self.stamps_ns, self.headings, min_angle_deg=BETWEEN[0][0])
+        return find_turns(
+            self.stamps_ns, self.headings, self.ways, min_angle_deg=BETWEEN[0][0])
 
 
 @dataclass(frozen=True)
@@ -122,7 +125,8 @@ def rendered(plan: str, camera: str) -> Drive:
         staged.rename(path)
     return Drive(
         plan, camera, np.load(path, mmap_mode='r'), chosen.drive.stamps_ns.tolist(),
-        np.unwrap(chosen.drive.poses[:, 2]), chosen.mount.camera.focal)
+        np.unwrap(chosen.drive.poses[:, 2]), chosen.mount.camera.focal,
+        ways(chosen.drive.poses, chosen.mount.camera))
 
 
 def kept(plan: str, camera: str) -> Outcome | None:

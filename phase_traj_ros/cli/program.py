@@ -10,7 +10,6 @@ import phase_traj_ros
 from phase_traj_ros.cli.command import Command
 from phase_traj_ros.cli.commands import (
     calibrate,
-    completion,
     demo,
     evaluate,
     inspect_frames,
@@ -33,7 +32,6 @@ TASKS: tuple[tuple[str, tuple[Command, ...]], ...] = (
     ('find the place on a map', (locate.COMMAND,)),
     ('learn the camera', (calibrate.COMMAND,)),
     ('run the ROS node', (play.COMMAND, demo.COMMAND)),
-    ('set up the shell', (completion.COMMAND,)),
 )
 """The commands, grouped by task."""
 
@@ -80,7 +78,6 @@ def program_parser() -> ArgumentParser:
         help='one of the commands below; COMMAND --help shows its options')
     for module in (replay, inspect_frames, evaluate, locate, calibrate, play, demo):
         module.add_parser(commands)
-    completion.add_parser(commands, parser)
     return parser
 
 

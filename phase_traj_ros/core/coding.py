@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Converts the measurements of a pair to codes, by the rule that the settings select."""
 
-from typing import Protocol
-
 from phase_traj_ros.core.codes.chain import ChainCode, Step
 from phase_traj_ros.core.codes.from_heading import HeadingCode
 from phase_traj_ros.core.codes.from_shift import DynamicChainCode
@@ -12,22 +10,38 @@ from phase_traj_ros.core.heading.estimator import HeadingUpdate
 from phase_traj_ros.core.settings import CodeSource, EstimatorSettings
 
 
-class Coder(Protocol):
-    """Codes measured pairs and skips the others."""
+class Coder:
+    """Codes measured pairs by the shift, the heading or the turns, and skips the others."""
+
+    def __init__(self, settings: EstimatorSettings) -> None:
+        """Make a coder without codes; the code source does not change later."""
+        self._codes: DynamicChainCode | HeadingCode | TurnCode
+        if settings.code_source is CodeSource.AUTO:
+            self._codes = TurnCode(max_runs=settings.max_runs)
+        elif settings.code_source is CodeSource.HEADING:
+            self._codes = HeadingCode(
+                connectivity=settings.connectivity, max_runs=settings.max_runs)
+        else:
+            self._codes = DynamicChainCode(max_runs=settings.max_runs)
+        self.reconfigure(settings)
 
     @property
     def codes(self) -> ChainCode:
         """Return both codes so far."""
+        return self._codes
 
     @property
     def threshold_px(self) -> float | None:
-        """Return T for the newest pair in pixels per frame; None if the rule does not use one."""
+        """Return T in pixels per frame; None if the rule does not use one."""
+        return self._codes.threshold if isinstance(self._codes, DynamicChainCode) else None
 
     def reconfigure(self, settings: EstimatorSettings) -> None:
         """Apply other settings; the codes so far are kept."""
-
-    def reset(self) -> None:
-        """Start again without codes."""
+        self._nominal_period = settings.nominal_period
+        if isinstance(self._codes, DynamicChainCode):
+            self._codes.threshold = settings.threshold
+            self._codes.confirm_frames = settings.confirm_frames
+            self._codes.release_frames = settings.release_frames
 
     def code(self, dx: float, heading: HeadingUpdate | None, interval: float) -> Step:
         """
@@ -43,125 +57,19 @@ class Coder(Protocol):
             Seconds between the two frames.
 
         """
-
-    def skip(self, heading: HeadingUpdate | None, *, end_turn: bool) -> Step:
-        """Skip a pair that cannot be judged, see ``ChainCode.skip``."""
-
-
-class ShiftCoder:
-    """Codes the shift by the threshold, as in the paper."""
-
-    def __init__(self, settings: EstimatorSettings) -> None:
-        """Make a coder without codes."""
-        self._codes = DynamicChainCode(settings.threshold, max_runs=settings.max_runs)
-        self.reconfigure(settings)
-
-    @property
-    def codes(self) -> ChainCode:
-        """Return both codes so far."""
-        return self._codes
-
-    @property
-    def threshold_px(self) -> float | None:
-        """Return T for the newest pair in pixels per frame."""
-        return self._codes.threshold
-
-    def reconfigure(self, settings: EstimatorSettings) -> None:
-        """Apply other settings; the codes so far are kept."""
-        self._settings = settings
-        self._codes.threshold = settings.threshold
-        self._codes.confirm_frames = settings.confirm_frames
-        self._codes.release_frames = settings.release_frames
-
-    def reset(self) -> None:
-        """Start again without codes."""
-        self._codes.reset()
-
-    def code(self, dx: float, heading: HeadingUpdate | None, interval: float) -> Step:
-        """Code a measured pair, see ``Coder``."""
-        if self._settings.nominal_period > 0:
-            # After a dropped frame, the shift is that of two periods.
-            dx *= self._settings.nominal_period / interval
-        return self._codes.update(dx)
-
-    def skip(self, heading: HeadingUpdate | None, *, end_turn: bool) -> Step:
-        """Skip a pair that cannot be judged, see ``ChainCode.skip``."""
-        return self._codes.skip(end_turn=end_turn)
-
-
-class HeadingCoder:
-    """Codes the quantised heading."""
-
-    def __init__(self, settings: EstimatorSettings) -> None:
-        """Make a coder without codes."""
-        self._codes = HeadingCode(
-            connectivity=settings.connectivity, max_runs=settings.max_runs)
-
-    @property
-    def threshold_px(self) -> None:
-        """Return None: this rule does not use a threshold."""
-
-    @property
-    def codes(self) -> ChainCode:
-        """Return both codes so far."""
-        return self._codes
-
-    def reconfigure(self, settings: EstimatorSettings) -> None:
-        """Do nothing: no setting that can change affects the heading."""
-
-    def reset(self) -> None:
-        """Start again without codes."""
-        self._codes.reset()
-
-    def code(self, dx: float, heading: HeadingUpdate | None, interval: float) -> Step:
-        """Code a measured pair, see ``Coder``."""
+        if isinstance(self._codes, DynamicChainCode):
+            if self._nominal_period > 0:
+                # After a dropped frame, the shift is that of two periods.
+                dx *= self._nominal_period / interval
+            return self._codes.update(dx)
         assert heading is not None
+        if isinstance(self._codes, TurnCode):
+            return self._codes.update(heading.quarters, heading.step.rate)
         return self._codes.update(heading.step.heading, heading.step.rate)
 
     def skip(self, heading: HeadingUpdate | None, *, end_turn: bool) -> Step:
-        """Skip a pair that cannot be judged, see ``ChainCode.skip``."""
-        return self._codes.skip(end_turn=end_turn)
-
-
-class TurnCoder:
-    """Codes the quarter turns."""
-
-    def __init__(self, settings: EstimatorSettings) -> None:
-        """Make a coder without codes."""
-        self._codes = TurnCode(max_runs=settings.max_runs)
-
-    @property
-    def codes(self) -> ChainCode:
-        """Return both codes so far."""
-        return self._codes
-
-    @property
-    def threshold_px(self) -> None:
-        """Return None: this rule does not use a threshold."""
-
-    def reconfigure(self, settings: EstimatorSettings) -> None:
-        """Do nothing: no setting that can change affects the turns."""
-
-    def reset(self) -> None:
-        """Start again without codes."""
-        self._codes.reset()
-
-    def code(self, dx: float, heading: HeadingUpdate | None, interval: float) -> Step:
-        """Code a measured pair, see ``Coder``."""
-        assert heading is not None
-        return self._codes.update(heading.quarters, heading.step.rate)
-
-    def skip(self, heading: HeadingUpdate | None, *, end_turn: bool) -> Step:
         """Skip a pair that cannot be judged; a quarter that it completes is coded later."""
-        assert heading is not None
-        self._codes.expect(heading.quarters)
+        if isinstance(self._codes, TurnCode):
+            assert heading is not None
+            self._codes.expect(heading.quarters)
         return self._codes.skip(end_turn=end_turn)
-
-
-def make_coder(settings: EstimatorSettings) -> Coder:
-    """Return the coder for the code source of the settings."""
-    if settings.code_source is CodeSource.AUTO:
-        return TurnCoder(settings)
-    if settings.code_source is CodeSource.HEADING:
-        return HeadingCoder(settings)
-    return ShiftCoder(settings)

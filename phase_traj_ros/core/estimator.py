@@ -7,29 +7,27 @@ import time
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from phase_traj_ros.core.calibration.field_of_view import ASSUMED_HFOV_DEG
 from phase_traj_ros.core.calibration.self_calibration import SelfCalibration
 from phase_traj_ros.core.camera.in_use import CameraInUse
-from phase_traj_ros.core.camera.lens import Lens
-from phase_traj_ros.core.codes.chain import ChainCode
+from phase_traj_ros.core.camera.lens import ASSUMED_HFOV_DEG, Lens
+from phase_traj_ros.core.codes.chain import ChainCode, Step
 from phase_traj_ros.core.codes.links import LinkCode
-from phase_traj_ros.core.codes.threshold_hint import ThresholdHint
-from phase_traj_ros.core.coding import make_coder
+from phase_traj_ros.core.codes.threshold_hint import ShiftSummary, ThresholdHint
+from phase_traj_ros.core.coding import Coder
 from phase_traj_ros.core.correlation.phase_correlation import Frame, Shift
 from phase_traj_ros.core.frames.prepare import prepare
 from phase_traj_ros.core.frames.repeats import RepeatDetector
 from phase_traj_ros.core.heading.estimator import HeadingEstimator, HeadingUpdate
 from phase_traj_ros.core.heading.turns import Turn
-from phase_traj_ros.core.heading.yaw_meter import YawMeasurement
+from phase_traj_ros.core.judge import Judge, judged, Verdict
 from phase_traj_ros.core.measuring import Comparison, PairMeter
-from phase_traj_ros.core.path.trajectory import DrawnPath
+from phase_traj_ros.core.path.trajectory import Corner, DrawnPath
 from phase_traj_ros.core.path.way import Way
-from phase_traj_ros.core.reliability import Reliability
+from phase_traj_ros.core.reliability import Reliability, ReliabilityMonitor
 from phase_traj_ros.core.route import Route
 from phase_traj_ros.core.settings import CodeSource, EstimatorSettings
-from phase_traj_ros.core.status import is_gap, PairStatus, status_of
+from phase_traj_ros.core.status import PairStatus
 from phase_traj_ros.core.travelling import Travelling
-from phase_traj_ros.core.trust import Trust
 from phase_traj_ros.core.update import Counters, Update
 from phase_traj_ros.errors import FrameError
 
@@ -70,10 +68,14 @@ class TrajectoryEstimator:
         elif self._settings.learns_lens:
             self._heading = self._make_heading(
                 Lens(hfov_deg=ASSUMED_HFOV_DEG, assumed=True), learning=SelfCalibration())
-        self._coder = make_coder(self._settings)
+        self._coder = Coder(self._settings)
         self._route = Route(self._settings)
         self._travelling = Travelling(self._settings)
-        self._trust = self._make_trust()
+        self._judge = Judge(self._settings.code_source)
+        self._monitor = ReliabilityMonitor()
+        self._shifts = ShiftSummary()
+        self._turned = False
+        self._width = 0
         self.counters = Counters()
         self._turns: deque[Turn] = deque(maxlen=self._settings.max_runs)
         self.correlate_ns = 0
@@ -147,17 +149,17 @@ class TrajectoryEstimator:
 
         ``Reliability.of_drive`` is the verdict on all of the drive so far.
         """
-        return self._trust.verdict(camera_known=not self._by_heading or self._knows_angles)
+        return self._monitor.verdict(camera_known=not self._by_heading or self._knows_angles)
 
     @property
     def left_out(self) -> NDArray[np.uint8] | None:
         """Return an (H, W) map that is 0 in areas fixed to the camera; None if there are none."""
-        return self._trust.left_out
+        return self._judge.left_out
 
     @property
     def threshold_hint(self) -> ThresholdHint | None:
         """Return what to do about a threshold that does not fit; None if it may fit."""
-        return self._trust.hint
+        return self._shifts.hint(self._width)
 
     def correlation_map(self) -> NDArray[np.float32]:
         """
@@ -202,6 +204,11 @@ class TrajectoryEstimator:
         """
         self._travelling.speeds.add(stamp_ns, speed)
 
+    def repeat_stamp(self, count: int) -> None:
+        """Count frames with the stamp of the one before, which are not used."""
+        self.counters.repeated += count
+        self._monitor.add_same_stamps(count)
+
     def check(self, settings: EstimatorSettings) -> None:
         """
         Check that ``reconfigure`` accepts these settings, without a change of state.
@@ -237,8 +244,8 @@ class TrajectoryEstimator:
         self._travelling.reconfigure(settings)
         self._coder.reconfigure(settings)
         if switches:
-            self._coder = make_coder(settings)
-            self._trust = self._make_trust()
+            self._coder = Coder(settings)
+            self._judge = Judge(settings.code_source)
             if self._heading is not None:
                 self._heading.leave_out(None)
             self._route = Route(settings)
@@ -293,23 +300,27 @@ class TrajectoryEstimator:
         # First, as an unusable frame must not change the state.
         picture = prepare(frame)
         if self._frames and self._repeats.is_repeated(frame, interval_ns, encoding=encoding):
+            self._count(stamp_ns)
             return self._repeated(stamp_ns, interval_ns)
-        comparison = self._meter.compare(
+        pair = self._meter.compare(
             frame, picture, interval_ns * 1e-9, encoding=encoding, heading=self._heading)
         self.correlate_ns = time.perf_counter_ns() - began
         self._repeats.keep(
             picture if frame.dtype == np.uint8 else frame.copy(), encoding=encoding)
-        self._last_stamp_ns = self._used_stamp_ns = stamp_ns
-        self._frames += 1
-        self.counters.frames += 1
-        self._route.start(stamp_ns)
-        if self._frames > 1:
-            return self._pair(picture, comparison, stamp_ns, interval_ns)
-        self._look(picture, None, 0.0)
-        if self._heading is not None:
-            self._heading.start(stamp_ns)
-        self._travelling.start(picture, self._heading)
-        return None
+        self._used_stamp_ns, self._width = stamp_ns, frame.shape[1]
+        self._count(stamp_ns)
+        if self._frames == 1:
+            self._start(picture, stamp_ns)
+            return None
+        if pair.cut and self._guards:
+            self._begin_scene()
+        verdict = self._judge.judge(picture, pair, self._heading, interval_ns * 1e-9)
+        return self._integrate(picture, pair, verdict, stamp_ns, interval_ns)
+
+    @property
+    def _guards(self) -> bool:
+        """Return whether cuts and fixed areas are acted on."""
+        return self._settings.code_source is CodeSource.AUTO
 
     @property
     def _by_heading(self) -> bool:
@@ -321,7 +332,7 @@ class TrajectoryEstimator:
         heading = self._heading
         if heading is None or heading.camera is None or heading.camera.settled:
             return True
-        return not (self._trust.turned or heading.bends_may_be_turns)
+        return not (self._turned or heading.bends_may_be_turns)
 
     def _switches_rule(self, settings: EstimatorSettings) -> bool:
         """Return whether settings change from the turns to the rule of the paper, or back."""
@@ -336,84 +347,108 @@ class TrajectoryEstimator:
             lens, rotate_180=self._settings.view.rotate_180, mask=self._meter.mask,
             learning=learning, keyframes=self._settings.keyframes)
 
-    def _make_trust(self) -> Trust:
-        return Trust(guards=self._settings.code_source is CodeSource.AUTO)
-
     def _forget(self) -> None:
-        self._coder.reset()
+        self._coder.codes.reset()
         self._turns.clear()
         if self._heading is not None:
             self._heading.restart()
-        self._trust.reset()
+        self._judge.reset()
+        self._monitor.reset()
+        self._shifts.reset()
+        self._turned = False
         self._travelling.reset()
         self._route.reset()
         self._frames = 0
         self._last_stamp_ns = None
 
-    def _look(self, picture: Frame, shift: Shift | None, interval: float) -> None:
-        """Detect areas fixed to the camera, and leave them out from the next frame on."""
-        if self._trust.look(picture, shift, interval) and self._heading is not None:
-            self._heading.leave_out(self._trust.left_out)
+    def _count(self, stamp_ns: int) -> None:
+        self._last_stamp_ns = stamp_ns
+        self._frames += 1
+        self.counters.frames += 1
 
-    def _pair(
-        self, picture: Frame, comparison: Comparison, stamp_ns: int, interval_ns: int,
-    ) -> Update:
-        """Judge a pair of frames, add its heading and distance, and code it."""
-        interval = interval_ns * 1e-9
-        gap = is_gap(interval, self._settings.max_gap)
-        if gap:
-            self._meter.interrupt()
-            comparison = Comparison()
-        cut = self._trust.finds_cut(comparison.yaw, interval)
-        if cut and self._heading is not None:
+    def _start(self, picture: Frame, stamp_ns: int) -> None:
+        """Start with the first frame."""
+        self._route.start(stamp_ns)
+        self._judge.look(picture, None, 0.0)
+        if self._heading is not None:
+            self._heading.start(stamp_ns)
+        self._travelling.start(picture, self._heading)
+
+    def _begin_scene(self) -> None:
+        """Separate the pair from those before a cut in the video."""
+        self._travelling.reset()
+        if self._heading is not None:
             self._heading.cut()
-            self._meter.interrupt()
-            self._travelling.reset()
-        shift = None if self._heading is None else self._heading.shift_of(comparison.yaw)
-        self._look(picture, shift, interval)
-        worth, judged = self._meter.worth(comparison)
-        heading = self._follow(
-            self._trust.believed(comparison.yaw, shift, worth), stamp_ns, interval)
-        self._trust.add(
-            self._meter.agreement(comparison), worth, heading, stamp_ns, interval_ns)
-        status = status_of(
-            gap=gap, worth=worth,
-            bridged=self._by_heading and heading is not None and not heading.measured)
-        self.counters.count(status)
-        dx = None if judged is None else self._settings.view.full_shift(judged).dx
-        if status is PairStatus.OK and dx is not None:
-            step = self._coder.code(dx, heading, interval)
-        else:
-            dx = None
-            step = self._coder.skip(heading, end_turn=status.ends_turn)
-        status = status.coded(step)
-        self._trust.add_shift(dx, self._coder.threshold_px, interval)
+
+    def _integrate(
+        self, picture: Frame, pair: Comparison, verdict: Verdict, stamp_ns: int, interval_ns: int,
+    ) -> Update:
+        """Add a judged pair to the heading, the codes, the distance and the path."""
+        interval = interval_ns * 1e-9
+        heading = self._turn(verdict, stamp_ns, interval)
+        status, step = self._code(pair, verdict, heading, interval)
         turned = None if heading is None else heading.step
         # The road shows whether the vehicle moves, even if the rest of the image does not.
         travel = self._travelling.update(
-            picture, self._heading, comparison.yaw, status, stamp_ns, interval_ns)
+            picture, self._heading, pair.yaw, status, stamp_ns, interval_ns)
         progress = self._route.add(step, turned, travel, stamp_ns, interval_ns)
-        tip = self.path.tip
-        assert tip is not None
+        cut = pair.cut and self._guards
+        if pair.cut:
+            self._monitor.add_cut()
+        self._monitor.add(
+            verdict.evidence, stamp_ns, interval_ns,
+            contradicted=self._guards and heading is not None and heading.contradicts)
         return Update(
-            self._frames - 2, stamp_ns, interval_ns, self._shift(comparison, heading), step,
-            status, tip, turned, () if heading is None else heading.turns, self._news_of_camera(),
+            self._frames - 2, stamp_ns, interval_ns, self._shift(pair, heading), step, status,
+            self._tip, turned, () if heading is None else heading.turns, self._news_of_camera(),
             cut, progress.odometry, travel, progress.links)
 
     def _repeated(self, stamp_ns: int, interval_ns: int) -> Update:
         """Add a frame that repeats a picture; the next pair covers its time."""
-        self._last_stamp_ns = stamp_ns
-        self._frames += 1
-        self.counters.frames += 1
-        self.counters.count(PairStatus.REPEATED)
-        self._trust.add_repeated(stamp_ns, interval_ns)
+        status, evidence = judged(Comparison(), repeated=True)
+        self.counters.count(status)
+        self._monitor.add(evidence, stamp_ns, interval_ns)
         heading = None if self._heading is None else self._heading.hold()
         step = self._coder.skip(heading, end_turn=False)
+        return Update(
+            self._frames - 2, stamp_ns, interval_ns, None, step, status, self._tip,
+            None if heading is None else heading.step, camera=self._news_of_camera())
+
+    def _turn(self, verdict: Verdict, stamp_ns: int, interval: float) -> HeadingUpdate | None:
+        """Add the yaw of the pair to the heading, if the heading is measured."""
+        if self._heading is None:
+            return None
+        if verdict.areas_changed:
+            self._heading.leave_out(self._judge.left_out)
+        speed = self._travelling.heights_per_second
+        update = self._heading.add(
+            verdict.yaw, stamp_ns, interval, way=None if speed is None else speed * interval)
+        self._turns.extend(update.turns)
+        self._turned |= bool(update.quarters or update.turns)
+        return update
+
+    def _code(
+        self, pair: Comparison, verdict: Verdict, heading: HeadingUpdate | None, interval: float,
+    ) -> tuple[PairStatus, Step]:
+        """Code the pair, or skip it; return its final status and codes."""
+        status, threshold = verdict.status, self._coder.threshold_px
+        self.counters.count(status)
+        if status is PairStatus.OK and pair.used is not None:
+            dx = self._settings.view.full_shift(pair.used).dx
+            step = self._coder.code(dx, heading, interval)
+            if threshold is not None:
+                self._shifts.add(dx, threshold, interval=interval)
+        else:
+            step = self._coder.skip(heading, end_turn=status.ends_turn)
+            if threshold is not None:
+                self._shifts.miss()
+        return status.coded(step), step
+
+    @property
+    def _tip(self) -> Corner:
         tip = self.path.tip
         assert tip is not None
-        return Update(
-            self._frames - 2, stamp_ns, interval_ns, None, step, PairStatus.REPEATED, tip,
-            None if heading is None else heading.step, camera=self._news_of_camera())
+        return tip
 
     def _news_of_camera(self) -> CameraInUse | None:
         """Return the camera if it has changed since the last report."""
@@ -422,22 +457,8 @@ class TrajectoryEstimator:
         self._told = self._heading.lens
         return self._heading.camera
 
-    def _follow(
-        self, measured: YawMeasurement | None, stamp_ns: int, interval: float,
-    ) -> HeadingUpdate | None:
-        """Add the yaw of the pair to the heading, if the heading is measured."""
-        if self._heading is None:
-            return None
-        speed = self._travelling.heights_per_second
-        update = self._heading.add(
-            measured, stamp_ns, interval, way=None if speed is None else speed * interval)
-        self._turns.extend(update.turns)
-        return update
-
-    def _shift(self, comparison: Comparison, heading: HeadingUpdate | None) -> Shift | None:
+    def _shift(self, pair: Comparison, heading: HeadingUpdate | None) -> Shift | None:
         """Return the shift to report, in pixels of the full frame."""
         if self._by_heading:
             return None if heading is None else heading.shift
-        return (
-            None if comparison.shift is None
-            else self._settings.view.full_shift(comparison.shift))
+        return None if pair.shift is None else self._settings.view.full_shift(pair.shift)

@@ -14,6 +14,7 @@ from phase_traj_ros.core.correlation.phase_correlation import (
     Shift,
 )
 from phase_traj_ros.core.correlation.quality import GateSettings, PairQuality, Worth
+from phase_traj_ros.core.heading.cuts import CutDetector
 from phase_traj_ros.core.heading.estimator import HeadingEstimator
 from phase_traj_ros.core.heading.yaw_meter import YawMeasurement
 from phase_traj_ros.core.settings import CodeSource, EstimatorSettings
@@ -25,12 +26,22 @@ _STANDS_OUT = GateSettings().min_significance
 
 @dataclass(frozen=True, slots=True)
 class Comparison:
-    """The measurements of a pair; both None if its frames cannot be compared."""
+    """The measurements of a pair; without any if its frames cannot be compared."""
 
     shift: Shift | None = None
-    """Shift of the view, in its pixels."""
+    """Shift of the view, in its pixels, as measured."""
     yaw: YawMeasurement | None = None
     """Yaw, if a lens is given."""
+    worth: Worth | None = None
+    """What the pair is worth by its frames alone; None if they cannot be compared."""
+    used: Shift | None = None
+    """Shift of the view, or of the cylinder, to use for the pair."""
+    agreement: float = 0.0
+    """Share of the image that agrees on its motion, 0 to 1; without blocks, 0 or 1."""
+    gap: bool = False
+    """Whether the interval between the frames exceeds the limit."""
+    cut: bool = False
+    """Whether the scene changed in the pair before."""
 
 
 class PairMeter:
@@ -50,6 +61,7 @@ class PairMeter:
         self._settings = settings
         self.check(settings)
         self._form: tuple[tuple[int, ...], str, str] | None = None
+        self._cuts = CutDetector()
         self._apply()
 
     @property
@@ -89,10 +101,7 @@ class PairMeter:
         """Forget the newest frame: the next one becomes the first of a pair."""
         self._correlator.reset()
         self._quality.reset()
-
-    def interrupt(self) -> None:
-        """Keep the newest frame, and forget what was seen before it, e.g. after a gap."""
-        self._quality.interrupt()
+        self._cuts.reset()
 
     def compare(
         self, frame: Frame, picture: NDArray[np.uint8], interval: float, *, encoding: str,
@@ -121,35 +130,21 @@ class PairMeter:
         self._quality.update(view)
         form = (frame.shape, frame.dtype.str, encoding)
         alike, self._form = form == self._form, form
-        if alike:
-            return Comparison(shift, yaw)
-        self._quality.interrupt()
-        return Comparison()
-
-    def worth(self, comparison: Comparison) -> tuple[Worth | None, Shift | None]:
-        """
-        Return what the newest pair is worth, and the shift of the view to use for it.
-
-        The worth is None if the two frames cannot be compared.
-        """
-        measured = comparison.shift
+        gap = 0.0 < self._settings.max_gap < interval
+        if gap or not alike:
+            self._quality.interrupt()
+            self._cuts.reset()
+            return Comparison(gap=gap)
+        cut = self._cuts.update(yaw, interval)
+        if cut and self._settings.code_source is CodeSource.AUTO:
+            self._quality.interrupt()
+        measured = shift
         if not self._correlates:
-            measured = None if comparison.yaw is None else comparison.yaw.shift
+            measured = None if yaw is None else yaw.shift
         if measured is None:
-            return None, None
-        return self._quality.judge(measured, self._correlator)
-
-    def agreement(self, comparison: Comparison) -> float | None:
-        """
-        Return the share of the image that agrees on its motion, 0 to 1; None if not known.
-
-        Without blocks, it is 1 if the shift stands out of noise, and 0 otherwise.
-        """
-        if comparison.yaw is not None:
-            return comparison.yaw.agreement
-        if comparison.shift is None:
-            return None
-        return float(self._correlator.significance(comparison.shift) >= _STANDS_OUT)
+            return Comparison(shift, yaw, cut=cut)
+        worth, used = self._quality.judge(measured, self._correlator)
+        return Comparison(shift, yaw, worth, used, self._agreement(shift, yaw), cut=cut)
 
     def correlation_map(self) -> NDArray[np.float32]:
         """Return the correlation map of the newest pair, see ``PhaseCorrelator``."""
@@ -158,6 +153,11 @@ class PairMeter:
     @property
     def _correlates(self) -> bool:
         return self._settings.code_source is CodeSource.SHIFT
+
+    def _agreement(self, shift: Shift | None, yaw: YawMeasurement | None) -> float:
+        if yaw is not None:
+            return yaw.agreement
+        return float(shift is not None and self._correlator.significance(shift) >= _STANDS_OUT)
 
     def _apply(self) -> None:
         settings = self._settings

@@ -24,8 +24,6 @@ _LEAST_PAIRS = 10
 _MOST_CUTS = 0.1
 # Above this interval in seconds, a low frame rate explains why blocks do not agree.
 _LOW_RATE = 0.25
-# Share of the blocks that have to agree in a trusted pair.
-_AGREEING = 0.3
 # The verdict is on this time, which is kept in parts of a second.
 _WINDOW_NS, _PART_NS = 60_000_000_000, 1_000_000_000
 # Share of a drive, or of the window, that may be unreliable.
@@ -74,7 +72,7 @@ _SENTENCES = {
                              ' hfov_deg or a calibration.',
     Reason.NOT_COMPARED: 'Most frames cannot be compared with the one before: they are further'
                          ' apart than max_gap, or they differ in size or encoding.',
-    Reason.FROZEN: 'The camera repeats one image for more than a second.',
+    Reason.FROZEN: 'The camera repeats one image, or one stamp, for more than a second.',
     Reason.FRAMES_LOST: 'Parts of the drive have no frames: they were lost, or could not be used.',
     Reason.DIRECTION_CONTRADICTS_HEADING: 'On a straight, the heading is more than 60 degrees away'
                                           ' from the direction code.',
@@ -163,45 +161,6 @@ class Reliability:
         return Reliability(reasons, self.spans, self.start_ns, self.end_ns)
 
 
-def evidence_of(
-    *, agreement: float | None, still: bool = False, blank: bool = False, fixed: bool = False,
-    bridged: bool = False, repeated: bool = False,
-) -> Evidence:
-    """
-    Return what a pair is worth.
-
-    Parameters
-    ----------
-    agreement
-        Share of the blocks that agree on the camera's rotation, 0 to 1; None if the frames
-        could not be compared (a gap, another size).
-    still
-        Whether the vehicle was stationary.
-    blank
-        Whether the image held only noise.
-    fixed
-        Whether only fixed areas may have agreed, or too little else is left.
-    bridged
-        Whether the yaw was rejected.
-    repeated
-        Whether both frames show one picture.
-
-    """
-    if repeated:
-        return Evidence.REPEATED
-    if agreement is None:
-        return Evidence.APART
-    if still:
-        return Evidence.STILL
-    if blank:
-        return Evidence.BLANK
-    if fixed:
-        return Evidence.FIXED
-    if agreement < _AGREEING:
-        return Evidence.SCATTERED
-    return Evidence.JERKED if bridged else Evidence.TRUSTED
-
-
 class ReliabilityMonitor:
     """
     Counts what the pairs of the last minute are worth, and keeps the spans that are not reliable.
@@ -219,6 +178,7 @@ class ReliabilityMonitor:
         self._spans = {reason: _Spans() for reason in Reason}
         self._start_ns = self._newest_ns = self._new_picture_ns = self._judged_ns = 0
         self._usual_ns = 0
+        self._same_stamps = 0
 
     def add(
         self, evidence: Evidence, stamp_ns: int, interval_ns: int, *, contradicted: bool = False,
@@ -241,6 +201,7 @@ class ReliabilityMonitor:
         if not self._parts:
             self._start_ns = self._judged_ns = stamp_ns - interval_ns
             self._newest_ns = self._new_picture_ns = self._start_ns
+        self._same_stamps = 0
         self._make_room(stamp_ns)
         part = self._parts[-1]
         before, self._newest_ns = self._newest_ns, stamp_ns
@@ -258,6 +219,10 @@ class ReliabilityMonitor:
         else:
             self._usual_ns = interval_ns
 
+    def add_same_stamps(self, count: int) -> None:
+        """Record frames with the stamp of the one before, which are not used."""
+        self._same_stamps += count
+
     def add_cut(self) -> None:
         """Record a change of scene; its pair has been added like any other."""
         if self._parts:
@@ -274,6 +239,9 @@ class ReliabilityMonitor:
         reasons = self._reasons()
         spans = {reason: kept.of(reason in reasons, self._judged_ns, end)
                  for reason, kept in self._spans.items()}
+        if self._unstamped_ns:
+            end += self._unstamped_ns
+            spans[Reason.FROZEN].append((self._newest_ns, end))
         reasons += [reason for reason in _IN_PARTS if self._is_against(reason)]
         if not camera_known and Reason.TOO_SHORT not in reasons:
             reasons.append(Reason.CAMERA_NOT_KNOWN)
@@ -302,11 +270,18 @@ class ReliabilityMonitor:
         return self._usual_ns > 0 and interval_ns > _LOST_INTERVALS * self._usual_ns and (
             evidence is Evidence.APART or interval_ns > _LOST_NS)
 
+    @property
+    def _unstamped_ns(self) -> int:
+        """Return for how long all frames have had one stamp, 0 if not for long."""
+        lasted_ns = self._same_stamps * self._usual_ns
+        return lasted_ns if lasted_ns > _FROZEN_NS else 0
+
     def _is_against(self, reason: Reason) -> bool:
         """Return whether the spans of a reason take too much of the window, or last."""
         end = self._newest_ns
         begin = max(self._start_ns, end - _WINDOW_NS)
-        if reason is Reason.FROZEN and end - self._new_picture_ns > _FROZEN_NS:
+        if reason is Reason.FROZEN and (
+                self._unstamped_ns or end - self._new_picture_ns > _FROZEN_NS):
             return True
         return self._spans[reason].within(begin, end) > _MOST_UNRELIABLE * (end - begin)
 

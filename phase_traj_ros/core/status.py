@@ -1,11 +1,10 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The status of a pair of frames; it is decided here only."""
+"""The status of a pair of frames; ``judge`` decides it."""
 
 from enum import Enum
 
 from phase_traj_ros.core.codes.chain import Step
-from phase_traj_ros.core.correlation.quality import Worth
 
 
 class PairStatus(Enum):
@@ -39,36 +38,3 @@ class PairStatus(Enum):
     def coded(self, step: Step) -> 'PairStatus':
         """Return the status after the pair has been coded."""
         return PairStatus.TURNING if self is PairStatus.OK and not step.appended else self
-
-
-_OF_WORTH = {
-    Worth.MEASURED: PairStatus.OK, Worth.STILL: PairStatus.STILL,
-    Worth.NOTHING: PairStatus.NO_MEASUREMENT}
-
-
-def is_gap(interval: float, max_gap: float) -> bool:
-    """Return whether ``interval`` exceeds ``max_gap``, both in seconds; 0 means no limit."""
-    return 0.0 < max_gap < interval
-
-
-def status_of(*, gap: bool, worth: Worth | None, bridged: bool) -> PairStatus:
-    """
-    Return the status of a pair before it is coded.
-
-    Parameters
-    ----------
-    gap
-        Whether the interval between the two frames exceeds the limit.
-    worth
-        What the pair is worth; None if its frames cannot be compared.
-    bridged
-        Whether the pair is coded by its yaw, and the yaw was not measured or was rejected.
-
-    """
-    if gap:
-        return PairStatus.GAP
-    if worth is None:
-        return PairStatus.REPRIMED
-    if bridged and worth is Worth.MEASURED:
-        return PairStatus.NO_MEASUREMENT
-    return _OF_WORTH[worth]

@@ -109,9 +109,8 @@ class FrameStream(Generic[_StampedT]):
         repeated, dropped = self._gate.counts.repeated, self._gate.counts.dropped
         # All of them first, as a frame may be the last that is taken from this iterator.
         passed = list(passing)
-        counters = self._estimator.counters
-        counters.repeated += self._gate.counts.repeated - repeated
-        counters.dropped += self._gate.counts.dropped - dropped
+        self._estimator.repeat_stamp(self._gate.counts.repeated - repeated)
+        self._estimator.counters.dropped += self._gate.counts.dropped - dropped
         for each in passed:
             yield from self._use(each)
 

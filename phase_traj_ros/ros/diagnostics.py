@@ -8,6 +8,7 @@ import time
 
 from diagnostic_msgs.msg import DiagnosticArray
 from phase_traj_ros.core import TrajectoryEstimator
+from phase_traj_ros.core.reliability import Reason
 from phase_traj_ros.io.messages.diagnostics import Level, MeasurementReporter, Report
 from phase_traj_ros.io.messages.schedule import DIAGNOSTICS_PERIOD_NS
 from phase_traj_ros.ros.entities import Entities
@@ -51,6 +52,7 @@ class Diagnostics:
         self._warned = False
         self._reported = (0, 0)
         self._several = ''
+        self._frozen = False
         self._measured = MeasurementReporter()
         # A steady clock: the reports continue while simulated time is paused.
         entities.create_timer(
@@ -60,6 +62,7 @@ class Diagnostics:
     def _report(self) -> None:
         self._watch_silence()
         self._watch_publishers()
+        self._watch_repeats()
         bad, lost = self._health.bad - self._reported[0], self._health.lost - self._reported[1]
         self._reported = (self._health.bad, self._health.lost)
         if lost:
@@ -103,6 +106,13 @@ class Diagnostics:
                 f'{topic} has {several}: pairs are wrong where their images alternate; give each'
                 ' camera its own topic')
         self._several = several
+
+    def _watch_repeats(self) -> None:
+        """Warn once when the camera repeats its image or its stamp."""
+        frozen = Reason.FROZEN in self._estimator.reliability.reasons
+        if frozen and not self._frozen:
+            self._node.get_logger().warning(Reason.FROZEN.sentence)
+        self._frozen = frozen
 
     def _images(self, bad: int, lost: int) -> Report:
         health = self._health

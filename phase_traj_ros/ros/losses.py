@@ -36,7 +36,7 @@ def advice(image_bytes: int, middleware: str, environment: Mapping[str, str]) ->
                 f' memory of Fast DDS: set {_VARIABLES[0]}={_profile()} for the camera driver'
                 ' and for this node')
     return ('the network loses them, or they arrive faster than they are processed: see p99 in'
-            ' /diagnostics; a higher decimation reduces the processing time')
+            ' /diagnostics; fewer images per second, or smaller ones, reduce the processing time')
 
 
 def _profile() -> str:

@@ -3,7 +3,6 @@
 """Entry point of the executable ``phase_traj_node``."""
 
 from collections.abc import Sequence
-from functools import partial
 import sys
 
 from phase_traj_ros.ros.startup.signals import stop_on_signals
@@ -16,7 +15,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         from phase_traj_ros.ros.nodes.node import PhaseTrajNode
         from phase_traj_ros.ros.startup.run import run
         return run(
-            partial(PhaseTrajNode, autostart=True), stop, arguments, program='phase_traj_node',
+            PhaseTrajNode, stop, arguments, program='phase_traj_node',
             description='Codes the trajectory of a vehicle from the images of its camera.')
 
 

@@ -7,12 +7,10 @@ from concurrent.futures import ThreadPoolExecutor
 from itertools import count
 from pathlib import Path
 import tempfile
-from typing import TextIO
 
-from phase_traj_ros.core import TrajectoryEstimator, Update
+from phase_traj_ros.core import TrajectoryEstimator
 from phase_traj_ros.errors import OutputError, PhaseTrajError
 from phase_traj_ros.io.outputs.commit import writing_to
-from phase_traj_ros.io.results.files import ShiftTable
 from phase_traj_ros.io.results.snapshot import Snapshot
 from phase_traj_ros.parameters import Parameters
 from phase_traj_ros.ros.entities import Entities
@@ -26,8 +24,7 @@ class Saving:
     Saves each drive to a folder of its own in ``output_dir``.
 
     A drive lasts until the node is reset or ends, and is saved then; ``~/save`` saves what there
-    is so far. With ``record_shifts``, the folder also gets a CSV row per pair of frames. The
-    parameter is read-only: other nodes cannot choose a path.
+    is so far. The parameter is read-only: other nodes cannot choose a path.
     """
 
     def __init__(
@@ -40,44 +37,26 @@ class Saving:
         Raises
         ------
         OutputError
-            ``output_dir`` cannot be written, or ``record_shifts`` is set without it.
+            ``output_dir`` cannot be written.
 
         """
         self._node = node
         self._estimator = estimator
         self._source = source
-        self._records = parameters.record_shifts
         self._folders: DriveFolders | None = None
         self._folder: Path | None = None
-        self._rows: ShiftRows | None = None
         if parameters.output_dir:
             self._folders = DriveFolders(
                 Path(parameters.output_dir).expanduser(), node.get_fully_qualified_name())
-        elif self._records:
-            raise OutputError('record_shifts is set, but output_dir is not: set both')
         # Drawing takes some tenths of a second. Images must not queue up meanwhile.
         self._writer = ThreadPoolExecutor(max_workers=1)
         entities.create_service(Trigger, '~/save', self._on_save)
-
-    def record(self, update: Update) -> None:
-        """Write the row of one pair, if rows are recorded."""
-        if not self._records:
-            return
-        try:
-            if self._rows is None:
-                self._rows = ShiftRows(self._folder_of_drive() / 'shifts.csv')
-            self._rows.add(update)
-        except OutputError as error:
-            self._records = False
-            self._node.get_logger().error(f'stopped recording shifts: {error}')
 
     def end_drive(self) -> None:
         """Save the drive, if it has frames and files are written; call it before a reset."""
         if self._folders is not None and self._estimator.frames:
             self._save(self._log)
-        if self._rows is not None:
-            self._rows.close()
-        self._rows = self._folder = None
+        self._folder = None
 
     def close(self) -> None:
         """Save the drive and return when everything is written."""
@@ -159,46 +138,6 @@ class DriveFolders:
                     continue
                 return folder
         raise AssertionError
-
-
-class ShiftRows:
-    """
-    A CSV file that grows by one row per pair.
-
-    Each row is flushed to the operating system at once: a killed process leaves complete rows.
-    """
-
-    def __init__(self, path: Path) -> None:
-        """
-        Create a new file.
-
-        Raises
-        ------
-        OutputError
-            The file cannot be written.
-
-        """
-        self._path = path
-        with writing_to(path):
-            self._file: TextIO = path.open('x', encoding='utf-8', newline='', buffering=1)
-            self._table = ShiftTable(self._file)
-
-    def add(self, update: Update) -> None:
-        """
-        Add the row of one pair.
-
-        Raises
-        ------
-        OutputError
-            The row cannot be written.
-
-        """
-        with writing_to(self._path):
-            self._table.add(update)
-
-    def close(self) -> None:
-        """Close the file."""
-        self._file.close()
 
 
 def _write(snapshot: Snapshot, folder: Path, on_done: Callable[[bool, str], None]) -> None:

@@ -63,8 +63,7 @@ def test_replay_writes_everything(folder, tmp_path):
     assert 'movement  (7): 1x1 0x1 3x1 1x1 2x1 1x2' in result.stdout
     assert 'direction (6): 1x1 0x2 1x3' in result.stdout
     assert sorted(os.listdir(output)) == [
-        'chain_code.json', 'manifest.json', 'shifts.csv', 'trajectory.png', 'trajectory.tum',
-        'turns.png']
+        'chain_code.json', 'manifest.json', 'shifts.csv', 'trajectory.png', 'trajectory.tum']
 
     code = json.loads((output / 'chain_code.json').read_text())
     assert (code['frames'], code['threshold']) == (8, 16.0)
@@ -107,7 +106,7 @@ def test_a_second_replay_replaces_the_results(folder, tmp_path):
     assert run(
         'replay', folder, '--output', output, '--every', '2', *PAPER).returncode == 0
     assert json.loads((output / 'chain_code.json').read_text())['frames'] == 4
-    assert len(os.listdir(output)) == 6
+    assert len(os.listdir(output)) == 5
 
 
 def test_threshold_overrides_the_parameter_file(folder, tmp_path):
@@ -251,7 +250,7 @@ def test_a_broken_picture_leaves_older_results_alone(folder, tmp_path):
     (folder / '5.png').write_bytes(b'')
     refused('replay', folder, '--output', output, '--strict')
     assert (output / 'chain_code.json').read_bytes() == before
-    assert len(os.listdir(output)) == 6
+    assert len(os.listdir(output)) == 5
 
 
 def test_inspect_refuses_frames_that_do_not_match(folder, tmp_path):

@@ -44,18 +44,18 @@ def replay(drive, *arguments):
 
 def stopped_at(number, drive, tmp_path, monkeypatch, capfd):
     """Run a replay that gets the signal while it works; return its status and its error."""
-    from phase_traj_ros.io.results.thumbnails import TurnWatcher
-    add, count = TurnWatcher.add, iter(range(10**6))
+    from phase_traj_ros.io.results.thumbnails import Thumbnails
+    add, count = Thumbnails.add, iter(range(10**6))
 
     def signalled(self, *arguments):
         if next(count) == 5:
             os.kill(os.getpid(), number)
         add(self, *arguments)
 
-    monkeypatch.setattr(TurnWatcher, 'add', signalled)
+    monkeypatch.setattr(Thumbnails, 'add', signalled)
     status = program.main([
         'replay', str(drive), '--threshold', '16', '--output', str(tmp_path / 'out' / 'a'),
-        '--animation', str(tmp_path / 'gifs' / 'x.gif')])
+        '--report'])
     return status, capfd.readouterr()
 
 
@@ -114,7 +114,7 @@ def closed_early(call, *, both):
 @pytest.mark.parametrize('both', [True, False])
 def test_the_work_is_finished_where_nobody_reads(drive, tmp_path, both):
     status, error = closed_early(
-        replay(drive, '--live', '--output', tmp_path / 'out'), both=both)
+        replay(drive, '--output', tmp_path / 'out'), both=both)
     assert status == 128 + signal.SIGPIPE
     assert (tmp_path / 'out' / 'chain_code.json').exists()
     if not both:

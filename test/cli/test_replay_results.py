@@ -3,27 +3,20 @@
 """The output of replay: bags, figures, reports, and many sources at once."""
 
 import csv
-import io
 import json
-import os
 import subprocess
 import sys
 
 import cv2
 import numpy as np
-from phase_traj_ros.cli.live_view import LiveView
 from phase_traj_ros.cli.main import main
 from phase_traj_ros.errors import ParameterError
-from phase_traj_ros.io.replay.run import replay
-from phase_traj_ros.io.sources.base import StampedFrame
 from phase_traj_ros.io.sources.opening import open_source
-from phase_traj_ros.parameters import Parameters
 from phase_traj_ros.synthetic.degradations import sensor_noise
 import pytest
 
 PLAIN = {
-    'chain_code.json', 'manifest.json', 'shifts.csv', 'trajectory.png', 'trajectory.tum',
-    'turns.png'}
+    'chain_code.json', 'manifest.json', 'shifts.csv', 'trajectory.png', 'trajectory.tum'}
 # What is rolled has shifts and does not turn, so these are results of the paper's rule.
 PAPER = ('--threshold', '16')
 PLACES = [0, 1, 31, 61, 62, 22, 23, 24]
@@ -65,11 +58,9 @@ def test_everything_of_one_source(folder, tmp_path, capsys):
     pytest.importorskip('rosbags')
     assert run(
         'replay', folder, *PAPER, '--output', output, '--report', '--svg',
-        '--bag-out', output / 'drive.mcap', '--bag-debug-images',
-        '--animation', tmp_path / 'gif' / 'drive.gif') == 0
+        '--bag-out', output / 'drive.mcap', '--bag-debug-images') == 0
     assert files_in(output) == PLAIN | {
-        'report.html', 'trajectory.svg', 'turns.svg', 'drive.mcap'}
-    assert files_in(tmp_path / 'gif') == {'drive.gif'}
+        'report.html', 'trajectory.svg', 'drive.mcap'}
     assert f'written to {output / "drive.mcap"}' in capsys.readouterr().out
     # Its debug images can be replayed themselves.
     with open_source(output / 'drive.mcap') as source:
@@ -82,7 +73,7 @@ def test_obsolete_results_are_removed(tmp_path):
     assert run('replay', turning, *PAPER, '--output', output, '--report', '--svg') == 0
     (output / 'notes.txt').touch()
     assert run('replay', straight, *PAPER, '--output', output) == 0
-    assert files_in(output) == PLAIN - {'turns.png'} | {'notes.txt'}
+    assert files_in(output) == PLAIN | {'notes.txt'}
 
 
 def test_an_error_leaves_nothing_behind(folder, tmp_path, capsys):
@@ -90,7 +81,7 @@ def test_an_error_leaves_nothing_behind(folder, tmp_path, capsys):
     output = tmp_path / 'out'
     refused(
         capsys, 'replay', folder, '--strict', '--output', output, '--report', '--bag-out',
-        tmp_path / 'bags' / 'x.mcap', '--animation', tmp_path / 'x.gif')
+        tmp_path / 'bags' / 'x.mcap')
     assert files_in(tmp_path) == {'drive'}
 
 
@@ -98,11 +89,8 @@ def test_an_error_leaves_nothing_behind(folder, tmp_path, capsys):
     (['--report'], 'report writes into the output folder'),
     (['--svg'], 'svg writes into the output folder'),
     (['--bag-out', 'x.bag'], 'its name has to end in .mcap'),
-    (['--animation', 'x.png'], 'its name has to end in .gif'),
     (['--bag-debug-images'], 'bag_debug_images needs a bag to write them to'),
     (['{folder}'], 'several sources need --output DIR'),
-    (['{folder}', '--output', '{out}', '--live'], '--live works with one source'),
-    (['{folder}', '--output', '{out}', '--animation', 'x.gif'], '--animation works with one'),
     (['{folder}', '--output', '{out}', '--bag-out', 'a/x.mcap'], 'a name without a folder'),
     (['{folder}', '--output', '{out}', '--bag-out', 'x.bag'], 'has to end in .mcap'),
     (['{folder}', '--output', '{out}', '--jobs', '0'], '--jobs is 0'),
@@ -183,86 +171,3 @@ def test_a_batch_that_fails_leaves_what_another_program_has_written(
     message = refused(capsys, 'replay', folder, '--output', output, '--dask', 'tcp://127.0.0.1:9')
     assert 'no scheduler' in message
     assert files_in(output) == {'of another'}
-
-
-class Screen(io.StringIO):
-    """A terminal, or a file."""
-
-    def __init__(self, *, terminal, encoding='utf-8'):
-        super().__init__()
-        self._terminal = terminal
-        self._encoding = encoding
-
-    def isatty(self):
-        return self._terminal
-
-    @property
-    def encoding(self):
-        return self._encoding
-
-
-def viewed(screen, monkeypatch, *, size=(80, 24), total=8, title='drive'):
-    monkeypatch.setattr('shutil.get_terminal_size', lambda: os.terminal_size(size))
-    # The clock advances by 60 ms at each reading: every second frame is due.
-    times = iter(range(10**6))
-    rng = np.random.default_rng(1)
-    texture = cv2.GaussianBlur(rng.integers(0, 256, (96, 160), dtype=np.uint8), (0, 0), 1.5)
-    frames = [
-        StampedFrame(
-            sensor_noise(np.roll(texture, place, axis=1), sigma=1.0, seed=index), index * 10**8)
-        for index, place in enumerate(PLACES)]
-    with LiveView(
-            screen, title=title, total=total, clock=lambda: 0.06 * next(times)) as view:
-        replay(frames, Parameters(threshold=16.0), source='', watchers=[view])
-    return screen.getvalue()
-
-
-def test_the_live_view_is_drawn_over_itself(monkeypatch):
-    text = viewed(Screen(terminal=True), monkeypatch)
-    assert text.startswith('\x1b[?25l') and text.endswith('\x1b[?25h')
-    first, *later = text.split('\x1b[J')[1:]
-    lines = first.split('\n')
-    assert lines[0].startswith('drive  [')
-    back = len(lines) - 1
-    assert later and f'\x1b[{back}F' in text
-    assert '100 %, 8 of 8 frames' in later[-1]
-    assert 'movement 1 forward  direction 1 forward  ok' in later[-1]
-    assert 'shift ' in later[-1] and any('\u2800' < sign <= '\u28ff' for sign in later[-1])
-
-
-@pytest.mark.parametrize('size', [(20, 5), (1, 1), (200, 80)])
-def test_the_live_view_fits_the_terminal(monkeypatch, size):
-    text = viewed(Screen(terminal=True, encoding='ascii'), monkeypatch, size=size)
-    assert text.isascii()
-    for view in text.replace('\x1b[?25h', '').split('\x1b[J')[1:]:
-        lines = view.split('\x1b')[0].rstrip('\n').split('\n')
-        assert max(map(len, lines)) < max(size[0], 1) or size[0] == 1
-        assert len(lines) <= max(size[1] - 1, 3)
-
-
-def passed(screen):
-    times = iter(range(10**6))
-    with LiveView(screen, title='drive', total=4, clock=lambda: 0.06 * next(times)) as view:
-        assert list(view.over(range(4), 'learning')) == [0, 1, 2, 3]
-    return screen.getvalue()
-
-
-def test_a_pass_that_codes_nothing_shows_how_far_it_is():
-    views = passed(Screen(terminal=True)).split('\x1b[J')[1:]
-    assert len(views) > 1
-    assert all(view.startswith('drive, learning  [') for view in views)
-    assert ' of 4 frames' in views[-1]
-
-
-def test_elsewhere_a_pass_that_codes_nothing_is_one_line():
-    assert passed(Screen(terminal=False)) == 'drive, learning\n'
-
-
-def test_without_a_terminal_the_live_view_is_a_line_per_turn(monkeypatch):
-    text = viewed(Screen(terminal=False), monkeypatch, title='\x1b[2Jname')
-    assert '\x1b' not in text
-    lines = text.splitlines()
-    assert [line[:36] for line in lines[:2]] == [
-        r'\x1b[2Jname: pair 1  movement 0 left', r'\x1b[2Jname: pair 4  movement 2 righ']
-    assert lines[2:] and all(set(line.strip()) <= {
-        chr(sign) for sign in range(0x2800, 0x2900)} | {' '} for line in lines[2:])

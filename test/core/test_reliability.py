@@ -7,14 +7,16 @@ import math
 
 import cv2
 import numpy as np
-from phase_traj_ros.core.camera.model import CameraModel
-from phase_traj_ros.core.camera.projection import CylinderProjection
-from phase_traj_ros.core.correlation.fixed_areas import FixedAreas
-from phase_traj_ros.core.heading.cuts import CutDetector
-from phase_traj_ros.core.heading.tracker import HeadingTracker
-from phase_traj_ros.core.heading.yaw_meter import YawMeter
-from phase_traj_ros.core.reliability import Evidence, evidence_of, Reason, ReliabilityMonitor
-from phase_traj_ros.synthetic import Camera, overlays, plan_drive, render_drive, Straight, Turn
+import overlays
+from phase_traj_ros.core import (
+    CodeSource,
+    EstimatorSettings,
+    GateSettings,
+    Lens,
+    TrajectoryEstimator,
+)
+from phase_traj_ros.core.reliability import Evidence, Reason, ReliabilityMonitor
+from phase_traj_ros.synthetic import Camera, plan_drive, render_drive, Straight, Turn
 from phase_traj_ros.synthetic.degradations import night, rain, sensor_noise
 import pytest
 
@@ -202,17 +204,6 @@ def test_each_reason_has_a_word_and_a_sentence():
         assert reason.sentence.endswith('.')
 
 
-@pytest.mark.parametrize(('given', 'evidence'), [
-    ({'agreement': 0.8}, Evidence.TRUSTED), ({'agreement': 0.2}, Evidence.SCATTERED),
-    ({'agreement': None}, Evidence.APART), ({'agreement': 0.9, 'still': True}, Evidence.STILL),
-    ({'agreement': 0.1, 'blank': True}, Evidence.BLANK),
-    ({'agreement': 0.9, 'fixed': True}, Evidence.FIXED),
-    ({'agreement': 0.9, 'bridged': True}, Evidence.JERKED),
-    ({'agreement': 0.9, 'repeated': True}, Evidence.REPEATED)])
-def test_a_pair_is_worth_what_speaks_against_it(given, evidence):
-    assert evidence_of(**given) is evidence
-
-
 @pytest.fixture(scope='module')
 def drive():
     plan = [Straight(2.0), Turn(-90.0, 3.0, 4.5), Straight(2.0)]
@@ -222,23 +213,12 @@ def drive():
 
 
 def followed(frames, interval=0.1):
-    """Return the verdict on frames processed like in the estimator."""
-    meter = YawMeter(CylinderProjection(CameraModel.pinhole((240, 320), FOCAL)))
-    tracker, cuts, areas = HeadingTracker(), CutDetector(), FixedAreas()
-    monitor = ReliabilityMonitor()
+    """Return the verdict on frames."""
+    estimator = TrajectoryEstimator(EstimatorSettings(
+        code_source=CodeSource.AUTO, lens=Lens(focal_px=FOCAL), gate=GateSettings()))
     for number, frame in enumerate(frames):
-        measured = meter.update(frame, interval)
-        areas.update(frame, interval if number else 0.0)
-        if measured is not None:
-            step = tracker.update(measured.yaw, interval, certain=measured.certain)
-            fixed = areas.doubts(measured.shift, agreed=measured.refined)
-            monitor.add(evidence_of(
-                agreement=measured.agreement, blank=areas.blank, bridged=step.bridged,
-                fixed=fixed or not areas.sufficient),
-                round(number * interval * SECOND), round(interval * SECOND))
-            if cuts.update(measured, interval):
-                monitor.add_cut()
-    return monitor.verdict().reasons
+        estimator.update(frame, round(number * interval * SECOND))
+    return estimator.reliability.reasons
 
 
 @pytest.mark.parametrize('every', [1, 3])

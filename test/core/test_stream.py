@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Frames as they come, and what the stream makes of them."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from phase_traj_ros.core import (
@@ -14,6 +14,8 @@ from phase_traj_ros.core import (
     Started,
     TrajectoryEstimator,
 )
+from phase_traj_ros.core.reliability import Reason
+import pytest
 from textures import pair
 
 STEP_NS = 100_000_000
@@ -127,3 +129,17 @@ def test_after_a_reset_any_stamp_starts_anew():
     assert estimator.frames == 1
     stream.skip()
     assert estimator.counters.skipped == 1
+
+
+@pytest.mark.parametrize('stamp_ns', [EPOCH_NS + 19 * STEP_NS, 0], ids=['the_last', 'zero'])
+def test_a_camera_that_stops_stamping_is_said_and_unreliable(stamp_ns):
+    moving = [np.roll(FRAME, index, axis=1) for index in range(50)]
+    frames = drive(moving, start_ns=EPOCH_NS)
+    stuck = [replace(frame, stamp_ns=stamp_ns) for frame in frames[20:]]
+    _, before = run(frames[:20])
+    _, briefly = run([*frames[:20], *stuck[:5], *frames[25:]])
+    _, after = run([*frames[:20], *stuck])
+    assert Reason.FROZEN not in (*before.reliability.reasons, *briefly.reliability.reasons)
+    assert Reason.FROZEN in after.reliability.reasons
+    assert Reason.FROZEN in after.reliability.of_drive.reasons
+    assert len(after.codes.movement) == 19

@@ -6,6 +6,7 @@ from collections import Counter
 
 import cv2
 import numpy as np
+import overlays
 from phase_traj_ros.core import (
     CameraEstimate,
     CodeSource,
@@ -16,7 +17,7 @@ from phase_traj_ros.core import (
     TrajectoryEstimator,
 )
 from phase_traj_ros.core.codes.threshold_hint import Misfit
-from phase_traj_ros.synthetic import Camera, overlays, plan_drive, render_drive, Straight, Turn
+from phase_traj_ros.synthetic import Camera, plan_drive, render_drive, Straight, Turn
 from phase_traj_ros.synthetic.degradations import night
 import pytest
 

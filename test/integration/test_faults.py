@@ -3,7 +3,6 @@
 """What can go wrong with cameras and networks, injected over real DDS."""
 
 from array import array
-import csv
 import json
 import math
 
@@ -12,7 +11,6 @@ from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import Vector3Stamped
 from live import image, LOSSLESS, SHIFT, stop
 import numpy as np
-from phase_traj_ros.io.results.files import CSV_COLUMNS
 from phase_traj_ros.ros.outputs.messages import to_time
 from phase_traj_ros.ros.playback.live_run import lossless_overrides
 import pytest
@@ -68,6 +66,8 @@ def test_repeated_stamps_are_dropped(live, run):
     live.until(lambda: complete(node, 2))
     assert codes(node)[0] == [1, 0]
     assert node['shift'][1].vector.x == pytest.approx(60, abs=0.2)
+    send(node, rolled([60] * 15), [0.2] * 15)
+    live.until(lambda: 'repeats one image, or one stamp' in live.logs())
 
 
 @pytest.mark.parametrize('bad', [0.49, 3600.0, -START / SECOND, -3600.0])
@@ -276,7 +276,7 @@ def test_saving_without_a_folder_is_refused_with_a_reason(live, run):
 def test_saving_while_running(live, run, tmp_path):
     folder = tmp_path / 'kept' / 'here'
     node = run(
-        '-p', f'output_dir:={folder}', '-p', 'record_shifts:=true', '-p', 'hfov_deg:=80.0')
+        '-p', f'output_dir:={folder}', '-p', 'hfov_deg:=80.0')
     send(node, rolled([0, 0, 30, 30, 30]), [0, 0.1, 0.2, 0.3, 0.4])
     live.until(lambda: complete(node, 4))
     answer = live.call(Trigger, 'phase_traj/save', Trigger.Request())
@@ -284,16 +284,7 @@ def test_saving_while_running(live, run, tmp_path):
     folder /= 'phase_traj_1'
     assert str(folder) in answer.message
     assert {path.name for path in folder.iterdir()} == {
-        'chain_code.json', 'manifest.json', 'shifts.csv', 'trajectory.tum',
-        'trajectory.png'}
-    # The rows are there while the node still runs, so a kill loses none of them.
-    with (folder / 'shifts.csv').open(newline='') as file:
-        lines = list(csv.DictReader(file))
-    assert tuple(lines[0]) == CSV_COLUMNS and len(lines) == 4
-    # With all that was measured: heading, yaw, and whether that was bridged.
-    assert {line['bridged'] for line in lines} <= {'0', '1'}
-    assert abs(sum(float(line['yaw_deg']) for line in lines)
-               - float(lines[-1]['heading_deg'])) < 0.001
+        'chain_code.json', 'manifest.json', 'trajectory.tum', 'trajectory.png'}
     text = (folder / 'chain_code.json').read_text()
     assert '"movement_runs": [[1, 1], [0, 1], [1, 2]]' in text
     assert '"frames": 5' in text
@@ -304,7 +295,7 @@ def test_saving_while_running(live, run, tmp_path):
 
 
 def test_no_drive_is_lost_to_a_reset_or_an_exit(live, run, tmp_path):
-    node = run('-p', f'output_dir:={tmp_path / "kept"}', '-p', 'record_shifts:=true')
+    node = run('-p', f'output_dir:={tmp_path / "kept"}')
     send(node, rolled([0, 0, 30]), [0, 0.1, 0.2])
     live.until(lambda: complete(node, 2))
     assert live.call(Trigger, 'phase_traj/reset', Trigger.Request()).success
@@ -319,13 +310,10 @@ def test_no_drive_is_lost_to_a_reset_or_an_exit(live, run, tmp_path):
     assert {name: code['frames'] for name, code in kept.items()} == {
         'phase_traj_1': 3, 'phase_traj_2': 4, 'phase_traj_3': 5}
     assert kept['phase_traj_2']['movement_runs'] == [[1, 2], [0, 1]]
-    for name, code in kept.items():
-        with (tmp_path / 'kept' / name / 'shifts.csv').open(newline='') as file:
-            assert len(list(csv.DictReader(file))) == code['frames'] - 1
 
 
 def test_nothing_is_written_where_nothing_came(live, tmp_path):
-    process = live.start('-p', f'output_dir:={tmp_path / "kept"}', '-p', 'record_shifts:=true')
+    process = live.start('-p', f'output_dir:={tmp_path / "kept"}')
     live.call(Trigger, 'phase_traj/reset', Trigger.Request())
     assert stop(process) == 0
     assert list((tmp_path / 'kept').iterdir()) == []
@@ -333,8 +321,7 @@ def test_nothing_is_written_where_nothing_came(live, tmp_path):
 
 def test_an_output_folder_that_cannot_be_written_is_said_at_once(live, tmp_path):
     (tmp_path / 'file').write_text('')
-    process = live.start(
-        '-p', f'output_dir:={tmp_path / "file" / "below"}', '-p', 'record_shifts:=true')
+    process = live.start('-p', f'output_dir:={tmp_path / "file" / "below"}')
     assert process.wait(20) == 2
     assert 'cannot write' in live.logs()
     assert 'Traceback' not in live.logs()

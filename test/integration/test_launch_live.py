@@ -239,7 +239,6 @@ import rclpy
 rclpy.init()
 manager = rclpy.create_node('manager', automatically_declare_parameters_from_overrides=True)
 assert manager.get_name() == 'lifecycle_manager_phase_traj'
-assert manager.get_parameter('bond_timeout').value == 0.0
 for node in manager.get_parameter('node_names').value:
     client = manager.create_client(ChangeState, node + '/change_state')
     client.wait_for_service()

@@ -18,8 +18,7 @@ def managed(live):
     class Managed:
 
         def start(self, *arguments):
-            self.process = live.start(
-                *SHIFT, *arguments, module='phase_traj_ros.ros.lifecycle_main')
+            self.process = live.start(*SHIFT, *arguments, '-p', 'autostart:=false')
             self.state()
             # Its services can be known before the node is.
             live.until(
@@ -115,11 +114,9 @@ def test_it_lives_on_after_what_once_killed_it(live, managed):
     assert 'Traceback' not in live.logs()
 
 
-@pytest.mark.parametrize(('module', 'autostart', 'active'), [
-    ('main', None, True), ('main', 'false', False),
-    ('lifecycle_main', None, False), ('lifecycle_main', 'true', True)])
-def test_either_executable_can_start_itself_or_wait(live, module, autostart, active):
-    given = [] if autostart is None else ['-p', f'autostart:={autostart}']
-    live.start(*given, module=f'phase_traj_ros.ros.{module}')
+@pytest.mark.parametrize(('given', 'active'), [
+    ([], True), (['-p', 'autostart:=true'], True), (['-p', 'autostart:=false'], False)])
+def test_the_node_starts_itself_or_waits(live, given, active):
+    live.start(*given)
     state = live.call(GetState, '/phase_traj/get_state', GetState.Request()).current_state.id
     assert state == (State.PRIMARY_STATE_ACTIVE if active else State.PRIMARY_STATE_UNCONFIGURED)

@@ -10,7 +10,8 @@ import cv2
 from live import LOSSLESS
 import numpy as np
 from phase_traj_ros.core import Lens
-from phase_traj_ros.core.codes.text import parse
+from phase_traj_ros.core.codes.text import describe, parse
+from phase_traj_ros.io.messages.published import TEXT_RUNS
 from phase_traj_ros.io.replay.run import replay
 from phase_traj_ros.io.sources.opening import open_source
 from phase_traj_ros.io.sources.selection import Selection
@@ -30,12 +31,9 @@ def replayed(path, threshold):
 def check(path, threshold, rate):
     offline = replayed(path, threshold)
     online = run_live(
-        path, pairs=len(offline.updates),
-        values=Parameters(threshold=threshold), rate=rate)
-    assert list(online.movement) == offline.movement
-    assert list(online.direction) == offline.direction
-    assert parse(online.chain_code).frames == offline.frames
-    assert online.path_poses == len(offline.codes.direction.runs) + 1
+        path, frames=offline.frames, values=Parameters(threshold=threshold), rate=rate)
+    assert parse(online.chain_code) == describe(
+        offline.codes, frames=offline.frames, max_runs=TEXT_RUNS)
     assert online.exit_status == 0
     return offline
 

@@ -27,7 +27,7 @@ def made(domain, tmp_path):
 
     def make(*arguments):
         rclpy.init(args=['--ros-args', '-p', f'output_dir:={tmp_path / "kept"}', *arguments])
-        node, executor = PhaseTrajNode(autostart=True), SingleThreadedExecutor()
+        node, executor = PhaseTrajNode(), SingleThreadedExecutor()
         executor.add_node(node)
         executors.append((node, executor))
         return node, executor

@@ -49,21 +49,10 @@ def test_the_clock_is_left_to_others_unless_it_is_asked_for(live, recording):
     assert play(recording, '--rate', '2').returncode == 0
     live.until(lambda: texts[-1].data.startswith('frames 20;'))
     assert ticks == [] and live.node.count_publishers('/clock') == 0
-    assert play(recording, '--rate', '2', '--clock', '100', '--delay', '1').returncode == 0
+    assert play(recording, '--rate', '1', '--clock', '100').returncode == 0
     live.until(lambda: texts[-1].data.startswith('frames 20;') and len(ticks) > 20)
     times = [each.clock.sec + each.clock.nanosec / 1e9 for each in ticks]
     assert times == sorted(times) and max(np.diff(times)) < 0.1
-
-
-def test_frames_that_come_too_fast_are_counted(live, recording):
-    # A queue of one, and frames as fast as they can be published.
-    live.start('-p', 'qos_overrides./image.subscription.depth:=1', '-p', 'hfov_deg:=80.0',
-               lossless=False)
-    live.until(lambda: 'listening' in live.logs())
-    done = play(recording, '--rate', '1e9')
-    assert done.returncode == 0
-    assert 'warning: /phase_traj received ' in done.stderr
-    assert '--lossless loses none' in done.stderr
 
 
 def test_where_nobody_subscribes_it_is_said(recording, domain):

@@ -144,10 +144,9 @@ def test_the_level_of_the_log_changes_while_the_node_runs(live):
     live.until(lambda: 'microseconds per image' in live.logs())
 
 
-@pytest.mark.parametrize('module', [
-    'phase_traj_ros.ros.main', 'phase_traj_ros.ros.lifecycle_main'])
-def test_any_number_of_signals_ends_it_in_order(live, module):
-    process = live.start(module=module)
+@pytest.mark.parametrize('autostart', ['true', 'false'])
+def test_any_number_of_signals_ends_it_in_order(live, autostart):
+    process = live.start('-p', f'autostart:={autostart}')
     # Its own words, not the graph, which may still know a node that was killed before.
     live.until(lambda: '[phase_traj]' in live.logs(), process=process)
     until = time.monotonic() + 20

@@ -36,11 +36,11 @@ LEGAL = [(state, name) for state, (_, leads_to) in STATES.items() for name in le
 @pytest.fixture
 def make(domain):
     """Return a function that makes an unconfigured node in this process."""
-    rclpy.init()
+    rclpy.init(args=['--ros-args', '-p', 'autostart:=false'])
     nodes = []
 
     def made():
-        nodes.append(PhaseTrajNode(autostart=False))
+        nodes.append(PhaseTrajNode())
         return nodes[-1]
 
     yield made

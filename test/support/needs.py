@@ -11,13 +11,13 @@ collection, and such a skip would end the whole run.
 from importlib.util import find_spec
 
 NEEDS = {
-    'io/results/test_animation.py': ('matplotlib', 'PIL'),
     'io/messages/test_ekf_config.py': ('rosbags',),
     'io/results/test_bag_sink.py': ('rosbags', 'mcap', 'mcap_ros2'),
     'io/sources/test_pyav_video.py': ('av',),
     'io/results/test_distance_results.py': ('matplotlib', 'rosbags'),
     'ros/location/test_location_messages.py': ('rclpy', 'visualization_msgs'),
     'ros/location/test_location_node.py': ('rclpy', 'visualization_msgs'),
+    'ros/nodes/test_bond.py': ('rclpy',),
     'ros/outputs/test_outputs_agree.py': ('rclpy', 'rosbags'),
     'ros/startup/test_launch_arguments.py': ('rclpy',),
     'ros/test_same_stream.py': ('rclpy',),

@@ -3,8 +3,8 @@
 """Overlays cover the intended areas, and are the same on every frame."""
 
 import numpy as np
+import overlays
 from phase_traj_ros.errors import ParameterError
-from phase_traj_ros.synthetic import overlays
 import pytest
 
 SHAPE = 120, 320

@@ -10,10 +10,12 @@ from typing import Any
 from phase_traj_ros.cli.command import Command
 from phase_traj_ros.cli.commands.demo_map import run_on_map
 from phase_traj_ros.cli.options import add_force
-from phase_traj_ros.cli.progress import counter
+from phase_traj_ros.cli.progress import progress
 from phase_traj_ros.cli.report import print_result
 from phase_traj_ros.core import Direction, PAPER_THRESHOLD
+from phase_traj_ros.core.codes.text import describe
 from phase_traj_ros.errors import MissingDependencyError, ResultError
+from phase_traj_ros.io.messages.published import TEXT_RUNS
 from phase_traj_ros.io.outputs.outputs import output_directory
 from phase_traj_ros.io.replay.camera import known_lens
 from phase_traj_ros.io.replay.run import Replay, replay
@@ -80,16 +82,16 @@ def run(options: Namespace) -> None:
     with output_directory(
             options.output, names=(*RESULT_NAMES, name), force=options.force) as directory:
         print(f'rendering {len(drive)} frames of the drive {drive.name!r} ...', flush=True)
-        with counter(total=len(drive), title='rendering') as advance:
-            write_drive_bag(drive, directory / name, progress=advance)
+        with progress(total=len(drive), title='rendering') as bar:
+            write_drive_bag(drive, directory / name, progress=bar.update)
         print('playing them to the node over DDS ...', flush=True)
-        live = run_live(
-            directory / name, pairs=len(drive) - 1, values=parameters)
+        live = run_live(directory / name, frames=len(drive), values=parameters)
         with open_source(directory / name) as source:
             offline = replay(
                 source, parameters, source=str(options.output / name),
                 lens=known_lens(source, parameters))
-        if (list(live.movement), list(live.direction)) != (offline.movement, offline.direction):
+        text = describe(offline.codes, frames=offline.frames, max_runs=TEXT_RUNS)
+        if live.chain_code != str(text):
             raise ResultError('the codes of the node and of the offline replay differ')
         if live.exit_status != 0:
             raise ResultError(f'the node has ended with status {live.exit_status}')

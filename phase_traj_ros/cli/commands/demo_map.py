@@ -5,7 +5,7 @@
 from argparse import Namespace
 import math
 
-from phase_traj_ros.cli.progress import counter, progress
+from phase_traj_ros.cli.progress import progress
 from phase_traj_ros.errors import ResultError
 from phase_traj_ros.io.maps.projection import LocalProjection
 from phase_traj_ros.io.maps.road_file import read_roads
@@ -49,8 +49,8 @@ def run_on_map(options: Namespace) -> None:
     names = (*RESULT_NAMES, *LOCATION_FILES, name, _MAP)
     with output_directory(options.output, names=names, force=options.force) as directory:
         print(f'rendering {len(drive)} frames of the drive {drive.name!r} ...', flush=True)
-        with counter(total=len(drive), title='rendering') as advance:
-            write_drive_bag(drive, directory / name, progress=advance)
+        with progress(total=len(drive), title='rendering') as bar:
+            write_drive_bag(drive, directory / name, progress=bar.update)
         write_osm(drive.build_roads(), directory / _MAP, projection=_ORIGIN)
         roads = read_roads(directory / _MAP)
         with open_source(directory / name) as source:

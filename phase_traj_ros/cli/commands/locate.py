@@ -17,7 +17,7 @@ from phase_traj_ros.cli.options import (
     request_of,
     SOURCE_HELP,
 )
-from phase_traj_ros.cli.progress import counter, progress
+from phase_traj_ros.cli.progress import progress
 from phase_traj_ros.core.localization.given import ScaleRange
 from phase_traj_ros.io.maps.projection import bearing_deg
 from phase_traj_ros.io.maps.road_classes import Roads
@@ -111,10 +111,10 @@ def run(options: Namespace) -> int | None:
     source: Path = options.source
     odometry, codes = _odometry(options)
     title = source.name or str(source)
-    with counter(total=len(odometry.motions), title='locating') as advance:
+    with progress(total=len(odometry.motions), title='locating') as bar:
         located = locate(
             odometry, roads, near=options.near, scale=options.scale, level=options.level,
-            advance=advance)
+            advance=bar.update)
     for line in _lines(located):
         print(line)
     if options.output is not None:
@@ -140,9 +140,10 @@ def _odometry(options: Namespace) -> tuple[DriveOdometry, Path | None]:
     request = request_of(options, source, also_read=(options.map,))
     print_notices(request.parameters)
     with request.opened() as opened:
-        def shown(frames: Iterable[Entry], which: Pass) -> Iterator[Entry]:
+        def shown(frames: Iterable[Entry], which: Pass) -> Iterable[Entry]:
             name = f'{request.title}, {which.value}' if which.value else request.title
-            return progress(frames, total=opened.frame_count, title=name)
+            bar: Iterable[Entry] = progress(frames, total=opened.frame_count, title=name)
+            return bar
 
         result = replay_source(opened, request, through=shown)
     return odometry_of(result), None if options.output is None else options.output / _CODES

@@ -23,11 +23,9 @@ from phase_traj_ros.errors import (
 from phase_traj_ros.io.sources.base import FrameSource, StampedFrame, UnreadableFrame
 from phase_traj_ros.io.sources.prefetch import prefetch
 
-_WAIT_S, _WAIT_LOSSLESS_S = 5.0, 30.0
+_WAIT_S, _WAIT_LOSSLESS_S, _LINGER_S = 5.0, 30.0, 1.0
 # As in ros2 bag play.
 _CLOCK_HZ, _MOST_CLOCK_HZ = 40.0, 1000.0
-# No one waits longer, and the system does not accept an infinite time.
-_LONGEST_DELAY_S = 1e6
 
 _EPILOG = f"""
 {SOURCE_HELP}
@@ -72,9 +70,6 @@ def add_parser(commands: Any) -> None:
         help='longest time in seconds to wait for a subscriber before the first frame (default'
              f' {_WAIT_S:g}, with --lossless {_WAIT_LOSSLESS_S:g})')
     parser.add_argument(
-        '--delay', metavar='S', type=float, default=0.0,
-        help='seconds to wait after that, e.g. for a recorder to start (default 0)')
-    parser.add_argument(
         '--ros-args', nargs=REMAINDER, default=[], metavar='...',
         help='arguments for ROS, such as -r __ns:=/front; must be the last option')
     parser.set_defaults(run=run)
@@ -89,13 +84,10 @@ def run(options: Namespace) -> None:
             f'--clock is {options.clock}: give a number above 0, up to {_MOST_CLOCK_HZ:g}')
     if options.wait is None:
         options.wait = _WAIT_LOSSLESS_S if options.lossless else _WAIT_S
-    for name in ('wait', 'delay'):
-        if not getattr(options, name) >= 0:
-            raise ParameterError(
-                f'--{name} is {getattr(options, name)}: give a number of seconds, 0 or more')
+    if not options.wait >= 0:
+        raise ParameterError(f'--wait is {options.wait}: give a number of seconds, 0 or more')
     try:
         from phase_traj_ros.ros.playback.player import FramePlayer
-        from phase_traj_ros.ros.playback.reception import Reception
         from phase_traj_ros.ros.spin import names_explained, ros_context
         from phase_traj_ros.ros.startup.signals import stop_on_signals
     except ImportError as error:
@@ -110,23 +102,17 @@ def run(options: Namespace) -> None:
                 camera=_camera_of(source, rectified=False),
                 rectified=_camera_of(source, rectified=True), clock_hz=options.clock)
         try:
-            reception = Reception(player, player.topic)
             if not player.wait_for_subscribers(stop, options.wait):
                 _nobody_listens(player.topic, options)
-            stop.wait(min(options.delay, _LONGEST_DELAY_S))
-            if not options.lossless:
-                reception.begin(stop)
             total = None if options.loop else source.frame_count
             with closing(prefetch(_frames(source, loop=options.loop))) as frames:
                 published = player.play(
                     progress(frames, total=total, title=options.source.name), stop,
                     rate=options.rate)
-            if not stop.is_set():
+            if options.lossless and not stop.is_set():
                 player.wait_for_acknowledgement()
-                for node, got in reception.missed(published, stop).items():
-                    print(f'warning: {node} received {got} of them: best effort loses frames that'
-                          ' arrive too fast or are too large; --lossless loses none (see --help)',
-                          file=sys.stderr)
+            # What is on its way is lost with the publisher.
+            stop.wait(_LINGER_S)
         finally:
             player.destroy_node()
     print(f'published {published} frames')

@@ -10,8 +10,6 @@ from typing import Any
 
 from phase_traj_ros.cli.command import Command
 from phase_traj_ros.cli.commands.replay_many import add_batch, replay_many
-from phase_traj_ros.cli.escaping import screen
-from phase_traj_ros.cli.live_view import LiveView
 from phase_traj_ros.cli.options import (
     add_force,
     add_parameters,
@@ -29,8 +27,8 @@ from phase_traj_ros.tasks.batch.job import Pass, replay_source
 
 _EPILOG = f"""
 {SOURCE_HELP}
-DIR receives chain_code.json, shifts.csv (one row per pair of frames), trajectory.tum,
-trajectory.png and, if there are turns, turns.png; it is created if absent.
+DIR receives chain_code.json, shifts.csv (one row per pair of frames), trajectory.tum and
+trajectory.png; it is created if absent.
 
 Several sources are replayed in parallel processes. Each has a folder in DIR with its name, and
 DIR receives summary.csv and summary.html with one row per source. If one fails, the others
@@ -66,18 +64,13 @@ def add_parser(commands: Any) -> None:
         '--report', action='store_true',
         help='also write report.html to DIR: one self-contained file')
     parser.add_argument(
-        '--svg', action='store_true', help='also write the pictures as SVG')
+        '--svg', action='store_true', help='also write the picture as SVG')
     parser.add_argument(
         '--bag-out', metavar='FILE.mcap', type=Path,
         help='write all topics of the node to this bag, with the stamps of the images (for'
              ' several sources: a name; each writes it to its own folder)')
     parser.add_argument(
         '--bag-debug-images', action='store_true', help='also write the debug images to the bag')
-    parser.add_argument(
-        '--animation', metavar='FILE.gif', type=Path,
-        help='write the drive as an animated GIF')
-    parser.add_argument(
-        '--live', action='store_true', help='show codes and path in the terminal as they grow')
     add_force(parser)
     add_batch(parser)
     parser.set_defaults(run=run)
@@ -91,19 +84,13 @@ def run(options: Namespace) -> int | None:
         return replay_many(request, options)
     watch = _Stopwatch()
     with request.opened() as source:
-        if options.live:
-            with LiveView(screen(), title=request.title, total=source.frame_count) as view:
-                result = replay_source(
-                    source, request, watchers=[view],
-                    through=lambda frames, which: watch.over(view.over(frames, which.value)))
-        else:
-            def shown(frames: Iterable[Entry], which: Pass) -> Iterator[Entry]:
-                name = f'{request.title}, {which.value}' if which.value else request.title
-                return watch.over(progress(frames, total=source.frame_count, title=name))
+        def shown(frames: Iterable[Entry], which: Pass) -> Iterator[Entry]:
+            name = f'{request.title}, {which.value}' if which.value else request.title
+            return watch.over(progress(frames, total=source.frame_count, title=name))
 
-            result = replay_source(source, request, through=shown)
+        result = replay_source(source, request, through=shown)
     _print(result, watch.seconds)
-    for written in (request.output, request.bag_out, request.animation):
+    for written in (request.output, request.bag_out):
         if written is not None:
             print(f'written to {written}')
     return None

@@ -8,7 +8,7 @@ from contextlib import AbstractContextManager
 from dataclasses import replace
 import os
 
-from phase_traj_ros.cli.progress import gauge
+from phase_traj_ros.cli.progress import BY_SOURCE, progress
 from phase_traj_ros.errors import ParameterError
 from phase_traj_ros.io.outputs.manifest import MANIFEST
 from phase_traj_ros.io.outputs.outputs import check_directory
@@ -44,9 +44,6 @@ def replay_many(request: ReplayRequest, options: Namespace) -> int | None:
     root, sources = request.output, options.sources
     if root is None:
         raise ParameterError('several sources need --output DIR, for a folder each')
-    for name in ('live', 'animation'):
-        if getattr(options, name):
-            raise ParameterError(f'--{name} works with one source only, and not with --dask')
     require_matplotlib()
     if options.dask is not None:
         # The workers have other working directories.
@@ -57,9 +54,9 @@ def replay_many(request: ReplayRequest, options: Namespace) -> int | None:
         root, names=SUMMARY_NAMES, inputs=requests[0].inputs, force=request.force)
     batch = Batch(requests)
     with (_executor(options, len(requests)) as executor,
-          gauge(total=len(requests), title='sources') as on_progress):
+          progress(total=len(requests), title='sources', layout=BY_SOURCE) as bar):
         try:
-            batch.run(executor, on_progress)
+            batch.run(executor, lambda done: bar.update(done - bar.n))
         except KeyboardInterrupt:
             # Complete results are kept, and the table lists the rest as interrupted.
             write_summary(batch.rows, root, force=request.force)

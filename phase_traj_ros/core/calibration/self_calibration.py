@@ -34,6 +34,8 @@ _UNSURE, _WRONG, _FREEDOM = 2.5, (0.03, 0.05), 4.0
 _COMMON = 0.02
 # Largest cost per observation, and largest deviation of the log focal length, of a usable fit.
 _MOST_COST, _LEAST_SURE = 3.0, 0.12
+# Share of the points that a static scene shows; the others may be on vehicles that move.
+_LEAST_STATIC = 0.5
 # Start values: focal length in image widths, straightness, and column of the principal point in
 # image widths. The second set, for cropped images, is tried if none of the first fits well.
 _GUESSES = ((0.23, 1.0, 0.0), (0.45, 0.6, 0.0), (0.9, 0.9, 0.0))
@@ -210,6 +212,12 @@ class SelfCalibration:
                     for focal, straightness, column in guesses], width=width)
                 if fit is None or (other is not None and other.cost < fit.cost):
                     fit = other
+        if fit is not None and fit.cost > _MOST_COST:
+            static = fit.point_costs < _MOST_COST
+            if static.mean() < _LEAST_STATIC:
+                return None
+            lens = math.exp(fit.log_focal), fit.straightness, fit.column
+            fit = fit_turn(tracks.of(static), [lens], width=width)
         if fit is None or fit.cost > _MOST_COST:
             return None
         return fit if math.sqrt(fit.covariance[0, 0]) < _LEAST_SURE else None

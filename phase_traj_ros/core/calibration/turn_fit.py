@@ -70,6 +70,8 @@ class TurnFit:
         Axis of the turn, downward, (3,), in image axes (x right, y down, z forward).
     angle
         Rotation of the camera in radians, positive to the left.
+    point_costs
+        Mean cost of the observations of each point, (P,).
     """
 
     log_focal: float
@@ -79,6 +81,7 @@ class TurnFit:
     cost: float
     down: Numbers
     angle: float
+    point_costs: Numbers
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -176,8 +179,8 @@ class _Problem:
             return None
         return TurnFit(
             state.log_focal, state.straightness, state.column, covariance,
-            self.cost(state) / len(self._sights),
-            axis / angle, angle)
+            self.cost(state) / len(self._sights), axis / angle, angle,
+            np.add.reduceat(self._costs(state), self._starts) / np.bincount(self._point))
 
     def start(self, focal_px: float, straightness: float, column: float) -> _State:
         """Return a start state: a rotation about the vertical image axis at a constant speed."""
@@ -206,10 +209,14 @@ class _Problem:
         found[:, 0] += state.column
         return found
 
+    def _costs(self, state: _State) -> Numbers:
+        """Return the cost of each observation, which grows slowly with large errors."""
+        error = (self._places(state) - self._seen) / self._deviation
+        return np.asarray(2.0 * np.log1p((error * error).sum(axis=1) / 2.0), np.float64)
+
     def cost(self, state: _State) -> float:
         """Return the cost of a state: errors of the observations, and deviations from priors."""
-        error = (self._places(state) - self._seen) / self._deviation
-        robust = float(2.0 * np.log1p((error * error).sum(axis=1) / 2.0).sum())
+        robust = float(self._costs(state).sum())
         known = self._known(state)[0]
         behind = np.minimum(state.nearness, 0.0)
         near = state.nearness / _NEARNESS

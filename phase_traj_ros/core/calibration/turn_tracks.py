@@ -9,7 +9,7 @@ slowly, points are tracked more often than once a step, as near points still mov
 image does not turn, nothing is tracked.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 import math
 
 import cv2
@@ -77,6 +77,13 @@ class TurnTracks:
     flow: Numbers
     seconds: Numbers
     reduction: int = 1
+
+    def of(self, points: NDArray[np.bool_]) -> 'TurnTracks':
+        """Return the observations of some of the points, (P,)."""
+        kept = points[self.point]
+        numbers = np.cumsum(points) - 1
+        return replace(
+            self, point=numbers[self.point[kept]], frame=self.frame[kept], place=self.place[kept])
 
 
 class TurnFollower:

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Estimates of a camera that is learned from drives."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
 import math
 
@@ -17,6 +17,20 @@ _NINETY = 1.645
 _COMMON = 0.02
 # Relative error for which ``probability`` is given.
 _NEAR = 0.05
+
+
+@dataclass(frozen=True, slots=True)
+class FieldOfView:
+    """A horizontal field of view that was learned."""
+
+    hfov_deg: float
+    """Most likely field of view in degrees, from edge to edge."""
+    deviation_deg: float
+    """Its standard deviation in degrees."""
+    sureness: float
+    """Probability that the focal length is correct within 5 %, 0 to 1."""
+    turns: int
+    """Number of turns, or parts of turns, used for the estimate."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -70,34 +84,6 @@ class CameraEstimate:
                 ' of the pictures it was made from')
         OneNumberLens(self.focal_px, self.straightness)
 
-    @classmethod
-    def from_mapping(cls, values: Mapping[str, object]) -> 'CameraEstimate':
-        """
-        Return the estimate from the output of ``dataclasses.asdict``.
-
-        Raises
-        ------
-        ValueError
-            A value is missing, unknown, or not a number in its range.
-
-        """
-        known = {field.name for field in fields(cls)}
-        unknown = sorted(set(values) - known)
-        if unknown:
-            raise ValueError(f'{unknown[0]} is not a value of a camera: give {sorted(known)}')
-        numbers: dict[str, float] = {}
-        for name, value in values.items():
-            if isinstance(value, bool) or not isinstance(value, int | float):
-                raise ValueError(f'{name} is {value!r}: give a number')
-            whole = name in ('width', 'height', 'turns')
-            if whole and not float(value).is_integer():
-                raise ValueError(f'{name} is {value!r}: give a whole number')
-            numbers[name] = int(value) if whole else float(value)
-        missing = sorted({'width', 'height', 'focal_px', 'focal_deviation'} - set(numbers))
-        if missing:
-            raise ValueError(f'{missing[0]} of the camera is missing: give it')
-        return cls(**numbers)  # type: ignore[arg-type]
-
     @property
     def lens(self) -> OneNumberLens:
         """Return the lens."""
@@ -112,12 +98,22 @@ class CameraEstimate:
     @property
     def model(self) -> CameraModel:
         """Return the model of the camera."""
-        return self.lens.model((self.height, self.width), column=self.column_px)
+        return CameraModel.of_lens(
+            self.lens, (self.height, self.width), column=self.column_px)
 
     @property
     def hfov_deg(self) -> float:
         """Return the horizontal field of view in degrees, from edge to edge."""
         return self.lens.hfov_deg(self.width, column=self.column_px)
+
+    @property
+    def field_of_view(self) -> FieldOfView:
+        """Return the horizontal field of view with its uncertainty."""
+        most = math.exp(self.focal_deviation)
+        wide, narrow = (
+            OneNumberLens(focal_px, self.straightness).hfov_deg(self.width, column=self.column_px)
+            for focal_px in (self.focal_px / most, self.focal_px * most))
+        return FieldOfView(self.hfov_deg, (wide - narrow) / 2, self.probability, self.turns)
 
     @property
     def focal_interval_px(self) -> tuple[float, float]:

@@ -3,6 +3,7 @@
 """The camera in use, its origin and its uncertainty."""
 
 from dataclasses import dataclass
+from typing import Any
 
 from phase_traj_ros.core.camera.lens import Lens, LensOrigin
 
@@ -46,24 +47,19 @@ class CameraInUse:
     @classmethod
     def of(cls, lens: Lens, width: int) -> 'CameraInUse':
         """Return the camera with ``lens`` for frames ``width`` pixels wide."""
-        focal_px, hfov_deg, estimate = lens.focal_for(width), lens.hfov_for(width), lens.estimate
-        if lens.calibrated and lens.camera is not None:
-            return cls(
-                origin=lens.origin, focal_px=focal_px, hfov_deg=hfov_deg, straightness=None,
-                offset=lens.camera.offset, pitch_deg=lens.pitch_deg, roll_deg=lens.roll_deg)
-        if lens.origin is not LensOrigin.DRIVE or estimate is None:
-            return cls(
-                origin=lens.origin, focal_px=focal_px, hfov_deg=hfov_deg,
-                straightness=lens.straightness, offset=lens.offset, pitch_deg=lens.pitch_deg,
-                roll_deg=lens.roll_deg)
-        scale = width / estimate.width
-        least, most = estimate.focal_interval_px
+        camera, estimate = lens.camera, lens.estimate
+        learned: dict[str, Any] = {}
+        if estimate is not None:
+            scale = width / estimate.width
+            least, most = estimate.focal_interval_px
+            learned = {
+                'interval_px': (least * scale, most * scale),
+                'probability': estimate.probability, 'turns': estimate.turns}
         return cls(
-            origin=lens.origin, focal_px=focal_px, hfov_deg=hfov_deg,
-            straightness=estimate.straightness, offset=estimate.column_px / estimate.width,
-            pitch_deg=estimate.pitch_deg, roll_deg=estimate.roll_deg,
-            interval_px=(least * scale, most * scale),
-            probability=estimate.probability, turns=estimate.turns)
+            origin=lens.origin, focal_px=lens.focal_for(width), hfov_deg=lens.hfov_for(width),
+            straightness=lens.straightness if camera is None else None,
+            offset=lens.offset if camera is None else camera.offset,
+            pitch_deg=lens.pitch_deg, roll_deg=lens.roll_deg, **learned)
 
     @property
     def settled(self) -> bool:

@@ -8,8 +8,13 @@ import math
 
 from phase_traj_ros.core.camera.estimate import CameraEstimate
 from phase_traj_ros.core.camera.horizon import Horizon
-from phase_traj_ros.core.camera.lens_family import focal_px_of, OneNumberLens, PINHOLE
-from phase_traj_ros.core.camera.model import CameraModel, MOST_FOCAL_PX
+from phase_traj_ros.core.camera.lens_family import (
+    focal_px_of,
+    MOST_FOCAL_PX,
+    OneNumberLens,
+    PINHOLE,
+)
+from phase_traj_ros.core.camera.model import CameraModel
 from phase_traj_ros.core.camera.projection import (
     focal_from_hfov,
     hfov_from_focal,
@@ -21,8 +26,10 @@ MOST_TILT_DEG = 60.0
 """Largest pitch and roll that are accepted, in degrees."""
 # Relative standard deviation of the focal length of an unknown camera.
 _ASSUMED_DEVIATION = 0.3
-# Bisection steps, to full precision.
-_HALVINGS = 52
+ASSUMED_HFOV_DEG = 75.0
+"""Assumed horizontal field of view of an unknown camera, in degrees."""
+# Smallest focal length in image widths, where no lens has the given field of view.
+_LEAST_FOCAL = 1e-3
 # Lenses are equal if their focal lengths (relative) and straightnesses differ by less than this.
 _SAME_FOCAL, _SAME_STRAIGHTNESS = 0.01, 0.05
 
@@ -45,7 +52,8 @@ class Lens:
     """
     The lens of a camera, from one of the first four fields. The first one given is used.
 
-    Parameters of the user take precedence over a calibration.
+    Parameters of the user take precedence over a calibration. Sources that are not used become
+    None, and the other fields are those of an estimate that is used.
 
     Raises
     ------
@@ -74,7 +82,11 @@ class Lens:
     """Whether the values are a guess."""
 
     def __post_init__(self) -> None:
-        """Check the values."""
+        """Check the values, and keep the source that is used."""
+        if self.focal_px or self.hfov_deg:
+            object.__setattr__(self, 'camera', None)
+        if self.focal_px or self.hfov_deg or self.camera is not None:
+            object.__setattr__(self, 'estimate', None)
         if not 0.0 <= self.focal_px <= MOST_FOCAL_PX:
             raise ValueError(
                 f'focal_px is {self.focal_px}: give a number of pixels, at most'
@@ -88,6 +100,12 @@ class Lens:
             raise ValueError(
                 'neither focal_px nor hfov_deg nor a calibration of the camera is given: give one'
                 ' of them')
+        if self.estimate is not None:
+            # It has been checked.
+            for name in ('straightness', 'pitch_deg', 'roll_deg'):
+                object.__setattr__(self, name, getattr(self.estimate, name))
+            object.__setattr__(self, 'offset', self.estimate.column_px / self.estimate.width)
+            return
         for name, angle in (('pitch_deg', self.pitch_deg), ('roll_deg', self.roll_deg)):
             if not abs(angle) <= MOST_TILT_DEG:
                 raise ValueError(
@@ -109,17 +127,17 @@ class Lens:
             return LensOrigin.ASSUMED
         if self.focal_px or self.hfov_deg:
             return LensOrigin.GIVEN
-        return LensOrigin.DRIVE if self.camera is None else LensOrigin.CALIBRATION
+        return LensOrigin.CALIBRATION if self.estimate is None else LensOrigin.DRIVE
 
     @property
     def calibrated(self) -> bool:
         """Return whether the calibration is used."""
-        return self.origin is LensOrigin.CALIBRATION
+        return self.camera is not None
 
     @property
     def horizon(self) -> Horizon:
         """Return the tilt of the camera relative to the road."""
-        if self.origin is LensOrigin.DRIVE and self.estimate is not None:
+        if self.estimate is not None:
             return self.estimate.horizon
         given = Horizon(math.radians(self.pitch_deg), math.radians(self.roll_deg))
         return replace(given, roll_deviation=0.0) if self.roll_deg else given
@@ -127,16 +145,14 @@ class Lens:
     @property
     def pitch_known(self) -> bool:
         """Return whether the pitch was given; 0 is an unknown pitch."""
-        return self.pitch_deg != 0.0 and self.origin is not LensOrigin.DRIVE
+        return self.pitch_deg != 0.0 and self.estimate is None
 
     @property
     def focal_deviation(self) -> float:
         """Return the relative standard deviation of the focal length; 0 if it is given."""
-        if self.origin is LensOrigin.ASSUMED:
+        if self.assumed:
             return _ASSUMED_DEVIATION
-        if self.origin is LensOrigin.DRIVE and self.estimate is not None:
-            return self.estimate.focal_deviation
-        return 0.0
+        return 0.0 if self.estimate is None else self.estimate.focal_deviation
 
     @property
     def tilt(self) -> float:
@@ -145,22 +161,17 @@ class Lens:
 
         A tilted camera measures only this fraction of a turn as yaw.
         """
-        pitch, roll = self.pitch_deg, self.roll_deg
-        if self.origin is LensOrigin.DRIVE and self.estimate is not None:
-            pitch, roll = self.estimate.pitch_deg, self.estimate.roll_deg
-        return math.cos(math.radians(pitch)) * math.cos(math.radians(roll))
+        return math.cos(math.radians(self.pitch_deg)) * math.cos(math.radians(self.roll_deg))
 
     def focal_for(self, width: int) -> float:
         """Return the horizontal focal length in pixels for frames ``width`` pixels wide."""
         if self.focal_px:
             return self.focal_px
-        if self.hfov_deg and self.offset:
-            return self._focal_aside(width)
         if self.hfov_deg and self.straightness == PINHOLE and self.offset == 0.0:
             return focal_from_hfov(self.hfov_deg, width)
         if self.hfov_deg:
-            return focal_px_of(
-                self.hfov_deg, width, self.straightness, column=self.offset * width)
+            return max(_LEAST_FOCAL * width, focal_px_of(
+                self.hfov_deg, width, self.straightness, column=self.offset * width))
         if self.camera is not None:
             return self.camera.fx
         assert self.estimate is not None
@@ -168,19 +179,19 @@ class Lens:
 
     def hfov_for(self, width: int) -> float:
         """Return the horizontal field of view in degrees for frames ``width`` pixels wide."""
-        if self.calibrated and self.camera is not None:
+        if self.camera is not None:
             return self.camera.hfov_deg
-        if self._straightness == PINHOLE and self._offset == 0.0:
+        if self.straightness == PINHOLE and self.offset == 0.0:
             return hfov_from_focal(self.focal_for(width), width)
-        lens = OneNumberLens(self.focal_for(width), self._straightness)
-        return lens.hfov_deg(width, column=self._offset * width)
+        lens = OneNumberLens(self.focal_for(width), self.straightness)
+        return lens.hfov_deg(width, column=self.offset * width)
 
     def is_close_to(self, other: 'Lens', width: int) -> bool:
         """Return whether another lens is nearly equal for frames ``width`` pixels wide."""
         return (
             abs(math.log(self.focal_for(width) / other.focal_for(width))) < _SAME_FOCAL
-            and abs(self._straightness - other._straightness) < _SAME_STRAIGHTNESS
-            and abs(self._offset - other._offset) < _SAME_FOCAL
+            and abs(self.straightness - other.straightness) < _SAME_STRAIGHTNESS
+            and abs(self.offset - other.offset) < _SAME_FOCAL
             and abs(self.tilt / other.tilt - 1.0) < _SAME_FOCAL)
 
     def camera_for(self, shape: tuple[int, int]) -> CameraModel:
@@ -193,36 +204,13 @@ class Lens:
             The calibration is used, and is for images of another size.
 
         """
-        if not self.calibrated or self.camera is None:
-            return OneNumberLens(self.focal_for(shape[1]), self._straightness).model(
-                shape, column=self._offset * shape[1])
+        if self.camera is None:
+            return CameraModel.of_lens(
+                OneNumberLens(self.focal_for(shape[1]), self.straightness), shape,
+                column=self.offset * shape[1])
         if shape != self.camera.shape:
             raise FrameError(
                 f'frames of {shape[1]}x{shape[0]} pixels, but the calibration of the camera is for'
                 f' {self.camera.width}x{self.camera.height}: publish the camera_info that belongs'
                 ' to the images, or give focal_px')
         return self.camera
-
-    def _focal_aside(self, width: int) -> float:
-        """Return the focal length that gives ``hfov_deg`` with an offset principal point."""
-        low, high = math.log(1e-3 * width), math.log(min(1e4 * width, MOST_FOCAL_PX))
-        for _ in range(_HALVINGS):
-            middle = (low + high) / 2
-            lens = OneNumberLens(math.exp(middle), self.straightness)
-            if lens.hfov_deg(width, column=self.offset * width) > self.hfov_deg:
-                low = middle
-            else:
-                high = middle
-        return math.exp(high)
-
-    @property
-    def _straightness(self) -> float:
-        if self.origin is LensOrigin.DRIVE and self.estimate is not None:
-            return self.estimate.straightness
-        return self.straightness
-
-    @property
-    def _offset(self) -> float:
-        if self.origin is LensOrigin.DRIVE and self.estimate is not None:
-            return self.estimate.column_px / self.estimate.width
-        return self.offset

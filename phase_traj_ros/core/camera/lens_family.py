@@ -13,12 +13,11 @@ a pinhole, 1/4 for a stereographic fisheye, 0 for an equidistant one, and about 
 equisolid one. The family is continuous in k: r / f = a + k a^3 / 3 + ...
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 import math
 
 import numpy as np
 from numpy.typing import NDArray
-from phase_traj_ros.core.camera.model import CameraModel, Distortion, MOST_FOCAL_PX
 
 Numbers = NDArray[np.float64]
 
@@ -26,15 +25,13 @@ PINHOLE = 1.0
 """Straightness of a pinhole, which keeps straight lines straight."""
 STRAIGHTNESS_RANGE = (-1.0, 1.3)
 """Range of the straightness, a little beyond the strongest fisheyes and the pinhole."""
+MOST_FOCAL_PX = 1e9
+"""Largest focal length in pixels, far above that of any lens; larger values would overflow."""
 
 # Below this straightness, the series is exact to rounding.
 _SMALL = 1e-6
 # Largest argument of the tangent; directions farther from the axis are clipped.
 _WIDEST = 1.55
-# Below this difference from a pinhole, distortion has no effect on the yaw.
-_STRAIGHT = 0.02
-# Number of angles at which the series of a calibration is fitted, and their maximum.
-_FITTED, _FITTED_TO = 200, math.radians(85.0)
 
 
 def radius(angle: Numbers, straightness: float) -> Numbers:
@@ -71,7 +68,9 @@ def places(directions: Numbers, focal_px: float, straightness: float) -> tuple[N
 
     The positions (N, 2) are in pixels from the principal point, the derivatives are (N, 2, 3).
     """
-    x, y, z = directions.T
+    # Contiguous, as for numpy 1 a column overlaps a result that begins where the rows end in
+    # memory; it then takes other loops, which round differently.
+    x, y, z = np.ascontiguousarray(directions.T)
     aside = np.hypot(x, y)
     seen = radius(np.arctan2(aside, z), straightness)
     outwards = np.maximum(aside, 1e-9)
@@ -143,29 +142,3 @@ class OneNumberLens:
         edges = np.array([width / 2 - column, width / 2 + column]) / self.focal_px
         angles = np.sign(edges) * angle_at(np.abs(edges), self.straightness)
         return min(math.degrees(float(angles.sum())), 360.0)
-
-    def model(self, shape: tuple[int, int], *, column: float = 0.0) -> CameraModel:
-        """
-        Return the model of a camera with this lens, for images (H, W).
-
-        The principal point is ``column`` pixels to the right of the centre. A lens that is nearly
-        a pinhole becomes a pinhole.
-        """
-        middle = CameraModel.pinhole(shape, self.focal_px)
-        pinhole = replace(middle, cx=middle.cx + column)
-        if abs(self.straightness - PINHOLE) < _STRAIGHT:
-            return pinhole
-        height, width = shape
-        corner = np.array([math.hypot(height / 2, width / 2 + abs(column)) / self.focal_px])
-        farthest = min(float(angle_at(corner, self.straightness)[0]), _FITTED_TO)
-        # For k > 0, r is unbounded, so the series is fitted below the limit only.
-        if self.straightness > 0.0:
-            farthest = min(farthest, 0.95 * _WIDEST / math.sqrt(self.straightness))
-        angle = np.linspace(farthest / _FITTED, farthest, _FITTED)
-        powers = angle[:, None] ** np.array([3, 5, 7, 9])
-        rest = radius(angle, self.straightness) - angle
-        found = np.linalg.lstsq(powers, rest, rcond=None)[0]
-        return CameraModel(
-            width=width, height=height, fx=self.focal_px, fy=self.focal_px, cx=pinhole.cx,
-            cy=pinhole.cy, distortion=Distortion.FISHEYE,
-            coefficients=tuple(float(value) for value in found))

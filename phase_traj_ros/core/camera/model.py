@@ -15,6 +15,7 @@ import math
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from phase_traj_ros.core.camera.lens_family import MOST_FOCAL_PX, OneNumberLens, PINHOLE, radius
 
 # Number of rays from the optical axis on which the range of a model is searched, and of steps of
 # 0.18 degrees on each ray, up to 90 degrees.
@@ -27,12 +28,11 @@ _FAR = 1e6
 # the image.
 _DIRECTED = (2, 3, 8, 9, 10, 11, 12, 13)
 
-MOST_FOCAL_PX = 1e9
-"""Largest focal length in pixels, far above that of any lens; larger values would overflow."""
-
 Numbers = NDArray[np.float64]
 # Tolerances for calibrations that vary with the autofocus: relative focal length, and pixels.
 _SAME_FOCAL, _SAME_CENTRE = 0.001, 0.25
+# Below this difference of the straightness from a pinhole, distortion has no effect on the yaw.
+_STRAIGHT = 0.02
 
 
 class Distortion(Enum):
@@ -43,6 +43,8 @@ class Distortion(Enum):
     """OpenCV's polynomial and rational models: k1, k2, p1, p2[, k3[, k4, k5, k6[, ...]]]."""
     FISHEYE = '4 coefficients'
     """OpenCV's fisheye model, equidistant: k1, k2, k3, k4."""
+    ONE_NUMBER = '1 coefficient'
+    """The lenses of ``lens_family``: the straightness."""
 
     @property
     def counts(self) -> tuple[int, ...]:
@@ -51,7 +53,8 @@ class Distortion(Enum):
 
 
 _COUNTS = {
-    Distortion.NONE: (0,), Distortion.BROWN: (4, 5, 8, 12, 14), Distortion.FISHEYE: (4,)}
+    Distortion.NONE: (0,), Distortion.BROWN: (4, 5, 8, 12, 14), Distortion.FISHEYE: (4,),
+    Distortion.ONE_NUMBER: (1,)}
 
 
 @dataclass(frozen=True, slots=True)
@@ -140,6 +143,23 @@ class CameraModel:
         return cls(width=width, height=height, fx=focal_px, fy=focal_px,
                    cx=(width - 1) / 2, cy=(height - 1) / 2)
 
+    @classmethod
+    def of_lens(
+        cls, lens: OneNumberLens, shape: tuple[int, int], *, column: float = 0.0,
+    ) -> 'CameraModel':
+        """
+        Return the model of a camera with a lens of ``lens_family``, for images (H, W).
+
+        The principal point is ``column`` pixels to the right of the centre. A lens that is nearly
+        a pinhole becomes a pinhole.
+        """
+        centred = cls.pinhole(shape, lens.focal_px)
+        pinhole = replace(centred, cx=centred.cx + column)
+        if abs(lens.straightness - PINHOLE) < _STRAIGHT:
+            return pinhole
+        return replace(
+            pinhole, distortion=Distortion.ONE_NUMBER, coefficients=(lens.straightness,))
+
     @property
     def shape(self) -> tuple[int, int]:
         """Return the size of the images, (H, W)."""
@@ -219,6 +239,10 @@ class CameraModel:
 
     def _distorted(self, x: Numbers, y: Numbers) -> tuple[Numbers, Numbers]:
         """Return columns and rows of the directions (x, y, 1), without a check of the range."""
+        if self.distortion is Distortion.ONE_NUMBER:
+            aside = np.maximum(np.hypot(x, y), 1 / _FAR)
+            inwards = radius(np.arctan(aside), *self.coefficients) / aside
+            return self.cx + self.fx * x * inwards, self.cy + self.fy * y * inwards
         points = np.stack((x, y, np.ones_like(x)), axis=-1).reshape(-1, 1, 3)
         matrix = np.array(((self.fx, 0, self.cx), (0, self.fy, self.cy), (0, 0, 1)), np.float64)
         project = (

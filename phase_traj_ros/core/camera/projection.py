@@ -15,7 +15,8 @@ import math
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from phase_traj_ros.core.camera.model import CameraModel, Distortion, MOST_FOCAL_PX, Sight
+from phase_traj_ros.core.camera.lens_family import MOST_FOCAL_PX
+from phase_traj_ros.core.camera.model import CameraModel, Distortion, Sight
 from phase_traj_ros.core.correlation.phase_correlation import Frame
 from phase_traj_ros.core.frames.reduce import reduced
 from phase_traj_ros.errors import FrameError

@@ -39,6 +39,9 @@ _OUTLIER = 3.0
 # Direction of travel: standard deviations of its azimuth and slope (radians), and the time
 # constant (seconds) with which the azimuth returns to straight ahead and the slope is forgotten.
 _COURSE, _SLOPE, _MEMORY = math.radians(3.0), math.radians(2.0), 1.0
+# Sideslip of the camera per yaw rate, in seconds: in a turn, a camera ahead of the rear axle moves
+# sideways by the yaw rate times its lever arm. The quotient is 1.6 m at 4 m/s.
+_LEVER = 0.4
 # Median of the squares of a normal distribution, in variances.
 _MEDIAN = 0.455
 _YAW, _PITCH, _ROLL, _B, _C, _ERROR = range(6)
@@ -53,18 +56,20 @@ class Travel:
     course_variance: float = _COURSE ** 2
     slope_variance: float = _SLOPE ** 2
 
-    def after(self, interval: float) -> 'Travel':
+    def after(self, interval: float, yaw_rate: float = 0.0) -> 'Travel':
         """
-        Return the prediction ``interval`` seconds later.
+        Return the prediction ``interval`` seconds later, at a yaw rate in radians per second.
 
-        The course tends to straight ahead. The slope stays, as it is that of the camera's mounting
-        for the most part; towards 0, each pair would be measured with a share of that error.
+        The course tends to straight ahead; the faster the vehicle turns, the less certain it is.
+        The slope stays, as it is that of the camera's mounting for the most part; towards 0, each
+        pair would be measured with a share of that error.
         """
         kept = math.exp(-interval / _MEMORY)
         share = kept * kept
+        course = math.hypot(_COURSE, _LEVER * yaw_rate)
         return Travel(
             kept * self.course, self.slope,
-            share * self.course_variance + (1.0 - share) * _COURSE ** 2,
+            share * self.course_variance + (1.0 - share) * course ** 2,
             share * self.slope_variance + (1.0 - share) * _SLOPE ** 2)
 
 
@@ -107,20 +112,22 @@ class MotionFit:
 
     def __call__(
         self, u: NDArray[np.float64], w: NDArray[np.float64], weight: NDArray[np.float64],
-        travel: Travel,
+        travel: Travel, *, aside: NDArray[np.float64] | float = 0.0,
+        down: NDArray[np.float64] | float = 0.0,
     ) -> CameraMotion | None:
         """
         Return the motion that fits the displacements, (N,) in radians; None if they are too few.
 
-        ``travel`` is the predicted direction of travel.
+        ``travel`` is the predicted direction of travel. The displacements are those of points that
+        are ``aside`` to the right and ``down`` from the centres of the blocks, in radians.
         """
         used = np.flatnonzero(weight > 0.0)
         if len(used) <= _C:
             return None
         u, w, weight = u[used], w[used], weight[used]
         # Evaluated half-way along the displacement, so that both directions of time are equal.
-        azimuth = self._azimuths[used] + u / 2
-        y = self._slopes[used] + w / 2
+        azimuth = (self._azimuths + aside)[used] + u / 2
+        y = (self._slopes + down)[used] + w / 2
         shift = np.stack([u, w])
         # Effect of each unknown on each point, (6, 3, N): to the right, down, and along the line
         # on which the distance of the point moves it. The last row is the residual.

@@ -7,9 +7,8 @@ import math
 
 import numpy as np
 from numpy.typing import NDArray
-from phase_traj_ros.core.calibration.field_of_view import FieldOfView
 from phase_traj_ros.core.calibration.self_calibration import SelfCalibration
-from phase_traj_ros.core.camera.estimate import CameraEstimate
+from phase_traj_ros.core.camera.estimate import CameraEstimate, FieldOfView
 from phase_traj_ros.core.camera.in_use import CameraInUse
 from phase_traj_ros.core.camera.lens import Lens, LensOrigin
 from phase_traj_ros.core.camera.model import CameraModel
@@ -38,8 +37,6 @@ class HeadingUpdate:
     step: HeadingStep
     shift: Shift | None
     """Shift at the centre of the image, in pixels of the full frame; None if not comparable."""
-    measured: bool
-    """Whether the yaw was measured; False if it was bridged."""
     turns: tuple[Turn, ...]
     """Turns whose end was detected with this pair."""
     quarters: tuple[int, ...]
@@ -101,8 +98,9 @@ class HeadingEstimator:
 
     @property
     def field_of_view(self) -> FieldOfView | None:
-        """Return the field of view estimated from the turns, for any lens; None before a turn."""
-        return self._bends.field_of_view
+        """Return the field of view learned from the turns; None if it is not learned."""
+        estimate = self._lens.estimate
+        return None if estimate is None else estimate.field_of_view
 
     @property
     def tracker(self) -> HeadingTracker:
@@ -264,6 +262,11 @@ class HeadingEstimator:
                 0.0 if yaw is None else self._focal[0] * _tangent(yaw), interval)
         return measurement
 
+    def admits(self, measurement: YawMeasurement | None, interval: float) -> bool:
+        """Return whether ``add`` would accept the yaw of a measurement; False without a yaw."""
+        return measurement is not None and measurement.yaw is not None and self._tracker.admits(
+            measurement.yaw / self._lens.tilt, interval, certain=measurement.certain)
+
     def start(self, stamp_ns: int) -> None:
         """Record the stamp of the first frame; a recording that is repeated adds no evidence."""
         self._turns.update(stamp_ns, 0.0)
@@ -291,12 +294,11 @@ class HeadingEstimator:
             self._learn_from_travel(measurement, step)
         turns = (*self._cut_short, *self._turns.update(stamp_ns, step.heading, way))
         self._cut_short.clear()
-        for angle_deg in self._bends.update(
-                self._turns.bends, focal=self._focal[0] / self._shape[1]):
+        for angle_deg in self._bends.update(self._turns.bends):
             if self._learning is not None and not self._again:
                 self._learning.add_turn(angle_deg, focal_px=self._focal[0])
         update = HeadingUpdate(
-            step, self.shift_of(measurement), not step.bridged, turns, self._turns.quarters,
+            step, self.shift_of(measurement), turns, self._turns.quarters,
             self._focal[0], self._contradicts(step.heading))
         if self._learned:
             self._adopt()
@@ -305,7 +307,7 @@ class HeadingEstimator:
     def hold(self) -> HeadingUpdate:
         """Return the update of a pair without any change, such as of a repeated picture."""
         step = HeadingStep(0.0, self._tracker.rate, self._tracker.heading, bridged=False)
-        return HeadingUpdate(step, None, True, (), (), self._focal[0], contradicts=False)
+        return HeadingUpdate(step, None, (), (), self._focal[0], contradicts=False)
 
     def shift_of(self, measurement: YawMeasurement | None) -> Shift | None:
         """Return the shift at the centre of the image, in pixels of the full frame."""

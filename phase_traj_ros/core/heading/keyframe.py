@@ -39,14 +39,14 @@ class Keyframe:
         """Direction of travel at the newest frame."""
         self._rotation = (0.0, 0.0, 0.0)
 
-    @property
-    def foreseen(self) -> Travel:
+    def foreseen(self, yaw_rate: float) -> Travel:
         """
         Return the direction of travel that is foreseen for the comparison with this frame.
 
-        It does not contain the evidence of the comparisons with this frame so far.
+        ``yaw_rate`` is in radians per second. The result does not contain the evidence of the
+        comparisons with this frame so far.
         """
-        return self._begun.after(self.age)
+        return self._begun.after(self.age, yaw_rate)
 
     def pair(self, motion: CameraMotion, blocks: BlockShifts) -> CameraMotion:
         """Add the motion since this frame; return it with the rotation of the newest pair."""

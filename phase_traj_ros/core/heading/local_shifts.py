@@ -39,11 +39,15 @@ class BlockShifts:
     Displacements of the blocks of a grid, in pixels; all arrays are (N,).
 
     ``dx`` is positive to the right, ``dy`` down. ``weight`` is from 0 (not measured) to 1.
+    ``aside`` and ``down`` are the centroid of the texture, relative to the centre of the block:
+    within a block, near parts move farther, and the displacement is that of the texture.
     """
 
     dx: NDArray[np.float64]
     dy: NDArray[np.float64]
     weight: NDArray[np.float64]
+    aside: NDArray[np.float64]
+    down: NDArray[np.float64]
 
 
 class BlockGrid:
@@ -85,6 +89,9 @@ class BlockGrid:
             np.clip(np.rint(middle)[:, None].astype(int) + reach, 0, side - 1)
             for middle, side in ((y, height), (x, width)))
         self._pixels = row[:, :, None] * width + column[:, None, :]
+        # Place of each pixel within a block without the margin, (81, 2): column, row.
+        self._places = np.stack(
+            np.meshgrid(reach[1:-1], reach[1:-1]), axis=-1).reshape(-1, 2).astype(np.float32)
         self._fixed = np.zeros(len(x))
         self._open = np.ones(len(x), np.bool_)
 
@@ -132,18 +139,24 @@ class BlockGrid:
             flags=cv2.OPTFLOW_USE_INITIAL_FLOW | cv2.OPTFLOW_LK_GET_MIN_EIGENVALS)
         moved = (found - self._middles).astype(np.float64)
         weight = np.minimum(texture.ravel() / _GOOD_TEXTURE, 1.0)
-        told = (state.ravel() == 1) & self._open & ~self.fixed & self._corners(previous)
-        return BlockShifts(moved[:, 0], moved[:, 1], np.where(told, weight, 0.0))
+        corners, aside, down = self._texture(previous)
+        told = (state.ravel() == 1) & self._open & ~self.fixed & corners
+        return BlockShifts(
+            moved[:, 0], moved[:, 1], np.where(told, weight, 0.0), aside, down)
 
-    def _corners(self, picture: NDArray[np.uint8]) -> NDArray[np.bool_]:
-        """Return which blocks show more than an edge, (N,)."""
+    def _texture(
+        self, picture: NDArray[np.uint8],
+    ) -> tuple[NDArray[np.bool_], NDArray[np.float64], NDArray[np.float64]]:
+        """Return which blocks show more than an edge, and the centroid of their texture, (N,)."""
         pixels = picture.ravel()[self._pixels].astype(np.float32)
         x = (pixels[:, 1:-1, 2:] - pixels[:, 1:-1, :-2]).reshape(len(pixels), -1)
         y = (pixels[:, 2:, 1:-1] - pixels[:, :-2, 1:-1]).reshape(len(pixels), -1)
         xx, xy, yy = (np.einsum('ij,ij->i', *pair) for pair in ((x, x), (x, y), (y, y)))
         # Compares the product of the eigenvalues with the square of their sum.
-        return np.asarray(
-            (1.0 + _NO_EDGE) ** 2 * (xx * yy - xy * xy) > _NO_EDGE * (xx + yy) ** 2, np.bool_)
+        corners = (1.0 + _NO_EDGE) ** 2 * (xx * yy - xy * xy) > _NO_EDGE * (xx + yy) ** 2
+        moments = (x * x + y * y) @ self._places
+        aside, down = moments.T / np.maximum(xx + yy, 1.0)
+        return corners, aside.astype(np.float64), down.astype(np.float64)
 
     def learn(self, shifts: BlockShifts, must_move: NDArray[np.bool_]) -> None:
         """

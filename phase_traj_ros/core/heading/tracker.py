@@ -150,10 +150,11 @@ class HeadingTracker:
         blind, missed = self._gap, 0.0
         if yaw is not None:
             missed = (self.rate + yaw / interval) / 2 * self._gap - self._filled
-        bridged = yaw is None or not self._believe(yaw / interval, interval, certain)
+        bridged = yaw is None or not self.admits(yaw, interval, certain=certain)
         if yaw is None or bridged:
             self._bridge(yaw, interval)
         else:
+            self._correct(yaw / interval, interval, certain)
             self._heading += yaw
             self._rate = yaw / interval
             self._gap = self._filled = 0.0
@@ -167,24 +168,33 @@ class HeadingTracker:
         return HeadingStep(
             self._heading - before, self.rate, self._heading, bridged, variance, missed)
 
-    def _believe(self, rate: float, interval: float, certain: bool) -> bool:
-        """Return whether a measured rate is accepted; if so, correct the bridged pairs."""
+    def admits(self, yaw: float, interval: float, *, certain: bool = False) -> bool:
+        """Return whether ``update`` would accept a yaw: whether a vehicle can turn like that."""
+        rate = yaw / interval
+        # After a long gap, any rate is possible.
+        return (self._follows(rate, interval, certain) or self._repeats(rate, interval)
+                or self._gap > _PERSISTENCE)
+
+    def _follows(self, rate: float, interval: float, certain: bool) -> bool:
+        return certain or self._rate is None or _can_be(
+            self._rate, rate, (self._interval + interval) / 2)
+
+    def _repeats(self, rate: float, interval: float) -> bool:
+        return self._doubted is not None and _can_be(
+            self._doubted.rate, rate, (self._interval + interval) / 2)
+
+    def _correct(self, rate: float, interval: float, certain: bool) -> None:
+        """Correct the bridged pairs before an admitted rate."""
         doubted = self._doubted
-        if (certain or self._rate is None
-                or _can_be(self._rate, rate, (self._interval + interval) / 2)):
+        if self._follows(rate, interval, certain):
             if self._gap <= _PERSISTENCE:
                 self._heading += (self.rate + rate) / 2 * self._gap - self._filled
-            return True
-        if doubted is not None and _can_be(
-                doubted.rate, rate, (self._interval + interval) / 2):
+        elif doubted is not None and self._repeats(rate, interval):
             self._heading += doubted.rate * self._interval - doubted.filled
             missing = self._gap - self._interval
             if missing <= _PERSISTENCE:
                 self._heading += (self.rate + doubted.rate) / 2 * missing - (
                     self._filled - doubted.filled)
-            return True
-        # After a long gap, any rate is possible.
-        return self._gap > _PERSISTENCE
 
     def _bridge(self, yaw: float | None, interval: float) -> None:
         self._bridged += 1

@@ -287,7 +287,8 @@ class YawMeter:
         scale = self._projection.px_per_rad
         blocks = self._grid.measure(key.picture, current, expected=key.moved + np.array(expected))
         motion = self._fit(
-            blocks.dx / scale, blocks.dy / scale, blocks.weight, key.foreseen)
+            blocks.dx / scale, blocks.dy / scale, blocks.weight, key.foreseen(self._rate),
+            aside=blocks.aside / scale, down=blocks.down / scale)
         return motion, blocks
 
     def _keyframe(self, picture: NDArray[np.uint8], travel: Travel) -> Keyframe:

@@ -176,10 +176,11 @@ def _pieces(places: Floats, tails: Ints, heads: Ints, rule: Ints) -> RoadMap:
     entry, leave = np.concatenate([entry, leave]), np.concatenate([leave, entry])
     reverse = (both + count) % (2 * count)
     first, successors = _following(entry, leave, reverse)
-    along = ends - starts
+    # Contiguous, as in ``lens_family.places``.
+    east, north = np.ascontiguousarray((ends - starts).T)
     return RoadMap(
-        starts=starts, ends=ends, length=np.hypot(*along.T),
-        direction=np.arctan2(along[:, 1], along[:, 0]), reverse=reverse,
+        starts=starts, ends=ends, length=np.hypot(east, north),
+        direction=np.arctan2(north, east), reverse=reverse,
         against=np.concatenate([rule[edge] < 0, rule[edge] > 0]),
         first=first, successors=successors)
 

@@ -45,7 +45,7 @@ class Odometry:
         Mean speed of the pair in metres per second, negative in reverse.
     yaw_rate
         Yaw rate in radians per second, positive to the left. It is that of the pair: a correction
-        of earlier pairs, which changes the yaw of the pose, is no motion.
+        of earlier pairs, which changes the yaw of the pose, is not a motion.
     position_variance
         Mean of the variances of x and y, in square metres.
     yaw_variance, speed_variance, yaw_rate_variance

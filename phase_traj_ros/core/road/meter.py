@@ -99,7 +99,7 @@ class _Turned:
 
     @property
     def drives(self) -> bool:
-        """Return whether the road must have slid, so that what has not is no road."""
+        """Return whether the road must have slid, so that what has not is not the road."""
         return self.passing is None or self.passing > _DRIVEN
 
     @property

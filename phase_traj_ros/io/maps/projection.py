@@ -71,11 +71,10 @@ class LocalProjection:
         c = (start * start).sum(axis=-1) - _A * _A
         # The product of both roots is c / a; this one has no cancellation near the origin.
         rise = -c / (b + np.sqrt(b * b - a * c))
-        place = foot + rise[..., None] * up
-        flat = np.hypot(place[..., 0], place[..., 1]) * (1.0 - _E2)
-        return (
-            np.degrees(np.arctan2(place[..., 2], flat)),
-            np.degrees(np.arctan2(place[..., 1], place[..., 0])))
+        # Contiguous, as in ``lens_family.places``.
+        x, y, z = np.ascontiguousarray(np.moveaxis(foot + rise[..., None] * up, -1, 0))
+        flat = np.hypot(x, y) * (1.0 - _E2)
+        return np.degrees(np.arctan2(z, flat)), np.degrees(np.arctan2(y, x))
 
     @property
     def _origin(self) -> NDArray[np.float64]:

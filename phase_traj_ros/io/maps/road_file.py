@@ -106,8 +106,8 @@ def read_roads(
             ways = read_xml(path, roads)
         else:
             raise MapError(
-                f'{path} is no map: give an extract of OpenStreetMap, .osm.pbf, .osm, .osm.gz or'
-                ' .osm.bz2')
+                f'{path} is not a map: give an extract of OpenStreetMap, .osm.pbf, .osm, .osm.gz'
+                ' or .osm.bz2')
     except OSError as error:
         raise MapError(f'{path} cannot be read: {error.strerror or error}') from None
     parts = [part for way in ways for part in _parts(way)]

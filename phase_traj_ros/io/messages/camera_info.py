@@ -9,9 +9,8 @@ of rclpy and rosbags. ROS 1 writes D, K and P, ROS 2 d, k and p.
 Sources: the comments of sensor_msgs/CameraInfo and sensor_msgs/RegionOfInterest, REP 104.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import cast, Final, Protocol
+from typing import Any, Final
 
 from phase_traj_ros.core.camera.model import CameraModel, Distortion
 from phase_traj_ros.errors import CalibrationError
@@ -29,58 +28,6 @@ _MODELS = {
 }
 # Number of coefficients of plumb_bob.
 _PLUMB_BOB = 5
-
-
-class RegionOfInterest(Protocol):
-    """The fields of sensor_msgs/RegionOfInterest that are used, in pixels of the sensor."""
-
-    @property
-    def x_offset(self) -> int:
-        """First column."""
-
-    @property
-    def y_offset(self) -> int:
-        """First row."""
-
-    @property
-    def height(self) -> int:
-        """Rows."""
-
-    @property
-    def width(self) -> int:
-        """Columns."""
-
-
-class CameraInfo(Protocol):
-    """
-    The fields of sensor_msgs/CameraInfo that are used and have the same name in ROS 1 and ROS 2.
-
-    In addition there are k or K (3x3), p or P (3x4), and d or D.
-    """
-
-    @property
-    def height(self) -> int:
-        """Rows of the image that the camera was calibrated with."""
-
-    @property
-    def width(self) -> int:
-        """Columns."""
-
-    @property
-    def distortion_model(self) -> str:
-        """Name from sensor_msgs/distortion_models."""
-
-    @property
-    def binning_x(self) -> int:
-        """Columns of the sensor per column of the image; 0 means 1."""
-
-    @property
-    def binning_y(self) -> int:
-        """Rows of the sensor per row of the image; 0 means 1."""
-
-    @property
-    def roi(self) -> RegionOfInterest:
-        """Part of the sensor that the image covers; all zero means the whole sensor."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,7 +50,7 @@ class _Axis:
         return (centre - self.offset + 0.5) / self.binning - 0.5
 
 
-def camera_from_info(message: object, *, rectified: bool) -> CameraModel:
+def camera_from_info(message: Any, *, rectified: bool) -> CameraModel:
     """
     Return the camera model for the images that a CameraInfo belongs to.
 
@@ -127,9 +74,8 @@ def camera_from_info(message: object, *, rectified: bool) -> CameraModel:
     """
     try:
         matrix = _numbers(message, 'p' if rectified else 'k')
-        info = cast('CameraInfo', message)
-        columns, rows = _axes(info)
-        name = info.distortion_model
+        columns, rows = _axes(message)
+        name = message.distortion_model
         coefficients = _numbers(message, 'd')
     except (AttributeError, TypeError, ValueError) as error:
         raise CalibrationError(f'this is not a sensor_msgs/CameraInfo: {error}') from error
@@ -176,15 +122,15 @@ def camera_info_fields(
     }
 
 
-def _numbers(message: object, name: str) -> tuple[float, ...]:
+def _numbers(message: Any, name: str) -> tuple[float, ...]:
     """Return the numbers of a field, whose name is upper case in ROS 1."""
     found = getattr(message, name, None)
     if found is None:
         found = getattr(message, name.upper())
-    return tuple(float(value) for value in cast('Sequence[float]', found))
+    return tuple(float(value) for value in found)
 
 
-def _axes(info: CameraInfo) -> tuple[_Axis, _Axis]:
+def _axes(info: Any) -> tuple[_Axis, _Axis]:
     """Return where the columns and rows of the image are on the sensor."""
     roi = info.roi
     x, y, width, height = roi.x_offset, roi.y_offset, roi.width, roi.height

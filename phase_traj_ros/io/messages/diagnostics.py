@@ -5,17 +5,13 @@
 from dataclasses import dataclass
 from enum import IntEnum
 
-from phase_traj_ros.core import Counters, LensOrigin, TrajectoryEstimator
-from phase_traj_ros.core.calibration.field_of_view import FieldOfView, SURE
-from phase_traj_ros.core.camera.lens_family import PINHOLE
+from phase_traj_ros.core import Counters, TrajectoryEstimator
+from phase_traj_ros.core.camera.estimate import FieldOfView
 from phase_traj_ros.core.correlation.transforms import find_transform
-from phase_traj_ros.core.heading.estimator import HeadingEstimator
 from phase_traj_ros.core.reliability import Reason
 
 # Below this share of measured pairs since the last report, the status is a warning.
 _MEASURED_SHARE = 0.5
-# Above this relative difference, the given field of view does not belong to the camera.
-_WRONG_VIEW = 0.1
 _UNUSABLE = ('unmeasured', 'gaps', 'reprimed')
 
 
@@ -53,14 +49,12 @@ class MeasurementReporter:
             'reliable': str(found.reliable).lower(), 'reasons': ' '.join(found.words),
             'drive reliable': str(found.of_drive.reliable).lower(),
             'unreliable spans': str(len(found.spans))}
-        wrong = None
         if heading is not None:
             values['bridged share'] = f'{heading.tracker.bridged_share:.3f}'
             if heading.camera is not None:
                 values['camera'] = str(heading.camera)
             if heading.field_of_view is not None:
                 values.update(_view_values(heading.field_of_view))
-                wrong = _contradiction(heading, heading.field_of_view)
         values.update(_way_values(estimator))
         pairs = counters.frames - self._counted.frames
         unusable = sum(
@@ -68,9 +62,8 @@ class MeasurementReporter:
         self._counted = counters.copy()
         if pairs and unusable > (1 - _MEASURED_SHARE) * pairs:
             level, message = Level.WARN, f'{unusable} of {pairs} pairs not measured'
-        elif wrong is not None:
-            level, message = Level.WARN, wrong
-        elif pairs and any(reason is not Reason.TOO_SHORT for reason in found.reasons):
+        elif (pairs or Reason.FROZEN in found.reasons) and any(
+                reason is not Reason.TOO_SHORT for reason in found.reasons):
             level = Level.WARN
             message = ' '.join(reason.sentence for reason in found.reasons)
         elif pairs:
@@ -101,23 +94,3 @@ def _view_values(view: FieldOfView) -> dict[str, str]:
         'field of view deviation (deg)': f'{view.deviation_deg:.1f}',
         'field of view sureness': f'{view.sureness:.2f}',
         'field of view turns': str(view.turns)}
-
-
-def described(view: FieldOfView) -> str:
-    """Return an estimate as text."""
-    return (
-        f'{view.hfov_deg:.1f} +- {view.deviation_deg:.1f}, within 5 % with a probability of'
-        f' {view.sureness:.2f}, from {view.turns} turn{"" if view.turns == 1 else "s"}')
-
-
-def _contradiction(heading: HeadingEstimator, view: FieldOfView) -> str | None:
-    """Return a warning if the turns contradict the field of view in use, else None."""
-    if heading.lens.origin is not LensOrigin.GIVEN or heading.lens.straightness != PINHOLE:
-        # A learned field of view, or a lens with distortion, whose field of view is different.
-        return None
-    used = 0.0 if heading.camera is None else heading.camera.hfov_deg
-    if used == 0.0 or view.sureness < SURE or abs(view.hfov_deg / used - 1.0) <= _WRONG_VIEW:
-        return None
-    return (
-        f'the angles of the turns indicate a field of view of {view.hfov_deg:.0f} degrees, but'
-        f' {used:.0f} degrees are in use')

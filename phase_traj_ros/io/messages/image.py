@@ -9,54 +9,13 @@ sensor_msgs/CompressedImage, such as the messages of rclpy and rosbags.
 
 from dataclasses import dataclass
 from enum import auto, Enum
-from typing import Any, cast, Protocol
+from typing import Any, cast
 
 import cv2
 import numpy as np
 import numpy.typing as npt
 from phase_traj_ros.errors import FrameError
 from phase_traj_ros.io.images.decoding import decode_picture, DEFAULT_MAX_PIXELS, GreyImage
-
-
-class ImageMessage(Protocol):
-    """The fields of sensor_msgs/Image that are used; data is any buffer of bytes."""
-
-    @property
-    def height(self) -> int:
-        """Rows."""
-
-    @property
-    def width(self) -> int:
-        """Pixels in a row."""
-
-    @property
-    def encoding(self) -> str:
-        """Name from sensor_msgs/image_encodings."""
-
-    @property
-    def is_bigendian(self) -> int:
-        """Whether samples of 16 bits are stored high byte first."""
-
-    @property
-    def step(self) -> int:
-        """Bytes from one row to the next."""
-
-    @property
-    def data(self) -> object:
-        """All rows, height * step bytes."""
-
-
-class CompressedImageMessage(Protocol):
-    """
-    The fields of sensor_msgs/CompressedImage that are used; data is any buffer of bytes.
-
-    Also used is format (not declared here: linters mistake it for the builtin). Its part before
-    the semicolon is the encoding before compression, written by image_transport.
-    """
-
-    @property
-    def data(self) -> object:
-        """Content of an image file."""
 
 
 class _Conversion(Enum):
@@ -142,7 +101,7 @@ ENCODINGS = tuple(_LAYOUTS)
 _MIN_MOSAIC_SIDE = 3
 
 
-def to_grey(msg: ImageMessage) -> GreyImage:
+def to_grey(msg: Any) -> GreyImage:
     """
     Convert a raw image message to grey, (H, W): uint8, uint16, or float32, as the encoding has it.
 
@@ -173,7 +132,7 @@ def to_grey(msg: ImageMessage) -> GreyImage:
 
 
 def decode_compressed(
-    msg: CompressedImageMessage, *, max_pixels: int = DEFAULT_MAX_PIXELS,
+    msg: Any, *, max_pixels: int = DEFAULT_MAX_PIXELS,
 ) -> GreyImage:
     """
     Decode a compressed image message to grey, (H, W), uint8, or uint16 for a PNG of 16 bits.
@@ -205,9 +164,9 @@ def msg_to_frame(msg: object, *, max_pixels: int = DEFAULT_MAX_PIXELS) -> GreyIm
     Raises FrameError as to_grey and decode_compressed do, and for any other message.
     """
     if hasattr(msg, 'encoding'):
-        return to_grey(cast('ImageMessage', msg))
+        return to_grey(msg)
     if hasattr(msg, 'format'):
-        return decode_compressed(cast('CompressedImageMessage', msg), max_pixels=max_pixels)
+        return decode_compressed(msg, max_pixels=max_pixels)
     raise FrameError(
         f'a message of type {type(msg).__name__} is neither an Image nor a CompressedImage')
 
@@ -226,7 +185,7 @@ def _buffer(data: object) -> npt.NDArray[np.uint8]:
             f'the data field is a {type(data).__name__}, not an array of bytes') from error
 
 
-def _samples(msg: ImageMessage, layout: _Layout) -> GreyImage:
+def _samples(msg: Any, layout: _Layout) -> GreyImage:
     """Check the fields for consistency, then view data as (H, W) or (H, W, C) samples."""
     height, width, step = msg.height, msg.width, msg.step
     what = f'the {width}x{height} image of encoding {msg.encoding}'

@@ -21,8 +21,9 @@ from phase_traj_ros.io.messages.diagnostics import Level, Report
 from phase_traj_ros.parameters import MAX_PATH_POSES, NODE_NAME, Parameters
 
 _NANOSECONDS = 10**9
-# Runs of each code in the texts of the codes: the newest.
-_TEXT_RUNS = 50
+TEXT_RUNS: Final = 50
+"""Runs of each code in the texts of the codes: the newest."""
+
 # Variances of unmeasured values, and of the lateral speed, which is close to zero.
 _UNKNOWN = 1e6
 _SIDEWAYS = 0.01
@@ -191,13 +192,13 @@ class Messages:
         """Return the message of a topic of ``whole_topics``, which covers all pairs so far."""
         if topic == CHAIN_CODE:
             text = describe(
-                estimator.codes, frames=estimator.frames, max_runs=_TEXT_RUNS)
+                estimator.codes, frames=estimator.frames, max_runs=TEXT_RUNS)
             return self._types['std_msgs/msg/String'](data=str(text))
         if topic == LINKS:
             assert estimator.links is not None
             return self._types['std_msgs/msg/String'](data=str(describe_links(
                 estimator.links, unit=parameters.length_unit.value,
-                max_runs=_TEXT_RUNS)))
+                max_runs=TEXT_RUNS)))
         return self.path(
             estimator.path.points(MAX_PATH_POSES),
             self.header(estimator.last_stamp_ns or 0, parameters.path_frame))

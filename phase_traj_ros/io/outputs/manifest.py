@@ -16,12 +16,6 @@ import phase_traj_ros
 MANIFEST: Final = 'manifest.json'
 
 _PROGRAM = 'phase_traj_ros'
-# What versions without a manifest wrote beside a chain_code.json, and beside a summary.csv.
-_OLD_RESULTS = (
-    'chain_code.json', 'shifts.csv', 'trajectory.tum', 'trajectory.png', 'trajectory.svg',
-    'turns.png', 'turns.svg', 'report.html', 'evaluation.json', 'evaluation.png', 'camera.yaml')
-_OLD_SUMMARY = ('summary.csv', 'summary.html')
-_OLD_HEADER = b'source,folder,status,frames,'
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,13 +32,13 @@ class Manifest:
 
     @classmethod
     def of(cls, folder: Path) -> Manifest:
-        """Read the manifest of a folder, or find the results of a version that wrote none."""
+        """Read the manifest of a folder; without one, the folder owns no files."""
         found = _content(folder / MANIFEST)
         listed = found.get('files')
-        if found.get('program') == _PROGRAM and isinstance(listed, dict):
-            digests = {name: found for name, found in listed.items() if isinstance(found, str)}
-            return cls(folder, {**digests, **_digests(folder, (MANIFEST,))})
-        return cls(folder, _digests(folder, _old_results(folder)))
+        if found.get('program') != _PROGRAM or not isinstance(listed, dict):
+            return cls(folder)
+        digests = {name: found for name, found in listed.items() if isinstance(found, str)}
+        return cls(folder, {**digests, **_digests(folder, (MANIFEST,))})
 
     @classmethod
     def made_of(cls, folder: Path, staged: Mapping[str, Path]) -> Manifest:
@@ -115,19 +109,6 @@ def _files_below(path: Path) -> Iterator[tuple[str, Path]]:
     for file in sorted(path.rglob('*')):
         if file.is_symlink() or not file.is_dir():
             yield f'/{file.relative_to(path).as_posix()}', file
-
-
-def _old_results(folder: Path) -> tuple[str, ...]:
-    found = _content(folder / 'chain_code.json')
-    if {'movement_runs', 'direction_runs', 'versions'} <= found.keys():
-        return _OLD_RESULTS
-    try:
-        with (folder / 'summary.csv').open('rb') as file:
-            if file.read(len(_OLD_HEADER)) == _OLD_HEADER:
-                return _OLD_SUMMARY
-    except OSError:
-        pass
-    return ()
 
 
 def _content(path: Path) -> dict[str, Any]:

@@ -7,10 +7,12 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
+import fcntl
 import os
 from pathlib import Path
 import shutil
 import tempfile
+import time
 from types import TracebackType
 from typing import Final
 
@@ -21,6 +23,9 @@ from phase_traj_ros.io.outputs.manifest import MANIFEST, Manifest
 STAGING: Final = '.phase_traj-'
 """Beginning of the names of the folders for unfinished outputs."""
 
+# A folder that a run has just made may not be locked yet.
+_FRESH_S = 60.0
+
 
 @dataclass(frozen=True, slots=True)
 class _Staged:
@@ -29,6 +34,8 @@ class _Staged:
     folder: Path
     """Folder of the output, without symbolic links."""
     staging: Path
+    lock: int
+    """Descriptor that tells other runs that this one lives."""
     manifest: Manifest | None = None
     """What is there from earlier runs; None for a single file."""
     adds: bool = False
@@ -77,6 +84,7 @@ class Outputs:
             finally:
                 for each in self._staged:
                     shutil.rmtree(each.staging, ignore_errors=True)
+                    os.close(each.lock)
                 # Bottom up, as long as nothing else was written into them.
                 with suppress(OSError):
                     for folder in reversed(self._created):
@@ -116,7 +124,7 @@ class Outputs:
         Raises
         ------
         OutputError
-            The file cannot be written, is an input or lies in one, or is no regular file.
+            The file cannot be written, is an input or lies in one, or is a folder or a device.
 
         """
         with writing_to(target):
@@ -139,8 +147,12 @@ class Outputs:
             for each in reversed(missing):
                 each.mkdir(exist_ok=True)
                 self._created.append(each)
+            _remove_abandoned(folder)
             staging = Path(tempfile.mkdtemp(prefix=f'{STAGING}{self.batch}', dir=folder))
-            self._staged.append(_Staged(folder, staging, manifest, adds))
+            lock = os.open(staging, os.O_RDONLY)
+            self._staged.append(_Staged(folder, staging, lock, manifest, adds))
+            with suppress(OSError):  # Not every file system has locks.
+                fcntl.flock(lock, fcntl.LOCK_SH)
             made = staging / 'made'
             made.mkdir()
             return made
@@ -248,6 +260,20 @@ def remove_staging(folder: Path, batch: str) -> None:
         shutil.rmtree(staging, ignore_errors=True)
     with suppress(OSError):
         folder.rmdir()
+
+
+def _remove_abandoned(folder: Path) -> None:
+    """Remove what killed runs left in a folder, unless earlier results were moved into it."""
+    for staging in folder.glob(f'{STAGING}*'):
+        with suppress(OSError):
+            lock = os.open(staging, os.O_RDONLY)
+            try:
+                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                if ((staging / 'made').is_dir() and not any(staging.glob('aside/*'))
+                        and time.time() - staging.stat().st_mtime > _FRESH_S):
+                    shutil.rmtree(staging)
+            finally:
+                os.close(lock)
 
 
 def _real(target: Path) -> Path:

@@ -25,7 +25,7 @@ from phase_traj_ros.core import (
     Update,
     Way,
 )
-from phase_traj_ros.core.calibration.field_of_view import FieldOfView
+from phase_traj_ros.core.camera.estimate import FieldOfView
 from phase_traj_ros.core.codes.freeman import AnyDirection
 from phase_traj_ros.core.codes.threshold_hint import ThresholdHint
 from phase_traj_ros.core.heading.turns import Turn
@@ -118,9 +118,6 @@ class Watcher:
     def add(self, frame: StampedFrame, update: Update, estimator: TrajectoryEstimator) -> None:
         """Take the result of a pair; ``frame`` is its second frame."""
 
-    def finish(self, turns: Sequence[Turn]) -> None:
-        """End after the last frame; ``turns`` are those that were not finished and end there."""
-
 
 def replay(
     frames: Iterable[Entry], parameters: Parameters, *, source: str,
@@ -181,8 +178,6 @@ def replay(
         raise SourceError(f'{source}: {_too_few(estimator, first_skipped)}')
     heading = estimator.heading
     under_way = [] if heading is None else sorted(heading.finish(), key=_start_frame)
-    for watcher in watchers:
-        watcher.finish(under_way)
     found = Replay(
         source, parameters, first_stamp_ns, tuple(updates), estimator.codes, estimator.counters,
         tuple(sorted([*turns, *under_way], key=_start_frame)),

@@ -24,7 +24,7 @@ from phase_traj_ros.io.messages.published import (
 )
 from phase_traj_ros.io.messages.schedule import DIAGNOSTICS_PERIOD_NS, Pace, Schedule
 from phase_traj_ros.io.replay.run import Watcher
-from phase_traj_ros.io.results.debug_picture import draw, Picture
+from phase_traj_ros.io.results.debug_picture import draw
 from phase_traj_ros.io.sources.base import StampedFrame
 from phase_traj_ros.parameters import NODE_NAME, Parameters
 
@@ -73,34 +73,43 @@ class BagSink(Watcher):
 
         """
         self._types = _types()
+        self._messages = Messages(self._types.types)
         self._target = path
         self._parameters = parameters
         self._source = source
         self._debug_images = debug_images
-        self._topics = (
-            *pair_topics(parameters), *whole_topics(parameters),
-            *([DEBUG_IMAGE] if debug_images else []))
-        self._bag: _Bag | None = None
+        self._file: _BagFile | None = None
 
     def __enter__(self) -> BagSink:
         return self
 
     def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
-        if self._bag is None:
+        if self._file is None:
             return
-        if kind is None:
-            self._bag.complete()
-        else:
-            self._bag.discard()
+        if kind is not None:
+            self._file.discard()
+            return
+        last_ns = self._estimator.last_stamp_ns or 0
+        self._write_whole(self._schedule.take_rest(last_ns), last_ns)
+        if self._diagnosed.pending:
+            self._write_diagnostics(last_ns)
+        self._file.complete()
 
     def start(self, frame: StampedFrame, estimator: TrajectoryEstimator) -> None:
         """Start a bag; it replaces an unfinished one."""
-        if self._bag is not None:
-            self._bag.discard()
-        self._bag = _Bag(
-            _BagFile(self._target, self._types, self._topics),
-            Messages(self._types.types), self._parameters, estimator, source=self._source,
-            start_ns=frame.stamp_ns)
+        if self._file is not None:
+            self._file.discard()
+        self._file = _BagFile(self._target, self._types, (
+            *pair_topics(self._parameters), *whole_topics(self._parameters),
+            *([DEBUG_IMAGE] if self._debug_images else [])))
+        self._estimator = estimator
+        self._schedule = Schedule(self._parameters)
+        self._diagnosed = Pace(DIAGNOSTICS_PERIOD_NS)
+        self._diagnosed.sent(frame.stamp_ns)
+        self._responses: deque[float] = deque(maxlen=_RESPONSES)
+        self._measured = MeasurementReporter()
+        # Counts from before the start do not belong to this bag.
+        self._measured.report(estimator, 0.0)
 
     def add(self, frame: StampedFrame, update: Update, estimator: TrajectoryEstimator) -> None:
         """
@@ -112,15 +121,44 @@ class BagSink(Watcher):
             The bag cannot hold the stamp.
 
         """
-        assert self._bag is not None
-        if update.stamp_ns not in _STAMPS_NS:
+        stamp_ns = update.stamp_ns
+        if stamp_ns not in _STAMPS_NS:
             raise OutputError(
-                f'a bag cannot hold the stamp {update.stamp_ns / 1e9:.9f} s: stamps must be from'
+                f'a bag cannot hold the stamp {stamp_ns / 1e9:.9f} s: stamps must be from'
                 ' 0 to 2**31 seconds; leave out bag_out')
-        self._bag.add(update, frame.frame_id)
+        for topic, message in self._messages.of_pair(
+                update, self._parameters, camera_frame=frame.frame_id):
+            self._write(f'/{NODE_NAME}/{topic}', stamp_ns, message)
+        if update.shift is not None:
+            self._responses.append(update.shift.response)
+        self._schedule.add(update)
+        self._write_whole(self._schedule.take(stamp_ns), stamp_ns)
+        self._diagnosed.changed()
+        if self._diagnosed.is_due(stamp_ns):
+            self._write_diagnostics(stamp_ns)
         if self._debug_images:
-            self._bag.add_picture(
-                draw(frame, update, estimator), update.stamp_ns, frame.frame_id)
+            header = self._messages.header(stamp_ns, frame.frame_id)
+            self._write(topic_name(DEBUG_IMAGE), stamp_ns, self._messages.picture(
+                draw(frame, update, estimator), header))
+
+    def _write(self, topic: str, stamp_ns: int, message: Any) -> None:
+        assert self._file is not None
+        self._file.write(topic, stamp_ns, message)
+
+    def _write_whole(self, topics: Iterable[Topic], stamp_ns: int) -> None:
+        for topic in topics:
+            self._write(topic_name(topic), stamp_ns, self._messages.of_all(
+                topic, self._estimator, self._parameters))
+
+    def _write_diagnostics(self, stamp_ns: int) -> None:
+        response = statistics.median(self._responses) if self._responses else 0.0
+        images = Report(Level.OK, 'receiving images', {
+            'topic': self._source, 'images': str(self._estimator.counters.frames)})
+        measured = self._measured.report(self._estimator, response)
+        self._write(DIAGNOSTICS, stamp_ns, self._messages.diagnostics(
+            {'images': images, 'measurement': measured}, node=f'/{NODE_NAME}',
+            hardware_id=self._source, stamp=self._messages.time(stamp_ns)))
+        self._diagnosed.sent(stamp_ns)
 
 
 class _BagFile:
@@ -160,71 +198,6 @@ class _BagFile:
     def _connect(self, topic: str, kind: str, *, latched: bool) -> None:
         self._connections[topic] = self._writer.add_connection(
             topic, kind, typestore=self.types, offered_qos_profiles=[_qos(latched=latched)])
-
-
-class _Bag:
-    """The messages of a bag since a start of the estimator, and their schedule."""
-
-    def __init__(
-        self, file: _BagFile, messages: Messages, parameters: Parameters,
-        estimator: TrajectoryEstimator, *, source: str, start_ns: int,
-    ) -> None:
-        self._file = file
-        self._messages = messages
-        self._parameters = parameters
-        self._estimator = estimator
-        self._source = source
-        self._schedule = Schedule(parameters)
-        self._diagnosed = Pace(DIAGNOSTICS_PERIOD_NS)
-        self._diagnosed.sent(start_ns)
-        self._responses: deque[float] = deque(maxlen=_RESPONSES)
-        self._measured = MeasurementReporter()
-        # Counts from before the start do not belong to this bag.
-        self._measured.report(estimator, 0.0)
-
-    def add(self, update: Update, camera_frame: str) -> None:
-        stamp_ns = update.stamp_ns
-        for topic, message in self._messages.of_pair(
-                update, self._parameters, camera_frame=camera_frame):
-            self._file.write(f'/{NODE_NAME}/{topic}', stamp_ns, message)
-        if update.shift is not None:
-            self._responses.append(update.shift.response)
-        self._schedule.add(update)
-        self._write(self._schedule.take(stamp_ns), stamp_ns)
-        self._diagnosed.changed()
-        if self._diagnosed.is_due(stamp_ns):
-            self._write_diagnostics(stamp_ns)
-
-    def add_picture(self, picture: Picture, stamp_ns: int, frame_id: str) -> None:
-        header = self._messages.header(stamp_ns, frame_id)
-        self._file.write(
-            topic_name(DEBUG_IMAGE), stamp_ns, self._messages.picture(picture, header))
-
-    def complete(self) -> None:
-        last_ns = self._estimator.last_stamp_ns or 0
-        self._write(self._schedule.take_rest(last_ns), last_ns)
-        if self._diagnosed.pending:
-            self._write_diagnostics(last_ns)
-        self._file.complete()
-
-    def discard(self) -> None:
-        self._file.discard()
-
-    def _write(self, topics: Iterable[Topic], stamp_ns: int) -> None:
-        for topic in topics:
-            self._file.write(topic_name(topic), stamp_ns, self._messages.of_all(
-                topic, self._estimator, self._parameters))
-
-    def _write_diagnostics(self, stamp_ns: int) -> None:
-        counters = self._estimator.counters
-        response = statistics.median(self._responses) if self._responses else 0.0
-        images = Report(Level.OK, 'receiving images', {
-            'topic': self._source, 'images': str(counters.frames)})
-        measured = self._measured.report(self._estimator, response)
-        self._file.write(DIAGNOSTICS, stamp_ns, self._messages.diagnostics(
-            {'images': images, 'measurement': measured}, node=f'/{NODE_NAME}',
-            hardware_id=self._source, stamp=self._messages.time(stamp_ns)))
-        self._diagnosed.sent(stamp_ns)
 
 
 def _types() -> Any:

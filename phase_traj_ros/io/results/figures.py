@@ -7,7 +7,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 from threading import Lock
-from typing import Literal, TYPE_CHECKING
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,10 +15,9 @@ from phase_traj_ros.core import Axes, Movement, normalised, Shift, to_axes
 from phase_traj_ros.core.codes.codes import Code
 from phase_traj_ros.errors import MissingDependencyError
 from phase_traj_ros.io.images.decoding import GreyImage
-from phase_traj_ros.io.replay.overview import Overview, overview, turn_marks, TurnMark
+from phase_traj_ros.io.replay.overview import Overview, overview, TurnMark
 from phase_traj_ros.io.replay.run import Replay
 from phase_traj_ros.io.results.palette import LIGHT
-from phase_traj_ros.io.results.thumbnails import TurnFrames
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes as Plot
@@ -26,8 +25,6 @@ if TYPE_CHECKING:
 
 _DPI = 150
 _SETTINGS = Lock()
-# Frames of each turn in the film strip.
-_STRIP = 4
 # Turns that get a number.
 _NUMBERED = 40
 # Number of dots above which an SVG stores them as pixels.
@@ -79,46 +76,6 @@ def write_trajectory_picture(
             plot.axvspan(mark.start_s, mark.end_s, color=LIGHT.line, alpha=0.10, linewidth=0)
         plot.tick_params(labelbottom=plot is plots[-1], labelsize=8)
     plots[-1].set_xlabel('seconds since the first frame', fontsize=9)
-    save(figure, path)
-
-
-def write_turn_picture(turns: Sequence[TurnFrames], result: Replay, path: Path) -> None:
-    """
-    Draw a film strip: one row of frames for each turn, from its first frame to its last.
-
-    Raises
-    ------
-    ValueError
-        There are no turns.
-
-    """
-    if not turns:
-        raise ValueError('there are no turns to draw')
-    marks = {mark.pair: mark for mark in turn_marks(result)}
-    rows, columns = turns[0].frames.kept[0][1].shape
-    width, line, gap = 12.0, 0.3, 0.08
-    step = (width - gap) / _STRIP
-    high = (step - gap) * rows / columns
-    height = len(turns) * (high + line) + gap
-    figure = new_figure(width, height, layout=None)
-    # One set of axes for all frames, in inches from the upper left: many sets would be slow.
-    plot = figure.add_axes((0, 0, 1, 1))
-    plot.set_axis_off()
-    for row, turn in enumerate(turns):
-        mark, top = marks[turn.pair], row * (high + line)
-        plot.text(
-            gap, top + line - 0.07,
-            f'turn {mark.number}, {mark.side.label}, {mark.start_s:.1f} s', fontsize=9)
-        for column, (number, picture) in enumerate(turn.spread(_STRIP)):
-            left, right = gap + column * step, (column + 1) * step
-            plot.imshow(
-                picture, cmap='gray', vmin=0, vmax=255,
-                extent=(left, right, top + line + high, top + line))
-            plot.text(
-                right, top + line - 0.07, f'frame {number}', fontsize=7, color=LIGHT.faint,
-                ha='right')
-    plot.set_xlim(0, width)
-    plot.set_ylim(height, 0)
     save(figure, path)
 
 
@@ -174,9 +131,7 @@ def require_matplotlib() -> None:
     new_figure(1, 1)
 
 
-def new_figure(
-    width: float, height: float, *, layout: Literal['constrained'] | None = 'constrained',
-) -> Figure:
+def new_figure(width: float, height: float) -> Figure:
     """
     Return an empty figure of ``width`` x ``height`` inches that does not need a display.
 
@@ -192,7 +147,7 @@ def new_figure(
         raise MissingDependencyError(
             'pictures need matplotlib: install python3-matplotlib (apt) or matplotlib (pip)',
         ) from None
-    return Figure(figsize=(width, height), layout=layout)
+    return Figure(figsize=(width, height), layout='constrained')
 
 
 def write_path_picture(points: NDArray[np.float64], path: Path) -> None:

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The colours of figures, animations, debug images and HTML pages."""
+"""The colours of figures, debug images and HTML pages."""
 
 from dataclasses import asdict, dataclass
 from typing import Final, TypeAlias

@@ -10,13 +10,17 @@ from phase_traj_ros.io.messages.mounting import Mount
 from phase_traj_ros.parameter_spec import Group, Spec
 from phase_traj_ros.parameters import NODE_NAME, Parameters
 from phase_traj_ros.ros.declare import declare
+from phase_traj_ros.ros.nodes.bond import keep_bond
 from phase_traj_ros.ros.nodes.live_parameters import LiveParameters
 from phase_traj_ros.ros.nodes.work import Work
 from phase_traj_ros.ros.spin import names_explained
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 
-AUTOSTART: Final = 'autostart'
+_AUTOSTART: Final = Spec(
+    field='autostart', default=True,
+    description='Whether the node configures and activates itself at its start.', unit='',
+    minimum=None, maximum=None, step=1, choices=(), read_only=True, group=Group.REST)
 
 
 class PhaseTrajNode(LifecycleNode):
@@ -27,19 +31,16 @@ class PhaseTrajNode(LifecycleNode):
     activation starts a new drive, because the movement in the meantime is unknown.
     """
 
-    def __init__(self, *, autostart: bool) -> None:
+    def __init__(self) -> None:
         """
-        Declare the parameters; configure and activate the node if ``autostart`` is set.
-
-        The parameter ``autostart`` takes precedence over the argument.
+        Declare the parameters; configure and activate the node unless ``autostart`` is false.
 
         Raises
         ------
         ParameterError
             An initial value of a parameter is not allowed.
         OutputError
-            With autostart: ``output_dir`` cannot be written, or ``record_shifts`` is set without
-            it.
+            With autostart: ``output_dir`` cannot be written.
         MissingDependencyError
             With autostart: a package that a parameter requires is not installed.
 
@@ -48,11 +49,13 @@ class PhaseTrajNode(LifecycleNode):
         # Declaring a parameter is not a change, so there is no work yet.
         self._work: Work | None = None
         self._failure: Exception | None = None
+        self._end_bond: Callable[[], None] | None = None
         self._live = LiveParameters(self, check=self._check, on_change=self._change)
         # A transition that the state does not have ends the process of a plain LifecycleNode.
         self._change_state_of_rclpy = self._service_change_state.callback
         self._service_change_state.callback = self._on_change_state
-        if declare(self, _autostart_spec(autostart)):
+        self._managed = not declare(self, _AUTOSTART)
+        if not self._managed:
             self._start()
         else:
             self.get_logger().info(
@@ -115,7 +118,7 @@ class PhaseTrajNode(LifecycleNode):
             return
         self.get_logger().info(
             f'/tf_static: {mount}; from there: {", ".join((*used, "the lever arm of odom"))}')
-        self._clean_up()
+        self._drop_work()
         self._work = self._make_work(mount)
         self._work.start()
 
@@ -124,12 +127,24 @@ class PhaseTrajNode(LifecycleNode):
         with names_explained():
             self._work.start()
         self._live.tell()
+        if self._managed:
+            self._end_bond = keep_bond(self)
 
     def _deactivate(self) -> None:
         assert self._work is not None
+        self._leave_bond()
         self._work.stop()
 
+    def _leave_bond(self) -> None:
+        if self._end_bond is not None:
+            self._end_bond()
+            self._end_bond = None
+
     def _clean_up(self) -> None:
+        self._leave_bond()
+        self._drop_work()
+
+    def _drop_work(self) -> None:
         if self._work is not None:
             self._work.close()
             self._work = None
@@ -179,10 +194,3 @@ class PhaseTrajNode(LifecycleNode):
     def _change(self, values: Parameters) -> None:
         if self._work is not None:
             self._work.change(values)
-
-
-def _autostart_spec(default: bool) -> Spec:
-    return Spec(
-        field=AUTOSTART, default=default,
-        description='Whether the node configures and activates itself at its start.', unit='',
-        minimum=None, maximum=None, step=1, choices=(), read_only=True, group=Group.REST)

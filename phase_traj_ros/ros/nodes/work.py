@@ -80,7 +80,7 @@ class Work:
         MapError
             The map cannot be read.
         OutputError
-            ``output_dir`` cannot be written, or ``record_shifts`` is set without it.
+            ``output_dir`` cannot be written.
         MissingDependencyError
             A package that a parameter requires is not installed.
 
@@ -251,7 +251,6 @@ class Work:
         self._hint(update)
         self._warn_without_speed(update)
         self._outputs.publish(frame, update)
-        self._saving.record(update)
         if self._location is not None:
             self._location.add(update)
         if update.shift is not None:

@@ -11,40 +11,40 @@ from pathlib import Path
 import signal
 import subprocess
 import sys
+import time
 
 from phase_traj_ros.errors import SourceError
-from phase_traj_ros.parameters import Parameters
+from phase_traj_ros.parameters import NODE_NAME, Parameters
 from phase_traj_ros.ros.playback.children import start_child
-from phase_traj_ros.ros.playback.recorder import Recorder
 from phase_traj_ros.ros.spin import ros_context
 from phase_traj_ros.ros.startup.signals import stop_on_signals
+import rclpy
 from rclpy.executors import SingleThreadedExecutor
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from std_msgs.msg import String
 
 _DISCOVERY_S = 30.0
 _SILENCE_S = 20.0
 _STOP_S = 10.0
 _RANGE = 'ROS_AUTOMATIC_DISCOVERY_RANGE'
+_LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 
 @dataclass(frozen=True, slots=True)
 class LiveResult:
-    """Messages that the node has published for a recording."""
+    """What the node has made of a recording."""
 
-    movement: tuple[int, ...]
-    direction: tuple[int, ...]
     chain_code: str
-    """The last text."""
-    path_poses: int
-    """Number of poses of the last path."""
+    """The last text of ``~/chain_code``."""
     exit_status: int
     """Exit status of the node after SIGINT."""
 
 
 def run_live(
-    recording: Path, *, pairs: int, values: Parameters, rate: float = 10.0,
+    recording: Path, *, frames: int, values: Parameters, rate: float = 10.0,
 ) -> LiveResult:
     """
-    Play ``recording`` to a node, both in separate processes; record the messages of the node.
+    Play ``recording`` to a node, both in separate processes; return the chain code of the node.
 
     No frame is lost: the images are reliable with KEEP_ALL at both ends. A separate namespace
     isolates the run from other nodes on the machine; other machines do not see it.
@@ -53,8 +53,8 @@ def run_live(
     ----------
     recording
         Any source of frames.
-    pairs
-        Number of pairs of frames to wait for.
+    frames
+        Number of frames to wait for.
     values
         Parameters of the node.
     rate
@@ -69,40 +69,48 @@ def run_live(
     namespace = f'/phase_traj_live_{os.getpid()}'
     within = ['-r', f'__ns:={namespace}']
     node = [
-        'phase_traj_ros.ros.lifecycle_main', '--ros-args', *within,
+        'phase_traj_ros.ros.main', '--ros-args', *within,
         *(argument for spec in values.changed
           for argument in ('-p', f'{spec.name}:={json.dumps(values.value(spec))}')),
         *lossless_overrides(f'{namespace}/image')]
     player = [
         'phase_traj_ros.cli.main', 'play', str(recording), '--lossless', '--rate', str(rate),
         '--wait', str(_DISCOVERY_S), '--ros-args', *within]
+    texts: list[str] = []
+    # The player waits for the node, which would report missing images.
     with (stop_on_signals() as stop, _on_this_machine(),
             ros_context(['--ros-args', *within]),
-            _process(node) as node_process, _process(player) as player_process):
-        recorder = Recorder()
+            _process(player) as player_process, _process(node) as node_process):
+        listener = rclpy.create_node(f'{NODE_NAME}_listener')
+
+        def take(message: String) -> None:
+            texts.append(message.data)
+
+        listener.create_subscription(String, f'{NODE_NAME}/chain_code', take, _LATCHED)
         executor = SingleThreadedExecutor()
-        executor.add_node(recorder)
-
-        def spin_once() -> None:
-            executor.spin_once(timeout_sec=0.1)
-            if stop.is_set():
-                raise KeyboardInterrupt
-            if node_process.poll() is not None:
-                raise SourceError(f'the node has exited with status {node_process.returncode}')
-
+        executor.add_node(listener)
         try:
-            # The player waits for the node, which subscribes to the images when it is active.
-            recorder.connect(spin_once, _DISCOVERY_S)
-            recorder.wait_for_pairs(pairs, spin_once, _DISCOVERY_S + _SILENCE_S)
+            seen, deadline = 0, time.monotonic() + _DISCOVERY_S + _SILENCE_S
+            while not (texts and texts[-1].startswith(f'frames {frames};')):
+                executor.spin_once(timeout_sec=0.1)
+                if stop.is_set():
+                    raise KeyboardInterrupt
+                if node_process.poll() is not None:
+                    raise SourceError(
+                        f'the node has exited with status {node_process.returncode}')
+                if len(texts) > seen:
+                    seen, deadline = len(texts), time.monotonic() + _DISCOVERY_S
+                if time.monotonic() > deadline:
+                    raise SourceError(
+                        f'the node {namespace}/{NODE_NAME} does not respond, after'
+                        f' {texts[-1] if texts else "no chain code"}')
             if player_process.wait(_STOP_S) != 0:
                 raise SourceError('the player has failed')
         finally:
             executor.shutdown()
-            recorder.destroy_node()
+            listener.destroy_node()
         node_process.send_signal(signal.SIGINT)
-        return LiveResult(
-            tuple(recorder.movement), tuple(recorder.direction), recorder.chain_code[-1],
-            len(recorder.paths[-1].poses), node_process.wait(_STOP_S))
+        return LiveResult(texts[-1], node_process.wait(_STOP_S))
 
 
 def lossless_overrides(topic: str) -> list[str]:

@@ -122,7 +122,7 @@ class FramePlayer(Node):
 
     def wait_for_acknowledgement(self) -> None:
         """
-        Wait until every subscriber has received all images; return at once unless lossless.
+        Wait until every subscriber has received all images, if they are lossless.
 
         Raises
         ------
@@ -130,8 +130,7 @@ class FramePlayer(Node):
             A subscriber has not acknowledged all images within half a minute.
 
         """
-        if self._lossless and not self._images.wait_for_all_acked(
-                Duration(seconds=_ACKNOWLEDGE_S)):
+        if not self._images.wait_for_all_acked(Duration(seconds=_ACKNOWLEDGE_S)):
             raise OutputError(
                 f'a subscriber of {self._images.topic_name} has not acknowledged all frames'
                 f' within {_ACKNOWLEDGE_S} s')

@@ -43,7 +43,7 @@ ARGUMENTS: Final[Mapping[str, Argument]] = MappingProxyType({
     'params_file': Argument(
         description='ROS parameter file of the node, or the name of one in config/. Empty: none.'),
     'output_dir': Argument(
-        description='Folder for ~/save and record_shifts. Empty: no files are written.'),
+        description='Folder in which drives are saved. Empty: no files are written.'),
     'map_file': Argument(
         description='Road map on which the vehicle is located. Empty: it is not located.'),
     'namespace': Argument(description='Namespace of the node.'),
@@ -148,8 +148,8 @@ def node_start(arguments: Mapping[str, str], around: Surroundings) -> NodeStart:
         raise ParameterError(
             'autostart is true, but lifecycle is not: leave autostart out, since the node starts'
             ' active, or give lifecycle:=true as well')
-    if autostart:
-        own['autostart'] = True
+    if lifecycle:
+        own['autostart'] = autostart
     return NodeStart(
         name=name, namespace=namespace, params_file=file, own=own, remappings=remappings,
         log_level=_log_level(given), lifecycle=lifecycle, respawn=_is_true(given, 'respawn'),

@@ -4,16 +4,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 import os
 from pathlib import Path
-import shutil
-import tempfile
 from typing import Any, TYPE_CHECKING
 
 import numpy as np
-from phase_traj_ros.errors import OutputError, rosbags_missing
+from phase_traj_ros.errors import rosbags_missing
 from phase_traj_ros.synthetic.arrays import Bytes
 from phase_traj_ros.synthetic.camera import Camera, Pose, quaternion
 from phase_traj_ros.synthetic.drive.drive import Drive
@@ -83,29 +80,6 @@ class _Messages:
                 linear=vector(x=speed, y=0.0, z=0.0), angular=vector(x=0.0, y=0.0, z=0.0))))
 
 
-@contextmanager
-def _completed(path: Path) -> Iterator[Path]:
-    """Yield a temporary path beside ``path``; rename it to ``path`` at the end."""
-    if path.exists():
-        raise OutputError(f'{path} exists already: remove it, or choose another name')
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        beside = Path(tempfile.mkdtemp(prefix=f'.{path.name}.', dir=path.parent))
-    except OSError as error:
-        raise OutputError(
-            f'cannot write to {path.parent} ({error.strerror}): choose another place') from error
-    try:
-        # The files in a bag are named after its directory, so it has its final name already.
-        yield beside / path.name
-        os.rename(beside / path.name, path)
-    except OSError as error:
-        raise OutputError(
-            f'cannot write {path} ({error.strerror}): make room there, or choose another place'
-        ) from error
-    finally:
-        shutil.rmtree(beside, ignore_errors=True)
-
-
 def write_drive_bag(
     drive: Drive, path: str | os.PathLike[str], *, image_topic: str = '/camera/image',
     progress: Callable[[], object] | None = None,
@@ -118,9 +92,8 @@ def write_drive_bag(
     ``geometry_msgs/PoseStamped`` on ``/ground_truth/pose`` (ROS axes, frame ``map``), and the
     speed from this frame to the next as ``geometry_msgs/TwistStamped`` on ``/speed``.
 
-    ``progress`` is called after each frame. The bag is written under a temporary name beside
-    ``path`` and removed after an error. Raises `MissingDependencyError` if the rosbags library is
-    not installed, and `OutputError` if the bag cannot be written or ``path`` exists.
+    ``progress`` is called after each frame. ``path`` must not exist. Raises
+    `MissingDependencyError` if the rosbags library is not installed.
     """
     try:
         from rosbags.rosbag2 import StoragePlugin, Writer
@@ -129,8 +102,7 @@ def write_drive_bag(
         raise rosbags_missing('writing a bag', error) from error
     store = get_typestore(Stores.ROS2_JAZZY)
     messages = _Messages(store, drive.camera)
-    with (_completed(Path(path)) as place,
-          Writer(place, version=9, storage_plugin=StoragePlugin.MCAP) as writer):
+    with Writer(Path(path), version=9, storage_plugin=StoragePlugin.MCAP) as writer:
         (images, infos, truth, speeds) = (
             writer.add_connection(topic, message_type, typestore=store)
             for (topic, message_type) in (

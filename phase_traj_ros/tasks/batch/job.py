@@ -15,21 +15,11 @@ from phase_traj_ros.io.outputs.outputs import Outputs
 from phase_traj_ros.io.replay.camera import known_lens, learned_lens
 from phase_traj_ros.io.replay.kept import KeptFrames
 from phase_traj_ros.io.replay.run import Replay, replay, Watcher
-from phase_traj_ros.io.results.animation import Animation
 from phase_traj_ros.io.results.bag import BagSink
-from phase_traj_ros.io.results.figures import (
-    require_matplotlib,
-    write_trajectory_picture,
-    write_turn_picture,
-)
+from phase_traj_ros.io.results.figures import require_matplotlib, write_trajectory_picture
 from phase_traj_ros.io.results.files import write_results
 from phase_traj_ros.io.results.report.report import write_report
-from phase_traj_ros.io.results.thumbnails import (
-    HeadingTurnWatcher,
-    LeftOutPicture,
-    Thumbnails,
-    TurnWatcher,
-)
+from phase_traj_ros.io.results.thumbnails import LeftOutPicture, Thumbnails
 from phase_traj_ros.io.sources.base import Entry, FrameSource
 from phase_traj_ros.tasks.batch.request import ReplayRequest, REPORT
 
@@ -82,14 +72,12 @@ def replay_source(
     with ExitStack() as stack:
         owner = stack.enter_context(Outputs(
             inputs=request.inputs, force=request.force, batch=request.batch))
-        outputs: list[_Folder | _Gif] = []
+        folder = None
         if request.output is not None:
             require_matplotlib()
-            outputs.append(_Folder(
-                owner.directory(request.output, names=request.names), request.output, request))
-        if request.animation is not None:
-            outputs.append(_Gif(owner.file(request.animation), request.animation, Animation()))
-        seen = [*watchers, *(watcher for output in outputs for watcher in output.watchers)]
+            folder = _Folder(
+                owner.directory(request.output, names=request.names), request.output, request)
+        seen = [*watchers, *(() if folder is None else folder.watchers)]
         if request.bag_out is not None:
             stack.enter_context(writing_to(request.bag_out))
             seen.append(stack.enter_context(BagSink(
@@ -110,9 +98,9 @@ def replay_source(
                 through(again, last), parameters, source=source.description, watchers=seen,
                 lens=lens, speeds=speeds, strict=request.strict)
         result = replace(result, source_frames=source.frames)
-        for output in outputs:
-            with writing_to(output.target):
-                output.write(result)
+        if folder is not None:
+            with writing_to(folder.target):
+                folder.write(result)
     return result
 
 
@@ -123,42 +111,19 @@ class _Folder:
         self.target = target
         self._staging = staging
         self._request = request
-        self._turns = (
-            HeadingTurnWatcher() if request.parameters.codes_from_heading else TurnWatcher())
         self._thumbnails = Thumbnails()
         self._left_out = LeftOutPicture()
 
     @property
     def watchers(self) -> tuple[Watcher, ...]:
-        if not self._request.report:
-            return (self._turns,)
-        return self._turns, self._thumbnails, self._left_out
+        return (self._thumbnails, self._left_out) if self._request.report else ()
 
     def write(self, result: Replay) -> None:
         write_results(result, self._staging)
         if self._request.svg:
             write_trajectory_picture(result, self._staging / 'trajectory.svg')
-        if self._turns.turns:
-            for kind in ('png', 'svg') if self._request.svg else ('png',):
-                write_turn_picture(self._turns.turns, result, self._staging / f'turns.{kind}')
         if self._request.report:
             write_report(
                 result, self._staging / REPORT, title=self._request.title,
                 picture=self._staging / 'trajectory.png', thumbnails=self._thumbnails.kept,
                 left_out=self._left_out.jpeg)
-
-
-class _Gif:
-    """The animated GIF of --animation."""
-
-    def __init__(self, staged: Path, target: Path, animation: Animation) -> None:
-        self.target = target
-        self._staged = staged
-        self._animation = animation
-
-    @property
-    def watchers(self) -> tuple[Watcher, ...]:
-        return (self._animation,)
-
-    def write(self, result: Replay) -> None:
-        self._animation.write(result, self._staged)

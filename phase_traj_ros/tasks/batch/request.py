@@ -60,8 +60,6 @@ class ReplayRequest:
     """Bag with all messages that the node would publish."""
     bag_debug_images: bool = False
     """Whether the bag contains the debug images."""
-    animation: Path | None = None
-    """File of the animated GIF."""
     force: bool = False
     """Whether files in the output folder are replaced that no earlier run wrote."""
     also_read: tuple[Path, ...] = ()
@@ -76,10 +74,9 @@ class ReplayRequest:
                 raise ParameterError(f'{name} writes into the output folder: give output')
         if self.bag_debug_images and self.bag_out is None:
             raise ParameterError('bag_debug_images needs a bag to write them to: give bag_out')
-        for name, path, suffix in (
-                ('bag_out', self.bag_out, SUFFIX), ('animation', self.animation, '.gif')):
-            if path is not None and path.suffix != suffix:
-                raise ParameterError(f'{name} is {path}: its name has to end in {suffix}')
+        if self.bag_out is not None and self.bag_out.suffix != SUFFIX:
+            raise ParameterError(
+                f'bag_out is {self.bag_out}: its name has to end in {SUFFIX}')
 
     @property
     def title(self) -> str:
@@ -96,8 +93,7 @@ class ReplayRequest:
     def names(self) -> tuple[str, ...]:
         """Return the names of the files that may be written into the output folder."""
         return (
-            *RESULT_NAMES, 'turns.png',
-            *(('trajectory.svg', 'turns.svg') if self.svg else ()),
+            *RESULT_NAMES, *(('trajectory.svg',) if self.svg else ()),
             *((REPORT,) if self.report else ()))
 
     def opened(self) -> FrameSource:
@@ -124,8 +120,7 @@ def batch_of(
     Raises
     ------
     ParameterError
-        There is no output folder, a choice is for one source only, or the name of the bag has a
-        folder.
+        There is no output folder, or the name of the bag has a folder.
     OutputError
         An output folder is an input or lies in one, or contains files of someone else.
 
@@ -133,8 +128,6 @@ def batch_of(
     root, bag = request.output, request.bag_out
     if root is None:
         raise ParameterError('several sources need an output folder, for a folder each')
-    if request.animation is not None:
-        raise ParameterError('an animation shows one source only')
     if bag is not None and bag.name != str(bag):
         raise ParameterError(
             f'bag_out is {bag}: with several sources, give a name without a folder; each source'

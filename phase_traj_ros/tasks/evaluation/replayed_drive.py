@@ -136,7 +136,7 @@ def read_replay(directory: Path) -> ReplayedDrive:
             heading=None if heading is None else np.radians(
                 np.array(heading, np.float64).reshape(-1)),
             turns=_read_turns(content.get('turns')), poses=_read_poses(directory),
-            unit=_read_unit(content),
+            unit=LengthUnit(content['path_unit']),
             frame_numbers=None if numbers is None else np.array(numbers, np.int64).reshape(-1),
             source_frames=frozenset(
                 int(count) for count in (content.get('source_frames') or {}).values()
@@ -170,15 +170,6 @@ def _read_poses(directory: Path) -> NDArray[np.float64] | None:
     rows = [line.split()[1:] for line in file.read_text(encoding='utf-8').splitlines()]
     x, y, _, _, _, qz, qw = np.array(rows, np.float64).reshape(-1, 7).T
     return np.stack([x, y, 2 * np.arctan2(qz, qw)], axis=1)
-
-
-def _read_unit(content: Mapping[str, Any]) -> LengthUnit:
-    unit = content.get('path_unit')
-    if unit is not None:
-        return LengthUnit(unit)
-    # Written by a version without this key; it did not store speeds from a topic.
-    metric = content.get('path_from') == 'heading' and float(content.get('speed') or 0.0) > 0
-    return LengthUnit.METRE if metric else LengthUnit.STEP
 
 
 def _read_turns(turns: Iterable[Mapping[str, Any]] | None) -> tuple[Turn, ...] | None:

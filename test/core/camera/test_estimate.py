@@ -2,8 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What drives have told of a camera: kept, combined and used."""
 
-from dataclasses import asdict, replace
-import json
+from dataclasses import replace
 import math
 
 from phase_traj_ros.core.camera.estimate import CameraEstimate, combined
@@ -16,29 +15,17 @@ FOUND = CameraEstimate(
     pitch_deviation_deg=0.5, roll_deg=-1.0, roll_deviation_deg=0.8, turns=3)
 
 
-def test_it_survives_a_file():
-    assert CameraEstimate.from_mapping(json.loads(json.dumps(asdict(FOUND)))) == FOUND
-
-
 @pytest.mark.parametrize(('values', 'word'), [
-    ({'width': 320, 'height': 240, 'focal_px': 160.0}, 'focal_deviation'),
-    (asdict(FOUND) | {'colour': 1}, 'colour'),
-    (asdict(FOUND) | {'focal_px': '160'}, 'focal_px'),
-    (asdict(FOUND) | {'focal_px': True}, 'focal_px'),
-    (asdict(FOUND) | {'focal_px': math.nan}, 'focal_px'),
-    (asdict(FOUND) | {'focal_px': -1.0}, 'focal_px'),
-    (asdict(FOUND) | {'focal_deviation': -0.1}, 'focal_deviation'),
-    (asdict(FOUND) | {'width': 320.5}, 'width'),
-    (asdict(FOUND) | {'height': 0}, '320x0'),
-    (asdict(FOUND) | {'turns': math.inf}, 'turns'),
-    (asdict(FOUND) | {'straightness': 3.0}, 'straightness')])
-def test_what_is_no_estimate_is_refused_by_name(values, word):
+    ({'focal_px': math.nan}, 'focal_px'), ({'focal_px': -1.0}, 'focal_px'),
+    ({'focal_deviation': -0.1}, 'focal_deviation'), ({'height': 0}, '320x0'),
+    ({'turns': math.inf}, 'turns'), ({'straightness': 3.0}, 'straightness')])
+def test_what_is_not_an_estimate_is_refused_by_name(values, word):
     with pytest.raises(ValueError, match=word):
-        CameraEstimate.from_mapping(values)
+        replace(FOUND, **values)
 
 
 def test_it_makes_a_model_of_the_camera():
-    assert FOUND.model.distortion is Distortion.FISHEYE
+    assert FOUND.model.distortion is Distortion.ONE_NUMBER
     assert (FOUND.model.shape, FOUND.model.cx) == ((240, 320), 162.5)
     pinhole = replace(FOUND, straightness=1.0, column_px=0.0)
     assert pinhole.hfov_deg == pytest.approx(90.0)
@@ -80,3 +67,13 @@ def test_pictures_of_another_shape_are_not():
         combined([FOUND, replace(FOUND, height=180)])
     with pytest.raises(ValueError, match='no estimate'):
         combined([])
+
+
+def test_the_field_of_view_is_as_sure_as_the_focal_length():
+    sharp, usual = (replace(FOUND, focal_deviation=each).field_of_view for each in (1e-3, 0.04))
+    assert sharp.hfov_deg == usual.hfov_deg == FOUND.hfov_deg
+    # One more per mille of focal length takes this much of the view.
+    less = FOUND.hfov_deg - replace(FOUND, focal_px=160.0 * math.exp(1e-3)).hfov_deg
+    assert sharp.deviation_deg == pytest.approx(less, rel=0.01)
+    assert usual.deviation_deg == pytest.approx(40 * less, rel=0.02)
+    assert (usual.sureness, usual.turns) == (FOUND.probability, 3)

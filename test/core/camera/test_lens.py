@@ -64,7 +64,7 @@ def test_a_field_of_view_goes_from_edge_to_edge_wherever_the_middle_is(straightn
         edges = np.array([-0.5 - model.cx, 319.5 - model.cx]) / model.fx
         assert np.degrees(np.ptp(np.arctan(edges))) == pytest.approx(100.0)
     else:
-        assert model.distortion is Distortion.FISHEYE
+        assert model.distortion is Distortion.ONE_NUMBER
 
 
 def test_a_calibration_is_for_frames_of_its_size():

@@ -7,8 +7,15 @@ import math
 from hypothesis import assume, example, given, strategies as st
 import numpy as np
 from phase_traj_ros.core.camera.lens import Lens
-from phase_traj_ros.core.camera.lens_family import angle_at, OneNumberLens, places, radius, rays
-from phase_traj_ros.core.camera.model import Distortion
+from phase_traj_ros.core.camera.lens_family import (
+    angle_at,
+    focal_px_of,
+    OneNumberLens,
+    places,
+    radius,
+    rays,
+)
+from phase_traj_ros.core.camera.model import CameraModel, Distortion
 import pytest
 
 STRAIGHTNESS = st.floats(-1.0, 1.3)
@@ -56,21 +63,23 @@ def test_the_derivatives_are_those_of_the_places(straightness, x, y):
 
 
 @pytest.mark.parametrize('straightness', [-0.5, 0.0, 0.25, 0.7, 1.2])
-def test_the_model_sees_what_the_lens_sees(straightness):
-    lens = OneNumberLens(200.0, straightness)
-    model = lens.model((240, 320), column=7.0)
-    columns, rows = np.meshgrid(np.linspace(2, 317, 9), np.linspace(2, 237, 7))
+@pytest.mark.parametrize('hfov_deg', [70.0, 110.0, 150.0])
+def test_the_model_sees_what_the_lens_sees(straightness, hfov_deg):
+    focal_px = focal_px_of(hfov_deg, 320, straightness, column=0.0)
+    lens = OneNumberLens(focal_px, straightness)
+    model = CameraModel.of_lens(lens, (240, 320), column=7.0)
+    columns, rows = np.meshgrid(np.linspace(2, 317, 9), np.linspace(60, 180, 7))
     directions = rays(
-        np.stack([columns.ravel() - 159.5 - 7.0, rows.ravel() - 119.5], axis=1), 200.0,
+        np.stack([columns.ravel() - 159.5 - 7.0, rows.ravel() - 119.5], axis=1), focal_px,
         straightness)
     sight = model.project(*directions.T)
     assert sight.seen.all()
-    np.testing.assert_allclose(sight.columns, columns.ravel(), atol=0.3)
-    np.testing.assert_allclose(sight.rows, rows.ravel(), atol=0.3)
+    np.testing.assert_allclose(sight.columns, columns.ravel(), atol=1e-6)
+    np.testing.assert_allclose(sight.rows, rows.ravel(), atol=1e-6)
 
 
 def test_what_is_nearly_a_pinhole_is_one():
-    model = OneNumberLens(200.0, 1.01).model((240, 320))
+    model = CameraModel.of_lens(OneNumberLens(200.0, 1.01), (240, 320))
     assert model.distortion is Distortion.NONE
     assert (model.fx, model.cx) == (200.0, 159.5)
 
@@ -103,3 +112,11 @@ def test_the_field_of_view_tells_the_focal_length_wherever_the_middle_is(
 def test_a_field_of_view_that_no_such_lens_has_is_refused():
     with pytest.raises(ValueError, match=r'hfov_deg is 170.0: .* less than 158 degrees'):
         Lens(hfov_deg=170.0, straightness=1.3)
+
+
+def test_places_do_not_depend_on_where_their_buffers_lie():
+    directions = np.random.default_rng(0).uniform((-1.0, -0.5, 0.5), (1.0, 0.5, 2.0), (200, 3))
+    # After each copy a hole in memory, into which an array of one number a direction fits.
+    copies, holes = zip(*((directions.copy(), np.empty(200)) for _ in range(50)))
+    del holes
+    assert len({places(each, 200.0, 0.5)[0].tobytes() for each in copies}) == 1

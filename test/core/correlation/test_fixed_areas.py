@@ -4,9 +4,10 @@
 
 import cv2
 import numpy as np
+import overlays
 from phase_traj_ros.core.correlation.fixed_areas import FixedAreas
 from phase_traj_ros.core.correlation.phase_correlation import Shift
-from phase_traj_ros.synthetic import Camera, overlays, plan_drive, render_drive, Straight, Turn
+from phase_traj_ros.synthetic import Camera, plan_drive, render_drive, Straight, Turn
 import pytest
 
 CAMERA = Camera.with_field_of_view(320, 240, 70)

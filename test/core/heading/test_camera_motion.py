@@ -124,3 +124,16 @@ def test_the_slope_of_the_travel_is_expected_to_stay_that_of_the_mounting():
     travel = Travel(slope=-0.02, slope_variance=1e-6)
     assert travel.after(60.0).slope == pytest.approx(-0.02)
     assert travel.after(60.0).slope_variance == pytest.approx(Travel().slope_variance)
+
+
+def test_a_camera_ahead_of_the_rear_axle_moves_sideways_in_a_turn():
+    # 1.6 m ahead at 4 m/s and 40 degrees per second, after a straight.
+    rate, interval = math.radians(40.0), 0.1
+    straight = Travel(course=0.0, course_variance=math.radians(0.5) ** 2)
+    world, errors = World(), []
+    fit = MotionFit(world.azimuths, world.slopes, deviation=DEVIATION)
+    u, w = world.displacements(yaw=rate * interval, step=0.4, course=1.6 * rate / 4.0)
+    for noise in world.rng.normal(0, DEVIATION, (20, 2, len(u))):
+        motion = fit(u + noise[0], w + noise[1], np.ones_like(u), straight.after(interval, rate))
+        errors.append(motion.yaw - rate * interval)
+    assert abs(np.mean(errors)) < math.radians(0.1)

@@ -69,7 +69,9 @@ def motion(yaw, passing):
 
 def test_the_yaws_since_a_keyframe_add_up_to_the_last_one():
     key = Keyframe(np.zeros((8, 8), np.uint8), 3, Travel())
-    blocks = BlockShifts(np.array([1.0, 2.0, 9.0]), np.zeros(3), np.array([1.0, 1.0, 0.0]))
+    blocks = BlockShifts(
+        np.array([1.0, 2.0, 9.0]), np.zeros(3), np.array([1.0, 1.0, 0.0]), np.zeros(3),
+        np.zeros(3))
     yaws = (0.01, 0.025, 0.02)
     pairs = [key.pair(motion(yaw, 0.01), blocks) for yaw in yaws]
     assert np.cumsum([pair.yaw for pair in pairs]) == pytest.approx(yaws)

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Displacements of blocks, on textures moved by known fractions of a pixel."""
 
+import cv2
 import numpy as np
 from phase_traj_ros.core.heading.local_shifts import BlockGrid
 import pytest
@@ -90,3 +91,23 @@ def test_what_may_rest_is_not_taken_to_be_fixed():
     assert grid.fixed.all()
     grid.forget()
     assert not grid.fixed.any()
+
+
+def test_the_displacement_of_a_block_is_that_of_its_texture():
+    # A road that slides: each row moves in proportion to its distance from the horizon. The
+    # texture of many blocks lies mostly at one of their sides.
+    rng = np.random.default_rng(8)
+    rows, columns = np.indices((160, 320), np.float32)
+    noise = cv2.GaussianBlur(rng.normal(size=rows.shape).astype(np.float32), (0, 0), 1.2)
+    strength = cv2.GaussianBlur(rng.normal(size=rows.shape).astype(np.float32), (0, 0), 4.0)
+    road = 128 + 1000 * noise * np.clip(strength * 10, 0, 1)
+    before = np.clip(road, 0, 255).astype(np.uint8)
+    after = cv2.remap(before, columns, rows / 1.06, cv2.INTER_CUBIC)
+    grid = BlockGrid(before.shape)
+    shifts = grid.measure(before, after, expected=(0.0, 5.0))
+    row, seen = grid.middles[:, 1], shifts.weight > 0.0
+    seen &= (np.hypot(shifts.aside, shifts.down) > 1.0) & (row < 140)
+    at_centre, at_texture = (
+        np.std((shifts.dy - 0.06 * place)[seen]) for place in (row, row + shifts.down))
+    assert np.count_nonzero(seen) > 30
+    assert at_texture < 0.7 * at_centre

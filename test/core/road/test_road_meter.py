@@ -18,7 +18,7 @@ from phase_traj_ros.core.road.travel import TravelState
 import pytest
 
 PINHOLE = CameraModel.pinhole((240, 640), 370.0)
-FISHEYE = OneNumberLens(220.0, 0.0).model((400, 640))
+FISHEYE = CameraModel.of_lens(OneNumberLens(220.0, 0.0), (400, 640))
 NOISE = cv2.GaussianBlur(
     np.random.default_rng(0).normal(size=(4096, 1024)).astype(np.float32), (0, 0), 1.5)
 NOISE = np.clip(110 + 14 * NOISE / NOISE.std(), 0, 255).astype(np.uint8)

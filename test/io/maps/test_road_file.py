@@ -169,7 +169,7 @@ def test_repeated_nodes_count_once(written):
     ('town.osm.gz', b'no gzip', 'is not the OpenStreetMap XML that its name says'),
     ('town.osm.bz2', bz2.compress(osm([]).encode())[:-9], 'is truncated'),
     ('town.osm.bz2', b'no bz2 at all', 'is not the OpenStreetMap XML that its name says'),
-    ('town.png', b'', 'is no map: give an extract'),
+    ('town.png', b'', 'is not a map: give an extract'),
 ])
 def test_a_bad_map_is_one_clear_line(tmp_path, name, content, message):
     path = tmp_path / name

@@ -6,6 +6,9 @@ import json
 import os
 from pathlib import Path
 import signal
+import subprocess
+import sys
+import time
 
 from phase_traj_ros.errors import OutputError
 from phase_traj_ros.io.outputs import commit
@@ -48,6 +51,30 @@ def test_files_appear_when_all_are_written(tmp_path):
         assert not (target / 'one').exists()
     assert tree(target) == {'one': '1', 'two': '2'}
     assert listed(target) == {'one', 'two'}
+
+
+KILLED = """
+import os, signal, sys
+from pathlib import Path
+from phase_traj_ros.io.outputs.outputs import Outputs
+with Outputs() as outputs:
+    outputs.directory(Path(sys.argv[1]))
+    os.kill(os.getpid(), signal.SIGKILL)
+"""
+
+
+def test_the_next_run_removes_what_a_killed_one_left(tmp_path):
+    long_ago = time.time() - 3600
+    with Outputs() as living:
+        kept = living.directory(tmp_path).parent
+        os.utime(kept, (long_ago, long_ago))
+        subprocess.run([sys.executable, '-c', KILLED, str(tmp_path)], check=False)
+        (left,) = set(tmp_path.iterdir()) - {kept}
+        put(tmp_path, ['one'])
+        assert left.exists()  # It may be a run that has just begun.
+        os.utime(left, (long_ago, long_ago))
+        put(tmp_path, ['two'])
+        assert kept.exists() and not left.exists()
 
 
 @pytest.mark.parametrize('error', [KeyboardInterrupt, ValueError, SystemExit, BrokenPipeError])
@@ -162,8 +189,8 @@ def test_an_input_in_the_output_folder_is_neither_replaced_nor_removed(tmp_path)
     camera = tmp_path / 'camera.yaml'
     with pytest.raises(OutputError, match=r'camera\.yaml is an input'):
         put(tmp_path, ['camera.yaml'], inputs=[camera])
-    put(tmp_path, ['turns.png'], inputs=[camera])
-    assert set(tree(tmp_path)) == {'camera.yaml', 'turns.png'}
+    put(tmp_path, ['trajectory.png'], inputs=[camera])
+    assert set(tree(tmp_path)) == {'camera.yaml', 'trajectory.png'}
 
 
 # Row 2: links are followed, and devices are left alone.
@@ -196,16 +223,17 @@ def test_what_is_no_file_is_refused(tmp_path, kind):
 
 def test_what_is_not_ours_is_neither_replaced_nor_removed(tmp_path):
     (tmp_path / 'report.html').write_text('mine')
-    (tmp_path / 'turns.png').write_text('mine')
-    with pytest.raises(OutputError, match=r'turns\.png was not written by an earlier run'):
-        put(tmp_path, ['chain_code.json', 'turns.png'])
-    assert tree(tmp_path) == {'report.html': 'mine', 'turns.png': 'mine'}
+    (tmp_path / 'trajectory.png').write_text('mine')
+    with pytest.raises(OutputError, match=r'trajectory\.png was not written by an earlier run'):
+        put(tmp_path, ['chain_code.json', 'trajectory.png'])
+    assert tree(tmp_path) == {'report.html': 'mine', 'trajectory.png': 'mine'}
     put(tmp_path, ['chain_code.json'])
     put(tmp_path, ['chain_code.json', 'shifts.csv'], 'newer')
     put(tmp_path, ['chain_code.json'])
-    assert tree(tmp_path) == {'report.html': 'mine', 'turns.png': 'mine', 'chain_code.json': 'new'}
-    put(tmp_path, ['turns.png'], force=True)
-    assert tree(tmp_path) == {'report.html': 'mine', 'turns.png': 'new'}
+    assert tree(tmp_path) == {
+        'report.html': 'mine', 'trajectory.png': 'mine', 'chain_code.json': 'new'}
+    put(tmp_path, ['trajectory.png'], force=True)
+    assert tree(tmp_path) == {'report.html': 'mine', 'trajectory.png': 'new'}
 
 
 def test_the_refusal_comes_before_the_work(tmp_path):
@@ -243,31 +271,14 @@ def test_a_manifest_of_someone_else(tmp_path, content):
     assert (tmp_path / 'manifest.json').read_text() == content
 
 
-def old_results(folder, **content):
-    folder.mkdir()
-    for name in ('shifts.csv', 'turns.png', 'evaluation.json', 'notes.txt'):
-        (folder / name).write_text('old')
-    (folder / 'chain_code.json').write_text(json.dumps(
-        content or {'movement_runs': [], 'direction_runs': [], 'versions': {}}))
-
-
-def test_results_of_versions_without_a_manifest_are_known_by_name(tmp_path):
-    old_results(tmp_path / 'old')
-    put(tmp_path / 'old', ['chain_code.json', 'shifts.csv'])
-    assert tree(tmp_path / 'old') == {
-        'chain_code.json': 'new', 'shifts.csv': 'new', 'notes.txt': 'old'}
-    old_results(tmp_path / 'other', codes=[1, 2])
-    with pytest.raises(OutputError, match='was not written'):
-        put(tmp_path / 'other', ['chain_code.json'])
-
-
 def test_what_adds_to_results_leaves_them_and_they_replace_it(tmp_path):
-    old_results(tmp_path / 'old')
-    put(tmp_path / 'old', ['evaluation.json'], adds=True)
-    assert set(tree(tmp_path / 'old')) == {
-        'chain_code.json', 'shifts.csv', 'turns.png', 'evaluation.json', 'notes.txt'}
-    put(tmp_path / 'old', ['chain_code.json', 'shifts.csv'])
-    assert set(tree(tmp_path / 'old')) == {'chain_code.json', 'shifts.csv', 'notes.txt'}
+    (tmp_path / 'notes.txt').write_text('mine')
+    put(tmp_path, ['chain_code.json', 'shifts.csv'])
+    put(tmp_path, ['evaluation.json'], adds=True)
+    assert set(tree(tmp_path)) == {
+        'chain_code.json', 'shifts.csv', 'evaluation.json', 'notes.txt'}
+    put(tmp_path, ['chain_code.json'])
+    assert set(tree(tmp_path)) == {'chain_code.json', 'notes.txt'}
 
 
 def test_a_named_file_in_the_output_folder_belongs_to_the_results(tmp_path):

@@ -10,7 +10,7 @@ from hypothesis import given, settings, strategies as st
 from phase_traj_ros.errors import OutputError
 from phase_traj_ros.io.outputs.outputs import output_directory
 
-NAMES = ('chain_code.json', 'report.html', 'turns.png')
+NAMES = ('chain_code.json', 'report.html', 'trajectory.png')
 RUNS = st.builds(
     dict, kind=st.just('run'), names=st.sets(st.sampled_from(NAMES), min_size=1),
     adds=st.booleans(), error=st.sampled_from([None, KeyboardInterrupt, ValueError, OSError]))

@@ -13,8 +13,8 @@ from phase_traj_ros.io.replay.data_health import data_health
 from phase_traj_ros.io.replay.overview import overview
 from phase_traj_ros.io.replay.run import replay
 from phase_traj_ros.io.results.debug_picture import as_shown, draw
-from phase_traj_ros.io.results.figures import write_trajectory_picture, write_turn_picture
-from phase_traj_ros.io.results.thumbnails import Thumbnails, TurnWatcher
+from phase_traj_ros.io.results.figures import write_trajectory_picture
+from phase_traj_ros.io.results.thumbnails import Thumbnails
 from phase_traj_ros.io.sources.base import StampedFrame
 from phase_traj_ros.parameters import Parameters
 import pytest
@@ -23,11 +23,11 @@ from rolled import RATE_NS, rolled_frames, SHIFTS, START_NS, TEXTURE
 
 @pytest.fixture(scope='module')
 def watched():
-    """Return a replay, and its thumbnails and turns."""
-    thumbnails, turns = Thumbnails(), TurnWatcher()
+    """Return a replay, and its thumbnails."""
+    thumbnails = Thumbnails()
     result = replay(
-        rolled_frames(), Parameters(threshold=16.0), source='rolled', watchers=[thumbnails, turns])
-    return result, thumbnails, turns
+        rolled_frames(), Parameters(threshold=16.0), source='rolled', watchers=[thumbnails])
+    return result, thumbnails
 
 
 def svg_texts(path: Path):
@@ -75,15 +75,12 @@ def test_a_turn_under_way_at_the_end_ends_with_the_last_frame():
 def test_a_turn_goes_on_over_a_pair_that_cannot_be_judged():
     frames = rolled_frames([0, 0, 30, 30, 30, 30, 0, 0])
     dark = StampedFrame(np.zeros((96, 160), np.uint8), frames[4].stamp_ns)
-    watcher = TurnWatcher()
     result = replay(
-        [*frames[:4], dark, *frames[5:]], Parameters(threshold=16.0), source='',
-        watchers=[watcher])
+        [*frames[:4], dark, *frames[5:]], Parameters(threshold=16.0), source='')
     assert [code.value for code in (update.status for update in result.updates)][2:6] == [
         'ok', 'no_measurement', 'no_measurement', 'turning']
     [turn] = overview(result).turns
     assert (turn.pair, turn.end_pair) == (2, 5)
-    assert [number for number, _ in watcher.turns[0].frames.kept] == [2, 3, 6]
 
 
 def test_health_counts_what_is_missing():
@@ -113,7 +110,7 @@ def test_thinned_is_bounded_and_evenly_spread(offered):
 
 
 def test_thumbnails_are_small_pictures_of_their_frames(watched):
-    result, thumbnails, _ = watched
+    result, thumbnails = watched
     assert [each.frame for each in thumbnails.kept] == list(range(result.frames))
     for each, frame in zip(thumbnails.kept, rolled_frames()):
         picture = cv2.imdecode(np.frombuffer(each.jpeg, np.uint8), cv2.IMREAD_UNCHANGED)
@@ -132,30 +129,11 @@ def test_thumbnails_are_bounded_in_number_width_and_bytes():
         assert picture.shape == (60, 100)
 
 
-def test_when_time_goes_back_the_thumbnails_and_turns_restart():
-    thumbnails, turns = Thumbnails(), TurnWatcher()
+def test_when_time_goes_back_the_thumbnails_restart():
+    thumbnails = Thumbnails()
     frames = rolled_frames(start_ns=START_NS + 10**12) + rolled_frames([0, 0, 30])
-    replay(frames, Parameters(threshold=16.0), source='', watchers=[thumbnails, turns])
+    replay(frames, Parameters(threshold=16.0), source='', watchers=[thumbnails])
     assert [each.frame for each in thumbnails.kept] == [0, 1, 2, 3]
-    assert [turn.pair for turn in turns.turns] == [2]
-
-
-def test_frames_of_a_turn_are_those_it_is_seen_in(watched):
-    _, _, turns = watched
-    assert [
-        [number for number, _ in turn.frames.kept] for turn in turns.turns] == [
-            [3, 4, 5, 6], [9, 10, 11]]
-    assert [number for number, _ in turns.turns[0].spread(3)] in ([3, 4, 6], [3, 5, 6])
-    number, picture = turns.turns[1].frames.kept[0]
-    assert (picture == rolled_frames()[number].image).all()
-
-
-def test_frames_of_turns_are_bounded():
-    watcher = TurnWatcher(limit=3)
-    frames = rolled_frames([0] + ([30] * 40 + [0]) * 5)
-    replay(frames, Parameters(threshold=16.0), source='', watchers=[watcher])
-    assert [turn.pair for turn in watcher.turns] == [1, 42, 83]
-    assert all(6 <= len(turn.frames.kept) <= 12 for turn in watcher.turns)
 
 
 @pytest.mark.parametrize(('bits', 'rotate'), [(8, False), (10, True), (16, False)])
@@ -170,28 +148,20 @@ def test_frames_are_shown_upright_in_eight_bits(bits, rotate):
 
 @pytest.mark.parametrize('suffix', ['png', 'svg'])
 def test_the_pictures(watched, tmp_path, suffix):
-    result, _, turns = watched
-    trajectory, strip = tmp_path / f'trajectory.{suffix}', tmp_path / f'turns.{suffix}'
+    result, _ = watched
+    trajectory = tmp_path / f'trajectory.{suffix}'
     truth = np.array([(0.0, 0.0), (30.0, 0.5), (31.0, 40.0), (70.0, 41.0)])
     write_trajectory_picture(result, trajectory, truth=truth)
-    write_turn_picture(turns.turns, result, strip)
     if suffix == 'png':
         assert cv2.imread(str(trajectory)).std() > 10
-        assert cv2.imread(str(strip)).std() > 10
     else:
         texts = svg_texts(trajectory)
         assert {'start', 'end', 'truth', '+T', '−T', 'backward 3', 'no change 3'} <= {*texts}
         # Numbered on the path and above the shift.
         assert texts.count('1') == texts.count('2') == 2
-        assert {'turn 1, left, 0.3 s', 'turn 2, right, 0.9 s', 'frame 11'} <= {*svg_texts(strip)}
         again = tmp_path / 'again.svg'
         write_trajectory_picture(result, again, truth=truth)
         assert again.read_bytes() == trajectory.read_bytes()
-
-
-def test_a_strip_needs_a_turn(watched, tmp_path):
-    with pytest.raises(ValueError, match='no turns'):
-        write_turn_picture((), watched[0], tmp_path / 'turns.png')
 
 
 def test_a_long_drive_does_not_make_a_huge_svg(tmp_path):

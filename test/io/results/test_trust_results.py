@@ -6,6 +6,7 @@ import json
 
 import cv2
 import numpy as np
+import overlays
 from phase_traj_ros.cli.main import main
 from phase_traj_ros.core import TrajectoryEstimator
 from phase_traj_ros.io.messages.diagnostics import Level, MeasurementReporter
@@ -16,7 +17,7 @@ from phase_traj_ros.io.results.snapshot import Snapshot
 from phase_traj_ros.io.results.thumbnails import LeftOutPicture
 from phase_traj_ros.io.sources.base import StampedFrame
 from phase_traj_ros.parameters import Parameters
-from phase_traj_ros.synthetic import Camera, overlays, plan_drive, render_drive, Straight, Turn
+from phase_traj_ros.synthetic import Camera, plan_drive, render_drive, Straight, Turn
 from phase_traj_ros.synthetic.degradations import sensor_noise
 import pytest
 from rolled import rolled_frames, TEXTURE

@@ -112,7 +112,7 @@ def test_what_is_given_becomes_arguments_of_ros():
 def test_the_managed_node_may_start_itself():
     start = node_start({'lifecycle': 'true', 'autostart': 'true'}, ALONE)
     assert start.lifecycle and start.own == {'autostart': True}
-    assert node_start({'lifecycle': 'true'}, ALONE).own == {}
+    assert node_start({'lifecycle': 'true'}, ALONE).own == {'autostart': False}
 
 
 def test_a_relative_path_is_made_absolute(tmp_path, monkeypatch):

@@ -6,7 +6,7 @@ from pathlib import Path
 import sys
 
 import numpy as np
-from phase_traj_ros.errors import MissingDependencyError, OutputError
+from phase_traj_ros.errors import MissingDependencyError
 from phase_traj_ros.synthetic import (
     Camera,
     plan_drive,
@@ -101,36 +101,6 @@ def test_progress_is_called_once_a_frame(drive, tmp_path):
     calls = []
     write_drive_bag(drive, tmp_path / 'bag', progress=lambda: calls.append(None))
     assert len(calls) == len(drive)
-
-
-@pytest.mark.parametrize('failure', [RuntimeError, KeyboardInterrupt])
-def test_nothing_is_left_behind_on_failure(drive, tmp_path, failure):
-    calls = []
-
-    def fail() -> None:
-        calls.append(None)
-        if len(calls) == 3:
-            raise failure
-
-    with pytest.raises(failure):
-        write_drive_bag(drive, tmp_path / 'bag', progress=fail)
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_existing_files_are_left_alone(drive, tmp_path):
-    path = tmp_path / 'bag'
-    path.mkdir()
-    (path / 'mine').write_text('mine')
-    with pytest.raises(OutputError, match='exists already'):
-        write_drive_bag(drive, path)
-    assert [entry.name for entry in path.iterdir()] == ['mine']
-
-
-def test_a_place_that_cannot_be_written_is_an_error_of_one_line(drive, tmp_path):
-    (tmp_path / 'file').write_text('')
-    with pytest.raises(OutputError, match='choose another place') as caught:
-        write_drive_bag(drive, tmp_path / 'file' / 'bag')
-    assert '\n' not in str(caught.value)
 
 
 def test_without_rosbags_the_error_says_what_to_install(drive, tmp_path, monkeypatch):

@@ -24,8 +24,7 @@ import pytest
 from rolled import MOVEMENT, write_rolled
 
 FILES = {
-    'chain_code.json', 'manifest.json', 'shifts.csv', 'trajectory.png', 'trajectory.tum',
-    'turns.png'}
+    'chain_code.json', 'manifest.json', 'shifts.csv', 'trajectory.png', 'trajectory.tum'}
 
 
 @pytest.fixture

@@ -61,7 +61,7 @@ def replayed(tmp_path):
         content = {
             'source': 'made up', 'movement': movement, 'direction': direction,
             'status': ['ok'] * len(movement), 'first_stamp_ns': 0, 'connectivity': connectivity,
-            'heading_deg': np.degrees(heading).tolist(),
+            'heading_deg': np.degrees(heading).tolist(), 'path_unit': 'step',
             'turns': [
                 {'start_frame': turn.start_frame, 'end_frame': turn.end_frame,
                  'start': turn.start_ns / 1e9, 'end': turn.end_ns / 1e9,
@@ -261,10 +261,7 @@ def test_a_replay_without_a_path_has_no_errors_of_it(replayed):
 @pytest.mark.parametrize(('content', 'metric'), [
     ({'path_unit': 'm'}, True), ({'path_unit': 'step', 'path_from': 'heading'}, False),
     ({'path_unit': 'camera heights', 'path_from': 'heading'}, False),
-    # As it was before there was a unit.
-    ({'path_from': 'heading', 'speed': 5.0}, True),
-    ({'path_from': 'heading', 'speed': 0.0}, False),
-    ({'path_from': 'codes', 'speed': 5.0}, False), ({}, False)])
+    ({'path_unit': 'step', 'path_from': 'codes', 'speed': 5.0}, False)])
 def test_which_paths_are_in_metres(replayed, content, metric):
     assert read_replay(with_path(replayed(PLAN, **content))).metric is metric
 
