@@ -5,8 +5,8 @@ Plants small faults in the core, one at a time, and counts how many of them the 
 
 A seeded sample of all faults is tried in a copy of the package: reversed comparisons, exchanged
 operators, numbers and signs that are wrong, calls and assignments that are left out. Constants of
-a module (tuning) and messages are left alone. First the tests of the room are run, then those of
-the whole core. Results are kept in out/mutants, so a stopped run continues.
+a module (tuning) and messages are left alone. The tests of the room are run up to the first that
+fails. Results are kept in out/mutants, so a stopped run continues.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ ROOT = Path(__file__).resolve().parent.parent
 CORE = Path('phase_traj_ros/core')
 #: What is mutated: rooms, and the state machine.
 TARGETS = ('path', 'road', 'heading', 'codes/from_shift.py', 'codes/from_turns.py',
-           'codes/from_heading.py', 'codes/chain.py')
+           'codes/from_heading.py', 'codes/chain.py', 'judge.py')
 # Seconds after which the tests of a fault have failed: it has made a loop endless.
 _LONGEST = 600
 
@@ -137,20 +137,20 @@ def modules() -> list[Path]:
     return [path.relative_to(ROOT) for path in found]
 
 
-def tests_of(path: str) -> list[list[str]]:
-    """Return the tests to run for a module, those of its room first."""
-    room = Path(path).parent.name
-    return [
-        [f'test/core/{room}'],
-        [str(each.relative_to(ROOT)) for each in sorted((ROOT / 'test/core').glob('test_*.py'))]]
+def tests_of(path: str, *, whole: bool) -> list[list[str]]:
+    """Return the tests to run for a module: those of its room, then if wanted the whole core's."""
+    room, module = Path(path).parent, Path(path).stem
+    own = f'test/core/test_{module}.py' if room == CORE else f'test/core/{room.name}'
+    core = [str(each.relative_to(ROOT)) for each in sorted((ROOT / 'test/core').glob('test_*.py'))]
+    return [[own], core] if whole else [[own]]
 
 
-def survives(fault: Fault, place: Path) -> bool:
+def survives(fault: Fault, place: Path, *, whole: bool) -> bool:
     """Return whether no test in a copy of the repository finds a fault."""
     sound = (place / fault.path).read_text(encoding='utf-8')
     (place / fault.path).write_text(fault.source, encoding='utf-8')
     try:
-        return all(_passes(tests, place) for tests in tests_of(fault.path))
+        return all(_passes(tests, place) for tests in tests_of(fault.path, whole=whole))
     finally:
         (place / fault.path).write_text(sound, encoding='utf-8')
 
@@ -174,6 +174,8 @@ def main() -> None:
     parser.add_argument('--seed', type=int, default=18)
     parser.add_argument('--only', default='', metavar='TEXT', help='part of the path of a module')
     parser.add_argument('--most', type=int, metavar='N', help='try the first N of the sample only')
+    parser.add_argument(
+        '--whole', action='store_true', help="after the tests of the room, run the whole core's")
     chosen = parser.parse_args()
     every = [fault for path in modules()
              for fault in faults_in(str(path), (ROOT / path).read_text(encoding='utf-8'))]
@@ -189,12 +191,12 @@ def main() -> None:
             shutil.copy(ROOT / name, place / name)
         # Tests that fail without a fault find nothing.
         for tests in {tuple(tests) for fault in sample if fault.key not in tried
-                      for tests in tests_of(fault.path)}:
+                      for tests in tests_of(fault.path, whole=chosen.whole)}:
             if not _passes(list(tests), place):
                 raise SystemExit(f'the tests fail without a fault: {" ".join(tests)}')
         for number, fault in enumerate(sample, 1):
             if fault.key not in tried:
-                tried[fault.key] = survives(fault, place)
+                tried[fault.key] = survives(fault, place, whole=chosen.whole)
                 file.parent.mkdir(parents=True, exist_ok=True)
                 file.write_text(json.dumps(tried, indent=1), encoding='utf-8')
             if tried[fault.key]:

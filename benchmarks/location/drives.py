@@ -22,6 +22,9 @@ from phase_traj_ros.synthetic import poses_from_kitti
 SEQUENCES = ('00', '02', '04', '06', '08', '09', '10')
 HERE, ELSEWHERE = 'Karlsruhe', 'Kaiserslautern'
 MIRRORED, PARTLY = 'Karlsruhe, mirrored', 'Karlsruhe, every tenth road missing'
+MISSING = 'Karlsruhe, roads of the drive missing'
+# A way of the map counts as driven if a node of it is this close to the drive, in metres.
+_DRIVEN_M = 60.0
 # Noise of the drawn odometry: heading per root of 100 m and per frame, and distance: the scale,
 # and its drift per root of 100 m.
 _HEADING, _FRAME = math.radians(0.4), math.radians(0.02)
@@ -56,6 +59,16 @@ def town(name: str) -> Town:
         ways = [way for way, stays in zip(ways, kept) if stays]
         rules = [rule for rule, stays in zip(rules, kept) if stays]
     return Town(RoadMap.from_ways(nodes, ways, rules), file.projection)
+
+
+def without_driven(truth: np.ndarray) -> RoadMap:
+    """Return the map of Karlsruhe without the ways near true poses (N, 3) on it."""
+    file = read_roads(maps_root() / f'{HERE.lower()}.osm.pbf')
+    near = np.array([
+        np.hypot(*(truth[::5, :2] - node).T).min() < _DRIVEN_M for node in file.nodes])
+    kept = [
+        (way.tolist(), rule) for way, rule in zip(file.ways, file.one_way) if not near[way].any()]
+    return RoadMap.from_ways(file.nodes, *map(list, zip(*kept)))
 
 
 @cache
@@ -119,11 +132,10 @@ def own(file: Path, *, metric: bool = True) -> list[OdometryStep]:
     unit = 1.0 if metric else float(data['height'])
     steps = []
     for stamp_ns, row in zip(data['stamps_ns'][1:].tolist(), data['rows']):
-        distance, variance, swing, tilt, scale, yaw, yaw_variance = row[:7].tolist()
-        shared = (swing ** 2 + tilt ** 2 + scale ** 2) * distance ** 2
+        distance, variance, _, _, _, yaw, yaw_variance = row[:7].tolist()
         steps.append(OdometryStep(
             stamp_ns=stamp_ns, distance=distance / unit, yaw=yaw, yaw_variance=yaw_variance,
-            distance_variance=max(variance - shared, 0.0) / unit ** 2))
+            distance_variance=variance / unit ** 2))
     return steps
 
 

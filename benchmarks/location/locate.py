@@ -26,6 +26,7 @@ from benchmarks.location.drives import (
     HERE,
     LINK_M,
     MIRRORED,
+    MISSING,
     moved,
     noisy,
     on_map,
@@ -35,6 +36,7 @@ from benchmarks.location.drives import (
     town,
     true_poses,
     way_of,
+    without_driven,
 )
 from benchmarks.shared.report import disturbance, machine, paragraphs, ROOT, table, verdict
 from benchmarks.shared.timing import bystanders, prepare
@@ -128,9 +130,13 @@ def main() -> None:
     for part in [arguments.part] if arguments.part else [] if arguments.page else PARTS:
         if arguments.part or not _file(part).exists():
             with bystanders() as watched:
-                rows = list(PARTS[part](arguments.seeds))
+                rows = []
+                for row in PARTS[part](arguments.seeds):
+                    rows.append(asdict(row))
+                    print(row, flush=True)
+                    _file(part).write_text(json.dumps({'rows': rows}))
             _file(part).write_text(json.dumps(
-                {'rows': [asdict(row) for row in rows], 'watched': disturbance(watched)}))
+                {'rows': rows, 'watched': disturbance(watched)}))
     if not arguments.part:
         _DOCUMENT.write_text('\n\n'.join(page()) + '\n')
 
@@ -237,6 +243,12 @@ def falsely(seeds: int) -> Iterator[Row]:
     """Try to locate drives on maps where they are not."""
     for name in (ELSEWHERE, MIRRORED):
         yield from _noisy(name, SEQUENCES, seeds)
+    for sequence in _OWN:
+        truth = on_map(sequence)
+        for seed in range(seeds):
+            yield follow(
+                f'{sequence}, {MISSING}', noisy(sequence, seed), without_driven(truth), truth,
+                way_of(true_poses(sequence)), seed=seed)
     yield from _noisy(PARTLY, _OWN, seeds)
 
 

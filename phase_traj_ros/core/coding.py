@@ -6,8 +6,10 @@ from phase_traj_ros.core.codes.chain import ChainCode, Step
 from phase_traj_ros.core.codes.from_heading import HeadingCode
 from phase_traj_ros.core.codes.from_shift import DynamicChainCode
 from phase_traj_ros.core.codes.from_turns import TurnCode
+from phase_traj_ros.core.codes.threshold_hint import ShiftSummary, ThresholdHint
 from phase_traj_ros.core.heading.estimator import HeadingUpdate
 from phase_traj_ros.core.settings import CodeSource, EstimatorSettings
+from phase_traj_ros.core.status import PairStatus
 
 
 class Coder:
@@ -23,6 +25,7 @@ class Coder:
                 connectivity=settings.connectivity, max_runs=settings.max_runs)
         else:
             self._codes = DynamicChainCode(max_runs=settings.max_runs)
+        self._shifts = ShiftSummary()
         self.reconfigure(settings)
 
     @property
@@ -43,33 +46,50 @@ class Coder:
             self._codes.confirm_frames = settings.confirm_frames
             self._codes.release_frames = settings.release_frames
 
-    def code(self, dx: float, heading: HeadingUpdate | None, interval: float) -> Step:
+    def hint(self, width: int) -> ThresholdHint | None:
+        """Return what to do about a threshold that does not fit frames ``width`` pixels wide."""
+        return self._shifts.hint(width)
+
+    def reset(self) -> None:
+        """Start again without codes."""
+        self._codes.reset()
+        self._shifts.reset()
+
+    def code(
+        self, status: PairStatus, dx: float | None, heading: HeadingUpdate | None, interval: float,
+    ) -> Step:
         """
-        Code a measured pair.
+        Code a measured pair, or skip another one; a quarter that this completes is coded later.
 
         Parameters
         ----------
+        status
+            Status of the pair; OK if it was measured.
         dx
-            Shift in pixels of the full frame, positive to the right.
+            Shift in pixels of the full frame, positive to the right; None if it was not measured.
         heading
             What the pair adds to the heading; None if the heading is not measured.
         interval
             Seconds between the two frames.
 
         """
-        if isinstance(self._codes, DynamicChainCode):
+        codes = self._codes
+        measured = status is PairStatus.OK and dx is not None
+        if isinstance(codes, DynamicChainCode):
+            if not measured or dx is None:
+                if status is not PairStatus.REPEATED:
+                    self._shifts.miss()
+                return codes.skip(end_turn=status.ends_turn)
+            self._shifts.add(dx, codes.threshold, interval=interval)
             if self._nominal_period > 0:
                 # After a dropped frame, the shift is that of two periods.
                 dx *= self._nominal_period / interval
-            return self._codes.update(dx)
+            return codes.update(dx)
         assert heading is not None
-        if isinstance(self._codes, TurnCode):
-            return self._codes.update(heading.quarters, heading.step.rate)
-        return self._codes.update(heading.step.heading, heading.step.rate)
-
-    def skip(self, heading: HeadingUpdate | None, *, end_turn: bool) -> Step:
-        """Skip a pair that cannot be judged; a quarter that it completes is coded later."""
-        if isinstance(self._codes, TurnCode):
-            assert heading is not None
-            self._codes.expect(heading.quarters)
-        return self._codes.skip(end_turn=end_turn)
+        if isinstance(codes, HeadingCode):
+            return codes.update(heading.step.heading, heading.step.rate) if measured else (
+                codes.skip(end_turn=status.ends_turn))
+        if measured:
+            return codes.update(heading.quarters, heading.step.rate)
+        codes.expect(heading.quarters)
+        return codes.skip(end_turn=status.ends_turn)

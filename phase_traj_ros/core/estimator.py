@@ -10,9 +10,9 @@ from numpy.typing import ArrayLike, NDArray
 from phase_traj_ros.core.calibration.self_calibration import SelfCalibration
 from phase_traj_ros.core.camera.in_use import CameraInUse
 from phase_traj_ros.core.camera.lens import ASSUMED_HFOV_DEG, Lens
-from phase_traj_ros.core.codes.chain import ChainCode, Step
+from phase_traj_ros.core.codes.chain import ChainCode
 from phase_traj_ros.core.codes.links import LinkCode
-from phase_traj_ros.core.codes.threshold_hint import ShiftSummary, ThresholdHint
+from phase_traj_ros.core.codes.threshold_hint import ThresholdHint
 from phase_traj_ros.core.coding import Coder
 from phase_traj_ros.core.correlation.phase_correlation import Frame, Shift
 from phase_traj_ros.core.frames.prepare import prepare
@@ -26,7 +26,6 @@ from phase_traj_ros.core.path.way import Way
 from phase_traj_ros.core.reliability import Reliability, ReliabilityMonitor
 from phase_traj_ros.core.route import Route
 from phase_traj_ros.core.settings import CodeSource, EstimatorSettings
-from phase_traj_ros.core.status import PairStatus
 from phase_traj_ros.core.travelling import Travelling
 from phase_traj_ros.core.update import Counters, Update
 from phase_traj_ros.errors import FrameError
@@ -73,7 +72,6 @@ class TrajectoryEstimator:
         self._travelling = Travelling(self._settings)
         self._judge = Judge(self._settings.code_source)
         self._monitor = ReliabilityMonitor()
-        self._shifts = ShiftSummary()
         self._turned = False
         self._width = 0
         self.counters = Counters()
@@ -159,7 +157,7 @@ class TrajectoryEstimator:
     @property
     def threshold_hint(self) -> ThresholdHint | None:
         """Return what to do about a threshold that does not fit; None if it may fit."""
-        return self._shifts.hint(self._width)
+        return self._coder.hint(self._width)
 
     def correlation_map(self) -> NDArray[np.float32]:
         """
@@ -348,13 +346,12 @@ class TrajectoryEstimator:
             learning=learning, keyframes=self._settings.keyframes)
 
     def _forget(self) -> None:
-        self._coder.codes.reset()
+        self._coder.reset()
         self._turns.clear()
         if self._heading is not None:
             self._heading.restart()
         self._judge.reset()
         self._monitor.reset()
-        self._shifts.reset()
         self._turned = False
         self._travelling.reset()
         self._route.reset()
@@ -386,7 +383,10 @@ class TrajectoryEstimator:
         """Add a judged pair to the heading, the codes, the distance and the path."""
         interval = interval_ns * 1e-9
         heading = self._turn(verdict, stamp_ns, interval)
-        status, step = self._code(pair, verdict, heading, interval)
+        self.counters.count(verdict.status)
+        dx = None if pair.used is None else self._settings.view.full_shift(pair.used).dx
+        step = self._coder.code(verdict.status, dx, heading, interval)
+        status = verdict.status.coded(step)
         turned = None if heading is None else heading.step
         # The road shows whether the vehicle moves, even if the rest of the image does not.
         travel = self._travelling.update(
@@ -409,7 +409,7 @@ class TrajectoryEstimator:
         self.counters.count(status)
         self._monitor.add(evidence, stamp_ns, interval_ns)
         heading = None if self._heading is None else self._heading.hold()
-        step = self._coder.skip(heading, end_turn=False)
+        step = self._coder.code(status, None, heading, interval_ns * 1e-9)
         return Update(
             self._frames - 2, stamp_ns, interval_ns, None, step, status, self._tip,
             None if heading is None else heading.step, camera=self._news_of_camera())
@@ -426,23 +426,6 @@ class TrajectoryEstimator:
         self._turns.extend(update.turns)
         self._turned |= bool(update.quarters or update.turns)
         return update
-
-    def _code(
-        self, pair: Comparison, verdict: Verdict, heading: HeadingUpdate | None, interval: float,
-    ) -> tuple[PairStatus, Step]:
-        """Code the pair, or skip it; return its final status and codes."""
-        status, threshold = verdict.status, self._coder.threshold_px
-        self.counters.count(status)
-        if status is PairStatus.OK and pair.used is not None:
-            dx = self._settings.view.full_shift(pair.used).dx
-            step = self._coder.code(dx, heading, interval)
-            if threshold is not None:
-                self._shifts.add(dx, threshold, interval=interval)
-        else:
-            step = self._coder.skip(heading, end_turn=status.ends_turn)
-            if threshold is not None:
-                self._shifts.miss()
-        return status.coded(step), step
 
     @property
     def _tip(self) -> Corner:

@@ -2,9 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """A pair of frames gets its status and its worth from what was measured, and in one place."""
 
-from phase_traj_ros.core import PairStatus, Shift
+
+import cv2
+import numpy as np
+from phase_traj_ros.core import CodeSource, PairStatus, Shift
 from phase_traj_ros.core.correlation.quality import Worth
-from phase_traj_ros.core.judge import judged
+from phase_traj_ros.core.heading.yaw_meter import YawMeasurement
+from phase_traj_ros.core.judge import Judge, judged
 from phase_traj_ros.core.measuring import Comparison
 from phase_traj_ros.core.reliability import Evidence
 import pytest
@@ -37,3 +41,109 @@ def test_a_pair_is_judged_by_the_first_thing_that_speaks_against_it(
 
 def test_the_rule_of_the_paper_codes_a_shift_whatever_the_yaw():
     assert judged(GOOD, implausible=True, by_yaw=False) == (PairStatus.OK, Evidence.JERKED)
+
+
+class Following:
+    """A heading that takes the shift of the pair, and any yaw if there is one."""
+
+    def __init__(self, plausible=True):
+        self._plausible = plausible
+
+    def shift_of(self, measured):
+        return None if measured is None else measured.shift
+
+    def admits(self, measured, interval):
+        return self._plausible and measured is not None and measured.yaw is not None
+
+
+def turning(yaw=0.02, worth=Worth.MEASURED, **options):
+    measured = YawMeasurement(Shift(0.2, 0.0, 0.2), yaw, refined=True, agreement=0.8)
+    return Comparison(None, measured, worth, measured.shift, agreement=0.8, **options)
+
+
+def judged_after(pictures, pair, source=CodeSource.AUTO, heading=None):
+    """Return the verdict on the last of these pictures."""
+    judge, heading = Judge(source), heading or Following()
+    judge.look(pictures[0], None, 0.0)
+    return [judge.judge(picture, pair, heading, 0.1) for picture in pictures[1:]][-1]
+
+
+@pytest.fixture(scope='module')
+def street():
+    noise = np.random.default_rng(0).integers(0, 256, (120, 800)).astype(np.uint8)
+    wide = cv2.GaussianBlur(noise, (0, 0), 2.0)
+    return [cv2.normalize(wide[:, 6 * step:6 * step + 160], None, 0, 255, cv2.NORM_MINMAX)
+            for step in range(60)]
+
+
+def test_a_pair_of_a_moving_street_is_integrated_as_it_is(street):
+    verdict = judged_after(street, turning())
+    assert (verdict.status, verdict.evidence) == (PairStatus.OK, Evidence.TRUSTED)
+    assert verdict.yaw == turning().yaw
+
+
+def test_a_standing_vehicle_does_not_turn_whatever_passes_by(street):
+    verdict = judged_after(street, turning(worth=Worth.STILL))
+    assert (verdict.status, verdict.yaw.yaw) == (PairStatus.STILL, 0.0)
+
+
+def test_a_pair_on_which_no_vehicle_turns_like_that_is_not_measured(street):
+    verdict = judged_after(street, turning(), heading=Following(plausible=False))
+    assert (verdict.status, verdict.evidence) == (PairStatus.NO_MEASUREMENT, Evidence.JERKED)
+
+
+def seen_through_dirt(street):
+    """Most of the picture does not change while a part of it does."""
+    pictures = [street[0].copy() for _ in street]
+    for picture, moving in zip(pictures, street):
+        picture[:, :50] = moving[:, :50]
+    return pictures
+
+
+def test_where_only_dirt_agrees_the_yaw_is_rejected_in_auto_alone(street):
+    pictures = seen_through_dirt(street)
+    verdict = judged_after(pictures, turning())
+    assert (verdict.status, verdict.evidence) == (PairStatus.NO_MEASUREMENT, Evidence.FIXED)
+    assert verdict.yaw.yaw is None
+    assert judged_after(pictures, turning(), CodeSource.HEADING).evidence is Evidence.TRUSTED
+
+
+def test_a_cut_does_not_make_the_next_scene_doubtful(street):
+    pictures = seen_through_dirt(street)
+    judge = Judge(CodeSource.AUTO)
+    judge.look(pictures[0], None, 0.0)
+    for picture in pictures[1:]:
+        judge.judge(picture, turning(), Following(), 0.1)
+    verdict = judge.judge(street[0], turning(cut=True), Following(), 0.1)
+    assert verdict.evidence is Evidence.TRUSTED
+
+
+def test_what_is_fixed_is_told_when_it_is_found_and_kept_over_a_reset(street):
+    """A bar that is never lit covers a quarter of the picture."""
+    judge, told = Judge(CodeSource.AUTO), []
+    judge.look(street[0], None, 0.0)
+    for picture in street[1:]:
+        barred = picture.copy()
+        barred[:, :40] = 0
+        told.append(judge.judge(barred, turning(), Following(), 0.1).areas_changed)
+    assert any(told) and not told[0]
+    assert (judge.left_out[:, :35] == 0).all() and (judge.left_out[:, 60:] == 255).all()
+    judge.reset()
+    assert judge.left_out is not None
+
+
+@pytest.mark.parametrize('apart', [Comparison(gap=True), Comparison()])
+def test_frames_that_are_not_compared_end_what_was_seen_before(street, apart):
+    pictures = seen_through_dirt(street)
+    judge = Judge(CodeSource.AUTO)
+    judge.look(pictures[0], None, 0.0)
+    for picture in pictures[1:]:
+        judge.judge(picture, turning(), Following(), 0.1)
+    assert judge.judge(pictures[0], turning(), Following(), 0.1).evidence is Evidence.FIXED
+    judge.judge(pictures[1], apart, Following(), 9.0)
+    assert judge.judge(street[2], turning(), Following(), 0.1).evidence is Evidence.TRUSTED
+
+
+def test_without_guards_nothing_is_left_out(street):
+    pictures = seen_through_dirt(street)
+    assert not judged_after(pictures, turning(), CodeSource.HEADING).areas_changed

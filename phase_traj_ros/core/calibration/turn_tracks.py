@@ -48,8 +48,6 @@ _STOP = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 20, 0.02)
 _BACK, _STILL, _MOVED = 0.4, 0.5, 3.0
 # The stretch ends if a smaller share of the points can be tracked.
 _FOLLOWED = 0.25
-# Mean grey level to which images of other than 8 bits are scaled.
-_BRIGHTNESS = 100.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -266,10 +264,6 @@ def _reduction(width: int) -> int:
 
 
 def _reduced(frame: Frame) -> Bytes:
-    """Return the frame in 8 bits, reduced to the width for tracking."""
-    if frame.dtype != np.uint8:
-        mean = cv2.mean(frame)[0]
-        frame = cv2.convertScaleAbs(  # type: ignore[assignment]
-            frame, alpha=_BRIGHTNESS / mean if mean > 0.0 else 1.0)
+    """Return the frame, uint8, reduced to the width for tracking."""
     times = _reduction(frame.shape[1])
     return np.asarray(reduced(frame, times, times), np.uint8)

@@ -73,6 +73,7 @@ class FixedAreas:
         self._samples.interrupt()
         self._reference: NDArray[np.float32] | None = None
         self._age = 0.0
+        # Share of the gradients that changed up to the newest sample; fixed areas do not count.
         self._changing, self._moving, self._held = 0.0, False, False
 
     @property
@@ -88,16 +89,6 @@ class FixedAreas:
         Bars leave a smaller but complete image; drops leave an image with gaps.
         """
         return self._left >= max(_LEAST_LEFT * (1.0 - self._black), _LEAST_SEEN)
-
-    @property
-    def changing(self) -> float:
-        """
-        Return the share of the gradients that changed up to the newest sample, 0 to 1.
-
-        Fixed areas do not count. By day, the share is near 0 for a stationary vehicle, and above
-        one half after some tenths of a second of driving.
-        """
-        return self._changing
 
     @property
     def moving(self) -> bool:

@@ -14,7 +14,7 @@ from phase_traj_ros.core.camera.lens import Lens, LensOrigin
 from phase_traj_ros.core.camera.model import CameraModel
 from phase_traj_ros.core.camera.projection import CylinderProjection
 from phase_traj_ros.core.correlation.mask import check_size
-from phase_traj_ros.core.correlation.phase_correlation import check_frame, Frame, Shift
+from phase_traj_ros.core.correlation.phase_correlation import check_frame, Shift
 from phase_traj_ros.core.correlation.transforms import TransformLibrary
 from phase_traj_ros.core.heading.bends import Bends
 from phase_traj_ros.core.heading.left_out import LeftOut
@@ -27,7 +27,7 @@ from phase_traj_ros.errors import FrameError
 _DEVIATIONS = 2.0
 # A vehicle drives straight ahead below this yaw rate in radians per second, and moves above this
 # median ratio of its translation to the distance of the blocks.
-_STRAIGHT, _DRIVING = math.radians(3.0), 0.01
+_STRAIGHT, _MOVES = math.radians(3.0), 0.01
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,7 +83,7 @@ class HeadingEstimator:
         self._seen_ns: tuple[int, int] | None = None
         self._again = False
         # The newest frame, for a new meter.
-        self._newest: Frame | None = None
+        self._newest: NDArray[np.uint8] | None = None
         self._rotate_180 = rotate_180
         self._left_out = LeftOut(mask)
         self._transform = transform
@@ -233,7 +233,7 @@ class HeadingEstimator:
             self._learning.finish()
         return self._turns.finish()
 
-    def measure(self, frame: Frame, interval: float) -> YawMeasurement | None:
+    def measure(self, frame: NDArray[np.uint8], interval: float) -> YawMeasurement | None:
         """
         Return the yaw measurement of the next frame, None for the first frame of a pair.
 
@@ -337,7 +337,7 @@ class HeadingEstimator:
     def _learn_from_travel(self, measurement: YawMeasurement, step: HeadingStep) -> None:
         """Learn the pitch from the direction of travel, straight ahead with a learned camera."""
         motion = measurement.motion
-        if (self._learning is None or self._again or motion is None or motion.passing < _DRIVING
+        if (self._learning is None or self._again or motion is None or motion.passing < _MOVES
                 or self._lens.origin is not LensOrigin.DRIVE or abs(step.rate) > _STRAIGHT):
             return
         self._learning.add_travel(motion.travel.slope, math.sqrt(motion.travel.slope_variance))
@@ -368,7 +368,7 @@ class HeadingEstimator:
         for part in (self._tracker, self._turns, self._bends):
             part.scale(factor * before.tilt / lens.tilt)
 
-    def _make_meter(self, frame: Frame) -> YawMeter:
+    def _make_meter(self, frame: NDArray[np.uint8]) -> YawMeter:
         if frame.ndim != 2 or min(frame.shape) < 1:
             raise FrameError(f'frame has shape {frame.shape}: give grey frames (H, W)')
         if self._left_out.mask is not None:
@@ -395,5 +395,5 @@ def _tangent(angle: float) -> float:
     return math.tan(min(max(angle, -1.5), 1.5))
 
 
-def _upright(frame: Frame) -> Frame:
-    return np.ascontiguousarray(frame[::-1, ::-1])  # type: ignore[return-value]
+def _upright(frame: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    return np.ascontiguousarray(frame[::-1, ::-1])

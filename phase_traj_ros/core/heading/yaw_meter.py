@@ -11,12 +11,13 @@ yaw is the part of their displacements that does not depend on their distance.
 
 from dataclasses import dataclass
 import math
+from typing import cast
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 from phase_traj_ros.core.camera.projection import CylinderProjection
-from phase_traj_ros.core.correlation.phase_correlation import Frame, PhaseCorrelator, Shift
+from phase_traj_ros.core.correlation.phase_correlation import PhaseCorrelator, Shift
 from phase_traj_ros.core.correlation.transforms import TransformLibrary
 from phase_traj_ros.core.correlation.windows import Window
 from phase_traj_ros.core.heading.camera_motion import CameraMotion, MotionFit, Travel
@@ -34,14 +35,13 @@ _SURPRISE_PX = 6.0
 _DOUBT = 0.5
 _LEAST_AGREEMENT = 0.3
 _LEAST_BLOCKS = 10.0
-# The scene has moved in all blocks if the image has shifted by _TURNED pixels, and in the blocks
-# below the slope _LOW (6 degrees: the road about 15 m ahead) if most have moved by _DRIVING.
-_TURNED, _DRIVING = 1.2, 2.0
-_LOW = 0.1
+# The scene has moved in all blocks if the image has shifted by _ALL_MOVE_PX, and in the blocks
+# below the slope _LOW (6 degrees: the road about 15 m ahead) if most have moved by _ROAD_MOVES_PX.
+_ALL_MOVE_PX, _ROAD_MOVES_PX, _LOW = 1.2, 2.0, 0.1
 # Without agreeing blocks, the shift needs this significance. It is doubted if it is smaller than
-# _AT_ZERO pixels, as for a pattern fixed to the camera.
+# _FIXED_PX pixels, as for a pattern fixed to the camera.
 _LEAST_SIGNIFICANCE = 8.0
-_AT_ZERO = 0.75
+_FIXED_PX = 0.75
 # Variances of the yaw in square radians: of a yaw from the shift alone, and of the common error
 # of agreeing blocks.
 _ALONE, _COMMON = math.radians(0.3) ** 2, math.radians(0.02) ** 2
@@ -49,8 +49,8 @@ _ALONE, _COMMON = math.radians(0.3) ** 2, math.radians(0.02) ** 2
 _REACH = (9, 9)
 # Smallest distance of a second peak from the first, in pixels.
 _APART = 2
-# Grey level to which images are normalised, and the rate at which it follows their brightness.
-_BRIGHTNESS, _FOLLOWING = 100.0, 0.05
+# Rate at which the level to which images are normalised follows their brightness, per frame.
+_FOLLOWING = 0.05
 
 
 @dataclass(frozen=True, slots=True)
@@ -164,14 +164,14 @@ class YawMeter:
         """Return the map of the newest pair; see ``PhaseCorrelator.correlation_map``."""
         return self._correlator.correlation_map()
 
-    def update(self, frame: Frame, interval: float) -> YawMeasurement | None:
+    def update(self, frame: NDArray[np.uint8], interval: float) -> YawMeasurement | None:
         """
         Return the yaw from the previous frame to ``frame``, or None for the first frame.
 
         Parameters
         ----------
         frame
-            (H, W) uint8, uint16 or float32, of the size of the projection.
+            (H, W), of the size of the projection.
         interval
             Seconds since the previous frame, above 0; not used for the first frame.
 
@@ -183,7 +183,7 @@ class YawMeter:
         """
         if self._next_mask is not None:
             self._change_mask(*self._next_mask)
-        projected = self._projection(frame)
+        projected = cast('NDArray[np.uint8]', self._projection(frame))
         shift = self._correlator.update(projected)
         current = self._levelled(projected)
         previous, self._previous = self._previous, current
@@ -245,7 +245,7 @@ class YawMeter:
 
     def _shift_alone(self, shift: Shift, foreseen: float) -> float | None:
         """Return dx if it is significant and not that of a fixed pattern, else None."""
-        if max(abs(shift.dx), abs(shift.dy)) <= _AT_ZERO and abs(foreseen) > _SURPRISE_PX / 2:
+        if max(abs(shift.dx), abs(shift.dy)) <= _FIXED_PX and abs(foreseen) > _SURPRISE_PX / 2:
             shift = self._correlator.second_peak(apart=_APART)
         stands_out = self._correlator.significance(shift) >= _LEAST_SIGNIFICANCE
         return shift.dx if stands_out and abs(shift.dy) < _MOST_SHAKING else None
@@ -275,10 +275,10 @@ class YawMeter:
 
     def _must_move(self, blocks: BlockShifts, turned: float) -> NDArray[np.bool_]:
         """Return in which blocks any part of the scene must have moved."""
-        if abs(turned) > _TURNED:
+        if abs(turned) > _ALL_MOVE_PX:
             return np.ones(len(self._low), np.bool_)
         # Straight ahead, distant parts of the scene do not move; the road is near, and does.
-        driving = float(np.median(np.hypot(blocks.dx, blocks.dy))) > _DRIVING
+        driving = float(np.median(np.hypot(blocks.dx, blocks.dy))) > _ROAD_MOVES_PX
         return self._low if driving else np.zeros_like(self._low)
 
     def _look(
@@ -294,14 +294,13 @@ class YawMeter:
     def _keyframe(self, picture: NDArray[np.uint8], travel: Travel) -> Keyframe:
         return Keyframe(picture, len(self._grid.middles), travel)
 
-    def _levelled(self, picture: Frame) -> NDArray[np.uint8]:
-        """Return the image in 8 bits, without sudden changes of exposure."""
+    def _levelled(self, picture: NDArray[np.uint8]) -> NDArray[np.uint8]:
+        """Return the image without sudden changes of exposure."""
         brightness = cv2.mean(picture)[0]
         if self._brightness is None:
-            self._brightness = brightness if picture.dtype == np.uint8 else _BRIGHTNESS
+            self._brightness = brightness
         gain = self._brightness / brightness if brightness > 0.0 else 1.0
-        if picture.dtype == np.uint8:
-            self._brightness += _FOLLOWING * (brightness - self._brightness)
+        self._brightness += _FOLLOWING * (brightness - self._brightness)
         return cv2.convertScaleAbs(picture, alpha=gain)  # type: ignore[return-value]
 
 

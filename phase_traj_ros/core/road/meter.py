@@ -42,10 +42,10 @@ _SURE, _REMADE = 0.03, 0.006
 _DIFFER = 4.0
 # Minimum visible share of a patch.
 _LEAST_SEEN = 0.3
-# A pattern that slides by less than _AT_ZERO cells may be fixed to the camera, or the vehicle
+# A pattern that slides by less than _FIXED_CELLS may be fixed to the camera, or the vehicle
 # stands. The vehicle moves if the median ratio of translation to distance exceeds _PASSING. Above
 # _DRIVEN, the road has slid by more than that.
-_AT_ZERO, _PASSING, _DRIVEN = 1.0, 0.002, 0.01
+_FIXED_CELLS, _PASSING, _DRIVEN = 1.0, 0.002, 0.01
 # A keyframe is replaced when the road has slid by _BASELINE camera heights, the camera has turned
 # by _TURNED radians, or after _LONGEST seconds. The vehicle stands if the road has not slid for
 # _STANDS seconds; from then on, the keyframe is kept for _CREEPS seconds.
@@ -57,7 +57,7 @@ _BENDS = 2.0
 # Longest time, in seconds, for which the last speed bridges a gap.
 _HOLDS = 2.5
 # Minimum slide of a pair, in camera heights, for the estimation of the pitch.
-_DRIVING = 0.1
+_LEAST_SLIDE = 0.1
 
 
 @dataclass(frozen=True, slots=True)
@@ -244,10 +244,10 @@ class RoadMeter:
         travel = None
         if still:
             self.start(frame)
-            travel = self._standing()
+            travel = self._standing(interval)
         elif motion is not None:
             driven = self.pace.speed * max(motion.age, interval)
-            if not self.pace.known or driven > _DRIVING:
+            if not self.pace.known or driven > _LEAST_SLIDE:
                 self._tilt.add_travel(motion.travel.slope, motion.travel.slope_variance)
             self._since.turn(
                 motion.yaw, self._nodded(motion.pitch, interval), motion.roll, interval)
@@ -312,17 +312,17 @@ class RoadMeter:
             each for each in found if abs(each.way - best.way) <= _DIFFER * math.hypot(
                 each.deviation, best.deviation,
                 2.0 * (each.middle - best.middle) * self._tilt.deviation * best.way)]
-        if len(agreeing) == 2 and best.way > _DRIVING:
+        if len(agreeing) == 2 and best.way > _LEAST_SLIDE:
             self._compare(*agreeing)
             agreeing = [replace(
                 each, way=each.raw / self._stretched(each.middle)) for each in agreeing]
         since = self._since
         stood = self.pace.known and self.pace.speed == 0.0
         if not turned.moves and (stood or since.age >= _STANDS) and all(
-                abs(each.raw) < _AT_ZERO * CELL for each in agreeing):
+                abs(each.raw) < _FIXED_CELLS * CELL for each in agreeing):
             since.over = since.age >= _CREEPS
             # A vehicle does not turn on the spot: the patch does not show the road.
-            return None if turned.swings else self._standing()
+            return None if turned.swings else self._standing(interval)
         weights = np.array([each.deviation ** -2 for each in agreeing])
         way = float(weights @ [each.way for each in agreeing] / weights.sum())
         # Both errors come from the same pitch motion, so the mean is hardly better.
@@ -366,7 +366,7 @@ class RoadMeter:
         places = [(least, most)]
         if turned.drives:
             # The road moves.
-            places = [(max(least, _AT_ZERO), most), (least, min(most, -_AT_ZERO))]
+            places = [(max(least, _FIXED_CELLS), most), (least, min(most, -_FIXED_CELLS))]
             if turned.passing is not None and most > 0.0:
                 del places[1]
         peaks = [look.slide.peak(*place) for place in places]
@@ -380,9 +380,11 @@ class RoadMeter:
         """Return the factor by which a slide is too large, as the pitch has changed."""
         return math.exp(2.0 * middle * (self._tilt.pitch - self._assumed))
 
-    def _standing(self) -> Travel:
+    def _standing(self, interval: float) -> Travel:
         self.pace.stand()
-        return Travel(0.0, 0.0, TravelState.STANDING)
+        # A slower slide than this would not be seen while a keyframe is kept.
+        return Travel(
+            0.0, (_PEAK * CELL * interval / _CREEPS) ** 2, TravelState.STANDING)
 
     def _bridged(self, interval: float, *, turns: bool) -> Travel:
         off = self.pace.deviation * interval

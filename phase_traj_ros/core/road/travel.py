@@ -15,7 +15,7 @@ class TravelState(Enum):
     BRIDGED = 'bridged'
     """The road could not be measured: the last speed continues, for seconds."""
     STANDING = 'standing'
-    """The vehicle stands: the distance is exactly 0."""
+    """The vehicle stands: the distance is 0, and its variance that of what cannot be seen."""
     GIVEN = 'given'
     """The distance comes from a given speed."""
     UNKNOWN = 'unknown'

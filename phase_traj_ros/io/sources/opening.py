@@ -22,6 +22,7 @@ from phase_traj_ros.io.sources.selection import EVERYTHING, Selection
 _MIN_FPS, _MAX_FPS = 0.001, 1e6
 _BAG2_SUFFIXES = ('.mcap', '.db3')
 _BAG1_SUFFIX = '.bag'
+_COMPRESSED = ('.zstd', '.zst')
 
 
 def open_source(
@@ -72,6 +73,8 @@ def open_source(
             raise SourceError(f'{path} is neither a file nor a directory')
         if not is_directory and path.stat().st_size == 0:
             raise SourceError(f'{path} is empty')
+        if path.suffix.lower() in _COMPRESSED and not is_directory:
+            raise SourceError(f'{path} is compressed: give the folder of the bag, {path.parent}')
     except (OSError, ValueError) as error:
         raise SourceError(f'{path} cannot be read: {error}') from error
 

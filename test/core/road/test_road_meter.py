@@ -136,8 +136,11 @@ def test_it_stands_where_the_road_does_and_goes_exactly_nowhere():
     travels = [meter.update(road.seen(0.0), 0.1, motion(passing=0.0)) for _ in range(40)]
     # It takes a moment to tell it from a slow vehicle.
     assert sum(abs(travel.distance) for travel in travels) < 0.1 * CELL
-    assert {(travel.distance, travel.state) for travel in travels[3:]} == {
-        (0.0, TravelState.STANDING)}
+    stood = travels[3:]
+    assert {(travel.distance, travel.state) for travel in stood} == {(0.0, TravelState.STANDING)}
+    # A measurement is never certain, but a minute adds less than a cell of uncertainty.
+    assert min(travel.variance for travel in stood) > 0.0
+    assert 600 * max(travel.variance for travel in stood) < CELL ** 2
 
 
 @pytest.mark.parametrize('rate', [10.0, 60.0, 120.0])

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Images and their stamps from intact and broken bags."""
 
+from importlib.util import find_spec
 from pathlib import Path
 import threading
 
@@ -57,7 +58,7 @@ def test_a_directory_is_a_bag_of_ros_2_whatever_its_name(tmp_path, mcap_maker, n
 
 
 def test_single_file_of_an_old_rosbags(tmp_path, maker, monkeypatch):
-    from rosbags.rosbag2 import reader
+    reader = pytest.importorskip('rosbags.rosbag2').reader
     file = maker.single_file(maker.drive(tmp_path / 'bag'))
     monkeypatch.delattr(reader, 'DirectoryReader', raising=False)
     if maker.kind == 'ros1':
@@ -139,10 +140,11 @@ def test_empty_bag(tmp_path, maker):
 
 def test_foreign_messages_do_not_matter(tmp_path, mcap_maker, drive_frame):
     """A type without a known definition, and a topic with two types."""
-    from rosbags.rosbag2 import StoragePlugin, Writer
+    rosbag2 = pytest.importorskip('rosbags.rosbag2')
     path = tmp_path / 'bag'
     store = mcap_maker.typestore
-    with Writer(path, version=8, storage_plugin=StoragePlugin.MCAP) as writer:
+    with rosbag2.Writer(
+            path, version=8, storage_plugin=rosbag2.StoragePlugin.MCAP) as writer:
         foreign = writer.add_connection(
             '/foreign', 'acme_msgs/msg/Thing', msgdef='this is { no definition',
             rihs01='RIHS01_' + '0' * 64)
@@ -246,6 +248,8 @@ def test_file_is_closed(tmp_path, maker):
 
 @pytest.mark.parametrize('kept', [0.1, 0.5, 0.9, 0.999])
 def test_recording_that_was_cut_off(tmp_path, maker, kept):
+    if maker.kind == 'mcap' and not find_spec('rosbags'):
+        pytest.skip('rosbag2_py reads what is left of an mcap file')
     path = maker.drive(tmp_path / 'bag', frames=8)
     file = maker.single_file(path)
     whole = file.read_bytes()

@@ -149,7 +149,8 @@ def test_options_that_do_not_fit(tmp_path, mcap_maker, folder, video):
 
 def test_bag_without_the_package_for_bags(tmp_path, maker, monkeypatch):
     path = maker.drive(tmp_path / 'bag')
-    for name in ('rosbags', 'rosbags.typesys', 'rosbags.rosbag1', 'rosbags.rosbag2'):
+    for name in (
+            'rosbags', 'rosbags.typesys', 'rosbags.rosbag1', 'rosbags.rosbag2', 'rosbag2_py'):
         monkeypatch.setitem(__import__('sys').modules, name, None)
     with pytest.raises(MissingDependencyError, match='pip install rosbags') as caught:
         open_source(path)

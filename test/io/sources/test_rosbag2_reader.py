@@ -192,6 +192,10 @@ def test_a_single_file_of_compressed_messages_needs_its_folder(compressed, reque
     request.getfixturevalue('opened')
     with pytest.raises(SourceError, match=f'compressed.*give the folder {folder}'):
         open_source(next(folder.glob('*.mcap')))
+    packed = folder / 'bag_0.mcap.zstd'
+    packed.write_bytes(b'packed')
+    with pytest.raises(SourceError, match=f'is compressed: give the folder of the bag, {folder}'):
+        open_source(packed)
 
 
 def test_a_single_file_does_not_need_what_lies_beside_it(file, opened):
