@@ -23,8 +23,6 @@ class Palette:
     rule: str
     line: str
     """Paths and curves."""
-    tint: str
-    """The part of a path or curve that is still ahead."""
     accent: str
     """Thresholds and ends."""
     band: str
@@ -44,26 +42,20 @@ class Palette:
 
 LIGHT: Final = Palette(
     paper='#f4f6f8', card='#ffffff', ink='#1f2933', faint='#65717e', muted='#9aa5b1',
-    rule='#dfe4ea', line='#0b6e99', tint='#c8dee8', accent='#d1495b', band='#0b6e991a',
+    rule='#dfe4ea', line='#0b6e99', accent='#d1495b', band='#0b6e991a',
     left='#3a7ca5', forward='#b8c4ce', right='#e08e45', rest='#e6ebf0', backward='#8d6a9f',
     warn='#b4541a')
 """For paper. Figures have the colour of a card as background."""
 
 DARK: Final = Palette(
     paper='#14191f', card='#1d242c', ink='#e4e9ee', faint='#93a0ad', muted='#6b7682',
-    rule='#323c47', line='#5fb4dc', tint='#24516a', accent='#ef7a8a', band='#5fb4dc21',
+    rule='#323c47', line='#5fb4dc', accent='#ef7a8a', band='#5fb4dc21',
     left='#5fa3cf', forward='#57636f', right='#e59f5f', rest='#2b343e', backward='#a884ba',
     warn='#f0a36b')
 """For dark backgrounds and camera images."""
 
 
-def rgb(colour: str) -> Rgb:
-    """Return a colour #rrggbb as red, green and blue, 0 to 255."""
-    red, green, blue = bytes.fromhex(colour[1:])
-    return red, green, blue
-
-
 def bgr(colour: str) -> Rgb:
-    """Return a colour #rrggbb in OpenCV's order: blue, green and red."""
-    red, green, blue = rgb(colour)
+    """Return a colour #rrggbb in OpenCV's order: blue, green and red, 0 to 255."""
+    red, green, blue = bytes.fromhex(colour[1:])
     return blue, green, red

@@ -88,19 +88,16 @@ def read_ground_truth(path: Path) -> GroundTruth:
         The file cannot be read, or has another format, or times.txt has another length.
 
     """
-    rows = _read_rows(path)
-    stamps_ns: NDArray[np.int64] | None
-    if len(rows[0]) == _TUM_COLUMNS:
-        values = _numbers(path, [row[1:] for row in rows])
-        stamps_ns = _stamps(path, [row[0] for row in rows])
+    times, values = _read(path)
+    stamps_ns = None if times is None else _rising(path, times)
+    rotations: NDArray[np.float64]
+    if values.shape[1] == _TUM_COLUMNS - 1:
         rotations, places = _from_quaternions(path, values[:, 3:]), values[:, :3]
         body = _body(rotations, places)
     else:
-        timed = len(rows[0]) > _KITTI_COLUMNS
-        matrices = _numbers(
-            path, [row[timed:] for row in rows]).reshape(-1, 3, 4)
-        stamps_ns = (
-            _stamps(path, [row[0] for row in rows]) if timed else _times_beside(path, len(rows)))
+        matrices = values.reshape(-1, 3, 4)
+        if stamps_ns is None:
+            stamps_ns = _times_beside(path, len(matrices))
         rotations, places = matrices[:, :, :3], matrices[:, :, 3]
         _check_rotations(path, rotations)
         body = _OPTICAL_BODY
@@ -190,7 +187,8 @@ def _rebased(
     return MatchedTruth(frames, stamps_ns, headings - headings[0], turned)
 
 
-def _read_rows(path: Path) -> list[list[str]]:
+def _read(path: Path) -> tuple[NDArray[np.int64] | None, NDArray[np.float64]]:
+    """Return the times of the poses in nanoseconds, where given, and the other columns."""
     try:
         lines = path.read_text(encoding='ascii').splitlines()
     except (OSError, ValueError) as error:
@@ -207,26 +205,16 @@ def _read_rows(path: Path) -> list[list[str]]:
         if len(row) != columns:
             raise SourceError(
                 f'{path}, pose {number}: {len(row)} columns where the first one has {columns}')
-    return rows
-
-
-def _numbers(path: Path, rows: list[list[str]]) -> NDArray[np.float64]:
+    timed = columns != _KITTI_COLUMNS
     try:
-        values = np.array(rows, np.float64)
-    except ValueError as error:
-        raise SourceError(f'{path}: {error}') from None
+        values = np.array([row[timed:] for row in rows], np.float64)
+        # A float cannot represent the nanoseconds of an epoch.
+        times = [round(Decimal(row[0]) * _NANO) for row in rows] if timed else None
+    except (ArithmeticError, ValueError) as error:
+        raise SourceError(f'{path} holds something else than numbers: {error}') from None
     if not np.isfinite(values).all():
         raise SourceError(f'{path} holds NaN or infinity')
-    return values
-
-
-def _stamps(path: Path, texts: list[str]) -> NDArray[np.int64]:
-    try:
-        stamps = [round(Decimal(text) * _NANO) for text in texts]
-        values = np.array(stamps, np.int64)
-    except (ArithmeticError, ValueError, OverflowError):
-        raise SourceError(f'{path}: the first column is not a time in seconds') from None
-    return _rising(path, values)
+    return None if times is None else np.array(times, np.int64), values
 
 
 def _rising(path: Path, stamps: NDArray[np.int64]) -> NDArray[np.int64]:

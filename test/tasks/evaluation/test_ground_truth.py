@@ -190,9 +190,9 @@ def test_unrelated_clocks_start_together_if_asked_for(write):
     ('0 0 0 0 0 0 0 1\n1 0 0 0 0 0 0\n', 'pose 2: 7 columns'),
     ('0 0 0 0 0 0 0 2\n1 0 0 0 0 0 0 2\n', 'not quaternions'),
     ('0 0 0 0 0 0 0 1\n0 0 0 0 0 0 0 1\n', 'do not rise'),
-    ('x 0 0 0 0 0 0 1\ny 0 0 0 0 0 0 1\n', 'not a time'),
+    ('x 0 0 0 0 0 0 1\ny 0 0 0 0 0 0 1\n', 'else than numbers'),
     ('0 0 0 nan 0 0 0 1\n1 0 0 0 0 0 0 1\n', 'NaN'),
-    ('0 a 0 0 0 0 0 1\n1 0 0 0 0 0 0 1\n', 'could not convert'),
+    ('0 a 0 0 0 0 0 1\n1 0 0 0 0 0 0 1\n', 'else than numbers'),
     ('1 2 3 4 5 6 7 8 9 10 11 12\n' * 2, 'not rotations'),
 ])
 def test_refuses_invalid_trajectories(tmp_path, text, message):
