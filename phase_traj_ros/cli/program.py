@@ -12,6 +12,7 @@ from phase_traj_ros.cli.commands import (
     calibrate,
     demo,
     evaluate,
+    inspect_frames,
     locate,
     play,
     replay,
@@ -26,7 +27,7 @@ EXIT_OK = 0
 EXIT_BAD_INPUT = 2
 
 TASKS: tuple[tuple[str, tuple[Command, ...]], ...] = (
-    ('code a recording', (replay.COMMAND,)),
+    ('code a recording', (replay.COMMAND, inspect_frames.COMMAND)),
     ('judge the result', (evaluate.COMMAND,)),
     ('find the place on a map', (locate.COMMAND,)),
     ('learn the camera', (calibrate.COMMAND,)),
@@ -75,7 +76,7 @@ def program_parser() -> ArgumentParser:
     commands = parser.add_subparsers(
         title='commands', required=True, metavar='COMMAND',
         help='one of the commands below; COMMAND --help shows its options')
-    for module in (replay, evaluate, locate, calibrate, play, demo):
+    for module in (replay, inspect_frames, evaluate, locate, calibrate, play, demo):
         module.add_parser(commands)
     return parser
 

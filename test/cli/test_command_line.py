@@ -135,12 +135,20 @@ def test_selection_reaches_the_source(folder):
     assert 'movement  (3): 1x2 2x1' in result.stdout
 
 
+def test_inspect_draws_the_correlation_map(folder, tmp_path):
+    output = tmp_path / 'map.png'
+    result = run('inspect', folder / '1.png', folder / '2.png', '--output', output)
+    assert result.returncode == 0
+    assert float(result.stdout.split()[1]) == pytest.approx(30, abs=0.05)
+    assert cv2.imread(str(output)).std() > 1
+
+
 def test_version_and_help():
     first, second = run('--version').stdout.splitlines()[:2]
     assert first == f'phase_traj_ros {phase_traj_ros.__version__}'
     assert second == f'transforms: {find_transform().name}'
     assert 'replay' in run('--help').stdout
-    for command in ('replay', 'evaluate', 'play', 'demo'):
+    for command in ('replay', 'evaluate', 'play', 'inspect', 'demo'):
         result = run(command, '--help')
         assert result.returncode == 0
         assert len(result.stdout) > 300
@@ -243,6 +251,20 @@ def test_a_broken_picture_leaves_older_results_alone(folder, tmp_path):
     refused('replay', folder, '--output', output, '--strict')
     assert (output / 'chain_code.json').read_bytes() == before
     assert len(os.listdir(output)) == 5
+
+
+def test_inspect_refuses_frames_that_do_not_match(folder, tmp_path):
+    cv2.imwrite(str(tmp_path / 'small.png'), np.eye(50, dtype=np.uint8) * 200)
+    message = refused('inspect', folder / '0.png', tmp_path / 'small.png')
+    assert '160x96' in message and '50x50' in message
+    assert 'No such file' in refused('inspect', folder / '0.png', tmp_path / 'none.png')
+
+
+def test_the_figure_of_two_frames_does_not_become_a_third(folder):
+    before = sorted(os.listdir(folder))
+    result = run('inspect', '0.png', '1.png', cwd=folder)
+    assert result.returncode == 2 and 'would lie beside the frames' in result.stderr
+    assert sorted(os.listdir(folder)) == before
 
 
 @pytest.mark.parametrize('output', ['.', 'results', '../pictures/a'])

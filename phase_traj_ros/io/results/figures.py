@@ -11,9 +11,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
-from phase_traj_ros.core import Axes, Movement, normalised, to_axes
+from phase_traj_ros.core import Axes, Movement, normalised, Shift, to_axes
 from phase_traj_ros.core.codes.codes import Code
 from phase_traj_ros.errors import MissingDependencyError
+from phase_traj_ros.io.images.decoding import GreyImage
 from phase_traj_ros.io.replay.overview import Overview, overview, TurnMark
 from phase_traj_ros.io.replay.run import Replay
 from phase_traj_ros.io.results.palette import LIGHT
@@ -86,6 +87,35 @@ def save(figure: Figure, path: Path) -> None:
     with _SETTINGS, rc_context({'svg.hashsalt': 'phase_traj'}):
         figure.savefig(
             path, dpi=_DPI, format=kind, metadata={'Date': None} if kind == 'svg' else None)
+
+
+def write_correlation_picture(
+    first: GreyImage, second: GreyImage, correlation: NDArray[np.float32], shift: Shift,
+    path: Path,
+) -> None:
+    """Draw two frames and their correlation map with its peak (the paper's figure 2)."""
+    figure = new_figure(9, 9)
+    plots = figure.subplots(3, 1)
+    for plot, image, title in ((plots[0], first, 'A'), (plots[1], second, 'B')):
+        plot.imshow(image, cmap='gray')
+        plot.set_title(title, loc='left', fontsize=9)
+        plot.set_axis_off()
+    rows, columns = correlation.shape
+    extent = (-columns / 2 - 0.5, columns / 2 - 0.5, rows / 2 - 0.5, -rows / 2 - 0.5)
+    # Most of the map is noise around zero and the peak is one pixel: a square root shows both.
+    drawn = plots[2].imshow(
+        np.sqrt(np.maximum(correlation, 0)), cmap='magma', extent=extent,
+        interpolation='nearest')
+    plots[2].plot(
+        shift.dx, shift.dy, 'o', markersize=14, markerfacecolor='none',
+        markeredgecolor=LIGHT.accent)
+    plots[2].set_title(
+        f'correlation map: dx {shift.dx:+.2f} px, dy {shift.dy:+.2f} px,'
+        f' response {shift.response:.3f}', loc='left', fontsize=9)
+    plots[2].set_xlabel('dx (px)')
+    plots[2].set_ylabel('dy (px)')
+    figure.colorbar(drawn, ax=plots[2], shrink=0.8, label='square root of r')
+    save(figure, path)
 
 
 def require_matplotlib() -> None:
