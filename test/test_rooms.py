@@ -261,3 +261,53 @@ def _texts(tree):
     for node in ast.walk(tree):
         if isinstance(node, ast.Constant) and isinstance(node.value, str):
             yield node
+
+
+@pytest.fixture
+def made(tmp_path):
+    """Return a function that makes a package: core with the rooms low and high, and io."""
+    def make(files):
+        for room in ('', 'core', 'core/low', 'core/high', 'io'):
+            folder = tmp_path / 'made' / room
+            folder.mkdir()
+            (folder / '__init__.py').touch()
+        for name, text in files.items():
+            (tmp_path / 'made' / name).write_text(text)
+        return Modules(tmp_path / 'made')
+    return make
+
+
+MADE_FLOORS = {'': ('core', 'io'), 'core': ('low other', 'high', '*')}
+
+
+@pytest.mark.parametrize('text', [
+    'from made.core.high.b import B',
+    'from made.core.high import b',
+    'import made.core.high.b',
+    'from ..high import b',
+    'from ...core.high.b import B',
+    'def late():\n    from made.core.high import b',
+    'if TYPE_CHECKING:\n    import made.core.high.b as b',
+])
+def test_upward_imports_are_found_however_they_are_written(made, text):
+    modules = made({'core/low/a.py': text, 'core/high/b.py': 'B = 1'})
+
+    assert upward(modules, MADE_FLOORS) == ['core.low.a -> core.high.b']
+    assert circular(modules) == []
+
+
+def test_what_else_is_found(made):
+    modules = made({
+        'core/low/a.py': 'from made.io.c import C',
+        'core/other.py': 'from made.core.low.a import A',
+        'core/high/b.py': 'from made.core import A',
+        'core/chain.py': 'from . import more',
+        'core/more.py': 'from made.core.chain import X',
+        'io/c.py': 'from made.core.low.a import A',
+        'new.py': ''})
+
+    assert upward(modules, MADE_FLOORS) == [
+        'core.high.b imports the face of its own room, core', 'core.low.a -> io.c',
+        'core.other -> core.low.a']
+    assert circular(modules) == ['core.chain', 'core.low.a', 'core.more', 'io.c']
+    assert homeless(modules, MADE_FLOORS) == ['new']

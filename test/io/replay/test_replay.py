@@ -58,15 +58,12 @@ class Diary(Watcher):
     def add(self, frame, update, estimator):
         self.told.append((update.pair, frame.stamp_ns))
 
-    def finish(self, turns):
-        self.told.append(('finish', *turns))
-
 
 def test_watchers_are_started_once_whatever_frames_are_repeated():
     doubled = [frame for frame in frames([0, 0, 30]) for _ in range(3)]
     diary = Diary()
     replay(doubled, Parameters(threshold=16.0), source='test', watchers=[diary])
-    assert diary.told == [('start', 0), (0, 10**8), (1, 2 * 10**8), ('finish',)]
+    assert diary.told == [('start', 0), (0, 10**8), (1, 2 * 10**8)]
 
 
 def test_watchers_restart_when_time_goes_back():
@@ -75,7 +72,7 @@ def test_watchers_restart_when_time_goes_back():
         frames([0, 0], start=10**10) + frames([0, 30]), Parameters(threshold=16.0), source='test',
         watchers=[diary])
     assert diary.told == [
-        ('start', 10**10), (0, 10**10 + 10**8), ('start', 0), (0, 10**8), ('finish',)]
+        ('start', 10**10), (0, 10**10 + 10**8), ('start', 0), (0, 10**8)]
 
 
 @pytest.mark.parametrize('some', [[], frames([0]), frames([0]) * 5])
