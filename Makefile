@@ -22,7 +22,7 @@ environment = $(or $(boot),$(error No Python found: install Python 3.10 to 3.13 
 unexport _ROS_WHEELS_BOOTSTRAP_COMPLETE
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-noble lint colcon dist bench bench-system robustness any-camera distance frame-rate mutants locate docs \
+.PHONY: help demo test test-noble lint colcon dist bench bench-system robustness any-camera distance frame-rate mutants locate film docs \
 	docs-links version release pins clean
 
 help:  ## Show this list
@@ -62,6 +62,10 @@ dist:  ## Build sdist and wheel into out/dist; install and try them with pip, uv
 bench:  ## Measure speed against peers, side by side; writes docs/measurements/benchmarks.md
 	@$(environment) .venv --extras ros,bench
 	@.venv/bin/python -m benchmarks.speed.run
+
+film:  ## Measure replays of a film beside decoding alone; writes docs/measurements/film.md
+	@$(environment) .venv --extras ros,video
+	@.venv/bin/python -m benchmarks.speed.film
 
 bench-system:  ## Measure speed on the distribution's OpenCV, for docs/measurements/benchmarks.md
 	@PYTHONPATH="$(CURDIR)$${PYTHONPATH:+:$$PYTHONPATH}" $(SYSTEM_PYTHON) -m benchmarks.speed.installations

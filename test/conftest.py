@@ -30,9 +30,12 @@ def pytest_addoption(parser):
 
 
 def pytest_configure(config):
-    # A job in the background ignores Ctrl-C, and so would every process that a test interrupts.
-    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
-        signal.signal(signal.SIGINT, signal.default_int_handler)
+    # A job in the background ignores Ctrl-C, and after nohup the end of its terminal; so would
+    # every process that a test ends.
+    for number, usual in (
+            (signal.SIGINT, signal.default_int_handler), (signal.SIGHUP, signal.SIG_DFL)):
+        if signal.getsignal(number) is signal.SIG_IGN:
+            signal.signal(number, usual)
     if config.getoption('--without-scipy'):
         for name in ('scipy', 'scipy.fft', 'scipy.fftpack'):
             sys.modules[name] = None

@@ -62,6 +62,7 @@ def test_no_place_is_an_error(made):
 
 @pytest.mark.integration
 def test_the_demo_is_found_on_its_map(tmp_path, capsys):
+    pytest.importorskip('rosbags')
     assert main(['demo', '--map', '--output', str(tmp_path / 'demo')]) == 0
 
     assert 'The place is known after' in capsys.readouterr().out

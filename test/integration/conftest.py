@@ -41,14 +41,21 @@ def pytest_collection_modifyitems(items):
             item.add_marker(pytest.mark.integration)
 
 
-@pytest.fixture(autouse=True)
-def domain(monkeypatch, tmp_path):
-    """Keep the test's ROS traffic and logs to itself."""
+@contextmanager
+def own_domain(monkeypatch, folder):
+    """Set the environment for ROS in a domain of its own; yield the file that holds it."""
     monkeypatch.setenv('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
-    monkeypatch.setenv('ROS_LOG_DIR', str(tmp_path / 'ros_log'))
+    monkeypatch.setenv('ROS_LOG_DIR', str(folder / 'ros_log'))
     monkeypatch.setenv('RCUTILS_COLORIZED_OUTPUT', '0')
     with free_domain() as (number, lock):
         monkeypatch.setenv('ROS_DOMAIN_ID', str(number))
+        yield lock
+
+
+@pytest.fixture(autouse=True)
+def domain(monkeypatch, tmp_path):
+    """Keep the test's ROS traffic and logs to itself."""
+    with own_domain(monkeypatch, tmp_path) as lock:
         yield lock
 
 
@@ -57,4 +64,14 @@ def live(domain, tmp_path):
     """Yield a node of the test's own, and the means to start the real one."""
     from live import Live
     with Live(tmp_path, lock=domain) as harness:
+        yield harness
+
+
+@pytest.fixture(scope='module')
+def shared_live(tmp_path_factory):
+    """Yield what ``live`` does, for a node that several tests share."""
+    from live import Live
+    folder = tmp_path_factory.mktemp('shared')
+    with (pytest.MonkeyPatch.context() as monkeypatch,
+          own_domain(monkeypatch, folder) as lock, Live(folder, lock=lock) as harness):
         yield harness

@@ -28,7 +28,7 @@ def recording(tmp_path):
 def play(recording, *options):
     return subprocess.run(
         [sys.executable, '-m', 'phase_traj_ros.cli.main', 'play', str(recording), *options],
-        capture_output=True, text=True, timeout=60, check=False)
+        capture_output=True, text=True, check=False)
 
 
 def test_no_frame_is_lost_at_the_start(live, recording):

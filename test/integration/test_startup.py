@@ -40,7 +40,7 @@ from std_msgs.msg import String
 ])
 def test_what_makes_no_sense_is_refused_in_a_line(live, arguments, message):
     process = live.start(lossless=False, arguments=arguments)
-    assert process.wait(20) == 2
+    assert process.wait() == 2
     said = [line for line in live.logs().splitlines() if '[rcl]' not in line]
     assert len(said) == 1
     assert message in said[0]
@@ -48,7 +48,7 @@ def test_what_makes_no_sense_is_refused_in_a_line(live, arguments, message):
 
 def test_help_is_printed(live):
     process = live.start(lossless=False, arguments=['--help'])
-    assert process.wait(20) == 0
+    assert process.wait() == 0
     assert 'usage: phase_traj_node' in live.logs()
 
 
@@ -65,7 +65,7 @@ def params(path, name, text='{threshold: 9.0}'):
 def test_one_underscore_is_refused_in_a_line(live, tmp_path):
     path = tmp_path / 'a.yaml'
     path.write_text('/**:\n  ros_parameters: {threshold: 9.0}\n')
-    assert live.start('--params-file', str(path)).wait(20) == 2
+    assert live.start('--params-file', str(path)).wait() == 2
     assert "has 'ros_parameters' in '/**': write 'ros__parameters', with two" in live.logs()
 
 
@@ -149,8 +149,7 @@ def test_any_number_of_signals_ends_it_in_order(live, autostart):
     process = live.start('-p', f'autostart:={autostart}')
     # Its own words, not the graph, which may still know a node that was killed before.
     live.until(lambda: '[phase_traj]' in live.logs(), process=process)
-    until = time.monotonic() + 20
-    while process.poll() is None and time.monotonic() < until:
+    while process.poll() is None:
         process.send_signal(signal.SIGINT)
         time.sleep(0.01)
     assert process.returncode == 0, live.logs()
@@ -170,6 +169,6 @@ def test_a_signal_while_modules_are_imported_ends_it_in_order():
     # Python itself has a handler for SIGINT, but none for SIGTERM.
     while not catches(process.pid, signal.SIGTERM):
         assert process.poll() is None
-    assert stop(process, signal.SIGINT, timeout=30) == 0
+    assert stop(process, signal.SIGINT) == 0
     assert process.stderr.read() == ''
     process.stderr.close()

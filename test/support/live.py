@@ -22,7 +22,8 @@ from sensor_msgs.msg import Image
 LOSSLESS = QoSProfile(
     history=HistoryPolicy.KEEP_ALL, depth=1, reliability=ReliabilityPolicy.RELIABLE)
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-TIMEOUT_S = 30
+# Only a test that hangs waits for so long.
+TIMEOUT_S = 120
 # What is rolled has shifts and does not turn: tests of shifts and of the paper's codes.
 SHIFT = ('-p', 'code_source:=shift')
 
@@ -67,9 +68,9 @@ class Live:
         self._processes.append(process)
         return process
 
-    def until(self, condition, *, process=None, timeout=TIMEOUT_S):
+    def until(self, condition, *, process=None):
         """Handle what comes until the condition holds."""
-        deadline = time.monotonic() + timeout
+        deadline = time.monotonic() + TIMEOUT_S
         while not condition():
             assert time.monotonic() < deadline, 'timed out; the log says:\n' + self.logs()
             assert process is None or process.poll() is None, self.logs()
@@ -127,10 +128,10 @@ class Live:
             DescribeParameters.Request(names=names)).descriptors
 
 
-def stop(process, number=signal.SIGINT, timeout=10):
+def stop(process, number=signal.SIGINT):
     """Signal a process and return its exit status."""
     process.send_signal(number)
-    return process.wait(timeout)
+    return process.wait(TIMEOUT_S)
 
 
 def image(data, stamp_ns, encoding='mono8', *, shape=None, step=None, is_bigendian=False):

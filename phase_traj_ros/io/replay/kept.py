@@ -8,7 +8,7 @@ from contextlib import closing
 from phase_traj_ros.io.sources.base import Entry, FrameSource, StampedFrame
 from phase_traj_ros.io.sources.prefetch import prefetch
 
-_MOST_BYTES = 128 << 20
+_MOST_BYTES = 64 << 20
 
 
 class KeptFrames:
