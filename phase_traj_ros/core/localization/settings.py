@@ -54,9 +54,9 @@ class LocatorSettings:
     road_ends: float = 0.3
     """Chance to turn back where the road ends."""
 
-    evidence_at_start: float = -4.0
+    evidence_at_start: float = -3.5
     """Log odds at the start that a road is the true one: the best of many fits by chance."""
-    turn_price: float = 1.5
+    turn_price: float = 1.25
     """Nats that a road of no map pays for its turns, per radian..."""
     straight_turn: float = math.radians(0.5)
     """...beyond this angle per stride."""
