@@ -74,9 +74,9 @@ _INTRODUCTION = """
     With a known height of the camera, drives of several kilometres through a town are located
     after 0.5 to 1.5 km, and with an unknown one after 1.5 to 2.1 km; drives of a kilometre are
     often not located at all. From then on the place is a few metres off along the road. No run
-    of this table claims a wrong place, but it has one run per row. Drives on other maps were
-    not all measured again: with turns weighed 1.5 nats per radian instead of 1.25, sequence 00
-    claimed a wrong place on a mirrored map, at 1.2 km and for 13 % of its way.
+    of this page claims a wrong place, but it has one run per row, and few rows on maps where
+    the drive is not. With turns weighed 1.5 nats per radian instead of 1.25, sequence 00 claimed
+    a wrong place on a mirrored map, at 1.2 km and for 13 % of its way.
 
     The map is an extract of Karlsruhe of about 22 km² with 255 km of road. *Located* is the way
     until a place is claimed, *claimed* the share of the whole way on which one is. The errors
