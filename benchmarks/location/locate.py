@@ -45,7 +45,6 @@ from phase_traj_ros.core import (
     LocatorSettings,
     MapLocator,
     OdometryStep,
-    Prior,
     RoadMap,
     ScaleRange,
 )
@@ -56,14 +55,11 @@ _OWN = ('00', '02', '08')
 # What the height of a camera on a car may be, in metres.
 _HEIGHTS = ScaleRange(1.1, 2.2)
 _WRONG_M = 50.0
-# Radius around the middle of the map within which all of it lies.
-_ANYWHERE_M = 50_000.0
 # Sequences without a known place: the track has to have the shape of the poses, within this.
 _SHAPE_M, _SHAPE_WAY_M = 10.0, 150.0
 _CODES = LocatorSettings(
     stride_m=LINK_M, chord_error=math.radians(9.0), dead_band=math.radians(6.0),
-    bend_error=0.35, position_noise_m=3.0, start_heading=math.radians(15.0), turn_price=4.0,
-    mode_m=50.0, mode_heading=math.radians(50.0))
+    bend_error=0.35, position_noise_m=3.0, start_heading=math.radians(15.0))
 # Limits: metres after which a drive is located, by drive and whether the height is given.
 _LIMITS = {('00', True): 800, ('02', True): 700, ('08', True): 1050,
            ('00', False): 1200, ('02', False): 1200}
@@ -102,8 +98,8 @@ _WORSE_TEXT = """
     """
 _CODES_TEXT = """
     From the bare code of equal links alone: links of 10 m in eight directions, two bits and a half
-    per 10 m. The same settings for all, but for a direction that errs by up to 22.5°. It is
-    assumed that the drive is on the map.
+    per 10 m. The same settings for all, but for a direction that errs by up to 22.5°, and without
+    the hypothesis of being on no road: it is assumed that the drive is on the map.
     """
 
 
@@ -155,7 +151,6 @@ def follow(
     name: str, steps: list[OdometryStep], roads: RoadMap, truth: np.ndarray | None,
     way: np.ndarray, *, seed: int = 0, scale: ScaleRange | None = None,
     settings: LocatorSettings | None = None, poses: np.ndarray | None = None,
-    prior: Prior | None = None,
 ) -> Row:
     """
     Follow a drive, and return what came of it.
@@ -163,7 +158,7 @@ def follow(
     ``truth`` and ``way`` are (N + 1, 3) and (N + 1,) for N steps; without truth, the ``poses``
     of a drive that is on the map, (N + 1, 3), tell whether the claims are right.
     """
-    locator = MapLocator(roads, scale=scale, settings=settings, seed=seed, prior=prior)
+    locator = MapLocator(roads, scale=scale, settings=settings, seed=seed)
     found, spent = [], []
     for step in steps:
         before = time.process_time()
@@ -286,8 +281,8 @@ def from_codes(_: int) -> Iterator[Row]:
         truth, poses = on_map(sequence), true_poses(sequence)
         yield follow(
             sequence, steps, town(HERE).roads, None if truth is None else truth[ends],
-            way_of(poses)[ends], poses=poses[ends], settings=_CODES,
-            prior=Prior(*town(HERE).roads.middles.mean(axis=0), _ANYWHERE_M))
+            way_of(poses)[ends], poses=poses[ends],
+            settings=replace(_CODES, null_share=1e-9, return_anywhere=1e-9))
 
 
 def loading(_: int) -> Iterator[Row]:

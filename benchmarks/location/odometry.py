@@ -14,6 +14,7 @@ import sys
 import zlib
 
 from benchmarks.distance import drives
+from benchmarks.distance.distance import model_of
 import numpy as np
 from phase_traj_ros.core import CodeSource, EstimatorSettings, Lens, TrajectoryEstimator
 
@@ -22,7 +23,6 @@ _HEIGHT, _DEVIATION = 1.65, 0.04
 
 def record(sequence: str, file: Path, frames: int | None = None) -> None:
     """Follow the drive along a sequence with the height of its camera 4 % wrong (1 sigma)."""
-    from distance import model_of
     ride = drives.along_kitti(sequence, frames)
     height = _HEIGHT * (1.0 + _DEVIATION * np.random.default_rng(
         zlib.crc32(ride.name.encode())).normal())

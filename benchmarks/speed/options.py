@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from benchmarks.shared.clips import Clip, kitti_clip, rendered_clip
 from benchmarks.shared.report import paragraphs, table
-from benchmarks.shared.timing import take_turns, Timed
+from benchmarks.shared.timing import prepare, take_turns, Timed
 import cv2
 import numpy as np
 from phase_traj_ros.core import EstimatorSettings, TrajectoryEstimator, View
@@ -80,6 +80,5 @@ def section() -> str:
 
 
 if __name__ == '__main__':
-    from timing import prepare
     prepare()
     print(section())

@@ -80,7 +80,8 @@ def add_parser(commands: Any) -> None:
         help='roads that a car may drive, or paths as well (default: car)')
     parser.add_argument(
         '--level', metavar='P', type=_level, default=0.99,
-        help='probability above which a place is claimed (default: 0.99)')
+        help='probability above which a place leads, and is claimed when the way since proves'
+             ' it (default: 0.99)')
     parser.add_argument(
         '--output', metavar='DIR', type=Path,
         help='write the results here (default: into SOURCE, if it is the output folder of a'

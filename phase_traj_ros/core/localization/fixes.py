@@ -24,7 +24,7 @@ class Verdict(Enum):
 
 class FixGate:
     """
-    Judges fixes by the claimed place, or else by the last fix and the way since.
+    Judges fixes by the place that leads, or else by the last fix and the way since.
 
     Successive fixes that are doubted but agree with each other are right in the end.
     """
@@ -53,7 +53,7 @@ class FixGate:
         way
             Metres travelled so far.
         expected
-            The claimed place as a complex number in metres; None without one.
+            The place that leads as a complex number in metres; None if none does.
         covariance
             Its covariance, (2, 2).
 

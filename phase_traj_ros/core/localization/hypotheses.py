@@ -29,9 +29,6 @@ class Hypotheses:
         The last places, (N, 5), the oldest first, as complex numbers in metres.
     log_weight
         Natural logarithm of the weight, not normalised.
-    evidence
-        Log odds that the vehicle has been on these roads rather than on none of the map: however
-        well the best of many roads fits, it has to fit well enough.
     """
 
     piece: Ints
@@ -41,7 +38,6 @@ class Hypotheses:
     variance: Floats
     trail: Complexes
     log_weight: Floats
-    evidence: Floats
 
     def __len__(self) -> int:
         """Return the number of hypotheses."""
@@ -62,12 +58,6 @@ class Hypotheses:
         """Return the places, (N,), as complex numbers in metres."""
         places: Complexes = self.trail[:, -1]
         return places
-
-    @property
-    def reality(self) -> Floats:
-        """Return the probability of each that the vehicle is on a road of the map, (N,)."""
-        reality: Floats = 1.0 / (1.0 + np.exp(-self.evidence))
-        return reality
 
     @property
     def log_total(self) -> float:

@@ -1,26 +1,25 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""How well the roads of the hypotheses bend as the odometry does."""
+"""How well the roads of the hypotheses bend as the odometry does; and a road of no map."""
+
+import math
 
 import numpy as np
 from phase_traj_ros.core.localization.hypotheses import Hypotheses
 from phase_traj_ros.core.localization.settings import LocatorSettings
 from phase_traj_ros.core.localization.window import Stride
 
+_HUNDRED_M = 100.0
+
 
 def judge(
     them: Hypotheses, stride: Stride, settings: LocatorSettings, bend_error: float,
-) -> float:
+) -> None:
     """
     Weigh the hypotheses by the direction of their newest chord, and correct their rotations.
 
     The difference of the chords is normally distributed, with a share of outliers. Each rotation
     has a Kalman filter, in which an outlier counts by the probability that it is not one.
-
-    A vehicle that is not on the map has driven a road that bends exactly as the odometry does. It
-    pays for its turns as much as the best of many wrong roads loses at them. What a hypothesis
-    gains on it is evidence that the vehicle is on the map. Returns the mean logarithm of the
-    likelihood on such a road.
     """
     parts = np.diff(them.trail, axis=1)
     chord = np.angle(them.trail[:, -1] - them.trail[:, 0])
@@ -32,16 +31,43 @@ def judge(
     fitting = (1.0 - settings.outlier_share) * np.exp(-beyond ** 2 / (2 * variance)) / np.sqrt(
         2 * np.pi * variance)
     total = fitting + settings.outlier_share / (2 * np.pi)
-    log_fit = settings.tempering * np.log(total)
-    them.log_weight = them.log_weight + log_fit
-    exact = settings.chord_error ** 2 + 2 * bend_error ** 2 * stride.bend ** 2
-    peak = (1.0 - settings.outlier_share) / np.sqrt(2 * np.pi * (them.variance + exact))
-    turned = max(abs(stride.turned) - settings.straight_turn, 0.0)
-    best_fit = settings.tempering * np.log(peak + settings.outlier_share / (2 * np.pi))
-    them.evidence = np.minimum(
-        them.evidence + log_fit - best_fit + settings.turn_price * turned, settings.most_evidence)
+    them.log_weight = them.log_weight + settings.tempering * np.log(total)
     # Overlapping chords share their errors, so each counts as little here as it does above.
     gain = fitting / total * them.variance / (them.variance + noise / settings.tempering)
     them.turned = them.turned + gain * off
     them.variance = them.variance * (1.0 - gain)
-    return float(best_fit.mean()) if len(them) else 0.0
+
+
+class NullRoad:
+    """
+    The hypothesis that the vehicle is on no road of the map.
+
+    Such a road bends as the odometry does, but it has to pay for its turns: a road of the map has
+    them where the map says so.
+    """
+
+    def __init__(self, settings: LocatorSettings) -> None:
+        """Start with the weight of the settings."""
+        self._settings = settings
+        self._variance = settings.start_heading ** 2
+        self.log_weight = math.log(settings.null_share)
+        """Natural logarithm of its weight."""
+        self.log_fit = 0.0
+        """Natural logarithm of the likelihood of a road that fits, since the start..."""
+        self.turned = 0.0
+        """...and the angle of the turns that this one has paid for."""
+
+    def follow(self, stride: Stride, metres: float, bend_error: float) -> None:
+        """Weigh the null hypothesis by a stride of so many metres."""
+        settings = self._settings
+        self._variance += settings.heading_noise ** 2 * metres / _HUNDRED_M + stride.yaw_variance
+        noise = settings.chord_error ** 2 + 2 * bend_error ** 2 * stride.bend ** 2
+        fitting = (1.0 - settings.outlier_share) * settings.null_fit / math.sqrt(
+            2 * math.pi * (self._variance + noise))
+        turned = max(abs(stride.turned) - settings.null_straight, 0.0)
+        log_fit = settings.tempering * math.log(
+            fitting + settings.outlier_share / (2 * math.pi))
+        self.log_fit += log_fit
+        self.turned += turned
+        self.log_weight += log_fit - settings.null_turn * turned
+        self._variance *= 1.0 - self._variance / (self._variance + noise / settings.tempering)

@@ -17,7 +17,7 @@ from phase_traj_ros.core.localization.fixes import (
 )
 from phase_traj_ros.core.localization.given import OdometryStep, PositionFix, Prior, ScaleRange
 from phase_traj_ros.core.localization.hypotheses import Hypotheses, merged, pruned, resampled
-from phase_traj_ros.core.localization.likelihood import judge
+from phase_traj_ros.core.localization.likelihood import judge, NullRoad
 from phase_traj_ros.core.localization.motion import Motion
 from phase_traj_ros.core.localization.places import Astray, Claim, Place, Places
 from phase_traj_ros.core.localization.roads import PIECE_M, RoadMap
@@ -31,6 +31,8 @@ _TURNING, _STRAIGHT = math.radians(40.0), math.radians(12.0)
 _TOLD = 0.7
 # Strides within which a U-turn is one, and how much it may differ from half a circle.
 _U_TURN_STRIDES, _U_TURN = 7, math.radians(30.0)
+# What a turn costs on the roads of a map, as a share of what the null hypothesis pays for it.
+_TURN_PRICE = 0.4
 
 
 class MapLocator:
@@ -56,8 +58,8 @@ class MapLocator:
         scale
             Metres per unit of the odometry; None for an odometry in metres within 5 %.
         prior
-            Where on the map the vehicle starts; None for anywhere, if it is on it at all: then it
-            has to fit well enough to be no chance.
+            Where on the map the vehicle starts; None for anywhere, if it is on it at all: then a
+            place has to be proven by the way after it was found.
         settings
             The tuning; None for the defaults.
         seed
@@ -79,19 +81,19 @@ class MapLocator:
         self._places = Places(roads, self._settings)
         self._odometer = Odometer(
             self._settings.stride_m / self._scale.middle, self._settings.chord_strides)
-        self._claim = Claim(self._settings)
+        self._claim = Claim(self._settings, on_map=prior is not None)
         self._astray = Astray(self._settings)
         self._gate = FixGate(self._settings)
-        if prior is None:
-            self._them = self._seeding.anywhere(self._odometer, 0.0)
-        else:
-            self._them = self._seeding.around(prior, self._odometer, 0.0)
-            self._them.evidence[:] = self._settings.most_evidence
+        self._null = NullRoad(self._settings)
+        mapped = math.log1p(-self._settings.null_share)
+        self._them = (
+            self._seeding.anywhere(self._odometer, mapped) if prior is None
+            else self._seeding.around(prior, self._odometer, mapped))
         self._strides = 0
-        self._way = self._seeded = self._best_fit = 0.0
+        self._way = self._seeded = 0.0
         self._turning = self._turned = False
         self._past: deque[_Moment] = deque(maxlen=_U_TURN_STRIDES)
-        self._found = self._places.best(self._them)
+        self._found = self._places.best(self._them, self._log_total())
 
     def update(self, step: OdometryStep) -> LocationEstimate:
         """
@@ -110,42 +112,51 @@ class MapLocator:
         most = self._most()
         self._strides += 1
         self._way += metres
-        error = settings.bend_error_claimed if self._claim.held else settings.bend_error
+        error = settings.bend_error_leading if self._claim.leads else settings.bend_error
+        self._null.follow(stride, metres, error)
         them = self._motion.advance(self._them, stride, most, self._rng)
-        self._best_fit += judge(them, stride, settings, error)
+        judge(them, stride, settings, error)
         self._them = self._turned_back(them, stride, most)
         self._seed_sometimes()
         them = merged(pruned(self._them, settings), settings, self._rng)
         them = resampled(them, most, self._rng)
         self._them = self._split(them, stride, most)
-        self._found = self._places.best(self._them)
-        self._claim.follow(self._found[0], metres)
-        if self._claim.held and self._astray.follow(
-                self._found[0], self._odometer.place, self._way):
-            # The vehicle may be on no road as well.
-            self._doubt_all()
+        self._leave_sometimes()
+        self._found = self._places.best(self._them, self._log_total())
+        turned = self._null.turned
+        evidence = (
+            self._them.log_total - self._null.log_fit + _TURN_PRICE * settings.null_turn * turned)
+        if self._claim.follow(self._found[0], metres, evidence=evidence, turned=turned):
+            self._watch(evidence)
+
+    def _watch(self, evidence: float) -> None:
+        """Notice when the vehicle leaves the roads: then it may be on none as well."""
+        if self._astray.follow(
+                self._found[0], self._odometer.place, self._way, evidence):
+            self._null.log_weight = max(self._null.log_weight, self._them.log_total)
             self._seeded = self._way
             self._claim.drop()
 
-    def _doubt_all(self) -> None:
-        """Doubt that the vehicle is on the roads of the map."""
-        self._them.evidence = np.minimum(self._them.evidence, self._settings.return_evidence)
-
     def _seed_sometimes(self) -> None:
         """Let vehicles on no road of the map come back to one."""
-        settings = self._settings
-        total = self._them.log_total + math.log(max(self._off_road(), 1e-9))
+        settings, null = self._settings, self._null
+        share = math.exp(null.log_weight - self._log_total())
         if self._astray.is_lost:
-            near = self._seeding.expected(
+            returning = null.log_weight + math.log(settings.return_hazard)
+            self._seed(self._seeding.expected(
                 self._astray.expected(self._odometer.place, self._way), self._odometer,
-                total + math.log(settings.return_hazard))
-            if near is not None:
-                near.evidence[:] = settings.return_evidence
-                self._them = self._them.joined(near)
-        if not self._claim.held and self._way - self._seeded > settings.reseed_every_m:
+                returning + math.log(settings.reseed_near)))
+        if share > settings.null_share and self._way - self._seeded > settings.reseed_every_m:
             self._seeded = self._way
-            self._them = self._them.joined(self._seeding.anywhere(
-                self._odometer, total + math.log(settings.return_anywhere)))
+            returning = null.log_weight + math.log(settings.return_anywhere)
+            self._seed(self._seeding.anywhere(self._odometer, returning))
+
+    def _seed(self, new: Hypotheses | None) -> None:
+        """Add hypotheses that take their weight from the null hypothesis."""
+        if new is not None:
+            self._them = self._them.joined(new)
+            self._null.log_weight += math.log1p(
+                -math.exp(new.log_total - self._null.log_weight))
 
     def _turned_back(self, them: Hypotheses, stride: Stride, most: int) -> Hypotheses:
         """Return the hypotheses and, after a U-turn, also those that turned back on their road."""
@@ -153,7 +164,7 @@ class MapLocator:
         before = self._past[0] if len(self._past) == self._past.maxlen else None
         self._past.append(_Moment(
             self._them if len(self._them) <= settings.most_hypotheses else None,
-            stride.heading, odometer.place, self._best_fit))
+            stride.heading, odometer.place, self._null.log_fit))
         if before is None or before.them is None or not len(before.them):
             return them
         turned = abs(abs(stride.heading - before.heading) - math.pi)
@@ -162,12 +173,21 @@ class MapLocator:
         self._past.clear()
         back = self._motion.turned_back(before.them, odometer.place - before.place, most)
         back.log_weight = back.log_weight + (
-            math.log(settings.turn_back) + self._best_fit - before.best_fit)
+            math.log(settings.turn_back) + self._null.log_fit - before.log_fit)
         return them.joined(self._seeding.retraced(back, odometer))
 
     def _most(self) -> int:
         started = self._strides >= self._settings.start_strides
         return self._settings.most_hypotheses if started else self._settings.most_at_start
+
+    def _log_total(self) -> float:
+        return float(np.logaddexp(self._them.log_total, self._null.log_weight))
+
+    def _leave_sometimes(self) -> None:
+        """Give the null hypothesis the weight of vehicles that leave the roads of the map."""
+        self._null.log_weight = float(np.logaddexp(
+            self._null.log_weight,
+            self._them.log_total + math.log(self._settings.null_hazard)))
 
     def _split(self, them: Hypotheses, stride: Stride, most: int) -> Hypotheses:
         """
@@ -185,7 +205,7 @@ class MapLocator:
         if first:
             copies = min(settings.scales_after_turn, max(most // max(len(them), 1), 1))
         else:
-            fewest = settings.fewest_hypotheses if self._claim.held else min(
+            fewest = settings.fewest_hypotheses if self._claim.leads else min(
                 settings.fewest_searching, 2 * len(self._roads))
             copies = fewest // max(len(them), 1)
         if copies < 2:
@@ -215,13 +235,7 @@ class MapLocator:
             covariance=(tuple(one), tuple(two), tuple(three)), scale=scale,
             scale_deviation=scale * place.scale_deviation,
             candidates=tuple(map(self._candidate, self._found)),
-            off_road=self._off_road())
-
-    def _off_road(self) -> float:
-        """Return the probability of being on no road of the map."""
-        them = self._them
-        weight = np.exp(them.log_weight - them.log_total)
-        return max(1.0 - float((weight * them.reality).sum()), 0.0)
+            off_road=math.exp(self._null.log_weight - self._log_total()))
 
     def _now(self, place: Place) -> complex:
         """Return where a place of the last stride is at the newest pose."""
@@ -239,47 +253,50 @@ class MapLocator:
         """
         Take a position at the newest pose; return whether it was used.
 
-        A fix that contradicts the claimed place, its own covariance and the odometry since is
+        A fix that contradicts the place that leads, its own covariance and the odometry since is
         not used, unless the next ones agree with it. A fix that comes less than 5 m after the last
-        one is not used either: successive fixes share their errors. One that agrees is evidence
-        that the place was not found by chance.
+        one is not used either: successive fixes share their errors. One that agrees proves the
+        place, if it is exact enough to tell it from others.
         """
         place = self._found[0]
         way = self._way + abs(self._odometer.since) * self._scale.middle
         verdict = self._gate.judge(
-            fix, way, self._now(place) if self._claim.held else None, place.covariance[:2, :2])
+            fix, way, self._now(place) if self._claim.leads else None, place.covariance[:2, :2])
         if verdict is Verdict.IGNORED:
             return False
         if verdict is Verdict.TRUSTED:
             self._start_again_at(fix)
         else:
             self._weigh(fix)
-        self._found = self._places.best(self._them)
+            if radius_of(fix) < self._settings.mode_m:
+                self._claim.prove()
+            self._claim.doubt()
+        self._found = self._places.best(self._them, self._log_total())
         return True
 
     def _weigh(self, fix: PositionFix) -> None:
         """Weigh the hypotheses by a fix; its errors are as correlated as those of chords."""
         settings, them = self._settings, self._them
         now = them.places + self._odometer.since * np.exp(them.log_scale + 1j * them.turned)
-        fit = settings.tempering * log_likelihood(fix, now, self._area, settings)
-        them.log_weight = them.log_weight + fit
-        # A place that was found by chance may be anywhere.
-        them.evidence = np.minimum(
-            them.evidence + fit + settings.tempering * math.log(self._area),
-            settings.most_evidence)
+        there = np.array([complex(fix.x, fix.y)])
+        fit = log_likelihood(fix, now, self._area, settings)
+        null = log_likelihood(fix, there, self._area, settings)[0] + math.log(settings.null_fit)
+        them.log_weight = them.log_weight + settings.tempering * fit
+        self._null.log_weight += settings.tempering * float(null)
 
     def _start_again_at(self, fix: PositionFix) -> None:
         """Believe that the vehicle is where a fix is, but for a doubt."""
-        settings, total = self._settings, self._them.log_total
-        self._them.log_weight = self._them.log_weight + math.log(settings.fix_outliers)
-        self._doubt_all()
+        settings = self._settings
+        total, doubt = self._log_total(), math.log(settings.fix_outliers)
+        self._them.log_weight = self._them.log_weight + doubt
+        self._null.log_weight = total + math.log(settings.null_share / 2)
         prior = Prior(fix.x, fix.y, 3.0 * math.hypot(radius_of(fix), settings.fix_road_m))
         if self._roads.distance_to(fix.x, fix.y) <= prior.radius:
-            near = self._seeding.around(prior, self._odometer, total)
+            near = self._seeding.around(
+                prior, self._odometer, total + math.log(1.0 - settings.null_share / 2))
             near.log_weight = near.log_weight + log_likelihood(
                 fix, near.places, self._area, settings)
             near.log_weight += total - near.log_total
-            near.evidence[:] = settings.return_evidence
             self._them = self._them.joined(near)
         self._claim.drop()
         self._astray.forget()
@@ -311,24 +328,25 @@ class MapLocator:
         self._past.clear()
         self._gate.forget()
         self._astray.forget()
+        self._claim.doubt()
         # Some hypotheses stand for all. Each spreads over the roads that it may have reached.
         some = resampled(self._them, settings.spread_from, self._rng)
         middles = some.places + since * np.exp(some.log_scale + 1j * some.turned)
-        them = self._them.take(np.empty(0, np.int64))
-        for number, middle in enumerate(middles):
-            near = self._seeding.expected(
+        spread = [each for each in (
+            self._seeding.expected(
                 ExpectedPose(
-                    complex(middle), float(some.turned[number]),
+                    complex(middles[number]), float(some.turned[number]),
                     math.hypot(turn, math.sqrt(some.variance[number])),
                     distance + PIECE_M, float(some.log_scale[number])),
                 self._odometer, float(some.log_weight[number]))
-            if near is not None:
-                near.evidence[:] = some.evidence[number]
-                them = them.joined(near)
-        if len(them):
+            for number in range(len(some))) if each is not None]
+        if spread:
+            them = spread[0]
+            for each in spread[1:]:
+                them = them.joined(each)
             self._them = resampled(
                 merged(them, settings, self._rng), settings.most_hypotheses, self._rng)
-        self._found = self._places.best(self._them)
+        self._found = self._places.best(self._them, self._log_total())
         if self._found[0].probability < settings.drop_below:
             self._claim.drop()
 
@@ -340,4 +358,4 @@ class _Moment:
     them: Hypotheses | None
     heading: float
     place: complex
-    best_fit: float
+    log_fit: float

@@ -49,7 +49,7 @@ class Motion:
         noise = settings.heading_noise ** 2 * share + stride.yaw_variance
         return Hypotheses(
             piece, offset, log_scale[parent], them.turned[parent], them.variance[parent] + noise,
-            trail, log_weight, them.evidence[parent])
+            trail, log_weight)
 
     def _drifted(
         self, log_scale: NDArray[np.float64], share: float, rng: np.random.Generator,

@@ -14,8 +14,8 @@ from phase_traj_ros.core.localization.roads import RoadMap
 from phase_traj_ros.core.localization.seeding import ExpectedPose
 from phase_traj_ros.core.localization.settings import LocatorSettings
 
-# Least share of the weight of a cell that is looked at, but for the best one.
-_LEAST = 1e-3
+# Cells whose hypotheses are looked at, and the least probability of a place.
+_CELLS, _LEAST = 64, 1e-3
 # Sectors of headings of the cells.
 _SECTORS = 8
 
@@ -30,10 +30,7 @@ class Place:
     turned
         Mean rotation from the axes of the odometry to those of the map, in radians.
     probability
-        Probability that the vehicle is there: the share of the total weight, of which each
-        hypothesis brings the part that is on the map.
-    evidence
-        Mean evidence of its hypotheses.
+        Share of the total weight.
     covariance
         Covariance of x, y and the rotation, (3, 3).
     log_scale, scale_deviation
@@ -43,7 +40,6 @@ class Place:
     middle: complex
     turned: float
     probability: float
-    evidence: float
     covariance: Floats
     log_scale: float
     scale_deviation: float
@@ -63,20 +59,26 @@ class Places:
         self._cell = cell.reshape(-1)
         self._cells = int(self._cell.max()) + 1
 
-    def best(self, them: Hypotheses) -> list[Place]:
-        """Return the places of most probability, the best first, but at least one."""
-        weight = np.exp(them.log_weight - them.log_total)
+    def best(self, them: Hypotheses, log_total: float) -> list[Place]:
+        """
+        Return the places of most probability, the best first, but at least one.
+
+        ``log_total`` is the logarithm of the total weight, with that of the null hypothesis.
+        """
+        weight = np.exp(them.log_weight - log_total)
         cell = self._cell[them.piece]
         mass = np.bincount(cell, weight, self._cells)
-        top = np.flatnonzero(mass >= min(mass.max(), _LEAST))
-        top = top[np.argsort(-mass[top])][:self._settings.most_candidates]
+        top = mass.argpartition(-min(_CELLS, len(mass)))[-_CELLS:]
+        top = top[np.argsort(-mass[top])]
         chosen = np.zeros(self._cells, bool)
         chosen[top] = True
         members = np.flatnonzero(chosen[cell])
         those, weight, cell = them.take(members), weight[members], cell[members]
         found: list[Place] = []
         free = np.ones(len(those), bool)
-        for each in top:
+        for each in top[:self._settings.most_candidates]:
+            if found and mass[each] < _LEAST:
+                break
             seed = free & (cell == each)
             if seed.any():
                 near = self._gathered(those, weight, seed) & free
@@ -119,48 +121,74 @@ def _summary(those: Hypotheses, weight: Floats, near: NDArray[np.bool_]) -> Plac
     log_scale = those.log_scale[near]
     mean_scale = float((share * log_scale).sum())
     return Place(
-        middle, math.atan2(mean.imag, mean.real),
-        float((weight * those.reality[near]).sum()), float((share * those.evidence[near]).sum()),
-        covariance, mean_scale, math.sqrt(float((share * (log_scale - mean_scale) ** 2).sum())))
+        middle, math.atan2(mean.imag, mean.real), total, covariance, mean_scale,
+        math.sqrt(float((share * (log_scale - mean_scale) ** 2).sum())))
 
 
 class Claim:
-    """Claims a place that has been probable for long enough, until it is improbable or jumps."""
+    """
+    Claims a place that leads when the way since has proven it; drops it when it is improbable.
 
-    def __init__(self, settings: LocatorSettings) -> None:
-        """Claim nothing."""
+    The best of many places fits the way so far even where the vehicle is on none of them: it was
+    chosen for that. The way since it leads has not chosen it. A place that jumps is another one.
+    """
+
+    def __init__(self, settings: LocatorSettings, *, on_map: bool = False) -> None:
+        """Claim nothing; ``on_map`` says that the vehicle is on the map, which needs no proof."""
         self._settings = settings
+        self._on_map = on_map
+        self._begin: tuple[float, float] | None = None
         self.drop()
 
     def drop(self) -> None:
         """Claim nothing from now on."""
+        self.leads = False
+        """Whether a place has been probable for long enough."""
         self.held = False
-        """Whether a place is claimed."""
+        """Whether it is claimed."""
         self._sure_m = 0.0
         self._last: complex | None = None
+        self._begin = None
 
-    def follow(self, place: Place, metres: float) -> None:
-        """Take the best place after a way of so many metres."""
+    def doubt(self) -> None:
+        """Let the way from now on prove the place, if it is not claimed yet."""
+        self._begin = None
+
+    def prove(self) -> None:
+        """Claim the place that leads: something else than the way has proven it."""
+        self.held = self.leads
+
+    def follow(self, place: Place, metres: float, *, evidence: float, turned: float) -> bool:
+        """
+        Take the best place after a way of so many metres; return whether it leads.
+
+        ``evidence`` is the logarithm of the likelihood since the start on the roads of the map,
+        relative to that on a road of no map, and ``turned`` the angle turned, left and right.
+        """
         settings = self._settings
         jumped = self._last is not None and (
             abs(place.middle - self._last) > settings.mode_m + 2 * metres)
         if jumped or place.probability < settings.drop_below:
             self.drop()
-        if self.held or place.probability > min(settings.claim_near, settings.claim_above):
+        if self.leads or place.probability > settings.claim_above:
             self._sure_m += metres if self._last is not None else 0.0
             self._last = place.middle
         else:
             self.drop()
-        self.held = self.held or (
-            self._sure_m >= settings.claim_after_m
-            and place.probability > settings.claim_above)
+        self.leads = self.leads or self._sure_m >= settings.claim_after_m
+        if self.leads:
+            self._begin = self._begin or (evidence, turned)
+            self.held = self.held or self._on_map or (
+                evidence - self._begin[0] >= settings.claim_evidence
+                and turned - self._begin[1] >= settings.claim_turned)
+        return self.leads
 
 
 class Astray:
     """
     Notices when the vehicle leaves the roads of the map, and expects it where the odometry leads.
 
-    While a place is claimed, its evidence is that its roads bend as the odometry does. When it
+    While a place leads, the evidence is that its roads bend as the odometry does. When it
     falls too much within a short way, the vehicle has been off the roads since before.
     """
 
@@ -179,9 +207,9 @@ class Astray:
         """Return whether the vehicle has left the roads, and is not found again."""
         return self._before is not None
 
-    def follow(self, place: Place, odometry: complex, way: float) -> bool:
+    def follow(self, place: Place, odometry: complex, way: float, evidence: float) -> bool:
         """
-        Take a place that is claimed; return whether the vehicle has just left the roads.
+        Take a place that leads; return whether the vehicle has just left the roads.
 
         Parameters
         ----------
@@ -191,15 +219,18 @@ class Astray:
             Place in the axes and the unit of the odometry.
         way
             Metres travelled so far.
+        evidence
+            Logarithm of the likelihood so far of the odometry on the roads of the map, relative to
+            that on a road that fits.
 
         """
         settings = self._settings
         self._before = None
-        self._past.append(_Moment(place, odometry, way))
+        self._past.append(_Moment(place, odometry, way, evidence))
         while way - self._past[0].way > settings.lost_within_m:
             self._past.popleft()
-        best = max(moment.place.evidence for moment in self._past)
-        if best - place.evidence < settings.lost_nats:
+        best = max(self._past, key=lambda moment: moment.evidence)
+        if best.evidence - evidence < settings.lost_nats:
             return False
         self._before = self._past[0]
         self._past.clear()
@@ -221,8 +252,9 @@ class Astray:
 
 @dataclass(frozen=True, slots=True)
 class _Moment:
-    """A place that is claimed, and what was known then."""
+    """A place that leads, and what was known then."""
 
     place: Place
     odometry: complex
     way: float
+    evidence: float

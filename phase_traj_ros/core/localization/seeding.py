@@ -116,8 +116,7 @@ class Seeding:
         them = Hypotheses(
             piece, offset, self.prior_scales(count), turned,
             np.full(count, self._settings.start_heading ** 2),
-            np.empty((count, 0), np.complex128), self._log_chance[piece],
-            np.full(count, self._settings.evidence_at_start))
+            np.empty((count, 0), np.complex128), self._log_chance[piece])
         them.log_weight = them.log_weight + (log_total - them.log_total)
         return self.retraced(them, odometer)
 

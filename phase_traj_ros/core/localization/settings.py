@@ -34,8 +34,8 @@ class LocatorSettings:
     """Deviation of a chord of the map from that of the vehicle on a straight road."""
     bend_error: float = 0.25
     """What the bends of both chords add to it, as a share of their angle..."""
-    bend_error_claimed: float = 0.15
-    """...and once a place is claimed, when hypotheses are dense enough to be judged by more."""
+    bend_error_leading: float = 0.15
+    """...and once a place leads, when hypotheses are dense enough to be judged by more."""
     dead_band: float = math.radians(1.0)
     """Difference of the chords that costs nothing."""
     outlier_share: float = 0.03
@@ -54,14 +54,16 @@ class LocatorSettings:
     road_ends: float = 0.3
     """Chance to turn back where the road ends."""
 
-    evidence_at_start: float = -3.5
-    """Log odds at the start that a road is the true one: the best of many fits by chance."""
-    turn_price: float = 1.25
+    null_share: float = 0.5
+    """Probability at the start that the vehicle is on no road of the map."""
+    null_fit: float = 0.7
+    """Mean likelihood of a chord on the right road, relative to its peak."""
+    null_turn: float = 1.9
     """Nats that a road of no map pays for its turns, per radian..."""
-    straight_turn: float = math.radians(0.5)
+    null_straight: float = math.radians(0.5)
     """...beyond this angle per stride."""
-    most_evidence: float = 10.0
-    """Largest log odds: the vehicle may leave the roads of the map at any time."""
+    null_hazard: float = 3e-5
+    """Probability per stride to leave the roads of the map."""
 
     least_weight: float = 14.0
     """Hypotheses this many nats below the best are dropped."""
@@ -73,8 +75,8 @@ class LocatorSettings:
     """...of which there are this many."""
     fewest_hypotheses: int = 1_500
     """Below this number, hypotheses are split, ..."""
-    fewest_searching: int = 60_000
-    """...and below this one, or two per piece of road, while no place is claimed."""
+    fewest_searching: int = 20_000
+    """...and below this one, or two per piece of road, while no place leads."""
     merge_m: float = 1.5
     """Hypotheses on one piece this close, ..."""
     merge_scale: float = 0.01
@@ -91,13 +93,15 @@ class LocatorSettings:
     most_candidates: int = 20
     """Candidates in an estimate."""
     claim_above: float = 0.99
-    """A place is claimed when its probability is above this, ..."""
-    claim_near: float = 0.9
-    """...after it has been above this..."""
-    claim_after_m: float = 100.0
-    """...for this many metres: places that lead by chance do so for a short way..."""
+    """A place leads when its probability has been above this..."""
+    claim_after_m: float = 20.0
+    """...for this many metres, ..."""
     drop_below: float = 0.5
     """...until it falls below this."""
+    claim_evidence: float = math.log(20.0)
+    """It is claimed when the way since then alone favours the roads of the map by this..."""
+    claim_turned: float = math.pi
+    """...and has turned by this: any road may be straight."""
 
     lost_nats: float = 4.0
     """Fall of the evidence after which the vehicle counts as off the roads of the map..."""
@@ -111,12 +115,10 @@ class LocatorSettings:
     """...plus this share of the way since; the others are anywhere."""
     return_hazard: float = 0.05
     """Probability per stride that a lost vehicle is back on a road near the expected pose."""
-    return_evidence: float = 2.0
-    """Log odds that it is on these roads then, and not beside them."""
     return_anywhere: float = 0.02
-    """Probability that a vehicle whose place is not known has come back to any road..."""
+    """Probability that a vehicle on no road is back on any road of the map..."""
     reseed_every_m: float = 200.0
-    """...within this way."""
+    """...after this way."""
     spread_from: int = 100
     """Hypotheses that stand for all when the odometry is interrupted."""
 

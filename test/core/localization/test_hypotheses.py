@@ -15,7 +15,7 @@ def some(log_weight, piece=None, offset=0.5):
     return Hypotheses(
         np.arange(count) if piece is None else np.asarray(piece), np.full(count, offset),
         np.zeros(count), np.zeros(count), np.ones(count), np.zeros((count, 5), complex),
-        np.asarray(log_weight, float), np.zeros(count))
+        np.asarray(log_weight, float))
 
 
 def test_hypotheses_of_little_weight_are_dropped():
