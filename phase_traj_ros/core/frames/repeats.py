@@ -4,8 +4,8 @@
 Detects a frame that repeats the picture of an earlier one.
 
 Video of a constant frame rate holds pictures twice where the camera gave fewer, and a broken
-camera gives one picture for ever. Such a frame measures nothing. The pictures of a vehicle that stands
-differ by the noise of the sensor.
+camera gives one picture for ever. Such a frame measures nothing. The pictures of a vehicle that
+stands differ by the noise of the sensor.
 """
 
 import cv2
@@ -13,8 +13,8 @@ import numpy as np
 from phase_traj_ros.core.correlation.phase_correlation import Frame
 
 # A repeated picture in a video differs by what its encoder improves the second time. This changes
-# the mean little, however coarse the encoder is (H.264 up to crf 32, MPEG-4: 0.1 to 0.5 grey levels,
-# and up to 10 in a square of _SQUARE pixels; KITTI's vehicle changes them by 20 and 110).
+# the mean little, however coarse the encoder is (H.264 up to crf 32, MPEG-4: 0.1 to 0.5 grey
+# levels, and up to 10 in a square of _SQUARE pixels; KITTI's vehicle changes them by 20 and 110).
 _ENCODED, _ENCODED_SQUARE, _SQUARE = 0.6, 10.0, 16
 # A vehicle that stands or creeps may do so as well, where an encoder has removed the noise of the
 # sensor. So after this time, in nanoseconds, a frame is new unless all of its squares stay within
