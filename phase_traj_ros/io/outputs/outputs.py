@@ -323,4 +323,4 @@ def _refuse_foreign(manifest: Manifest, name: str, *, force: bool) -> None:
     if not force:
         raise OutputError(
             f'{path} was not written by an earlier run, or was changed since: move it away,'
-            ' choose another output, or replace it with --force')
+            ' choose another output, or set force to replace it')
