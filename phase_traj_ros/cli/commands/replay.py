@@ -132,7 +132,7 @@ def _warnings(result: Replay) -> Iterator[str]:
             (result.counters.time_resets, 'times the stamps went back, and the codes started'
                                           ' again'),
             (result.counters.unmeasured, 'pairs had nothing to correlate'),
-            (result.counters.reprimed, 'times the size of the frames changed'),
+            (result.counters.reprimed, 'changes of the size of the frames'),
             (result.pairs_without_speed, 'pairs had no speed and add no distance to the path')):
         if count:
             yield f'{count} {what}'

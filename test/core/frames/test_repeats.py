@@ -116,6 +116,32 @@ def test_a_picture_that_an_encoder_repeats_is_repeated():
     assert not detector.is_repeated(encoded(frames()[4], 90), S // 30)
 
 
+def test_every_picture_twice_in_a_video_is_found(tmp_path):
+    file = str(tmp_path / 'twice.mp4')
+    height, width = frames()[0].shape
+    video = cv2.VideoWriter(file, cv2.VideoWriter_fourcc(*'mp4v'), 20.0, (width, height))
+    for index in range(20):
+        for _ in range(2):
+            video.write(cv2.cvtColor(frames()[index], cv2.COLOR_GRAY2BGR))
+    video.release()
+    shown, detector, found = cv2.VideoCapture(file), RepeatDetector(), []
+    for _ in range(40):
+        frame = cv2.cvtColor(shown.read()[1], cv2.COLOR_BGR2GRAY)
+        found.append(detector.is_repeated(frame, S // 20))
+        if not found[-1]:
+            detector.keep(frame)
+    assert found == 20 * [False, True]
+
+
+def test_a_standing_vehicle_in_a_video_without_noise_is_not_frozen():
+    again = frames()[3].copy()
+    again[40:56, 40:56] += 3
+    detector = RepeatDetector()
+    detector.keep(frames()[3])
+    assert detector.is_repeated(again, S // 30)
+    assert not detector.is_repeated(again, S // 2)
+
+
 @pytest.mark.parametrize('other', [
     lambda frame: sensor_noise(frame, sigma=1.0, seed=1), lambda frame: frame.astype(np.uint16),
     lambda frame: frame[:-1], lambda frame: np.roll(frame, 1, axis=1),
