@@ -14,8 +14,8 @@ from phase_traj_ros.core.correlation.phase_correlation import Frame
 
 # A repeated picture in a video differs by what its encoder improves the second time. However
 # coarse the encoder is (H.264 up to crf 32, MPEG-4), half of the squares of _SQUARE pixels change
-# by less than 0.3 grey levels, and the others by 10 at most. KITTI's vehicle changes them by 20 and
-# 110, and the noise of a sensor changes all of them alike.
+# by less than 0.3 grey levels, and the others by 10 at most. A vehicle in KITTI changes them by 20
+# and 110, and the noise of a sensor changes all of them alike.
 _ENCODED, _ENCODED_SQUARE, _SQUARE = 0.3, 10.0, 16
 # A vehicle that stands or creeps may do so as well, where an encoder has removed the noise of the
 # sensor. So after this time, in nanoseconds, a frame is new unless all of its squares stay within
