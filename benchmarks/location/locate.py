@@ -57,9 +57,6 @@ _HEIGHTS = ScaleRange(1.1, 2.2)
 _WRONG_M = 50.0
 # Sequences without a known place: the track has to have the shape of the poses, within this.
 _SHAPE_M, _SHAPE_WAY_M = 10.0, 150.0
-_CODES = LocatorSettings(
-    stride_m=LINK_M, chord_error=math.radians(9.0), dead_band=math.radians(6.0),
-    bend_error=0.35, position_noise_m=3.0, start_heading=math.radians(15.0))
 # Limits: metres after which a drive is located, by drive and whether the height is given.
 _LIMITS = {('00', True): 800, ('02', True): 700, ('08', True): 1050,
            ('00', False): 1200, ('02', False): 1200}
@@ -282,7 +279,7 @@ def from_codes(_: int) -> Iterator[Row]:
         yield follow(
             sequence, steps, town(HERE).roads, None if truth is None else truth[ends],
             way_of(poses)[ends], poses=poses[ends],
-            settings=replace(_CODES, null_share=1e-9, return_anywhere=1e-9))
+            settings=LocatorSettings.of_links(LINK_M * ScaleRange().middle))
 
 
 def loading(_: int) -> Iterator[Row]:
