@@ -136,8 +136,8 @@ class LocatorSettings:
         """
         Return the settings for a code of equal links of so many metres, and nothing else.
 
-        A stride is two links, as each direction errs by up to half a sector. That the vehicle is on
-        the map is assumed: so coarse a drive could not prove it.
+        A stride is two links, as each direction errs by up to half a sector. That the vehicle is
+        on the map is assumed: so coarse a drive could not prove it.
         """
         return cls(
             stride_m=1.99 * metres, mode_m=50.0, chord_error=math.radians(9.0),

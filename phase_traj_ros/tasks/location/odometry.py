@@ -140,7 +140,7 @@ def _read_links(path: Path) -> DriveOdometry:
     except ValueError as error:
         raise SourceError(f'{path}: {error}') from None
     if not text.links.complete or not text.links.length:
-        raise SourceError(f'{path} does not have all links of a drive: its older ones are left out')
+        raise SourceError(f'{path} does not have all links of a drive: older ones are left out')
     steps = steps_of_links(
         (code for code, count in text.links.runs for _ in range(count)),
         len(text.links.totals), text.step)
