@@ -64,12 +64,9 @@ _LIMITS = {('00', True): 800, ('02', True): 700, ('08', True): 1050,
 _INTRODUCTION = """
     This page shows how soon a drive is [located](../how-to/locate.md) on a road map without
     any prior, how exact the place then is, and how often a place is claimed that is wrong.
-    With a known height of the camera, drives of several kilometres through a town are located
-    after about 1 km, with an unknown one after 1.1 to 2.4 km, and drives of a kilometre often not
-    at all. From then on the place is a few metres off along the road. On the map of another
-    town, on a mirrored map, and on the right map without the roads of the drive, no drive claims
-    a place. That costs a longer way: a place is claimed only when the way after it was found
-    proves it, some hundred metres later.
+    Drives of several kilometres through a town are mostly located after half a kilometre to one,
+    drives of a kilometre often not at all. From then on the place is a few metres off along the
+    road.
 
     The map is an extract of Karlsruhe of about 22 km² with 255 km of road. *Located* is the way
     until a place is claimed, *claimed* the share of the whole way on which one is. The errors

@@ -52,7 +52,7 @@ class LocatorSettings:
     road_ends: float = 0.3
     """Chance to turn back where the road ends."""
 
-    null_share: float = 3e-6
+    null_share: float = 1e-4
     """Probability at the start that the vehicle is on no road of the map. It is this small as even
     the right place pays for being one of many, and for its way at each junction..."""
     null_fit: float = 0.7
