@@ -4,8 +4,8 @@
 Size of a JPEG or PNG image, read without decoding it.
 
 A few hundred bytes can claim an image of gigabytes, and older versions of OpenCV fill the missing
-part of a truncated JPEG with grey. So both are checked before decoding. A PNG that is cut off or
-damaged is rejected by OpenCV itself.
+part of a truncated JPEG with grey. So both are checked before decoding. Damage inside of a PNG is
+found by OpenCV itself.
 
 Sources: ITU-T T.81 (JPEG), annex B; W3C PNG specification, clauses 5 and 11.
 """
@@ -20,7 +20,7 @@ from phase_traj_ros.errors import FrameError
 SIGNATURES: Final = (b'\xff\xd8\xff', b'\x89PNG\r\n\x1a\n')
 """What a JPEG and a PNG start with."""
 
-_JPEG_END_MARKER = b'\xff\xd9'
+_JPEG_END, _PNG_END = b'\xff\xd9', b'IEND\xaeB`\x82'
 # libjpeg skips padding 0xFF, stray bytes and stuffed zeros between segments. They are skipped here
 # too, so that both find the same header.
 _JPEG_MARKER = re.compile(rb'\xff[^\x00\xff]', re.DOTALL)
@@ -45,20 +45,25 @@ def read_header(data: bytes) -> PictureHeader:
     """
     Read the header of a JPEG or PNG image.
 
-    Raises FrameError if it is neither, the header is cut off or damaged, or a JPEG has no end
+    Raises FrameError if it is neither, the header is cut off or damaged, or there is no end
     marker. Data after the end marker is ignored: some cameras pad.
     """
     jpeg, png = map(data.startswith, SIGNATURES)
     if not (jpeg or png):
         raise FrameError('it is neither a JPEG nor a PNG picture' if data else 'it is empty')
-    header = _jpeg_header(data) if jpeg else _png_header(data)
-    if header is None:
-        raise FrameError(
-            f'the header of the {"JPEG" if jpeg else "PNG"} picture is cut off or damaged')
+    name = 'JPEG' if jpeg else 'PNG'
+    found = _jpeg_header(data) if jpeg else _png_header(data)
+    if found is None:
+        raise FrameError(f'the header of the {name} picture is cut off or damaged')
+    header, end = found
+    # Only after the header: a preview in front of it has an end marker, too.
+    if data.rfind(_JPEG_END if jpeg else _PNG_END, end) < 0:
+        raise FrameError(f'the {name} picture is cut off (it has no end marker)')
     return header
 
 
-def _jpeg_header(data: bytes) -> PictureHeader | None:
+def _jpeg_header(data: bytes) -> tuple[PictureHeader, int] | None:
+    """Return the header, and the offset of the first byte after it; None if it is damaged."""
     position = 2
     for _ in range(_JPEG_MAX_SEGMENTS):
         found = _JPEG_MARKER.search(data, position)
@@ -73,20 +78,17 @@ def _jpeg_header(data: bytes) -> PictureHeader | None:
         if marker in _JPEG_START_OF_FRAME:
             if length < 8 or position + 8 > len(data):
                 return None
-            # Previews have end markers, too, but in front of the frame header.
-            if data.rfind(_JPEG_END_MARKER, position + length) < 0:
-                raise FrameError('the JPEG picture is cut off (it has no end marker)')
             height, width, channels = struct.unpack_from('>HHB', data, position + 3)
-            return PictureHeader(width, height, channels)
+            return PictureHeader(width, height, channels), position + length
         position += length
     return None
 
 
-def _png_header(data: bytes) -> PictureHeader | None:
+def _png_header(data: bytes) -> tuple[PictureHeader, int] | None:
+    start = len(SIGNATURES[1])
     try:
-        length, kind, width, height, colour = struct.unpack_from(
-            '>I4sIIxB', data, len(SIGNATURES[1]))
-        return PictureHeader(width, height, _PNG_CHANNELS[colour]) if (
-            length == 13 and kind == b'IHDR') else None
+        length, kind, width, height, colour = struct.unpack_from('>I4sIIxB', data, start)
+        header = PictureHeader(width, height, _PNG_CHANNELS[colour])
     except (struct.error, KeyError):
         return None
+    return (header, start + 25) if length == 13 and kind == b'IHDR' else None

@@ -81,7 +81,7 @@ def test_broken_png():
         bad[position] ^= 4
         with pytest.raises(FrameError):
             decode_picture(bytes(bad))
-        with pytest.raises(FrameError):
+        with pytest.raises(FrameError, match='cut off'):
             decode_picture(good[:position])
 
 
