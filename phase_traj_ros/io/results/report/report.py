@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Writes the report of a replay as a self-contained HTML file."""
 
+from collections import Counter
 from collections.abc import Sequence
 from html import escape
 import math
@@ -77,7 +78,7 @@ def write_report(
 
     """
     shown = overview(result)
-    health = data_health(result, shown)
+    health = data_health(shown)
     script = template('report.js')
     write_page(filled(template('report.html'), {
         'title': title,
@@ -171,7 +172,8 @@ def _trust(result: Replay, left_out: bytes | None) -> Markup:
 
 
 def _health(result: Replay, health: DataHealth) -> Markup:
-    pairs = health.frames - 1
+    pairs, counters = len(result.updates), result.counters
+    statuses = Counter(update.status.value for update in result.updates)
     rows = [
         ('time between frames', _milliseconds(health.interval_s), False),
         ('longest', _milliseconds(health.longest_interval_s),
@@ -179,14 +181,14 @@ def _health(result: Replay, health: DataHealth) -> Markup:
         ('missing frames, by the stamps', str(health.dropped), health.dropped > 0),
         (f'response below {LOW_RESPONSE:g}', _share(health.low_responses, pairs),
          health.low_responses > 0),
-        ('repeated frames', str(health.repeated), health.repeated > 0),
-        ('frames with a stamp out of order', str(health.out_of_order), health.out_of_order > 0),
-        ('unreadable frames', str(health.skipped), health.skipped > 0),
-        ('backward jumps of the stamps', str(health.time_resets), health.time_resets > 0),
+        ('repeated frames', str(counters.repeated), counters.repeated > 0),
+        ('frames with a stamp out of order', str(counters.dropped), counters.dropped > 0),
+        ('unreadable frames', str(counters.skipped), counters.skipped > 0),
+        ('backward jumps of the stamps', str(counters.time_resets), counters.time_resets > 0),
     ]
     rows += [
         (f'pairs with status {status}', _share(count, pairs), False)
-        for status, count in health.statuses]
+        for status, count in statuses.most_common()]
     rows += [
         (f'distances {state.value}', _share(count, pairs), False)
         for state, count in result.way.states.items() if count]
