@@ -28,12 +28,9 @@ from phase_traj_ros.io.results.files import versions
 from phase_traj_ros.io.results.report.page import (
     Cell,
     data_uri,
-    definitions,
     filled,
     Markup,
-    script_hash,
     script_json,
-    style,
     table,
     template,
     write_page,
@@ -79,14 +76,7 @@ def write_report(
     """
     shown = overview(result)
     health = data_health(shown)
-    script = template('report.js')
-    write_page(filled(template('report.html'), {
-        'title': title,
-        'source': result.source,
-        'style': style(),
-        'script': Markup(script),
-        'script_hash': script_hash(script),
-        'facts': definitions(_facts(result, shown, health)),
+    content = filled(template('report.html'), {
         'legend': _legend(),
         'turns': _turns(shown.turns),
         'trust': _trust(result, left_out),
@@ -97,7 +87,10 @@ def write_report(
         'data': script_json(_data(result, shown, thumbnails)),
         'footer': 'Made by ' + ', '.join(
             f'{name} {version}' for name, version in versions().items()),
-    }), path)
+    })
+    write_page(
+        path, title=title, source=result.source, facts=_facts(result, shown, health),
+        content=Markup(content), script=template('report.js'))
 
 
 def _facts(
