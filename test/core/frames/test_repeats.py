@@ -54,7 +54,8 @@ def encoded(frame, quality):
 
 def converted(seconds, *, taken_hz, shown_hz, speed):
     """Return the frames and stamps of a film of a straight road, of one rate made of another."""
-    drive = plan_drive('', [Straight(seconds)], rate_hz=taken_hz, camera=CAMERA, speed=speed, seed=3)
+    drive = plan_drive(
+        '', [Straight(seconds)], rate_hz=taken_hz, camera=CAMERA, speed=speed, seed=3)
     taken = list(render_drive(drive))
     for number in range(int(seconds * shown_hz)):
         yield taken[number * taken_hz // shown_hz], round(number * S / shown_hz)
