@@ -11,7 +11,6 @@ from nav_msgs.msg import Odometry
 from phase_traj_ros.io.messages.speed import SPEED_OF
 from phase_traj_ros.io.messages.stamps import to_nanoseconds
 from phase_traj_ros.ros.entities import Entities
-from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.qos_overriding_options import QoSOverridingOptions
@@ -45,8 +44,7 @@ class SpeedInput:
         self.topic = str(node.resolve_topic_name(_TOPIC))
         """Full name of the topic after remapping."""
         self._subscribe(self._published() or next(iter(_CLASSES)))
-        self._timer = entities.create_timer(
-            _LOOK_S, self._follow_publisher, clock=Clock(clock_type=ClockType.STEADY_TIME))
+        self._timer = entities.create_timer(_LOOK_S, self._follow_publisher)
 
     def _published(self) -> str | None:
         """Return the type of the topic's first publisher with a speed; None without one."""
