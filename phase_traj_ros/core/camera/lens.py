@@ -9,8 +9,8 @@ import math
 from phase_traj_ros.core.camera.estimate import CameraEstimate
 from phase_traj_ros.core.camera.horizon import Horizon
 from phase_traj_ros.core.camera.lens_family import (
+    check_focal,
     focal_px_of,
-    MOST_FOCAL_PX,
     OneNumberLens,
     PINHOLE,
 )
@@ -87,10 +87,8 @@ class Lens:
             object.__setattr__(self, 'camera', None)
         if self.focal_px or self.hfov_deg or self.camera is not None:
             object.__setattr__(self, 'estimate', None)
-        if not 0.0 <= self.focal_px <= MOST_FOCAL_PX:
-            raise ValueError(
-                f'focal_px is {self.focal_px}: give a number of pixels, at most'
-                f' {MOST_FOCAL_PX:.0e}, or 0')
+        if self.focal_px:
+            check_focal('focal_px', self.focal_px)
         if self.hfov_deg != 0.0 and not LEAST_HFOV_DEG <= self.hfov_deg < 180.0:
             raise ValueError(
                 f'hfov_deg is {self.hfov_deg}: give degrees from {LEAST_HFOV_DEG} to below 180, or'
