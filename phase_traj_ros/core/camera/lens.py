@@ -15,11 +15,7 @@ from phase_traj_ros.core.camera.lens_family import (
     PINHOLE,
 )
 from phase_traj_ros.core.camera.model import CameraModel
-from phase_traj_ros.core.camera.projection import (
-    focal_from_hfov,
-    hfov_from_focal,
-    LEAST_HFOV_DEG,
-)
+from phase_traj_ros.core.camera.projection import LEAST_HFOV_DEG
 from phase_traj_ros.errors import FrameError
 
 MOST_TILT_DEG = 60.0
@@ -165,8 +161,6 @@ class Lens:
         """Return the horizontal focal length in pixels for frames ``width`` pixels wide."""
         if self.focal_px:
             return self.focal_px
-        if self.hfov_deg and self.straightness == PINHOLE and self.offset == 0.0:
-            return focal_from_hfov(self.hfov_deg, width)
         if self.hfov_deg:
             return max(_LEAST_FOCAL * width, focal_px_of(
                 self.hfov_deg, width, self.straightness, column=self.offset * width))
@@ -179,8 +173,6 @@ class Lens:
         """Return the horizontal field of view in degrees for frames ``width`` pixels wide."""
         if self.camera is not None:
             return self.camera.hfov_deg
-        if self.straightness == PINHOLE and self.offset == 0.0:
-            return hfov_from_focal(self.focal_for(width), width)
         lens = OneNumberLens(self.focal_for(width), self.straightness)
         return lens.hfov_deg(width, column=self.offset * width)
 
