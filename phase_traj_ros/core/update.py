@@ -50,20 +50,33 @@ class Update:
     """Distance of the pair; None if no distance is measured."""
     links: tuple[AnyDirection, ...] = ()
     """Directions of the equal links that end with this pair."""
+    speed: float | None = None
+    """Mean speed since the frame with which it was compared, per second; None if unknown."""
+    speed_variance: float | None = None
+    """Its variance; None if the speed is unknown."""
 
-    @property
-    def speed(self) -> float | None:
-        """Return the mean speed of the pair in the unit of ``travel`` per second, or None."""
-        if self.travel is None or not self.travel.known:
-            return None
-        return self.travel.distance / (self.interval_ns * 1e-9)
+    def after(self, before: 'Update | None', interval_ns: int) -> 'Update':
+        """
+        Return the part after a foreseen frame, of ``interval_ns``, of an update since the measured.
 
-    @property
-    def speed_variance(self) -> float | None:
-        """Return the variance of the speed; None if the speed is unknown."""
-        if self.travel is None or not self.travel.known:
-            return None
-        return self.travel.variance / (self.interval_ns * 1e-9) ** 2
+        ``before`` is the update of the foreseen frame, since the measured one as well; None if
+        there is none in between.
+        """
+        if before is None and interval_ns == self.interval_ns:
+            return self
+        share = interval_ns / self.interval_ns
+        shift, heading, travel = self.shift, self.heading, self.travel
+        earlier = None if before is None else before.shift
+        if shift is not None and earlier is not None:
+            shift = replace(shift, dx=shift.dx - earlier.dx, dy=shift.dy - earlier.dy)
+        if heading is not None:
+            given = 0.0 if before is None or before.heading is None else before.heading.yaw
+            heading = heading.part(heading.yaw - given, share)
+        if travel is not None:
+            gone = 0.0 if before is None or before.travel is None else before.travel.distance
+            travel = travel.part(travel.distance - gone, share)
+        return replace(
+            self, interval_ns=interval_ns, shift=shift, heading=heading, travel=travel)
 
 
 @dataclass(slots=True)
