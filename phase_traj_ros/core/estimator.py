@@ -87,8 +87,8 @@ class TrajectoryEstimator:
         # Stamps of the newest frame that is not a repeated picture, and of the newest one that was
         # measured; the number of the latter.
         self._used_stamp_ns = self._measured_ns = self._measured = 0
-        # The newest updates since the frame before the one that was measured, if the next frames
-        # may be foreseen from it, and since that one, if the newest frame was foreseen.
+        # Update of the newest measured frame, if it can be trusted, and that of the newest frame,
+        # relative to it, if that was foreseen.
         self._steady: Update | None = None
         self._foreseen: Update | None = None
 
@@ -334,13 +334,16 @@ class TrajectoryEstimator:
         whole = self._integrate(picture, pair, verdict, stamp_ns, waited_ns)
         foreseen, self._foreseen, self._measured = self._foreseen, None, self._frames
         self._steady = whole if verdict.evidence is Evidence.TRUSTED else None
-        return whole.after(foreseen, interval_ns)
+        return whole.after(foreseen)
 
     def _is_foreseen(
-        self, frame: Frame, picture: Frame, waited_ns: int, interval_ns: int, encoding: str,
+        self, frame: Frame, picture: NDArray[np.uint8], waited_ns: int, interval_ns: int,
+        encoding: str,
     ) -> bool:
         """Return whether a frame needs no measurement, as the motion goes on."""
+        # A video that repeats some of its pictures has the stamps of another clock.
         return (self._steady is not None and self._by_heading and self._heading is not None
+                and self._repeats.unsure_ns == 0.0
                 and self._meter.continues(frame, interval_ns * 1e-9, encoding)
                 and self._heading.foresees(picture, waited_ns * 1e-9, interval_ns * 1e-9))
 
@@ -358,7 +361,7 @@ class TrajectoryEstimator:
             shift=ahead.shift, step=step, status=PairStatus.OK.coded(step), tip=self._tip,
             heading=ahead.step, turns=(), camera=self._news_of_camera(), cut=False,
             odometry=odometry, travel=travel, links=())
-        return self._foreseen.after(before, interval_ns)
+        return self._foreseen.after(before)
 
     @property
     def _guards(self) -> bool:
@@ -458,7 +461,8 @@ class TrajectoryEstimator:
         status, evidence = judged(Comparison(), repeated=True)
         self.counters.count(status)
         self._monitor.add(evidence, stamp_ns, interval_ns)
-        heading = None if self._heading is None else self._heading.hold()
+        heading = None if self._heading is None else self._heading.hold(
+            None if self._foreseen is None else self._foreseen.heading)
         step = self._coder.code(status, None, heading, interval_ns * 1e-9)
         return Update(
             self._frames - 2, stamp_ns, interval_ns, None, step, status, self._tip,

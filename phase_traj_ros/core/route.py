@@ -105,9 +105,9 @@ class Route:
         self, step: Step, heading: HeadingStep, travel: Travel | None, stamp_ns: int,
     ) -> Odometry | None:
         """
-        Move on to a frame that is not measured, and return its odometry; the next pair replaces it.
+        Move on to a frame that is not measured, and return its odometry.
 
-        ``heading`` and ``travel`` are those since the newest pair.
+        ``heading`` and ``travel`` are those since the newest pair; the next one replaces them.
         """
         if step.appended:
             self._chain_path.append(step.direction, stamp_ns)

@@ -55,26 +55,23 @@ class Update:
     speed_variance: float | None = None
     """Its variance; None if the speed is unknown."""
 
-    def after(self, before: 'Update | None', interval_ns: int) -> 'Update':
+    def after(self, before: 'Update | None') -> 'Update':
         """
-        Return the part after a foreseen frame, of ``interval_ns``, of an update since the measured.
+        Return what this update adds to one of a foreseen frame before it; itself without one.
 
-        ``before`` is the update of the foreseen frame, since the measured one as well; None if
-        there is none in between.
+        Both are relative to the newest measured frame before them.
         """
-        if before is None and interval_ns == self.interval_ns:
+        if before is None:
             return self
+        interval_ns = self.interval_ns - before.interval_ns
         share = interval_ns / self.interval_ns
         shift, heading, travel = self.shift, self.heading, self.travel
-        earlier = None if before is None else before.shift
-        if shift is not None and earlier is not None:
-            shift = replace(shift, dx=shift.dx - earlier.dx, dy=shift.dy - earlier.dy)
-        if heading is not None:
-            given = 0.0 if before is None or before.heading is None else before.heading.yaw
-            heading = heading.part(heading.yaw - given, share)
-        if travel is not None:
-            gone = 0.0 if before is None or before.travel is None else before.travel.distance
-            travel = travel.part(travel.distance - gone, share)
+        if shift is not None and before.shift is not None:
+            shift = replace(shift, dx=shift.dx - before.shift.dx, dy=shift.dy - before.shift.dy)
+        if heading is not None and before.heading is not None:
+            heading = heading.part(heading.yaw - before.heading.yaw, share)
+        if travel is not None and before.travel is not None:
+            travel = travel.part(travel.distance - before.travel.distance, share)
         return replace(
             self, interval_ns=interval_ns, shift=shift, heading=heading, travel=travel)
 

@@ -319,9 +319,14 @@ class HeadingEstimator:
             self._adopt()
         return update
 
-    def hold(self) -> HeadingUpdate:
-        """Return the update of a pair without any change, such as of a repeated picture."""
-        step = HeadingStep(0.0, self._tracker.rate, self._tracker.heading, bridged=False)
+    def hold(self, foreseen: HeadingStep | None = None) -> HeadingUpdate:
+        """
+        Return the update of a pair without any change, such as of a repeated picture.
+
+        ``foreseen`` is the step to the frame before, if that was foreseen.
+        """
+        heading = self._tracker.heading if foreseen is None else foreseen.heading
+        step = HeadingStep(0.0, self._tracker.rate, heading, bridged=False)
         return HeadingUpdate(step, None, (), (), self._focal[0], contradicts=False)
 
     def shift_of(self, measurement: YawMeasurement | None) -> Shift | None:
