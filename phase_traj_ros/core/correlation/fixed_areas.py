@@ -41,7 +41,7 @@ _STANDING, _DRIVING = 0.1, 0.5
 # On a straight road without much texture, only the horizon does not change: of the structure in
 # the lowest part of the image (the road), less than the second share remains, of that above, more
 # than the third, and of this the fourth share is in a band of a sixth of the image's height.
-_ROAD, _ROAD_REMAINS, _FAR_REMAINS, _BAND_HOLDS, _BAND = 0.35, 0.5, 0.25, 0.4, 6
+_ROAD, _ROAD_REMAINS, _FAR_REMAINS, _BAND_HOLDS, _BAND = 0.35, 0.5, 0.25, 0.55, 6
 # Radius of "around a cell", in cells.
 _ABOUT = 2
 # Share of the gradients' energy above which a place is fixed. It is higher where less is known.
