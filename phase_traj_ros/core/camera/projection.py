@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from phase_traj_ros.core.camera.lens_family import MOST_FOCAL_PX
 from phase_traj_ros.core.camera.model import CameraModel, Distortion, Sight
 from phase_traj_ros.core.correlation.phase_correlation import Frame
-from phase_traj_ros.core.frames.reduce import reduced
+from phase_traj_ros.core.correlation.view import reduced
 from phase_traj_ros.errors import FrameError
 
 # Extent of the band in degrees from the optical axis. Above it are the sky and the tops of near
