@@ -12,7 +12,6 @@ from phase_traj_ros.core.calibration.self_calibration import SelfCalibration
 from phase_traj_ros.core.camera.estimate import CameraEstimate
 from phase_traj_ros.core.camera.lens import Lens
 from phase_traj_ros.core.camera.model import CameraModel, Distortion
-from phase_traj_ros.core.camera.projection import focal_from_hfov
 from phase_traj_ros.core.correlation.phase_correlation import Shift
 from phase_traj_ros.core.heading.camera_motion import CameraMotion, FocusOfExpansion
 from phase_traj_ros.core.heading.visual_compass import VisualCompass
@@ -96,8 +95,8 @@ def test_what_is_given_counts_before_a_calibration():
         assert lens.focal_for(480) == 300.0
         assert lens.camera_for(shape) == CameraModel.pinhole(shape, 300.0)
         lens = Lens(hfov_deg=80.0, **known)
-        assert lens.focal_for(480) == focal_from_hfov(80.0, 480)
-        assert lens.camera_for(shape) == CameraModel.pinhole(shape, focal_from_hfov(80.0, 480))
+        assert lens.focal_for(480) == pytest.approx(240.0 / math.tan(math.radians(40.0)))
+        assert lens.camera_for(shape) == CameraModel.pinhole(shape, lens.focal_for(480))
     # And fit frames of any size.
     assert Lens(focal_px=300.0, camera=BARREL).camera_for((100, 200)).shape == (100, 200)
 
