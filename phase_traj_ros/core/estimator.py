@@ -390,14 +390,16 @@ class TrajectoryEstimator:
         turned = None if heading is None else heading.step
         # The road shows whether the vehicle moves, even if the rest of the image does not.
         travel = self._travelling.update(
-            picture, self._heading, pair.yaw, status, stamp_ns, interval_ns)
+            picture, self._heading, pair.yaw, status, stamp_ns, interval_ns,
+            unsure_ns=self._repeats.unsure_ns)
         progress = self._route.add(step, turned, travel, stamp_ns, interval_ns)
         cut = pair.cut and self._guards
         if pair.cut:
             self._monitor.add_cut()
         self._monitor.add(
             verdict.evidence, stamp_ns, interval_ns,
-            contradicted=self._guards and heading is not None and heading.contradicts)
+            contradicted=self._guards and heading is not None and heading.contradicts,
+            measured=not self._settings.metric or travel is None or travel.measured)
         return Update(
             self._frames - 2, stamp_ns, interval_ns, self._shift(pair, heading), step, status,
             self._tip, turned, () if heading is None else heading.turns, self._news_of_camera(),

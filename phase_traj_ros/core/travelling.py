@@ -64,7 +64,7 @@ class Travelling:
 
     def update(
         self, frame: Frame, heading: HeadingEstimator | None, measured: YawMeasurement | None,
-        status: PairStatus, stamp_ns: int, interval_ns: int,
+        status: PairStatus, stamp_ns: int, interval_ns: int, *, unsure_ns: float = 0.0,
     ) -> Travel | None:
         """
         Add the next frame, and return the distance of its pair; None if it is not measured.
@@ -83,6 +83,8 @@ class Travelling:
             Stamp of the frame.
         interval_ns
             Time since the previous frame.
+        unsure_ns
+            Its standard deviation.
 
         """
         if heading is None or not self._settings.measures_distance:
@@ -92,7 +94,8 @@ class Travelling:
         if self._meter is not None:
             by_road = self._meter.update(
                 frame, interval, None if measured is None else measured.motion,
-                yaw=None if measured is None else measured.yaw, still=status is PairStatus.STILL)
+                yaw=None if measured is None else measured.yaw, still=status is PairStatus.STILL,
+                unsure=unsure_ns * 1e-9)
             if by_road.state is TravelState.UNKNOWN and not status.judged:
                 by_road = replace(by_road, distance=0.0)
             by_road = by_road.scaled(1.0, heading.lens.focal_deviation)

@@ -219,7 +219,7 @@ class RoadMeter:
 
     def update(
         self, frame: Frame, interval: float, motion: CameraMotion | None, *,
-        yaw: float | None = None, still: bool = False,
+        yaw: float | None = None, still: bool = False, unsure: float = 0.0,
     ) -> Travel:
         """
         Add the next frame, and return the distance of its pair in camera heights.
@@ -237,9 +237,11 @@ class RoadMeter:
             Yaw in radians, used if ``motion`` is None; None if it is unknown.
         still
             Whether the vehicle is known to stand.
+        unsure
+            Standard deviation of the interval.
 
         """
-        self.pace.pass_time(interval)
+        self.pace.pass_time(interval, unsure=unsure)
         self._tilt.pass_time(interval)
         travel = None
         if still:

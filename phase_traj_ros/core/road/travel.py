@@ -59,6 +59,11 @@ class Travel:
         return self.state is not TravelState.UNKNOWN
 
     @property
+    def measured(self) -> bool:
+        """Return whether the distance is that of this pair: measured, given or standing."""
+        return self.known and self.state is not TravelState.BRIDGED
+
+    @property
     def own_variance(self) -> float:
         """Return the part of the variance that is independent of other pairs."""
         shares = self.swing ** 2 + self.tilt ** 2 + self.scale ** 2

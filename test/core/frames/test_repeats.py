@@ -52,6 +52,50 @@ def encoded(frame, quality):
         cv2.IMREAD_GRAYSCALE)
 
 
+def converted(seconds, *, taken_hz, shown_hz, speed):
+    """Return the frames and stamps of a film of a straight road, of one rate made of another."""
+    drive = plan_drive(
+        '', [Straight(seconds)], rate_hz=taken_hz, camera=CAMERA, speed=speed, seed=3)
+    taken = list(render_drive(drive))
+    for number in range(int(seconds * shown_hz)):
+        yield taken[number * taken_hz // shown_hz], round(number * S / shown_hz)
+
+
+@pytest.mark.parametrize(('taken_hz', 'shown_hz'), [(24, 30), (25, 30), (24, 60)])
+def test_a_film_at_another_rate_has_the_distance_though_its_stamps_jump(taken_hz, shown_hz):
+    """The pictures are equally far apart, the stamps by one or two intervals of the film."""
+    estimator = TrajectoryEstimator(AUTO)
+    for frame, stamp in converted(3, taken_hz=taken_hz, shown_hz=shown_hz, speed=25.0):
+        estimator.update(frame, stamp)
+    assert estimator.way.distance == pytest.approx(3 * 25.0, rel=0.03)
+    assert estimator.reliability.reliable
+
+
+def test_the_stamps_of_a_film_that_repeats_pictures_are_unsure_and_others_are_not():
+    shown = frames()[0]
+    detector = RepeatDetector()
+
+    def take(repeats):
+        detector.keep(shown)
+        for number in range(repeats):
+            assert detector.is_repeated(shown, 40_000_000 * (number + 1))
+        return detector.unsure_ns
+
+    # Every picture as often as the others: the time between two is what the stamps say.
+    assert [take(2) for _ in range(5)] == [0.0] * 5
+    take(3)
+    # Two exposures, each up to an interval of 40 ms before its stamp.
+    errors = np.random.default_rng(0).uniform(0, 40e6, (2, 100_000))
+    assert take(2) == pytest.approx((errors[0] - errors[1]).std(), rel=0.02)
+    assert [take(2) for _ in range(100)][-1] == 0.0
+    # Two messages of one exposure do not repeat it in a film.
+    detector.keep(shown)
+    assert detector.is_repeated(shown, 1_000_000)
+    assert [take(0) for _ in range(100)][-1] == 0.0
+    detector.forget()
+    assert take(1) == 0.0
+
+
 @pytest.mark.parametrize('times', [2, 3])
 @pytest.mark.parametrize('settings', [AUTO, PAPER], ids=['auto', 'paper'])
 def test_every_picture_several_times_is_every_picture_once(settings, times):
