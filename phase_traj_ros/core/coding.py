@@ -42,9 +42,9 @@ class Coder:
         """Apply other settings; the codes so far are kept."""
         self._nominal_period = settings.nominal_period
         if isinstance(self._codes, DynamicChainCode):
-            self._codes.threshold = settings.threshold
-            self._codes.confirm_frames = settings.confirm_frames
-            self._codes.release_frames = settings.release_frames
+            self._codes.configure(
+                settings.threshold, confirm_frames=settings.confirm_frames,
+                release_frames=settings.release_frames)
 
     def hint(self, width: int) -> ThresholdHint | None:
         """Return what to do about a threshold that does not fit frames ``width`` pixels wide."""

@@ -127,6 +127,8 @@ class Judge:
         if pair.cut:
             self._areas.interrupt()
         changed = self.look(picture, shift, interval)
+        if pair.worth is Worth.STILL and self._areas.far:
+            pair = replace(pair, worth=Worth.MEASURED)
         yaw, fixed = pair.yaw, False
         if yaw is not None and shift is not None:
             if pair.worth is Worth.STILL:

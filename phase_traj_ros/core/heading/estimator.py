@@ -94,6 +94,7 @@ class HeadingEstimator:
         self._turns = TurnDetector()
         self._bends = Bends()
         self._cut_short: list[Turn] = []
+        self._response = 0.0
         self._mask_learning()
 
     @property
@@ -262,6 +263,18 @@ class HeadingEstimator:
                 0.0 if yaw is None else self._focal[0] * _tangent(yaw), interval)
         return measurement
 
+    def foresees(self, frame: NDArray[np.uint8], waited: float, interval: float) -> bool:
+        """Return whether a frame needs no measurement; see ``YawMeter.foresees``."""
+        return (self._meter is not None and frame.shape == self._shape
+                and self._meter.foresees(frame, waited, interval))
+
+    def foresee(self, waited: float) -> HeadingUpdate:
+        """Return the update of a frame that is foreseen, ``waited`` seconds after the newest."""
+        assert self._meter is not None
+        step = self._tracker.foresee(waited, self._meter.foreseen_deviation)
+        shift = Shift(self._focal[0] * _tangent(step.yaw * self._lens.tilt), 0.0, self._response)
+        return HeadingUpdate(step, shift, (), (), self._focal[0], contradicts=False)
+
     def admits(self, measurement: YawMeasurement | None, interval: float) -> bool:
         """Return whether ``add`` would accept the yaw of a measurement; False without a yaw."""
         return measurement is not None and measurement.yaw is not None and self._tracker.admits(
@@ -276,23 +289,25 @@ class HeadingEstimator:
 
     def add(
         self, measurement: YawMeasurement | None, stamp_ns: int, interval: float, *,
-        way: float | None = None,
+        way: float | None = None, frames: int = 1,
     ) -> HeadingUpdate:
         """
         Add the measurement of a pair; None bridges the pair.
 
         ``way`` is what the vehicle travels meanwhile, in heights of the camera; None if unknown.
+        ``frames`` is the number of frames since the previous pair.
         """
         self._see(stamp_ns)
         if measurement is None:
             step = self._tracker.update(None, interval)
         else:
-            yaw = measurement.yaw
+            yaw, self._response = measurement.yaw, measurement.shift.response
             step = self._tracker.update(
                 None if yaw is None else yaw / self._lens.tilt, interval,
                 certain=measurement.certain, variance=measurement.variance)
             self._learn_from_travel(measurement, step)
-        turns = (*self._cut_short, *self._turns.update(stamp_ns, step.heading, way))
+        turns = (*self._cut_short, *self._turns.update(
+            stamp_ns, step.heading, way, frames=frames))
         self._cut_short.clear()
         for angle_deg in self._bends.update(self._turns.bends):
             if self._learning is not None and not self._again:
@@ -304,9 +319,14 @@ class HeadingEstimator:
             self._adopt()
         return update
 
-    def hold(self) -> HeadingUpdate:
-        """Return the update of a pair without any change, such as of a repeated picture."""
-        step = HeadingStep(0.0, self._tracker.rate, self._tracker.heading, bridged=False)
+    def hold(self, foreseen: HeadingStep | None = None) -> HeadingUpdate:
+        """
+        Return the update of a pair without any change, such as of a repeated picture.
+
+        ``foreseen`` is the step to the frame before, if that was foreseen.
+        """
+        heading = self._tracker.heading if foreseen is None else foreseen.heading
+        step = HeadingStep(0.0, self._tracker.rate, heading, bridged=False)
         return HeadingUpdate(step, None, (), (), self._focal[0], contradicts=False)
 
     def shift_of(self, measurement: YawMeasurement | None) -> Shift | None:

@@ -58,6 +58,15 @@ class Keyframe:
         yaw, pitch, roll = (after - last for after, last in zip(self._rotation, before))
         return replace(motion, yaw=yaw, pitch=pitch, roll=roll, age=self.age)
 
+    def reaches(self, passing: float, yaw_rate: float, later: float) -> bool:
+        """
+        Return whether a frame ``later`` seconds after the newest one is near enough to this one.
+
+        ``passing`` is the median ratio of translation to distance of the blocks, per second.
+        """
+        return (passing * (self.age + later) <= _BASELINE
+                and abs(self._rotation[0] + yaw_rate * later) <= _TURNED)
+
     def is_over(self, motion: CameraMotion, interval: float) -> bool:
         """
         Return whether the next frame would be too far from this one, by the motion since.
