@@ -18,8 +18,8 @@ from phase_traj_ros.core.coding import Coder
 from phase_traj_ros.core.correlation.phase_correlation import Frame, Shift
 from phase_traj_ros.core.frames.prepare import prepare
 from phase_traj_ros.core.frames.repeats import RepeatDetector
-from phase_traj_ros.core.heading.estimator import HeadingEstimator, HeadingUpdate
 from phase_traj_ros.core.heading.turns import Turn
+from phase_traj_ros.core.heading.visual_compass import HeadingUpdate, VisualCompass
 from phase_traj_ros.core.judge import Judge, judged, Verdict
 from phase_traj_ros.core.measuring import Comparison, PairMeter
 from phase_traj_ros.core.path.trajectory import Corner, DrawnPath
@@ -63,7 +63,7 @@ class TrajectoryEstimator:
         """
         self._settings = settings or EstimatorSettings()
         self._meter = PairMeter(self._settings, mask=mask)
-        self._heading: HeadingEstimator | None = None
+        self._heading: VisualCompass | None = None
         if self._settings.lens is not None:
             self.use_lens(self._settings.lens)
         elif self._settings.learns_lens:
@@ -113,8 +113,8 @@ class TrajectoryEstimator:
         return self._route.way
 
     @property
-    def heading(self) -> HeadingEstimator | None:
-        """Return the heading estimator; None if no lens is known."""
+    def heading(self) -> VisualCompass | None:
+        """Return the visual compass; None if no lens is known."""
         return self._heading
 
     @property
@@ -388,8 +388,8 @@ class TrajectoryEstimator:
 
     def _make_heading(
         self, lens: Lens, *, learning: SelfCalibration | None = None,
-    ) -> HeadingEstimator:
-        return HeadingEstimator(
+    ) -> VisualCompass:
+        return VisualCompass(
             lens, rotate_180=self._settings.view.rotate_180, mask=self._meter.mask,
             learning=learning, keyframes=self._settings.keyframes)
 

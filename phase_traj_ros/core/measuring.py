@@ -15,7 +15,7 @@ from phase_traj_ros.core.correlation.phase_correlation import (
 )
 from phase_traj_ros.core.correlation.quality import GateSettings, PairQuality, Worth
 from phase_traj_ros.core.heading.cuts import CutDetector
-from phase_traj_ros.core.heading.estimator import HeadingEstimator
+from phase_traj_ros.core.heading.visual_compass import VisualCompass
 from phase_traj_ros.core.heading.yaw_meter import YawMeasurement
 from phase_traj_ros.core.settings import CodeSource, EstimatorSettings
 
@@ -109,7 +109,7 @@ class PairMeter:
 
     def compare(
         self, frame: Frame, picture: NDArray[np.uint8], waited: float, interval: float, *,
-        encoding: str, heading: HeadingEstimator | None,
+        encoding: str, heading: VisualCompass | None,
     ) -> Comparison:
         """
         Compare a frame with the newest one that was compared, ``waited`` seconds earlier.

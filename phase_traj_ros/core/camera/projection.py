@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from phase_traj_ros.core.camera.lens_family import MOST_FOCAL_PX
 from phase_traj_ros.core.camera.model import CameraModel, Distortion, Sight
 from phase_traj_ros.core.correlation.phase_correlation import Frame
-from phase_traj_ros.core.frames.reduce import reduced
+from phase_traj_ros.core.correlation.view import reduced
 from phase_traj_ros.errors import FrameError
 
 # Extent of the band in degrees from the optical axis. Above it are the sky and the tops of near
@@ -42,31 +42,6 @@ _ALONG = 4001
 
 LEAST_HFOV_DEG = 0.1
 """Smallest field of view in degrees, below that of any camera on a vehicle."""
-
-
-def focal_from_hfov(hfov_deg: float, width: int) -> float:
-    """
-    Return the focal length in pixels that gives a field of view, from edge to edge.
-
-    f = (width / 2) / tan(hfov / 2), for an image without distortion.
-
-    Raises
-    ------
-    ValueError
-        The angle is not from 0.1 to below 180 degrees, or the width is below 1.
-
-    """
-    if not LEAST_HFOV_DEG <= hfov_deg < 180.0:
-        raise ValueError(
-            f'hfov_deg is {hfov_deg}: give degrees from {LEAST_HFOV_DEG} to below 180')
-    if width < 1:
-        raise ValueError(f'width is {width}: give at least 1 pixel')
-    return width / 2 / math.tan(math.radians(hfov_deg) / 2)
-
-
-def hfov_from_focal(focal_px: float, width: int) -> float:
-    """Return the horizontal field of view in degrees; the inverse of ``focal_from_hfov``."""
-    return math.degrees(2 * math.atan(width / 2 / focal_px))
 
 
 @dataclass(frozen=True, slots=True)

@@ -20,7 +20,7 @@ from phase_traj_ros.core.camera.projection import CylinderProjection
 from phase_traj_ros.core.correlation.phase_correlation import PhaseCorrelator, Shift
 from phase_traj_ros.core.correlation.transforms import TransformLibrary
 from phase_traj_ros.core.correlation.windows import Window
-from phase_traj_ros.core.heading.camera_motion import CameraMotion, MotionFit, Travel
+from phase_traj_ros.core.heading.camera_motion import CameraMotion, FocusOfExpansion, MotionFit
 from phase_traj_ros.core.heading.keyframe import Keyframe
 from phase_traj_ros.core.heading.local_shifts import BlockGrid, BlockShifts
 from phase_traj_ros.core.heading.scanline import Scanline
@@ -220,7 +220,7 @@ class YawMeter:
         previous, self._previous = self._previous, current
         self._newest = self._line = None
         if previous is None or shift is None or interval <= 0.0:
-            self._key, self._rate = self._keyframe(current, Travel()), 0.0
+            self._key, self._rate = self._keyframe(current, FocusOfExpansion()), 0.0
             return None
         key = self._key
         assert key is not None
@@ -326,7 +326,7 @@ class YawMeter:
             aside=blocks.aside / scale, down=blocks.down / scale)
         return motion, blocks
 
-    def _keyframe(self, picture: NDArray[np.uint8], travel: Travel) -> Keyframe:
+    def _keyframe(self, picture: NDArray[np.uint8], travel: FocusOfExpansion) -> Keyframe:
         return Keyframe(picture, len(self._grid.middles), travel)
 
     def _levelled(self, picture: NDArray[np.uint8]) -> NDArray[np.uint8]:

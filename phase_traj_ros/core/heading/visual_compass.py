@@ -17,7 +17,7 @@ from phase_traj_ros.core.correlation.mask import check_size
 from phase_traj_ros.core.correlation.phase_correlation import check_frame, Shift
 from phase_traj_ros.core.correlation.transforms import TransformLibrary
 from phase_traj_ros.core.heading.bends import Bends
-from phase_traj_ros.core.heading.left_out import LeftOut
+from phase_traj_ros.core.heading.pixel_weights import PixelWeights
 from phase_traj_ros.core.heading.tracker import HeadingStep, HeadingTracker
 from phase_traj_ros.core.heading.turns import MIN_ANGLE_DEG, Turn, TurnDetector
 from phase_traj_ros.core.heading.yaw_meter import YawMeasurement, YawMeter
@@ -47,7 +47,7 @@ class HeadingUpdate:
     """Whether the direction that the quarter turns give contradicts the heading."""
 
 
-class HeadingEstimator:
+class VisualCompass:
     """Measures the yaw of each pair, integrates it to the heading, and detects turns."""
 
     def __init__(
@@ -56,7 +56,7 @@ class HeadingEstimator:
         transform: TransformLibrary = TransformLibrary.AUTO, keyframes: bool = True,
     ) -> None:
         """
-        Make an estimator. The first frame sets the size of the frames.
+        Make a compass. The first frame sets the size of the frames.
 
         Parameters
         ----------
@@ -85,7 +85,7 @@ class HeadingEstimator:
         # The newest frame, for a new meter.
         self._newest: NDArray[np.uint8] | None = None
         self._rotate_180 = rotate_180
-        self._left_out = LeftOut(mask)
+        self._weights = PixelWeights(mask)
         self._transform = transform
         self._meter: YawMeter | None = None
         self._shape: tuple[int, ...] = ()
@@ -149,7 +149,7 @@ class HeadingEstimator:
     @property
     def counting(self) -> NDArray[np.float32] | None:
         """Return the weight of each pixel, (H, W), 0 to 1; None if all count equally."""
-        return self._left_out.counting
+        return self._weights.counting
 
     @property
     def bends_may_be_turns(self) -> bool:
@@ -194,10 +194,10 @@ class HeadingEstimator:
             all count equally.
 
         """
-        self._left_out.use(weights)
+        self._weights.use(weights)
         self._mask_learning()
         if self._meter is not None:
-            self._meter.use_mask(self._left_out.counting)
+            self._meter.use_mask(self._weights.counting)
 
     def cut(self) -> None:
         """
@@ -352,7 +352,7 @@ class HeadingEstimator:
 
     def _mask_learning(self) -> None:
         if self._learning is not None:
-            self._learning.use_mask(self._left_out.as_seen(rotate_180=self._rotate_180))
+            self._learning.use_mask(self._weights.as_seen(rotate_180=self._rotate_180))
 
     def _learn_from_travel(self, measurement: YawMeasurement, step: HeadingStep) -> None:
         """Learn the pitch from the direction of travel, straight ahead with a learned camera."""
@@ -391,8 +391,8 @@ class HeadingEstimator:
     def _make_meter(self, frame: NDArray[np.uint8]) -> YawMeter:
         if frame.ndim != 2 or min(frame.shape) < 1:
             raise FrameError(f'frame has shape {frame.shape}: give grey frames (H, W)')
-        if self._left_out.mask is not None:
-            check_size(frame, self._left_out.mask)
+        if self._weights.mask is not None:
+            check_size(frame, self._weights.mask)
         camera = self._lens.camera_for((frame.shape[0], frame.shape[1]))
         if self._rotate_180 and not self._lens.calibrated:
             # Numbers and estimates describe the upright image, calibrations the frames.
@@ -401,10 +401,10 @@ class HeadingEstimator:
         # A rejected frame must not change the state.
         check_frame(projection(frame))
         meter = YawMeter(
-            projection, mask=self._left_out.mask, transform=self._transform,
+            projection, mask=self._weights.mask, transform=self._transform,
             keyframes=self._keyframes)
-        if self._left_out.keep_for(frame.shape):
-            meter.use_mask(self._left_out.counting)
+        if self._weights.keep_for(frame.shape):
+            meter.use_mask(self._weights.counting)
         self._focal = (camera.fx, camera.fy)
         self._px_per_rad = projection.px_per_rad
         self._shape = frame.shape
