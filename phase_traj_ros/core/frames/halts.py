@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 from phase_traj_ros.core.correlation.phase_correlation import Frame
-from phase_traj_ros.core.frames.reduce import reduced
+from phase_traj_ros.core.correlation.view import reduced
 
 # Time in nanoseconds in which a vehicle does not stop and start again.
 _STOPPING_NS = 250_000_000
