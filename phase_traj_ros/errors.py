@@ -38,6 +38,10 @@ class OutputError(PhaseTrajError):
     """A result cannot be written."""
 
 
+class ForeignFileError(OutputError):
+    """A file of someone else would be replaced, which only ``force`` allows."""
+
+
 class ResultError(PhaseTrajError):
     """A result does not meet its requirements."""
 

@@ -255,7 +255,7 @@ def _by_threshold(drive: Drive, focal_px: float) -> Iterator[tuple[float, str]]:
     for rate in THRESHOLDS:
         codes, movement = DynamicChainCode(), []
         for shift, interval in zip(shifts, intervals.tolist()):
-            codes.threshold = focal_px * math.tan(math.radians(rate * interval))
+            codes.configure(focal_px * math.tan(math.radians(rate * interval)))
             movement.append(codes.update(shift.dx).movement)
         yield rate, order(movement)
 

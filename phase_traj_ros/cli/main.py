@@ -19,7 +19,7 @@ from phase_traj_ros.cli.ending import (
     write_error,
 )
 from phase_traj_ros.cli.escaping import escaped, escaped_output
-from phase_traj_ros.errors import PhaseTrajError
+from phase_traj_ros.errors import ForeignFileError, PhaseTrajError
 
 EXIT_OK = 0
 EXIT_BAD_INPUT = 2
@@ -61,7 +61,8 @@ def _status(arguments: Sequence[str] | None) -> int:
             options = program_parser().parse_args(arguments)
             status: int | None = options.run(options)
     except PhaseTrajError as error:
-        say(escaped(f'phase_traj: error: {error}'))
+        hint = ', or replace it with --force' if isinstance(error, ForeignFileError) else ''
+        say(escaped(f'phase_traj: error: {error}{hint}'))
         status = EXIT_BAD_INPUT
     except KeyboardInterrupt as error:
         number = error.number if isinstance(error, Ended) else signal.SIGINT

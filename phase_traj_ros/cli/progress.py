@@ -6,6 +6,8 @@ from collections.abc import Iterable
 from typing import Any
 
 from phase_traj_ros.cli.escaping import escaped, screen
+from phase_traj_ros.io.sources.base import Entry
+from phase_traj_ros.tasks.batch.job import Pass, Through
 from tqdm import tqdm
 
 BY_SOURCE = '{desc}: {percentage:3.0f}%|{bar}| {n:.1f} of {total} [{elapsed}<{remaining}]'
@@ -24,3 +26,12 @@ def progress(
     return tqdm(
         items, total=total, desc=escaped(title), unit=' frames', leave=False, disable=None,
         file=screen(), bar_format=layout)
+
+
+def over_passes(*, total: int | None, title: str) -> Through:
+    """Return what shows a bar over the frames of each pass of a replay."""
+    def shown(frames: Iterable[Entry], which: Pass) -> Iterable[Entry]:
+        name = f'{title}, {which.value}' if which.value else title
+        bar: Iterable[Entry] = progress(frames, total=total, title=name)
+        return bar
+    return shown

@@ -7,7 +7,7 @@ from phase_traj_ros.core.codes.from_heading import HeadingCode
 from phase_traj_ros.core.codes.from_shift import DynamicChainCode
 from phase_traj_ros.core.codes.from_turns import TurnCode
 from phase_traj_ros.core.codes.threshold_hint import ShiftSummary, ThresholdHint
-from phase_traj_ros.core.heading.estimator import HeadingUpdate
+from phase_traj_ros.core.heading.visual_compass import HeadingUpdate
 from phase_traj_ros.core.settings import CodeSource, EstimatorSettings
 from phase_traj_ros.core.status import PairStatus
 
@@ -42,9 +42,9 @@ class Coder:
         """Apply other settings; the codes so far are kept."""
         self._nominal_period = settings.nominal_period
         if isinstance(self._codes, DynamicChainCode):
-            self._codes.threshold = settings.threshold
-            self._codes.confirm_frames = settings.confirm_frames
-            self._codes.release_frames = settings.release_frames
+            self._codes.configure(
+                settings.threshold, confirm_frames=settings.confirm_frames,
+                release_frames=settings.release_frames)
 
     def hint(self, width: int) -> ThresholdHint | None:
         """Return what to do about a threshold that does not fit frames ``width`` pixels wide."""

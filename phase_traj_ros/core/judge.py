@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from phase_traj_ros.core.correlation.fixed_areas import FixedAreas
 from phase_traj_ros.core.correlation.phase_correlation import Frame, Shift
 from phase_traj_ros.core.correlation.quality import Worth
-from phase_traj_ros.core.heading.estimator import HeadingEstimator
+from phase_traj_ros.core.heading.visual_compass import VisualCompass
 from phase_traj_ros.core.heading.yaw_meter import YawMeasurement
 from phase_traj_ros.core.measuring import Comparison
 from phase_traj_ros.core.reliability import Evidence
@@ -106,7 +106,7 @@ class Judge:
         return self._areas.weights() if self._leaves_out else None
 
     def judge(
-        self, picture: Frame, pair: Comparison, heading: HeadingEstimator | None, interval: float,
+        self, picture: Frame, pair: Comparison, heading: VisualCompass | None, interval: float,
     ) -> Verdict:
         """
         Judge the next pair.
@@ -127,6 +127,8 @@ class Judge:
         if pair.cut:
             self._areas.interrupt()
         changed = self.look(picture, shift, interval)
+        if pair.worth is Worth.STILL and self._areas.far:
+            pair = replace(pair, worth=Worth.MEASURED)
         yaw, fixed = pair.yaw, False
         if yaw is not None and shift is not None:
             if pair.worth is Worth.STILL:

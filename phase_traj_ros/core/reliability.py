@@ -28,9 +28,11 @@ _LOW_RATE = 0.25
 _WINDOW_NS, _PART_NS = 60_000_000_000, 1_000_000_000
 # Share of a drive, or of the window, that may be unreliable.
 _MOST_UNRELIABLE = 0.05
-# A camera that repeats one picture for longer is frozen; a longer gap than this, and than this
-# many usual intervals, is a lost part of the drive.
-_FROZEN_NS, _LOST_NS, _LOST_INTERVALS = 1_000_000_000, 1_000_000_000, 2
+# A camera that repeats one picture for longer is frozen, and a distance that is not measured for
+# longer is unknown: a car may have braked by 8 m/s.
+_FROZEN_NS, _UNMEASURED_NS = 1_000_000_000, 1_000_000_000
+# A longer gap than this, and than this many usual intervals, is a lost part of the drive.
+_LOST_NS, _LOST_INTERVALS = 1_000_000_000, 2
 # Number of spans that are kept for each reason; then the closest ones are joined.
 _MOST_SPANS = 500
 
@@ -49,6 +51,7 @@ class Reason(Enum):
     NOT_COMPARED = 'not_compared'
     FROZEN = 'frozen'
     FRAMES_LOST = 'frames_lost'
+    DISTANCE_UNKNOWN = 'distance_unknown'
     DIRECTION_CONTRADICTS_HEADING = 'direction_contradicts_heading'
 
     @property
@@ -74,6 +77,8 @@ _SENTENCES = {
                          ' apart than max_gap, or they differ in size or encoding.',
     Reason.FROZEN: 'The camera repeats one image, or one stamp, for more than a second.',
     Reason.FRAMES_LOST: 'Parts of the drive have no frames: they were lost, or could not be used.',
+    Reason.DISTANCE_UNKNOWN: 'The distance could not be measured for more than a second: the'
+                             ' road is not visible, or it moves too far between two frames.',
     Reason.DIRECTION_CONTRADICTS_HEADING: 'On a straight, the heading is more than 60 degrees away'
                                           ' from the direction code.',
 }
@@ -177,11 +182,13 @@ class ReliabilityMonitor:
         self._parts: deque[_Part] = deque()
         self._spans = {reason: _Spans() for reason in Reason}
         self._start_ns = self._newest_ns = self._new_picture_ns = self._judged_ns = 0
+        self._measured_ns = 0
         self._usual_ns = 0
         self._same_stamps = 0
 
     def add(
         self, evidence: Evidence, stamp_ns: int, interval_ns: int, *, contradicted: bool = False,
+        measured: bool = True, frames: int = 1,
     ) -> None:
         """
         Take the next pair.
@@ -196,11 +203,15 @@ class ReliabilityMonitor:
             Time since its first frame.
         contradicted
             Whether the direction code contradicts the heading.
+        measured
+            Whether its distance is measured or given, if one is wanted in metres.
+        frames
+            Number of its second frame minus that of its first one.
 
         """
         if not self._parts:
             self._start_ns = self._judged_ns = stamp_ns - interval_ns
-            self._newest_ns = self._new_picture_ns = self._start_ns
+            self._newest_ns = self._new_picture_ns = self._measured_ns = self._start_ns
         self._same_stamps = 0
         self._make_room(stamp_ns)
         part = self._parts[-1]
@@ -214,10 +225,14 @@ class ReliabilityMonitor:
         part.seconds += interval_ns * 1e-9
         if contradicted:
             self._spans[Reason.DIRECTION_CONTRADICTS_HEADING].add(before, stamp_ns)
+        if measured:
+            self._measured_ns = stamp_ns
+        elif stamp_ns - self._measured_ns > _UNMEASURED_NS:
+            self._spans[Reason.DISTANCE_UNKNOWN].add(self._measured_ns, stamp_ns)
         if self._is_lost(evidence, interval_ns):
             self._spans[Reason.FRAMES_LOST].add(before, stamp_ns)
         else:
-            self._usual_ns = interval_ns
+            self._usual_ns = interval_ns // frames
 
     def add_same_stamps(self, count: int) -> None:
         """Record frames with the stamp of the one before, which are not used."""
@@ -327,7 +342,8 @@ _REASONS = {
     Evidence.JERKED: Reason.SHAKING,
 }
 # Reasons that concern parts of a drive, whatever the other pairs of the window are worth.
-_IN_PARTS = (Reason.FROZEN, Reason.FRAMES_LOST, Reason.DIRECTION_CONTRADICTS_HEADING)
+_IN_PARTS = (Reason.FROZEN, Reason.FRAMES_LOST, Reason.DISTANCE_UNKNOWN,
+             Reason.DIRECTION_CONTRADICTS_HEADING)
 
 
 @dataclass(slots=True)

@@ -8,7 +8,7 @@ from typing import Any
 from phase_traj_ros.errors import ParameterError
 from phase_traj_ros.parameter_spec import Spec
 from phase_traj_ros.parameters import Parameters, specs
-from phase_traj_ros.ros.startup.overrides import PREFIX
+from phase_traj_ros.ros.startup.overrides import initial_values, PREFIX
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
 from rclpy.exceptions import (
     InvalidParameterTypeException,
@@ -51,7 +51,7 @@ def changed(parameters: Parameters, updates: Iterable[Parameter]) -> Parameters:
 def unknown_overrides(node: Node) -> list[str]:
     """Return the names of initial values that are not declared, and are probably misspelt."""
     return sorted(
-        name for name in node._parameter_overrides
+        name for name in initial_values(node)
         if not node.has_parameter(name) and not name.startswith(PREFIX))
 
 
@@ -65,7 +65,7 @@ def declare(node: Node, spec: Spec) -> object:
         The initial value is of the wrong type or out of its range.
 
     """
-    override = node._parameter_overrides.get(spec.name)
+    override = initial_values(node).get(spec.name)
     if override is not None:
         # The message of rclpy names the type by a number and does not say what to write instead.
         spec.check(override.value)

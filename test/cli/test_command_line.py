@@ -262,8 +262,11 @@ def test_inspect_refuses_frames_that_do_not_match(folder, tmp_path):
 
 def test_the_figure_of_two_frames_does_not_become_a_third(folder):
     before = sorted(os.listdir(folder))
-    result = run('inspect', '0.png', '1.png', cwd=folder)
+    result = run('inspect', '0.png', '1.png', '--output', 'a.png', cwd=folder)
     assert result.returncode == 2 and 'would lie beside the frames' in result.stderr
+    result = run('inspect', '0.png', '1.png', cwd=folder)
+    assert result.returncode == 0 and 'written to ../correlation.png' in result.stdout
+    assert (folder.parent / 'correlation.png').exists()
     assert sorted(os.listdir(folder)) == before
 
 
@@ -290,7 +293,8 @@ def test_a_page_of_the_user_stays(folder, tmp_path):
     (output / 'report.html').write_text('mine')
     call = ['replay', folder, *PAPER, '--output', output]
     assert run(*call).returncode == 0
-    assert 'report.html was not written by an earlier run' in refused(*call, '--report')
+    message = refused(*call, '--report')
+    assert 'report.html was not written by an earlier run' in message and '--force' in message
     assert (output / 'report.html').read_text() == 'mine'
     assert run(*call, '--report', '--force').returncode == 0
     assert (output / 'report.html').read_text() != 'mine'

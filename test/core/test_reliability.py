@@ -172,6 +172,39 @@ def test_a_direction_against_the_heading_is_a_span():
     assert driven.monitor.verdict().of_drive.words == words
 
 
+def test_a_distance_that_is_missed_for_more_than_a_second_is_a_span():
+    driven = Driven().add('trusted', 20)
+    for _ in range(20):
+        driven.add('trusted', 0.8, measured=False).add('trusted', 0.2)
+    assert driven.monitor.verdict().reliable and driven.spans == []
+    driven.add('trusted', 10, measured=False)
+    assert driven.monitor.verdict().words == ('distance_unknown',)
+    [(start, end, words)] = driven.spans
+    assert (start, end) == (pytest.approx(40), pytest.approx(50))
+    assert driven.monitor.verdict().of_drive.words == words
+    driven.add('trusted', 100)
+    assert driven.monitor.verdict().reliable
+    driven.monitor.reset()
+    driven.add('trusted', 20)
+    assert driven.spans == []
+
+
+@pytest.mark.parametrize(('height', 'speed', 'reasons'), [
+    (1.65, 35.0, (Reason.DISTANCE_UNKNOWN,)), (0.0, 35.0, ()), (1.65, 15.0, ())])
+def test_a_road_that_moves_too_far_between_frames_is_told_where_metres_are_wanted(
+    height, speed, reasons,
+):
+    plan = [Straight(4.0)]
+    camera = Camera.with_field_of_view(640, 240, 85)
+    estimator = TrajectoryEstimator(EstimatorSettings(
+        code_source=CodeSource.AUTO, lens=Lens(hfov_deg=85), camera_height=height))
+    drive = plan_drive('', plan, rate_hz=10.0, camera=camera, speed=speed, seed=17)
+    for frame, stamp in zip(render_drive(drive), drive.stamps_ns.tolist()):
+        estimator.update(frame, stamp)
+    assert estimator.reliability.reasons == reasons
+    assert estimator.reliability.of_drive.reasons == reasons
+
+
 def test_a_camera_not_known_is_a_span_over_all():
     found = Driven().add('trusted', 200).add('blank', 100).monitor.verdict(camera_known=False)
     assert [span.reasons for span in found.spans] == [

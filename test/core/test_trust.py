@@ -5,6 +5,7 @@
 from collections import Counter
 
 import cv2
+import motorway
 import numpy as np
 import overlays
 from phase_traj_ros.core import (
@@ -18,7 +19,7 @@ from phase_traj_ros.core import (
 )
 from phase_traj_ros.core.codes.threshold_hint import Misfit
 from phase_traj_ros.synthetic import Camera, plan_drive, render_drive, Straight, Turn
-from phase_traj_ros.synthetic.degradations import night
+from phase_traj_ros.synthetic.degradations import night, sensor_noise
 import pytest
 
 HFOV_DEG = 70.0
@@ -90,6 +91,25 @@ def test_where_only_drops_agree_there_is_no_measurement(drive):
     # The codes from the heading, which are unchanged, would not show it.
     _, updates, _ = followed(frames, source=CodeSource.HEADING)
     assert statuses(updates)[PairStatus.OK] > 0.8 * len(updates)
+
+
+@pytest.mark.parametrize('grain', [0.01, 0.03, 0.08])
+@pytest.mark.parametrize('lens', [KNOWN, None], ids=['known', 'unknown'])
+def test_a_horizon_that_does_not_move_is_neither_dirt_nor_a_stop(grain, lens):
+    """Of a straight motorway without much texture, little of the picture changes at all."""
+    _, _, frames = motorway.driven(grain=grain)
+    estimator, updates, turns = followed(
+        frames, lens=lens, period_ns=40_000_000, stillness=StillnessSettings())
+    assert statuses(updates)[PairStatus.OK] > 0.85 * len(updates)
+    assert turns == [] and estimator.reliability.reliable
+    assert estimator.left_out is None
+    # The same road through a wet windscreen, and from a car that stands on it.
+    wet = [overlays.drops(frame, count=400, size=0.025, seed=2) for frame in frames]
+    stood = [sensor_noise(frames[0], sigma=1.0, seed=n) for n in range(len(frames))]
+    for shown in (wet, stood):
+        _, updates, _ = followed(
+            shown, lens=lens, period_ns=40_000_000, stillness=StillnessSettings())
+        assert statuses(updates)[PairStatus.OK] < 0.1 * len(updates)
 
 
 def test_a_night_without_light_is_no_measurement(drive):

@@ -8,22 +8,20 @@ from pathlib import Path
 from typing import Any
 
 from phase_traj_ros.cli.command import Command
+from phase_traj_ros.cli.commands.demo_drive import render, replay_bag
 from phase_traj_ros.cli.commands.demo_map import run_on_map
 from phase_traj_ros.cli.options import add_force
-from phase_traj_ros.cli.progress import progress
 from phase_traj_ros.cli.report import print_result
 from phase_traj_ros.core import Direction, PAPER_THRESHOLD
 from phase_traj_ros.core.codes.text import describe
 from phase_traj_ros.errors import MissingDependencyError, ResultError
 from phase_traj_ros.io.messages.published import TEXT_RUNS
 from phase_traj_ros.io.outputs.outputs import output_directory
-from phase_traj_ros.io.replay.camera import known_lens
-from phase_traj_ros.io.replay.run import Replay, replay
+from phase_traj_ros.io.replay.run import Replay
 from phase_traj_ros.io.results.figures import require_matplotlib
 from phase_traj_ros.io.results.files import RESULT_NAMES, write_results
-from phase_traj_ros.io.sources.opening import open_source
 from phase_traj_ros.parameters import Parameters
-from phase_traj_ros.synthetic import Drive, DRIVES, named_drive, write_drive_bag
+from phase_traj_ros.synthetic import Drive, DRIVES, named_drive
 
 # The thresholds of the paper's two experiments.
 _THRESHOLDS = {'paper_case_1': 16.0, 'paper_case_2': 20.0}
@@ -81,15 +79,10 @@ def run(options: Namespace) -> None:
     name = f'{drive.name}_bag'
     with output_directory(
             options.output, names=(*RESULT_NAMES, name), force=options.force) as directory:
-        print(f'rendering {len(drive)} frames of the drive {drive.name!r} ...', flush=True)
-        with progress(total=len(drive), title='rendering') as bar:
-            write_drive_bag(drive, directory / name, progress=bar.update)
+        render(drive, directory / name)
         print('playing them to the node over DDS ...', flush=True)
         live = run_live(directory / name, frames=len(drive), values=parameters)
-        with open_source(directory / name) as source:
-            offline = replay(
-                source, parameters, source=str(options.output / name),
-                lens=known_lens(source, parameters))
+        offline = replay_bag(directory / name, parameters, named=options.output / name)
         text = describe(offline.codes, frames=offline.frames, max_runs=TEXT_RUNS)
         if live.chain_code != str(text):
             raise ResultError('the codes of the node and of the offline replay differ')

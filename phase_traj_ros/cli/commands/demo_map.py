@@ -5,19 +5,16 @@
 from argparse import Namespace
 import math
 
-from phase_traj_ros.cli.progress import progress
+from phase_traj_ros.cli.commands.demo_drive import render, replay_bag
 from phase_traj_ros.errors import ResultError
 from phase_traj_ros.io.maps.projection import LocalProjection
 from phase_traj_ros.io.maps.road_file import read_roads
 from phase_traj_ros.io.maps.write_osm import write_osm
 from phase_traj_ros.io.outputs.outputs import output_directory
-from phase_traj_ros.io.replay.camera import known_lens
-from phase_traj_ros.io.replay.run import replay
 from phase_traj_ros.io.results.figures import require_matplotlib
 from phase_traj_ros.io.results.files import RESULT_NAMES, write_results
-from phase_traj_ros.io.sources.opening import open_source
 from phase_traj_ros.parameters import Parameters
-from phase_traj_ros.synthetic import Drive, town_drive, write_drive_bag
+from phase_traj_ros.synthetic import Drive, town_drive
 from phase_traj_ros.tasks.location.files import add_to_chain_code, LOCATION_FILES, write_location
 from phase_traj_ros.tasks.location.odometry import odometry_of
 from phase_traj_ros.tasks.location.report import verdict, write_location_report
@@ -48,16 +45,10 @@ def run_on_map(options: Namespace) -> None:
     parameters = Parameters(camera_height=drive.camera.above_ground)
     names = (*RESULT_NAMES, *LOCATION_FILES, name, _MAP)
     with output_directory(options.output, names=names, force=options.force) as directory:
-        print(f'rendering {len(drive)} frames of the drive {drive.name!r} ...', flush=True)
-        with progress(total=len(drive), title='rendering') as bar:
-            write_drive_bag(drive, directory / name, progress=bar.update)
+        render(drive, directory / name)
         write_osm(drive.build_roads(), directory / _MAP, projection=_ORIGIN)
         roads = read_roads(directory / _MAP)
-        with open_source(directory / name) as source:
-            shown = progress(source, total=len(drive), title='replaying')
-            result = replay(
-                shown, parameters, source=str(options.output / name),
-                lens=known_lens(source, parameters))
+        result = replay_bag(directory / name, parameters, named=options.output / name)
         write_results(result, directory)
         located = locate(odometry_of(result), roads, near=_TOWN)
         off = distance_off(located, drive)

@@ -19,6 +19,8 @@ camera turned left. The response is the height of the peak: 1 for identical fram
 real driving, 0.01 to 0.02 for unrelated frames.
 """
 
+_NAME = 'correlation.png'
+
 COMMAND = Command(
     'inspect', summary='show the correlation map of two frames',
     example='phase_traj inspect drive/000100.png drive/000101.png', epilog=_EPILOG)
@@ -30,15 +32,16 @@ def add_parser(commands: Any) -> None:
     parser.add_argument('first', metavar='A', type=Path, help='image file of the first frame')
     parser.add_argument('second', metavar='B', type=Path, help='image file of the second frame')
     parser.add_argument(
-        '--output', metavar='FILE', type=Path, default=Path('correlation.png'),
-        help='figure to write (default: correlation.png)')
+        '--output', metavar='FILE', type=Path,
+        help=f'figure to write (default: {_NAME}, in the folder above if this is that of the'
+             ' frames)')
     parser.set_defaults(run=run)
 
 
 def run(options: Namespace) -> None:
     """Run the command."""
     require_matplotlib()
-    _refuse_among_frames(options)
+    output = _output(options)
     first, second = read_picture(options.first), read_picture(options.second)
     correlator = PhaseCorrelator()
     correlator.update(first)
@@ -47,21 +50,25 @@ def run(options: Namespace) -> None:
         raise FrameError(
             f'the frames differ in size or type: {options.first} is {_size(first)},'
             f' {options.second} is {_size(second)}')
-    with output_file(options.output, inputs=(options.first, options.second)) as path:
+    with output_file(output, inputs=(options.first, options.second)) as path:
         write_correlation_picture(
             first, second, correlator.correlation_map(), shift, path)
     print(f'dx {shift.dx:+.3f} px, dy {shift.dy:+.3f} px, response {shift.response:.4f}')
-    print(f'written to {options.output}')
+    print(f'written to {output}')
 
 
-def _refuse_among_frames(options: Namespace) -> None:
-    """Raise an error if the figure would become a frame of the folder."""
-    folder = options.output.absolute().parent
-    for frame in (options.first, options.second):
-        if folder.exists() and folder.samefile(frame.absolute().parent):
-            raise OutputError(
-                f'{options.output} would lie beside the frames, and a replay of {folder} would'
-                ' read it: choose another --output')
+def _output(options: Namespace) -> Path:
+    """Return where the figure goes; it must not become a frame of the folder."""
+    frames = {frame.absolute().parent.resolve() for frame in (options.first, options.second)}
+    if options.output is None:
+        here = Path(_NAME)
+        return Path('..') / _NAME if here.absolute().parent.resolve() in frames else here
+    folder: Path = options.output.absolute().parent
+    if folder.resolve() in frames:
+        raise OutputError(
+            f'{options.output} would lie beside the frames, and a replay of {folder} would read'
+            ' it: choose another --output')
+    return Path(options.output)
 
 
 def _size(image: Any) -> str:

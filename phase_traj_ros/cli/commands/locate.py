@@ -3,7 +3,7 @@
 """``phase_traj locate``: finds where on a road map a drive was."""
 
 from argparse import ArgumentTypeError, Namespace
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 import re
 from typing import Any
@@ -17,14 +17,14 @@ from phase_traj_ros.cli.options import (
     request_of,
     SOURCE_HELP,
 )
-from phase_traj_ros.cli.progress import progress
+from phase_traj_ros.cli.progress import over_passes, progress
 from phase_traj_ros.core.localization.given import ScaleRange
 from phase_traj_ros.io.maps.projection import bearing_deg
 from phase_traj_ros.io.maps.road_classes import Roads
 from phase_traj_ros.io.maps.road_file import ATTRIBUTION, read_roads
 from phase_traj_ros.io.outputs.outputs import check_directory, output_directory
-from phase_traj_ros.io.sources.base import DEFAULT_SPEED_TOPIC, Entry
-from phase_traj_ros.tasks.batch.job import Pass, replay_source
+from phase_traj_ros.io.sources.base import DEFAULT_SPEED_TOPIC
+from phase_traj_ros.tasks.batch.job import replay_source
 from phase_traj_ros.tasks.location.files import (
     add_to_chain_code,
     degrees,
@@ -142,12 +142,9 @@ def _odometry(options: Namespace) -> tuple[DriveOdometry, Path | None]:
     request = request_of(options, source, also_read=(options.map,))
     print_notices(request.parameters)
     with request.opened() as opened:
-        def shown(frames: Iterable[Entry], which: Pass) -> Iterable[Entry]:
-            name = f'{request.title}, {which.value}' if which.value else request.title
-            bar: Iterable[Entry] = progress(frames, total=opened.frame_count, title=name)
-            return bar
-
-        result = replay_source(opened, request, through=shown)
+        result = replay_source(
+            opened, request,
+            through=over_passes(total=opened.frame_count, title=request.title))
     return odometry_of(result), None if options.output is None else options.output / _CODES
 
 

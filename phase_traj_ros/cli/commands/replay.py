@@ -19,11 +19,11 @@ from phase_traj_ros.cli.options import (
     request_of,
     SOURCE_HELP,
 )
-from phase_traj_ros.cli.progress import progress
+from phase_traj_ros.cli.progress import over_passes
 from phase_traj_ros.cli.report import print_result
 from phase_traj_ros.io.replay.run import Replay
 from phase_traj_ros.io.sources.base import DEFAULT_SPEED_TOPIC, Entry
-from phase_traj_ros.tasks.batch.job import Pass, replay_source
+from phase_traj_ros.tasks.batch.job import replay_source
 
 _EPILOG = f"""
 {SOURCE_HELP}
@@ -84,11 +84,9 @@ def run(options: Namespace) -> int | None:
         return replay_many(request, options)
     watch = _Stopwatch()
     with request.opened() as source:
-        def shown(frames: Iterable[Entry], which: Pass) -> Iterator[Entry]:
-            name = f'{request.title}, {which.value}' if which.value else request.title
-            return watch.over(progress(frames, total=source.frame_count, title=name))
-
-        result = replay_source(source, request, through=shown)
+        shown = over_passes(total=source.frame_count, title=request.title)
+        result = replay_source(
+            source, request, through=lambda frames, which: watch.over(shown(frames, which)))
     _print(result, watch.seconds)
     for written in (request.output, request.bag_out):
         if written is not None:

@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The base of all chain codes: the two series of codes, and how they grow."""
 
-from abc import ABC, abstractmethod
 from dataclasses import dataclass
 import math
 from typing import Any
@@ -36,7 +35,7 @@ class Step:
         return self.movement is not Movement.NO_CHANGE
 
 
-class ChainCode(ABC):
+class ChainCode:
     """
     Two series of codes: one movement for each pair of frames, and the directions.
 
@@ -48,8 +47,7 @@ class ChainCode(ABC):
         self._movement: CodeSeries[Movement] = CodeSeries(max_runs=max_runs)
         # Elements are of type Direction or Freeman.
         self._direction: CodeSeries[Any] = CodeSeries(max_runs=max_runs)
-        self._turn: Movement | None = None
-        self._started = False
+        self.reset()
 
     @property
     def movement(self) -> CodeSeries[Movement]:
@@ -62,14 +60,14 @@ class ChainCode(ABC):
         return self._direction
 
     @property
-    @abstractmethod
     def directions(self) -> type[Direction] | type[Freeman]:
         """Return the type of the directions: the paper's four, or Freeman's eight."""
+        return Direction
 
     @property
-    @abstractmethod
     def heading(self) -> AnyDirection:
         """Return the current direction."""
+        return self._heading
 
     @property
     def turn(self) -> Movement | None:
@@ -80,8 +78,9 @@ class ChainCode(ABC):
         """Start again: no codes, direction ``FORWARD``, the next pair is the first."""
         self._movement.clear()
         self._direction.clear()
-        self._turn = None
+        self._heading = Direction.FORWARD
         self._started = False
+        self._end_turn()
 
     def skip(self, *, end_turn: bool = False) -> Step:
         """
@@ -95,7 +94,19 @@ class ChainCode(ABC):
         return self._append(Movement.NO_CHANGE)
 
     def _end_turn(self) -> None:
-        self._turn = None
+        self._turn: Movement | None = None
+
+    def _starts(self) -> bool:
+        """Return whether the next pair is the first that is judged: it is ``FORWARD``."""
+        first, self._started = not self._started, True
+        return first
+
+    def _turned(self, side: Movement) -> Movement:
+        """Turn the direction by a quarter to a side; return the side."""
+        self._heading = (
+            self._heading.turned_left() if side is Movement.LEFT
+            else self._heading.turned_right())
+        return side
 
     def _append(self, movement: Movement) -> Step:
         step = Step(movement, self.heading)

@@ -46,7 +46,6 @@ class HeadingCode(ChainCode):
         """
         self._sector = HeadingSector(connectivity)
         super().__init__(max_runs=max_runs)
-        self.reset()
 
     @property
     def connectivity(self) -> int:
@@ -93,8 +92,7 @@ class HeadingCode(ChainCode):
         return self._append(self._judge(heading))
 
     def _judge(self, heading: float) -> Movement:
-        if not self._started:
-            self._started = True
+        if self._starts():
             return Movement.FORWARD
         turned = self._sector.follow(heading)
         if turned:

@@ -9,7 +9,7 @@ docs/explanation/method.md explains how the paper's text and inequalities are in
 import math
 
 from phase_traj_ros.core.codes.chain import ChainCode, Step
-from phase_traj_ros.core.codes.codes import Direction, Movement
+from phase_traj_ros.core.codes.codes import Movement
 
 PAPER_THRESHOLD = 16.0
 
@@ -54,55 +54,34 @@ class DynamicChainCode(ChainCode):
 
         """
         super().__init__(max_runs=max_runs)
-        self.threshold = threshold
-        self.confirm_frames = confirm_frames
-        self.release_frames = release_frames
-        self.reset()
+        self.configure(
+            threshold, confirm_frames=confirm_frames, release_frames=release_frames)
 
     @property
     def threshold(self) -> float:
-        """Return T in pixels per frame; a new value applies from the next pair on."""
+        """Return T in pixels per frame."""
         return self._threshold
 
-    @threshold.setter
-    def threshold(self, value: float) -> None:
-        if not (math.isfinite(value) and value > 0):
-            raise ValueError(f'threshold is {value}: give a finite number of pixels above 0')
-        self._threshold = float(value)
+    def configure(
+        self, threshold: float, *, confirm_frames: int = 1, release_frames: int = 1,
+    ) -> None:
+        """
+        Judge by other values from the next pair on; the parameters are those of the constructor.
 
-    @property
-    def confirm_frames(self) -> int:
-        """Return how many consecutive pairs begin a turn; applies from the next pair on."""
-        return self._confirm_frames
+        Raises
+        ------
+        ValueError
+            The threshold is not a finite number above 0, or one of the other values is below 1.
 
-    @confirm_frames.setter
-    def confirm_frames(self, value: int) -> None:
-        self._confirm_frames = _at_least_one('confirm_frames', value)
-
-    @property
-    def release_frames(self) -> int:
-        """Return how many consecutive pairs end a turn; applies from the next pair on."""
-        return self._release_frames
-
-    @release_frames.setter
-    def release_frames(self, value: int) -> None:
-        self._release_frames = _at_least_one('release_frames', value)
-
-    @property
-    def directions(self) -> type[Direction]:
-        """Return the type of the directions: the paper's four."""
-        return Direction
-
-    @property
-    def heading(self) -> Direction:
-        """Return the current direction."""
-        return self._heading
-
-    def reset(self) -> None:
-        """Start again: no codes, direction ``FORWARD``, the next pair is the first."""
-        super().reset()
-        self._heading = Direction.FORWARD
-        self._end_turn()
+        """
+        if not (math.isfinite(threshold) and threshold > 0):
+            raise ValueError(f'threshold is {threshold}: give a finite number of pixels above 0')
+        for name, value in (
+                ('confirm_frames', confirm_frames), ('release_frames', release_frames)):
+            if value < 1:
+                raise ValueError(f'{name} is {value}: give at least 1')
+        self._threshold = float(threshold)
+        self._confirm_frames, self._release_frames = confirm_frames, release_frames
 
     def update(self, dx: float) -> Step:
         """
@@ -128,8 +107,7 @@ class DynamicChainCode(ChainCode):
         self._on_side = 0
 
     def _judge(self, dx: float) -> Movement:
-        if not self._started:
-            self._started = True
+        if self._starts():
             return Movement.FORWARD
         side = self._side_of(dx)
         self._on_side = self._on_side + 1 if side is self._side else 1
@@ -143,10 +121,7 @@ class DynamicChainCode(ChainCode):
             return Movement.NO_CHANGE
         self._turn = side
         self._off_turn = 0
-        self._heading = (
-            self._heading.turned_left() if side is Movement.LEFT
-            else self._heading.turned_right())
-        return side
+        return self._turned(side)
 
     def _side_of(self, dx: float) -> Movement | None:
         if dx >= self._threshold:
@@ -157,9 +132,3 @@ class DynamicChainCode(ChainCode):
         """Count a pair during a turn; return whether the turn ends with it."""
         self._off_turn = 0 if side is self._turn else self._off_turn + 1
         return self._off_turn >= self._release_frames
-
-
-def _at_least_one(name: str, value: int) -> int:
-    if value < 1:
-        raise ValueError(f'{name} is {value}: give at least 1')
-    return value

@@ -14,7 +14,7 @@ from collections.abc import Iterable
 import math
 
 from phase_traj_ros.core.codes.chain import ChainCode, Step, yawing
-from phase_traj_ros.core.codes.codes import Direction, Movement
+from phase_traj_ros.core.codes.codes import Movement
 
 
 class TurnCode(ChainCode):
@@ -30,22 +30,10 @@ class TurnCode(ChainCode):
     def __init__(self, *, max_runs: int | None = None) -> None:
         """Make a chain code that starts with ``FORWARD``; each series keeps ``max_runs`` runs."""
         super().__init__(max_runs=max_runs)
-        self.reset()
-
-    @property
-    def directions(self) -> type[Direction]:
-        """Return the type of the directions: the paper's four."""
-        return Direction
-
-    @property
-    def heading(self) -> Direction:
-        """Return the current direction."""
-        return self._heading
 
     def reset(self) -> None:
         """Start again: no codes, direction ``FORWARD``, the next pair is the first."""
         super().reset()
-        self._heading = Direction.FORWARD
         self._due: deque[int] = deque()
 
     def expect(self, quarters: Iterable[int]) -> None:
@@ -76,13 +64,8 @@ class TurnCode(ChainCode):
         return self._append(self._judge())
 
     def _judge(self) -> Movement:
-        if not self._started:
-            self._started = True
+        if self._starts():
             return Movement.FORWARD
         if not self._due:
             return Movement.FORWARD if self._turn is None else Movement.NO_CHANGE
-        if self._due.popleft() > 0:
-            self._heading = self._heading.turned_left()
-            return Movement.LEFT
-        self._heading = self._heading.turned_right()
-        return Movement.RIGHT
+        return self._turned(Movement.LEFT if self._due.popleft() > 0 else Movement.RIGHT)

@@ -38,6 +38,10 @@ _AT_ZERO = 0.75
 # share of the image, and a stationary one less than the first.
 _LONG = 2.0
 _STANDING, _DRIVING = 0.1, 0.5
+# On a straight road without much texture, only the horizon does not change: of the structure in
+# the lowest part of the image (the road), less than the second share remains, of that above, more
+# than the third, and of this the fourth share is in a band of a sixth of the image's height.
+_ROAD, _ROAD_REMAINS, _FAR_REMAINS, _BAND_HOLDS, _BAND = 0.35, 0.5, 0.25, 0.55, 6
 # Radius of "around a cell", in cells.
 _ABOUT = 2
 # Share of the gradients' energy above which a place is fixed. It is higher where less is known.
@@ -75,6 +79,7 @@ class FixedAreas:
         self._age = 0.0
         # Share of the gradients that changed up to the newest sample; fixed areas do not count.
         self._changing, self._moving, self._held = 0.0, False, False
+        self._far = False
 
     @property
     def share(self) -> float:
@@ -100,12 +105,22 @@ class FixedAreas:
         """Return whether the newest sample holds only sensor noise, as in the dark."""
         return self._samples.blank
 
+    @property
+    def far(self) -> bool:
+        """
+        Return whether what does not change is the horizon, while the road below it does.
+
+        The vehicle drives straight on then, however little of the image moves.
+        """
+        return self._far
+
     def doubts(self, shift: Shift, *, agreed: bool = True) -> bool:
         """
         Return whether the newest shift is not evidence of driving straight ahead.
 
         This is so if the shift is zero and only fixed areas can agree with it: a part of the image
-        changes while most of it has not changed for long, or the blocks do not agree.
+        changes while most of it has not changed for long, or the blocks do not agree; and what
+        does not change is not the horizon.
 
         Parameters
         ----------
@@ -115,7 +130,7 @@ class FixedAreas:
             Whether the blocks of the image agree with the shift; True if they were not examined.
 
         """
-        if abs(shift.dx) > _AT_ZERO:
+        if abs(shift.dx) > _AT_ZERO or self._far:
             return False
         return self._held or (self._changing >= _STANDING and not agreed)
 
@@ -196,11 +211,35 @@ class FixedAreas:
             changed, energy = self._samples.changes(self._reference)
             total = float((energy - energy * closed).sum())
             share = float((changed - changed * closed).sum()) / total if total > 0.0 else 0.0
+            self._far = self._only_horizon_remains(closed)
             self._age += self._samples.elapsed
             if share < _DRIVING and self._age < _LONG:
                 return
             self._held = _STANDING <= share < _DRIVING
         self._reference, self._age = self._samples.gradients.copy(), 0.0
+
+    def _only_horizon_remains(self, closed: NDArray[np.float32]) -> bool:
+        assert self._reference is not None
+        # Edges do not count: along a straight road, lane markings do not move either.
+        before, now = ((1.0 - closed) * self._corners(self._reference, gradients)
+                       for gradients in (self._reference, self._samples.gradients))
+        remaining, structure = now.sum(axis=1), before.sum(axis=1)
+        rows = len(structure)
+        road = round((1.0 - _ROAD) * rows)
+        if remaining[road:].sum() >= _ROAD_REMAINS * structure[road:].sum():
+            return False
+        far = remaining[:road]
+        band = np.convolve(far, np.ones(max(rows // _BAND, 1)))
+        return bool(far.sum() > _FAR_REMAINS * structure[:road].sum()
+                    and band.max() > _BAND_HOLDS * far.sum())
+
+    def _corners(
+        self, one: NDArray[np.float32], other: NDArray[np.float32],
+    ) -> NDArray[np.float32]:
+        """Return the structure in two directions that both gradients have, by cells."""
+        xx, yy, xy = (self._samples.by_places(product) for product in (
+            one[0] * other[0], one[1] * other[1], one[0] * other[1] + one[1] * other[0]))
+        return np.maximum(xx + yy - np.hypot(xx - yy, xy), 0.0)  # type: ignore[no-any-return]
 
     def _moves(self, changed: NDArray[np.float32], energy: NDArray[np.float32]) -> bool:
         """Return whether the world moves, and not only traffic in a part of the image."""

@@ -8,14 +8,17 @@ camera gives one picture for ever. Such a frame measures nothing. The pictures o
 stands differ by the noise of the sensor.
 """
 
+import math
+
 import cv2
 import numpy as np
 from phase_traj_ros.core.correlation.phase_correlation import Frame
+from phase_traj_ros.core.frames.halts import HaltDetector
 
-# A repeated picture in a video differs by what its encoder improves the second time. However
-# coarse the encoder is (H.264 up to crf 32, MPEG-4), half of the squares of _SQUARE pixels change
-# by less than 0.3 grey levels, and the others by 10 at most. A vehicle in KITTI changes them by 20
-# and 110, and the noise of a sensor changes all of them alike.
+# A repeated picture in a video differs by what its encoder improves the second time. If the
+# encoder is thorough, half of the squares of _SQUARE pixels change by less than 0.3 grey levels,
+# and the others by 10 at most. A vehicle in KITTI changes them by 20 and 110, and the noise of a
+# sensor changes all of them alike. The repetitions of fast encoders are left to HaltDetector.
 _ENCODED, _ENCODED_SQUARE, _SQUARE = 0.3, 10.0, 16
 # A vehicle that stands or creeps may do so as well, where an encoder has removed the noise of the
 # sensor. So after this time, in nanoseconds, a frame is new unless all of its squares stay within
@@ -23,6 +26,9 @@ _ENCODED, _ENCODED_SQUARE, _SQUARE = 0.3, 10.0, 16
 _STANDING_NS, _FROZEN = 250_000_000, 0.6
 # Two frames that are nearer in time, in nanoseconds, are one exposure: no camera is as fast.
 _SAME_TIME_NS = 2_000_000
+# Frames for which stamps are taken for those of a converted video, after one of two pictures in
+# sequence was repeated more often than the other.
+_CONVERTED = 20
 
 
 class RepeatDetector:
@@ -36,6 +42,20 @@ class RepeatDetector:
         """Forget the frame: the next one is not a repetition."""
         self._form = ''
         self._frame: Frame | None = None
+        self._halts = HaltDetector()
+        self._tick_ns, self._repeats, self._since = 0, 0, _CONVERTED
+        self._repeats_before: int | None = None
+
+    @property
+    def unsure_ns(self) -> float:
+        """
+        Return the standard deviation of the time between two exposures, by their stamps.
+
+        A video that repeats some of its pictures has the stamps of another clock than that of the
+        camera. Both exposures are up to one interval of the video earlier than their stamps: the
+        difference of two uniform errors.
+        """
+        return self._tick_ns / math.sqrt(6.0) if self._since < _CONVERTED else 0.0
 
     def is_repeated(self, frame: Frame, interval_ns: int, *, encoding: str = '') -> bool:
         """
@@ -44,6 +64,22 @@ class RepeatDetector:
         ``interval_ns`` is the time since that frame. uint8 frames may differ by the noise of an
         encoder; others must be identical. A constant frame, as of a covered lens, is not repeated.
         """
+        repeated = self._is_same(frame, interval_ns, encoding)
+        if repeated and interval_ns >= _SAME_TIME_NS:
+            # Of several repetitions, the first is one interval after the frame.
+            self._tick_ns = interval_ns if self._repeats == 0 else self._tick_ns
+            self._repeats += 1
+        return repeated
+
+    def keep(self, frame: Frame, *, encoding: str = '') -> None:
+        """Keep a frame that is used; it must not change afterwards."""
+        if self._frame is not None:
+            even = self._repeats_before in (None, self._repeats)
+            self._since = self._since + 1 if even else 0
+            self._repeats_before, self._repeats = self._repeats, 0
+        self._frame, self._form = frame, encoding
+
+    def _is_same(self, frame: Frame, interval_ns: int, encoding: str) -> bool:
         kept = self._frame
         if (kept is None or encoding != self._form or kept.shape != frame.shape
                 or kept.dtype != frame.dtype):
@@ -53,18 +89,19 @@ class RepeatDetector:
         if frame.dtype != np.uint8:
             return np.array_equal(frame, kept) and _shows_something(frame)
         # Most frames differ already in a few of their rows.
-        if cv2.mean(cv2.absdiff(frame[::_SQUARE], kept[::_SQUARE]))[0] > 4.0 * _ENCODED:
-            return False
-        size = [max(side // _SQUARE, 1) for side in reversed(frame.shape)]
-        changed = cv2.resize(
-            cv2.absdiff(frame, kept).astype(np.float32), size, interpolation=cv2.INTER_AREA)
-        most = _ENCODED_SQUARE if interval_ns < _STANDING_NS else _FROZEN
-        return (float(np.median(changed)) <= _ENCODED and float(changed.max()) <= most
-                and _shows_something(frame))
+        change = cv2.mean(cv2.absdiff(frame[::_SQUARE], kept[::_SQUARE]))[0]
+        same = change <= 4.0 * _ENCODED and _is_improved(frame, kept, interval_ns)
+        return self._halts.update(kept, frame, interval_ns, change=change, same=same)
 
-    def keep(self, frame: Frame, *, encoding: str = '') -> None:
-        """Keep a frame that is used; it must not change afterwards."""
-        self._frame, self._form = frame, encoding
+
+def _is_improved(frame: Frame, kept: Frame, interval_ns: int) -> bool:
+    """Return whether a picture may have changed by what its encoder improved."""
+    size = [max(side // _SQUARE, 1) for side in reversed(frame.shape)]
+    changed = cv2.resize(
+        cv2.absdiff(frame, kept).astype(np.float32), size, interpolation=cv2.INTER_AREA)
+    most = _ENCODED_SQUARE if interval_ns < _STANDING_NS else _FROZEN
+    return (float(np.median(changed)) <= _ENCODED and float(changed.max()) <= most
+            and _shows_something(frame))
 
 
 def _shows_something(frame: Frame) -> bool:

@@ -31,10 +31,15 @@ class Pace:
         self.known = False
         """Whether a speed has been measured since."""
 
-    def pass_time(self, interval: float) -> None:
-        """Predict ``interval`` seconds ahead, with an unknown but bounded acceleration."""
+    def pass_time(self, interval: float, *, unsure: float = 0.0) -> None:
+        """
+        Predict ``interval`` seconds ahead, with an unknown but bounded acceleration.
+
+        ``unsure`` is the standard deviation of the interval.
+        """
         # The acceleration is not random: it may continue for a whole gap.
-        self.deviation = min(self.deviation + _ACCELERATION * interval, _ANY)
+        grown = self.deviation + _ACCELERATION * interval
+        self.deviation = min(math.hypot(grown, self.speed * unsure / interval), _ANY)
 
     @property
     def lost(self) -> bool:

@@ -8,12 +8,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 from phase_traj_ros.errors import FrameError
-from phase_traj_ros.io.images.header import (
-    check_complete,
-    PictureHeader,
-    read_header,
-    recognise,
-)
+from phase_traj_ros.io.images.header import PictureHeader, read_header, SIGNATURES
 
 GreyImage: TypeAlias = npt.NDArray[np.uint8] | npt.NDArray[np.uint16] | npt.NDArray[np.float32]
 """A greyscale image, (H, W), uint8, uint16 or float32."""
@@ -28,15 +23,14 @@ def decode_picture(
     """
     Decode a JPEG or PNG to greyscale, (H, W), uint8, or uint16 for a PNG of 16 bits.
 
-    The header is returned as well. Raises FrameError, before decoding, if the container is not
-    supported, the image has more than max_pixels pixels, or it is cut off or damaged.
+    The header is returned as well. Raises FrameError if it is neither, has more than max_pixels
+    pixels (found before decoding), or is cut off or damaged.
     """
     header = read_header(data)
     if header.width * header.height > max_pixels:
         raise FrameError(
-            f'the {header.container.value} picture of {header.width}x{header.height} is larger '
-            f'than the limit of {max_pixels} pixels')
-    check_complete(data, header)
+            f'the picture of {header.width}x{header.height} is larger than the limit of'
+            f' {max_pixels} pixels')
     return _decode(data), header
 
 
@@ -44,15 +38,11 @@ def decode_picture_file(data: bytes) -> GreyImage:
     """
     Decode the content of an image file of any format that OpenCV reads.
 
-    JPEG and PNG are checked as in decode_picture. For the other formats, OpenCV itself rejects
-    data that is cut off. Raises FrameError.
+    JPEG and PNG are checked as in decode_picture. Raises FrameError.
     """
     if not data:
         raise FrameError('it is empty')
-    if recognise(data) is not None:
-        image, _ = decode_picture(data)
-        return image
-    return _decode(data)
+    return decode_picture(data)[0] if data.startswith(SIGNATURES) else _decode(data)
 
 
 def _decode(data: bytes) -> GreyImage:

@@ -16,7 +16,7 @@ import time
 from types import TracebackType
 from typing import Final
 
-from phase_traj_ros.errors import OutputError
+from phase_traj_ros.errors import ForeignFileError, OutputError
 from phase_traj_ros.io.outputs.commit import commit, Move, uninterrupted, writing_to
 from phase_traj_ros.io.outputs.manifest import MANIFEST, Manifest
 
@@ -321,6 +321,6 @@ def _refuse_foreign(manifest: Manifest, name: str, *, force: bool) -> None:
             f'{path} is a folder that no earlier run wrote: move it away, or choose another'
             ' output')
     if not force:
-        raise OutputError(
-            f'{path} was not written by an earlier run, or was changed since: move it away,'
-            ' choose another output, or set force to replace it')
+        raise ForeignFileError(
+            f'{path} was not written by an earlier run, or was changed since: move it away, or'
+            ' choose another output')

@@ -7,7 +7,7 @@ Only images, the CameraInfo of their camera and speeds are deserialised, with th
 definitions of these types. So a bag opens whatever other types it contains.
 """
 
-from collections.abc import Callable, Generator, Iterable, Iterator
+from collections.abc import Callable, Collection, Generator, Iterable, Iterator
 from contextlib import closing, contextmanager
 from dataclasses import dataclass
 from enum import Enum
@@ -15,7 +15,7 @@ from functools import partial
 from importlib.util import find_spec
 from itertools import chain, islice
 from pathlib import Path
-from typing import cast, Protocol, TYPE_CHECKING
+from typing import Any, cast, TYPE_CHECKING
 
 from phase_traj_ros.core.camera.model import CameraModel
 from phase_traj_ros.core.path.speed import is_speed
@@ -31,7 +31,7 @@ from phase_traj_ros.io.images.decoding import GreyImage
 from phase_traj_ros.io.messages.camera_info import camera_from_info, CAMERA_INFO_TYPE
 from phase_traj_ros.io.messages.image import encoding_of, msg_to_frame
 from phase_traj_ros.io.messages.speed import SPEED_OF
-from phase_traj_ros.io.messages.stamps import StampRule, Time, to_nanoseconds
+from phase_traj_ros.io.messages.stamps import StampRule, to_nanoseconds
 from phase_traj_ros.io.sources import rosbag2_reader
 from phase_traj_ros.io.sources.base import Candidate, FrameSource, Speed
 from phase_traj_ros.io.sources.selection import EVERYTHING, Selection
@@ -66,35 +66,6 @@ class _Topic:
     def __str__(self) -> str:
         plural = '' if self.count == 1 else 's'
         return f'{self.name} ({self.msgtype}, {self.count} message{plural})'
-
-
-@dataclass(frozen=True, slots=True)
-class _Message:
-    """An image message of the bag, deserialised."""
-
-    msg: object
-    header_stamp_ns: int
-    receive_ns: int
-
-
-class _Header(Protocol):
-    """The fields of std_msgs/Header that are used."""
-
-    @property
-    def stamp(self) -> Time:
-        """Time at which the image was taken."""
-
-    @property
-    def frame_id(self) -> str:
-        """Name of the coordinate frame of the camera."""
-
-
-class _Stamped(Protocol):
-    """A message with a header."""
-
-    @property
-    def header(self) -> _Header:
-        """Stamp and coordinate frame."""
 
 
 class BagSource(FrameSource):
@@ -147,7 +118,7 @@ class BagSource(FrameSource):
         """
         topic = camera_info_topic(self._topic.name)
         unusable: CalibrationError | None = None
-        with closing(self._messages_of(topic, CAMERA_INFO_TYPE)) as messages:
+        with closing(self._messages_of(topic, [CAMERA_INFO_TYPE])) as messages:
             for message, _ in messages:
                 try:
                     return camera_from_info(message, rectified=rectified)
@@ -175,39 +146,45 @@ class BagSource(FrameSource):
                 f' {_listed(there, none="none")}; give one of them as the speed topic, or give the'
                 ' parameter speed')
         speed_of = SPEED_OF[types[0]]
-        for message, receive_ns in self._messages_of(name, types[0]):
+        for message, receive_ns in self._messages_of(name, types[:1]):
             speed = speed_of(message)
             # The node warns of them; a bag cannot be corrected, so there is no warning here.
             if is_speed(speed):
-                stamp = cast('_Stamped', message).header.stamp
-                yield Speed(to_nanoseconds(stamp) or receive_ns, speed)
+                yield Speed(to_nanoseconds(message.header.stamp) or receive_ns, speed)
 
     def _messages_of(
-        self, topic: str, msgtype: str,
-    ) -> Generator[tuple[object, int], None, None]:
+        self, topic: str, msgtypes: Collection[str],
+    ) -> Generator[tuple[Any, int], None, None]:
         """Yield the messages of a topic, deserialised, with their times of reception."""
-        with self._errors_explained(f', topic {topic}'), self._reader() as reader:
+        where = f', topic {topic}'
+        with self._errors_explained(where), self._reader() as reader:
             connections = [
                 each for each in reader.connections
-                if each.topic == topic and each.msgtype == msgtype]
+                if each.topic == topic and each.msgtype in msgtypes]
             # Given no connections, rosbags would yield the messages of all topics.
             if not connections:
                 return
             with closing(reader.messages(connections=connections)) as messages:
-                for connection, receive_ns, data in messages:
-                    yield self._deserialise(data, connection.msgtype), receive_ns
+                for index, (connection, receive_ns, data) in enumerate(messages):
+                    with self._errors_explained(f'{where}, message {index}'):
+                        message = self._deserialise(data, connection.msgtype)
+                    yield message, receive_ns
 
     def _candidates(self) -> Generator[Candidate, None, None]:
-        with closing(self._messages()) as messages:
+        with closing(self._messages_of(self._topic.name, IMAGE_TYPES)) as messages:
             # Two zeros at the start identify a driver without stamps before the first one is used.
             head = list(islice(messages, 2))
-            rule = StampRule(
-                zero_seen=len(head) == 2 and all(each.header_stamp_ns == 0 for each in head))
-            for index, message in enumerate(chain(head, messages)):
+            if not head and self._topic.count > 0:
+                raise SourceError(
+                    f'{self._path}: its index has {self._topic.count} messages on'
+                    f' {self._topic.name}, but none can be read; {self._hint()}')
+            rule = StampRule(zero_seen=len(head) == 2 and all(
+                to_nanoseconds(message.header.stamp) == 0 for message, _ in head))
+            for index, (message, receive_ns) in enumerate(chain(head, messages)):
                 yield Candidate(
-                    rule.stamp_ns(message.header_stamp_ns, message.receive_ns),
-                    partial(self._decode, message.msg, index), encoding_of(message.msg),
-                    cast('_Stamped', message.msg).header.frame_id)
+                    rule.stamp_ns(to_nanoseconds(message.header.stamp), receive_ns),
+                    partial(self._decode, message, index), encoding_of(message),
+                    message.header.frame_id)
 
     def _decode(self, msg: object, index: int) -> GreyImage:
         try:
@@ -215,37 +192,6 @@ class BagSource(FrameSource):
         except FrameError as error:
             raise FrameError(
                 f'{self._path}, topic {self._topic.name}, message {index}: {error}') from error
-
-    def _messages(self) -> Generator[_Message, None, None]:
-        """Yield the messages of the topic in order of reception."""
-        index = 0
-        with self._errors_explained():
-            reader = self._reader()
-            reader.open()
-        try:
-            raw_messages = reader.messages(connections=[
-                each for each in reader.connections
-                if each.topic == self._topic.name and each.msgtype in IMAGE_TYPES
-            ])
-            with closing(raw_messages):
-                while True:
-                    with self._errors_explained():
-                        raw = next(raw_messages, None)
-                    if raw is None:
-                        break
-                    connection, receive_ns, data = raw
-                    with self._errors_explained(f', topic {self._topic.name}, message {index}'):
-                        msg = self._deserialise(data, connection.msgtype)
-                        stamp = to_nanoseconds(cast('_Stamped', msg).header.stamp)
-                    yield _Message(msg, stamp, receive_ns)
-                    index += 1
-        finally:
-            with self._errors_explained():
-                reader.close()
-        if index == 0 and self._topic.count > 0:
-            raise SourceError(
-                f'{self._path}: its index has {self._topic.count} messages on '
-                f'{self._topic.name}, but none can be read; {self._hint()}')
 
     def _reader(self) -> 'Reader1 | Reader2':
         if self._kind is _Kind.ROS1:
@@ -289,7 +235,7 @@ class BagSource(FrameSource):
         return f'if the recording was cut off, `{repair}` may repair it'
 
 
-def _deserialiser(kind: _Kind) -> Callable[[bytes, str], object]:
+def _deserialiser(kind: _Kind) -> Callable[[bytes, str], Any]:
     """Return the function that deserialises an image message, given its bytes and type name."""
     try:
         from rosbags.typesys import get_typestore, Stores

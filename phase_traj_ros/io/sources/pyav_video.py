@@ -12,17 +12,14 @@ from collections.abc import Generator, Iterator
 from contextlib import contextmanager
 from functools import partial
 from importlib.util import find_spec
-from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
 from phase_traj_ros.errors import SourceError
 from phase_traj_ros.io.images.decoding import GreyImage
-from phase_traj_ros.io.sources.base import Candidate, DEFAULT_FPS, FrameSource, index_stamp_ns
-from phase_traj_ros.io.sources.selection import EVERYTHING, Selection
-from phase_traj_ros.io.sources.video import RAW_STREAM, start_of
+from phase_traj_ros.io.sources.base import Candidate, index_stamp_ns
+from phase_traj_ros.io.sources.video import VideoFacts, VideoFile
 
-_MAX_CONTAINER_FPS = 1000
 # The first version that tells how a picture is rotated.
 _LEAST_VERSION = 14
 # The first plane of these formats is the luma, 8 bits a pixel.
@@ -39,48 +36,22 @@ def has_pyav() -> bool:
     return int(av.__version__.partition('.')[0]) >= _LEAST_VERSION
 
 
-class PyavSource(FrameSource):
+class PyavSource(VideoFile):
     """
-    The frames of a video, as luma.
+    The frames of a video, read by PyAV.
 
     The stamps are the presentation times relative to the first frame, or those of a constant rate
     if fps is given. Frames before the start of the selection are not decoded.
-
-    Raises SourceError if the file is not a video or if none of its frames can be decoded.
     """
 
-    def __init__(
-        self, path: Path, *, selection: Selection = EVERYTHING, fps: float | None = None,
-    ) -> None:
-        start = start_of(path)
-        self._path = path
+    def _examine(self) -> VideoFacts:
         with self._stream() as (container, stream):
             first = next(container.decode(stream), None)
             if first is None:
-                raise SourceError(f'{path}: no frame of the video can be decoded')
+                raise SourceError(f'{self._path}: no frame of the video can be decoded')
             self._origin = first.pts or 0
-            rate = float(stream.average_rate or 0)
-            declared = stream.frames or None
-            lasts = container.duration
-        usable = 0 < rate <= _MAX_CONTAINER_FPS
-        assumed = fps is None and (not usable or RAW_STREAM.match(start) is not None)
-        self._is_constant = fps is not None
-        self._fps = fps if fps is not None else rate if usable else DEFAULT_FPS
-        # For progress bars, the duration is enough.
-        count = declared or (round(lasts / 1e6 * self._fps) if lasts else None)
-        super().__init__(
-            description=f'{path} (video, {self._fps:g} frames per second'
-                        f'{" assumed" if assumed else ""})',
-            selection=selection, declared=declared,
-            frame_count=None if count is None else self._expected(count, selection))
-
-    def _expected(self, count: int, selection: Selection) -> int | None:
-        """Return how many of ``count`` frames are selected, at the usual rate."""
-        stamp = partial(index_stamp_ns, fps=self._fps)
-        first = bisect_left(range(count), selection.start_ns, key=stamp)
-        last = count if selection.end_ns is None else bisect_left(
-            range(count), selection.end_ns, key=stamp)
-        return len(range(first, last, selection.every)) or None
+            return VideoFacts(
+                float(stream.average_rate or 0), stream.frames, (container.duration or 0) / 1e6)
 
     def _candidates(self) -> Generator[Candidate, None, None]:
         with self._stream() as (container, stream):
@@ -153,17 +124,14 @@ class PyavSource(FrameSource):
                 yield container, stream
         except (av.FFmpegError, OSError) as error:
             reason = ' '.join(str(getattr(error, 'strerror', None) or error).split())
-            raise SourceError(
-                f'{self._path} cannot be opened as a video ({reason}); give a bag, a video or a'
-                ' folder of pictures') from error
+            raise self._not_opened(reason) from error
 
     def _never(self) -> GreyImage:
         raise SourceError(f'{self._path}: frame 0 of the video is before the selection')
 
     def _luma(self, frame: Any, number: int) -> GreyImage:
         if isinstance(frame, Exception):
-            raise SourceError(
-                f'{self._path}: frame {number} of the video cannot be decoded ({frame})')
+            raise self._undecodable(number, f' ({frame})')
         grey = frame if frame.format.name in _WITH_LUMA else frame.reformat(format='gray')
         plane = grey.planes[0]
         rows = np.frombuffer(plane, np.uint8).reshape(-1, plane.line_size)

@@ -1,12 +1,13 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Frames from a video file, read by OpenCV."""
+"""Frames from a video file: what both readers share, and the one by OpenCV."""
 
+from abc import abstractmethod
 from bisect import bisect_left
 import codecs
 from collections.abc import Generator
+from dataclasses import dataclass
 from functools import partial
-import math
 from pathlib import Path
 import re
 from typing import cast, Final
@@ -22,6 +23,8 @@ _MAX_CONTAINER_FPS = 1000.0
 _MAX_FRAME_COUNT = 2 ** 32
 _MAX_POSITION_MS = 1e12
 _SNIFFED_BYTES = 4096
+# Types of the boxes with which an MP4 or QuickTime file begins.
+_MP4_BOXES = (b'ftyp', b'moov', b'mdat', b'free', b'skip', b'wide')
 
 RAW_STREAM: Final = re.compile(rb'\xff\xd8\xff|\x00?\x00\x00\x01[^\xba]')
 """Start of a stream without a container: JPEG, H.264, H.265 or MPEG, not a program stream's."""
@@ -56,60 +59,91 @@ class VideoClock:
         return stamp_ns
 
 
-class VideoSource(FrameSource):
+@dataclass(frozen=True, slots=True)
+class VideoFacts:
+    """What a reader knows of a video before it reads it through; 0 where it is not known."""
+
+    fps: float
+    frames: int
+    seconds: float = 0.0
+
+
+class VideoFile(FrameSource):
     """
     The frames of a video, as luma.
-
-    The stamps are the positions in the file, or those of a constant rate if fps is given. Frames
-    that are not selected are skipped without being converted.
 
     Raises SourceError if the file is not a video or if none of its frames can be decoded.
     """
 
     def __init__(
-        self,
-        path: Path,
-        *,
-        selection: Selection = EVERYTHING,
-        fps: float | None = None,
+        self, path: Path, *, selection: Selection = EVERYTHING, fps: float | None = None,
     ) -> None:
-        start = start_of(path)
         self._path = path
-        capture = self._open()
-        try:
-            if not capture.grab():
-                raise SourceError(f'{path}: no frame of the video can be decoded')
-            self._retrieve(capture, 0)
-            own_fps = capture.get(cv2.CAP_PROP_FPS)
-            count = capture.get(cv2.CAP_PROP_FRAME_COUNT)
-        finally:
-            capture.release()
-        usable = math.isfinite(own_fps) and 0 < own_fps <= _MAX_CONTAINER_FPS
+        self._start = start_of(path)
+        facts = self._examine()
+        usable = 0 < facts.fps <= _MAX_CONTAINER_FPS
         # For a stream without a container, the reader may have invented the rate.
-        assumed = fps is None and (not usable or RAW_STREAM.match(start) is not None)
-        self._use_positions = fps is None
-        self._fps = fps if fps is not None else own_fps if usable else DEFAULT_FPS
+        assumed = fps is None and (not usable or RAW_STREAM.match(self._start) is not None)
+        self._is_constant = fps is not None
+        self._fps = fps if fps is not None else facts.fps if usable else DEFAULT_FPS
         super().__init__(
             description=f'{path} (video, {self._fps:g} frames per second'
                         f'{" assumed" if assumed else ""})',
-            selection=selection,
-            frame_count=self._expected(count, selection),
-            declared=int(count) if _is_count(count) else None)
+            selection=selection, declared=facts.frames or None,
+            # For progress bars, the duration is enough.
+            frame_count=self._expected(
+                facts.frames or round(facts.seconds * self._fps), selection))
 
-    def _expected(self, count: float, selection: Selection) -> int | None:
-        """Return how many of the frames that the file claims to hold are selected."""
-        if not _is_count(count):
-            return None
-        indices = range(int(count))
+    @abstractmethod
+    def _examine(self) -> VideoFacts:
+        """Open the video and decode its first frame; return what is known of it."""
+
+    def _expected(self, count: int, selection: Selection) -> int | None:
+        """Return how many of ``count`` frames are selected, at the usual rate."""
         stamp = partial(index_stamp_ns, fps=self._fps)
-        first = bisect_left(indices, selection.start_ns, key=stamp)
-        last = len(indices)
-        if selection.end_ns is not None:
-            last = bisect_left(indices, selection.end_ns, key=stamp)
+        first = bisect_left(range(count), selection.start_ns, key=stamp)
+        last = count if selection.end_ns is None else bisect_left(
+            range(count), selection.end_ns, key=stamp)
         return len(range(first, last, selection.every)) or None
 
+    def _not_opened(self, reason: str) -> SourceError:
+        if self._start[4:8] in _MP4_BOXES:
+            return SourceError(
+                f'{self._path} is cut off or damaged ({reason}): the index of an .mp4 or .mov is'
+                ' written at the end of the recording; repair it (such as with untrunc), or record'
+                ' to .mkv')
+        return SourceError(
+            f'{self._path} cannot be opened as a video ({reason}); give a bag, a video or a folder'
+            ' of pictures')
+
+    def _undecodable(self, number: int, reason: str = '') -> SourceError:
+        return SourceError(
+            f'{self._path}: frame {number} of the video cannot be decoded{reason}')
+
+
+class VideoSource(VideoFile):
+    """
+    The frames of a video, read by OpenCV.
+
+    The stamps are the positions in the file, or those of a constant rate if fps is given. Frames
+    that are not selected are skipped without being converted.
+    """
+
+    def _examine(self) -> VideoFacts:
+        capture = self._open()
+        try:
+            if not capture.grab():
+                raise SourceError(f'{self._path}: no frame of the video can be decoded')
+            self._retrieve(capture, 0)
+            count = capture.get(cv2.CAP_PROP_FRAME_COUNT)
+            return VideoFacts(
+                capture.get(cv2.CAP_PROP_FPS),
+                int(count) if 0 < count <= _MAX_FRAME_COUNT else 0)
+        finally:
+            capture.release()
+
     def _candidates(self) -> Generator[Candidate, None, None]:
-        clock = VideoClock(self._fps, use_positions=self._use_positions)
+        clock = VideoClock(self._fps, use_positions=not self._is_constant)
         capture = self._open()
         try:
             index = 0
@@ -132,22 +166,16 @@ class VideoSource(FrameSource):
             if capture.isOpened():
                 return capture
             capture.release()
-        raise SourceError(
-            f'{self._path} cannot be opened as a video; give a bag, a video or a folder of '
-            'pictures')
+        raise self._not_opened('OpenCV has no reader for it')
 
     def _retrieve(self, capture: cv2.VideoCapture, index: int) -> GreyImage:
         """Return the frame that was grabbed last, as luma."""
         done, image = capture.retrieve()
         if not done or cast('object', image) is None:
-            raise SourceError(f'{self._path}: frame {index} of the video cannot be decoded')
+            raise self._undecodable(index)
         if image.ndim == 3:
             image = cv2.cvtColor(image, cv2.COLOR_BGR2GRAY)
         return cast('GreyImage', image)
-
-
-def _is_count(count: float) -> bool:
-    return math.isfinite(count) and 0 < count <= _MAX_FRAME_COUNT
 
 
 def start_of(path: Path) -> bytes:

@@ -7,12 +7,14 @@ rclpy accepts parameters such as ``qos_overrides./image.subscription.reliability
 wrong value with a traceback, and ignores a wrong name.
 """
 
+from collections.abc import Mapping
 from difflib import get_close_matches
 from types import MappingProxyType
 from typing import Final
 
 from phase_traj_ros.errors import ParameterError
 from rclpy.node import Node
+from rclpy.parameter import Parameter
 from rclpy.qos import QoSPolicyKind
 
 PREFIX: Final = 'qos_overrides.'
@@ -26,6 +28,11 @@ _DEEPEST = 1_000_000
 _POLICIES = tuple(kind.lower() for kind in QoSPolicyKind.__members__ if kind != 'INVALID')
 
 
+def initial_values(node: Node) -> Mapping[str, Parameter]:
+    """Return the parameters with which ``node`` was started; rclpy has no public name for them."""
+    return MappingProxyType(node._parameter_overrides)
+
+
 def check_overrides(node: Node) -> None:
     """
     Check the overrides with which ``node`` was started, before it has endpoints.
@@ -36,7 +43,7 @@ def check_overrides(node: Node) -> None:
         The name of an override is malformed, or its value is not allowed.
 
     """
-    for name, parameter in node._parameter_overrides.items():
+    for name, parameter in initial_values(node).items():
         if name.startswith(PREFIX):
             check_override(name, parameter.value)
 
@@ -44,20 +51,20 @@ def check_overrides(node: Node) -> None:
 def unused_overrides(node: Node) -> list[str]:
     """Return the overrides that match no endpoint of ``node``; call it when these exist."""
     return sorted(
-        name for name in node._parameter_overrides
+        name for name in initial_values(node)
         if name.startswith(PREFIX) and not node.has_parameter(name))
 
 
 def used_overrides(node: Node) -> dict[str, object]:
     """Return the overrides that an endpoint of ``node`` follows; call it when these exist."""
     return {
-        name: parameter.value for name, parameter in sorted(node._parameter_overrides.items())
+        name: parameter.value for name, parameter in sorted(initial_values(node).items())
         if name.startswith(PREFIX) and node.has_parameter(name)}
 
 
 def explained(node: Node, name: str) -> str:
     """Return a warning that the override ``name`` has no effect, with the valid names."""
-    taken = sorted(each for each in node._parameters if each.startswith(PREFIX))
+    taken = sorted(f'{PREFIX}{each}' for each in node.get_parameters_by_prefix(PREFIX[:-1]))
     entities = sorted({each.rpartition('.')[0] for each in taken})
     entity, _, policy = name.rpartition('.')
     if entity in entities:

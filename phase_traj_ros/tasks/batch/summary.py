@@ -12,16 +12,7 @@ from urllib.parse import quote
 import numpy as np
 from phase_traj_ros.core import Axes, normalised, to_axes
 from phase_traj_ros.io.outputs.outputs import output_directory
-from phase_traj_ros.io.results.report.page import (
-    Cell,
-    definitions,
-    filled,
-    Markup,
-    style,
-    table,
-    template,
-    write_page,
-)
+from phase_traj_ros.io.results.report.page import Cell, Markup, table, write_page
 from phase_traj_ros.tasks.batch.outcome import Outcome, Status
 from phase_traj_ros.tasks.batch.request import REPORT
 
@@ -57,7 +48,7 @@ def write_summary(
             writer = csv.writer(file, lineterminator='\n')
             writer.writerow(COLUMNS)
             writer.writerows(map(_as_text, _row(outcome)) for outcome in outcomes)
-        write_page(_page(outcomes, directory), staging / HTML_NAME)
+        _write_html(outcomes, directory, staging / HTML_NAME)
 
 
 def _row(outcome: Outcome) -> list[str]:
@@ -91,24 +82,24 @@ def _frame_cells(outcome: Outcome) -> tuple[str, str, str]:
     return str(counters.dropped), str(counters.skipped), str(counters.repeated)
 
 
-def _page(outcomes: Sequence[Outcome], directory: Path) -> str:
+def _write_html(outcomes: Sequence[Outcome], directory: Path, path: Path) -> None:
     done = [outcome for outcome in outcomes if outcome.status is Status.OK]
-    return filled(template('summary.html'), {
-        'style': style(),
-        'facts': definitions([
-            ('sources', str(len(outcomes))),
-            ('done', str(len(done))),
-            ('failed', str(len(outcomes) - len(done))),
-            ('not reliable', str(sum(
-                outcome.reliability is not None and not outcome.reliability.reliable
-                for outcome in done))),
-            ('frames', str(sum(outcome.frames for outcome in done))),
-            ('turns', str(sum(outcome.turns for outcome in done))),
-        ]),
-        'sources': table(
-            [_cells(outcome, directory) for outcome in outcomes], head=('', *COLUMNS),
-            numbers=(4, 5, 6, 10, 13, 14, 15), kind='routes'),
-    })
+    facts = {
+        'sources': len(outcomes),
+        'done': len(done),
+        'failed': len(outcomes) - len(done),
+        'not reliable': sum(
+            outcome.reliability is not None and not outcome.reliability.reliable
+            for outcome in done),
+        'frames': sum(outcome.frames for outcome in done),
+        'turns': sum(outcome.turns for outcome in done),
+    }
+    rows = table(
+        [_cells(outcome, directory) for outcome in outcomes], head=('', *COLUMNS),
+        numbers=(4, 5, 6, 10, 13, 14, 15), kind='routes')
+    write_page(
+        path, title='Trajectories', facts=[(name, str(count)) for name, count in facts.items()],
+        content=Markup(f'<main class="card">\n{rows.html}\n</main>'))
 
 
 def _cells(outcome: Outcome, directory: Path) -> list[Cell]:

@@ -4,7 +4,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
 import csv
 from dataclasses import dataclass
 from decimal import Decimal
@@ -109,6 +110,36 @@ class ReplayedDrive:
         return np.concatenate([np.zeros((1, 2)), np.cumsum(steps, axis=0)])
 
 
+@contextmanager
+def replay_files(directory: Path) -> Iterator[tuple[dict[str, Any], list[dict[str, Any]]]]:
+    """
+    Yield what chain_code.json holds and the rows of shifts.csv, to be understood in the block.
+
+    Raises
+    ------
+    ResultError
+        The directory does not contain a replay, or the block could not understand it.
+
+    """
+    try:
+        content = json.loads((directory / 'chain_code.json').read_text(encoding='utf-8'))
+        with (directory / 'shifts.csv').open(encoding='utf-8', newline='') as file:
+            rows = list(csv.DictReader(file))
+        yield content, rows
+    except ResultError:
+        raise
+    except OSError as error:
+        raise ResultError(
+            f'{directory} does not hold a replay ({error.strerror}: {error.filename}): replay'
+            ' the drive with it as the output folder') from None
+    except (
+            ArithmeticError, AttributeError, KeyError, TypeError, ValueError, csv.Error,
+    ) as error:
+        raise ResultError(
+            f'{directory} does not hold what phase_traj replay writes ({type(error).__name__}:'
+            f' {error}): replay again') from None
+
+
 def read_replay(directory: Path) -> ReplayedDrive:
     """
     Read what ``phase_traj replay --output`` has written to a directory.
@@ -119,14 +150,11 @@ def read_replay(directory: Path) -> ReplayedDrive:
         The directory does not contain a replay, or its files do not belong together.
 
     """
-    try:
-        content = json.loads((directory / 'chain_code.json').read_text(encoding='utf-8'))
-        with (directory / 'shifts.csv').open(encoding='utf-8', newline='') as file:
-            stamps = [round(Decimal(row['stamp']) * 10**9) for row in csv.DictReader(file)]
-        heading = content.get('heading_deg')
-        numbers = content.get('frame_numbers')
+    with replay_files(directory) as (content, rows):
+        heading, numbers = content.get('heading_deg'), content.get('frame_numbers')
         connectivity = int(content.get('connectivity', 4))
         directions = Freeman if connectivity == 8 else Direction
+        stamps = [round(Decimal(row['stamp']) * 10**9) for row in rows]
         drive = ReplayedDrive(
             source=str(content['source']),
             stamps_ns=np.array([int(content['first_stamp_ns']), *stamps], np.int64),
@@ -141,16 +169,6 @@ def read_replay(directory: Path) -> ReplayedDrive:
             source_frames=frozenset(
                 int(count) for count in (content.get('source_frames') or {}).values()
                 if count is not None))
-    except OSError as error:
-        raise ResultError(
-            f'{directory} does not hold a replay ({error.strerror}: {error.filename}): replay'
-            ' the drive with it as the output folder') from None
-    except (
-            ArithmeticError, AttributeError, KeyError, TypeError, ValueError, csv.Error,
-    ) as error:
-        raise ResultError(
-            f'{directory} does not hold what phase_traj replay writes ({type(error).__name__}:'
-            f' {error}): replay again') from None
     pairs = len(drive.stamps_ns) - 1
     appended = pairs - drive.movement.count(Movement.NO_CHANGE)
     if not (pairs >= 1 and pairs == len(drive.movement) == len(drive.status)

@@ -5,11 +5,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-import csv
 from dataclasses import dataclass
 from decimal import Decimal
-from itertools import pairwise
-import json
 import math
 from pathlib import Path
 from typing import Any, Final
@@ -20,6 +17,7 @@ from phase_traj_ros.core.localization.given import OdometryStep, ScaleRange
 from phase_traj_ros.errors import ResultError, SourceError
 from phase_traj_ros.io.replay.run import Replay
 from phase_traj_ros.tasks.evaluation.ground_truth import read_ground_truth
+from phase_traj_ros.tasks.evaluation.replayed_drive import replay_files
 from phase_traj_ros.tasks.location.motion import Motion, Motions, MovedPair
 
 IN_METRES: Final = ScaleRange(0.9, 1.1)
@@ -150,27 +148,14 @@ def _read_links(path: Path) -> DriveOdometry:
 
 
 def _read_results(directory: Path) -> DriveOdometry:
-    try:
-        content = json.loads((directory / 'chain_code.json').read_text(encoding='utf-8'))
+    with replay_files(directory) as (content, rows):
         cuts = frozenset(content.get('cuts', ()))
-        with (directory / 'shifts.csv').open(encoding='utf-8', newline='') as file:
-            rows = list(csv.DictReader(file))
         unit = content.get('distance_unit')
         if unit is None:
             raise ResultError(f'{directory} {_NO_DISTANCE}')
         return _joined(
             str(content['source']), int(content['first_stamp_ns']),
             [_read_pair(row, cuts) for row in rows], metric=unit == LengthUnit.METRE.value)
-    except OSError as error:
-        raise ResultError(
-            f'{directory} does not hold a replay ({error.strerror}: {error.filename}): replay'
-            ' the drive with it as the output folder') from None
-    except (ArithmeticError, AttributeError, KeyError, TypeError, ValueError) as error:
-        if isinstance(error, ResultError):
-            raise
-        raise ResultError(
-            f'{directory} does not hold what phase_traj replay writes ({type(error).__name__}:'
-            f' {error}): replay again') from None
 
 
 def _read_pair(row: dict[str, Any], cuts: frozenset[int]) -> MovedPair:
@@ -206,8 +191,6 @@ def _read_trajectory(path: Path) -> DriveOdometry:
             f'{path} has no stamps: give a trajectory in the TUM format, lines of stamp x y z qx'
             ' qy qz qw')
     stamps = truth.stamps_ns.tolist()
-    if any(after <= before for before, after in pairwise(stamps)):
-        raise SourceError(f'{path}: the stamps do not rise: sort its lines by the stamp')
     poses = [
         (x, y, yaw) for (x, y), yaw in zip(truth.positions.tolist(), truth.headings.tolist())]
     motions = tuple(

@@ -9,14 +9,7 @@ import phase_traj_ros
 from phase_traj_ros.core.localization.estimate import LocationEstimate
 from phase_traj_ros.io.maps.projection import bearing_deg
 from phase_traj_ros.io.maps.road_file import ATTRIBUTION
-from phase_traj_ros.io.results.report.page import (
-    definitions,
-    filled,
-    Markup,
-    style,
-    template,
-    write_page,
-)
+from phase_traj_ros.io.results.report.page import filled, Markup, template, write_page
 from phase_traj_ros.tasks.location.drawing import draw_candidates, draw_track, moments_before
 from phase_traj_ros.tasks.location.files import degrees
 from phase_traj_ros.tasks.location.run import Located
@@ -40,11 +33,7 @@ def write_location_report(located: Located, path: Path, *, title: str) -> None:
 
     """
     known = located.first_claim is not None
-    write_page(filled(template('location.html'), {
-        'title': title,
-        'source': f'{located.odometry.source} on {located.roads.source}',
-        'style': style(),
-        'facts': definitions(_facts(located)),
+    content = filled(template('location.html'), {
         'headline': verdict(located),
         'track': Markup(draw_track(located)),
         'legend': (
@@ -58,7 +47,10 @@ def write_location_report(located: Located, path: Path, *, title: str) -> None:
             f'{draw_candidates(located, pose)}</figure>' for pose in moments_before(located))),
         'attribution': ATTRIBUTION,
         'version': phase_traj_ros.__version__,
-    }), path)
+    })
+    write_page(
+        path, title=title, source=f'{located.odometry.source} on {located.roads.source}',
+        facts=_facts(located), content=Markup(content))
 
 
 def verdict(located: Located) -> str:

@@ -108,7 +108,7 @@ def test_threshold_has_to_be_finite_and_positive(threshold):
         DynamicChainCode(threshold)
     codes = DynamicChainCode(T)
     with pytest.raises(ValueError, match='threshold'):
-        codes.threshold = threshold
+        codes.configure(threshold)
     assert codes.threshold == T
 
 

@@ -183,11 +183,10 @@ def test_the_current_turn_is_known_while_it_waits():
 
 def test_new_settings_hold_from_the_next_pair_on():
     codes, _ = run([0, 20, 0, 0], release=9)
-    codes.release_frames = 3
+    codes.configure(T, release_frames=3)
     assert codes.update(0).movement is F
-    codes.confirm_frames = 2
+    codes.configure(T, confirm_frames=2, release_frames=3)
     assert [step.movement for step in feed(codes, [20, 20])] == [N, L]
-    assert (codes.confirm_frames, codes.release_frames) == (2, 3)
     assert codes.heading is Direction.BACKWARD
 
 
@@ -196,7 +195,7 @@ def test_new_settings_hold_from_the_next_pair_on():
 def test_less_than_one_pair_is_refused(name, value):
     with pytest.raises(ValueError, match=name):
         DynamicChainCode(T, **{name: value})
-    codes = DynamicChainCode(T)
+    codes, _ = run([0])
     with pytest.raises(ValueError, match=name):
-        setattr(codes, name, value)
-    assert getattr(codes, name) == 1
+        codes.configure(T, **{name: value})
+    assert [step.movement for step in feed(codes, [20, 0])] == [L, F]

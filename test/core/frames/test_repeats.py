@@ -52,6 +52,50 @@ def encoded(frame, quality):
         cv2.IMREAD_GRAYSCALE)
 
 
+def converted(seconds, *, taken_hz, shown_hz, speed):
+    """Return the frames and stamps of a film of a straight road, of one rate made of another."""
+    drive = plan_drive(
+        '', [Straight(seconds)], rate_hz=taken_hz, camera=CAMERA, speed=speed, seed=3)
+    taken = list(render_drive(drive))
+    for number in range(int(seconds * shown_hz)):
+        yield taken[number * taken_hz // shown_hz], round(number * S / shown_hz)
+
+
+@pytest.mark.parametrize(('taken_hz', 'shown_hz'), [(24, 30), (25, 30), (24, 60)])
+def test_a_film_at_another_rate_has_the_distance_though_its_stamps_jump(taken_hz, shown_hz):
+    """The pictures are equally far apart, the stamps by one or two intervals of the film."""
+    estimator = TrajectoryEstimator(AUTO)
+    for frame, stamp in converted(3, taken_hz=taken_hz, shown_hz=shown_hz, speed=25.0):
+        estimator.update(frame, stamp)
+    assert estimator.way.distance == pytest.approx(3 * 25.0, rel=0.03)
+    assert estimator.reliability.reliable
+
+
+def test_the_stamps_of_a_film_that_repeats_pictures_are_unsure_and_others_are_not():
+    shown = frames()[0]
+    detector = RepeatDetector()
+
+    def take(repeats):
+        detector.keep(shown)
+        for number in range(repeats):
+            assert detector.is_repeated(shown, 40_000_000 * (number + 1))
+        return detector.unsure_ns
+
+    # Every picture as often as the others: the time between two is what the stamps say.
+    assert [take(2) for _ in range(5)] == [0.0] * 5
+    take(3)
+    # Two exposures, each up to an interval of 40 ms before its stamp.
+    errors = np.random.default_rng(0).uniform(0, 40e6, (2, 100_000))
+    assert take(2) == pytest.approx((errors[0] - errors[1]).std(), rel=0.02)
+    assert [take(2) for _ in range(100)][-1] == 0.0
+    # Two messages of one exposure do not repeat it in a film.
+    detector.keep(shown)
+    assert detector.is_repeated(shown, 1_000_000)
+    assert [take(0) for _ in range(100)][-1] == 0.0
+    detector.forget()
+    assert take(1) == 0.0
+
+
 @pytest.mark.parametrize('times', [2, 3])
 @pytest.mark.parametrize('settings', [AUTO, PAPER], ids=['auto', 'paper'])
 def test_every_picture_several_times_is_every_picture_once(settings, times):
@@ -132,6 +176,46 @@ def test_every_picture_twice_in_a_video_is_found(tmp_path):
             detector.keep(frame)
     # The encoder improves its very first picture by much.
     assert found[2:] == 19 * [False, True]
+
+
+@pytest.mark.parametrize('quality', [20, 32])
+def test_a_fast_encoder_of_a_noisy_picture_costs_no_distance(tmp_path, quality):
+    """Each repetition has several grey levels of noise: cameras encode so, not as studios do."""
+    av = pytest.importorskip('av')
+    height, width = frames()[0].shape
+    taken = [sensor_noise(frame, sigma=1.5, seed=index) for index, frame in enumerate(frames())]
+    with av.open(str(tmp_path / 'thrice.mkv'), 'w') as film:
+        stream = film.add_stream(
+            'libx264', rate=30, options={'preset': 'ultrafast', 'crf': str(quality)})
+        stream.width, stream.height, stream.pix_fmt = width, height, 'yuv420p'
+        for frame in taken:
+            for _ in range(3):
+                film.mux(stream.encode(
+                    av.VideoFrame.from_ndarray(frame, 'gray').reformat(format='yuv420p')))
+        film.mux(stream.encode())
+    with av.open(str(tmp_path / 'thrice.mkv')) as film:
+        shown = [frame.to_ndarray(format='gray') for frame in film.decode(video=0)]
+    once, thrice = (TrajectoryEstimator(AUTO) for _ in range(2))
+    for index, frame in enumerate(shown):
+        thrice.update(frame, index * S // 30)
+        if index % 3 == 0:
+            once.update(frame, index * S // 30)
+    # Until the motion has halted and gone on, nothing tells such a video.
+    assert 2 * len(taken) - 6 <= thrice.counters.repeated <= 2 * len(taken)
+    assert thrice.way.distance == pytest.approx(once.way.distance, rel=0.03)
+    assert list(thrice.codes.direction) == list(once.codes.direction)
+    assert thrice.reliability.reliable
+
+
+def test_a_slow_robot_repeats_nothing():
+    """At the end of its turns, the picture moves by 0.2 px only."""
+    drive = plan_drive('robot', [Straight(1.0), Turn(90, 3.0, 1.5), Straight(1.0)], rate_hz=60.0,
+                       camera=Camera.with_field_of_view(640, 360, 80.0), speed=1.4, seed=3)
+    estimator = TrajectoryEstimator(EstimatorSettings(
+        code_source=CodeSource.AUTO, lens=Lens(hfov_deg=80.0), stillness=StillnessSettings()))
+    for index, frame in enumerate(render_drive(drive)):
+        estimator.update(sensor_noise(frame, sigma=1.5, seed=index), index * S // 60)
+    assert estimator.counters.repeated == 0
 
 
 def test_a_standing_vehicle_in_a_video_without_noise_is_not_frozen():

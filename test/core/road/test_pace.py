@@ -24,6 +24,14 @@ def test_the_bounds_widen_with_the_time_that_passes_and_not_with_the_frames():
     assert low < 10.0 - 8.0 / 1.65 and high > 10.0 + 8.0 / 1.65
 
 
+def test_a_speed_over_an_unsure_time_is_unsure():
+    pace = Pace()
+    pace.add(10.0, 0.01)
+    pace.pass_time(0.1, unsure=0.04)
+    low, high = pace.bounds
+    assert low <= 0.0 and high >= 20.0
+
+
 def test_after_long_anything_may_be():
     pace = Pace()
     pace.add(10.0, 0.01)

@@ -88,12 +88,11 @@ def test_health_counts_what_is_missing():
     frames = [*frames[:4], *frames[5:8], frames[7], *frames[10:]]
     frames[-1] = StampedFrame(np.zeros((96, 160), np.uint8), frames[-1].stamp_ns)
     result = replay(frames, Parameters(threshold=16.0), source='')
-    health = data_health(result, overview(result))
-    assert (health.frames, health.seconds) == (10, pytest.approx(1.2))
+    health = data_health(overview(result))
+    assert (result.frames, health.seconds) == (10, pytest.approx(1.2))
     assert (health.interval_s, health.longest_interval_s) == (
         pytest.approx(0.1), pytest.approx(0.3))
-    assert (health.dropped, health.repeated, health.time_resets) == (3, 1, 0)
-    assert dict(health.statuses) == {'ok': 8, 'no_measurement': 1}
+    assert (health.dropped, result.counters.repeated, result.counters.time_resets) == (3, 1, 0)
     assert health.low_responses == 1 and health.response > 0.2
 
 

@@ -350,7 +350,7 @@ def test_calibration_that_is_cut_off(tmp_path, maker, drive_frame, monkeypatch):
     monkeypatch.setattr(maker.typestore, name, cut_off)
     path = calibrated(maker, tmp_path / 'bag', drive_frame, [info])
     with open_source(path) as source:
-        message = r'bag.*, topic /camera/camera_info cannot be read as a ROS'
+        message = r'bag.*, topic /camera/camera_info, message 0 cannot be read as a ROS'
         with pytest.raises(SourceError, match=message) as caught:
             source.camera(rectified=True)
         assert '\n' not in str(caught.value)

@@ -203,12 +203,22 @@ def test_a_file_that_is_cut_off(write):
         assert source.frames.declared == 40 and source.frames.missing > 10
 
 
-@pytest.mark.parametrize('content', [b'\x00\x00\x00\x18ftypmp42' + bytes(300), b'\x00' * 500])
-def test_what_is_no_video(tmp_path, content):
+@pytest.mark.parametrize('reader', [PyavSource, VideoSource])
+def test_an_mp4_without_its_index_is_cut_off(write, reader):
+    path = write('a.mp4', evenly(40))
+    data = path.read_bytes()
+    assert data.rindex(b'moov') > len(data) // 2
+    path.write_bytes(data[:len(data) // 2])
+    with pytest.raises(SourceError, match=r'a\.mp4 is cut off or damaged .*repair it'):
+        reader(path)
+
+
+@pytest.mark.parametrize('reader', [PyavSource, VideoSource])
+def test_what_is_no_video(tmp_path, reader):
     path = tmp_path / 'a.mp4'
-    path.write_bytes(content)
-    with pytest.raises(SourceError, match=r'a\.mp4.*video') as caught:
-        PyavSource(path)
+    path.write_bytes(b'\x00' * 500)
+    with pytest.raises(SourceError, match=r'a\.mp4 cannot be opened as a video') as caught:
+        reader(path)
     assert '\n' not in str(caught.value)
 
 

@@ -39,12 +39,6 @@ def template(name: str) -> str:
     return templates.joinpath(name).read_text(encoding='utf-8')
 
 
-def style() -> Markup:
-    """Return the style sheet of all pages, with a light and a dark palette."""
-    return Markup(filled(template('style.css'), {
-        'light': Markup(LIGHT.css()), 'dark': Markup(DARK.css())}))
-
-
 def filled(page: str, values: Mapping[str, Cell]) -> str:
     """Return a template with each {{name}} replaced; the inserted values are not expanded."""
     return _TOKEN.sub(lambda match: html_of(values[match[1]]), page)
@@ -69,21 +63,9 @@ def table(
     return Markup('\n'.join(lines))
 
 
-def definitions(items: Iterable[tuple[str, str]]) -> Markup:
-    """Return terms and their descriptions as items of a definition list."""
-    return Markup('\n'.join(
-        f'<div><dt>{escape(term)}</dt><dd>{escape(value)}</dd></div>' for term, value in items))
-
-
 def data_uri(content: bytes, suffix: str) -> str:
     """Return a picture as a data URI; ``suffix`` is .png, .jpg or .svg."""
     return f'data:{_SUFFIX_TYPES[suffix]};base64,{base64.b64encode(content).decode()}'
-
-
-def script_hash(script: str) -> str:
-    """Return the source for the security policy that allows a script on lines of its own."""
-    digest = hashlib.sha256(f'\n{script}\n'.encode()).digest()
-    return f'sha256-{base64.b64encode(digest).decode()}'
 
 
 def script_json(content: object) -> Markup:
@@ -94,6 +76,28 @@ def script_json(content: object) -> Markup:
     return Markup(text)
 
 
-def write_page(page: str, path: Path) -> None:
-    """Write a page as UTF-8; bytes of file names that are not UTF-8 are escaped."""
+def write_page(
+    path: Path, *, title: str, facts: Iterable[tuple[str, str]], content: Markup,
+    source: str = '', script: str = '',
+) -> None:
+    """
+    Write a page in the shell that all pages share, with a light and a dark palette.
+
+    The facts are terms and their values. The security policy of the page allows nothing but the
+    script. Bytes of file names that are not UTF-8 are escaped.
+    """
+    digest = base64.b64encode(hashlib.sha256(f'\n{script}\n'.encode()).digest()).decode()
+    end = f'<script>\n{script}\n</script>' if script else ''
+    page = filled(template('shell.html'), {
+        'title': title, 'source': source, 'facts': _definitions(facts),
+        'style': Markup(filled(template('style.css'), {
+            'light': Markup(LIGHT.css()), 'dark': Markup(DARK.css())})),
+        'scripts': Markup(f"'sha256-{digest}'" if script else "'none'"),
+        'content': Markup(content.html + end)})
     path.write_bytes(page.encode('utf-8', 'backslashreplace'))
+
+
+def _definitions(items: Iterable[tuple[str, str]]) -> Markup:
+    """Return terms and their descriptions as items of a definition list."""
+    return Markup('\n'.join(
+        f'<div><dt>{escape(term)}</dt><dd>{escape(value)}</dd></div>' for term, value in items))

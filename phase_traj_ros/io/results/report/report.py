@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Writes the report of a replay as a self-contained HTML file."""
 
+from collections import Counter
 from collections.abc import Sequence
 from html import escape
 import math
@@ -27,12 +28,9 @@ from phase_traj_ros.io.results.files import versions
 from phase_traj_ros.io.results.report.page import (
     Cell,
     data_uri,
-    definitions,
     filled,
     Markup,
-    script_hash,
     script_json,
-    style,
     table,
     template,
     write_page,
@@ -77,15 +75,8 @@ def write_report(
 
     """
     shown = overview(result)
-    health = data_health(result, shown)
-    script = template('report.js')
-    write_page(filled(template('report.html'), {
-        'title': title,
-        'source': result.source,
-        'style': style(),
-        'script': Markup(script),
-        'script_hash': script_hash(script),
-        'facts': definitions(_facts(result, shown, health)),
+    health = data_health(shown)
+    content = filled(template('report.html'), {
         'legend': _legend(),
         'turns': _turns(shown.turns),
         'trust': _trust(result, left_out),
@@ -96,7 +87,10 @@ def write_report(
         'data': script_json(_data(result, shown, thumbnails)),
         'footer': 'Made by ' + ', '.join(
             f'{name} {version}' for name, version in versions().items()),
-    }), path)
+    })
+    write_page(
+        path, title=title, source=result.source, facts=_facts(result, shown, health),
+        content=Markup(content), script=template('report.js'))
 
 
 def _facts(
@@ -171,7 +165,8 @@ def _trust(result: Replay, left_out: bytes | None) -> Markup:
 
 
 def _health(result: Replay, health: DataHealth) -> Markup:
-    pairs = health.frames - 1
+    pairs, counters = len(result.updates), result.counters
+    statuses = Counter(update.status.value for update in result.updates)
     rows = [
         ('time between frames', _milliseconds(health.interval_s), False),
         ('longest', _milliseconds(health.longest_interval_s),
@@ -179,14 +174,14 @@ def _health(result: Replay, health: DataHealth) -> Markup:
         ('missing frames, by the stamps', str(health.dropped), health.dropped > 0),
         (f'response below {LOW_RESPONSE:g}', _share(health.low_responses, pairs),
          health.low_responses > 0),
-        ('repeated frames', str(health.repeated), health.repeated > 0),
-        ('frames with a stamp out of order', str(health.out_of_order), health.out_of_order > 0),
-        ('unreadable frames', str(health.skipped), health.skipped > 0),
-        ('backward jumps of the stamps', str(health.time_resets), health.time_resets > 0),
+        ('repeated frames', str(counters.repeated), counters.repeated > 0),
+        ('frames with a stamp out of order', str(counters.dropped), counters.dropped > 0),
+        ('unreadable frames', str(counters.skipped), counters.skipped > 0),
+        ('backward jumps of the stamps', str(counters.time_resets), counters.time_resets > 0),
     ]
     rows += [
         (f'pairs with status {status}', _share(count, pairs), False)
-        for status, count in health.statuses]
+        for status, count in statuses.most_common()]
     rows += [
         (f'distances {state.value}', _share(count, pairs), False)
         for state, count in result.way.states.items() if count]
