@@ -10,8 +10,8 @@ from benchmarks.heading.drives import Ride
 import numpy as np
 from phase_traj_ros.core.camera.lens import Lens
 from phase_traj_ros.core.codes.from_heading import HeadingCode
-from phase_traj_ros.core.heading.estimator import HeadingEstimator
 from phase_traj_ros.core.heading.turns import Turn
+from phase_traj_ros.core.heading.visual_compass import VisualCompass
 from phase_traj_ros.tasks.evaluation.ground_truth import MatchedTruth
 from phase_traj_ros.tasks.evaluation.scores import (
     heading_error,
@@ -60,7 +60,7 @@ class Follower:
 
     def __init__(self, ride: Ride, focal_px: float | None = None) -> None:
         self._ride = ride
-        self._estimator = HeadingEstimator(Lens(focal_px=focal_px or ride.camera.focal))
+        self._estimator = VisualCompass(Lens(focal_px=focal_px or ride.camera.focal))
         self._codes = HeadingCode()
         self._headings: list[float] = []
         self._turns: list[Turn] = []

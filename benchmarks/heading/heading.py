@@ -31,13 +31,10 @@ from benchmarks.shared.timing import bystanders, prepare, ratios, take_turns
 import cv2
 import numpy as np
 from phase_traj_ros.core import PhaseCorrelator, Window
+from phase_traj_ros.core.camera.lens import Lens
+from phase_traj_ros.core.camera.lens_family import OneNumberLens
 from phase_traj_ros.core.camera.model import CameraModel
-from phase_traj_ros.core.camera.projection import (
-    Band,
-    CylinderProjection,
-    focal_from_hfov,
-    hfov_from_focal,
-)
+from phase_traj_ros.core.camera.projection import Band, CylinderProjection
 from phase_traj_ros.core.heading.turns import find_turns
 from phase_traj_ros.tasks.evaluation.scores import heading_error
 
@@ -316,8 +313,8 @@ def _shift(ride: Ride, band: Band, window: Window) -> np.ndarray:
 def _focals(ride: Ride, *factors: float) -> list[float]:
     """Return the focal lengths of fields of view that are wrong by these factors."""
     width = ride.camera.width
-    hfov = hfov_from_focal(ride.camera.focal, width)
-    return [focal_from_hfov(hfov * factor, width) for factor in factors]
+    hfov = OneNumberLens(ride.camera.focal).hfov_deg(width)
+    return [Lens(hfov_deg=hfov * factor).focal_for(width) for factor in factors]
 
 
 def _quarters(result: Result) -> list[int]:

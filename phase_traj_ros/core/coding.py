@@ -7,7 +7,7 @@ from phase_traj_ros.core.codes.from_heading import HeadingCode
 from phase_traj_ros.core.codes.from_shift import DynamicChainCode
 from phase_traj_ros.core.codes.from_turns import TurnCode
 from phase_traj_ros.core.codes.threshold_hint import ShiftSummary, ThresholdHint
-from phase_traj_ros.core.heading.estimator import HeadingUpdate
+from phase_traj_ros.core.heading.visual_compass import HeadingUpdate
 from phase_traj_ros.core.settings import CodeSource, EstimatorSettings
 from phase_traj_ros.core.status import PairStatus
 

@@ -3,6 +3,7 @@
 """The complete pipeline for one camera, from a frame and its stamp to the result of a pair."""
 
 from collections import deque
+from dataclasses import replace
 import time
 
 import numpy as np
@@ -17,15 +18,16 @@ from phase_traj_ros.core.coding import Coder
 from phase_traj_ros.core.correlation.phase_correlation import Frame, Shift
 from phase_traj_ros.core.frames.prepare import prepare
 from phase_traj_ros.core.frames.repeats import RepeatDetector
-from phase_traj_ros.core.heading.estimator import HeadingEstimator, HeadingUpdate
 from phase_traj_ros.core.heading.turns import Turn
+from phase_traj_ros.core.heading.visual_compass import HeadingUpdate, VisualCompass
 from phase_traj_ros.core.judge import Judge, judged, Verdict
 from phase_traj_ros.core.measuring import Comparison, PairMeter
 from phase_traj_ros.core.path.trajectory import Corner, DrawnPath
 from phase_traj_ros.core.path.way import Way
-from phase_traj_ros.core.reliability import Reliability, ReliabilityMonitor
+from phase_traj_ros.core.reliability import Evidence, Reliability, ReliabilityMonitor
 from phase_traj_ros.core.route import Route
 from phase_traj_ros.core.settings import CodeSource, EstimatorSettings
+from phase_traj_ros.core.status import PairStatus
 from phase_traj_ros.core.travelling import Travelling
 from phase_traj_ros.core.update import Counters, Update
 from phase_traj_ros.errors import FrameError
@@ -61,7 +63,7 @@ class TrajectoryEstimator:
         """
         self._settings = settings or EstimatorSettings()
         self._meter = PairMeter(self._settings, mask=mask)
-        self._heading: HeadingEstimator | None = None
+        self._heading: VisualCompass | None = None
         if self._settings.lens is not None:
             self.use_lens(self._settings.lens)
         elif self._settings.learns_lens:
@@ -82,8 +84,13 @@ class TrajectoryEstimator:
         self._repeats = RepeatDetector()
         self._frames = 0
         self._last_stamp_ns: int | None = None
-        # Stamp of the newest frame that is not a repeated picture.
-        self._used_stamp_ns = 0
+        # Stamps of the newest frame that is not a repeated picture, and of the newest one that was
+        # measured; the number of the latter.
+        self._used_stamp_ns = self._measured_ns = self._measured = 0
+        # Update of the newest measured frame, if it can be trusted, and that of the newest frame,
+        # relative to it, if that was foreseen.
+        self._steady: Update | None = None
+        self._foreseen: Update | None = None
 
     @property
     def settings(self) -> EstimatorSettings:
@@ -106,8 +113,8 @@ class TrajectoryEstimator:
         return self._route.way
 
     @property
-    def heading(self) -> HeadingEstimator | None:
-        """Return the heading estimator; None if no lens is known."""
+    def heading(self) -> VisualCompass | None:
+        """Return the visual compass; None if no lens is known."""
         return self._heading
 
     @property
@@ -183,6 +190,7 @@ class TrajectoryEstimator:
         """
         if self._heading is not None:
             if lens != self._heading.lens:
+                self._steady = None
                 self._repeats.forget()
             self._heading.use_lens(lens)
         elif self._settings.measures_heading:
@@ -237,6 +245,7 @@ class TrajectoryEstimator:
         self.check(settings)
         switches = self._switches_rule(settings)
         self._settings = settings
+        self._steady = None
         self._repeats.forget()
         self._meter.reconfigure(settings)
         self._travelling.reconfigure(settings)
@@ -293,26 +302,65 @@ class TrajectoryEstimator:
                 'the camera is unknown, and a focal length is required: publish its camera_info,'
                 ' or set focal_px or hfov_deg')
         began = time.perf_counter_ns()
-        interval_ns = 0 if self._last_stamp_ns is None else stamp_ns - self._used_stamp_ns
+        first = self._last_stamp_ns is None
+        interval_ns = 0 if first else stamp_ns - self._used_stamp_ns
+        waited_ns = 0 if first else stamp_ns - self._measured_ns
         # First, as an unusable frame must not change the state.
         picture = prepare(frame)
         if self._frames and self._repeats.is_repeated(frame, interval_ns, encoding=encoding):
             self._count(stamp_ns)
             return self._repeated(stamp_ns, interval_ns)
-        pair = self._meter.compare(
-            frame, picture, interval_ns * 1e-9, encoding=encoding, heading=self._heading)
+        pair = None
+        if not self._is_foreseen(frame, picture, waited_ns, interval_ns, encoding):
+            pair = self._meter.compare(
+                frame, picture, waited_ns * 1e-9, interval_ns * 1e-9, encoding=encoding,
+                heading=self._heading)
         self.correlate_ns = time.perf_counter_ns() - began
         self._repeats.keep(
             picture if frame.dtype == np.uint8 else frame.copy(), encoding=encoding)
         self._used_stamp_ns, self._width = stamp_ns, frame.shape[1]
         self._count(stamp_ns)
+        if pair is None:
+            return self._foresee(stamp_ns, waited_ns, interval_ns)
+        self._measured_ns = stamp_ns
         if self._frames == 1:
+            self._measured = 1
             self._start(picture, stamp_ns)
             return None
         if pair.cut and self._guards:
             self._begin_scene()
-        verdict = self._judge.judge(picture, pair, self._heading, interval_ns * 1e-9)
-        return self._integrate(picture, pair, verdict, stamp_ns, interval_ns)
+        verdict = self._judge.judge(picture, pair, self._heading, waited_ns * 1e-9)
+        whole = self._integrate(picture, pair, verdict, stamp_ns, waited_ns)
+        foreseen, self._foreseen, self._measured = self._foreseen, None, self._frames
+        self._steady = whole if verdict.evidence is Evidence.TRUSTED else None
+        return whole.after(foreseen)
+
+    def _is_foreseen(
+        self, frame: Frame, picture: NDArray[np.uint8], waited_ns: int, interval_ns: int,
+        encoding: str,
+    ) -> bool:
+        """Return whether a frame needs no measurement, as the motion goes on."""
+        # A video that repeats some of its pictures has the stamps of another clock.
+        return (self._steady is not None and self._by_heading and self._heading is not None
+                and self._repeats.unsure_ns == 0.0
+                and self._meter.continues(frame, interval_ns * 1e-9, encoding)
+                and self._heading.foresees(picture, waited_ns * 1e-9, interval_ns * 1e-9))
+
+    def _foresee(self, stamp_ns: int, waited_ns: int, interval_ns: int) -> Update:
+        """Add a frame that is not measured; the next pair covers its time."""
+        newest, heading = self._steady, self._heading
+        assert newest is not None and heading is not None
+        ahead = heading.foresee(waited_ns * 1e-9)
+        step = self._coder.code(PairStatus.OK, 0.0, ahead, interval_ns * 1e-9)
+        share = waited_ns / newest.interval_ns
+        travel = newest.travel and newest.travel.part(share * newest.travel.distance, share)
+        odometry = self._route.foresee(step, ahead.step, travel, stamp_ns)
+        before, self._foreseen = self._foreseen, replace(
+            newest, pair=self._frames - 2, stamp_ns=stamp_ns, interval_ns=waited_ns,
+            shift=ahead.shift, step=step, status=PairStatus.OK.coded(step), tip=self._tip,
+            heading=ahead.step, turns=(), camera=self._news_of_camera(), cut=False,
+            odometry=odometry, travel=travel, links=())
+        return self._foreseen.after(before)
 
     @property
     def _guards(self) -> bool:
@@ -339,8 +387,8 @@ class TrajectoryEstimator:
 
     def _make_heading(
         self, lens: Lens, *, learning: SelfCalibration | None = None,
-    ) -> HeadingEstimator:
-        return HeadingEstimator(
+    ) -> VisualCompass:
+        return VisualCompass(
             lens, rotate_180=self._settings.view.rotate_180, mask=self._meter.mask,
             learning=learning, keyframes=self._settings.keyframes)
 
@@ -355,7 +403,7 @@ class TrajectoryEstimator:
         self._travelling.reset()
         self._route.reset()
         self._frames = 0
-        self._last_stamp_ns = None
+        self._last_stamp_ns = self._steady = self._foreseen = None
 
     def _count(self, stamp_ns: int) -> None:
         self._last_stamp_ns = stamp_ns
@@ -401,17 +449,21 @@ class TrajectoryEstimator:
             verdict.evidence, stamp_ns, interval_ns,
             contradicted=self._guards and heading is not None and heading.contradicts,
             measured=not self._settings.metric or travel is None or travel.measured)
+        known = travel is not None and travel.known
         return Update(
             self._frames - 2, stamp_ns, interval_ns, self._shift(pair, heading), step, status,
             self._tip, turned, () if heading is None else heading.turns, self._news_of_camera(),
-            cut, progress.odometry, travel, progress.links)
+            cut, progress.odometry, travel, progress.links,
+            travel.distance / interval if travel and known else None,
+            travel.variance / interval ** 2 if travel and known else None)
 
     def _repeated(self, stamp_ns: int, interval_ns: int) -> Update:
         """Add a frame that repeats a picture; the next pair covers its time."""
         status, evidence = judged(Comparison(), repeated=True)
         self.counters.count(status)
         self._monitor.add(evidence, stamp_ns, interval_ns)
-        heading = None if self._heading is None else self._heading.hold()
+        heading = None if self._heading is None else self._heading.hold(
+            None if self._foreseen is None else self._foreseen.heading)
         step = self._coder.code(status, None, heading, interval_ns * 1e-9)
         return Update(
             self._frames - 2, stamp_ns, interval_ns, None, step, status, self._tip,
@@ -429,7 +481,8 @@ class TrajectoryEstimator:
             return None
         speed = self._travelling.heights_per_second
         update = self._heading.add(
-            verdict.yaw, stamp_ns, interval, way=None if speed is None else speed * interval)
+            verdict.yaw, stamp_ns, interval, way=None if speed is None else speed * interval,
+            frames=self._frames - self._measured)
         self._turns.extend(update.turns)
         self._turned |= bool(update.quarters or update.turns)
         return update

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from phase_traj_ros.core.correlation.fixed_areas import FixedAreas
 from phase_traj_ros.core.correlation.phase_correlation import Frame, Shift
 from phase_traj_ros.core.correlation.quality import Worth
-from phase_traj_ros.core.heading.estimator import HeadingEstimator
+from phase_traj_ros.core.heading.visual_compass import VisualCompass
 from phase_traj_ros.core.heading.yaw_meter import YawMeasurement
 from phase_traj_ros.core.measuring import Comparison
 from phase_traj_ros.core.reliability import Evidence
@@ -109,7 +109,7 @@ class Judge:
         return self._areas.weights() if self._leaves_out else None
 
     def judge(
-        self, picture: Frame, pair: Comparison, heading: HeadingEstimator | None, interval: float,
+        self, picture: Frame, pair: Comparison, heading: VisualCompass | None, interval: float,
     ) -> Verdict:
         """
         Judge the next pair.

@@ -15,7 +15,7 @@ from phase_traj_ros.core.correlation.phase_correlation import (
 )
 from phase_traj_ros.core.correlation.quality import GateSettings, PairQuality, Worth
 from phase_traj_ros.core.heading.cuts import CutDetector
-from phase_traj_ros.core.heading.estimator import HeadingEstimator
+from phase_traj_ros.core.heading.visual_compass import VisualCompass
 from phase_traj_ros.core.heading.yaw_meter import YawMeasurement
 from phase_traj_ros.core.settings import CodeSource, EstimatorSettings
 
@@ -109,14 +109,19 @@ class PairMeter:
         self._left_out = weights
         self._quality.leave_out(None if weights is None else self._settings.view.of(weights))
 
+    def continues(self, frame: Frame, interval: float, encoding: str) -> bool:
+        """Return whether a frame is of the form of the newest one, and no gap separates them."""
+        return self._form == (frame.shape, frame.dtype.str, encoding) and not self._gap(interval)
+
     def compare(
-        self, frame: Frame, picture: NDArray[np.uint8], interval: float, *, encoding: str,
-        heading: HeadingEstimator | None,
+        self, frame: Frame, picture: NDArray[np.uint8], waited: float, interval: float, *,
+        encoding: str, heading: VisualCompass | None,
     ) -> Comparison:
         """
-        Compare a frame with the previous one, ``interval`` seconds earlier.
+        Compare a frame with the newest one that was compared, ``waited`` seconds earlier.
 
-        ``picture`` is the frame as ``prepare`` returns it.
+        ``picture`` is the frame as ``prepare`` returns it, ``interval`` the seconds since the
+        previous frame, which need not have been compared.
 
         Raises
         ------
@@ -131,12 +136,12 @@ class PairMeter:
             check_frame(view)
             if self._view_mask is not None:
                 check_size(view, self._view_mask)
-        yaw = None if heading is None else heading.measure(picture, interval)
+        yaw = None if heading is None else heading.measure(picture, waited)
         shift = self._correlator.update(view) if self._correlates else None
         self._quality.update(view)
         form = (frame.shape, frame.dtype.str, encoding)
         alike, self._form = form == self._form, form
-        gap = 0.0 < self._settings.max_gap < interval
+        gap = self._gap(interval)
         if gap or not alike:
             self._quality.interrupt()
             self._cuts.reset()
@@ -155,6 +160,9 @@ class PairMeter:
     def correlation_map(self) -> NDArray[np.float32]:
         """Return the correlation map of the newest pair, see ``PhaseCorrelator``."""
         return self._correlator.correlation_map()
+
+    def _gap(self, interval: float) -> bool:
+        return 0.0 < self._settings.max_gap < interval
 
     @property
     def _correlates(self) -> bool:

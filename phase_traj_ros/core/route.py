@@ -101,6 +101,25 @@ class Route:
         return Progress(
             self._go(heading, travel, stamp_ns, interval), self._link(heading, travel))
 
+    def foresee(
+        self, step: Step, heading: HeadingStep, travel: Travel | None, stamp_ns: int,
+    ) -> Odometry | None:
+        """
+        Move on to a frame that is not measured, and return its odometry.
+
+        ``heading`` and ``travel`` are those since the newest pair; the next one replaces them.
+        """
+        if step.appended:
+            self._chain_path.append(step.direction, stamp_ns)
+        if travel is None:
+            return None
+        self.way.foresee(travel)
+        if self._odometer is not None:
+            return self._odometer.foresee(heading, travel, stamp_ns)
+        if self._heading_path is not None:
+            self._heading_path.foresee(heading.heading, heading.yaw, travel.distance, stamp_ns)
+        return None
+
     def _go(
         self, heading: HeadingStep, travel: Travel, stamp_ns: int, interval: float,
     ) -> Odometry | None:

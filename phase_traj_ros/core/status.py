@@ -11,9 +11,9 @@ class PairStatus(Enum):
     """The reason for the movement code of a pair."""
 
     OK = 'ok'
-    """Measured and judged: forward, or the pair on which a turn begins."""
+    """Measured or foreseen, and judged: forward, or the pair on which a turn begins."""
     TURNING = 'turning'
-    """Measured: a turn that began earlier continues."""
+    """Measured or foreseen: a turn that began earlier continues."""
     STILL = 'still'
     """The vehicle is stationary: only noise and traffic move in the image."""
     NO_MEASUREMENT = 'no_measurement'

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from phase_traj_ros.core.camera.lens import Lens
 from phase_traj_ros.core.correlation.phase_correlation import Frame
-from phase_traj_ros.core.heading.estimator import HeadingEstimator
+from phase_traj_ros.core.heading.visual_compass import VisualCompass
 from phase_traj_ros.core.heading.yaw_meter import YawMeasurement
 from phase_traj_ros.core.path.speed import SpeedTrack
 from phase_traj_ros.core.road.meter import RoadMeter
@@ -55,7 +55,7 @@ class Travelling:
         if self._meter is not None:
             self._meter.forget()
 
-    def start(self, frame: Frame, heading: HeadingEstimator | None) -> None:
+    def start(self, frame: Frame, heading: VisualCompass | None) -> None:
         """Add a frame that is the first of a pair."""
         if heading is not None and self._by_road:
             self._look_for(frame, heading)
@@ -63,7 +63,7 @@ class Travelling:
                 self._meter.start(frame)
 
     def update(
-        self, frame: Frame, heading: HeadingEstimator | None, measured: YawMeasurement | None,
+        self, frame: Frame, heading: VisualCompass | None, measured: YawMeasurement | None,
         status: PairStatus, stamp_ns: int, interval_ns: int, *, unsure_ns: float = 0.0,
     ) -> Travel | None:
         """
@@ -74,7 +74,7 @@ class Travelling:
         frame
             (H, W); it must not change afterwards.
         heading
-            The heading estimator; without it, no distance is measured.
+            The visual compass; without it, no distance is measured.
         measured
             Yaw measurement of the pair; None if the frames cannot be compared.
         status
@@ -135,7 +135,7 @@ class Travelling:
         if metres > 0.0 and by_road.distance > _DRIVING * interval:
             self._height.add(metres, by_road.distance, interval)
 
-    def _look_for(self, frame: Frame, heading: HeadingEstimator) -> bool:
+    def _look_for(self, frame: Frame, heading: VisualCompass) -> bool:
         """Use the current camera and mask; return whether the camera has changed."""
         camera = (heading.lens, frame.shape, self._settings.view.rotate_180)
         if camera == self._camera:

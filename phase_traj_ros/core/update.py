@@ -50,20 +50,30 @@ class Update:
     """Distance of the pair; None if no distance is measured."""
     links: tuple[AnyDirection, ...] = ()
     """Directions of the equal links that end with this pair."""
+    speed: float | None = None
+    """Mean speed since the frame with which it was compared, per second; None if unknown."""
+    speed_variance: float | None = None
+    """Its variance; None if the speed is unknown."""
 
-    @property
-    def speed(self) -> float | None:
-        """Return the mean speed of the pair in the unit of ``travel`` per second, or None."""
-        if self.travel is None or not self.travel.known:
-            return None
-        return self.travel.distance / (self.interval_ns * 1e-9)
+    def after(self, before: 'Update | None') -> 'Update':
+        """
+        Return what this update adds to one of a foreseen frame before it; itself without one.
 
-    @property
-    def speed_variance(self) -> float | None:
-        """Return the variance of the speed; None if the speed is unknown."""
-        if self.travel is None or not self.travel.known:
-            return None
-        return self.travel.variance / (self.interval_ns * 1e-9) ** 2
+        Both are relative to the newest measured frame before them.
+        """
+        if before is None:
+            return self
+        interval_ns = self.interval_ns - before.interval_ns
+        share = interval_ns / self.interval_ns
+        shift, heading, travel = self.shift, self.heading, self.travel
+        if shift is not None and before.shift is not None:
+            shift = replace(shift, dx=shift.dx - before.shift.dx, dy=shift.dy - before.shift.dy)
+        if heading is not None and before.heading is not None:
+            heading = heading.part(heading.yaw - before.heading.yaw, share)
+        if travel is not None and before.travel is not None:
+            travel = travel.part(travel.distance - before.travel.distance, share)
+        return replace(
+            self, interval_ns=interval_ns, shift=shift, heading=heading, travel=travel)
 
 
 @dataclass(slots=True)

@@ -17,8 +17,6 @@ from phase_traj_ros.ros.health import Health, Stage
 from phase_traj_ros.ros.inputs.image import ImageInput
 from phase_traj_ros.ros.losses import advice
 from phase_traj_ros.ros.outputs.messages import MESSAGES
-from rclpy.clock import Clock, ClockType
-from rclpy.event_handler import PublisherEventCallbacks
 from rclpy.logging import LoggingSeverity
 from rclpy.node import Node
 from rclpy.utilities import get_rmw_implementation_identifier
@@ -45,19 +43,14 @@ class Diagnostics:
         self._health = health
         self._input = image_input
         self._estimator = estimator
-        self._publisher = entities.create_publisher(
-            DiagnosticArray, '/diagnostics', 10,
-            event_callbacks=PublisherEventCallbacks(use_default_callbacks=False))
+        self._publisher = entities.create_publisher(DiagnosticArray, '/diagnostics', 10)
         self._since_ns = time.monotonic_ns()
         self._warned = False
         self._reported = (0, 0)
         self._several = ''
         self._frozen = False
         self._measured = MeasurementReporter()
-        # A steady clock: the reports continue while simulated time is paused.
-        entities.create_timer(
-            DIAGNOSTICS_PERIOD_NS / 1e9, self._report,
-            clock=Clock(clock_type=ClockType.STEADY_TIME))
+        entities.create_timer(DIAGNOSTICS_PERIOD_NS / 1e9, self._report)
 
     def _report(self) -> None:
         self._watch_silence()

@@ -2,9 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """Entities of a node that are destroyed together."""
 
+from collections.abc import Callable
 from contextlib import ExitStack
 from typing import Any
 
+from rclpy.clock import Clock, ClockType
+from rclpy.event_handler import PublisherEventCallbacks
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.service import Service
@@ -39,8 +42,13 @@ class Entities:
         self._made.close()
 
     def create_publisher(self, *args: Any, **options: Any) -> Publisher:
-        """Make a publisher as ``Node.create_publisher`` does."""
-        made = self._node.create_publisher(*args, **options)
+        """
+        Make a publisher as ``Node.create_publisher`` does, but without the default callbacks.
+
+        They would add two entities per topic that rclpy checks at each wait.
+        """
+        made = self._node.create_publisher(
+            *args, **options, event_callbacks=PublisherEventCallbacks(use_default_callbacks=False))
         self._made.callback(self._node.destroy_publisher, made)
         return made
 
@@ -56,8 +64,9 @@ class Entities:
         self._made.callback(self._node.destroy_service, made)
         return made
 
-    def create_timer(self, *args: Any, **options: Any) -> Timer:
-        """Make a timer as ``Node.create_timer`` does."""
-        made = self._node.create_timer(*args, **options)
+    def create_timer(self, period_s: float, callback: Callable[[], None]) -> Timer:
+        """Make a timer with a steady clock: it goes on while simulated time is paused."""
+        made = self._node.create_timer(
+            period_s, callback, clock=Clock(clock_type=ClockType.STEADY_TIME))
         self._made.callback(self._node.destroy_timer, made)
         return made

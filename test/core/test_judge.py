@@ -85,7 +85,7 @@ def test_a_pair_of_a_moving_street_is_integrated_as_it_is(street):
 def test_a_standing_vehicle_does_not_turn_whatever_passes_by(street):
     lorry = [street[0].copy() for _ in street]
     for picture, moving in zip(lorry, street):
-        picture[60:] = moving[60:]
+        picture[80:] = moving[80:]
     verdict = judged_after(lorry, turning(worth=Worth.STILL))
     assert (verdict.status, verdict.yaw.yaw) == (PairStatus.STILL, 0.0)
 

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 from phase_traj_ros.synthetic import Camera, plan_drive, render_drive, Straight
 from phase_traj_ros.synthetic.scene.ground import Ground
+from phase_traj_ros.synthetic.scene.panels import Panels
 import textures
 
 _DENSITY = 10
@@ -23,7 +24,7 @@ def driven(*, grain, seconds=6.0, speed=33.0, rate_hz=25, size=(640, 360)):
     drive = plan_drive(
         '', [Straight(seconds)], rate_hz=rate_hz, speed=speed, camera=camera, seed=4)
     town = drive.build_scene()
-    scene = replace(town, panels=town.panels[np.zeros(0, int)], ground=_ground(
+    scene = replace(town, panels=Panels.of(()), ground=_ground(
         speed * seconds + 400.0, grain, town.ground.grain_density))
     return camera, drive.stamps_ns.tolist(), list(render_drive(drive, scene=scene))
 

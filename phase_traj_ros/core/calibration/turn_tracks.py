@@ -16,7 +16,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 from phase_traj_ros.core.correlation.phase_correlation import Frame
-from phase_traj_ros.core.frames.reduce import reduced
+from phase_traj_ros.core.correlation.view import reduced
 
 Bytes = NDArray[np.uint8]
 Places = NDArray[np.float32]

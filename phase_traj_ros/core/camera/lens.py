@@ -9,17 +9,13 @@ import math
 from phase_traj_ros.core.camera.estimate import CameraEstimate
 from phase_traj_ros.core.camera.horizon import Horizon
 from phase_traj_ros.core.camera.lens_family import (
+    check_focal,
     focal_px_of,
-    MOST_FOCAL_PX,
     OneNumberLens,
     PINHOLE,
 )
 from phase_traj_ros.core.camera.model import CameraModel
-from phase_traj_ros.core.camera.projection import (
-    focal_from_hfov,
-    hfov_from_focal,
-    LEAST_HFOV_DEG,
-)
+from phase_traj_ros.core.camera.projection import LEAST_HFOV_DEG
 from phase_traj_ros.errors import FrameError
 
 MOST_TILT_DEG = 60.0
@@ -87,10 +83,8 @@ class Lens:
             object.__setattr__(self, 'camera', None)
         if self.focal_px or self.hfov_deg or self.camera is not None:
             object.__setattr__(self, 'estimate', None)
-        if not 0.0 <= self.focal_px <= MOST_FOCAL_PX:
-            raise ValueError(
-                f'focal_px is {self.focal_px}: give a number of pixels, at most'
-                f' {MOST_FOCAL_PX:.0e}, or 0')
+        if self.focal_px:
+            check_focal('focal_px', self.focal_px)
         if self.hfov_deg != 0.0 and not LEAST_HFOV_DEG <= self.hfov_deg < 180.0:
             raise ValueError(
                 f'hfov_deg is {self.hfov_deg}: give degrees from {LEAST_HFOV_DEG} to below 180, or'
@@ -167,8 +161,6 @@ class Lens:
         """Return the horizontal focal length in pixels for frames ``width`` pixels wide."""
         if self.focal_px:
             return self.focal_px
-        if self.hfov_deg and self.straightness == PINHOLE and self.offset == 0.0:
-            return focal_from_hfov(self.hfov_deg, width)
         if self.hfov_deg:
             return max(_LEAST_FOCAL * width, focal_px_of(
                 self.hfov_deg, width, self.straightness, column=self.offset * width))
@@ -181,8 +173,6 @@ class Lens:
         """Return the horizontal field of view in degrees for frames ``width`` pixels wide."""
         if self.camera is not None:
             return self.camera.hfov_deg
-        if self.straightness == PINHOLE and self.offset == 0.0:
-            return hfov_from_focal(self.focal_for(width), width)
         lens = OneNumberLens(self.focal_for(width), self.straightness)
         return lens.hfov_deg(width, column=self.offset * width)
 

@@ -34,6 +34,13 @@ _SMALL = 1e-6
 _WIDEST = 1.55
 
 
+def check_focal(name: str, focal_px: float) -> None:
+    """Raise a ValueError that names a focal length in pixels, if no lens can have it."""
+    if not 0.0 < focal_px <= MOST_FOCAL_PX:
+        raise ValueError(
+            f'{name} is {focal_px}: give a number of pixels above 0, at most {MOST_FOCAL_PX:.0e}')
+
+
 def radius(angle: Numbers, straightness: float) -> Numbers:
     """Return r / f at each angle from the optical axis in radians."""
     root = math.sqrt(abs(straightness))
@@ -123,10 +130,7 @@ class OneNumberLens:
 
     def __post_init__(self) -> None:
         """Check the values."""
-        if not 0.0 < self.focal_px <= MOST_FOCAL_PX:
-            raise ValueError(
-                f'focal_px is {self.focal_px}: give a number of pixels above 0, at most'
-                f' {MOST_FOCAL_PX:.0e}')
+        check_focal('focal_px', self.focal_px)
         least, most = STRAIGHTNESS_RANGE
         if not least <= self.straightness <= most:
             raise ValueError(

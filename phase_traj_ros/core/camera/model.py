@@ -15,7 +15,7 @@ import math
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from phase_traj_ros.core.camera.lens_family import MOST_FOCAL_PX, OneNumberLens, PINHOLE, radius
+from phase_traj_ros.core.camera.lens_family import check_focal, OneNumberLens, PINHOLE, radius
 
 # Number of rays from the optical axis on which the range of a model is searched, and of steps of
 # 0.18 degrees on each ray, up to 90 degrees.
@@ -106,11 +106,8 @@ class CameraModel:
             raise ValueError(
                 f'the calibration is for pictures of {self.width}x{self.height} pixels: give the'
                 ' size of the pictures it was made with')
-        for name, value in (('fx', self.fx), ('fy', self.fy)):
-            if not 0 < value <= MOST_FOCAL_PX:
-                raise ValueError(
-                    f'{name} is {value}: give a number of pixels above 0, at most'
-                    f' {MOST_FOCAL_PX:.0e}')
+        check_focal('fx', self.fx)
+        check_focal('fy', self.fy)
         for name, value in (('cx', self.cx), ('cy', self.cy)):
             if not math.isfinite(value):
                 raise ValueError(f'{name} is {value}: give a finite number of pixels')
@@ -135,10 +132,7 @@ class CameraModel:
             The focal length is out of its range, or the image is empty.
 
         """
-        if not 0 < focal_px <= MOST_FOCAL_PX:
-            raise ValueError(
-                f'focal_px is {focal_px}: give a number of pixels above 0, at most'
-                f' {MOST_FOCAL_PX:.0e}')
+        check_focal('focal_px', focal_px)
         height, width = shape
         return cls(width=width, height=height, fx=focal_px, fy=focal_px,
                    cx=(width - 1) / 2, cy=(height - 1) / 2)

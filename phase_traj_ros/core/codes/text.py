@@ -34,18 +34,12 @@ from phase_traj_ros.core.codes.codes import Code, Movement
 from phase_traj_ros.core.codes.links import LinkCode
 from phase_traj_ros.core.codes.series import CodeSeries
 
-_NUMBER = r'(0|[1-9]\d*)'
-
-
-def _pattern(kinds: int) -> re.Pattern[str]:
-    totals = ' '.join(f'{code}:{_NUMBER}' for code in range(kinds))
-    return re.compile(
-        rf'{_NUMBER} \({totals}\)( \.\.\.)?((?: [0-{kinds - 1}]x[1-9]\d*)*)', re.ASCII)
-
-
-_FOUR, _EIGHT = _pattern(4), _pattern(8)
-_TEXT = re.compile(f'frames {_NUMBER}; movement (.*); direction (.*)', re.ASCII)
+_TEXT = re.compile(r'frames (\d+); movement (.*); direction (.*)', re.ASCII)
 _LINKS = re.compile(r'step (\d+(?:\.\d+)?) ([a-z ]+); links (.*)', re.ASCII)
+# Looser than the grammar: a parsed series has to be written as it was read.
+_SERIES = re.compile(r'(\d+) \(((?:\d:\d+ ?)+)\)( \.\.\.)?((?: \dx[1-9]\d*)*)', re.ASCII)
+# Numbers of different codes.
+_FOUR, _FOUR_OR_EIGHT = (4,), (4, 8)
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,7 +119,7 @@ def parse_links(text: str) -> LinksText:
     if match is None:
         raise ValueError(f'not a text of equal links: {text!r:.80}')
     step, unit, links = match.groups()
-    return LinksText(float(step), unit, _parse_directions(links))
+    return LinksText(float(step), unit, _parse_series(links, _FOUR_OR_EIGHT))
 
 
 def parse(text: str) -> ChainCodeText:
@@ -142,8 +136,11 @@ def parse(text: str) -> ChainCodeText:
     if match is None:
         raise ValueError(f'not a chain code text: {text!r:.80}')
     frames, movement, direction = match.groups()
-    return ChainCodeText(
-        int(frames), _parse_series(movement, _FOUR), _parse_directions(direction))
+    found = ChainCodeText(
+        int(frames), _parse_series(movement, _FOUR), _parse_series(direction, _FOUR_OR_EIGHT))
+    if str(found) != text:
+        raise ValueError(f'not a chain code text: {text!r:.80}')
+    return found
 
 
 def _series_text(
@@ -159,22 +156,17 @@ def _series_text(
     )
 
 
-def _parse_directions(text: str) -> SeriesText:
-    return _parse_series(text, _FOUR if _FOUR.fullmatch(text) else _EIGHT)
-
-
-def _parse_series(text: str, pattern: re.Pattern[str]) -> SeriesText:
-    match = pattern.fullmatch(text)
-    if match is None:
-        raise ValueError(f'not a series of codes: {text!r:.80}')
-    length, *totals, dots, runs_text = match.groups()
-    runs = tuple(
-        (int(code), int(count))
-        for code, count in (run.split('x') for run in runs_text.split()))
-    series = SeriesText(
-        int(length), tuple(int(total) for total in totals), runs, complete=dots is None)
-    _check_sums(series)
-    return series
+def _parse_series(text: str, kinds: tuple[int, ...]) -> SeriesText:
+    match = _SERIES.fullmatch(text)
+    if match is not None:
+        length, totals, dots, runs = match.groups()
+        series = SeriesText(
+            int(length), tuple(int(each[2:]) for each in totals.split()),
+            tuple((int(run[0]), int(run[2:])) for run in runs.split()), complete=dots is None)
+        if str(series) == text and len(series.totals) in kinds:
+            _check_sums(series)
+            return series
+    raise ValueError(f'not a series of codes: {text!r:.80}')
 
 
 def _check_sums(series: SeriesText) -> None:

@@ -12,6 +12,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 from phase_traj_ros.core.correlation.phase_correlation import Frame
+from phase_traj_ros.core.correlation.view import reduced
 
 # Frames are reduced to about this many pixels. The sampling period is in seconds.
 _PIXELS = 14000
@@ -93,11 +94,7 @@ class PictureSamples:
 
     def _reduced(self, frame: Frame) -> NDArray[np.float32]:
         """Return the frame, reduced and scaled to the common mean brightness."""
-        height, width = self.shape
-        picture = frame[:height << self._halvings, :width << self._halvings]
-        for left in reversed(range(self._halvings)):
-            picture = cv2.resize(  # type: ignore[assignment]
-                picture, (width << left, height << left), interpolation=cv2.INTER_AREA)
+        picture = reduced(frame, 1 << self._halvings, 1 << self._halvings)
         level = cv2.mean(picture)[0]
         return np.multiply(
             picture, np.float32(_BRIGHTNESS / level if level > 0.0 else 1.0), dtype=np.float32)

@@ -48,7 +48,7 @@ _YAW, _PITCH, _ROLL, _B, _C, _ERROR = range(6)
 
 
 @dataclass(frozen=True, slots=True)
-class Travel:
+class FocusOfExpansion:
     """Direction of travel relative to the camera: azimuth and slope in radians, and variances."""
 
     course: float = 0.0
@@ -56,7 +56,7 @@ class Travel:
     course_variance: float = _COURSE ** 2
     slope_variance: float = _SLOPE ** 2
 
-    def after(self, interval: float, yaw_rate: float = 0.0) -> 'Travel':
+    def after(self, interval: float, yaw_rate: float = 0.0) -> 'FocusOfExpansion':
         """
         Return the prediction ``interval`` seconds later, at a yaw rate in radians per second.
 
@@ -67,7 +67,7 @@ class Travel:
         kept = math.exp(-interval / _MEMORY)
         share = kept * kept
         course = math.hypot(_COURSE, _LEVER * yaw_rate)
-        return Travel(
+        return FocusOfExpansion(
             kept * self.course, self.slope,
             share * self.course_variance + (1.0 - share) * course ** 2,
             share * self.slope_variance + (1.0 - share) * _SLOPE ** 2)
@@ -81,7 +81,7 @@ class CameraMotion:
     """Positive to the left."""
     pitch: float
     roll: float
-    travel: Travel
+    travel: FocusOfExpansion
     agreeing: float
     """Sum of the weights of the blocks that agree with this motion."""
     agreement: float
@@ -112,7 +112,7 @@ class MotionFit:
 
     def __call__(
         self, u: NDArray[np.float64], w: NDArray[np.float64], weight: NDArray[np.float64],
-        travel: Travel, *, aside: NDArray[np.float64] | float = 0.0,
+        travel: FocusOfExpansion, *, aside: NDArray[np.float64] | float = 0.0,
         down: NDArray[np.float64] | float = 0.0,
     ) -> CameraMotion | None:
         """
@@ -178,7 +178,8 @@ class MotionFit:
         spread = float(np.median(error)) / (_MEDIAN * variance)
         return CameraMotion(
             yaw=float(state[_YAW]), pitch=float(state[_PITCH]), roll=float(state[_ROLL]),
-            travel=Travel(float(state[_B]), float(state[_C]),
-                          float(covariance[_B, _B]), float(covariance[_C, _C])),
+            travel=FocusOfExpansion(
+                float(state[_B]), float(state[_C]),
+                float(covariance[_B, _B]), float(covariance[_C, _C])),
             agreeing=agreeing, agreement=agreeing / float(weight.sum()),
             yaw_variance=float(covariance[_YAW, _YAW]) * spread, passing=float(np.median(near)))

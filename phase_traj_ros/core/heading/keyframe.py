@@ -15,7 +15,7 @@ import math
 
 import numpy as np
 from numpy.typing import NDArray
-from phase_traj_ros.core.heading.camera_motion import CameraMotion, Travel
+from phase_traj_ros.core.heading.camera_motion import CameraMotion, FocusOfExpansion
 from phase_traj_ros.core.heading.local_shifts import BlockShifts
 
 # A keyframe is replaced before the median ratio of the translation to the distance of the blocks
@@ -28,7 +28,7 @@ _BASELINE, _TURNED, _LONGEST = 0.06, math.radians(4.0), 0.5
 class Keyframe:
     """A frame, and the motion of the blocks and of the camera since."""
 
-    def __init__(self, picture: NDArray[np.uint8], blocks: int, travel: Travel) -> None:
+    def __init__(self, picture: NDArray[np.uint8], blocks: int, travel: FocusOfExpansion) -> None:
         """Begin with a picture (H, W), its number of blocks, and the direction of travel."""
         self.picture = picture
         self.moved: NDArray[np.float64] = np.zeros((blocks, 2))
@@ -39,7 +39,7 @@ class Keyframe:
         """Direction of travel at the newest frame."""
         self._rotation = (0.0, 0.0, 0.0)
 
-    def foreseen(self, yaw_rate: float) -> Travel:
+    def foreseen(self, yaw_rate: float) -> FocusOfExpansion:
         """
         Return the direction of travel that is foreseen for the comparison with this frame.
 
@@ -57,6 +57,15 @@ class Keyframe:
         self.travel = motion.travel
         yaw, pitch, roll = (after - last for after, last in zip(self._rotation, before))
         return replace(motion, yaw=yaw, pitch=pitch, roll=roll, age=self.age)
+
+    def reaches(self, passing: float, yaw_rate: float, later: float) -> bool:
+        """
+        Return whether a frame ``later`` seconds after the newest one is near enough to this one.
+
+        ``passing`` is the median ratio of translation to distance of the blocks, per second.
+        """
+        return (passing * (self.age + later) <= _BASELINE
+                and abs(self._rotation[0] + yaw_rate * later) <= _TURNED)
 
     def is_over(self, motion: CameraMotion, interval: float) -> bool:
         """

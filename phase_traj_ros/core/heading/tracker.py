@@ -7,7 +7,7 @@ Angles are in radians, positive to the left (REP 103). The heading is 0 at the f
 not wrapped: after a full circle to the left, it is 2 pi.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 import math
 
 # A faster change of the yaw rate is rejected until the next pair confirms it: radians per second
@@ -38,6 +38,8 @@ class HeadingStep:
     missed
         Standard deviation in radians of what earlier pairs may have missed: after a long gap, the
         heading is not corrected.
+    foreseen
+        Standard deviation in radians of a heading that is foreseen; 0 if it is measured.
     """
 
     yaw: float
@@ -46,6 +48,11 @@ class HeadingStep:
     bridged: bool
     variance: float = 0.0
     missed: float = 0.0
+    foreseen: float = 0.0
+
+    def part(self, yaw: float, share: float) -> 'HeadingStep':
+        """Return a part of the step with this yaw, and a share of its variance."""
+        return replace(self, yaw=yaw, variance=share * self.variance)
 
 
 class HeadingTracker:
@@ -72,6 +79,7 @@ class HeadingTracker:
         self._filled = 0.0
         self._doubted: _Doubted | None = None
         self._interval = 0.0
+        self._variance_rate = 0.0
 
     def cut(self) -> None:
         """Keep the heading, and forget the rate: the next pair shows another scene."""
@@ -163,10 +171,23 @@ class HeadingTracker:
         if bridged:
             # The error of the rate lasts as long as nothing is measured.
             variance = _BRIDGED_RATE ** 2 * (self._gap ** 2 - (self._gap - interval) ** 2)
+        self._variance_rate = variance / interval
         missed = missed if blind > _PERSISTENCE and not bridged else 0.0
         self._variance += variance + missed ** 2
         return HeadingStep(
             self._heading - before, self.rate, self._heading, bridged, variance, missed)
+
+    def foresee(self, seconds: float, deviation: float) -> HeadingStep:
+        """
+        Return the step to a frame that is not measured, if the newest rate continues.
+
+        It comes ``seconds`` after the newest pair, whose state does not change. ``deviation`` is
+        the standard deviation of what is foreseen, in radians.
+        """
+        yaw = self.rate * seconds
+        return HeadingStep(
+            yaw, self.rate, self._heading + yaw, False, self._variance_rate * seconds,
+            foreseen=deviation)
 
     def admits(self, yaw: float, interval: float, *, certain: bool = False) -> bool:
         """Return whether ``update`` would accept a yaw: whether a vehicle can turn like that."""

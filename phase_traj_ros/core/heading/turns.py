@@ -144,7 +144,9 @@ class TurnDetector:
             return 0.0
         return abs(self._last.heading - 90.0 * self._coded)
 
-    def update(self, stamp_ns: int, heading: float, way: float | None = None) -> list[Turn]:
+    def update(
+        self, stamp_ns: int, heading: float, way: float | None = None, *, frames: int = 1,
+    ) -> list[Turn]:
         """
         Add the next frame; return the turns that have ended, a dip or more before it.
 
@@ -157,6 +159,8 @@ class TurnDetector:
         way
             Way since the previous frame, in heights of the camera above the road, 0 or more; None
             if it is unknown.
+        frames
+            Number of this frame minus that of the previous one.
 
         """
         before = self._last
@@ -165,7 +169,8 @@ class TurnDetector:
             return []
         seconds = (stamp_ns - before.stamp_ns) * 1e-9
         gone = max(_USUAL_SPEED * seconds if way is None else way, _LEAST_SPEED * seconds)
-        self._last = _Place(before.frame + 1, stamp_ns, math.degrees(heading), before.way + gone)
+        self._last = _Place(
+            before.frame + frames, stamp_ns, math.degrees(heading), before.way + gone)
         late = [turn for side in self._sides for turn in side.take_late()]
         ended = [side.update(before, self._last) for side in self._sides]
         self._bends = tuple(bend for bend in ended if bend is not None)

@@ -20,9 +20,10 @@ from phase_traj_ros.core.camera.projection import CylinderProjection
 from phase_traj_ros.core.correlation.phase_correlation import PhaseCorrelator, Shift
 from phase_traj_ros.core.correlation.transforms import TransformLibrary
 from phase_traj_ros.core.correlation.windows import Window
-from phase_traj_ros.core.heading.camera_motion import CameraMotion, MotionFit, Travel
+from phase_traj_ros.core.heading.camera_motion import CameraMotion, FocusOfExpansion, MotionFit
 from phase_traj_ros.core.heading.keyframe import Keyframe
 from phase_traj_ros.core.heading.local_shifts import BlockGrid, BlockShifts
+from phase_traj_ros.core.heading.scanline import Scanline
 from phase_traj_ros.errors import FrameError
 
 # Standard deviation of the displacement of a block, in pixels of the cylinder.
@@ -49,6 +50,10 @@ _ALONE, _COMMON = math.radians(0.3) ** 2, math.radians(0.02) ** 2
 _REACH = (9, 9)
 # Smallest distance of a second peak from the first, in pixels.
 _APART = 2
+# A frame needs no measurement where the next one will be measured within _WAIT seconds (10 Hz are
+# enough for everything that is judged), and where the image has moved as foreseen within _ASIDE
+# pixels.
+_WAIT, _ASIDE = 0.11, 0.5
 # Rate at which the level to which images are normalised follows their brightness, per frame.
 _FOLLOWING = 0.05
 
@@ -149,6 +154,11 @@ class YawMeter:
         self._key: Keyframe | None = None
         self._brightness: float | None = None
         self._rate = 0.0
+        # The newest frame and its line, if the next ones may be foreseen, and the median ratio of
+        # translation to distance of the blocks per second.
+        self._newest: NDArray[np.uint8] | None = None
+        self._line: Scanline | None = None
+        self._passing = 0.0
 
     def use_mask(self, mask: NDArray[np.float32] | None) -> None:
         """
@@ -163,6 +173,27 @@ class YawMeter:
     def correlation_map(self) -> NDArray[np.float32]:
         """Return the map of the newest pair; see ``PhaseCorrelator.correlation_map``."""
         return self._correlator.correlation_map()
+
+    def foresees(self, frame: NDArray[np.uint8], waited: float, interval: float) -> bool:
+        """
+        Return whether a frame (H, W) needs no measurement, as it shows the motion that goes on.
+
+        It comes ``waited`` seconds after the newest one that was measured, and the next one is
+        expected ``interval`` seconds later: that one must not come too late for the measurement.
+        """
+        later = waited + interval
+        if (self._newest is None or self._key is None or later > _WAIT
+                or not self._key.reaches(self._passing, self._rate, later)):
+            return False
+        if self._line is None:
+            self._line = Scanline(self._projection, self._newest)
+        aside = self._line.moved_aside(frame, self._rate * waited * self._projection.px_per_rad)
+        return aside is not None and abs(aside) <= _ASIDE
+
+    @property
+    def foreseen_deviation(self) -> float:
+        """Return the standard deviation in radians of a yaw that is foreseen."""
+        return _ASIDE / 2 / self._projection.px_per_rad
 
     def update(self, frame: NDArray[np.uint8], interval: float) -> YawMeasurement | None:
         """
@@ -187,8 +218,9 @@ class YawMeter:
         shift = self._correlator.update(projected)
         current = self._levelled(projected)
         previous, self._previous = self._previous, current
+        self._newest = self._line = None
         if previous is None or shift is None or interval <= 0.0:
-            self._key, self._rate = self._keyframe(current, Travel()), 0.0
+            self._key, self._rate = self._keyframe(current, FocusOfExpansion()), 0.0
             return None
         key = self._key
         assert key is not None
@@ -211,6 +243,9 @@ class YawMeter:
         if motion is not None and _believed(motion):
             pair = key.pair(motion, blocks)
             self._rate = pair.yaw / interval
+            self._passing = max(motion.passing, 0.0) / key.age
+            if self._keyframes and agreement >= _DOUBT:
+                self._newest = frame
             if not self._keyframes or key.is_over(motion, interval):
                 self._key = self._keyframe(current, motion.travel)
             return YawMeasurement(
@@ -291,7 +326,7 @@ class YawMeter:
             aside=blocks.aside / scale, down=blocks.down / scale)
         return motion, blocks
 
-    def _keyframe(self, picture: NDArray[np.uint8], travel: Travel) -> Keyframe:
+    def _keyframe(self, picture: NDArray[np.uint8], travel: FocusOfExpansion) -> Keyframe:
         return Keyframe(picture, len(self._grid.middles), travel)
 
     def _levelled(self, picture: NDArray[np.uint8]) -> NDArray[np.uint8]:

@@ -34,6 +34,7 @@ class HeadingPath:
         """Go back to the origin and forget the path."""
         self._places.clear()
         self._tip: Corner | None = None
+        self._foreseen: Corner | None = None
 
     def start(self, stamp_ns: int) -> None:
         """Start at the origin, heading 0; on a path that has started, do nothing."""
@@ -57,20 +58,27 @@ class HeadingPath:
 
         """
         self.start(stamp_ns)
-        tip = self._tip
-        assert tip is not None
+        assert self._tip is not None
         if length != 0.0:
             # A standing vehicle must not displace earlier poses.
-            self._places.offer(tip)
+            self._places.offer(self._tip)
+        self.foresee(heading, yaw, length, stamp_ns)
+        self._tip, self._foreseen = self._foreseen, None
+
+    def foresee(self, heading: float, yaw: float, length: float, stamp_ns: int) -> None:
+        """Move the current pose by a step that the next one replaces."""
+        self.start(stamp_ns)
+        tip = self._tip
+        assert tip is not None
         middle = heading - yaw / 2
-        self._tip = Corner(
+        self._foreseen = Corner(
             tip.x + length * math.cos(middle), tip.y + length * math.sin(middle), heading,
             stamp_ns)
 
     @property
     def tip(self) -> Corner | None:
         """Return the current pose, or None before the path has started."""
-        return self._tip
+        return self._foreseen or self._tip
 
     @property
     def corners(self) -> tuple[Corner, ...]:
@@ -79,9 +87,9 @@ class HeadingPath:
 
     def points(self, limit: int) -> tuple[Corner, ...]:
         """Return poses of the whole way and the tip, at most ``limit`` (2 or more) in total."""
-        if self._tip is None:
+        if self.tip is None:
             return ()
         shown: Thinned[Corner] = Thinned(limit - 1)
         for place in self._places.kept:
             shown.offer(place)
-        return (*shown.kept, self._tip)
+        return (*shown.kept, self.tip)

@@ -86,6 +86,7 @@ class Odometer:
         self._covariance[_ASKEW, _ASKEW] = _MOUNTED ** 2
         self._covariance[_ANGLES, _ANGLES] = _ANGLE_SHARE ** 2
         self._lost = self._blind = 0.0
+        self._newest: Odometry | None = None
 
     def update(
         self, step: HeadingStep, travel: Travel, stamp_ns: int, interval: float,
@@ -111,13 +112,33 @@ class Odometer:
         tip = self.path.tip
         assert tip is not None
         covariance = self._covariance
-        return Odometry(
+        self._newest = Odometry(
             tip, travel.distance / interval, rate,
             position_variance=float(covariance[_X, _X] + covariance[_Y, _Y]) / 2,
             yaw_variance=float(covariance[_YAW, _YAW]),
             speed_variance=max(travel.variance / interval ** 2, _LEAST_SPEED ** 2),
             yaw_rate_variance=rate_variance,
             covariance=_rows(covariance))
+        return self._newest
+
+    def foresee(self, step: HeadingStep, travel: Travel, stamp_ns: int) -> Odometry | None:
+        """
+        Return the odometry of a frame that is not measured; the next pair replaces it.
+
+        None if the newest pair has none. ``step`` and ``travel`` are those since the newest pair.
+        """
+        if self._newest is None:
+            return None
+        self.path.foresee(step.heading, step.yaw, travel.distance, stamp_ns)
+        tip = self.path.tip
+        assert tip is not None
+        variances = np.array([
+            travel.variance, travel.variance, step.variance + step.foreseen ** 2])
+        covariance = self._covariance[:_SWINGS, :_SWINGS] + np.diag(variances)
+        return replace(
+            self._newest, pose=tip, covariance=_rows(covariance),
+            position_variance=self._newest.position_variance + travel.variance,
+            yaw_variance=float(covariance[_YAW, _YAW]))
 
     def miss(self, step: HeadingStep, travel: Travel, interval: float) -> None:
         """
@@ -128,6 +149,7 @@ class Odometer:
         """
         self._grow(step, replace(travel, distance=0.0, variance=0.0), interval)
         self._rate(step, interval)
+        self._newest = None
         before, self._lost = self._lost, self._lost + math.sqrt(travel.variance)
         self._covariance[_X, _X] += self._lost ** 2 - before ** 2
         self._covariance[_Y, _Y] += self._lost ** 2 - before ** 2

@@ -30,16 +30,22 @@ class Way:
 
     def reset(self) -> None:
         """Go back to distance 0."""
-        self._distance = 0.0
+        self._distance = self._foreseen = 0.0
         self._speed: float | None = None
         self._states.clear()
 
     def add(self, travel: Travel, interval: float) -> None:
         """Add a pair of ``interval`` seconds; an unknown distance counts as a state only."""
         self._states[travel.state] += 1
+        self._foreseen = 0.0
         self._speed = travel.distance / interval if travel.known else None
         if travel.known:
             self._distance += abs(travel.distance)
+
+    def foresee(self, travel: Travel) -> None:
+        """Add a distance that the next one replaces."""
+        self._states[travel.state] += 1
+        self._foreseen = abs(travel.distance) if travel.known else 0.0
 
     @property
     def pairs(self) -> int:
@@ -49,7 +55,7 @@ class Way:
     @property
     def distance(self) -> float:
         """Return the distance travelled, forward and in reverse, in the unit of the pairs."""
-        return self._distance
+        return self._distance + self._foreseen
 
     @property
     def speed(self) -> float | None:

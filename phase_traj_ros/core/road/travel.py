@@ -69,6 +69,12 @@ class Travel:
         shares = self.swing ** 2 + self.tilt ** 2 + self.scale ** 2
         return max(self.variance - shares * self.distance ** 2, 0.0)
 
+    def part(self, distance: float, share: float) -> 'Travel':
+        """Return a part of it with this distance, and a share of its own variance."""
+        own = share * self.own_variance
+        correlated = (self.swing ** 2 + self.tilt ** 2 + self.scale ** 2) * distance ** 2
+        return replace(self, distance=distance, variance=own + correlated)
+
     def scaled(self, factor: float, deviation: float) -> 'Travel':
         """Return the distance times a factor with a relative standard deviation."""
         distance = factor * self.distance

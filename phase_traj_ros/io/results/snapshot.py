@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 from phase_traj_ros.core import CameraEstimate, Corner, Movement, TrajectoryEstimator
-from phase_traj_ros.core.heading.estimator import HeadingEstimator
+from phase_traj_ros.core.heading.visual_compass import VisualCompass
 from phase_traj_ros.io.outputs.outputs import output_directory
 from phase_traj_ros.io.results.camera_file import CAMERA_FILE, write_camera
 from phase_traj_ros.io.results.figures import write_path_picture
@@ -97,7 +97,7 @@ def _content(estimator: TrajectoryEstimator, source: str) -> dict[str, Any]:
     }
 
 
-def _heading_content(heading: HeadingEstimator) -> dict[str, Any]:
+def _heading_content(heading: VisualCompass) -> dict[str, Any]:
     view = heading.field_of_view
     return {
         'heading_deg': math.degrees(heading.tracker.heading),

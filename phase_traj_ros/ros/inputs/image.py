@@ -14,10 +14,10 @@ from phase_traj_ros.parameters import Parameters, Transport
 from phase_traj_ros.ros.entities import Entities
 from phase_traj_ros.ros.graph import COMPRESSED, RAW, SUFFIX
 from phase_traj_ros.ros.health import Health, LossCounter, Stage
+from phase_traj_ros.ros.outputs.messages import TYPES
 from rclpy.node import Node
 from rclpy.qos import qos_profile_sensor_data, QoSProfile
 from rclpy.qos_overriding_options import QoSOverridingOptions
-from sensor_msgs.msg import CompressedImage, Image
 
 IMAGE_TOPIC = 'image'
 _THROTTLE_S = 5.0
@@ -52,12 +52,11 @@ class ImageInput:
         self._on_undecodable = on_undecodable
         self._stamps = StampRule()
         self._losses = LossCounter(lambda: node.count_publishers(self.topic))
-        compressed = _is_compressed(parameters)
+        self.message_type = COMPRESSED if _is_compressed(parameters) else RAW
         self._subscription = entities.create_subscription(
-            CompressedImage if compressed else Image, image_topic(node, parameters),
-            self._on_message, qos_profile_sensor_data,
+            TYPES[self.message_type], image_topic(node, parameters), self._on_message,
+            qos_profile_sensor_data,
             qos_overriding_options=QoSOverridingOptions.with_default_policies())
-        self.message_type = COMPRESSED if compressed else RAW
 
     @property
     def topic(self) -> str:

@@ -3,15 +3,12 @@
 """Receives the vehicle's speed."""
 
 from collections.abc import Callable
-from types import MappingProxyType
 from typing import Any
 
-from geometry_msgs.msg import TwistStamped, TwistWithCovarianceStamped
-from nav_msgs.msg import Odometry
 from phase_traj_ros.io.messages.speed import SPEED_OF
 from phase_traj_ros.io.messages.stamps import to_nanoseconds
 from phase_traj_ros.ros.entities import Entities
-from rclpy.clock import Clock, ClockType
+from phase_traj_ros.ros.outputs.messages import TYPES
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.qos_overriding_options import QoSOverridingOptions
@@ -22,11 +19,6 @@ _QOS = QoSProfile(depth=100, reliability=ReliabilityPolicy.BEST_EFFORT)
 _THROTTLE_S = 5.0
 # Period of the search for a publisher, until the first speed arrives.
 _LOOK_S = 0.5
-_CLASSES = MappingProxyType({
-    'geometry_msgs/msg/TwistStamped': TwistStamped,
-    'geometry_msgs/msg/TwistWithCovarianceStamped': TwistWithCovarianceStamped,
-    'nav_msgs/msg/Odometry': Odometry,
-})
 
 
 class SpeedInput:
@@ -44,14 +36,13 @@ class SpeedInput:
         self._on_speed = on_speed
         self.topic = str(node.resolve_topic_name(_TOPIC))
         """Full name of the topic after remapping."""
-        self._subscribe(self._published() or next(iter(_CLASSES)))
-        self._timer = entities.create_timer(
-            _LOOK_S, self._follow_publisher, clock=Clock(clock_type=ClockType.STEADY_TIME))
+        self._subscribe(self._published() or next(iter(SPEED_OF)))
+        self._timer = entities.create_timer(_LOOK_S, self._follow_publisher)
 
     def _published(self) -> str | None:
         """Return the type of the topic's first publisher with a speed; None without one."""
         publishers = self._node.get_publishers_info_by_topic(self.topic)
-        return next((each.topic_type for each in publishers if each.topic_type in _CLASSES), None)
+        return next((each.topic_type for each in publishers if each.topic_type in SPEED_OF), None)
 
     def _follow_publisher(self) -> None:
         published = self._published()
@@ -63,7 +54,7 @@ class SpeedInput:
     def _subscribe(self, message_type: str) -> None:
         self._type = message_type
         self._subscription = self._entities.create_subscription(
-            _CLASSES[message_type], _TOPIC, self._on_message, _QOS,
+            TYPES[message_type], _TOPIC, self._on_message, _QOS,
             qos_overriding_options=QoSOverridingOptions.with_default_policies())
 
     def _on_message(self, message: Any) -> None:

@@ -32,7 +32,6 @@ from phase_traj_ros.ros.location.worker import LocatorWorker, Moved, Placed
 from phase_traj_ros.ros.outputs.messages import MESSAGES
 from phase_traj_ros.tasks.location.motion import Interruption, Motions, MovedPair
 from phase_traj_ros.tasks.location.odometry import IN_HEIGHTS, IN_METRES
-from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import NavSatFix
@@ -98,10 +97,7 @@ class Location:
             roads.publish(road_markers(self._roads.lines, MESSAGES.header(0, MAP_FRAME)))
             self._transform = (
                 MapTransform(node, entities, values.odom_frame) if values.publish_map_tf else None)
-            # A steady clock: a paused simulated time must not delay the last place.
-            entities.create_timer(
-                _CANDIDATES_S, self._publish_candidates,
-                clock=Clock(clock_type=ClockType.STEADY_TIME))
+            entities.create_timer(_CANDIDATES_S, self._publish_candidates)
         except BaseException:
             self._worker.close()
             raise

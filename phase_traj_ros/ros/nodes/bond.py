@@ -7,8 +7,6 @@ from importlib import import_module
 import uuid
 
 from phase_traj_ros.ros.entities import Entities
-from rclpy.clock import Clock, ClockType
-from rclpy.event_handler import PublisherEventCallbacks
 from rclpy.node import Node
 
 _TOPIC = 'bond'
@@ -28,8 +26,7 @@ def keep_bond(node: Node) -> Callable[[], None]:
     except ImportError:
         return lambda: None
     entities, instance = Entities(node), str(uuid.uuid4())
-    publisher = entities.create_publisher(
-        status, _TOPIC, 1, event_callbacks=PublisherEventCallbacks(use_default_callbacks=False))
+    publisher = entities.create_publisher(status, _TOPIC, 1)
 
     def send(*, active: bool = True) -> None:
         message = status(
@@ -42,7 +39,6 @@ def keep_bond(node: Node) -> Callable[[], None]:
         send(active=False)
         entities.destroy()
 
-    # A steady clock: the node lives while simulated time is paused.
-    entities.create_timer(_PERIOD_S, send, clock=Clock(clock_type=ClockType.STEADY_TIME))
+    entities.create_timer(_PERIOD_S, send)
     send()
     return end

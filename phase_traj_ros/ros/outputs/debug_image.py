@@ -8,7 +8,6 @@ from phase_traj_ros.io.results.debug_picture import draw
 from phase_traj_ros.io.sources.base import StampedFrame
 from phase_traj_ros.ros.entities import Entities
 from phase_traj_ros.ros.outputs.wire import picture_bytes
-from rclpy.event_handler import PublisherEventCallbacks
 from rclpy.qos import qos_profile_sensor_data
 from rclpy.qos_overriding_options import QoSOverridingOptions
 from sensor_msgs.msg import Image
@@ -22,7 +21,6 @@ class DebugImage:
         self._estimator = estimator
         self._publisher = node.create_publisher(
             Image, f'~/{DEBUG_IMAGE.name}', qos_profile_sensor_data,
-            event_callbacks=PublisherEventCallbacks(use_default_callbacks=False),
             qos_overriding_options=QoSOverridingOptions.with_default_policies())
 
     def publish(self, frame: StampedFrame, update: Update) -> None:

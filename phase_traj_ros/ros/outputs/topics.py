@@ -21,7 +21,6 @@ from phase_traj_ros.ros.outputs.messages import MESSAGES, TYPES
 from phase_traj_ros.ros.outputs.transform import TransformOutput
 from phase_traj_ros.ros.outputs.wire import path_bytes
 from rclpy.clock import Clock, ClockType
-from rclpy.event_handler import PublisherEventCallbacks
 from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.qos_overriding_options import QoSOverridingOptions
@@ -65,7 +64,7 @@ class Outputs:
         self._schedule = Schedule(parameters)
         # A steady clock: a paused simulated time must not delay the last path.
         self._clock = Clock(clock_type=ClockType.STEADY_TIME)
-        self._timer = node.create_timer(_FLUSH_S, self._publish_due, clock=self._clock)
+        self._timer = node.create_timer(_FLUSH_S, self._publish_due)
 
     def publish(self, frame: StampedFrame, update: Update) -> None:
         """Publish the results of a pair of frames; ``frame`` is the second frame."""
@@ -128,6 +127,4 @@ class Outputs:
 def _publisher(node: Entities, topic: Topic) -> Publisher:
     return node.create_publisher(
         TYPES[topic.type], f'~/{topic.name}', _LATCHED if topic.latched else _PER_PAIR,
-        # The default callbacks would add two entities per topic that rclpy checks at each wait.
-        event_callbacks=PublisherEventCallbacks(use_default_callbacks=False),
         qos_overriding_options=QoSOverridingOptions.with_default_policies())

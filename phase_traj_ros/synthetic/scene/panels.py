@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -62,21 +62,8 @@ class Panels:
         """Return the number of panels."""
         return len(self.base)
 
-    def __getitem__(self, which: Ints) -> Panels:
-        """Return the panels with these indices."""
-        return Panels(*(getattr(self, field.name)[which] for field in fields(self)))
-
     def lengths(self) -> Floats:
         """Return the length of each panel along the ground, in metres."""
         (dx, dy) = (self.end - self.start).T
         lengths: Floats = np.hypot(dx, dy)
         return lengths
-
-    def distance_to(self, x: float, y: float) -> Floats:
-        """Return the distance of each panel's footprint from a point on the ground, in metres."""
-        along = self.end - self.start
-        offset = np.array((x, y)) - self.start
-        share = (offset * along).sum(axis=1) / np.maximum((along * along).sum(axis=1), 1e-12)
-        gap = offset - np.clip(share, 0.0, 1.0)[:, None] * along
-        distances: Floats = np.hypot(gap[:, 0], gap[:, 1])
-        return distances

@@ -9,13 +9,9 @@ import cv2
 from far_scene import barrel, BARREL_COEFFICIENTS, bearings, fisheye, FISHEYE_COEFFICIENTS, render
 from hypothesis import given, strategies as st
 import numpy as np
+from phase_traj_ros.core.camera.lens import Lens
 from phase_traj_ros.core.camera.model import CameraModel, Distortion
-from phase_traj_ros.core.camera.projection import (
-    Band,
-    CylinderProjection,
-    focal_from_hfov,
-    hfov_from_focal,
-)
+from phase_traj_ros.core.camera.projection import Band, CylinderProjection
 from phase_traj_ros.errors import FrameError
 import pytest
 
@@ -263,18 +259,19 @@ def test_refuses_what_cannot_be():
 
 @given(st.floats(1.0, 170.0), st.integers(1, 4000))
 def test_focal_length_and_field_of_view_are_inverse(hfov, width):
-    assert hfov_from_focal(focal_from_hfov(hfov, width), width) == pytest.approx(hfov)
+    focal_px = Lens(hfov_deg=hfov).focal_for(width)
+    assert focal_px == pytest.approx(width / 2 / math.tan(math.radians(hfov) / 2))
+    assert Lens(focal_px=focal_px).hfov_for(width) == pytest.approx(hfov)
 
 
 def test_focal_length_of_kitti():
-    assert focal_from_hfov(81.6, 1241) == pytest.approx(718.9, rel=2e-3)
+    assert Lens(hfov_deg=81.6).focal_for(1241) == pytest.approx(718.9, rel=2e-3)
 
 
-@pytest.mark.parametrize(('hfov', 'width'), [
-    (0.0, 640), (5e-324, 640), (180.0, 640), (math.nan, 640), (60.0, 0)])
-def test_refuses_impossible_fields_of_view(hfov, width):
-    with pytest.raises(ValueError, match=r'hfov_deg|width'):
-        focal_from_hfov(hfov, width)
+@pytest.mark.parametrize('hfov', [0.0, 5e-324, 180.0, math.nan])
+def test_refuses_impossible_fields_of_view(hfov):
+    with pytest.raises(ValueError, match='hfov_deg'):
+        Lens(hfov_deg=hfov)
 
 
 def test_frames_that_are_too_small_are_refused_for_that():

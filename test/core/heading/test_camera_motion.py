@@ -6,7 +6,7 @@ import math
 
 from hypothesis import given, settings, strategies as st
 import numpy as np
-from phase_traj_ros.core.heading.camera_motion import MotionFit, Travel
+from phase_traj_ros.core.heading.camera_motion import FocusOfExpansion, MotionFit
 import pytest
 
 DEVIATION = 0.25 / 256
@@ -44,7 +44,7 @@ class World:
     def fit(self, **motion):
         u, w = self.displacements(**motion)
         fit = MotionFit(self.azimuths, self.slopes, deviation=DEVIATION)
-        return fit(u, w, np.ones_like(u), Travel())
+        return fit(u, w, np.ones_like(u), FocusOfExpansion())
 
 
 @settings(max_examples=60, deadline=None)
@@ -79,7 +79,7 @@ def test_other_traffic_does_not_matter():
     u, w = world.displacements(yaw=-0.03, step=0.8)
     u[:40] += 0.05
     fit = MotionFit(world.azimuths, world.slopes, deviation=DEVIATION)
-    motion = fit(u, w, np.ones_like(u), Travel())
+    motion = fit(u, w, np.ones_like(u), FocusOfExpansion())
     assert motion.yaw == pytest.approx(-0.03, abs=1e-3)
     assert motion.agreement == pytest.approx(0.75, abs=0.05)
 
@@ -90,7 +90,8 @@ def test_noise_averages_out():
     fit = MotionFit(world.azimuths, world.slopes, deviation=DEVIATION)
     noises = world.rng.normal(0, DEVIATION, (30, 2, len(u)))
     noisy = [
-        fit(u + across, w + down, np.ones_like(u), Travel()).yaw for across, down in noises]
+        fit(u + across, w + down, np.ones_like(u), FocusOfExpansion()).yaw
+        for across, down in noises]
     assert np.mean(noisy) == pytest.approx(0.02, abs=2e-4)
     assert np.std(noisy) < DEVIATION
 
@@ -107,29 +108,29 @@ def test_weights_count_and_nothing_is_nothing():
     weight = np.ones_like(u)
     weight[:100] = 0.0
     fit = MotionFit(world.azimuths, world.slopes, deviation=DEVIATION)
-    assert fit(u, w, weight, Travel()).yaw == pytest.approx(0.02, abs=5e-4)
-    assert fit(u, w, np.zeros_like(u), Travel()) is None
+    assert fit(u, w, weight, FocusOfExpansion()).yaw == pytest.approx(0.02, abs=5e-4)
+    assert fit(u, w, np.zeros_like(u), FocusOfExpansion()) is None
 
 
 def test_the_direction_of_travel_tends_to_straight_ahead():
-    travel = Travel(course=0.1, course_variance=1e-6)
+    travel = FocusOfExpansion(course=0.1, course_variance=1e-6)
     later = travel.after(0.1)
     assert 0.08 < later.course < 0.1
     assert later.course_variance > travel.course_variance
     assert travel.after(60.0).course == pytest.approx(0.0, abs=1e-9)
-    assert travel.after(60.0).course_variance == pytest.approx(Travel().course_variance)
+    assert travel.after(60.0).course_variance == pytest.approx(FocusOfExpansion().course_variance)
 
 
 def test_the_slope_of_the_travel_is_expected_to_stay_that_of_the_mounting():
-    travel = Travel(slope=-0.02, slope_variance=1e-6)
+    travel = FocusOfExpansion(slope=-0.02, slope_variance=1e-6)
     assert travel.after(60.0).slope == pytest.approx(-0.02)
-    assert travel.after(60.0).slope_variance == pytest.approx(Travel().slope_variance)
+    assert travel.after(60.0).slope_variance == pytest.approx(FocusOfExpansion().slope_variance)
 
 
 def test_a_camera_ahead_of_the_rear_axle_moves_sideways_in_a_turn():
     # 1.6 m ahead at 4 m/s and 40 degrees per second, after a straight.
     rate, interval = math.radians(40.0), 0.1
-    straight = Travel(course=0.0, course_variance=math.radians(0.5) ** 2)
+    straight = FocusOfExpansion(course=0.0, course_variance=math.radians(0.5) ** 2)
     world, errors = World(), []
     fit = MotionFit(world.azimuths, world.slopes, deviation=DEVIATION)
     u, w = world.displacements(yaw=rate * interval, step=0.4, course=1.6 * rate / 4.0)

@@ -13,7 +13,7 @@ from phase_traj_ros.core import (
     Lens,
     TrajectoryEstimator,
 )
-from phase_traj_ros.core.heading.camera_motion import CameraMotion, Travel
+from phase_traj_ros.core.heading.camera_motion import CameraMotion, FocusOfExpansion
 from phase_traj_ros.core.heading.keyframe import Keyframe
 from phase_traj_ros.core.heading.local_shifts import BlockShifts
 from phase_traj_ros.synthetic import Camera, plan_drive, render_drive, Straight, Turn
@@ -64,11 +64,11 @@ def test_the_variance_of_the_yaw_is_that_of_the_way_and_not_of_the_frames():
 
 
 def motion(yaw, passing):
-    return CameraMotion(yaw, 0.0, 0.0, Travel(), 100.0, 1.0, 1e-8, passing)
+    return CameraMotion(yaw, 0.0, 0.0, FocusOfExpansion(), 100.0, 1.0, 1e-8, passing)
 
 
 def test_the_yaws_since_a_keyframe_add_up_to_the_last_one():
-    key = Keyframe(np.zeros((8, 8), np.uint8), 3, Travel())
+    key = Keyframe(np.zeros((8, 8), np.uint8), 3, FocusOfExpansion())
     blocks = BlockShifts(
         np.array([1.0, 2.0, 9.0]), np.zeros(3), np.array([1.0, 1.0, 0.0]), np.zeros(3),
         np.zeros(3))
@@ -83,14 +83,14 @@ def test_the_yaws_since_a_keyframe_add_up_to_the_last_one():
     (0.0, 0.001, 0.1, False), (0.0, 0.2, 0.1, True), (0.2, 0.001, 0.1, True),
     (-0.2, 0.001, 0.1, True), (0.0, 0.001, 3.0, True)])
 def test_a_keyframe_is_over_when_the_image_has_moved(yaw, passing, age, over):
-    key = Keyframe(np.zeros((8, 8), np.uint8), 3, Travel())
+    key = Keyframe(np.zeros((8, 8), np.uint8), 3, FocusOfExpansion())
     key.age = age
     assert key.is_over(motion(yaw, passing), 0.1) is over
 
 
 def test_a_vehicle_that_moves_far_in_each_pair_is_measured_from_frame_to_frame():
     for yaw, passing in ((0.0, 0.05), (0.05, 0.001)):
-        key = Keyframe(np.zeros((8, 8), np.uint8), 3, Travel())
+        key = Keyframe(np.zeros((8, 8), np.uint8), 3, FocusOfExpansion())
         key.age = 0.1
         # From this frame, the next one would be too far.
         assert key.is_over(motion(yaw, passing), 0.1)

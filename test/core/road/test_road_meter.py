@@ -10,7 +10,7 @@ from phase_traj_ros.core.camera.horizon import Horizon
 from phase_traj_ros.core.camera.lens_family import OneNumberLens
 from phase_traj_ros.core.camera.model import CameraModel
 from phase_traj_ros.core.correlation.transforms import TransformLibrary
-from phase_traj_ros.core.heading.camera_motion import CameraMotion, Travel as Direction
+from phase_traj_ros.core.heading.camera_motion import CameraMotion, FocusOfExpansion
 from phase_traj_ros.core.road.ground import CELL, GroundPatch, rotation, stretches
 from phase_traj_ros.core.road.meter import RoadMeter
 from phase_traj_ros.core.road.slide import Slide
@@ -62,8 +62,8 @@ class Road:
 
 def motion(yaw=0.0, pitch=0.0, *, slope=0.0, passing=0.05):
     return CameraMotion(
-        yaw, pitch, 0.0, Direction(slope=slope, slope_variance=0.004 ** 2), 100.0, 1.0, 1e-8,
-        passing)
+        yaw, pitch, 0.0, FocusOfExpansion(slope=slope, slope_variance=0.004 ** 2), 100.0, 1.0,
+        1e-8, passing)
 
 
 def drive(camera, step, *, pitch=0.0, told=None, frames=12, spoil=None, **kwargs):

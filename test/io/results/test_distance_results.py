@@ -67,7 +67,9 @@ def test_each_pair_has_its_row(result):
         assert float(variance) == pytest.approx(update.travel.variance, rel=1e-3)
         # Over 0.1 s, the variance of a speed is that of the distance a hundredfold.
         assert float(speed_variance) == pytest.approx(100 * float(variance), rel=2e-3)
-    unknown = replace(result.updates[0], travel=Travel(1.0, 1.0, TravelState.UNKNOWN))
+    unknown = replace(
+        result.updates[0], travel=Travel(1.0, 1.0, TravelState.UNKNOWN), speed=None,
+        speed_variance=None)
     assert row_of(unknown) == ['', '', 'unknown', '', '']
     assert row_of(replace(unknown, travel=None)) == ['', '', '', '', '']
 

@@ -12,10 +12,9 @@ from phase_traj_ros.core.calibration.self_calibration import SelfCalibration
 from phase_traj_ros.core.camera.estimate import CameraEstimate
 from phase_traj_ros.core.camera.lens import Lens
 from phase_traj_ros.core.camera.model import CameraModel, Distortion
-from phase_traj_ros.core.camera.projection import focal_from_hfov
 from phase_traj_ros.core.correlation.phase_correlation import Shift
-from phase_traj_ros.core.heading.camera_motion import CameraMotion, Travel
-from phase_traj_ros.core.heading.estimator import HeadingEstimator
+from phase_traj_ros.core.heading.camera_motion import CameraMotion, FocusOfExpansion
+from phase_traj_ros.core.heading.visual_compass import VisualCompass
 from phase_traj_ros.core.heading.yaw_meter import YawMeasurement
 from phase_traj_ros.errors import FrameError
 from phase_traj_ros.synthetic import Camera, plan_drive, render_drive, Straight, Turn
@@ -70,7 +69,7 @@ def test_heading_of_a_distorted_camera(name, upside_down):
         frames = [np.ascontiguousarray(frame[::-1, ::-1]) for frame in frames]
     errors = []
     for lens in (Lens(camera=camera), Lens(focal_px=camera.fx)):
-        estimator = HeadingEstimator(lens, rotate_180=upside_down)
+        estimator = VisualCompass(lens, rotate_180=upside_down)
         errors.append(np.abs(follow(estimator, frames) - HEADINGS).max())
     known, ignored = errors
     assert known < 0.1
@@ -79,7 +78,7 @@ def test_heading_of_a_distorted_camera(name, upside_down):
 
 def test_shift_of_the_picture_is_that_of_its_middle():
     camera, frames = turning('barrel')
-    estimator = HeadingEstimator(Lens(camera=replace(camera)))
+    estimator = VisualCompass(Lens(camera=replace(camera)))
     assert estimator.focal_px == 0.0
     assert estimator.measure(frames[3], 0.1) is None
     assert estimator.focal_px == camera.fx
@@ -96,8 +95,8 @@ def test_what_is_given_counts_before_a_calibration():
         assert lens.focal_for(480) == 300.0
         assert lens.camera_for(shape) == CameraModel.pinhole(shape, 300.0)
         lens = Lens(hfov_deg=80.0, **known)
-        assert lens.focal_for(480) == focal_from_hfov(80.0, 480)
-        assert lens.camera_for(shape) == CameraModel.pinhole(shape, focal_from_hfov(80.0, 480))
+        assert lens.focal_for(480) == pytest.approx(240.0 / math.tan(math.radians(40.0)))
+        assert lens.camera_for(shape) == CameraModel.pinhole(shape, lens.focal_for(480))
     # And fit frames of any size.
     assert Lens(focal_px=300.0, camera=BARREL).camera_for((100, 200)).shape == (100, 200)
 
@@ -118,7 +117,7 @@ def test_refuses_what_cannot_be(values, message):
 
 def test_frames_of_another_size_than_the_calibration():
     camera, frames = turning('barrel')
-    estimator = HeadingEstimator(Lens(camera=camera))
+    estimator = VisualCompass(Lens(camera=camera))
     half = np.ascontiguousarray(frames[0][::2, ::2])
     message = (r'frames of 240x180 pixels, but the calibration of the camera is for 480x360: '
                'publish the camera_info that belongs to the images, or give focal_px')
@@ -133,9 +132,9 @@ def test_frames_of_another_size_than_the_calibration():
 
 def test_a_frame_of_another_size_that_is_refused_is_as_if_it_had_never_come():
     _, frames = turning('barrel')
-    estimator = HeadingEstimator(Lens(hfov_deg=60.0))
+    estimator = VisualCompass(Lens(hfov_deg=60.0))
     estimator.measure(frames[0], 0.1)
-    expected = HeadingEstimator(Lens(hfov_deg=60.0))
+    expected = VisualCompass(Lens(hfov_deg=60.0))
     expected.measure(frames[0], 0.1)
     with pytest.raises(FrameError, match='NaN'):
         estimator.measure(np.full((200, 300), np.nan, np.float32), 0.1)
@@ -165,21 +164,21 @@ FOUND = CameraEstimate(
 def test_a_lens_that_leaves_nothing_to_measure_is_not_taken():
     _, frames = turning('barrel')
     usual = Lens(hfov_deg=75.0, assumed=True)
-    estimator = HeadingEstimator(usual, learning=_Told(replace(FOUND, focal_px=2.0)))
+    estimator = VisualCompass(usual, learning=_Told(replace(FOUND, focal_px=2.0)))
     headings = follow(estimator, frames)
     assert estimator.lens == usual
-    assert np.all(headings == follow(HeadingEstimator(usual), frames))
+    assert np.all(headings == follow(VisualCompass(usual), frames))
 
 
 @pytest.mark.parametrize('shape', [(0, 4), (40, 40, 3), (40,)])
 def test_what_is_no_frame(shape):
     with pytest.raises(FrameError, match='give grey frames'):
-        HeadingEstimator(Lens(hfov_deg=80.0)).measure(np.zeros(shape, np.uint8), 0.1)
+        VisualCompass(Lens(hfov_deg=80.0)).measure(np.zeros(shape, np.uint8), 0.1)
 
 
 def test_another_lens_while_running():
     camera, frames = turning('barrel')
-    estimator = HeadingEstimator(Lens(focal_px=camera.fx))
+    estimator = VisualCompass(Lens(focal_px=camera.fx))
     wrong = follow(estimator, frames[:5])[-1]
     estimator.use_lens(Lens(camera=camera))
     assert estimator.lens == Lens(camera=camera)
@@ -211,7 +210,7 @@ def test_what_is_learned_from_is_the_turn_and_not_what_passes_by():
         'a bend', [Straight(0.2), Turn(-60, 8)], rate_hz=15.0, speed=12.0, camera=camera, seed=5)
     learner = Learner()
     # Taken for a usual camera, as in the beginning.
-    estimator = HeadingEstimator(Lens(hfov_deg=75.0, assumed=True), learning=learner)
+    estimator = VisualCompass(Lens(hfov_deg=75.0, assumed=True), learning=learner)
     for frame in render_drive(drive):
         estimator.measure(np.asarray(frame), 1 / 15)
     assert sum(learner.shifts) == pytest.approx(camera.focal * math.radians(-60), rel=0.15)
@@ -238,10 +237,11 @@ class Learning(SelfCalibration):
     (Lens(hfov_deg=75.0, assumed=True), 0.0, 0.05, False)])
 def test_the_direction_of_travel_tells_the_pitch_of_a_learned_camera(lens, yaw, passing, learns):
     learning = Learning()
-    estimator = HeadingEstimator(lens, learning=learning)
+    estimator = VisualCompass(lens, learning=learning)
     frame = np.random.default_rng(0).integers(0, 255, (240, 320)).astype(np.uint8)
     estimator.measure(frame, 0.0)
     motion = CameraMotion(
-        yaw, 0.0, 0.0, Travel(slope=-0.05, slope_variance=0.004 ** 2), 100.0, 1.0, 1e-8, passing)
+        yaw, 0.0, 0.0, FocusOfExpansion(slope=-0.05, slope_variance=0.004 ** 2), 100.0, 1.0,
+        1e-8, passing)
     estimator.add(YawMeasurement(Shift(0.0, 0.0, 0.1), yaw, True, 1.0, motion), 10**8, 0.1)
     assert learning.travels == ([(-0.05, pytest.approx(0.004))] if learns else [])

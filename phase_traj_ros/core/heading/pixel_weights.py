@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 
-class LeftOut:
+class PixelWeights:
     """Combines a constant mask with areas that change."""
 
     def __init__(self, mask: NDArray[np.float32] | None) -> None:

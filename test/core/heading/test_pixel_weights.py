@@ -6,8 +6,8 @@ from types import SimpleNamespace
 
 import numpy as np
 from phase_traj_ros.core.camera.lens import Lens
-from phase_traj_ros.core.heading.estimator import HeadingEstimator
-from phase_traj_ros.core.heading.left_out import LeftOut
+from phase_traj_ros.core.heading.pixel_weights import PixelWeights
+from phase_traj_ros.core.heading.visual_compass import VisualCompass
 import pytest
 
 MASK = np.ones((8, 10), np.float32)
@@ -17,23 +17,24 @@ AREAS[:2] = 0
 
 
 def test_what_either_leaves_out_does_not_count():
-    left_out = LeftOut(MASK)
-    assert np.array_equal(left_out.counting, MASK)
-    left_out.use(AREAS)
-    assert np.array_equal(left_out.counting, MASK * (AREAS > 0))
-    assert np.array_equal(left_out.as_seen(rotate_180=False), (255 * MASK * (AREAS > 0)) // 1)
+    weights = PixelWeights(MASK)
+    assert np.array_equal(weights.counting, MASK)
+    weights.use(AREAS)
+    assert np.array_equal(weights.counting, MASK * (AREAS > 0))
+    assert np.array_equal(weights.as_seen(rotate_180=False), (255 * MASK * (AREAS > 0)) // 1)
     assert np.array_equal(
-        left_out.as_seen(rotate_180=True), left_out.as_seen(rotate_180=False)[::-1, ::-1])
-    left_out.use(None)
-    assert np.array_equal(left_out.counting, MASK)
-    assert LeftOut(None).counting is None and LeftOut(None).as_seen(rotate_180=True) is None
+        weights.as_seen(rotate_180=True), weights.as_seen(rotate_180=False)[::-1, ::-1])
+    weights.use(None)
+    assert np.array_equal(weights.counting, MASK)
+    assert PixelWeights(None).counting is None
+    assert PixelWeights(None).as_seen(rotate_180=True) is None
 
 
 def test_areas_of_other_frames_are_forgotten():
-    left_out = LeftOut(None)
-    left_out.use(AREAS)
-    assert left_out.keep_for((8, 10)) and not left_out.keep_for((10, 8))
-    assert left_out.counting is None
+    weights = PixelWeights(None)
+    weights.use(AREAS)
+    assert weights.keep_for((8, 10)) and not weights.keep_for((10, 8))
+    assert weights.counting is None
 
 
 @pytest.mark.parametrize('upside_down', [False, True])
@@ -41,7 +42,7 @@ def test_the_camera_is_learned_from_what_counts_and_upright(upside_down):
     told = []
     learning = SimpleNamespace(
         use_mask=told.append, cut=lambda: told.append('cut'), forget=lambda: None)
-    heading = HeadingEstimator(
+    heading = VisualCompass(
         Lens(hfov_deg=80.0), mask=MASK, learning=learning, rotate_180=upside_down)
     heading.leave_out(AREAS)
     heading.turn_180(not upside_down)

@@ -17,7 +17,7 @@ from phase_traj_ros.core.correlation.mask import check_size
 from phase_traj_ros.core.correlation.phase_correlation import check_frame, Shift
 from phase_traj_ros.core.correlation.transforms import TransformLibrary
 from phase_traj_ros.core.heading.bends import Bends
-from phase_traj_ros.core.heading.left_out import LeftOut
+from phase_traj_ros.core.heading.pixel_weights import PixelWeights
 from phase_traj_ros.core.heading.tracker import HeadingStep, HeadingTracker
 from phase_traj_ros.core.heading.turns import MIN_ANGLE_DEG, Turn, TurnDetector
 from phase_traj_ros.core.heading.yaw_meter import YawMeasurement, YawMeter
@@ -47,7 +47,7 @@ class HeadingUpdate:
     """Whether the direction that the quarter turns give contradicts the heading."""
 
 
-class HeadingEstimator:
+class VisualCompass:
     """Measures the yaw of each pair, integrates it to the heading, and detects turns."""
 
     def __init__(
@@ -56,7 +56,7 @@ class HeadingEstimator:
         transform: TransformLibrary = TransformLibrary.AUTO, keyframes: bool = True,
     ) -> None:
         """
-        Make an estimator. The first frame sets the size of the frames.
+        Make a compass. The first frame sets the size of the frames.
 
         Parameters
         ----------
@@ -85,7 +85,7 @@ class HeadingEstimator:
         # The newest frame, for a new meter.
         self._newest: NDArray[np.uint8] | None = None
         self._rotate_180 = rotate_180
-        self._left_out = LeftOut(mask)
+        self._weights = PixelWeights(mask)
         self._transform = transform
         self._meter: YawMeter | None = None
         self._shape: tuple[int, ...] = ()
@@ -94,6 +94,7 @@ class HeadingEstimator:
         self._turns = TurnDetector()
         self._bends = Bends()
         self._cut_short: list[Turn] = []
+        self._response = 0.0
         self._mask_learning()
 
     @property
@@ -148,7 +149,7 @@ class HeadingEstimator:
     @property
     def counting(self) -> NDArray[np.float32] | None:
         """Return the weight of each pixel, (H, W), 0 to 1; None if all count equally."""
-        return self._left_out.counting
+        return self._weights.counting
 
     @property
     def bends_may_be_turns(self) -> bool:
@@ -193,10 +194,10 @@ class HeadingEstimator:
             all count equally.
 
         """
-        self._left_out.use(weights)
+        self._weights.use(weights)
         self._mask_learning()
         if self._meter is not None:
-            self._meter.use_mask(self._left_out.counting)
+            self._meter.use_mask(self._weights.counting)
 
     def cut(self) -> None:
         """
@@ -262,6 +263,18 @@ class HeadingEstimator:
                 0.0 if yaw is None else self._focal[0] * _tangent(yaw), interval)
         return measurement
 
+    def foresees(self, frame: NDArray[np.uint8], waited: float, interval: float) -> bool:
+        """Return whether a frame needs no measurement; see ``YawMeter.foresees``."""
+        return (self._meter is not None and frame.shape == self._shape
+                and self._meter.foresees(frame, waited, interval))
+
+    def foresee(self, waited: float) -> HeadingUpdate:
+        """Return the update of a frame that is foreseen, ``waited`` seconds after the newest."""
+        assert self._meter is not None
+        step = self._tracker.foresee(waited, self._meter.foreseen_deviation)
+        shift = Shift(self._focal[0] * _tangent(step.yaw * self._lens.tilt), 0.0, self._response)
+        return HeadingUpdate(step, shift, (), (), self._focal[0], contradicts=False)
+
     def admits(self, measurement: YawMeasurement | None, interval: float) -> bool:
         """Return whether ``add`` would accept the yaw of a measurement; False without a yaw."""
         return measurement is not None and measurement.yaw is not None and self._tracker.admits(
@@ -276,23 +289,25 @@ class HeadingEstimator:
 
     def add(
         self, measurement: YawMeasurement | None, stamp_ns: int, interval: float, *,
-        way: float | None = None,
+        way: float | None = None, frames: int = 1,
     ) -> HeadingUpdate:
         """
         Add the measurement of a pair; None bridges the pair.
 
         ``way`` is what the vehicle travels meanwhile, in heights of the camera; None if unknown.
+        ``frames`` is the number of frames since the previous pair.
         """
         self._see(stamp_ns)
         if measurement is None:
             step = self._tracker.update(None, interval)
         else:
-            yaw = measurement.yaw
+            yaw, self._response = measurement.yaw, measurement.shift.response
             step = self._tracker.update(
                 None if yaw is None else yaw / self._lens.tilt, interval,
                 certain=measurement.certain, variance=measurement.variance)
             self._learn_from_travel(measurement, step)
-        turns = (*self._cut_short, *self._turns.update(stamp_ns, step.heading, way))
+        turns = (*self._cut_short, *self._turns.update(
+            stamp_ns, step.heading, way, frames=frames))
         self._cut_short.clear()
         for angle_deg in self._bends.update(self._turns.bends):
             if self._learning is not None and not self._again:
@@ -304,9 +319,14 @@ class HeadingEstimator:
             self._adopt()
         return update
 
-    def hold(self) -> HeadingUpdate:
-        """Return the update of a pair without any change, such as of a repeated picture."""
-        step = HeadingStep(0.0, self._tracker.rate, self._tracker.heading, bridged=False)
+    def hold(self, foreseen: HeadingStep | None = None) -> HeadingUpdate:
+        """
+        Return the update of a pair without any change, such as of a repeated picture.
+
+        ``foreseen`` is the step to the frame before, if that was foreseen.
+        """
+        heading = self._tracker.heading if foreseen is None else foreseen.heading
+        step = HeadingStep(0.0, self._tracker.rate, heading, bridged=False)
         return HeadingUpdate(step, None, (), (), self._focal[0], contradicts=False)
 
     def shift_of(self, measurement: YawMeasurement | None) -> Shift | None:
@@ -332,7 +352,7 @@ class HeadingEstimator:
 
     def _mask_learning(self) -> None:
         if self._learning is not None:
-            self._learning.use_mask(self._left_out.as_seen(rotate_180=self._rotate_180))
+            self._learning.use_mask(self._weights.as_seen(rotate_180=self._rotate_180))
 
     def _learn_from_travel(self, measurement: YawMeasurement, step: HeadingStep) -> None:
         """Learn the pitch from the direction of travel, straight ahead with a learned camera."""
@@ -371,8 +391,8 @@ class HeadingEstimator:
     def _make_meter(self, frame: NDArray[np.uint8]) -> YawMeter:
         if frame.ndim != 2 or min(frame.shape) < 1:
             raise FrameError(f'frame has shape {frame.shape}: give grey frames (H, W)')
-        if self._left_out.mask is not None:
-            check_size(frame, self._left_out.mask)
+        if self._weights.mask is not None:
+            check_size(frame, self._weights.mask)
         camera = self._lens.camera_for((frame.shape[0], frame.shape[1]))
         if self._rotate_180 and not self._lens.calibrated:
             # Numbers and estimates describe the upright image, calibrations the frames.
@@ -381,10 +401,10 @@ class HeadingEstimator:
         # A rejected frame must not change the state.
         check_frame(projection(frame))
         meter = YawMeter(
-            projection, mask=self._left_out.mask, transform=self._transform,
+            projection, mask=self._weights.mask, transform=self._transform,
             keyframes=self._keyframes)
-        if self._left_out.keep_for(frame.shape):
-            meter.use_mask(self._left_out.counting)
+        if self._weights.keep_for(frame.shape):
+            meter.use_mask(self._weights.counting)
         self._focal = (camera.fx, camera.fy)
         self._px_per_rad = projection.px_per_rad
         self._shape = frame.shape

@@ -3,7 +3,7 @@
 """A reduced frame holds the means of its blocks, in whatever steps they are taken."""
 
 import numpy as np
-from phase_traj_ros.core.frames.reduce import reduced
+from phase_traj_ros.core.correlation.view import reduced
 import pytest
 
 

@@ -1,0 +1,222 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""At a high frame rate, frames are foreseen between measured ones: what they cost and say."""
+
+from functools import cache
+import math
+
+import cv2
+import numpy as np
+from phase_traj_ros.core import (
+    CameraModel,
+    CodeSource,
+    EstimatorSettings,
+    Lens,
+    PairStatus,
+    TrajectoryEstimator,
+)
+from phase_traj_ros.core.camera.projection import CylinderProjection
+from phase_traj_ros.core.correlation import transforms
+from phase_traj_ros.core.heading.scanline import Scanline
+from phase_traj_ros.synthetic import Camera, plan_drive, render_drive, Straight, Turn
+import pytest
+
+CAMERA = Camera.with_field_of_view(480, 270, 80.0)
+MODEL = CameraModel(
+    width=480, height=270, fx=CAMERA.focal, fy=CAMERA.focal, cx=CAMERA.cx, cy=CAMERA.cy)
+SPEED = 6.0
+
+
+@cache
+def corner():
+    """Return a drive round a corner at 60 frames per second, with the noise of a sensor."""
+    drive = plan_drive('corner', [Straight(1.0), Turn(70, 2.0, 4.0), Straight(1.0)],
+                       rate_hz=60.0, speed=SPEED, camera=CAMERA, seed=5)
+    rng = np.random.default_rng(0)
+    return drive, [
+        np.clip(frame + rng.normal(0.0, 1.0, frame.shape).round(), 0, 255).astype(np.uint8)
+        for frame in render_drive(drive)]
+
+
+def estimating(**values):
+    return TrajectoryEstimator(EstimatorSettings(
+        **{'code_source': CodeSource.AUTO, 'lens': Lens(camera=MODEL), 'camera_height': 1.65,
+           **values}))
+
+
+def driven(frames=None, *, every=1, **values):
+    drive, rendered = corner()
+    estimator = estimating(**values)
+    updates = [
+        estimator.update(frame, stamp) for frame, stamp in
+        zip((frames or rendered)[::every], drive.stamps_ns.tolist()[::every])]
+    return estimator, [update for update in updates if update is not None]
+
+
+def counted(monkeypatch, **values):
+    """Return the Fourier transforms and searches for blocks of a drive, per frame."""
+    calls = {'transforms': 0, 'searches': 0}
+    forward, search = transforms.find_transform().__class__.forward, cv2.calcOpticalFlowPyrLK
+
+    def counting_forward(*those):
+        calls['transforms'] += 1
+        return forward(*those)
+
+    def counting_search(*those, **named):
+        calls['searches'] += 1
+        return search(*those, **named)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(transforms.find_transform().__class__, 'forward', counting_forward)
+        patch.setattr(cv2, 'calcOpticalFlowPyrLK', counting_search)
+        _, updates = driven(**values)
+    return {kind: count / (len(updates) + 1) for kind, count in calls.items()}
+
+
+def test_most_frames_at_60_hz_need_neither_transform_nor_search(monkeypatch):
+    often, seldom = counted(monkeypatch), counted(monkeypatch, every=6)
+    assert often['searches'] < 0.5 * seldom['searches']
+    assert often['transforms'] < 0.5 * seldom['transforms']
+    # Without keyframes, for comparison, every frame is measured.
+    assert counted(monkeypatch, keyframes=False)['searches'] >= 0.95
+
+
+def test_every_frame_is_measured_at_10_hz(monkeypatch):
+    assert counted(monkeypatch, every=6)['searches'] >= 0.9
+    assert counted(monkeypatch, every=6)['transforms'] >= 3.0
+
+
+def heading_errors(updates, every=1):
+    drive, _ = corner()
+    true = np.unwrap(drive.poses[::every, 2])[1:] - drive.poses[0, 2]
+    return np.array([update.heading.heading for update in updates]) - true
+
+
+@pytest.mark.parametrize('source', [CodeSource.AUTO, CodeSource.HEADING])
+def test_every_frame_has_a_heading_as_good_as_at_10_hz(source):
+    _, updates = driven(code_source=source)
+    _, seldom = driven(every=6, code_source=source)
+    assert len(updates) == len(corner()[0]) - 1
+    most = np.degrees(np.abs(heading_errors(seldom, 6)).max())
+    assert np.degrees(np.abs(heading_errors(updates)).max()) < most + 0.2
+
+
+def test_what_is_foreseen_is_within_its_variance():
+    _, updates = driven()
+    errors = heading_errors(updates)
+    said = np.array([update.heading.foreseen for update in updates])
+    measured = np.maximum.accumulate(np.where(said == 0.0, np.arange(len(said)), -1))
+    off = (errors - errors[measured])[(said > 0.0) & (measured >= 0)]
+    said = said[(said > 0.0) & (measured >= 0)]
+    assert np.mean(np.abs(off) < 2.0 * said) > 0.9
+    # Nor is it far more than the error.
+    assert np.sqrt(np.mean(off ** 2)) > 0.2 * np.mean(said)
+    deviation = np.sqrt([update.odometry.yaw_variance for update in updates])
+    foreseen = np.array([update.heading.foreseen > 0.0 for update in updates])
+    assert (np.diff(deviation)[foreseen[1:] & ~foreseen[:-1]] > 0.0).all()
+
+
+def test_the_parts_add_up():
+    drive, _ = corner()
+    estimator, updates = driven()
+    assert len(estimator.codes.movement) == len(drive) - 1
+    lasted = drive.stamps_ns[-1] - drive.stamps_ns[0]
+    assert sum(update.interval_ns for update in updates) == lasted
+    assert sum(update.heading.yaw for update in updates) == pytest.approx(
+        updates[-1].heading.heading)
+    assert sum(update.travel.distance for update in updates) == pytest.approx(
+        estimator.way.distance)
+    assert estimator.way.pairs == len(updates)
+    assert min(update.heading.variance for update in updates) > 0.0
+    assert min(update.travel.variance for update in updates) > 0.0
+    apart = np.diff([(update.odometry.pose.x, update.odometry.pose.y) for update in updates],
+                    axis=0)
+    assert np.hypot(*apart.T).sum() == pytest.approx(estimator.way.distance, rel=0.02)
+    assert estimator.path.tip == updates[-1].tip
+
+
+def test_a_correction_is_not_published_as_motion():
+    drive, _ = corner()
+    _, updates = driven()
+    rates = np.gradient(np.unwrap(drive.poses[:, 2]), 1 / 60)[1:]
+    found = np.array([update.odometry.yaw_rate for update in updates])
+    assert np.degrees(np.abs(found - rates)[6:]).max() < 12.0
+    speeds = np.array([update.speed for update in updates[60:]])
+    true = np.hypot(*np.diff(drive.poses[60:, :2], axis=0).T) * 60
+    assert np.abs(speeds - true).max() < 0.25 * SPEED
+
+
+def test_a_repeated_picture_keeps_the_foreseen_heading():
+    drive, frames = corner()
+    estimator = estimating()
+    for frame, stamp in zip(frames[:72], drive.stamps_ns.tolist()):
+        before = estimator.update(frame, stamp)
+        again = estimator.update(frame, stamp + 5_000_000)
+        assert again is None or again.status is PairStatus.REPEATED
+        if before is not None:
+            assert again.heading.heading == before.heading.heading
+
+
+def test_a_turn_has_the_numbers_of_its_frames():
+    drive, _ = corner()
+    estimator, _ = driven()
+    turn, = [*estimator.turns, *estimator.heading.finish()]
+    for frame, stamp_ns in ((turn.start_frame, turn.start_ns), (turn.end_frame, turn.end_ns)):
+        assert drive.stamps_ns[frame] == stamp_ns
+
+
+def test_a_jump_to_the_side_is_measured_at_once():
+    """After frames of steady driving, one is turned by a degree at once."""
+    drive, frames = corner()
+    for at in range(30, 36):
+        estimator = estimating()
+        for frame, stamp in zip(frames[:at], drive.stamps_ns.tolist()):
+            before = estimator.update(frame, stamp)
+        moved = np.roll(frames[at], round(CAMERA.focal * math.radians(1.0)), axis=1)
+        update = estimator.update(moved, int(drive.stamps_ns[at]))
+        assert update.heading.foreseen == 0.0
+        turned = math.degrees(update.heading.heading - before.heading.heading)
+        assert turned == pytest.approx(1.0, abs=0.2)
+
+
+@pytest.mark.parametrize('other', ['black', 'noise', 'mirrored'])
+def test_a_picture_of_something_else_is_measured_at_once(other):
+    drive, frames = corner()
+    estimator = estimating()
+    strange = {
+        'black': np.zeros_like(frames[0]), 'mirrored': np.ascontiguousarray(frames[-1][:, ::-1]),
+        'noise': np.random.default_rng(1).integers(0, 256, frames[0].shape, np.uint8)}[other]
+    for frame, stamp in zip([*frames[:40], strange], drive.stamps_ns.tolist()):
+        update = estimator.update(frame, stamp)
+    assert update.status is PairStatus.NO_MEASUREMENT
+    after = estimator.update(frames[41], int(drive.stamps_ns[41]))
+    assert after.heading.foreseen == 0.0
+
+
+def test_another_lens_and_a_gap_end_what_is_foreseen():
+    drive, frames = corner()
+    stamps = drive.stamps_ns.tolist()
+    estimator = estimating(max_gap=0.02)
+    for frame, stamp in zip(frames[:40], stamps):
+        estimator.update(frame, stamp)
+    late = estimator.update(frames[42], stamps[42])
+    assert late.status is PairStatus.GAP
+    # The frames in between were not lost.
+    assert [update.status for update in driven(max_gap=0.02)[1]].count(PairStatus.GAP) == 0
+    estimator.use_lens(Lens(hfov_deg=70.0))
+    assert estimator.update(frames[43], stamps[43]).status is PairStatus.REPRIMED
+
+
+def test_a_scanline_tells_a_shift_from_driving_ahead():
+    projection = CylinderProjection(MODEL)
+    _, frames = corner()
+    line = Scanline(projection, frames[0])
+    wide = cv2.warpAffine(
+        frames[0], np.array([[1.02, 0.0, -0.02 * CAMERA.cx], [0.0, 1.0, 0.0]]),
+        (CAMERA.width, CAMERA.height), borderMode=cv2.BORDER_REPLICATE)
+    assert abs(line.moved_aside(wide, 0.0)) < 0.2
+    turned = np.roll(frames[0], 2, axis=1)
+    scale = projection.px_per_rad / CAMERA.focal
+    assert line.moved_aside(turned, 0.0) == pytest.approx(2 * scale, abs=0.4)
+    assert line.moved_aside(turned, 2 * scale) == pytest.approx(0.0, abs=0.3)
+    assert line.moved_aside(np.zeros_like(frames[0]), 0.0) is None
