@@ -249,8 +249,10 @@ def page(rows: list[Row]) -> Iterator[str]:
         if not those:
             continue
         yield f'## {drive[0].upper()}{drive[1:]}'
-        yield (f'{those[0].metres:.0f} m, quarter turns: {_signed(those[0].right)}; of the poses,'
-               f' {_inside(those)} lie within the band.')
+        yield paragraphs(f"""
+            {those[0].metres:.0f} m, quarter turns: {_signed(those[0].right)}; of the poses,
+            {_inside(those)} lie within the band. {_times(those)}
+            """)
         yield _table(those)
     yield '## Measured on'
     yield machine()
@@ -263,6 +265,15 @@ def _table(rows: list[Row], first: str = 'filmed') -> str:
           _signed(row.turns), row.codes or '–', _inside([row]),
           f'{100 * row.doubted:.0f} % {" ".join(f"`{word}`" for word in row.words)}'.strip(),
           'yes' if row.within else '**no**') for row in rows])
+
+
+def _times(rows: list[Row]) -> str:
+    ms = {row.filmed: row.ms for row in rows}
+    if '10 Hz' not in ms:
+        return ''
+    shares = [f'{ms[rate] / ms["10 Hz"]:.2f} at {rate}'
+              for rate in ('30 Hz', '60 Hz', '120 Hz') if rate in ms]
+    return f'Processor time of a frame, beside that at 10 Hz: {", ".join(shares)}.'
 
 
 def _signed(turns: list[int]) -> str:

@@ -448,7 +448,8 @@ class TrajectoryEstimator:
         self._monitor.add(
             verdict.evidence, stamp_ns, interval_ns,
             contradicted=self._guards and heading is not None and heading.contradicts,
-            measured=not self._settings.metric or travel is None or travel.measured)
+            measured=not self._settings.metric or travel is None or travel.measured,
+            frames=self._frames - self._measured)
         known = travel is not None and travel.known
         return Update(
             self._frames - 2, stamp_ns, interval_ns, self._shift(pair, heading), step, status,

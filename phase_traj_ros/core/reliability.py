@@ -188,7 +188,7 @@ class ReliabilityMonitor:
 
     def add(
         self, evidence: Evidence, stamp_ns: int, interval_ns: int, *, contradicted: bool = False,
-        measured: bool = True,
+        measured: bool = True, frames: int = 1,
     ) -> None:
         """
         Take the next pair.
@@ -205,6 +205,8 @@ class ReliabilityMonitor:
             Whether the direction code contradicts the heading.
         measured
             Whether its distance is measured or given, if one is wanted in metres.
+        frames
+            Number of its second frame minus that of its first one.
 
         """
         if not self._parts:
@@ -230,7 +232,7 @@ class ReliabilityMonitor:
         if self._is_lost(evidence, interval_ns):
             self._spans[Reason.FRAMES_LOST].add(before, stamp_ns)
         else:
-            self._usual_ns = interval_ns
+            self._usual_ns = interval_ns // frames
 
     def add_same_stamps(self, count: int) -> None:
         """Record frames with the stamp of the one before, which are not used."""

@@ -18,6 +18,7 @@ from phase_traj_ros.core import (
 from phase_traj_ros.core.camera.projection import CylinderProjection
 from phase_traj_ros.core.correlation import transforms
 from phase_traj_ros.core.heading.scanline import Scanline
+from phase_traj_ros.core.reliability import Reason
 from phase_traj_ros.synthetic import Camera, plan_drive, render_drive, Straight, Turn
 import pytest
 
@@ -155,6 +156,17 @@ def test_a_repeated_picture_keeps_the_foreseen_heading():
         assert again is None or again.status is PairStatus.REPEATED
         if before is not None:
             assert again.heading.heading == before.heading.heading
+
+
+def test_a_camera_that_stops_stamping_is_frozen_after_a_second():
+    drive, frames = corner()
+    estimator = estimating()
+    for frame, stamp in zip(frames[:80], drive.stamps_ns.tolist()):
+        estimator.update(frame, stamp)
+    estimator.repeat_stamp(54)
+    assert Reason.FROZEN not in estimator.reliability.reasons
+    estimator.repeat_stamp(10)
+    assert Reason.FROZEN in estimator.reliability.reasons
 
 
 def test_a_turn_has_the_numbers_of_its_frames():

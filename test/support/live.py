@@ -46,9 +46,16 @@ class Live:
         return self
 
     def __exit__(self, *_):
+        # A node that is killed leaves its shared memory; the participant here also has to deal
+        # with a peer that is gone without a word.
         for process in self._processes:
-            process.kill()
-            process.wait()
+            process.terminate()
+        for process in self._processes:
+            try:
+                process.wait(10)
+            except subprocess.TimeoutExpired:
+                process.kill()
+                process.wait()
         self.executor.shutdown()
         self.node.destroy_node()
         self.context.try_shutdown()

@@ -173,6 +173,8 @@ class Lens:
         """Return the horizontal field of view in degrees for frames ``width`` pixels wide."""
         if self.camera is not None:
             return self.camera.hfov_deg
+        if not self.focal_px and self.hfov_deg:
+            return self.hfov_deg
         lens = OneNumberLens(self.focal_for(width), self.straightness)
         return lens.hfov_deg(width, column=self.offset * width)
 

@@ -15,7 +15,6 @@ from phase_traj_ros.core.camera.model import CameraModel
 from phase_traj_ros.core.camera.projection import CylinderProjection
 from phase_traj_ros.core.correlation.mask import check_size
 from phase_traj_ros.core.correlation.phase_correlation import check_frame, Shift
-from phase_traj_ros.core.correlation.transforms import TransformLibrary
 from phase_traj_ros.core.heading.bends import Bends
 from phase_traj_ros.core.heading.pixel_weights import PixelWeights
 from phase_traj_ros.core.heading.tracker import HeadingStep, HeadingTracker
@@ -52,8 +51,7 @@ class VisualCompass:
 
     def __init__(
         self, lens: Lens, *, rotate_180: bool = False, mask: NDArray[np.float32] | None = None,
-        learning: SelfCalibration | None = None,
-        transform: TransformLibrary = TransformLibrary.AUTO, keyframes: bool = True,
+        learning: SelfCalibration | None = None, keyframes: bool = True,
     ) -> None:
         """
         Make a compass. The first frame sets the size of the frames.
@@ -69,8 +67,6 @@ class VisualCompass:
         learning
             Self-calibration, if ``lens`` is a guess. The camera that it finds replaces ``lens``,
             and the heading so far is corrected.
-        transform
-            Library that computes the Fourier transforms.
         keyframes
             Whether a frame may be compared with an earlier one than its predecessor.
 
@@ -86,7 +82,6 @@ class VisualCompass:
         self._newest: NDArray[np.uint8] | None = None
         self._rotate_180 = rotate_180
         self._weights = PixelWeights(mask)
-        self._transform = transform
         self._meter: YawMeter | None = None
         self._shape: tuple[int, ...] = ()
         self._focal = (0.0, 0.0)
@@ -401,8 +396,7 @@ class VisualCompass:
         # A rejected frame must not change the state.
         check_frame(projection(frame))
         meter = YawMeter(
-            projection, mask=self._weights.mask, transform=self._transform,
-            keyframes=self._keyframes)
+            projection, mask=self._weights.mask, keyframes=self._keyframes)
         if self._weights.keep_for(frame.shape):
             meter.use_mask(self._weights.counting)
         self._focal = (camera.fx, camera.fy)

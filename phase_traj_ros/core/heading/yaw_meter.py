@@ -18,8 +18,6 @@ import numpy as np
 from numpy.typing import NDArray
 from phase_traj_ros.core.camera.projection import CylinderProjection
 from phase_traj_ros.core.correlation.phase_correlation import PhaseCorrelator, Shift
-from phase_traj_ros.core.correlation.transforms import TransformLibrary
-from phase_traj_ros.core.correlation.windows import Window
 from phase_traj_ros.core.heading.camera_motion import CameraMotion, FocusOfExpansion, MotionFit
 from phase_traj_ros.core.heading.keyframe import Keyframe
 from phase_traj_ros.core.heading.local_shifts import BlockGrid, BlockShifts
@@ -101,9 +99,8 @@ class YawMeter:
     """Measures the yaw between each frame and the previous one."""
 
     def __init__(
-        self, projection: CylinderProjection, *, window: Window = Window.SQRT_HANN,
-        mask: NDArray[np.float32] | None = None,
-        transform: TransformLibrary = TransformLibrary.AUTO, keyframes: bool = True,
+        self, projection: CylinderProjection, *, mask: NDArray[np.float32] | None = None,
+        keyframes: bool = True,
     ) -> None:
         """
         Make a meter for frames of the size of ``projection``.
@@ -112,12 +109,8 @@ class YawMeter:
         ----------
         projection
             Projection of frames onto the cylinder.
-        window
-            Window function applied to the projected images before correlation.
         mask
             Weight of each pixel of the frames, (H, W), 0 to 1; None if all count equally.
-        transform
-            Library that computes the Fourier transforms.
         keyframes
             Whether a frame may be compared with an earlier one than its predecessor.
 
@@ -129,13 +122,12 @@ class YawMeter:
         """
         self._projection = projection
         self._keyframes = keyframes
-        self._window, self._transform = window, transform
         mask, counts = self._projected(mask)
         self._grid = BlockGrid(projection.shape, counts=counts)
         if len(self._grid.middles) < _LEAST_BLOCKS:
             raise FrameError('the mask covers too much of the frames to measure yaw: give one'
                              ' that covers less')
-        self._correlator = PhaseCorrelator(window=window, mask=mask, transform=transform)
+        self._correlator = PhaseCorrelator(mask=mask)
         # The mask to use from the next frame on, in a tuple; None if it does not change.
         self._next_mask: tuple[NDArray[np.float32] | None] | None = None
         columns, rows = self._grid.middles.T
@@ -273,8 +265,7 @@ class YawMeter:
         projected, counts = self._projected(mask)
         if not self._grid.look_at(counts, least=_LEAST_BLOCKS):
             return
-        self._correlator = PhaseCorrelator(
-            window=self._window, mask=projected, transform=self._transform)
+        self._correlator = PhaseCorrelator(mask=projected)
         if self._previous is not None:
             self._correlator.update(self._previous)
 

@@ -19,7 +19,6 @@ from numpy.typing import NDArray
 from phase_traj_ros.core.camera.horizon import Horizon
 from phase_traj_ros.core.camera.model import CameraModel
 from phase_traj_ros.core.correlation.phase_correlation import Frame
-from phase_traj_ros.core.correlation.transforms import TransformLibrary
 from phase_traj_ros.core.heading.camera_motion import CameraMotion
 from phase_traj_ros.core.road.ground import CELL, GroundPatch, rotation, stretches
 from phase_traj_ros.core.road.pace import Pace
@@ -158,8 +157,7 @@ class RoadMeter:
     def __init__(
         self, camera: CameraModel, horizon: Horizon, *, pitch_known: bool = False,
         rotate_180: bool = False, mask: NDArray[np.float32] | None = None,
-        transform: TransformLibrary = TransformLibrary.AUTO, pace: Pace | None = None,
-        keyframes: bool = True,
+        pace: Pace | None = None, keyframes: bool = True,
     ) -> None:
         """
         Make a meter that waits for its first frame.
@@ -176,8 +174,6 @@ class RoadMeter:
             Whether the frames are upside down.
         mask
             Weight of each pixel of the frames, (H, W), 0 to 1.
-        transform
-            Library that computes the Fourier transforms.
         pace
             Prior speed; None if it is unknown.
         keyframes
@@ -186,7 +182,7 @@ class RoadMeter:
         """
         self._keyframes = keyframes
         self._camera, self._horizon = camera, horizon
-        self._rotate_180, self._mask, self._transform = rotate_180, mask, transform
+        self._rotate_180, self._mask = rotate_180, mask
         self._tilt = RoadTilt(horizon, fixed=pitch_known)
         self.pace = Pace() if pace is None else pace
         """Speed of the vehicle."""
@@ -410,7 +406,7 @@ class RoadMeter:
                         mask=self._mask)
             for stretch in stretches(self._camera, horizon)]
         self._looks = tuple(
-            _Look(patch, Slide(patch.window, self._transform))
+            _Look(patch, Slide(patch.window))
             for patch in patches if patch.share > _LEAST_SEEN)
         if before is not None:
             self._keep([look.patch(before) for look in self._looks])

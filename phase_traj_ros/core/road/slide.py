@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from phase_traj_ros.core.correlation.aligned import aligned_zeros
 from phase_traj_ros.core.correlation.spectrum import CrossPhase, padded_shape
-from phase_traj_ros.core.correlation.transforms import find_transform, TransformLibrary
+from phase_traj_ros.core.correlation.transforms import find_transform
 
 # Lateral search range in cells: the motion is not exactly straight, and a camera ahead of the rear
 # axle moves sideways in a turn.
@@ -31,10 +31,10 @@ class Peak:
 class Slide:
     """Correlates patches with one that was kept."""
 
-    def __init__(self, window: NDArray[np.float32], transform: TransformLibrary) -> None:
+    def __init__(self, window: NDArray[np.float32]) -> None:
         """Make a correlator for patches of the shape of ``window``, (M, N)."""
         self._window = window
-        self._transforms = find_transform(transform)
+        self._transforms = find_transform()
         self._map = aligned_zeros(padded_shape((window.shape[0], window.shape[1])))
         self._cross = CrossPhase((self._map.shape[0], self._map.shape[1]))
         self.most = int(_MOST * window.shape[0])

@@ -262,6 +262,8 @@ def test_focal_length_and_field_of_view_are_inverse(hfov, width):
     focal_px = Lens(hfov_deg=hfov).focal_for(width)
     assert focal_px == pytest.approx(width / 2 / math.tan(math.radians(hfov) / 2))
     assert Lens(focal_px=focal_px).hfov_for(width) == pytest.approx(hfov)
+    # What the user has given is told as it was given.
+    assert Lens(hfov_deg=hfov).hfov_for(width) == hfov
 
 
 def test_focal_length_of_kitti():

@@ -215,6 +215,46 @@ def test_every_picture_twice_in_a_video_is_found(tmp_path):
     assert found[2:] == 19 * [False, True]
 
 
+@pytest.mark.parametrize('quality', [20, 32])
+def test_a_fast_encoder_of_a_noisy_picture_costs_no_distance(tmp_path, quality):
+    """Each repetition has several grey levels of noise: cameras encode so, not as studios do."""
+    av = pytest.importorskip('av')
+    height, width = frames()[0].shape
+    taken = [sensor_noise(frame, sigma=1.5, seed=index) for index, frame in enumerate(frames())]
+    with av.open(str(tmp_path / 'thrice.mkv'), 'w') as film:
+        stream = film.add_stream(
+            'libx264', rate=30, options={'preset': 'ultrafast', 'crf': str(quality)})
+        stream.width, stream.height, stream.pix_fmt = width, height, 'yuv420p'
+        for frame in taken:
+            for _ in range(3):
+                film.mux(stream.encode(
+                    av.VideoFrame.from_ndarray(frame, 'gray').reformat(format='yuv420p')))
+        film.mux(stream.encode())
+    with av.open(str(tmp_path / 'thrice.mkv')) as film:
+        shown = [frame.to_ndarray(format='gray') for frame in film.decode(video=0)]
+    once, thrice = (TrajectoryEstimator(AUTO) for _ in range(2))
+    for index, frame in enumerate(shown):
+        thrice.update(frame, index * S // 30)
+        if index % 3 == 0:
+            once.update(frame, index * S // 30)
+    # Until the motion has halted and gone on, nothing tells such a video.
+    assert 2 * len(taken) - 6 <= thrice.counters.repeated <= 2 * len(taken)
+    assert thrice.way.distance == pytest.approx(once.way.distance, rel=0.03)
+    assert list(thrice.codes.direction) == list(once.codes.direction)
+    assert thrice.reliability.reliable
+
+
+def test_a_slow_robot_repeats_nothing():
+    """At the end of its turns, the picture moves by 0.2 px only."""
+    drive = plan_drive('robot', [Straight(1.0), Turn(90, 3.0, 1.5), Straight(1.0)], rate_hz=60.0,
+                       camera=Camera.with_field_of_view(640, 360, 80.0), speed=1.4, seed=3)
+    estimator = TrajectoryEstimator(EstimatorSettings(
+        code_source=CodeSource.AUTO, lens=Lens(hfov_deg=80.0), stillness=StillnessSettings()))
+    for index, frame in enumerate(render_drive(drive)):
+        estimator.update(sensor_noise(frame, sigma=1.5, seed=index), index * S // 60)
+    assert estimator.counters.repeated == 0
+
+
 def test_a_standing_vehicle_in_a_video_without_noise_is_not_frozen():
     again = frames()[3].copy()
     again[40:56, 40:56] += 3

@@ -9,7 +9,6 @@ import numpy as np
 from phase_traj_ros.core.camera.horizon import Horizon
 from phase_traj_ros.core.camera.lens_family import OneNumberLens
 from phase_traj_ros.core.camera.model import CameraModel
-from phase_traj_ros.core.correlation.transforms import TransformLibrary
 from phase_traj_ros.core.heading.camera_motion import CameraMotion, FocusOfExpansion
 from phase_traj_ros.core.road.ground import CELL, GroundPatch, rotation, stretches
 from phase_traj_ros.core.road.meter import RoadMeter
@@ -118,7 +117,7 @@ def test_a_pitch_that_is_given_wrong_is_believed_but_for_what_the_springs_may_do
 def test_rotation_is_taken_out(yaw, pitch):
     road = Road(PINHOLE)
     patch = GroundPatch(PINHOLE, Horizon(), stretches(PINHOLE, Horizon())[0])
-    slide = Slide(patch.window, TransformLibrary.AUTO)
+    slide = Slide(patch.window)
     slide.keep(patch(road.seen(0.0)))
     # Seen from a camera that has turned up by the pitch (nose down is positive).
     turned = patch(road.seen(0.6, yaw=yaw, pitch=-pitch))

@@ -1,0 +1,93 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""
+Recognises video that repeats pictures by the motion that halts and goes on.
+
+Hardware encoders change a picture that they repeat by several grey levels, more than a slow robot
+changes it between two exposures. But a vehicle does not stop and start again within a quarter of
+a second.
+"""
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from phase_traj_ros.core.correlation.phase_correlation import Frame
+from phase_traj_ros.core.correlation.view import reduced
+
+# Time in nanoseconds in which a vehicle does not stop and start again.
+_STOPPING_NS = 250_000_000
+# A picture that halts changes by less than this share of what it changed by when it moved.
+_LESS = 0.4
+# Of a picture that halts, half of the squares with the most texture move by less than _STILL
+# pixels, and 90 % by less than _STILL_MOST, if it is reduced to about _WIDTH pixels. Encoders
+# reach 0.19 and 0.6 (H.264 up to crf 32, MPEG-4, VP9), KITTI at 10 Hz 1 or more, a robot at
+# walking pace and 60 Hz 0.2 and 0.7.
+_STILL, _STILL_MOST, _WIDTH, _SQUARE = 0.2, 0.6, 480, 16
+# Frames for which a video that halted once is taken to do so again.
+_EXPECTED = 20
+
+
+class HaltDetector:
+    """Recognises the repeated pictures of a video, once its motion has halted and gone on."""
+
+    def __init__(self) -> None:
+        """Make a detector before the first pair."""
+        self._moving = 0.0
+        self._since_ns = 0
+        self._halted = False
+        self._expected = 0
+
+    def update(
+        self, before: Frame, after: Frame, interval_ns: int, *, change: float, same: bool,
+    ) -> bool:
+        """
+        Add a frame, and return whether it repeats the last one that was used.
+
+        Parameters
+        ----------
+        before, after
+            The last frame that was used, and the newest, (H, W), uint8.
+        interval_ns
+            Time between them.
+        change
+            Their mean difference in grey levels.
+        same
+            Whether they are known to be the same picture.
+
+        """
+        in_time = self._since_ns + interval_ns < _STOPPING_NS
+        halts = same or (in_time and change < _LESS * self._moving and _lies_still(before, after))
+        if in_time and self._halted and not halts:
+            self._expected = _EXPECTED
+        repeated = same or (halts and self._expected > 0)
+        self._halted = in_time and halts
+        if not repeated:
+            self._expected = max(self._expected - 1, 0)
+            self._since_ns = self._since_ns + interval_ns if halts else 0
+            self._moving = self._moving if halts else change
+        return repeated
+
+
+def _lies_still(before: Frame, after: Frame) -> bool:
+    """Return whether hardly any square moves, by one step of Lucas and Kanade in each."""
+    times = max(before.shape[1] // _WIDTH, 1)
+    before, after = reduced(before, times, times), reduced(after, times, times)
+    change = cv2.subtract(after, before, dtype=cv2.CV_32F)
+    mean = cv2.addWeighted(before, 0.5, after, 0.5, 0.0)
+    across = cv2.Sobel(mean, cv2.CV_32F, 1, 0, scale=1 / 8)
+    down = cv2.Sobel(mean, cv2.CV_32F, 0, 1, scale=1 / 8)
+    # Noise of one grey level holds squares without texture in their place.
+    xx, yy = _squares(across * across) + 1.0, _squares(down * down) + 1.0
+    xy, xt, yt = _squares(across * down), _squares(across * change), _squares(down * change)
+    motion = np.hypot(yy * xt - xy * yt, xx * yt - xy * xt) / (xx * yy - xy * xy)
+    texture = xx + yy
+    textured = motion[texture >= np.median(texture)]
+    # A covered lens shows nothing that could move.
+    return bool(texture.max() > 2.0 and np.median(textured) < _STILL
+                and np.percentile(textured, 90) < _STILL_MOST)
+
+
+def _squares(values: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return the means of squares, (H // 16, W // 16), at least (1, 1)."""
+    size = [max(side // _SQUARE, 1) for side in reversed(values.shape)]
+    return np.asarray(cv2.resize(values, size, interpolation=cv2.INTER_AREA), np.float32)
