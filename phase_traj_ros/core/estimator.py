@@ -253,8 +253,7 @@ class TrajectoryEstimator:
         if switches:
             self._coder = Coder(settings)
             self._judge = Judge(settings.code_source)
-            if self._heading is not None:
-                self._heading.leave_out(None)
+            self._leave_out()
             self._route = Route(settings)
             self.reset()
         if self._heading is not None:
@@ -430,6 +429,8 @@ class TrajectoryEstimator:
     ) -> Update:
         """Add a judged pair to the heading, the codes, the distance and the path."""
         interval = interval_ns * 1e-9
+        if verdict.areas_changed:
+            self._leave_out()
         heading = self._turn(verdict, stamp_ns, interval)
         self.counters.count(verdict.status)
         dx = None if pair.used is None else self._settings.view.full_shift(pair.used).dx
@@ -469,12 +470,16 @@ class TrajectoryEstimator:
             self._frames - 2, stamp_ns, interval_ns, None, step, status, self._tip,
             None if heading is None else heading.step, camera=self._news_of_camera())
 
+    def _leave_out(self) -> None:
+        """Measure without the areas that are fixed to the camera, from the next pair on."""
+        self._meter.leave_out(self._judge.left_out)
+        if self._heading is not None:
+            self._heading.leave_out(self._judge.left_out)
+
     def _turn(self, verdict: Verdict, stamp_ns: int, interval: float) -> HeadingUpdate | None:
         """Add the yaw of the pair to the heading, if the heading is measured."""
         if self._heading is None:
             return None
-        if verdict.areas_changed:
-            self._heading.leave_out(self._judge.left_out)
         speed = self._travelling.heights_per_second
         update = self._heading.add(
             verdict.yaw, stamp_ns, interval, way=None if speed is None else speed * interval,

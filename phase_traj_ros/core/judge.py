@@ -7,6 +7,7 @@ Judges each pair of frames, once: what its measurement is worth, and why.
 """
 
 from dataclasses import dataclass, replace
+import math
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +25,8 @@ from phase_traj_ros.core.status import PairStatus
 _WORTH_IT = 0.01
 # Share of the blocks that have to agree in a trusted pair.
 _AGREEING = 0.3
+# A standing vehicle turns at less than this, in radians per second.
+_TURNING = math.radians(3.0)
 
 
 def judged(
@@ -127,7 +130,7 @@ class Judge:
         if pair.cut:
             self._areas.interrupt()
         changed = self.look(picture, shift, interval)
-        if pair.worth is Worth.STILL and self._areas.far:
+        if pair.worth is Worth.STILL and self._drives(pair.yaw, interval):
             pair = replace(pair, worth=Worth.MEASURED)
         yaw, fixed = pair.yaw, False
         if yaw is not None and shift is not None:
@@ -159,6 +162,12 @@ class Judge:
         changed = self._areas.update(
             picture, interval, turned=shift.dx) and self._areas.sufficient
         return changed and (before or self._leaves_out)
+
+    def _drives(self, yaw: YawMeasurement | None, interval: float) -> bool:
+        """Return whether the vehicle drives, although most of the image may not move."""
+        turns = (yaw is not None and yaw.yaw is not None and yaw.certain
+                 and abs(yaw.yaw) > _TURNING * interval)
+        return self._areas.far or (turns and self._areas.moving)
 
     @property
     def _leaves_out(self) -> bool:

@@ -62,6 +62,7 @@ class PairMeter:
         self.check(settings)
         self._form: tuple[tuple[int, ...], str, str] | None = None
         self._cuts = CutDetector()
+        self._left_out: NDArray[np.uint8] | None = None
         self._apply()
 
     @property
@@ -102,6 +103,11 @@ class PairMeter:
         self._correlator.reset()
         self._quality.reset()
         self._cuts.reset()
+
+    def leave_out(self, weights: NDArray[np.uint8] | None) -> None:
+        """Ignore areas fixed to the camera where a vehicle may stand; (H, W), 0 to 255."""
+        self._left_out = weights
+        self._quality.leave_out(None if weights is None else self._settings.view.of(weights))
 
     def continues(self, frame: Frame, interval: float, encoding: str) -> bool:
         """Return whether a frame is of the form of the newest one, and no gap separates them."""
@@ -177,6 +183,9 @@ class PairMeter:
 
     def _make_quality(self) -> PairQuality:
         # The yaw is tested separately, and without a correlation map of the view.
-        return PairQuality(
+        quality = PairQuality(
             gate=self._settings.gate if self._correlates else None,
             stillness=self._settings.stillness, mask=self._view_mask)
+        if self._left_out is not None:
+            quality.leave_out(self._settings.view.of(self._left_out))
+        return quality

@@ -83,8 +83,20 @@ def test_a_pair_of_a_moving_street_is_integrated_as_it_is(street):
 
 
 def test_a_standing_vehicle_does_not_turn_whatever_passes_by(street):
-    verdict = judged_after(street, turning(worth=Worth.STILL))
+    lorry = [street[0].copy() for _ in street]
+    for picture, moving in zip(lorry, street):
+        picture[80:] = moving[80:]
+    verdict = judged_after(lorry, turning(worth=Worth.STILL))
     assert (verdict.status, verdict.yaw.yaw) == (PairStatus.STILL, 0.0)
+
+
+def test_a_vehicle_that_turns_drives_though_the_blocks_with_most_texture_stand(street):
+    turned = turning(worth=Worth.STILL)
+    verdict = judged_after(street, turned)
+    assert (verdict.status, verdict.yaw) == (PairStatus.OK, turned.yaw)
+    # Everything changes in the noise of a night, too, but no blocks agree on a turn.
+    slow = turning(yaw=0.002, worth=Worth.STILL)
+    assert judged_after(street, slow).status is PairStatus.STILL
 
 
 def test_a_pair_on_which_no_vehicle_turns_like_that_is_not_measured(street):

@@ -19,6 +19,7 @@ from phase_traj_ros.core import (
 )
 from phase_traj_ros.core.codes.threshold_hint import Misfit
 from phase_traj_ros.synthetic import Camera, plan_drive, render_drive, Straight, Turn
+from phase_traj_ros.synthetic.camera import EQUIDISTANT
 from phase_traj_ros.synthetic.degradations import night, sensor_noise
 import pytest
 
@@ -110,6 +111,23 @@ def test_a_horizon_that_does_not_move_is_neither_dirt_nor_a_stop(grain, lens):
         _, updates, _ = followed(
             shown, lens=lens, period_ns=40_000_000, stillness=StillnessSettings())
         assert statuses(updates)[PairStatus.OK] < 0.1 * len(updates)
+
+
+@pytest.mark.parametrize('contrast', [1.0, 0.3, 0.15])
+def test_a_model_car_in_circles_does_not_stand_because_its_bumper_does(contrast):
+    """A strong fisheye, 80 degrees a second: within 10 %, or said; the bumper has most texture."""
+    camera = Camera.with_field_of_view(160, 120, 150, above_ground=1.5, fisheye=EQUIDISTANT)
+    plan = [Straight(0.5), Turn(3 * 360.0, 13.5), Straight(0.5)]
+    frames = [
+        overlays.bonnet(np.rint(128 + contrast * (frame - 128.0)).astype(np.uint8), height=0.25)
+        for frame in render_drive(plan_drive(
+            '', plan, rate_hz=20.0, camera=camera, speed=8.0, seed=4))]
+    frames = [sensor_noise(frame, sigma=4.0, seed=n) for n, frame in enumerate(frames)]
+    estimator, updates, _ = followed(
+        frames, lens=None, period_ns=50_000_000, stillness=StillnessSettings())
+    turned = np.degrees(updates[-1].heading.heading)
+    assert turned == pytest.approx(3 * 360.0, rel=0.1) or not estimator.reliability.reliable
+    assert statuses(updates)[PairStatus.STILL] < 0.1 * len(updates)
 
 
 def test_a_night_without_light_is_no_measurement(drive):

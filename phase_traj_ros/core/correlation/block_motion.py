@@ -63,6 +63,7 @@ class BlockMotion:
 
         """
         self._mask = None if mask is None else mask_weights(mask)
+        self._left_out: NDArray[np.float32] | None = None
         self._form: tuple[tuple[int, ...], np.dtype[Any]] | None = None
         self._primed = False
         # The newest and the previous frame, reduced.
@@ -72,6 +73,12 @@ class BlockMotion:
     def reset(self) -> None:
         """Forget the previous frame."""
         self._primed = False
+
+    def leave_out(self, weights: ArrayLike | None) -> None:
+        """Ignore areas in addition to the mask, from (H, W) weights; None for none."""
+        self._left_out = None if weights is None else mask_weights(weights)
+        if self._form is not None:
+            self._open = self._open_blocks()
 
     def update(self, frame: Frame) -> bool:
         """
@@ -186,9 +193,16 @@ class BlockMotion:
         self._parts = np.empty((4, rows * tall, columns * wide), np.float32)
         self._split = (4, rows, tall, columns, wide)
         self._blocks = np.empty((rows, columns, 4, tall, wide), np.float32)
-        self._open = np.ones(rows * columns, np.bool_)
-        if self._mask is not None:
-            weights = cv2.resize(self._mask, (width, height), interpolation=cv2.INTER_AREA)
-            inner = weights[1:rows * tall + 1, 1:columns * wide + 1]
-            means = inner.reshape(self._split[1:]).mean(axis=(1, 3))
-            self._open = means.ravel() >= _OPEN
+        self._open = self._open_blocks()
+
+    def _open_blocks(self) -> NDArray[np.bool_]:
+        """Return which blocks the mask and the areas left out leave open, (n,)."""
+        _, rows, tall, columns, wide = self._split
+        height, width = self._current.shape
+        opened = np.ones(rows * columns, np.bool_)
+        for mask in (self._mask, self._left_out):
+            if mask is not None:
+                weights = cv2.resize(mask, (width, height), interpolation=cv2.INTER_AREA)
+                inner = weights[1:rows * tall + 1, 1:columns * wide + 1]
+                opened &= inner.reshape(self._split[1:]).mean(axis=(1, 3)).ravel() >= _OPEN
+        return opened

@@ -213,6 +213,10 @@ class PairQuality:
         self._has_pair = False
         self.interrupt()
 
+    def leave_out(self, weights: ArrayLike | None) -> None:
+        """Ignore areas in addition to the mask, from (H, W) weights; None for none."""
+        self._blocks.leave_out(weights)
+
     def interrupt(self) -> None:
         """
         Keep the newest frame, and forget what was seen before it.

@@ -18,7 +18,7 @@ from phase_traj_ros.core import (
 )
 from phase_traj_ros.core.frames.repeats import RepeatDetector
 from phase_traj_ros.core.reliability import Reason
-from phase_traj_ros.synthetic import Camera, plan_drive, render_drive, Straight, Turn
+from phase_traj_ros.synthetic import Camera, plan_drive, render, render_drive, Straight, Turn
 from phase_traj_ros.synthetic.degradations import sensor_noise
 import pytest
 
@@ -50,6 +50,43 @@ def encoded(frame, quality):
     return cv2.imdecode(
         cv2.imencode('.jpg', frame, [cv2.IMWRITE_JPEG_QUALITY, quality])[1],
         cv2.IMREAD_GRAYSCALE)
+
+
+def filmed(pictures, path, *, rate_hz):
+    """Return pictures as a film in MPEG-4 shows them."""
+    height, width = pictures[0].shape
+    writer = cv2.VideoWriter(
+        str(path), cv2.VideoWriter_fourcc(*'mp4v'), rate_hz, (width, height))
+    if not writer.isOpened():
+        pytest.skip('OpenCV cannot write MPEG-4 here')
+    for picture in pictures:
+        writer.write(cv2.cvtColor(picture, cv2.COLOR_GRAY2BGR))
+    writer.release()
+    film = cv2.VideoCapture(str(path))
+    return [cv2.cvtColor(film.read()[1], cv2.COLOR_BGR2GRAY) for _ in pictures]
+
+
+@pytest.mark.parametrize('stop', [5, 60])
+@pytest.mark.parametrize('noise', [0.0, 1.0])
+def test_a_vehicle_that_stands_for_long_in_a_film_is_not_frozen(stop, noise, tmp_path):
+    plan = [Straight(2.0), Straight(stop, 0.0), Straight(3.0)]
+    drive = plan_drive('', plan, rate_hz=10.0, camera=CAMERA, speed=7.0, seed=3)
+    scene, pictures = drive.build_scene(), []
+    for number in range(len(drive)):
+        same = number and (drive.poses[number] == drive.poses[number - 1]).all()
+        pictures.append(pictures[-1] if same else render(scene, CAMERA, drive.pose(number)))
+    pictures = [sensor_noise(picture, sigma=noise, seed=number) if noise else picture
+                for number, picture in enumerate(pictures)]
+    estimator = TrajectoryEstimator(AUTO)
+    for number, picture in enumerate(filmed(pictures, tmp_path / 'film.mp4', rate_hz=10)):
+        estimator.update(picture, number * S // 10)
+    true = float(np.hypot(*np.diff(drive.poses[:, :2], axis=0).T).sum())
+    assert estimator.way.distance == pytest.approx(true, rel=0.02)
+    assert estimator.reliability.reliable and estimator.reliability.of_drive.spans == ()
+    # The camera itself, without an encoder, gives one picture for ever when it is frozen.
+    for number in range(40):
+        estimator.update(pictures[-1], (len(pictures) + number) * S // 10)
+    assert estimator.reliability.words == ('frozen',)
 
 
 def converted(seconds, *, taken_hz, shown_hz, speed):

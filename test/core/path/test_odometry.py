@@ -301,3 +301,18 @@ def test_reset_goes_back_to_the_start():
     odometer.update(step(0.1, 0.2), gone(1.0), 2 * TENTH, 0.1)
     odometer.reset()
     assert odometer.update(step(0.1, 0.1), gone(1.0), TENTH, 0.1) == first
+
+
+@pytest.mark.parametrize('interval', [0.05, 0.5, 2.0])
+def test_the_rate_of_a_bridged_pair_is_its_yaw_over_its_time(interval):
+    """The heading went on at 0.2 rad/s; the tracker's own rate may differ, which is uncertain."""
+    def rate(tracked):
+        step = HeadingStep(0.2 * interval, tracked, 0.2 * interval, True)
+        travel = Travel(1.0, 0.01, TravelState.BRIDGED)
+        found = Odometer().update(step, travel, S, interval)
+        return found.yaw_rate, found.yaw_rate_variance
+
+    (same, sure), (other, unsure) = rate(0.2), rate(0.5)
+    assert same == other == pytest.approx(0.2)
+    assert unsure == pytest.approx(sure + 0.3 ** 2)
+    assert math.radians(5.0) ** 2 < sure <= math.radians(30.0) ** 2

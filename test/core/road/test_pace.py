@@ -54,3 +54,14 @@ def test_a_first_pair_a_microsecond_apart_is_no_speed():
     assert pace.speed <= 45.0
     pace.pass_time(0.1)
     assert pace.lost
+
+
+@pytest.mark.parametrize('speed', [0.0, 44.0])
+def test_the_bounds_stay_within_what_vehicles_do(speed):
+    pace = Pace()
+    pace.add(speed, 0.01)
+    pace.pass_time(2.0)
+    low, high = pace.bounds
+    anything = Pace().bounds
+    assert anything[0] <= low <= speed <= high <= anything[1]
+    assert max(speed - low, high - speed) == pytest.approx(4.0 * pace.deviation)

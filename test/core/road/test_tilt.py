@@ -84,3 +84,16 @@ def test_the_pitch_scatters_as_it_says(interval):
             tilt.add_travel(-math.tan(mounting + springs + 0.004 * rng.normal()), 0.004 ** 2)
         errors.append((tilt.pitch - mounting - springs) ** 2 / tilt.deviation ** 2)
     assert np.mean(errors) == pytest.approx(1.0, abs=0.35)
+
+
+def test_a_value_counts_the_less_the_farther_it_is_off():
+    """Beyond two standard deviations, twice as far off moves the estimate half as far."""
+    def moved(off):
+        tilt = driven(RoadTilt(Horizon()), [0.0] * 100)
+        before, spread = tilt.pitch, math.hypot(tilt.deviation, 0.004)
+        tilt.add_travel(-math.tan(before + off * spread), 0.004 ** 2)
+        return (tilt.pitch - before) / spread
+
+    assert moved(2.0) == pytest.approx(2.0 * moved(1.0), rel=0.01)
+    assert moved(20.0) < moved(10.0) < moved(4.0)
+    assert moved(20.0) == pytest.approx(0.5 * moved(10.0), rel=0.1)
