@@ -18,6 +18,7 @@ from phase_traj_ros.core import LinkCode, OdometryStep, RoadMap
 from phase_traj_ros.io.maps.projection import LocalProjection
 from phase_traj_ros.io.maps.road_file import read_roads
 from phase_traj_ros.synthetic import poses_from_kitti
+from phase_traj_ros.tasks.location.odometry import steps_of_links
 
 SEQUENCES = ('00', '02', '04', '06', '08', '09', '10')
 HERE, ELSEWHERE = 'Karlsruhe', 'Kaiserslautern'
@@ -142,17 +143,11 @@ def own(file: Path, *, metric: bool = True) -> list[OdometryStep]:
 def coded(sequence: str) -> tuple[list[OdometryStep], list[int]]:
     """Return the steps that a code of equal links says, and the frame that each link ends in."""
     code = LinkCode(LINK_M, connectivity=8)
-    steps, frames, heading, before = [], [], 0.0, 0.0
-    poses = true_poses(sequence)
-    for number, (first, second) in enumerate(pairwise(poses)):
+    links, frames, heading = [], [], 0.0
+    for number, (first, second) in enumerate(pairwise(true_poses(sequence))):
         exact = OdometryStep.between(tuple(first), tuple(second), stamp_ns=0)
         heading += exact.yaw
-        for each in code.add(exact.distance, heading, exact.yaw):
-            # Freeman's directions count eighths of a turn.
-            direction = (each.value - 2) * math.pi / 4
-            steps.append(OdometryStep(
-                stamp_ns=number * 100_000_000, distance=LINK_M,
-                yaw=math.remainder(direction - before, math.tau)))
-            frames.append(number + 1)
-            before = direction
-    return steps, frames
+        added = code.add(exact.distance, heading, exact.yaw)
+        links += [each.value for each in added]
+        frames += [number + 1] * len(added)
+    return steps_of_links(links, 8, LINK_M), frames

@@ -57,9 +57,6 @@ _HEIGHTS = ScaleRange(1.1, 2.2)
 _WRONG_M = 50.0
 # Sequences without a known place: the track has to have the shape of the poses, within this.
 _SHAPE_M, _SHAPE_WAY_M = 10.0, 150.0
-_CODES = LocatorSettings(
-    stride_m=LINK_M, chord_error=math.radians(9.0), dead_band=math.radians(6.0),
-    bend_error=0.35, position_noise_m=3.0, start_heading=math.radians(15.0))
 # Limits: metres after which a drive is located, by drive and whether the height is given.
 _LIMITS = {('00', True): 800, ('02', True): 700, ('08', True): 1050,
            ('00', False): 1200, ('02', False): 1200}
@@ -67,12 +64,9 @@ _LIMITS = {('00', True): 800, ('02', True): 700, ('08', True): 1050,
 _INTRODUCTION = """
     This page shows how soon a drive is [located](../how-to/locate.md) on a road map without
     any prior, how exact the place then is, and how often a place is claimed that is wrong.
-    With a known height of the camera, drives of several kilometres through a town are located
-    after about 1 km, with an unknown one after 1.1 to 2.4 km, and drives of a kilometre often not
-    at all. From then on the place is a few metres off along the road. On the map of another
-    town, on a mirrored map, and on the right map without the roads of the drive, no drive claims
-    a place. That costs a longer way: a place is claimed only when the way after it was found
-    proves it, some hundred metres later.
+    Drives of several kilometres through a town are mostly located after half a kilometre to one,
+    drives of a kilometre often not at all. From then on the place is a few metres off along the
+    road.
 
     The map is an extract of Karlsruhe of about 22 km² with 255 km of road. *Located* is the way
     until a place is claimed, *claimed* the share of the whole way on which one is. The errors
@@ -282,7 +276,7 @@ def from_codes(_: int) -> Iterator[Row]:
         yield follow(
             sequence, steps, town(HERE).roads, None if truth is None else truth[ends],
             way_of(poses)[ends], poses=poses[ends],
-            settings=replace(_CODES, null_share=1e-9, return_anywhere=1e-9))
+            settings=LocatorSettings.of_links(LINK_M * ScaleRange().middle))
 
 
 def loading(_: int) -> Iterator[Row]:

@@ -114,6 +114,14 @@ def test_the_results_of_a_replay_get_a_key(made, town, pictures, tmp_path, capsy
     assert after.pop('location')['located'] is False and after == before
 
 
+@pytest.mark.parametrize('near', [(), ('--near', '49.0,8.4,2km')])
+def test_a_short_drive_is_said_to_be_too_short(town, tmp_path, capsys, near):
+    # One turn, and 240 m.
+    short = write_tum(drive()[:300], tmp_path / 'short.tum')
+    assert call(short, '--map', town, *near) == 1
+    assert 'too short: give one of about' in capsys.readouterr().out
+
+
 def test_a_recording_is_replayed_first(made, town, pictures, tmp_path):
     output = tmp_path / 'out'
     assert call(pictures, '--map', town, '--output', output, *GIVEN) == 1

@@ -38,13 +38,16 @@ from phase_traj_ros.tasks.location.run import locate, Located, Near
 
 EXIT_NOT_KNOWN = 1
 
+# Metres that a drive takes to be located, mostly: anywhere in a town, and near a place.
+_NEEDED, _NEEDED_NEAR = 1000.0, 400.0
 _CODES = 'chain_code.json'
 _TRAJECTORIES = ('.tum', '.txt')
 
 _EPILOG = f"""
-SOURCE is a recording, the output folder of `phase_traj replay --output DIR`, or a trajectory of
-any other odometry in the TUM format (.tum or .txt, lines of stamp x y z qx qy qz qw). A recording
-is replayed first, with the parameters given.
+SOURCE is a recording, the output folder of `phase_traj replay --output DIR`, a trajectory of any
+other odometry in the TUM format (.tum or .txt, lines of stamp x y z qx qy qz qw), or a .txt file
+with the line of equal links that the topic ~/links has. A recording is replayed first, with the
+parameters given.
 
 {SOURCE_HELP.replace('SOURCE is', 'A recording is')}
 A map is an extract of OpenStreetMap: docs/how-to/locate.md says where to get one, and what its
@@ -80,8 +83,7 @@ def add_parser(commands: Any) -> None:
         help='roads that a car may drive, or paths as well (default: car)')
     parser.add_argument(
         '--level', metavar='P', type=_level, default=0.99,
-        help='probability above which a place leads, and is claimed when the way since proves'
-             ' it (default: 0.99)')
+        help='probability above which a place is claimed, after some turns (default: 0.99)')
     parser.add_argument(
         '--output', metavar='DIR', type=Path,
         help='write the results here (default: into SOURCE, if it is the output folder of a'
@@ -177,8 +179,10 @@ def _reason(located: Located) -> str:
     if located.odometry.straight:
         return ('the drive has no turn, and a straight road fits in many places: give a longer'
                 ' drive, or --near')
-    if located.near is None:
-        return 'no place of the map fits better than all others: give a longer drive, or --near'
+    needed = _NEEDED if located.near is None else _NEEDED_NEAR
+    if located.poses[-1].driven * located.scale.middle < needed:
+        return (f'the drive is too short: give one of about {needed:.0f} m with several turns'
+                + (', or --near' if located.near is None else ''))
     return ('no place of the map fits better than all others: give a longer drive, and check that'
             ' the map has its roads')
 

@@ -12,9 +12,7 @@ from phase_traj_ros.core.localization.window import Stride
 _HUNDRED_M = 100.0
 
 
-def judge(
-    them: Hypotheses, stride: Stride, settings: LocatorSettings, bend_error: float,
-) -> None:
+def judge(them: Hypotheses, stride: Stride, settings: LocatorSettings) -> None:
     """
     Weigh the hypotheses by the direction of their newest chord, and correct their rotations.
 
@@ -25,7 +23,8 @@ def judge(
     chord = np.angle(them.trail[:, -1] - them.trail[:, 0])
     bend = np.abs(np.angle(parts[:, 1:] * parts[:, :-1].conj())).sum(axis=1)
     off = np.remainder(chord - stride.chord - them.turned + np.pi, 2 * np.pi) - np.pi
-    noise = settings.chord_error ** 2 + bend_error ** 2 * (stride.bend ** 2 + bend ** 2)
+    noise = settings.chord_error ** 2 + settings.bend_error ** 2 * (
+        stride.bend ** 2 + bend ** 2)
     variance = them.variance + noise
     beyond = np.maximum(np.abs(off) - settings.dead_band, 0.0)
     fitting = (1.0 - settings.outlier_share) * np.exp(-beyond ** 2 / (2 * variance)) / np.sqrt(
@@ -57,11 +56,11 @@ class NullRoad:
         self.turned = 0.0
         """...and the angle of the turns that this one has paid for."""
 
-    def follow(self, stride: Stride, metres: float, bend_error: float) -> None:
+    def follow(self, stride: Stride, metres: float) -> None:
         """Weigh the null hypothesis by a stride of so many metres."""
         settings = self._settings
         self._variance += settings.heading_noise ** 2 * metres / _HUNDRED_M + stride.yaw_variance
-        noise = settings.chord_error ** 2 + 2 * bend_error ** 2 * stride.bend ** 2
+        noise = settings.chord_error ** 2 + 2 * settings.bend_error ** 2 * stride.bend ** 2
         fitting = (1.0 - settings.outlier_share) * settings.null_fit / math.sqrt(
             2 * math.pi * (self._variance + noise))
         turned = max(abs(stride.turned) - settings.null_straight, 0.0)

@@ -31,8 +31,10 @@ _TURNING, _STRAIGHT = math.radians(40.0), math.radians(12.0)
 _TOLD = 0.7
 # Strides within which a U-turn is one, and how much it may differ from half a circle.
 _U_TURN_STRIDES, _U_TURN = 7, math.radians(30.0)
-# What a turn costs on the roads of a map, as a share of what the null hypothesis pays for it.
-_TURN_PRICE = 0.4
+# What a turn costs on the right road of a map, with the choice at its junction: nats per radian.
+_TURN_COST = 0.8
+# Probability of being on no road above which a vehicle may come back to one.
+_AWAY = 0.5
 
 
 class MapLocator:
@@ -58,8 +60,8 @@ class MapLocator:
         scale
             Metres per unit of the odometry; None for an odometry in metres within 5 %.
         prior
-            Where on the map the vehicle starts; None for anywhere, if it is on it at all: then a
-            place has to be proven by the way after it was found.
+            Where on the map the vehicle starts; None for anywhere, if it is on it at all: then no
+            place is claimed before some turns.
         settings
             The tuning; None for the defaults.
         seed
@@ -112,10 +114,9 @@ class MapLocator:
         most = self._most()
         self._strides += 1
         self._way += metres
-        error = settings.bend_error_leading if self._claim.leads else settings.bend_error
-        self._null.follow(stride, metres, error)
+        self._null.follow(stride, metres)
         them = self._motion.advance(self._them, stride, most, self._rng)
-        judge(them, stride, settings, error)
+        judge(them, stride, settings)
         self._them = self._turned_back(them, stride, most)
         self._seed_sometimes()
         them = merged(pruned(self._them, settings), settings, self._rng)
@@ -123,14 +124,12 @@ class MapLocator:
         self._them = self._split(them, stride, most)
         self._leave_sometimes()
         self._found = self._places.best(self._them, self._log_total())
-        turned = self._null.turned
-        evidence = (
-            self._them.log_total - self._null.log_fit + _TURN_PRICE * settings.null_turn * turned)
-        if self._claim.follow(self._found[0], metres, evidence=evidence, turned=turned):
-            self._watch(evidence)
+        if self._claim.follow(self._found[0], metres, turned=self._null.turned):
+            self._watch()
 
-    def _watch(self, evidence: float) -> None:
+    def _watch(self) -> None:
         """Notice when the vehicle leaves the roads: then it may be on none as well."""
+        evidence = self._them.log_total - self._null.log_fit + _TURN_COST * self._null.turned
         if self._astray.follow(
                 self._found[0], self._odometer.place, self._way, evidence):
             self._null.log_weight = max(self._null.log_weight, self._them.log_total)
@@ -146,7 +145,7 @@ class MapLocator:
             self._seed(self._seeding.expected(
                 self._astray.expected(self._odometer.place, self._way), self._odometer,
                 returning + math.log(settings.reseed_near)))
-        if share > settings.null_share and self._way - self._seeded > settings.reseed_every_m:
+        if share > _AWAY and self._way - self._seeded > settings.reseed_every_m:
             self._seeded = self._way
             returning = null.log_weight + math.log(settings.return_anywhere)
             self._seed(self._seeding.anywhere(self._odometer, returning))
@@ -270,7 +269,6 @@ class MapLocator:
             self._weigh(fix)
             if radius_of(fix) < self._settings.mode_m:
                 self._claim.prove()
-            self._claim.doubt()
         self._found = self._places.best(self._them, self._log_total())
         return True
 
@@ -289,11 +287,11 @@ class MapLocator:
         settings = self._settings
         total, doubt = self._log_total(), math.log(settings.fix_outliers)
         self._them.log_weight = self._them.log_weight + doubt
-        self._null.log_weight = total + math.log(settings.null_share / 2)
+        self._null.log_weight = total + doubt
         prior = Prior(fix.x, fix.y, 3.0 * math.hypot(radius_of(fix), settings.fix_road_m))
         if self._roads.distance_to(fix.x, fix.y) <= prior.radius:
             near = self._seeding.around(
-                prior, self._odometer, total + math.log(1.0 - settings.null_share / 2))
+                prior, self._odometer, total)
             near.log_weight = near.log_weight + log_likelihood(
                 fix, near.places, self._area, settings)
             near.log_weight += total - near.log_total
@@ -328,7 +326,6 @@ class MapLocator:
         self._past.clear()
         self._gate.forget()
         self._astray.forget()
-        self._claim.doubt()
         # Some hypotheses stand for all. Each spreads over the roads that it may have reached.
         some = resampled(self._them, settings.spread_from, self._rng)
         middles = some.places + since * np.exp(some.log_scale + 1j * some.turned)

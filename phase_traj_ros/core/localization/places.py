@@ -126,18 +126,12 @@ def _summary(those: Hypotheses, weight: Floats, near: NDArray[np.bool_]) -> Plac
 
 
 class Claim:
-    """
-    Claims a place that leads when the way since has proven it; drops it when it is improbable.
-
-    The best of many places fits the way so far even where the vehicle is on none of them: it was
-    chosen for that. The way since it leads has not chosen it. A place that jumps is another one.
-    """
+    """Claims a place that has been probable for a while; drops it when it is improbable."""
 
     def __init__(self, settings: LocatorSettings, *, on_map: bool = False) -> None:
-        """Claim nothing; ``on_map`` says that the vehicle is on the map, which needs no proof."""
+        """Claim nothing; ``on_map`` says that the vehicle is on the map, turned or not."""
         self._settings = settings
         self._on_map = on_map
-        self._begin: tuple[float, float] | None = None
         self.drop()
 
     def drop(self) -> None:
@@ -148,22 +142,18 @@ class Claim:
         """Whether it is claimed."""
         self._sure_m = 0.0
         self._last: complex | None = None
-        self._begin = None
-
-    def doubt(self) -> None:
-        """Let the way from now on prove the place, if it is not claimed yet."""
-        self._begin = None
 
     def prove(self) -> None:
         """Claim the place that leads: something else than the way has proven it."""
+        self._on_map = True
         self.held = self.leads
 
-    def follow(self, place: Place, metres: float, *, evidence: float, turned: float) -> bool:
+    def follow(self, place: Place, metres: float, *, turned: float) -> bool:
         """
         Take the best place after a way of so many metres; return whether it leads.
 
-        ``evidence`` is the logarithm of the likelihood since the start on the roads of the map,
-        relative to that on a road of no map, and ``turned`` the angle turned, left and right.
+        ``turned`` is the angle turned since the start, left and right. A place that jumps is
+        another one.
         """
         settings = self._settings
         jumped = self._last is not None and (
@@ -176,11 +166,7 @@ class Claim:
         else:
             self.drop()
         self.leads = self.leads or self._sure_m >= settings.claim_after_m
-        if self.leads:
-            self._begin = self._begin or (evidence, turned)
-            self.held = self.held or self._on_map or (
-                evidence - self._begin[0] >= settings.claim_evidence
-                and turned - self._begin[1] >= settings.claim_turned)
+        self.held = self.leads and (self._on_map or turned >= settings.claim_turned)
         return self.leads
 
 

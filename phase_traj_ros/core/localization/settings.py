@@ -32,15 +32,13 @@ class LocatorSettings:
     """Radius with which a vehicle cuts the corners of the map."""
     chord_error: float = math.radians(1.5)
     """Deviation of a chord of the map from that of the vehicle on a straight road."""
-    bend_error: float = 0.25
-    """What the bends of both chords add to it, as a share of their angle..."""
-    bend_error_leading: float = 0.15
-    """...and once a place leads, when hypotheses are dense enough to be judged by more."""
+    bend_error: float = 0.15
+    """What the bends of both chords add to it, as a share of their angle."""
     dead_band: float = math.radians(1.0)
     """Difference of the chords that costs nothing."""
     outlier_share: float = 0.03
     """Share of chords that have any direction."""
-    tempering: float = 0.3
+    tempering: float = 0.5
     """Weight of a chord: successive chords overlap, and so do their errors."""
 
     straight_on: float = 3.0
@@ -54,12 +52,14 @@ class LocatorSettings:
     road_ends: float = 0.3
     """Chance to turn back where the road ends."""
 
-    null_share: float = 0.5
-    """Probability at the start that the vehicle is on no road of the map."""
+    null_share: float = 1e-4
+    """Probability at the start that the vehicle is on no road of the map. It is this small as even
+    the right place pays for being one of many, and for its way at each junction..."""
     null_fit: float = 0.7
     """Mean likelihood of a chord on the right road, relative to its peak."""
-    null_turn: float = 1.9
-    """Nats that a road of no map pays for its turns, per radian..."""
+    null_turn: float = 0.3
+    """...but once found, it loses less than a road of no map, which pays these nats per radian of
+    its turns, while the best place of a map where the vehicle is not loses more..."""
     null_straight: float = math.radians(0.5)
     """...beyond this angle per stride."""
     null_hazard: float = 3e-5
@@ -67,7 +67,7 @@ class LocatorSettings:
 
     least_weight: float = 14.0
     """Hypotheses this many nats below the best are dropped."""
-    most_hypotheses: int = 60_000
+    most_hypotheses: int = 120_000
     """Most hypotheses..."""
     most_at_start: int = 240_000
     """...and in the first strides..."""
@@ -75,7 +75,7 @@ class LocatorSettings:
     """...of which there are this many."""
     fewest_hypotheses: int = 1_500
     """Below this number, hypotheses are split, ..."""
-    fewest_searching: int = 20_000
+    fewest_searching: int = 60_000
     """...and below this one, or two per piece of road, while no place leads."""
     merge_m: float = 1.5
     """Hypotheses on one piece this close, ..."""
@@ -93,15 +93,13 @@ class LocatorSettings:
     most_candidates: int = 20
     """Candidates in an estimate."""
     claim_above: float = 0.99
-    """A place leads when its probability has been above this..."""
+    """A place is claimed when its probability has been above this..."""
     claim_after_m: float = 20.0
-    """...for this many metres, ..."""
+    """...for this many metres, until it falls below..."""
     drop_below: float = 0.5
-    """...until it falls below this."""
-    claim_evidence: float = math.log(20.0)
-    """It is claimed when the way since then alone favours the roads of the map by this..."""
-    claim_turned: float = math.pi
-    """...and has turned by this: any road may be straight."""
+    """...this. Without a prior..."""
+    claim_turned: float = 2 * math.pi
+    """...nothing is claimed before turns of this angle in all: any road may be straight."""
 
     lost_nats: float = 4.0
     """Fall of the evidence after which the vehicle counts as off the roads of the map..."""
@@ -115,7 +113,7 @@ class LocatorSettings:
     """...plus this share of the way since; the others are anywhere."""
     return_hazard: float = 0.05
     """Probability per stride that a lost vehicle is back on a road near the expected pose."""
-    return_anywhere: float = 0.02
+    return_anywhere: float = 0.5
     """Probability that a vehicle on no road is back on any road of the map..."""
     reseed_every_m: float = 200.0
     """...after this way."""
@@ -132,3 +130,17 @@ class LocatorSettings:
     """Share of fixes that are anywhere."""
     fix_spacing_m: float = 5.0
     """Fixes closer together share their errors: only the first is used."""
+
+    @classmethod
+    def of_links(cls, metres: float) -> 'LocatorSettings':
+        """
+        Return the settings for a code of equal links of so many metres, and nothing else.
+
+        A stride is two links, as each direction errs by up to half a sector. That the vehicle is
+        on the map is assumed: so coarse a drive could not prove it.
+        """
+        return cls(
+            stride_m=1.99 * metres, mode_m=50.0, chord_error=math.radians(9.0),
+            dead_band=math.radians(6.0), bend_error=0.35, position_noise_m=3.0,
+            start_heading=math.radians(15.0), tempering=1.0, null_share=1e-100,
+            null_hazard=1e-100)

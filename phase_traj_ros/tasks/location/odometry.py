@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The odometry to locate: of a replay, of the results of one, or of a trajectory."""
+"""The odometry to locate: of a replay, of its results, of a trajectory, or of equal links."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from phase_traj_ros.core import LengthUnit, PairStatus
+from phase_traj_ros.core.codes.text import parse_links
 from phase_traj_ros.core.localization.given import OdometryStep, ScaleRange
 from phase_traj_ros.errors import ResultError, SourceError
 from phase_traj_ros.io.replay.run import Replay
@@ -24,6 +25,8 @@ IN_METRES: Final = ScaleRange(0.9, 1.1)
 IN_HEIGHTS: Final = ScaleRange(1.1, 2.2)
 """Scale of an odometry in heights of the camera above the road, in metres."""
 
+# How a line of equal links begins.
+_LINKS: Final = b'step '
 # A drive that turns by less than this fits on every straight road. Radians.
 _STRAIGHT: Final = math.radians(30.0)
 _NO_DISTANCE: Final = (
@@ -44,12 +47,15 @@ class DriveOdometry:
         The motions from each pose to the next, one entry less than poses.
     scale
         Metres per unit of the distances.
+    link
+        Length of the links, if this is a bare code of equal links; the stamps count them.
     """
 
     source: str
     stamps_ns: tuple[int, ...]
     motions: tuple[tuple[Motion, ...], ...]
     scale: ScaleRange
+    link: float | None = None
 
     @property
     def steps(self) -> list[OdometryStep]:
@@ -92,17 +98,53 @@ def read_odometry(path: Path) -> DriveOdometry:
     Parameters
     ----------
     path
-        The output folder of a replay, or a file of lines ``stamp x y z qx qy qz qw`` (TUM).
+        The output folder of a replay, a file of lines ``stamp x y z qx qy qz qw`` (TUM), or a file
+        with the line of ``~/links``, which is all that is left of the drive then.
 
     Raises
     ------
     ResultError
         The folder does not hold a replay with distances.
     SourceError
-        The trajectory cannot be read.
+        The trajectory or the links cannot be read.
 
     """
-    return _read_results(path) if path.is_dir() else _read_trajectory(path)
+    if path.is_dir():
+        return _read_results(path)
+    with path.open('rb') as file:
+        coded = file.read(len(_LINKS)) == _LINKS
+    return _read_links(path) if coded else _read_trajectory(path)
+
+
+def steps_of_links(directions: Iterable[int], kinds: int, length: float) -> list[OdometryStep]:
+    """
+    Return the steps that equal links say, each with its number as the stamp.
+
+    ``kinds`` is 4 for the paper's directions and 8 for Freeman's.
+    """
+    steps, before = [], 0.0
+    for number, each in enumerate(directions):
+        # The paper counts clockwise from the left, Freeman counter-clockwise from the right.
+        heading = (1 - each) * math.pi / 2 if kinds == 4 else (each - 2) * math.pi / 4
+        steps.append(OdometryStep(
+            stamp_ns=number + 1, distance=length, yaw=math.remainder(heading - before, math.tau)))
+        before = heading
+    return steps
+
+
+def _read_links(path: Path) -> DriveOdometry:
+    try:
+        text = parse_links(path.read_text(encoding='utf-8').strip())
+    except ValueError as error:
+        raise SourceError(f'{path}: {error}') from None
+    if not text.links.complete or not text.links.length:
+        raise SourceError(f'{path} does not have all links of a drive: older ones are left out')
+    steps = steps_of_links(
+        (code for code, count in text.links.runs for _ in range(count)),
+        len(text.links.totals), text.step)
+    return DriveOdometry(
+        str(path), tuple(range(len(steps) + 1)), tuple((step,) for step in steps),
+        IN_METRES if text.unit == LengthUnit.METRE.value else IN_HEIGHTS, link=text.step)
 
 
 def _read_results(directory: Path) -> DriveOdometry:

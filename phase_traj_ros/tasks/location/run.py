@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import groupby
 
 import numpy as np
@@ -124,8 +124,10 @@ def locate(
         No road of the map is where the drive starts.
 
     """
-    settings = LocatorSettings() if level is None else LocatorSettings(claim_above=level)
     scale = odometry.scale if scale is None else scale
+    settings = LocatorSettings() if odometry.link is None else LocatorSettings.of_links(
+        odometry.link * scale.middle)
+    settings = settings if level is None else replace(settings, claim_above=level)
     locator = MapLocator(
         roads.road_map(), scale=scale, prior=None if near is None else near.prior(roads),
         settings=settings)

@@ -1,8 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A place that leads is claimed when the way since then alone has proven it."""
-
-import math
+"""A place is claimed after it has been probable for a while, on a way with turns."""
 
 import numpy as np
 from phase_traj_ros.core import LocatorSettings
@@ -10,7 +8,6 @@ from phase_traj_ros.core.localization.places import Claim, Place
 import pytest
 
 SETTINGS = LocatorSettings()
-ENOUGH = SETTINGS.claim_evidence + 0.1
 
 
 def place(at=0.0, probability=0.999):
@@ -19,47 +16,40 @@ def place(at=0.0, probability=0.999):
 
 @pytest.fixture
 def leading():
-    """Return a claim of a place that was found with much evidence, and has just begun to lead."""
+    """Return a claim of a place that has just begun to lead, without any turn."""
     claim = Claim(SETTINGS)
     while not claim.leads:
-        claim.follow(place(), 5.0, evidence=50.0, turned=20.0)
+        claim.follow(place(), 5.0, turned=0.0)
     return claim
 
 
-def test_the_evidence_that_chose_a_place_does_not_prove_it(leading):
+def test_nothing_is_claimed_without_turns(leading):
     assert not leading.held
-
-
-def test_the_way_since_proves_it(leading):
-    leading.follow(place(), 5.0, evidence=50.0 + ENOUGH, turned=20.0 + math.pi)
+    leading.follow(place(), 5.0, turned=SETTINGS.claim_turned + 0.1)
     assert leading.held
 
 
-@pytest.mark.parametrize(('evidence', 'turned'), [(0.0, 10.0), (ENOUGH, 1.0), (-5.0, 10.0)])
-def test_neither_turns_nor_a_straight_road_alone_prove_it(leading, evidence, turned):
-    leading.follow(place(), 5.0, evidence=50.0 + evidence, turned=20.0 + turned)
-    assert leading.leads and not leading.held
-
-
 @pytest.mark.parametrize('other', [place(at=200.0), place(probability=0.3)])
-def test_another_place_has_to_be_proven_anew(leading, other):
-    leading.follow(place(), 5.0, evidence=50.0 + ENOUGH, turned=20.0 + math.pi)
-    leading.follow(other, 5.0, evidence=50.0 + ENOUGH, turned=20.0 + math.pi)
+def test_another_place_has_to_lead_for_a_while(leading, other):
+    leading.follow(place(), 5.0, turned=20.0)
+    leading.follow(other, 5.0, turned=20.0)
     assert not leading.held
-    for _ in range(10):
-        leading.follow(
-            place(at=200.0), 5.0, evidence=50.0 + 1.5 * ENOUGH, turned=20.0 + 1.5 * math.pi)
-    assert leading.leads and not leading.held
+    ways = 0.0
+    while not leading.held:
+        leading.follow(place(at=200.0), 5.0, turned=20.0)
+        ways += 5.0
+    assert ways >= SETTINGS.claim_after_m
 
 
-def test_a_jump_of_the_evidence_by_a_fix_or_a_gap_is_no_proof(leading):
-    leading.doubt()
-    leading.follow(place(), 5.0, evidence=90.0, turned=40.0)
-    assert not leading.held
-
-
-def test_something_else_proves_only_a_place_that_leads(leading):
+def test_a_fix_proves_only_a_place_that_leads(leading):
     none = Claim(SETTINGS)
     none.prove()
     leading.prove()
     assert leading.held and not none.held
+
+
+def test_where_the_vehicle_is_on_the_map_no_turns_are_needed():
+    claim = Claim(SETTINGS, on_map=True)
+    while not claim.leads:
+        claim.follow(place(), 5.0, turned=0.0)
+    assert claim.held

@@ -7,7 +7,8 @@ import math
 
 from made_town import drive, write_tum
 import numpy as np
-from phase_traj_ros.core import PairStatus, Travel, TravelState
+from phase_traj_ros.core import LinkCode, PairStatus, Travel, TravelState
+from phase_traj_ros.core.codes.text import describe_links
 from phase_traj_ros.core.localization.given import OdometryStep
 from phase_traj_ros.errors import ResultError, SourceError
 from phase_traj_ros.io.replay.run import replay
@@ -175,3 +176,33 @@ def test_a_repeated_picture_does_not_move_the_vehicle(tmp_path):
         assert [step.distance for step in odometry.steps].count(0.0) == 1
         assert sum(step.distance for step in odometry.steps) == pytest.approx(
             result.way.distance, abs=1e-3)
+
+
+@pytest.mark.parametrize('connectivity', [4, 8])
+def test_the_line_of_equal_links_is_read(tmp_path, connectivity):
+    # 100 m ahead, 50 m to the left, 30 m ahead again.
+    code = LinkCode(10.0, connectivity=connectivity)
+    for metres, heading in ((100.0, 0.0), (50.0, math.pi / 2), (30.0, 0.0)):
+        for _ in range(round(metres)):
+            code.add(1.0, heading, 0.0)
+    (tmp_path / 'links.txt').write_text(f'{describe_links(code, unit="m")}\n')
+
+    odometry = read_odometry(tmp_path / 'links.txt')
+    assert odometry.link == 10.0 and odometry.scale == IN_METRES
+    heading, place = 0.0, 0j
+    for step in odometry.steps:
+        heading += step.yaw
+        place += step.distance * complex(math.cos(heading), math.sin(heading))
+    assert place == pytest.approx(130 + 50j, abs=25.0)
+    assert len(odometry.steps) == len(odometry.stamps_ns) - 1 == 18
+
+
+@pytest.mark.parametrize(('line', 'message'), [
+    ('step 10 m; links 3 (0:0 1:3 2:0 3:0) 1x2', 'add up'),
+    ('step 10 m; links 3 (0:0 1:3 2:0 3:0) ... 1x2', 'older ones'),
+    ('step 10 m; links 0 (0:0 1:0 2:0 3:0)', 'all links'),
+])
+def test_links_that_are_not_all_there_are_refused(tmp_path, line, message):
+    (tmp_path / 'links.txt').write_text(line)
+    with pytest.raises(SourceError, match=message):
+        read_odometry(tmp_path / 'links.txt')
