@@ -3,7 +3,9 @@
 """
 Judges each pair of frames, once: what its measurement is worth, and why.
 
-``judged`` is the only place that decides it; ``Judge`` collects what it needs to know.
+``judged`` is the only place that decides it; ``Judge`` collects what it needs to know: whether the
+vehicle stands (``_stands``) and whether only what is fixed to the camera agrees
+(``_only_fixed_agree``). The distance of a pair that stands is 0; of others, the road decides.
 """
 
 from dataclasses import dataclass, replace
@@ -130,15 +132,14 @@ class Judge:
         if pair.cut:
             self._areas.interrupt()
         changed = self.look(picture, shift, interval)
-        if pair.worth is Worth.STILL and self._drives(pair.yaw, interval):
+        if pair.worth is Worth.STILL and not self._stands(pair.yaw, interval):
             pair = replace(pair, worth=Worth.MEASURED)
         yaw, fixed = pair.yaw, False
         if yaw is not None and shift is not None:
             if pair.worth is Worth.STILL:
                 # A stationary vehicle does not turn, whatever passes by.
                 yaw = replace(yaw, yaw=0.0)
-            elif self._guards and (not self._areas.sufficient
-                                   or self._areas.doubts(shift, agreed=yaw.refined)):
+            elif self._only_fixed_agree(yaw, shift):
                 yaw, fixed = replace(yaw, yaw=None), True
         status, evidence = judged(
             pair, blank=self._guards and self._areas.blank, fixed=fixed, by_yaw=self._by_yaw,
@@ -163,11 +164,20 @@ class Judge:
             picture, interval, turned=shift.dx) and self._areas.sufficient
         return changed and (before or self._leaves_out)
 
-    def _drives(self, yaw: YawMeasurement | None, interval: float) -> bool:
-        """Return whether the vehicle drives, although most of the image may not move."""
+    def _stands(self, yaw: YawMeasurement | None, interval: float) -> bool:
+        """
+        Return whether a vehicle stands whose picture is still.
+
+        It drives if all that does not move is the horizon, or if everything turns.
+        """
         turns = (yaw is not None and yaw.yaw is not None and yaw.certain
                  and abs(yaw.yaw) > _TURNING * interval)
-        return self._areas.far or (turns and self._areas.moving)
+        return not (self._areas.far or (turns and self._areas.moving))
+
+    def _only_fixed_agree(self, yaw: YawMeasurement, shift: Shift) -> bool:
+        """Return whether only what is fixed to the camera may agree on the yaw."""
+        return self._guards and (
+            not self._areas.sufficient or self._areas.doubts(shift, agreed=yaw.refined))
 
     @property
     def _leaves_out(self) -> bool:
