@@ -16,8 +16,8 @@ from phase_traj_ros.core import DynamicChainCode, Movement, PhaseCorrelator
 from phase_traj_ros.core.correlation.quality import (
     GateSettings,
     PairQuality,
-    StillnessSettings,
     Quality,
+    StillnessSettings,
 )
 
 _THRESHOLDS = (16.0, 20.0)

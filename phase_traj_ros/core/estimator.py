@@ -16,6 +16,7 @@ from phase_traj_ros.core.codes.links import LinkCode
 from phase_traj_ros.core.codes.threshold_hint import ThresholdHint
 from phase_traj_ros.core.coding import Coder
 from phase_traj_ros.core.correlation.phase_correlation import Frame, Shift
+from phase_traj_ros.core.distance_meter import DistanceMeter
 from phase_traj_ros.core.frames.prepare import prepare
 from phase_traj_ros.core.frames.repeats import RepeatDetector
 from phase_traj_ros.core.heading.turns import Turn
@@ -28,7 +29,6 @@ from phase_traj_ros.core.reliability import Evidence, Reliability, ReliabilityMo
 from phase_traj_ros.core.route import Route
 from phase_traj_ros.core.settings import CodeSource, EstimatorSettings
 from phase_traj_ros.core.status import PairStatus
-from phase_traj_ros.core.distance_meter import DistanceMeter
 from phase_traj_ros.core.update import Counters, Update
 from phase_traj_ros.errors import FrameError
 

@@ -21,8 +21,8 @@ from phase_traj_ros.core.camera.model import CameraModel
 from phase_traj_ros.core.correlation.phase_correlation import Frame
 from phase_traj_ros.core.heading.camera_motion import CameraMotion
 from phase_traj_ros.core.road.ground import CELL, GroundPatch, rotation, stretches
-from phase_traj_ros.core.road.speed_filter import SpeedFilter
 from phase_traj_ros.core.road.slide import Slide
+from phase_traj_ros.core.road.speed_filter import SpeedFilter
 from phase_traj_ros.core.road.tilt import RoadTilt
 from phase_traj_ros.core.road.travel import Travel, TravelState
 

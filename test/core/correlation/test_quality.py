@@ -11,9 +11,9 @@ from phase_traj_ros.core.correlation.quality import (
     GateSettings,
     MeasurementGate,
     PairQuality,
+    Quality,
     StillnessDetector,
     StillnessSettings,
-    Quality,
 )
 import pytest
 from textures import pair
