@@ -307,7 +307,9 @@ class TrajectoryEstimator:
         waited_ns = 0 if first else stamp_ns - self._measured_ns
         # First, as an unusable frame must not change the state.
         picture = prepare(frame)
-        if self._frames and self._repeats.is_repeated(frame, interval_ns, encoding=encoding):
+        # The codes of the paper are those of pairs, whatever was before them.
+        if self._frames and self._repeats.is_repeated(
+                frame, interval_ns, encoding=encoding, by_motion=self._by_heading):
             self._count(stamp_ns)
             return self._repeated(stamp_ns, interval_ns)
         pair = None
