@@ -68,7 +68,7 @@ def test_the_bounds_stay_within_what_vehicles_do(speed):
 
 
 def test_what_no_vehicle_can_do_is_not_searched():
-    """A strongly compressed road shows such slides: 3 g are 18 camera heights per second squared."""
+    """A compressed road shows slides that do: 3 g are 18 camera heights per second squared."""
     speed_filter = SpeedFilter()
     for _ in range(20):
         speed_filter.pass_time(0.1)
