@@ -16,8 +16,8 @@ from phase_traj_ros.core import DynamicChainCode, Movement, PhaseCorrelator
 from phase_traj_ros.core.correlation.quality import (
     GateSettings,
     PairQuality,
+    Quality,
     StillnessSettings,
-    Worth,
 )
 
 _THRESHOLDS = (16.0, 20.0)
@@ -81,7 +81,7 @@ def followed(frames: Iterable[np.ndarray]) -> tuple[list[float], list[float | No
         if shift is not None:
             verdict, believed = tests.judge(shift, correlator)
             measured.append(shift.dx)
-            judged.append(believed.dx if verdict is Worth.MEASURED else None)
+            judged.append(believed.dx if verdict is Quality.MEASURED else None)
     return measured, judged
 
 

@@ -16,6 +16,7 @@ from phase_traj_ros.core.codes.links import LinkCode
 from phase_traj_ros.core.codes.threshold_hint import ThresholdHint
 from phase_traj_ros.core.coding import Coder
 from phase_traj_ros.core.correlation.phase_correlation import Frame, Shift
+from phase_traj_ros.core.distance_meter import DistanceMeter
 from phase_traj_ros.core.frames.prepare import prepare
 from phase_traj_ros.core.frames.repeats import RepeatDetector
 from phase_traj_ros.core.heading.turns import Turn
@@ -28,7 +29,6 @@ from phase_traj_ros.core.reliability import Evidence, Reliability, ReliabilityMo
 from phase_traj_ros.core.route import Route
 from phase_traj_ros.core.settings import CodeSource, EstimatorSettings
 from phase_traj_ros.core.status import PairStatus
-from phase_traj_ros.core.travelling import Travelling
 from phase_traj_ros.core.update import Counters, Update
 from phase_traj_ros.errors import FrameError
 
@@ -71,7 +71,7 @@ class TrajectoryEstimator:
                 Lens(hfov_deg=ASSUMED_HFOV_DEG, assumed=True), learning=SelfCalibration())
         self._coder = Coder(self._settings)
         self._route = Route(self._settings)
-        self._travelling = Travelling(self._settings)
+        self._distance_meter = DistanceMeter(self._settings)
         self._judge = Judge(self._settings.code_source)
         self._monitor = ReliabilityMonitor()
         self._turned = False
@@ -145,7 +145,7 @@ class TrajectoryEstimator:
     @property
     def newest_speed_ns(self) -> int | None:
         """Return the stamp of the newest speed in nanoseconds; None before the first."""
-        return self._travelling.speeds.newest_ns
+        return self._distance_meter.speeds.newest_ns
 
     @property
     def reliability(self) -> Reliability:
@@ -208,7 +208,7 @@ class TrajectoryEstimator:
             The speed is not from -1000 to 1000. The state is unchanged.
 
         """
-        self._travelling.speeds.add(stamp_ns, speed)
+        self._distance_meter.speeds.add(stamp_ns, speed)
 
     def repeat_stamp(self, count: int) -> None:
         """Count frames with the stamp of the one before, which are not used."""
@@ -248,7 +248,7 @@ class TrajectoryEstimator:
         self._steady = None
         self._repeats.forget()
         self._meter.reconfigure(settings)
-        self._travelling.reconfigure(settings)
+        self._distance_meter.reconfigure(settings)
         self._coder.reconfigure(settings)
         if switches:
             self._coder = Coder(settings)
@@ -307,7 +307,9 @@ class TrajectoryEstimator:
         waited_ns = 0 if first else stamp_ns - self._measured_ns
         # First, as an unusable frame must not change the state.
         picture = prepare(frame)
-        if self._frames and self._repeats.is_repeated(frame, interval_ns, encoding=encoding):
+        # The codes of the paper are those of pairs, whatever was before them.
+        if self._frames and self._repeats.is_repeated(
+                frame, interval_ns, encoding=encoding, by_motion=self._by_heading):
             self._count(stamp_ns)
             return self._repeated(stamp_ns, interval_ns)
         pair = None
@@ -400,7 +402,7 @@ class TrajectoryEstimator:
         self._judge.reset()
         self._monitor.reset()
         self._turned = False
-        self._travelling.reset()
+        self._distance_meter.reset()
         self._route.reset()
         self._frames = 0
         self._last_stamp_ns = self._steady = self._foreseen = None
@@ -416,11 +418,11 @@ class TrajectoryEstimator:
         self._judge.look(picture, None, 0.0)
         if self._heading is not None:
             self._heading.start(stamp_ns)
-        self._travelling.start(picture, self._heading)
+        self._distance_meter.start(picture, self._heading)
 
     def _begin_scene(self) -> None:
         """Separate the pair from those before a cut in the video."""
-        self._travelling.reset()
+        self._distance_meter.reset()
         if self._heading is not None:
             self._heading.cut()
 
@@ -438,7 +440,7 @@ class TrajectoryEstimator:
         status = verdict.status.coded(step)
         turned = None if heading is None else heading.step
         # The road shows whether the vehicle moves, even if the rest of the image does not.
-        travel = self._travelling.update(
+        travel = self._distance_meter.update(
             picture, self._heading, pair.yaw, status, stamp_ns, interval_ns,
             unsure_ns=self._repeats.unsure_ns)
         progress = self._route.add(step, turned, travel, stamp_ns, interval_ns)
@@ -480,7 +482,7 @@ class TrajectoryEstimator:
         """Add the yaw of the pair to the heading, if the heading is measured."""
         if self._heading is None:
             return None
-        speed = self._travelling.heights_per_second
+        speed = self._distance_meter.heights_per_second
         update = self._heading.add(
             verdict.yaw, stamp_ns, interval, way=None if speed is None else speed * interval,
             frames=self._frames - self._measured)

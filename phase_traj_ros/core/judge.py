@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from phase_traj_ros.core.correlation.fixed_areas import FixedAreas
 from phase_traj_ros.core.correlation.phase_correlation import Frame, Shift
-from phase_traj_ros.core.correlation.quality import Worth
+from phase_traj_ros.core.correlation.quality import Quality
 from phase_traj_ros.core.heading.visual_compass import VisualCompass
 from phase_traj_ros.core.heading.yaw_meter import YawMeasurement
 from phase_traj_ros.core.measuring import Comparison
@@ -58,11 +58,11 @@ def judged(
         return PairStatus.REPEATED, Evidence.REPEATED
     if pair.gap:
         return PairStatus.GAP, Evidence.APART
-    if pair.worth is None:
+    if pair.quality is None:
         return PairStatus.REPRIMED, Evidence.APART
-    if pair.worth is Worth.STILL:
+    if pair.quality is Quality.STILL:
         return PairStatus.STILL, Evidence.STILL
-    if pair.worth is Worth.NOTHING:
+    if pair.quality is Quality.NOTHING:
         return PairStatus.NO_MEASUREMENT, Evidence.BLANK
     status = PairStatus.NO_MEASUREMENT if by_yaw and implausible else PairStatus.OK
     if blank:
@@ -132,11 +132,11 @@ class Judge:
         if pair.cut:
             self._areas.interrupt()
         changed = self.look(picture, shift, interval)
-        if pair.worth is Worth.STILL and not self._stands(pair.yaw, interval):
-            pair = replace(pair, worth=Worth.MEASURED)
+        if pair.quality is Quality.STILL and not self._stands(pair.yaw, interval):
+            pair = replace(pair, quality=Quality.MEASURED)
         yaw, fixed = pair.yaw, False
         if yaw is not None and shift is not None:
-            if pair.worth is Worth.STILL:
+            if pair.quality is Quality.STILL:
                 # A stationary vehicle does not turn, whatever passes by.
                 yaw = replace(yaw, yaw=0.0)
             elif self._only_fixed_agree(yaw, shift):

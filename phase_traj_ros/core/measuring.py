@@ -13,7 +13,7 @@ from phase_traj_ros.core.correlation.phase_correlation import (
     PhaseCorrelator,
     Shift,
 )
-from phase_traj_ros.core.correlation.quality import GateSettings, PairQuality, Worth
+from phase_traj_ros.core.correlation.quality import GateSettings, PairQuality, Quality
 from phase_traj_ros.core.heading.cuts import CutDetector
 from phase_traj_ros.core.heading.visual_compass import VisualCompass
 from phase_traj_ros.core.heading.yaw_meter import YawMeasurement
@@ -32,7 +32,7 @@ class Comparison:
     """Shift of the view, in its pixels, as measured."""
     yaw: YawMeasurement | None = None
     """Yaw, if a lens is given."""
-    worth: Worth | None = None
+    quality: Quality | None = None
     """What the pair is worth by its frames alone; None if they cannot be compared."""
     used: Shift | None = None
     """Shift of the view, or of the cylinder, to use for the pair."""
@@ -154,8 +154,8 @@ class PairMeter:
             measured = None if yaw is None else yaw.shift
         if measured is None:
             return Comparison(shift, yaw, cut=cut)
-        worth, used = self._quality.judge(measured, self._correlator)
-        return Comparison(shift, yaw, worth, used, self._agreement(shift, yaw), cut=cut)
+        quality, used = self._quality.judge(measured, self._correlator)
+        return Comparison(shift, yaw, quality, used, self._agreement(shift, yaw), cut=cut)
 
     def correlation_map(self) -> NDArray[np.float32]:
         """Return the correlation map of the newest pair, see ``PhaseCorrelator``."""

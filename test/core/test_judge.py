@@ -6,7 +6,7 @@
 import cv2
 import numpy as np
 from phase_traj_ros.core import CodeSource, PairStatus, Shift
-from phase_traj_ros.core.correlation.quality import Worth
+from phase_traj_ros.core.correlation.quality import Quality
 from phase_traj_ros.core.heading.yaw_meter import YawMeasurement
 from phase_traj_ros.core.judge import Judge, judged
 from phase_traj_ros.core.measuring import Comparison
@@ -14,10 +14,10 @@ from phase_traj_ros.core.reliability import Evidence
 import pytest
 
 SHIFT = Shift(1.0, 0.0, 0.2)
-GOOD = Comparison(SHIFT, None, Worth.MEASURED, SHIFT, agreement=0.8)
-SCATTERED = Comparison(SHIFT, None, Worth.MEASURED, SHIFT, agreement=0.2)
-STILL = Comparison(SHIFT, None, Worth.STILL, SHIFT, agreement=0.8)
-NOTHING = Comparison(SHIFT, None, Worth.NOTHING, SHIFT, agreement=0.8)
+GOOD = Comparison(SHIFT, None, Quality.MEASURED, SHIFT, agreement=0.8)
+SCATTERED = Comparison(SHIFT, None, Quality.MEASURED, SHIFT, agreement=0.2)
+STILL = Comparison(SHIFT, None, Quality.STILL, SHIFT, agreement=0.8)
+NOTHING = Comparison(SHIFT, None, Quality.NOTHING, SHIFT, agreement=0.8)
 
 
 @pytest.mark.parametrize(('pair', 'known', 'status', 'evidence'), [
@@ -56,9 +56,9 @@ class Following:
         return self._plausible and measured is not None and measured.yaw is not None
 
 
-def turning(yaw=0.02, worth=Worth.MEASURED, **options):
+def turning(yaw=0.02, quality=Quality.MEASURED, **options):
     measured = YawMeasurement(Shift(0.2, 0.0, 0.2), yaw, refined=True, agreement=0.8)
-    return Comparison(None, measured, worth, measured.shift, agreement=0.8, **options)
+    return Comparison(None, measured, quality, measured.shift, agreement=0.8, **options)
 
 
 def judged_after(pictures, pair, source=CodeSource.AUTO, heading=None):
@@ -86,16 +86,16 @@ def test_a_standing_vehicle_does_not_turn_whatever_passes_by(street):
     lorry = [street[0].copy() for _ in street]
     for picture, moving in zip(lorry, street):
         picture[80:] = moving[80:]
-    verdict = judged_after(lorry, turning(worth=Worth.STILL))
+    verdict = judged_after(lorry, turning(quality=Quality.STILL))
     assert (verdict.status, verdict.yaw.yaw) == (PairStatus.STILL, 0.0)
 
 
 def test_a_vehicle_that_turns_drives_though_the_blocks_with_most_texture_stand(street):
-    turned = turning(worth=Worth.STILL)
+    turned = turning(quality=Quality.STILL)
     verdict = judged_after(street, turned)
     assert (verdict.status, verdict.yaw) == (PairStatus.OK, turned.yaw)
     # Everything changes in the noise of a night, too, but no blocks agree on a turn.
-    slow = turning(yaw=0.002, worth=Worth.STILL)
+    slow = turning(yaw=0.002, quality=Quality.STILL)
     assert judged_after(street, slow).status is PairStatus.STILL
 
 

@@ -171,7 +171,7 @@ class StillnessDetector:
         return float(np.mean(np.hypot(mean[:, 0], mean[:, 1]) > limit))
 
 
-class Worth(Enum):
+class Quality(Enum):
     """What a pair of frames is worth."""
 
     MEASURED = 'measured'
@@ -233,7 +233,7 @@ class PairQuality:
             self._has_pair = self._blocks.update(frame)
             self._width = frame.shape[1]
 
-    def judge(self, shift: Shift, correlator: PhaseCorrelator) -> tuple[Worth, Shift]:
+    def judge(self, shift: Shift, correlator: PhaseCorrelator) -> tuple[Quality, Shift]:
         """
         Return what the pair is worth, and the shift to use for it.
 
@@ -243,11 +243,11 @@ class PairQuality:
             blocks = self._blocks if self._has_pair else None
             believed = self._gate.judge(shift, correlator, blocks)
             if believed is None:
-                return Worth.NOTHING, shift
+                return Quality.NOTHING, shift
             shift = believed
         elif shift.response == 0.0:
-            return Worth.NOTHING, shift
+            return Quality.NOTHING, shift
         if self._detector is not None and self._has_pair and self._detector.update(
                 self._blocks.flow(), self._width):
-            return Worth.STILL, shift
-        return Worth.MEASURED, shift
+            return Quality.STILL, shift
+        return Quality.MEASURED, shift

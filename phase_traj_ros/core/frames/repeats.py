@@ -57,14 +57,17 @@ class RepeatDetector:
         """
         return self._tick_ns / math.sqrt(6.0) if self._since < _CONVERTED else 0.0
 
-    def is_repeated(self, frame: Frame, interval_ns: int, *, encoding: str = '') -> bool:
+    def is_repeated(
+        self, frame: Frame, interval_ns: int, *, encoding: str = '', by_motion: bool = False,
+    ) -> bool:
         """
         Return whether a frame (H, W) is the one that was kept, or was taken at the same time.
 
         ``interval_ns`` is the time since that frame. uint8 frames may differ by the noise of an
         encoder; others must be identical. A constant frame, as of a covered lens, is not repeated.
+        With ``by_motion``, pictures of any encoder are recognised, by those before them.
         """
-        repeated = self._is_same(frame, interval_ns, encoding)
+        repeated = self._is_same(frame, interval_ns, encoding, by_motion)
         if repeated and interval_ns >= _SAME_TIME_NS:
             # Of several repetitions, the first is one interval after the frame.
             self._tick_ns = interval_ns if self._repeats == 0 else self._tick_ns
@@ -79,7 +82,9 @@ class RepeatDetector:
             self._repeats_before, self._repeats = self._repeats, 0
         self._frame, self._form = frame, encoding
 
-    def _is_same(self, frame: Frame, interval_ns: int, encoding: str) -> bool:
+    def _is_same(
+        self, frame: Frame, interval_ns: int, encoding: str, by_motion: bool,
+    ) -> bool:
         kept = self._frame
         if (kept is None or encoding != self._form or kept.shape != frame.shape
                 or kept.dtype != frame.dtype):
@@ -91,6 +96,8 @@ class RepeatDetector:
         # Most frames differ already in a few of their rows.
         change = cv2.mean(cv2.absdiff(frame[::_SQUARE], kept[::_SQUARE]))[0]
         same = change <= 4.0 * _ENCODED and _is_improved(frame, kept, interval_ns)
+        if not by_motion:
+            return same
         return self._halts.update(kept, frame, interval_ns, change=change, same=same)
 
 

@@ -21,8 +21,8 @@ from phase_traj_ros.core.camera.model import CameraModel
 from phase_traj_ros.core.correlation.phase_correlation import Frame
 from phase_traj_ros.core.heading.camera_motion import CameraMotion
 from phase_traj_ros.core.road.ground import CELL, GroundPatch, rotation, stretches
-from phase_traj_ros.core.road.pace import Pace
 from phase_traj_ros.core.road.slide import Slide
+from phase_traj_ros.core.road.speed_filter import SpeedFilter
 from phase_traj_ros.core.road.tilt import RoadTilt
 from phase_traj_ros.core.road.travel import Travel, TravelState
 
@@ -132,7 +132,7 @@ class _Since:
         self.age += interval
 
     def add(
-        self, way: float, variance: float, pace: Pace, interval: float,
+        self, way: float, variance: float, speed_filter: SpeedFilter, interval: float,
     ) -> tuple[float, float]:
         """
         Return the distance of the newest pair and its variance, from that since the keyframe.
@@ -141,14 +141,14 @@ class _Since:
         is the distance between the keyframes.
         """
         self.before, self.before_variance = self.given, self.variance
-        if self.over or not pace.known:
+        if self.over or not speed_filter.known:
             self.given, self.variance = way, variance
             return self.given - self.before, variance
-        foreseen = self.before + pace.speed * interval
-        off = self.before_variance + (pace.deviation * interval) ** 2
+        foreseen = self.before + speed_filter.speed * interval
+        off = self.before_variance + (speed_filter.deviation * interval) ** 2
         gain = off / (off + variance)
         self.given, self.variance = foreseen + gain * (way - foreseen), gain * variance
-        return self.given - self.before, (pace.deviation * interval) ** 2
+        return self.given - self.before, (speed_filter.deviation * interval) ** 2
 
 
 class RoadMeter:
@@ -157,7 +157,7 @@ class RoadMeter:
     def __init__(
         self, camera: CameraModel, horizon: Horizon, *, pitch_known: bool = False,
         rotate_180: bool = False, mask: NDArray[np.float32] | None = None,
-        pace: Pace | None = None, keyframes: bool = True,
+        speed_filter: SpeedFilter | None = None, keyframes: bool = True,
     ) -> None:
         """
         Make a meter that waits for its first frame.
@@ -174,7 +174,7 @@ class RoadMeter:
             Whether the frames are upside down.
         mask
             Weight of each pixel of the frames, (H, W), 0 to 1.
-        pace
+        speed_filter
             Prior speed; None if it is unknown.
         keyframes
             Whether a frame may be compared with an earlier one than its predecessor.
@@ -184,7 +184,7 @@ class RoadMeter:
         self._camera, self._horizon = camera, horizon
         self._rotate_180, self._mask = rotate_180, mask
         self._tilt = RoadTilt(horizon, fixed=pitch_known)
-        self.pace = Pace() if pace is None else pace
+        self.speed_filter = SpeedFilter() if speed_filter is None else speed_filter
         """Speed of the vehicle."""
         self._looks: tuple[_Look, ...] | None = None
         self._assumed, self._bending = 0.0, 0.0
@@ -202,7 +202,7 @@ class RoadMeter:
 
     def forget(self) -> None:
         """Restart with the next frame; the tilt is kept."""
-        self.pace.forget()
+        self.speed_filter.forget()
         self._bending = 0.0
         self._kept, self._since = None, _Since()
 
@@ -237,15 +237,15 @@ class RoadMeter:
             Standard deviation of the interval.
 
         """
-        self.pace.pass_time(interval, unsure=unsure)
+        self.speed_filter.pass_time(interval, unsure=unsure)
         self._tilt.pass_time(interval)
         travel = None
         if still:
             self.start(frame)
             travel = self._standing(interval)
         elif motion is not None:
-            driven = self.pace.speed * max(motion.age, interval)
-            if not self.pace.known or driven > _LEAST_SLIDE:
+            driven = self.speed_filter.speed * max(motion.age, interval)
+            if not self.speed_filter.known or driven > _LEAST_SLIDE:
                 self._tilt.add_travel(motion.travel.slope, motion.travel.slope_variance)
             self._since.turn(
                 motion.yaw, self._nodded(motion.pitch, interval), motion.roll, interval)
@@ -315,7 +315,7 @@ class RoadMeter:
             agreeing = [replace(
                 each, way=each.raw / self._stretched(each.middle)) for each in agreeing]
         since = self._since
-        stood = self.pace.known and self.pace.speed == 0.0
+        stood = self.speed_filter.known and self.speed_filter.speed == 0.0
         if not turned.moves and (stood or since.age >= _STANDS) and all(
                 abs(each.raw) < _FIXED_CELLS * CELL for each in agreeing):
             since.over = since.age >= _CREEPS
@@ -330,10 +330,10 @@ class RoadMeter:
         tilt = 2.0 * depth * self._tilt.common_deviation
         since.over = (not self._keyframes or abs(way) > _BASELINE or since.age >= _LONGEST
                       or abs(since.yaw) > _TURNED)
-        distance, variance = since.add(way, own, self.pace, interval)
+        distance, variance = since.add(way, own, self.speed_filter, interval)
         # The first speed is the mean one since the keyframe.
-        time = interval if self.pace.known else since.age
-        self.pace.add(
+        time = interval if self.speed_filter.known else since.age
+        self.speed_filter.add(
             (way - since.before) / time,
             (own + since.before_variance + (swing * distance) ** 2) / (time * time))
         return Travel(
@@ -359,7 +359,7 @@ class RoadMeter:
         apart = _DIFFER * deviation
         given = self._since.given
         least, most = (
-            (given + speed * interval) * stretched for speed in self.pace.bounds)
+            (given + speed * interval) * stretched for speed in self.speed_filter.bounds)
         least, most = (least - apart) / CELL, min((most + apart) / CELL, look.slide.most)
         places = [(least, most)]
         if turned.drives:
@@ -379,18 +379,18 @@ class RoadMeter:
         return math.exp(2.0 * middle * (self._tilt.pitch - self._assumed))
 
     def _standing(self, interval: float) -> Travel:
-        self.pace.stand()
+        self.speed_filter.stand()
         # A slower slide than this would not be seen while a keyframe is kept.
         return Travel(
             0.0, (_PEAK * CELL * interval / _CREEPS) ** 2, TravelState.STANDING)
 
     def _bridged(self, interval: float, *, turns: bool) -> Travel:
-        off = self.pace.deviation * interval
+        off = self.speed_filter.deviation * interval
         # A turning vehicle moves, even if it was standing when it was last measured.
-        if not self.pace.known or (turns and self.pace.speed == 0.0):
+        if not self.speed_filter.known or (turns and self.speed_filter.speed == 0.0):
             return Travel(1.0, off ** 2, TravelState.UNKNOWN)
-        way = self.pace.speed * min(interval, _HOLDS)
-        if self.pace.lost:
+        way = self.speed_filter.speed * min(interval, _HOLDS)
+        if self.speed_filter.lost:
             # The drawn path continues with the last speed, but this is not a distance.
             return Travel(way, off ** 2, TravelState.UNKNOWN)
         # The error of the speed is correlated between pairs.

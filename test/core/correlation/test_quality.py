@@ -11,9 +11,9 @@ from phase_traj_ros.core.correlation.quality import (
     GateSettings,
     MeasurementGate,
     PairQuality,
+    Quality,
     StillnessDetector,
     StillnessSettings,
-    Worth,
 )
 import pytest
 from textures import pair
@@ -22,7 +22,7 @@ SHAPE = (240, 320)
 WIDTH = 1000
 LIMIT = 2e-4 * WIDTH
 FRAMES = 4
-MEASURED, STILL, NOTHING = Worth
+MEASURED, STILL, NOTHING = Quality
 
 
 def verdicts(frames, **options):

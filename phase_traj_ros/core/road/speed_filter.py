@@ -15,7 +15,7 @@ _FASTEST, _BACKWARDS = 45.0, 3.0
 _ANY = 12.0
 
 
-class Pace:
+class SpeedFilter:
     """Filters the speed, in camera heights per second."""
 
     def __init__(self) -> None:

@@ -30,7 +30,7 @@ _USUAL_HEIGHT = 1.6
 _ANY_SPEED = 15.0
 
 
-class Travelling:
+class DistanceMeter:
     """Measures the distance of each pair, in the unit of the path (see ``Travel``)."""
 
     def __init__(self, settings: EstimatorSettings) -> None:
@@ -143,15 +143,15 @@ class Travelling:
                 self._mask = heading.counting
                 self._meter.use_mask(self._mask)
             return False
-        pace = None if self._meter is None else self._meter.pace
-        if pace is not None:
-            pace.deviation += _OTHER_LENS * abs(pace.speed)
+        speeds = None if self._meter is None else self._meter.speed_filter
+        if speeds is not None:
+            speeds.deviation += _OTHER_LENS * abs(speeds.speed)
         self._camera, self._mask = camera, heading.counting
         lens = heading.lens
         horizon, given = lens.horizon, math.radians(self._settings.camera_pitch_deg)
         self._meter = RoadMeter(
             heading.model, replace(horizon, pitch=given) if given else horizon,
             pitch_known=lens.pitch_known or given != 0.0,
-            rotate_180=self._settings.view.rotate_180, mask=self._mask, pace=pace,
+            rotate_180=self._settings.view.rotate_180, mask=self._mask, speed_filter=speeds,
             keyframes=self._settings.keyframes)
         return True

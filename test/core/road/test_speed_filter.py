@@ -1,0 +1,67 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+from phase_traj_ros.core.road.speed_filter import SpeedFilter
+import pytest
+
+
+def test_it_knows_nothing_at_first():
+    speed_filter = SpeedFilter()
+    assert not speed_filter.known
+    low, high = speed_filter.bounds
+    assert low < 0.0 < 30.0 < high
+
+
+def test_the_bounds_widen_with_the_time_that_passes_and_not_with_the_frames():
+    once, often = SpeedFilter(), SpeedFilter()
+    for speed_filter in (once, often):
+        speed_filter.add(10.0, 0.01)
+    once.pass_time(1.0)
+    for _ in range(20):
+        often.pass_time(0.05)
+    assert often.bounds == pytest.approx(once.bounds)
+    low, high = once.bounds
+    # Hard braking, 8 m/s2 with a camera 1.65 m above the road, is within them.
+    assert low < 10.0 - 8.0 / 1.65 and high > 10.0 + 8.0 / 1.65
+
+
+def test_a_speed_over_an_unsure_time_is_unsure():
+    speed_filter = SpeedFilter()
+    speed_filter.add(10.0, 0.01)
+    speed_filter.pass_time(0.1, unsure=0.04)
+    low, high = speed_filter.bounds
+    assert low <= 0.0 and high >= 20.0
+
+
+def test_after_long_anything_may_be():
+    speed_filter = SpeedFilter()
+    speed_filter.add(10.0, 0.01)
+    speed_filter.pass_time(60.0)
+    assert speed_filter.bounds == SpeedFilter().bounds
+
+
+def test_measurements_narrow_it():
+    speed_filter = SpeedFilter()
+    for _ in range(20):
+        speed_filter.pass_time(0.1)
+        speed_filter.add(8.0, 0.04)
+    assert speed_filter.speed == pytest.approx(8.0)
+    assert 0.0 < speed_filter.deviation <= 0.2
+
+
+def test_a_first_pair_a_microsecond_apart_is_no_speed():
+    speed_filter = SpeedFilter()
+    speed_filter.add(4e4, 1e8)
+    assert speed_filter.speed <= 45.0
+    speed_filter.pass_time(0.1)
+    assert speed_filter.lost
+
+
+@pytest.mark.parametrize('speed', [0.0, 44.0])
+def test_the_bounds_stay_within_what_vehicles_do(speed):
+    speed_filter = SpeedFilter()
+    speed_filter.add(speed, 0.01)
+    speed_filter.pass_time(2.0)
+    low, high = speed_filter.bounds
+    anything = SpeedFilter().bounds
+    assert anything[0] <= low <= speed <= high <= anything[1]
+    assert max(speed - low, high - speed) == pytest.approx(4.0 * speed_filter.deviation)
