@@ -8,7 +8,7 @@ import math
 # is twice that.
 _ACCELERATION = 2.5
 # Search range of the speed, in standard deviations.
-_GATE = 4.0
+_GATE = 3.0
 # Largest speeds forward and in reverse, in camera heights per second.
 _FASTEST, _BACKWARDS = 45.0, 3.0
 # Standard deviation of an unknown speed.

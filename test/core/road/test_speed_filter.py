@@ -64,4 +64,18 @@ def test_the_bounds_stay_within_what_vehicles_do(speed):
     low, high = speed_filter.bounds
     anything = SpeedFilter().bounds
     assert anything[0] <= low <= speed <= high <= anything[1]
-    assert max(speed - low, high - speed) == pytest.approx(4.0 * speed_filter.deviation)
+    assert max(speed - low, high - speed) == pytest.approx(3.0 * speed_filter.deviation)
+
+
+def test_what_no_vehicle_can_do_is_not_searched():
+    """A compressed road shows slides that do: 3 g are 18 camera heights per second squared."""
+    speed_filter = SpeedFilter()
+    for _ in range(20):
+        speed_filter.pass_time(0.1)
+        speed_filter.add(7.4, 0.6 ** 2)
+    speed_filter.pass_time(0.1)
+    speed_filter.pass_time(0.1)
+    low, high = speed_filter.bounds
+    assert 7.4 - low < 18.0 * 0.2 and high - 7.4 < 18.0 * 0.2
+    # Emergency braking, 9 m/s2, is found.
+    assert low < 7.4 - 5.5 * 0.2
