@@ -206,7 +206,7 @@ class ReliabilityMonitor:
         measured
             Whether its distance is measured or given, if one is wanted in metres.
         frames
-            Number of its second frame minus that of its first one.
+            Number of its second frame minus that of its first one: it stands for so many pairs.
 
         """
         if not self._parts:
@@ -221,7 +221,7 @@ class ReliabilityMonitor:
                 self._spans[Reason.FROZEN].add(self._new_picture_ns, stamp_ns)
             return
         self._new_picture_ns = stamp_ns
-        part.counts[evidence] += 1
+        part.counts[evidence] += frames
         part.seconds += interval_ns * 1e-9
         if contradicted:
             self._spans[Reason.DIRECTION_CONTRADICTS_HEADING].add(before, stamp_ns)

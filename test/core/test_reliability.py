@@ -48,6 +48,15 @@ class Driven:
              span.words) for span in found.spans]
 
 
+def test_a_pair_that_covers_foreseen_frames_counts_as_many():
+    """A vehicle that stands at 60 Hz has six times the pairs of one that drives."""
+    driven = Driven().add('trusted', 5, frames=6).add('fixed', 1.5, interval=SECOND // 60)
+    assert driven.monitor.verdict().reliable
+    often = Driven().add('trusted', 5, interval=SECOND // 60).add(
+        'fixed', 1.5, interval=SECOND // 60)
+    assert often.monitor.verdict().reliable
+
+
 def summed_up(**pairs):
     driven = Driven()
     for name, count in pairs.items():
