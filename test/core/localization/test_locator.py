@@ -226,7 +226,7 @@ def test_an_interruption_that_is_none_is_refused(town, wrong):
 
 
 def test_leaving_the_roads_is_noticed_and_the_way_back_found(town):
-    way = town.walk(14, seed=0)
+    way = town.walk(20, seed=0)
     street = way[8] - way[7]
     beside = np.array([-street[1], street[0]]) / np.hypot(*street)
     park = [
