@@ -105,11 +105,18 @@ def moved(poses: np.ndarray, turn: float, start: np.ndarray) -> np.ndarray:
 def noisy(
     sequence: str, seed: int, *, heading: float = 1.0, drift: float = 1.0,
 ) -> list[OdometryStep]:
-    """Return the odometry of the true poses with drawn noise, whose heading knows its variance."""
+    """Return the odometry of the true poses of a sequence with drawn noise."""
     rng = np.random.default_rng((seed, int(sequence)))
+    return with_noise(true_poses(sequence), rng, heading=heading, drift=drift)
+
+
+def with_noise(
+    poses: np.ndarray, rng: np.random.Generator, *, heading: float = 1.0, drift: float = 1.0,
+) -> list[OdometryStep]:
+    """Return the odometry of poses with drawn noise, whose heading knows its variance."""
     exact = [
         OdometryStep.between(tuple(before), tuple(after), stamp_ns=number * 100_000_000)
-        for number, (before, after) in enumerate(pairwise(true_poses(sequence)))]
+        for number, (before, after) in enumerate(pairwise(poses))]
     length = np.array([step.distance for step in exact])
     share = np.sqrt(np.abs(length) / 100.0)
     yaw = np.array([step.yaw for step in exact])

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from phase_traj_ros.core.localization.given import ScaleRange
 from phase_traj_ros.core.localization.hypotheses import Hypotheses, places_on
 from phase_traj_ros.core.localization.roads import RoadMap
-from phase_traj_ros.core.localization.seeding import spread_of
+from phase_traj_ros.core.localization.scales import spread_of
 from phase_traj_ros.core.localization.settings import LocatorSettings
 from phase_traj_ros.core.localization.window import Stride
 
@@ -48,7 +48,8 @@ class Motion:
         trail[:, -1] = places_on(self._roads, piece, offset)
         noise = settings.heading_noise ** 2 * share + stride.yaw_variance
         return Hypotheses(
-            piece, offset, log_scale[parent], them.turned[parent], them.variance[parent] + noise,
+            piece, offset, log_scale[parent], them.told_scale[parent],
+            them.told_m[parent], them.turned[parent], them.variance[parent] + noise,
             trail, log_weight)
 
     def _drifted(

@@ -6,14 +6,17 @@ from dataclasses import dataclass
 import math
 
 import numpy as np
-from phase_traj_ros.core.localization.given import Prior, ScaleRange
-from phase_traj_ros.core.localization.hypotheses import Floats, Hypotheses, Ints, places_on
+from phase_traj_ros.core.localization.given import Prior
+from phase_traj_ros.core.localization.hypotheses import Hypotheses, Ints, places_on
 from phase_traj_ros.core.localization.roads import RoadMap
+from phase_traj_ros.core.localization.scales import Scales
 from phase_traj_ros.core.localization.settings import LocatorSettings
 from phase_traj_ros.core.localization.window import Odometer
 
 # Hypotheses around a point, at least: several on each piece of road.
 _FEWEST = 4_000
+# Metres over which the scale of a place that has led is known.
+_TOLD_M = 300.0
 # Deviation of a heading that counts as unknown, in radians.
 _UNKNOWN_HEADING = math.radians(60.0)
 
@@ -44,18 +47,19 @@ class Seeding:
     """Makes hypotheses on a map that have seen the newest strides of an odometer."""
 
     def __init__(
-        self, roads: RoadMap, scale: ScaleRange, settings: LocatorSettings,
+        self, roads: RoadMap, scales: Scales, settings: LocatorSettings,
         rng: np.random.Generator,
     ) -> None:
         """Prepare a map."""
-        self._roads, self._scale, self._settings, self._rng = roads, scale, settings, rng
-        self._spread = spread_of(scale)
+        self._roads, self._scales, self._settings, self._rng = roads, scales, settings, rng
         self._log_chance = np.log(
             roads.length * np.where(roads.against, settings.wrong_way, 1.0))
 
-    def anywhere(self, odometer: Odometer, log_total: float) -> Hypotheses:
-        """Return a hypothesis on each piece of road, of a given total weight."""
-        return self._on(np.arange(len(self._roads)), odometer, log_total)
+    def anywhere(
+        self, odometer: Odometer, log_total: float, *, copies: int = 1,
+    ) -> Hypotheses:
+        """Return hypotheses on each piece of road, of a given total weight."""
+        return self._on(np.repeat(np.arange(len(self._roads)), copies), odometer, log_total)
 
     def around(self, prior: Prior, odometer: Odometer, log_total: float) -> Hypotheses:
         """
@@ -102,21 +106,18 @@ class Seeding:
             them.variance[:] = settings.start_heading ** 2
         them.log_scale = pose.log_scale + settings.merge_scale * self._rng.standard_normal(
             len(near))
+        them.told_scale = them.log_scale
+        them.told_m[:] = _TOLD_M
         return self.retraced(them, odometer)
-
-    def prior_scales(self, count: int) -> Floats:
-        """Return logarithms of scales drawn evenly from the prior, in random order."""
-        share = (self._rng.permutation(count) + self._rng.random(count)) / max(count, 1)
-        return math.log(self._scale.middle) + self._spread * _normal_quantile(share)
 
     def _on(self, piece: Ints, odometer: Odometer, log_total: float) -> Hypotheses:
         roads, count = self._roads, len(piece)
         offset = roads.length[piece] * self._rng.random(count)
         turned = roads.direction[piece] - odometer.heading
-        them = Hypotheses(
-            piece, offset, self.prior_scales(count), turned,
+        them = self._scales.drawn(Hypotheses(
+            piece, offset, np.empty(count), np.zeros(count), np.full(count, -1.0), turned,
             np.full(count, self._settings.start_heading ** 2),
-            np.empty((count, 0), np.complex128), self._log_chance[piece])
+            np.empty((count, 0), np.complex128), self._log_chance[piece]), 1)
         them.log_weight = them.log_weight + (log_total - them.log_total)
         return self.retraced(them, odometer)
 
@@ -126,22 +127,3 @@ class Seeding:
         places = places_on(self._roads, them.piece, them.offset)
         them.trail = places[:, None] + turn[:, None] * np.array(odometer.trail)
         return them
-
-
-def spread_of(scale: ScaleRange) -> float:
-    """Return the standard deviation of the logarithm of the scale."""
-    return scale.half_width / 1.96
-
-
-def _normal_quantile(share: Floats) -> Floats:
-    """
-    Return quantiles of the normal distribution, within 0.00045.
-
-    M. Abramowitz and I. A. Stegun, "Handbook of Mathematical Functions", 26.2.23.
-    """
-    tail = np.clip(np.minimum(share, 1.0 - share), 1e-12, 0.5)
-    t = np.sqrt(-2.0 * np.log(tail))
-    value = t - (2.515517 + t * (0.802853 + t * 0.010328)) / (
-        1.0 + t * (1.432788 + t * (0.189269 + t * 0.001308)))
-    quantile: Floats = np.where(share < 0.5, -value, value)
-    return quantile

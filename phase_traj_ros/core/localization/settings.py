@@ -21,6 +21,8 @@ class LocatorSettings:
 
     position_noise_m: float = 2.0
     """Noise of the distance along the road, per root of 100 m; the odometry's is added."""
+    turn_m: float = 4.0
+    """Error of the way between two turns, from which the scale follows."""
     scale_noise: float = 0.01
     """Drift of the scale, per root of 100 m; its prior bounds it."""
     heading_noise: float = math.radians(1.0)
@@ -83,9 +85,6 @@ class LocatorSettings:
     """...this close in scale, ..."""
     merge_heading: float = math.radians(11.0)
     """...and in heading become one."""
-    scales_after_turn: int = 12
-    """Most scales that are tried for each hypothesis after the first turn."""
-
     mode_m: float = 35.0
     """Radius of a place, ..."""
     mode_heading: float = math.radians(25.0)
@@ -142,5 +141,5 @@ class LocatorSettings:
         return cls(
             stride_m=1.99 * metres, mode_m=50.0, chord_error=math.radians(9.0),
             dead_band=math.radians(6.0), bend_error=0.35, position_noise_m=3.0,
-            start_heading=math.radians(15.0), tempering=1.0, null_share=1e-100,
+            start_heading=math.radians(15.0), turn_m=metres, tempering=1.0, null_share=1e-100,
             null_hazard=1e-100)
