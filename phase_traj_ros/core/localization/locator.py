@@ -21,8 +21,7 @@ from phase_traj_ros.core.localization.likelihood import judge, NullRoad
 from phase_traj_ros.core.localization.motion import Motion
 from phase_traj_ros.core.localization.places import Astray, Claim, Place, Places
 from phase_traj_ros.core.localization.roads import PIECE_M, RoadMap
-from phase_traj_ros.core.localization.scales import Scales
-from phase_traj_ros.core.localization.seeding import ExpectedPose, Seeding
+from phase_traj_ros.core.localization.seeding import ExpectedPose, Scales, Seeding
 from phase_traj_ros.core.localization.settings import LocatorSettings
 from phase_traj_ros.core.localization.window import Odometer, Stride
 
@@ -122,7 +121,8 @@ class MapLocator:
         them = resampled(them, most, self._rng)
         budget = settings.fewest_hypotheses if self._claim.leads else most
         self._them = self._split(self._scales.after(them, stride, metres, budget))
-        self._leave_sometimes()
+        if self._claim.leads:
+            self._leave_sometimes()
         self._found = self._places.best(self._them, self._log_total())
         if self._claim.follow(self._found[0], metres, turned=self._null.turned):
             self._watch()
@@ -183,7 +183,12 @@ class MapLocator:
         return float(np.logaddexp(self._them.log_total, self._null.log_weight))
 
     def _leave_sometimes(self) -> None:
-        """Give the null hypothesis the weight of vehicles that leave the roads of the map."""
+        """
+        Give the null hypothesis the weight of vehicles that leave the roads of the map.
+
+        While no place leads, most hypotheses are wrong, and the null hypothesis would inherit what
+        all of them together gain on straights.
+        """
         self._null.log_weight = float(np.logaddexp(
             self._null.log_weight,
             self._them.log_total + math.log(self._settings.null_hazard)))

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from phase_traj_ros.core.localization.given import ScaleRange
 from phase_traj_ros.core.localization.hypotheses import Hypotheses, places_on
 from phase_traj_ros.core.localization.roads import RoadMap
-from phase_traj_ros.core.localization.scales import spread_of
+from phase_traj_ros.core.localization.seeding import spread_of
 from phase_traj_ros.core.localization.settings import LocatorSettings
 from phase_traj_ros.core.localization.window import Stride
 

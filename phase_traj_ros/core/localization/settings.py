@@ -59,13 +59,13 @@ class LocatorSettings:
     the right place pays for being one of many, and for its way at each junction..."""
     null_fit: float = 0.7
     """Mean likelihood of a chord on the right road, relative to its peak."""
-    null_turn: float = 0.3
+    null_turn: float = 0.2
     """...but once found, it loses less than a road of no map, which pays these nats per radian of
     its turns, while the best place of a map where the vehicle is not loses more..."""
     null_straight: float = math.radians(0.5)
     """...beyond this angle per stride."""
     null_hazard: float = 3e-5
-    """Probability per stride to leave the roads of the map."""
+    """Probability per stride to leave the roads of the map, while a place leads."""
 
     least_weight: float = 14.0
     """Hypotheses this many nats below the best are dropped."""

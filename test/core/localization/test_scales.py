@@ -7,7 +7,7 @@ import math
 import numpy as np
 from phase_traj_ros.core import LocatorSettings, ScaleRange
 from phase_traj_ros.core.localization.hypotheses import Hypotheses
-from phase_traj_ros.core.localization.scales import Scales, spread_of
+from phase_traj_ros.core.localization.seeding import Scales, spread_of
 from phase_traj_ros.core.localization.window import Stride
 import pytest
 
