@@ -29,9 +29,10 @@ _DEVIATION_PX = 0.25
 # Largest vertical shake of the image between frames, in pixels of the cylinder.
 _MOST_SHAKING = 20.0
 # The shift is doubted if it differs by more than this from the prediction of the previous pair,
-# or if a smaller share of the blocks agrees.
+# or if less than the share _DOUBT of the blocks agrees. If less than _CLOSER agrees on the motion
+# since the keyframe, the previous frame is tried instead.
 _SURPRISE_PX = 6.0
-_DOUBT = 0.5
+_DOUBT, _CLOSER = 0.5, 0.7
 _LEAST_AGREEMENT = 0.3
 _LEAST_BLOCKS = 10.0
 # The scene has moved in all blocks if the image has shifted by _ALL_MOVE_PX, and in the blocks
@@ -223,7 +224,7 @@ class YawMeter:
         motion = None
         if shift.response > 0.0:
             motion, blocks = self._motion(key, current, shift, foreseen)
-            if key.age > interval and (motion is None or motion.agreement < _DOUBT):
+            if key.age > interval and (motion is None or motion.agreement < _CLOSER):
                 # The keyframe may be too different: compare with the previous frame.
                 nearer = self._keyframe(previous, key.travel)
                 nearer.age = interval
