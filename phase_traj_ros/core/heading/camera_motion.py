@@ -38,7 +38,7 @@ _NEARNESS = 0.1
 _OUTLIER = 3.0
 # Direction of travel: standard deviations of its azimuth and slope (radians), and the time
 # constant (seconds) with which the azimuth returns to straight ahead and the slope is forgotten.
-_COURSE, _SLOPE, _MEMORY = math.radians(2.0), math.radians(2.0), 1.0
+_COURSE, _SLOPE, _MEMORY = math.radians(3.0), math.radians(2.0), 1.0
 # Sideslip of the camera per yaw rate, in seconds: in a turn, a camera ahead of the rear axle moves
 # sideways by the yaw rate times its lever arm. The quotient is 1.6 m at 4 m/s.
 _LEVER = 0.4
@@ -134,18 +134,16 @@ class MotionFit:
         y = (self._slopes + down)[used] + w / 2
         points = np.stack([u, w, weight, azimuth, y])
         best = self._fitted(points, travel, float(np.median(u)))
-        if best is None or best.motion.agreement < _SETTLED:
+        if best is None or best.agreement < _SETTLED:
             ahead = (np.abs(azimuth - travel.course) < _AHEAD[0]) & (
                 np.abs(y - travel.slope) < _AHEAD[1])
             if ahead.any():
-                other = self._fitted(points, travel, float(np.median(u[ahead])))
-                if best is None or (other is not None and other.cost < best.cost):
-                    best = other
-        return None if best is None else best.motion
+                best = better(best, self._fitted(points, travel, float(np.median(u[ahead]))))
+        return best
 
     def _fitted(
         self, points: NDArray[np.float64], travel: FocusOfExpansion, yaw: float,
-    ) -> '_Fit | None':
+    ) -> CameraMotion | None:
         """Return the motion, searched from a yaw on; None if it is not determined."""
         u, w, weight, azimuth, y = points
         shift = points[:2]
@@ -195,19 +193,17 @@ class MotionFit:
         # Each block leaves one residual, as its depth absorbs the other one. Their median gives a
         # deviation that is robust to outliers.
         spread = float(np.median(error)) / (_MEDIAN * variance)
-        cost = float(weight @ np.log1p(error / variance) + trust @ (state - prior) ** 2 / variance)
-        return _Fit(cost, CameraMotion(
+        return CameraMotion(
             yaw=float(state[_YAW]), pitch=float(state[_PITCH]), roll=float(state[_ROLL]),
             travel=FocusOfExpansion(
                 float(state[_B]), float(state[_C]),
                 float(covariance[_B, _B]), float(covariance[_C, _C])),
             agreeing=agreeing, agreement=agreeing / float(weight.sum()),
-            yaw_variance=float(covariance[_YAW, _YAW]) * spread, passing=float(np.median(near))))
+            yaw_variance=float(covariance[_YAW, _YAW]) * spread, passing=float(np.median(near)))
 
 
-@dataclass(frozen=True, slots=True)
-class _Fit:
-    """A motion, and the negative logarithm of its likelihood."""
-
-    cost: float
-    motion: CameraMotion
+def better(one: CameraMotion | None, other: CameraMotion | None) -> CameraMotion | None:
+    """Return the motion with which more blocks agree."""
+    if one is None or (other is not None and other.agreeing > one.agreeing):
+        return other
+    return one

@@ -18,7 +18,12 @@ import numpy as np
 from numpy.typing import NDArray
 from phase_traj_ros.core.camera.projection import CylinderProjection
 from phase_traj_ros.core.correlation.phase_correlation import PhaseCorrelator, Shift
-from phase_traj_ros.core.heading.camera_motion import CameraMotion, FocusOfExpansion, MotionFit
+from phase_traj_ros.core.heading.camera_motion import (
+    better,
+    CameraMotion,
+    FocusOfExpansion,
+    MotionFit,
+)
 from phase_traj_ros.core.heading.keyframe import Keyframe
 from phase_traj_ros.core.heading.local_shifts import BlockGrid, BlockShifts
 from phase_traj_ros.core.heading.scanline import Scanline
@@ -339,6 +344,4 @@ def _better(
     one: tuple[CameraMotion | None, BlockShifts], other: tuple[CameraMotion | None, BlockShifts],
 ) -> tuple[CameraMotion | None, BlockShifts]:
     """Return the motion with which more blocks agree, and the blocks."""
-    if one[0] is None or (other[0] is not None and other[0].agreeing > one[0].agreeing):
-        return other
-    return one
+    return one if better(one[0], other[0]) is one[0] else other
