@@ -26,8 +26,8 @@ _DRIVING = 2.0
 _OTHER_LENS = 0.3
 # Height of a camera in metres where only the speed is known, to compare ways.
 _USUAL_HEIGHT = 1.6
-# Longest slide of the road, in camera heights, over which a frame is waited for: the far end of the
-# patches is about 10 ahead, and what remains in view changes its size.
+# Longest slide of the road, in camera heights, over which a frame is waited for: the patches end
+# about 10 ahead, and what remains in view changes its size.
 _REACH = 1.0
 # Standard deviation of an unknown speed, in metres per second.
 _ANY_SPEED = 15.0
