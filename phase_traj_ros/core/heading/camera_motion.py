@@ -145,17 +145,16 @@ class MotionFit:
         self, points: NDArray[np.float64], travel: FocusOfExpansion, yaw: float,
     ) -> CameraMotion | None:
         """Return the motion, searched from a yaw on; None if it is not determined."""
-        u, w, weight, azimuth, y = points
-        shift = points[:2]
+        shift, (weight, azimuth, y) = points[:2], points[2:]
         # Effect of each unknown on each point, (6, 3, N): to the right, down, and along the line
         # on which the distance of the point moves it. The last row is the residual.
-        known = np.zeros((_ERROR + 1, 3, len(u)))
+        known = np.zeros((_ERROR + 1, 3, len(y)))
         known[_YAW, 0] = -1.0
         sine, cosine, bulge = np.sin(azimuth), np.cos(azimuth), 1.0 + y * y
         known[_PITCH, :2] = -y * sine, -bulge * cosine
         known[_ROLL, :2] = -y * cosine, bulge * sine
         rotations = known[:_B, :2].reshape(_B, -1)
-        along, factor = np.empty_like(shift), np.empty((3, len(u)))
+        along, factor = np.empty_like(shift), np.empty((3, len(y)))
         variance = self._deviation ** 2
         prior = np.array([yaw, 0.0, 0.0, travel.course, travel.slope])
         trust = variance * np.array(
