@@ -291,8 +291,23 @@ def test_the_figure_of_two_frames_does_not_become_a_third(run, folder):
     assert result.returncode == 2 and 'would lie beside the frames' in result.stderr
     result = run('inspect', '0.png', '1.png', cwd=folder)
     assert result.returncode == 0 and 'written to ../correlation.png' in result.stdout
-    assert (folder.parent / 'correlation.png').exists()
+    figure = folder.parent / 'correlation.png'
+    assert figure.exists()
     assert sorted(os.listdir(folder)) == before
+    # Only a file that the call names is replaced without a word.
+    figure.write_text('mine')
+    result = run('inspect', '0.png', '1.png', cwd=folder)
+    assert result.returncode == 2 and figure.read_text() == 'mine'
+    assert 'choose another --output, or replace it with --force' in result.stderr
+    assert run('inspect', '0.png', '1.png', '--output', figure, cwd=folder).returncode == 0
+    assert run('inspect', '0.png', '1.png', '--force', cwd=folder).returncode == 0
+
+
+def test_inspect_says_what_to_give(refused, folder, tmp_path):
+    (tmp_path / 'film.mp4').write_bytes(b'film')
+    assert 'film.mp4 is none: give two pictures' in refused('inspect', tmp_path / 'film.mp4')
+    assert 'pictures is none' in refused('inspect', folder, folder / '1.png')
+    assert 'the second one is missing' in refused('inspect', folder / '1.png')
 
 
 @pytest.mark.parametrize('output', ['.', 'results', '../pictures/a'])
