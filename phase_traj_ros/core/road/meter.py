@@ -361,14 +361,14 @@ class RoadMeter:
         least, most = (
             (given + speed * interval) * stretched for speed in self.speed_filter.bounds)
         least, most = (least - apart) / CELL, min((most + apart) / CELL, look.slide.most)
-        places = [(least, most)]
-        if turned.drives:
-            # The road moves.
-            places = [(max(least, _FIXED_CELLS), most), (least, min(most, -_FIXED_CELLS))]
-            if turned.passing is not None and most > 0.0:
-                del places[1]
-        peaks = [look.slide.peak(*place) for place in places]
+        # What slides is the road, even if a pattern that is fixed to the camera is stronger.
+        places = [(max(least, _FIXED_CELLS), most), (least, min(most, -_FIXED_CELLS))]
+        if turned.drives and turned.passing is not None and most > 0.0:
+            del places[1]
+        peaks = [look.slide.peak(*place) for place in places] if turned.moves else []
         peak = max(filter(None, peaks), key=lambda each: each.score, default=None)
+        if not turned.drives and (peak is None or peak.score < _STANDS_OUT):
+            peak = look.slide.peak(least, most)
         if peak is None or peak.score < _STANDS_OUT:
             return None
         raw = peak.cells * CELL

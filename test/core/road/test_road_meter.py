@@ -128,6 +128,20 @@ def test_rotation_is_taken_out(yaw, pitch):
     assert with_it.score > 12.0
 
 
+@pytest.mark.parametrize('step', [0.2, 0.7])
+def test_a_reflection_that_is_stronger_than_the_road_does_not_stop_the_vehicle(step):
+    road, meter = Road(PINHOLE), RoadMeter(PINHOLE, Horizon(pitch_deviation=0.005))
+    rng = np.random.default_rng(1)
+    shine = cv2.GaussianBlur(rng.normal(size=PINHOLE.shape).astype(np.float32), (0, 0), 2.0)
+    shine = np.float32(8) * shine / shine.std()
+    pictures = [np.clip(road.seen(index * step) + shine, 0, 255).astype(np.uint8)
+                for index in range(12)]
+    meter.start(pictures[0])
+    # The horizon hardly moves, as far away as it is on a motorway.
+    travels = [meter.update(picture, 0.04, motion(passing=0.006)) for picture in pictures[1:]]
+    assert sum(travel.distance for travel in travels[1:]) == pytest.approx(10 * step, rel=0.05)
+
+
 def test_it_stands_where_the_road_does_and_goes_exactly_nowhere():
     road = Road(PINHOLE)
     meter = RoadMeter(PINHOLE, Horizon(pitch_deviation=0.005))
