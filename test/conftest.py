@@ -7,11 +7,6 @@ from pathlib import Path
 import signal
 import sys
 
-# Before numpy is loaded: one thread for each of the processes that share the processors. And the
-# programs that tests start are compiled once, not at each start.
-os.environ.setdefault('OPENBLAS_NUM_THREADS', '1')
-os.environ.pop('PYTHONDONTWRITEBYTECODE', None)
-
 from needs import lacking
 import pytest
 
@@ -25,6 +20,11 @@ else:
         'patient', deadline=None, suppress_health_check=[HealthCheck.too_slow])
     settings.load_profile('patient')
 
+
+# Before numpy is loaded: one thread for each of the processes that share the processors. And the
+# programs that tests start are compiled once, not at each start.
+os.environ.setdefault('OPENBLAS_NUM_THREADS', '1')
+os.environ.pop('PYTHONDONTWRITEBYTECODE', None)
 
 collect_ignore = lacking()
 

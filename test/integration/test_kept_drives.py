@@ -10,6 +10,7 @@ import numpy as np
 from std_srvs.srv import Trigger
 from test_node import rolled
 
+
 def test_saving_without_a_folder_is_refused_with_a_reason(live):
     live.start()
     answer = live.call(Trigger, 'phase_traj/save', Trigger.Request())

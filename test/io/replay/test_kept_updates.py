@@ -14,7 +14,8 @@ import pytest
 def update(pair):
     return Update(
         pair, pair * 33_333_333, 33_333_333, Shift(0.1 * pair, 0.3 * pair, 1.0 / (pair + 1)),
-        Step(Movement.FORWARD, Direction.FORWARD), PairStatus.OK, Corner(1.1 * pair, 0.7, 0.2, pair))
+        Step(Movement.FORWARD, Direction.FORWARD), PairStatus.OK,
+        Corner(1.1 * pair, 0.7, 0.2, pair))
 
 
 @pytest.mark.parametrize('count', [0, 1, 1023, 1024, 1025, 3000])
