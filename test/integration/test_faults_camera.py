@@ -14,6 +14,7 @@ from rclpy.qos import qos_profile_sensor_data
 from sensor_msgs.msg import CompressedImage, Image
 from test_node import rolled, SECOND, START, texture
 
+
 def test_a_camera_upside_down(shared_live, tuned):
     node = tuned({'rotate_180': True})
     frames = [np.ascontiguousarray(frame[::-1, ::-1]) for frame in rolled([0, 0, 30])]

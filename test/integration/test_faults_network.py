@@ -11,6 +11,7 @@ from rclpy.qos import qos_profile_sensor_data
 from sensor_msgs.msg import CompressedImage, Image
 from test_node import rolled, SECOND, START, texture
 
+
 def statuses(array_message):
     return {each.name.split(': ')[1]: each for each in array_message.status}
 

@@ -8,6 +8,7 @@ from coded import codes, complete, send
 import pytest
 from test_node import rolled, SECOND, START
 
+
 def test_a_gap_is_no_movement_and_keeps_the_direction(shared_live, tuned):
     node = tuned({'max_gap': 0.5})
     send(node, rolled([0, 0, 30, 60, 90, 90]), [0, 0.1, 0.2, 5.0, 5.1, 5.2])
