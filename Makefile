@@ -5,8 +5,8 @@
 PYTHON ?=
 PYTEST_ARGS ?=
 MUTANTS_ARGS ?=
-# Each processor runs tests, and takes those of a busy one at the end.
-pytest := --timeout 300 -n auto --dist worksteal
+# One worker more than processors: a test of the node mostly waits.
+pytest := --timeout 300 -n $(shell expr $$(nproc) + 1) --dist worksteal
 # The Python that `make bench-system` measures, as the distribution or a ROS has it.
 SYSTEM_PYTHON ?= /usr/bin/python3
 

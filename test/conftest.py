@@ -21,6 +21,11 @@ else:
     settings.load_profile('patient')
 
 
+# Before numpy is loaded: one thread for each of the processes that share the processors. And the
+# programs that tests start are compiled once, not at each start.
+os.environ.setdefault('OPENBLAS_NUM_THREADS', '1')
+os.environ.pop('PYTHONDONTWRITEBYTECODE', None)
+
 collect_ignore = lacking()
 
 
