@@ -223,7 +223,7 @@ def test_a_vehicle_that_stands_goes_exactly_nowhere():
         estimator.update(sensor_noise(frames[index], sigma=1.0, seed=place), place * S // 10)
         for place, index in enumerate(order)]
     # It stopped at once, which no vehicle does: that takes a moment to be believed.
-    standing = updates[19:27]
+    standing = updates[20:27]
     assert {update.travel.state for update in standing} == {TravelState.STANDING}
     assert {update.travel.distance for update in standing} == {0.0}
     assert {update.travel.state for update in updates[34:]} == {TravelState.MEASURED}
