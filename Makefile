@@ -66,6 +66,7 @@ bench:  ## Measure speed against peers, side by side; writes docs/measurements/b
 film:  ## Measure replays of a film beside decoding alone; writes docs/measurements/film.md
 	@$(environment) .venv --extras ros,video
 	@.venv/bin/python -m benchmarks.speed.film
+	@.venv/bin/python -m benchmarks.speed.hour
 
 bench-system:  ## Measure speed on the distribution's OpenCV, for docs/measurements/benchmarks.md
 	@PYTHONPATH="$(CURDIR)$${PYTHONPATH:+:$$PYTHONPATH}" $(SYSTEM_PYTHON) -m benchmarks.speed.installations
