@@ -20,11 +20,8 @@ else:
         'patient', deadline=None, suppress_health_check=[HealthCheck.too_slow])
     settings.load_profile('patient')
 
-
-# Before numpy is loaded: one thread for each of the processes that share the processors. And the
-# programs that tests start are compiled once, not at each start.
+# Before numpy is loaded: one thread for each of the processes that share the processors.
 os.environ.setdefault('OPENBLAS_NUM_THREADS', '1')
-os.environ.pop('PYTHONDONTWRITEBYTECODE', None)
 
 collect_ignore = lacking()
 
