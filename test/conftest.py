@@ -20,8 +20,9 @@ else:
         'patient', deadline=None, suppress_health_check=[HealthCheck.too_slow])
     settings.load_profile('patient')
 
-# Before numpy is loaded: one thread for each of the processes that share the processors.
-os.environ.setdefault('OPENBLAS_NUM_THREADS', '1')
+# Before numpy and OpenCV are loaded: one thread for each of the processes that share the processors.
+for library in ('OPENBLAS_NUM_THREADS', 'OPENCV_FOR_THREADS_NUM'):
+    os.environ.setdefault(library, '1')
 
 collect_ignore = lacking()
 
