@@ -20,6 +20,8 @@ environment = $(or $(boot),$(error No Python found: install Python 3.10 to 3.13 
 
 # The ROS wheels of an activated environment mark their set-up as done; ours do their own.
 unexport _ROS_WHEELS_BOOTSTRAP_COMPLETE
+# Tests start hundreds of processes: each would compile the package anew.
+unexport PYTHONDONTWRITEBYTECODE
 
 .DEFAULT_GOAL := help
 .PHONY: help demo test test-noble lint colcon dist bench bench-system robustness any-camera distance frame-rate mutants locate film docs \

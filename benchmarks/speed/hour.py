@@ -24,7 +24,6 @@ _CAMERA = Camera.with_field_of_view(320, 180, 70)
 _WAYS = {
     '`replay --one-pass`': ['--one-pass'],
     '`replay`': [],
-    '`replay --one-pass`, in metres': ['--one-pass', '-p', 'camera_height:=1.5'],
 }
 
 
