@@ -49,8 +49,8 @@ _LEAST_SEEN = 0.3
 # _DRIVEN, the road has slid by more than that.
 _FIXED_CELLS, _PASSING, _DRIVEN = 1.0, 0.002, 0.01
 # A keyframe is replaced before the road slides by _BASELINE camera heights, when the camera has
-# turned by _TURNED radians, or after _LONGEST seconds. The vehicle stands if the road has not slid for
-# _STANDS seconds; from then on, the keyframe is kept for _CREEPS seconds.
+# turned by _TURNED radians, or after _LONGEST seconds. The vehicle stands if the road has not slid
+# for _STANDS seconds; from then on, the keyframe is kept for _CREEPS seconds.
 _BASELINE, _TURNED, _LONGEST, _STANDS, _CREEPS = 0.75, 0.06, 0.5, 0.3, 2.0
 # A standing vehicle turns at less than this, in radians per second.
 _TURNING = math.radians(3.0)
