@@ -48,10 +48,10 @@ _LEAST_SEEN = 0.3
 # stands. The vehicle moves if the median ratio of translation to distance exceeds _PASSING. Above
 # _DRIVEN, the road has slid by more than that.
 _FIXED_CELLS, _PASSING, _DRIVEN = 1.0, 0.002, 0.01
-# A keyframe is replaced when the road has slid by _BASELINE camera heights, the camera has turned
-# by _TURNED radians, or after _LONGEST seconds. The vehicle stands if the road has not slid for
-# _STANDS seconds; from then on, the keyframe is kept for _CREEPS seconds.
-_BASELINE, _TURNED, _LONGEST, _STANDS, _CREEPS = 0.5, 0.06, 0.5, 0.3, 2.0
+# A keyframe is replaced before the road slides by _BASELINE camera heights, when the camera has
+# turned by _TURNED radians, or after _LONGEST seconds. The vehicle stands if the road has not slid
+# for _STANDS seconds; from then on, the keyframe is kept for _CREEPS seconds.
+_BASELINE, _TURNED, _LONGEST, _STANDS, _CREEPS = 0.75, 0.06, 0.5, 0.3, 2.0
 # A standing vehicle turns at less than this, in radians per second.
 _TURNING = math.radians(3.0)
 # Time constant, in seconds, after which a continuing pitch is attributed to the road.
@@ -344,8 +344,9 @@ class RoadMeter:
         depth = agreeing[0].middle
         swing = 2.0 * depth * self._tilt.swing_deviation
         tilt = 2.0 * depth * self._tilt.common_deviation
-        since.over = (not self._keyframes or abs(way) > _BASELINE or since.age >= _LONGEST
-                      or abs(since.yaw) > _TURNED)
+        further = 1.0 + interval / since.age
+        since.over = (not self._keyframes or further * abs(way) > _BASELINE
+                      or since.age >= _LONGEST or abs(since.yaw) > _TURNED)
         distance, variance = since.add(way, own, self.speed_filter, interval)
         # The first speed is the mean one since the keyframe.
         time = interval if self.speed_filter.known else since.age

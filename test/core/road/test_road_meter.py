@@ -153,7 +153,7 @@ def test_a_reflection_stays_out_though_the_springs_move_the_road_under_it():
         np.clip(road.seen(0.6 * index, pitch=nod) + shine, 0, 255).astype(np.uint8)
         for index, nod in enumerate(nods)]
     meter.start(pictures[0])
-    travels = [meter.update(picture, 0.04, motion(pitch=after - before, passing=0.006))
+    travels = [meter.update(picture, 0.04, motion(pitch=before - after, passing=0.006))
                for picture, before, after in zip(pictures[1:], nods, nods[1:])]
     late = travels[15:]
     assert {travel.state for travel in late} <= {TravelState.MEASURED, TravelState.BRIDGED}
