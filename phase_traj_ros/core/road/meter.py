@@ -45,6 +45,8 @@ _LEAST_SEEN = 0.3
 # stands. The vehicle moves if the median ratio of translation to distance exceeds _PASSING. Above
 # _DRIVEN, the road has slid by more than that.
 _FIXED_CELLS, _PASSING, _DRIVEN = 1.0, 0.002, 0.01
+# Least median distance of what the blocks show, in camera heights.
+_NEAREST = 2.0
 # A keyframe is replaced when the road has slid by _BASELINE camera heights, the camera has turned
 # by _TURNED radians, or after _LONGEST seconds. The vehicle stands if the road has not slid for
 # _STANDS seconds; from then on, the keyframe is kept for _CREEPS seconds.
@@ -60,14 +62,6 @@ _LEAST_SLIDE = 0.1
 
 
 @dataclass(frozen=True, slots=True)
-class _Look:
-    """A patch, and its comparison with the previous one."""
-
-    patch: GroundPatch
-    slide: Slide
-
-
-@dataclass(frozen=True, slots=True)
 class _Found:
     """Slide of a patch in camera heights, with its deviation and its position."""
 
@@ -76,6 +70,20 @@ class _Found:
     score: float
     middle: float
     raw: float
+
+
+@dataclass(frozen=True, slots=True)
+class _Look:
+    """A patch, and its comparison with the previous one."""
+
+    patch: GroundPatch
+    slide: Slide
+
+    def rivals(self, found: _Found | None) -> bool:
+        """Return whether another slide stands out, and more than the one that was found."""
+        if found is None:
+            return self.slide.rival(None) > _STANDS_OUT
+        return self.slide.rival(found.raw / CELL) > max(_STANDS_OUT, found.score)
 
 
 @dataclass(frozen=True, slots=True)
@@ -189,6 +197,7 @@ class RoadMeter:
         self._looks: tuple[_Look, ...] | None = None
         self._assumed, self._bending = 0.0, 0.0
         self._kept: Frame | None = None
+        self._rivalled = False
         self._since = _Since()
 
     @property
@@ -239,7 +248,7 @@ class RoadMeter:
         """
         self.speed_filter.pass_time(interval, unsure=unsure)
         self._tilt.pass_time(interval)
-        travel = None
+        travel, self._rivalled = None, False
         if still:
             self.start(frame)
             travel = self._standing(interval)
@@ -258,7 +267,8 @@ class RoadMeter:
         else:
             self.start(frame)
         turns = motion is not None and abs(motion.yaw) > _TURNING * interval
-        return travel or self._bridged(interval, turns=turns and not still)
+        travel = travel or self._bridged(interval, turns=turns and not still)
+        return replace(travel, rivalled=self._rivalled)
 
     def _measure(
         self, frame: Frame, interval: float, nodding: float, passing: float | None,
@@ -282,6 +292,8 @@ class RoadMeter:
         found = [
             self._slid(look, look.patch.turned_back(patch, turn), interval, turned)
             for look, patch in zip(self._looks, patches)]
+        self._rivalled = passing is not None and turned.drives and all(
+            look.rivals(each) for look, each in zip(self._looks, found))
         travel = self._judged([each for each in found if each is not None], interval, turned)
         if travel is None or since.over:
             self._kept, self._since = frame, _Since()
@@ -335,7 +347,7 @@ class RoadMeter:
         time = interval if self.speed_filter.known else since.age
         self.speed_filter.add(
             (way - since.before) / time,
-            (own + since.before_variance + (swing * distance) ** 2) / (time * time))
+            (own + since.before_variance) / (time * time))
         return Travel(
             distance, variance + (swing ** 2 + tilt ** 2) * distance ** 2, TravelState.MEASURED,
             swing, tilt)
@@ -356,15 +368,18 @@ class RoadMeter:
         middle = look.patch.middle
         stretched = self._stretched(middle)
         deviation = math.hypot(_PEAK * CELL, (1.0 + middle * middle) * turned.nodding)
-        apart = _DIFFER * deviation
         given = self._since.given
         least, most = (
-            (given + speed * interval) * stretched for speed in self.speed_filter.bounds)
-        least, most = (least - apart) / CELL, min((most + apart) / CELL, look.slide.most)
+            (given + speed * interval) * stretched / CELL
+            for speed in self.speed_filter.bounds(deviation / interval))
+        most = min(most, look.slide.most)
+        if not turned.moves:
+            least = min(least, -_FIXED_CELLS)
         places = [(least, most)]
         if turned.drives:
             # The road moves.
-            places = [(max(least, _FIXED_CELLS), most), (least, min(most, -_FIXED_CELLS))]
+            slowest = max(_FIXED_CELLS, _NEAREST / CELL * (turned.passing or 0.0))
+            places = [(max(least, slowest), most), (least, min(most, -_FIXED_CELLS))]
             if turned.passing is not None and most > 0.0:
                 del places[1]
         peaks = [look.slide.peak(*place) for place in places]

@@ -30,6 +30,8 @@ class SpeedFilter:
         """Its standard deviation."""
         self.known = False
         """Whether a speed has been measured since."""
+        # Seconds since it was measured.
+        self._gap = 0.0
 
     def pass_time(self, interval: float, *, unsure: float = 0.0) -> None:
         """
@@ -38,25 +40,26 @@ class SpeedFilter:
         ``unsure`` is the standard deviation of the interval.
         """
         # The acceleration is not random: it may continue for a whole gap.
-        grown = self.deviation + _ACCELERATION * interval
-        self.deviation = min(math.hypot(grown, self.speed * unsure / interval), _ANY)
+        before, self._gap = self._gap, self._gap + interval
+        grown = _ACCELERATION ** 2 * (self._gap ** 2 - before ** 2)
+        self.deviation = min(math.sqrt(
+            self.deviation ** 2 + grown + (self.speed * unsure / interval) ** 2), _ANY)
 
     @property
     def lost(self) -> bool:
         """Return whether the speed is unknown: never measured, or too long ago."""
         return not self.known or self.deviation >= _ANY
 
-    @property
-    def bounds(self) -> tuple[float, float]:
-        """Return the lower and the upper limit of the speed."""
+    def bounds(self, deviation: float) -> tuple[float, float]:
+        """Return the limits between which a speed is measured, with this standard deviation."""
         if self.lost:
             return -_BACKWARDS, _FASTEST
-        return (
-            max(self.speed - _GATE * self.deviation, -_BACKWARDS),
-            min(self.speed + _GATE * self.deviation, _FASTEST))
+        off = _GATE * math.hypot(self.deviation, deviation)
+        return max(self.speed - off, -_BACKWARDS), min(self.speed + off, _FASTEST)
 
     def add(self, speed: float, variance: float) -> None:
         """Add a measured speed."""
+        self._gap = 0.0
         if not self.known:
             # Of two frames a moment apart, the noise of a peak is a speed beyond all bounds.
             self.speed = min(max(speed, -_BACKWARDS), _FASTEST)
@@ -68,4 +71,4 @@ class SpeedFilter:
 
     def stand(self) -> None:
         """Set the speed to 0: the vehicle stands."""
-        self.speed, self.deviation, self.known = 0.0, 0.0, True
+        self.speed, self.deviation, self.known, self._gap = 0.0, 0.0, True, 0.0
