@@ -4,10 +4,9 @@
 
 import math
 
-# Acceleration of a vehicle in camera heights per second squared (4 m/s2 at 1.65 m); hard braking
-# is twice that.
-_ACCELERATION = 2.5
-# Search range of the speed, in standard deviations.
+# Acceleration of a vehicle in camera heights per second squared (3.3 m/s2 at 1.65 m).
+_ACCELERATION = 2.0
+# Search range of the speed, in standard deviations: of the acceleration, that is what tyres hold.
 _GATE = 3.0
 # Largest speeds forward and in reverse, in camera heights per second.
 _FASTEST, _BACKWARDS = 45.0, 3.0
@@ -30,8 +29,6 @@ class SpeedFilter:
         """Its standard deviation."""
         self.known = False
         """Whether a speed has been measured since."""
-        # Seconds since it was measured.
-        self._gap = 0.0
 
     def pass_time(self, interval: float, *, unsure: float = 0.0) -> None:
         """
@@ -40,10 +37,8 @@ class SpeedFilter:
         ``unsure`` is the standard deviation of the interval.
         """
         # The acceleration is not random: it may continue for a whole gap.
-        before, self._gap = self._gap, self._gap + interval
-        grown = _ACCELERATION ** 2 * (self._gap ** 2 - before ** 2)
-        self.deviation = min(math.sqrt(
-            self.deviation ** 2 + grown + (self.speed * unsure / interval) ** 2), _ANY)
+        grown = self.deviation + _ACCELERATION * interval
+        self.deviation = min(math.hypot(grown, self.speed * unsure / interval), _ANY)
 
     @property
     def lost(self) -> bool:
@@ -59,7 +54,6 @@ class SpeedFilter:
 
     def add(self, speed: float, variance: float) -> None:
         """Add a measured speed."""
-        self._gap = 0.0
         if not self.known:
             # Of two frames a moment apart, the noise of a peak is a speed beyond all bounds.
             self.speed = min(max(speed, -_BACKWARDS), _FASTEST)
@@ -71,4 +65,4 @@ class SpeedFilter:
 
     def stand(self) -> None:
         """Set the speed to 0: the vehicle stands."""
-        self.speed, self.deviation, self.known, self._gap = 0.0, 0.0, True, 0.0
+        self.speed, self.deviation, self.known = 0.0, 0.0, True
