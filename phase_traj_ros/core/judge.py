@@ -30,6 +30,10 @@ _AGREEING = 0.3
 # A standing vehicle turns at less than this, in radians per second.
 _TURNING = math.radians(3.0)
 
+# What is fixed to the camera does not pass by: above this median ratio of translation to distance,
+# most of the blocks do.
+_PASSING = 0.002
+
 
 def judged(
     pair: Comparison, *, repeated: bool = False, blank: bool = False, fixed: bool = False,
@@ -181,6 +185,8 @@ class Judge:
 
     def _only_fixed_agree(self, yaw: YawMeasurement, shift: Shift) -> bool:
         """Return whether only what is fixed to the camera may agree on the yaw."""
+        if yaw.motion is not None and yaw.motion.passing > _PASSING:
+            return False
         return self._guards and (
             not self._areas.sufficient or self._areas.doubts(shift, agreed=yaw.refined))
 

@@ -42,8 +42,6 @@ _COURSE, _SLOPE, _MEMORY = math.radians(3.0), math.radians(2.0), 1.0
 # Sideslip of the camera per yaw rate, in seconds: in a turn, a camera ahead of the rear axle moves
 # sideways by the yaw rate times its lever arm. The quotient is 1.6 m at 4 m/s.
 _LEVER = 0.4
-# Median of the squares of a normal distribution, in variances.
-_MEDIAN = 0.455
 _YAW, _PITCH, _ROLL, _B, _C, _ERROR = range(6)
 
 
@@ -173,13 +171,15 @@ class MotionFit:
             state -= inverse @ gradient
         covariance = inverse * variance
         agreeing = float(weight[error < (_OUTLIER * self._deviation) ** 2].sum())
-        # Each block leaves one residual, as its depth absorbs the other one. Their median gives a
-        # deviation that is robust to outliers.
-        spread = float(np.median(error)) / (_MEDIAN * variance)
+        # The variance of an M-estimate: its scores scatter as the blocks do, and an outlier, which
+        # has a small weight, adds little to them (Huber and Ronchetti, "Robust Statistics", 6.3).
+        scores = (known[:_ERROR] * (factor * known[_ERROR])).sum(axis=1)
+        of_yaw = inverse[_YAW]
+        yaw_variance = float(np.square(of_yaw @ scores).sum() + variance * of_yaw ** 2 @ trust)
         return CameraMotion(
             yaw=float(state[_YAW]), pitch=float(state[_PITCH]), roll=float(state[_ROLL]),
             travel=FocusOfExpansion(
                 float(state[_B]), float(state[_C]),
                 float(covariance[_B, _B]), float(covariance[_C, _C])),
             agreeing=agreeing, agreement=agreeing / float(weight.sum()),
-            yaw_variance=float(covariance[_YAW, _YAW]) * spread, passing=float(np.median(near)))
+            yaw_variance=yaw_variance, passing=float(np.median(near)))
