@@ -32,7 +32,7 @@ _TURNING = math.radians(3.0)
 
 # What is fixed to the camera does not pass by: above this median ratio of translation to distance,
 # most of the blocks do.
-_PASSING = 0.002
+_PASSING = 0.01
 
 
 def judged(

@@ -38,7 +38,10 @@ _NEARNESS = 0.1
 _OUTLIER = 3.0
 # Direction of travel: standard deviations of its azimuth and slope (radians), and the time
 # constant (seconds) with which the azimuth returns to straight ahead and the slope is forgotten.
-_COURSE, _SLOPE, _MEMORY = math.radians(3.0), math.radians(2.0), 1.0
+_COURSE, _SLOPE, _MEMORY = math.radians(1.0), math.radians(2.0), 1.0
+MOUNTED = math.radians(3.0)
+"""Standard deviation in radians of the azimuth at which cameras are mounted."""
+
 # Sideslip of the camera per yaw rate, in seconds: in a turn, a camera ahead of the rear axle moves
 # sideways by the yaw rate times its lever arm. The quotient is 1.6 m at 4 m/s.
 _LEVER = 0.4
@@ -51,22 +54,26 @@ class FocusOfExpansion:
 
     course: float = 0.0
     slope: float = 0.0
-    course_variance: float = _COURSE ** 2
+    course_variance: float = _COURSE ** 2 + MOUNTED ** 2
     slope_variance: float = _SLOPE ** 2
 
-    def after(self, interval: float, yaw_rate: float = 0.0) -> 'FocusOfExpansion':
+    def after(
+        self, interval: float, yaw_rate: float = 0.0, *, mounted: float = 0.0,
+        unsure: float = MOUNTED,
+    ) -> 'FocusOfExpansion':
         """
         Return the prediction ``interval`` seconds later, at a yaw rate in radians per second.
 
-        The course tends to straight ahead; the faster the vehicle turns, the less certain it is.
+        The course tends to ``mounted``, that of a vehicle that drives straight ahead, of which
+        ``unsure`` is the standard deviation; the faster the vehicle turns, the less certain it is.
         The slope stays, as it is that of the camera's mounting for the most part; towards 0, each
         pair would be measured with a share of that error.
         """
         kept = math.exp(-interval / _MEMORY)
         share = kept * kept
-        course = math.hypot(_COURSE, _LEVER * yaw_rate)
+        course = math.hypot(_COURSE, unsure, _LEVER * yaw_rate)
         return FocusOfExpansion(
-            kept * self.course, self.slope,
+            kept * self.course + (1.0 - kept) * mounted, self.slope,
             share * self.course_variance + (1.0 - share) * course ** 2,
             share * self.slope_variance + (1.0 - share) * _SLOPE ** 2)
 

@@ -197,6 +197,8 @@ class RoadMeter:
         self._looks: tuple[_Look, ...] | None = None
         self._assumed, self._bending = 0.0, 0.0
         self._kept: Frame | None = None
+        # Shares of the errors of the pitch in the newest measured distance.
+        self._shares = 0.0, 0.0
         self._rivalled = False
         self._since = _Since()
 
@@ -340,6 +342,7 @@ class RoadMeter:
         depth = agreeing[0].middle
         swing = 2.0 * depth * self._tilt.swing_deviation
         tilt = 2.0 * depth * self._tilt.common_deviation
+        self._shares = swing, tilt
         since.over = (not self._keyframes or abs(way) > _BASELINE or since.age >= _LONGEST
                       or abs(since.yaw) > _TURNED)
         distance, variance = since.add(way, own, self.speed_filter, interval)
@@ -408,9 +411,12 @@ class RoadMeter:
         if self.speed_filter.lost:
             # The drawn path continues with the last speed, but this is not a distance.
             return Travel(way, off ** 2, TravelState.UNKNOWN)
-        # The error of the speed is correlated between pairs.
-        swing = off / abs(way) if abs(way) > CELL else 0.0
-        return Travel(way, off ** 2, TravelState.BRIDGED, swing)
+        # The error of the speed is correlated between pairs, and it has those of the pitch.
+        swing, tilt = self._shares
+        variance = off ** 2 + (swing ** 2 + tilt ** 2) * way ** 2
+        if abs(way) > CELL:
+            swing = math.hypot(swing, off / way)
+        return Travel(way, variance, TravelState.BRIDGED, swing, tilt)
 
     def _look_anew(self, before: Frame | None) -> None:
         """Make the patches with the current tilt."""

@@ -11,7 +11,7 @@ _GATE = 3.0
 # Largest speeds forward and in reverse, in camera heights per second.
 _FASTEST, _BACKWARDS = 45.0, 3.0
 # Standard deviation of an unknown speed.
-_ANY = 12.0
+_ANY = 10.0
 
 
 class SpeedFilter:
