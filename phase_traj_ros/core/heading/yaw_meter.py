@@ -322,7 +322,8 @@ class YawMeter:
         blocks = self._grid.measure(key.picture, current, expected=key.moved + np.array(expected))
         motion = self._fit(
             blocks.dx / scale, blocks.dy / scale, blocks.weight,
-            key.foreseen(self._rate, self.mounting), aside=blocks.aside / scale, down=blocks.down / scale)
+            key.foreseen(self._rate, self.mounting), aside=blocks.aside / scale,
+            down=blocks.down / scale)
         return motion, blocks
 
     def _keyframe(self, picture: NDArray[np.uint8], travel: FocusOfExpansion) -> Keyframe:
