@@ -5,8 +5,8 @@
 PYTHON ?=
 PYTEST_ARGS ?=
 MUTANTS_ARGS ?=
-# Each processor runs tests, and takes those of a busy one at the end.
-pytest := --timeout 300 -n auto --dist worksteal
+# One worker more than processors: a test of the node mostly waits.
+pytest := --timeout 300 -n $(shell expr $$(nproc) + 1) --dist worksteal
 # The Python that `make bench-system` measures, as the distribution or a ROS has it.
 SYSTEM_PYTHON ?= /usr/bin/python3
 
@@ -20,6 +20,8 @@ environment = $(or $(boot),$(error No Python found: install Python 3.10 to 3.13 
 
 # The ROS wheels of an activated environment mark their set-up as done; ours do their own.
 unexport _ROS_WHEELS_BOOTSTRAP_COMPLETE
+# Tests start hundreds of processes: each would compile the package anew.
+unexport PYTHONDONTWRITEBYTECODE
 
 .DEFAULT_GOAL := help
 .PHONY: help demo test test-noble lint colcon dist bench bench-system robustness any-camera distance frame-rate mutants locate film docs \
@@ -66,6 +68,7 @@ bench:  ## Measure speed against peers, side by side; writes docs/measurements/b
 film:  ## Measure replays of a film beside decoding alone; writes docs/measurements/film.md
 	@$(environment) .venv --extras ros,video
 	@.venv/bin/python -m benchmarks.speed.film
+	@.venv/bin/python -m benchmarks.speed.hour
 
 bench-system:  ## Measure speed on the distribution's OpenCV, for docs/measurements/benchmarks.md
 	@PYTHONPATH="$(CURDIR)$${PYTHONPATH:+:$$PYTHONPATH}" $(SYSTEM_PYTHON) -m benchmarks.speed.installations

@@ -20,6 +20,10 @@ else:
         'patient', deadline=None, suppress_health_check=[HealthCheck.too_slow])
     settings.load_profile('patient')
 
+# Before numpy and OpenCV are loaded: one thread for each of the processes that share the
+# processors.
+for variable in ('OPENBLAS_NUM_THREADS', 'OPENCV_FOR_THREADS_NUM'):
+    os.environ.setdefault(variable, '1')
 
 collect_ignore = lacking()
 

@@ -27,8 +27,9 @@ import numpy as np
 from phase_traj_ros.synthetic import Camera, plan_drive, render_drive, Straight, Turn
 from phase_traj_ros.synthetic.degradations import sensor_noise
 
-_DOCUMENT = ROOT / 'docs' / 'measurements' / 'film.md'
+DOCUMENT = ROOT / 'docs' / 'measurements' / 'film.md'
 _RATE = 30
+_CAMERA = Camera.with_field_of_view(1920, 1080, 70)
 _PLAN = [
     Straight(8), Turn(90, 3.5, 5), Straight(7), Turn(-90, 3, 5), Straight(8), Turn(30, 4),
     Straight(6), Turn(-60, 4, 6), Straight(8), Turn(90, 3.5, 5), Straight(5)]
@@ -60,7 +61,7 @@ while frames < {_FEW} and (read := capture.read())[0]:
     before, frames = frame, frames + 1
 print(frames)
 """
-_REPLAY = """
+REPLAY = """
 import sys
 from phase_traj_ros.cli.main import main
 sys.exit(main(['replay', sys.argv[1], '--output', 'results', '--force', *sys.argv[2:]]))
@@ -69,9 +70,9 @@ _YARDSTICK = 'decoding and grey levels alone (OpenCV)'
 CONTESTANTS: dict[str, tuple[str, list[str], float | None]] = {
     _YARDSTICK: (_DECODE, [], None),
     'luma alone (PyAV)': (_LUMA, [], None),
-    '`replay`': (_REPLAY, [], 2.0),
-    '`replay --one-pass`': (_REPLAY, ['--one-pass'], 1.5),
-    '`replay -p code_source:=shift`': (_REPLAY, ['-p', 'code_source:=shift'], 2.2),
+    '`replay`': (REPLAY, [], 2.0),
+    '`replay --one-pass`': (REPLAY, ['--one-pass'], 1.5),
+    '`replay -p code_source:=shift`': (REPLAY, ['-p', 'code_source:=shift'], 2.2),
     'OpenCV and `cv2.phaseCorrelate`': (_PEER, [], None),
 }
 """Program, arguments after the film, and largest ratio to decoding alone."""
@@ -101,14 +102,13 @@ def run(program: str, arguments: list[str]) -> Run:
     return Run(wall, used.ru_utime + used.ru_stime, used.ru_maxrss * 1024)
 
 
-def rendered(folder: Path) -> Path:
+def rendered(folder: Path, camera: Camera = _CAMERA) -> Path:
     """Return a film of a drive through the rendered town, made if it is not there."""
     import av
-    film = folder / 'town.mp4'
+    film = folder / f'town_{camera.height}.mp4'
     if film.exists():
         return film
     folder.mkdir(parents=True, exist_ok=True)
-    camera = Camera.with_field_of_view(1920, 1080, 70)
     drive = plan_drive('', _PLAN, rate_hz=_RATE, speed=11.0, camera=camera, seed=17)
     part = folder / 'part.mp4'
     with av.open(str(part), 'w') as container:
@@ -212,7 +212,7 @@ def main() -> None:
         with bystanders() as watched:
             runs = measure(long, chosen.rounds)
         text = page(runs, frames, watched)
-    _DOCUMENT.write_text(text, encoding='utf-8')
+    DOCUMENT.write_text(text, encoding='utf-8')
     print(text)
 
 

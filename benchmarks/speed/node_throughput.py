@@ -20,27 +20,27 @@ import subprocess
 import sys
 import time
 
-from benchmarks.shared.clips import rendered_clip
 from benchmarks.shared.report import disturbance, paragraphs, ROOT, table, verdict
 from benchmarks.shared.timing import Bystanders, bystanders, unpinned
+from benchmarks.speed.node_feeder import CLIPS
+import numpy as np
 from phase_traj_ros.io.params_file import read_parameters
 from phase_traj_ros.io.replay.estimator import make_estimator
+from phase_traj_ros.io.sources.base import index_stamp_ns
 from phase_traj_ros.parameters import NODE_NAME, Parameters
 from phase_traj_ros.ros.playback.live_run import lossless_overrides
 from phase_traj_ros.ros.playback.player import LOSSLESS
 from phase_traj_ros.ros.spin import ros_context
-from phase_traj_ros.synthetic import KITTI_CAMERA
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from std_msgs.msg import UInt8
 from std_srvs.srv import Trigger
 
-_CAMERA_HZ, _CAMERA_FRAMES = 10.0, 100
+_EVERYTHING = {'camera_height': 1.65, 'code_step': 5.0}
 _FAST = ((150.0, 1200), (300.0, 1800), (1000.0, 3000))
 _LEAST_RATE = 150.0
-_NODE_MS, _MORE_MS = 4.0, 2.1
+_MORE_MS = 2.1
 _ROUNDS = 3
-_FRAMES, _ALONE = 20, 80
 _DISCOVERY_S, _SILENCE_S, _STOP_S = 30.0, 8.0, 10.0
 _ASK_AGAIN_S = 2.0
 _TICK_S = 1.0 / os.sysconf('SC_CLK_TCK')
@@ -55,9 +55,11 @@ INTRODUCTION = paragraphs("""
 
 
 AT_A_CAMERAS_RATE = paragraphs(f"""
-    At {_CAMERA_HZ:g} frames/s caches and clocks cool down between two frames. *Alone* is the
-    estimator by itself, in this process, with the same pauses. Node and estimator take turns,
-    {_ROUNDS} times; the times are the medians of processor time per frame.
+    At a camera's rate caches and clocks cool down between two frames. The frames are those of a
+    rendered drive with a turn. *Everything on* is an unknown camera that is learned, metres by the
+    height of the camera, and equal links. *Alone* is the estimator by itself, in this process,
+    with the same pauses. Node and estimator take turns, {_ROUNDS} times; the times are the medians
+    of processor time per frame.
     """)
 
 
@@ -72,6 +74,20 @@ class Cost:
     """The estimator by itself."""
     limit_ms: float | None
     """What the node may take at most in all, if there is such an aim."""
+
+
+@dataclass(frozen=True, slots=True)
+class Configuration:
+    """A camera and the parameters of the node, with what a frame may cost."""
+
+    name: str
+    clip: str
+    rate: float
+    frames: int
+    parameters: Parameters
+    arguments: Sequence[str]
+    """Arguments of the node that give these parameters."""
+    limit_ms: float | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -165,11 +181,13 @@ def process(*arguments: str) -> Iterator[subprocess.Popen[bytes]]:
             running.wait()
 
 
-def feed(rate: float, count: int, arguments: Sequence[str] = ()) -> Run:
+def feed(
+    rate: float, count: int, arguments: Sequence[str] = (), *, clip: str = 'flicker',
+) -> Run:
     """
     Feed a node ``count`` frames at ``rate`` per second; return the result.
 
-    ``arguments`` are for ROS, such as a parameter file.
+    ``arguments`` are for ROS, such as a parameter file; ``clip`` is the name of the frames.
     """
     namespace = f'/phase_traj_bench_{os.getpid()}'
     within = ['--ros-args', '-r', f'__ns:={namespace}']
@@ -182,7 +200,8 @@ def feed(rate: float, count: int, arguments: Sequence[str] = ()) -> Run:
         counter = Counter()
         try:
             counter.connect()
-            with process('-m', 'benchmarks.speed.node_feeder', str(rate), str(count), *within):
+            with process('-m', 'benchmarks.speed.node_feeder', str(rate), str(count), clip,
+                         *within):
                 counter.wait_for(warm_up)
                 began = processor_time(node.pid)
                 counter.wait_for(count - 1)
@@ -195,39 +214,51 @@ def feed(rate: float, count: int, arguments: Sequence[str] = ()) -> Run:
         rate, count, len(times), timed / (times[-1] - times[warm_up - 1]), 1e3 * used / timed)
 
 
-def estimator_ms(rate: float, parameters: Parameters) -> float:
-    """Return the processor time of the estimator alone, per frame, at that rate."""
-    estimator = make_estimator(parameters)
-    images = list(rendered_clip(KITTI_CAMERA, count=_FRAMES).there_and_back(_ALONE))
+def estimator_ms(configuration: Configuration, images: list[np.ndarray]) -> float:
+    """Return the processor time of the estimator alone, per frame, at the camera's rate."""
+    estimator = make_estimator(configuration.parameters)
     took = []
     for index, image in enumerate(images):
-        time.sleep(1.0 / rate)
+        time.sleep(1.0 / configuration.rate)
         began = time.thread_time()
-        estimator.update(image, index * 10 ** 8)
+        estimator.update(image, index_stamp_ns(index, configuration.rate))
         took.append(time.thread_time() - began)
-    return 1e3 * sum(took[_FRAMES:]) / len(took[_FRAMES:])
+    timed = took[len(took) // 5:]
+    return 1e3 * sum(timed) / len(timed)
+
+
+def configurations() -> list[Configuration]:
+    """Return what is measured at a camera's rate."""
+    paper = ROOT / 'config' / 'paper.yaml'
+    given = [part for name, value in _EVERYTHING.items()
+             for part in ('-p', f'{name}:={str(value).lower()}')]
+    everything = Parameters(**_EVERYTHING)
+    return [
+        Configuration('`config/paper.yaml`, 376×1241 at 10 Hz', 'kitti', 10.0, 100,
+                      read_parameters(paper), ('--params-file', str(paper)), None),
+        Configuration('all defaults, 376×1241 at 10 Hz', 'kitti', 10.0, 100, Parameters(), (),
+                      None),
+        Configuration('everything on, 376×1241 at 10 Hz', 'kitti', 10.0, 100, everything, given,
+                      4.0),
+        Configuration('everything on, 1080×1920 at 30 Hz', '1080p', 30.0, 180, everything, given,
+                      8.0),
+    ]
 
 
 def measure_costs() -> tuple[list[Cost], Bystanders]:
     """Return the cost of a frame at a camera's rate, and the load of other programs."""
-    paper = ROOT / 'config' / 'paper.yaml'
-    configurations = {
-        '`config/paper.yaml`': (read_parameters(paper), ('--params-file', str(paper)), _NODE_MS),
-        'all defaults': (Parameters(), (), None),
-    }
-    node: dict[str, list[float]] = {name: [] for name in configurations}
-    alone: dict[str, list[float]] = {name: [] for name in configurations}
+    costs: list[Cost] = []
     seen: list[Bystanders] = []
-    for _ in range(_ROUNDS):
-        for name, (parameters, arguments, _limit) in configurations.items():
-            node[name].append(feed(_CAMERA_HZ, _CAMERA_FRAMES, arguments).node_ms)
+    for each in configurations():
+        node, alone = [], []
+        for _ in range(_ROUNDS):
+            node.append(feed(each.rate, each.frames, each.arguments, clip=each.clip).node_ms)
+            images = CLIPS[each.clip](each.rate, each.frames)
             # Only now: the node and its feeder are gone, and would not be bystanders.
             with bystanders() as watched:
-                alone[name].append(estimator_ms(_CAMERA_HZ, parameters))
+                alone.append(estimator_ms(each, images))
             seen.append(watched)
-    costs = [
-        Cost(name, median(node[name]), median(alone[name]), limit)
-        for name, (_, _, limit) in configurations.items()]
+        costs.append(Cost(each.name, median(node), median(alone), each.limit_ms))
     return costs, max(seen, key=lambda each: each.cores or 0.0)
 
 

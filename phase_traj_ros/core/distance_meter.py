@@ -26,6 +26,9 @@ _DRIVING = 2.0
 _OTHER_LENS = 0.3
 # Height of a camera in metres where only the speed is known, to compare ways.
 _USUAL_HEIGHT = 1.6
+# Longest slide of the road, in camera heights, over which a frame is waited for: the patches end
+# about 10 ahead, and what remains in view changes its size.
+_REACH = 1.0
 # Standard deviation of an unknown speed, in metres per second.
 _ANY_SPEED = 15.0
 
@@ -117,6 +120,11 @@ class DistanceMeter:
         if by_road is None or height is None or by_road.state is TravelState.UNKNOWN:
             return Travel(0.0, (_ANY_SPEED * interval) ** 2, TravelState.UNKNOWN)
         return by_road.scaled(height, self._height.deviation)
+
+    def reaches(self, seconds: float) -> bool:
+        """Return whether the road will be near enough to be compared after ``seconds``."""
+        return (self._meter is None or self.heights_per_second is None
+                or self.heights_per_second * seconds <= _REACH)
 
     @property
     def _by_road(self) -> bool:

@@ -346,6 +346,7 @@ class TrajectoryEstimator:
         return (self._steady is not None and self._by_heading and self._heading is not None
                 and self._repeats.unsure_ns == 0.0
                 and self._meter.continues(frame, interval_ns * 1e-9, encoding)
+                and self._distance_meter.reaches((waited_ns + interval_ns) * 1e-9)
                 and self._heading.foresees(picture, waited_ns * 1e-9, interval_ns * 1e-9))
 
     def _foresee(self, stamp_ns: int, waited_ns: int, interval_ns: int) -> Update:

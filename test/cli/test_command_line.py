@@ -1,6 +1,10 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The program from a user's point of view: files, one-line errors, exit status."""
+"""
+The program from a user's point of view: files, one-line errors, exit status.
+
+It runs in this process, except where the test is about the process; ``test_ending`` has the rest.
+"""
 
 import csv
 from importlib.util import find_spec
@@ -13,6 +17,7 @@ import sys
 import cv2
 import numpy as np
 import phase_traj_ros
+from phase_traj_ros.cli.main import main
 from phase_traj_ros.core import unpack
 from phase_traj_ros.core.correlation.transforms import find_transform
 from phase_traj_ros.parameter_spec import Group
@@ -40,15 +45,26 @@ def folder(tmp_path):
     return path
 
 
-def run(*arguments, cwd=None):
+def in_a_process(*arguments):
     return subprocess.run(
         [sys.executable, '-m', 'phase_traj_ros.cli.main', *map(str, arguments)],
-        capture_output=True, text=True, check=False, cwd=cwd, stdin=subprocess.DEVNULL)
+        capture_output=True, text=True, check=False, stdin=subprocess.DEVNULL)
 
 
-def refused(*arguments):
-    """Run a call that has to fail; return its only line of output."""
-    result = run(*arguments)
+@pytest.fixture
+def run(capfd, monkeypatch):
+    """Return a function that runs the program in this process, as a process would end."""
+    def call(*arguments, cwd=None):
+        with monkeypatch.context() as patch:
+            if cwd is not None:
+                patch.chdir(cwd)
+            status = main([str(each) for each in arguments])
+        return subprocess.CompletedProcess(arguments, status, *capfd.readouterr())
+    return call
+
+
+def checked(result):
+    """Check that a call has failed in one line; return it."""
     assert result.returncode == 2, result
     assert result.stderr.count('\n') == 1, result.stderr
     assert 'Traceback' not in result.stderr
@@ -56,9 +72,15 @@ def refused(*arguments):
     return result.stderr
 
 
+@pytest.fixture
+def refused(run):
+    """Return a function that runs a call that has to fail, and returns its only line."""
+    return lambda *arguments: checked(run(*arguments))
+
+
 def test_replay_writes_everything(folder, tmp_path):
     output = tmp_path / 'deep' / 'results'
-    result = run('replay', folder, '--output', output, '--fps', '20', *PAPER)
+    result = in_a_process('replay', folder, '--output', output, '--fps', '20', *PAPER)
     assert (result.returncode, result.stderr) == (0, '')
     assert 'movement  (7): 1x1 0x1 3x1 1x1 2x1 1x2' in result.stdout
     assert 'direction (6): 1x1 0x2 1x3' in result.stdout
@@ -94,13 +116,13 @@ def test_replay_writes_everything(folder, tmp_path):
     assert cv2.imread(str(output / 'trajectory.png')).std() > 1
 
 
-def test_replay_without_output_writes_nothing(folder, tmp_path):
+def test_replay_without_output_writes_nothing(run, folder, tmp_path):
     result = run('replay', folder, cwd=tmp_path)
     assert result.returncode == 0
     assert os.listdir(tmp_path) == ['pictures']
 
 
-def test_a_second_replay_replaces_the_results(folder, tmp_path):
+def test_a_second_replay_replaces_the_results(run, folder, tmp_path):
     output = tmp_path / 'results'
     assert run('replay', folder, '--output', output, *PAPER).returncode == 0
     assert run(
@@ -109,7 +131,7 @@ def test_a_second_replay_replaces_the_results(folder, tmp_path):
     assert len(os.listdir(output)) == 5
 
 
-def test_threshold_overrides_the_parameter_file(folder, tmp_path):
+def test_threshold_overrides_the_parameter_file(run, folder, tmp_path):
     params = tmp_path / 'params.yaml'
     params.write_text('/**:\n  ros__parameters:\n    threshold: 35.0\n')
     code = 'movement  (7): '
@@ -121,7 +143,7 @@ def test_threshold_overrides_the_parameter_file(folder, tmp_path):
     assert code + '1x7' in both.stdout
 
 
-def test_a_file_of_the_package_is_given_by_its_name(folder, tmp_path):
+def test_a_file_of_the_package_is_given_by_its_name(run, folder, tmp_path):
     named = run(
         'replay', folder, '--params', 'paper.yaml', '--output', tmp_path / 'out', cwd=tmp_path)
     plain = run('replay', folder, *PAPER)
@@ -129,13 +151,13 @@ def test_a_file_of_the_package_is_given_by_its_name(folder, tmp_path):
         'movement')[1].splitlines()[0]
 
 
-def test_selection_reaches_the_source(folder):
+def test_selection_reaches_the_source(run, folder):
     result = run('replay', folder, '--start', '0.2', '--duration', '0.4', *PAPER)
     assert '4 frames' in result.stdout
     assert 'movement  (3): 1x2 2x1' in result.stdout
 
 
-def test_inspect_draws_the_correlation_map(folder, tmp_path):
+def test_inspect_draws_the_correlation_map(run, folder, tmp_path):
     output = tmp_path / 'map.png'
     result = run('inspect', folder / '1.png', folder / '2.png', '--output', output)
     assert result.returncode == 0
@@ -143,7 +165,7 @@ def test_inspect_draws_the_correlation_map(folder, tmp_path):
     assert cv2.imread(str(output)).std() > 1
 
 
-def test_version_and_help():
+def test_version_and_help(run):
     first, second = run('--version').stdout.splitlines()[:2]
     assert first == f'phase_traj_ros {phase_traj_ros.__version__}'
     assert second == f'transforms: {find_transform().name}'
@@ -154,7 +176,7 @@ def test_version_and_help():
         assert len(result.stdout) > 300
 
 
-def test_no_threshold_leaves_the_choice_to_the_code_source(folder, tmp_path):
+def test_no_threshold_leaves_the_choice_to_the_code_source(run, folder, tmp_path):
     output = tmp_path / 'results'
     for options, source in (
             ([], 'auto'), (['--threshold', '0'], 'auto'), (PAPER, None),
@@ -166,14 +188,14 @@ def test_no_threshold_leaves_the_choice_to_the_code_source(folder, tmp_path):
 
 
 @pytest.mark.parametrize('threshold', ['-16', 'nan', 'inf', '-inf'])
-def test_threshold_has_to_be_finite_and_positive(folder, tmp_path, threshold):
+def test_threshold_has_to_be_finite_and_positive(refused, folder, tmp_path, threshold):
     output = tmp_path / 'results'
     message = refused('replay', folder, f'--threshold={threshold}', '--output', output)
     assert 'give a finite number of 0 or more' in message
     assert not output.exists()
 
 
-def test_the_help_of_replay_lists_what_a_user_and_a_vehicle_may_need():
+def test_the_help_of_replay_lists_what_a_user_and_a_vehicle_may_need(run):
     text = run('replay', '--help').stdout
     for spec in specs():
         assert (f'  {spec.name} ({spec.default!r}): ' in text) == (
@@ -185,12 +207,15 @@ def test_the_help_of_replay_lists_what_a_user_and_a_vehicle_may_need():
 
 @pytest.mark.parametrize(
     ('option', 'value'), [('--rate', '0'), ('--rate', 'nan'), ('--wait', 'nan')])
-def test_play_refuses_invalid_times(folder, option, value):
+def test_play_refuses_invalid_times(refused, folder, option, value):
     assert f'{option} is {float(value)}: give' in refused('play', folder, option, value)
 
 
+def test_a_process_ends_with_the_status_and_the_line():
+    assert 'does not exist' in checked(in_a_process('replay', '/does/not/exist'))
+
+
 @pytest.mark.parametrize(('arguments', 'message'), [
-    (['/does/not/exist'], 'does not exist'),
     (['{folder}', '--topic', '/image'], 'leave out topic'),
     (['{folder}', '--every', '0'], 'every must be a whole number'),
     (['{folder}', '--start', '60'], 'no frame is selected'),
@@ -210,7 +235,7 @@ def test_play_refuses_invalid_times(folder, option, value):
     (['{folder}', '--nonsense'], '--nonsense'),
     (['{folder}', '--threshold', 'many'], 'many'),
 ])
-def test_replay_reports_errors_in_one_line(folder, tmp_path, arguments, message):
+def test_replay_reports_errors_in_one_line(refused, folder, tmp_path, arguments, message):
     empty = tmp_path / 'empty'
     empty.mkdir()
     file = tmp_path / 'foreign.mp4'
@@ -224,7 +249,7 @@ def test_replay_reports_errors_in_one_line(folder, tmp_path, arguments, message)
     assert sorted(tmp_path.rglob('*')) == before
 
 
-def test_a_broken_picture_leaves_nothing_behind(folder, tmp_path):
+def test_a_broken_picture_leaves_nothing_behind(refused, folder, tmp_path):
     picture = folder / '5.png'
     picture.write_bytes(picture.read_bytes()[:200])
     output = tmp_path / 'results'
@@ -233,7 +258,7 @@ def test_a_broken_picture_leaves_nothing_behind(folder, tmp_path):
 
 
 @pytest.mark.parametrize('content', [b'', b'\x89PNG'])
-def test_a_broken_picture_is_skipped_and_warned_of(folder, tmp_path, content):
+def test_a_broken_picture_is_skipped_and_warned_of(run, folder, tmp_path, content):
     (folder / '5.png').write_bytes(content)
     done = run('replay', folder, '--output', tmp_path / 'results', *PAPER)
     assert done.returncode == 0
@@ -243,7 +268,7 @@ def test_a_broken_picture_is_skipped_and_warned_of(folder, tmp_path, content):
     assert 5 not in written['frame_numbers']
 
 
-def test_a_broken_picture_leaves_older_results_alone(folder, tmp_path):
+def test_a_broken_picture_leaves_older_results_alone(run, refused, folder, tmp_path):
     output = tmp_path / 'results'
     assert run('replay', folder, '--output', output, *PAPER).returncode == 0
     before = (output / 'chain_code.json').read_bytes()
@@ -253,31 +278,46 @@ def test_a_broken_picture_leaves_older_results_alone(folder, tmp_path):
     assert len(os.listdir(output)) == 5
 
 
-def test_inspect_refuses_frames_that_do_not_match(folder, tmp_path):
+def test_inspect_refuses_frames_that_do_not_match(refused, folder, tmp_path):
     cv2.imwrite(str(tmp_path / 'small.png'), np.eye(50, dtype=np.uint8) * 200)
     message = refused('inspect', folder / '0.png', tmp_path / 'small.png')
     assert '160x96' in message and '50x50' in message
     assert 'No such file' in refused('inspect', folder / '0.png', tmp_path / 'none.png')
 
 
-def test_the_figure_of_two_frames_does_not_become_a_third(folder):
+def test_the_figure_of_two_frames_does_not_become_a_third(run, folder):
     before = sorted(os.listdir(folder))
     result = run('inspect', '0.png', '1.png', '--output', 'a.png', cwd=folder)
     assert result.returncode == 2 and 'would lie beside the frames' in result.stderr
     result = run('inspect', '0.png', '1.png', cwd=folder)
     assert result.returncode == 0 and 'written to ../correlation.png' in result.stdout
-    assert (folder.parent / 'correlation.png').exists()
+    figure = folder.parent / 'correlation.png'
+    assert figure.exists()
     assert sorted(os.listdir(folder)) == before
+    # Only a file that the call names is replaced without a word.
+    figure.write_text('mine')
+    result = run('inspect', '0.png', '1.png', cwd=folder)
+    assert result.returncode == 2 and figure.read_text() == 'mine'
+    assert 'choose another --output, or replace it with --force' in result.stderr
+    assert run('inspect', '0.png', '1.png', '--output', figure, cwd=folder).returncode == 0
+    assert run('inspect', '0.png', '1.png', '--force', cwd=folder).returncode == 0
+
+
+def test_inspect_says_what_to_give(refused, folder, tmp_path):
+    (tmp_path / 'film.mp4').write_bytes(b'film')
+    assert 'film.mp4 is none: give two pictures' in refused('inspect', tmp_path / 'film.mp4')
+    assert 'pictures is none' in refused('inspect', folder, folder / '1.png')
+    assert 'the second one is missing' in refused('inspect', folder / '1.png')
 
 
 @pytest.mark.parametrize('output', ['.', 'results', '../pictures/a'])
-def test_results_do_not_become_frames(folder, output):
+def test_results_do_not_become_frames(refused, folder, output):
     before = sorted(os.listdir(folder))
     assert 'input' in refused('replay', folder, *PAPER, '--output', folder / output)
     assert sorted(os.listdir(folder)) == before
 
 
-def test_a_recording_is_not_replaced_by_its_result(folder, tmp_path):
+def test_a_recording_is_not_replaced_by_its_result(run, refused, folder, tmp_path):
     pytest.importorskip('rosbags')
     recording = tmp_path / 'y.mcap'
     assert run(
@@ -287,7 +327,7 @@ def test_a_recording_is_not_replaced_by_its_result(folder, tmp_path):
     assert recording.read_bytes() == before
 
 
-def test_a_page_of_the_user_stays(folder, tmp_path):
+def test_a_page_of_the_user_stays(run, refused, folder, tmp_path):
     output = tmp_path / 'out'
     output.mkdir()
     (output / 'report.html').write_text('mine')

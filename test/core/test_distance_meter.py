@@ -17,6 +17,8 @@ from phase_traj_ros.core import (
     TrajectoryEstimator,
     TravelState,
 )
+from phase_traj_ros.core.distance_meter import DistanceMeter
+from phase_traj_ros.core.heading.visual_compass import VisualCompass
 from phase_traj_ros.io.sources.folder import FolderSource
 from phase_traj_ros.synthetic import (
     Camera,
@@ -222,7 +224,7 @@ def test_a_vehicle_that_stands_goes_exactly_nowhere():
         estimator.update(sensor_noise(frames[index], sigma=1.0, seed=place), place * S // 10)
         for place, index in enumerate(order)]
     # It stopped at once, which no vehicle does: that takes a moment to be believed.
-    standing = updates[19:27]
+    standing = updates[20:27]
     assert {update.travel.state for update in standing} == {TravelState.STANDING}
     assert {update.travel.distance for update in standing} == {0.0}
     assert {update.travel.state for update in updates[34:]} == {TravelState.MEASURED}
@@ -299,3 +301,15 @@ def test_reversing_goes_back():
     back = [update.travel for update in updates[-10:]]
     assert sum(travel.distance for travel in back) == pytest.approx(-steps[1:11].sum(), rel=0.15)
     assert updates[-1].tip.x < updates[20].tip.x - 5.0
+
+
+def test_a_fast_road_is_measured_while_it_is_in_view():
+    meter = DistanceMeter(settings(camera_height=1.5))
+    assert meter.reaches(1.0)
+    frames, _, model, _ = street()
+    heading = VisualCompass(Lens(camera=model))
+    heading.measure(frames[0], 0.1)
+    meter.start(frames[0], heading)
+    assert meter.reaches(1.0)
+    meter.heights_per_second = 20.0
+    assert meter.reaches(0.04) and not meter.reaches(0.08)

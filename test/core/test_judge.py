@@ -2,12 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """A pair of frames gets its status and its worth from what was measured, and in one place."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import cv2
 import numpy as np
 from phase_traj_ros.core import CodeSource, PairStatus, Shift
 from phase_traj_ros.core.correlation.quality import Quality
+from phase_traj_ros.core.heading.camera_motion import CameraMotion, FocusOfExpansion
 from phase_traj_ros.core.heading.yaw_meter import YawMeasurement
 from phase_traj_ros.core.judge import Judge, judged
 from phase_traj_ros.core.measuring import Comparison
@@ -128,6 +130,15 @@ def test_where_only_dirt_agrees_the_yaw_is_rejected_in_auto_alone(street):
     assert (verdict.status, verdict.evidence) == (PairStatus.NO_MEASUREMENT, Evidence.FIXED)
     assert verdict.yaw.yaw is None
     assert judged_after(pictures, turning(), CodeSource.HEADING).evidence is Evidence.TRUSTED
+
+
+@pytest.mark.parametrize(('passing', 'evidence'), [
+    (0.02, Evidence.TRUSTED), (0.001, Evidence.FIXED)])
+def test_what_passes_by_is_not_dirt_however_little_else_moves(street, passing, evidence):
+    passes = CameraMotion(0.0, 0.0, 0.0, FocusOfExpansion(), 100.0, 0.8, 1e-8, passing)
+    pair = turning()
+    pair = replace(pair, yaw=replace(pair.yaw, motion=passes))
+    assert judged_after(seen_through_dirt(street), pair).evidence is evidence
 
 
 def test_a_cut_does_not_make_the_next_scene_doubtful(street):

@@ -94,11 +94,15 @@ def test_where_only_drops_agree_there_is_no_measurement(drive):
     assert statuses(updates)[PairStatus.OK] > 0.8 * len(updates)
 
 
-@pytest.mark.parametrize('grain', [0.01, 0.03, 0.08])
+@pytest.fixture(scope='module', params=[0.01, 0.03, 0.08])
+def on_a_motorway(request):
+    return motorway.driven(grain=request.param)[2]
+
+
 @pytest.mark.parametrize('lens', [KNOWN, None], ids=['known', 'unknown'])
-def test_a_horizon_that_does_not_move_is_neither_dirt_nor_a_stop(grain, lens):
+def test_a_horizon_that_does_not_move_is_neither_dirt_nor_a_stop(on_a_motorway, lens):
     """Of a straight motorway without much texture, little of the picture changes at all."""
-    _, _, frames = motorway.driven(grain=grain)
+    frames = on_a_motorway
     estimator, updates, turns = followed(
         frames, lens=lens, period_ns=40_000_000, stillness=StillnessSettings())
     assert statuses(updates)[PairStatus.OK] > 0.85 * len(updates)
@@ -113,15 +117,20 @@ def test_a_horizon_that_does_not_move_is_neither_dirt_nor_a_stop(grain, lens):
         assert statuses(updates)[PairStatus.OK] < 0.1 * len(updates)
 
 
-@pytest.mark.parametrize('contrast', [1.0, 0.3, 0.15, 0.1])
-def test_a_model_car_in_circles_does_not_stand_because_its_bumper_does(contrast):
-    """A strong fisheye, 80 degrees a second: within 10 %, or said; the bumper has most texture."""
+@pytest.fixture(scope='module')
+def circles():
     camera = Camera.with_field_of_view(160, 120, 150, above_ground=1.5, fisheye=EQUIDISTANT)
     plan = [Straight(0.5), Turn(3 * 360.0, 13.5), Straight(0.5)]
+    return list(render_drive(plan_drive(
+        '', plan, rate_hz=20.0, camera=camera, speed=8.0, seed=4)))
+
+
+@pytest.mark.parametrize('contrast', [1.0, 0.3, 0.15, 0.1])
+def test_a_model_car_in_circles_does_not_stand_because_its_bumper_does(circles, contrast):
+    """A strong fisheye, 80 degrees a second: within 10 %, or said; the bumper has most texture."""
     frames = [
         overlays.bonnet(np.rint(128 + contrast * (frame - 128.0)).astype(np.uint8), height=0.25)
-        for frame in render_drive(plan_drive(
-            '', plan, rate_hz=20.0, camera=camera, speed=8.0, seed=4))]
+        for frame in circles]
     frames = [sensor_noise(frame, sigma=4.0, seed=n) for n, frame in enumerate(frames)]
     estimator, updates, _ = followed(
         frames, lens=None, period_ns=50_000_000, stillness=StillnessSettings())

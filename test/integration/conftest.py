@@ -16,6 +16,8 @@ collect_ignore_glob = [] if find_spec('rclpy') else ['test_*.py']
 
 # 0 to 101 are safe on every platform.
 _DOMAINS = range(1, 102)
+# Of Fast DDS; others ignore it.
+_DISCOVERY = Path(__file__).parents[1] / 'support' / 'discovery.xml'
 
 
 @contextmanager
@@ -47,6 +49,7 @@ def own_domain(monkeypatch, folder):
     monkeypatch.setenv('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
     monkeypatch.setenv('ROS_LOG_DIR', str(folder / 'ros_log'))
     monkeypatch.setenv('RCUTILS_COLORIZED_OUTPUT', '0')
+    monkeypatch.setenv('FASTRTPS_DEFAULT_PROFILES_FILE', str(_DISCOVERY))
     with free_domain() as (number, lock):
         monkeypatch.setenv('ROS_DOMAIN_ID', str(number))
         yield lock
@@ -75,3 +78,38 @@ def shared_live(tmp_path_factory):
     with (pytest.MonkeyPatch.context() as monkeypatch,
           own_domain(monkeypatch, folder) as lock, Live(folder, lock=lock) as harness):
         yield harness
+
+
+@pytest.fixture
+def run(live):
+    """Return a function that starts the node by the paper's rule and listens to its codes."""
+    from coded import started
+    return lambda *arguments, **named: started(live, *arguments, **named)
+
+
+@pytest.fixture(scope='module')
+def shared_node(shared_live):
+    """Start the node that tests share, and listen to its codes."""
+    from coded import started
+    return started(shared_live)
+
+
+@pytest.fixture
+def tuned(shared_live, shared_node):
+    """Return a function that resets the shared node, with parameters for one test."""
+    from coded import restart
+    from phase_traj_ros.parameters import specs
+    changed = {}
+
+    def tune(parameters=()):
+        changed.update(parameters)
+        for name, value in changed.items():
+            answer = shared_live.set_parameter(name, value)
+            assert answer.successful, answer.reason
+        restart(shared_live, shared_node)
+        return shared_node
+
+    yield tune
+    defaults = {each.name: each.default for each in specs()}
+    for name in changed:
+        assert shared_live.set_parameter(name, defaults[name]).successful

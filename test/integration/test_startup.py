@@ -9,6 +9,7 @@ import sys
 import time
 
 from live import LATCHED, stop
+from phase_traj_ros.ros.main import main
 import pytest
 from rcl_interfaces.msg import LoggerLevel
 from rcl_interfaces.srv import SetLoggerLevels
@@ -38,10 +39,18 @@ from std_msgs.msg import String
     (['--ros-args', '--params-file', 'nope.yaml'],
      "there is no parameter file 'nope.yaml': give a path, or one of the package's own: heading"),
 ])
-def test_what_makes_no_sense_is_refused_in_a_line(live, arguments, message):
-    process = live.start(lossless=False, arguments=arguments)
-    assert process.wait() == 2
-    said = [line for line in live.logs().splitlines() if '[rcl]' not in line]
+def test_what_makes_no_sense_is_refused_in_a_line(capfd, arguments, message):
+    assert main(arguments) == 2
+    check_line(capfd.readouterr().err, message)
+
+
+def test_a_process_ends_with_the_status_and_the_line(live):
+    assert live.start(lossless=False, arguments=['--foo']).wait() == 2
+    check_line(live.logs(), "unknown argument '--foo': see --help")
+
+
+def check_line(log, message):
+    said = [line for line in log.splitlines() if '[rcl]' not in line]
     assert len(said) == 1
     assert message in said[0]
 

@@ -5,6 +5,7 @@
 import os
 from pathlib import Path
 import signal
+import time
 
 from phase_traj_ros.tasks.batch.outcome import run_request
 
@@ -29,6 +30,7 @@ def endless(job, progress):
         while job.source.name == 'endless' and done == 5:
             assert list(job.output.glob('.phase_traj-*'))
             progress(done, expected)
+            time.sleep(0.01)
 
     return run_request(job, step)
 

@@ -8,8 +8,8 @@ from typing import Any
 
 from phase_traj_ros.cli.command import Command
 from phase_traj_ros.core import PhaseCorrelator
-from phase_traj_ros.errors import FrameError, OutputError
-from phase_traj_ros.io.images.picture_file import read_picture
+from phase_traj_ros.errors import ForeignFileError, FrameError, OutputError, SourceError
+from phase_traj_ros.io.images.picture_file import PICTURE_SUFFIXES, read_picture
 from phase_traj_ros.io.outputs.outputs import output_file
 from phase_traj_ros.io.results.figures import require_matplotlib, write_correlation_picture
 
@@ -30,17 +30,23 @@ def add_parser(commands: Any) -> None:
     """Add the command to the parser."""
     parser = COMMAND.add_to(commands)
     parser.add_argument('first', metavar='A', type=Path, help='image file of the first frame')
-    parser.add_argument('second', metavar='B', type=Path, help='image file of the second frame')
+    parser.add_argument(
+        'second', metavar='B', type=Path, nargs='?', help='image file of the second frame')
     parser.add_argument(
         '--output', metavar='FILE', type=Path,
         help=f'figure to write (default: {_NAME}, in the folder above if this is that of the'
              ' frames)')
+    parser.add_argument(
+        '--force', action='store_true',
+        help=f'replace a {_NAME} that is there already (default: refuse)')
     parser.set_defaults(run=run)
 
 
 def run(options: Namespace) -> None:
     """Run the command."""
     require_matplotlib()
+    for frame in (options.first, options.second):
+        _require_picture(frame)
     output = _output(options)
     first, second = read_picture(options.first), read_picture(options.second)
     correlator = PhaseCorrelator()
@@ -57,12 +63,23 @@ def run(options: Namespace) -> None:
     print(f'written to {output}')
 
 
+def _require_picture(frame: Path | None) -> None:
+    if frame is None or (frame.exists() and frame.suffix.lower() not in PICTURE_SUFFIXES):
+        what = 'the second one is missing' if frame is None else f'{frame} is none'
+        raise SourceError(
+            f'{what}: give two pictures, A and B; ffmpeg -i FILM -ss SECONDS -frames:v 2 %d.png'
+            ' takes them from a film')
+
+
 def _output(options: Namespace) -> Path:
     """Return where the figure goes; it must not become a frame of the folder."""
     frames = {frame.absolute().parent.resolve() for frame in (options.first, options.second)}
     if options.output is None:
         here = Path(_NAME)
-        return Path('..') / _NAME if here.absolute().parent.resolve() in frames else here
+        default = Path('..') / _NAME if here.absolute().parent.resolve() in frames else here
+        if default.exists() and not options.force:
+            raise ForeignFileError(f'{default} is there already: choose another --output')
+        return default
     folder: Path = options.output.absolute().parent
     if folder.resolve() in frames:
         raise OutputError(

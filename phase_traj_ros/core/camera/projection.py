@@ -36,9 +36,9 @@ _MOST_SIDE = 32766
 # Number of directions (slopes, azimuths) in which a distorted image is searched, and number along
 # each of the two lines to its edges: 0.03 degrees are less than a tenth of a pixel.
 _SEARCHED = (65, 241)
+_ALONG = 4001
 # Every so many rows of the cylinder are averaged to its scanline.
 _SCANNED = 4
-_ALONG = 4001
 
 LEAST_HFOV_DEG = 0.1
 """Smallest field of view in degrees, below that of any camera on a vehicle."""

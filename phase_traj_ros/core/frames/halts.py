@@ -22,9 +22,12 @@ _LESS = 0.4
 # pixels, and 90 % by less than _STILL_MOST, if it is reduced to about _WIDTH pixels. Encoders
 # reach 0.19 and 0.6 (H.264 up to crf 32, MPEG-4, VP9), KITTI at 10 Hz 1 or more, a robot at
 # walking pace and 60 Hz 0.2 and 0.7.
-_STILL, _STILL_MOST, _WIDTH, _SQUARE = 0.2, 0.6, 480, 16
+_STILL, _STILL_MOST, _WIDTH = 0.2, 0.6, 480
 # Frames for which a video that halted once is taken to do so again.
 _EXPECTED = 20
+
+SQUARE = 16
+"""Side of the squares that are compared, in pixels."""
 
 
 class HaltDetector:
@@ -77,8 +80,8 @@ def _lies_still(before: Frame, after: Frame) -> bool:
     across = cv2.Sobel(mean, cv2.CV_32F, 1, 0, scale=1 / 8)
     down = cv2.Sobel(mean, cv2.CV_32F, 0, 1, scale=1 / 8)
     # Noise of one grey level holds squares without texture in their place.
-    xx, yy = _squares(across * across) + 1.0, _squares(down * down) + 1.0
-    xy, xt, yt = _squares(across * down), _squares(across * change), _squares(down * change)
+    xx, yy = squares(across * across) + 1.0, squares(down * down) + 1.0
+    xy, xt, yt = squares(across * down), squares(across * change), squares(down * change)
     motion = np.hypot(yy * xt - xy * yt, xx * yt - xy * xt) / (xx * yy - xy * xy)
     texture = xx + yy
     textured = motion[texture >= np.median(texture)]
@@ -87,7 +90,7 @@ def _lies_still(before: Frame, after: Frame) -> bool:
                 and np.percentile(textured, 90) < _STILL_MOST)
 
 
-def _squares(values: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Return the means of squares, (H // 16, W // 16), at least (1, 1)."""
-    size = [max(side // _SQUARE, 1) for side in reversed(values.shape)]
+def squares(values: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return the means of the squares of a picture (H, W), (H // 16, W // 16), at least (1, 1)."""
+    size = [max(side // SQUARE, 1) for side in reversed(values.shape)]
     return np.asarray(cv2.resize(values, size, interpolation=cv2.INTER_AREA), np.float32)

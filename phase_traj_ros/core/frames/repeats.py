@@ -13,13 +13,13 @@ import math
 import cv2
 import numpy as np
 from phase_traj_ros.core.correlation.phase_correlation import Frame
-from phase_traj_ros.core.frames.halts import HaltDetector
+from phase_traj_ros.core.frames.halts import HaltDetector, SQUARE, squares
 
 # A repeated picture in a video differs by what its encoder improves the second time. If the
-# encoder is thorough, half of the squares of _SQUARE pixels change by less than 0.3 grey levels,
+# encoder is thorough, half of the squares of 16 pixels change by less than 0.3 grey levels,
 # and the others by 10 at most. A vehicle in KITTI changes them by 20 and 110, and the noise of a
 # sensor changes all of them alike. The repetitions of fast encoders are left to HaltDetector.
-_ENCODED, _ENCODED_SQUARE, _SQUARE = 0.3, 10.0, 16
+_ENCODED, _ENCODED_SQUARE = 0.3, 10.0
 # A vehicle that stands or creeps may do so as well, where an encoder has removed the noise of the
 # sensor. So after this time, in nanoseconds, a frame is new unless all of its squares stay within
 # _FROZEN grey levels: sensors have a noise of a grey level or more.
@@ -94,7 +94,7 @@ class RepeatDetector:
         if frame.dtype != np.uint8:
             return np.array_equal(frame, kept) and _shows_something(frame)
         # Most frames differ already in a few of their rows.
-        change = cv2.mean(cv2.absdiff(frame[::_SQUARE], kept[::_SQUARE]))[0]
+        change = cv2.mean(cv2.absdiff(frame[::SQUARE], kept[::SQUARE]))[0]
         same = change <= 4.0 * _ENCODED and _is_improved(frame, kept, interval_ns)
         if not by_motion:
             return same
@@ -103,9 +103,7 @@ class RepeatDetector:
 
 def _is_improved(frame: Frame, kept: Frame, interval_ns: int) -> bool:
     """Return whether a picture may have changed by what its encoder improved."""
-    size = [max(side // _SQUARE, 1) for side in reversed(frame.shape)]
-    changed = cv2.resize(
-        cv2.absdiff(frame, kept).astype(np.float32), size, interpolation=cv2.INTER_AREA)
+    changed = squares(cv2.absdiff(frame, kept).astype(np.float32))
     most = _ENCODED_SQUARE if interval_ns < _STANDING_NS else _FROZEN
     return (float(np.median(changed)) <= _ENCODED and float(changed.max()) <= most
             and _shows_something(frame))

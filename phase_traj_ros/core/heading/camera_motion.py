@@ -45,6 +45,10 @@ MOUNTED = math.radians(3.0)
 # Sideslip of the camera per yaw rate, in seconds: in a turn, a camera ahead of the rear axle moves
 # sideways by the yaw rate times its lever arm. The quotient is 1.6 m at 4 m/s.
 _LEVER = 0.4
+# Unless this share of the blocks agrees, the fit starts again from the blocks _AHEAD (radians to
+# either side, above and below the direction of travel): traffic beside a fast vehicle moves as the
+# distance would in a turn.
+_SETTLED, _AHEAD = 0.8, (0.12, 0.06)
 _YAW, _PITCH, _ROLL, _B, _C, _ERROR = range(6)
 
 
@@ -133,19 +137,31 @@ class MotionFit:
         # Evaluated half-way along the displacement, so that both directions of time are equal.
         azimuth = (self._azimuths + aside)[used] + u / 2
         y = (self._slopes + down)[used] + w / 2
-        shift = np.stack([u, w])
+        points = np.stack([u, w, weight, azimuth, y])
+        best = self._fitted(points, travel, float(np.median(u)))
+        if best is None or best.agreement < _SETTLED:
+            ahead = (np.abs(azimuth - travel.course) < _AHEAD[0]) & (
+                np.abs(y - travel.slope) < _AHEAD[1])
+            if ahead.any():
+                best = better(best, self._fitted(points, travel, float(np.median(u[ahead]))))
+        return best
+
+    def _fitted(
+        self, points: NDArray[np.float64], travel: FocusOfExpansion, yaw: float,
+    ) -> CameraMotion | None:
+        """Return the motion, searched from a yaw on; None if it is not determined."""
+        shift, (weight, azimuth, y) = points[:2], points[2:]
         # Effect of each unknown on each point, (6, 3, N): to the right, down, and along the line
         # on which the distance of the point moves it. The last row is the residual.
-        known = np.zeros((_ERROR + 1, 3, len(used)))
+        known = np.zeros((_ERROR + 1, 3, len(y)))
         known[_YAW, 0] = -1.0
         sine, cosine, bulge = np.sin(azimuth), np.cos(azimuth), 1.0 + y * y
         known[_PITCH, :2] = -y * sine, -bulge * cosine
         known[_ROLL, :2] = -y * cosine, bulge * sine
         rotations = known[:_B, :2].reshape(_B, -1)
-        along, factor = np.empty_like(shift), np.empty((3, len(used)))
+        along, factor = np.empty_like(shift), np.empty((3, len(y)))
         variance = self._deviation ** 2
-        prior = np.array([np.partition(u, len(u) // 2)[len(u) // 2], 0.0, 0.0,
-                          travel.course, travel.slope])
+        prior = np.array([yaw, 0.0, 0.0, travel.course, travel.slope])
         trust = variance * np.array(
             [0.0, 0.0, 0.0, 1 / travel.course_variance, 1 / travel.slope_variance])
         state = prior.copy()
@@ -190,3 +206,10 @@ class MotionFit:
                 float(covariance[_B, _B]), float(covariance[_C, _C])),
             agreeing=agreeing, agreement=agreeing / float(weight.sum()),
             yaw_variance=yaw_variance, passing=float(np.median(near)))
+
+
+def better(one: CameraMotion | None, other: CameraMotion | None) -> CameraMotion | None:
+    """Return the motion with which more blocks agree."""
+    if one is None or (other is not None and other.agreeing > one.agreeing):
+        return other
+    return one

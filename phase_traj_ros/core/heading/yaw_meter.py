@@ -18,7 +18,12 @@ import numpy as np
 from numpy.typing import NDArray
 from phase_traj_ros.core.camera.projection import CylinderProjection
 from phase_traj_ros.core.correlation.phase_correlation import PhaseCorrelator, Shift
-from phase_traj_ros.core.heading.camera_motion import CameraMotion, FocusOfExpansion, MotionFit
+from phase_traj_ros.core.heading.camera_motion import (
+    better,
+    CameraMotion,
+    FocusOfExpansion,
+    MotionFit,
+)
 from phase_traj_ros.core.heading.keyframe import Keyframe
 from phase_traj_ros.core.heading.local_shifts import BlockGrid, BlockShifts
 from phase_traj_ros.core.heading.mounting import Mounting
@@ -30,9 +35,10 @@ _DEVIATION_PX = 0.25
 # Largest vertical shake of the image between frames, in pixels of the cylinder.
 _MOST_SHAKING = 20.0
 # The shift is doubted if it differs by more than this from the prediction of the previous pair,
-# or if a smaller share of the blocks agrees.
+# or if less than the share _DOUBT of the blocks agrees. If less than _CLOSER agrees on the motion
+# since the keyframe, the previous frame is tried instead.
 _SURPRISE_PX = 6.0
-_DOUBT = 0.5
+_DOUBT, _CLOSER = 0.5, 0.7
 _LEAST_AGREEMENT = 0.3
 _LEAST_BLOCKS = 10.0
 # The scene has moved in all blocks if the image has shifted by _ALL_MOVE_PX, and in the blocks
@@ -228,7 +234,7 @@ class YawMeter:
         motion = None
         if shift.response > 0.0:
             motion, blocks = self._motion(key, current, shift, foreseen)
-            if key.age > interval and (motion is None or motion.agreement < _DOUBT):
+            if key.age > interval and (motion is None or motion.agreement < _CLOSER):
                 # The keyframe may be too different: compare with the previous frame.
                 nearer = self._keyframe(previous, key.travel)
                 nearer.age = interval
@@ -347,6 +353,4 @@ def _better(
     one: tuple[CameraMotion | None, BlockShifts], other: tuple[CameraMotion | None, BlockShifts],
 ) -> tuple[CameraMotion | None, BlockShifts]:
     """Return the motion with which more blocks agree, and the blocks."""
-    if one[0] is None or (other[0] is not None and other[0].agreeing > one[0].agreeing):
-        return other
-    return one
+    return one if better(one[0], other[0]) is one[0] else other

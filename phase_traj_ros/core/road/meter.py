@@ -20,6 +20,7 @@ from phase_traj_ros.core.camera.horizon import Horizon
 from phase_traj_ros.core.camera.model import CameraModel
 from phase_traj_ros.core.correlation.phase_correlation import Frame
 from phase_traj_ros.core.heading.camera_motion import CameraMotion
+from phase_traj_ros.core.road.fixed_pattern import FixedPattern
 from phase_traj_ros.core.road.ground import CELL, GroundPatch, rotation, stretches
 from phase_traj_ros.core.road.slide import Slide
 from phase_traj_ros.core.road.speed_filter import SpeedFilter
@@ -37,6 +38,8 @@ _SPRINGS = 0.0025
 # Largest deviation of the pitch, in radians, with which the distance is measured, and largest
 # error of the pitch before the patches are made again.
 _SURE, _REMADE = 0.03, 0.006
+# The road has moved on, for the pattern that does not, if it has slid by this, in camera heights.
+_LEARNS = 0.2
 # Two slides disagree if they differ by this many standard deviations.
 _DIFFER = 4.0
 # Minimum visible share of a patch.
@@ -47,10 +50,10 @@ _LEAST_SEEN = 0.3
 _FIXED_CELLS, _PASSING, _DRIVEN = 1.0, 0.002, 0.01
 # Least median distance of what the blocks show, in camera heights.
 _NEAREST = 2.0
-# A keyframe is replaced when the road has slid by _BASELINE camera heights, the camera has turned
-# by _TURNED radians, or after _LONGEST seconds. The vehicle stands if the road has not slid for
-# _STANDS seconds; from then on, the keyframe is kept for _CREEPS seconds.
-_BASELINE, _TURNED, _LONGEST, _STANDS, _CREEPS = 0.5, 0.06, 0.5, 0.3, 2.0
+# A keyframe is replaced before the road slides by _BASELINE camera heights, when the camera has
+# turned by _TURNED radians, or after _LONGEST seconds. The vehicle stands if the road has not slid
+# for _STANDS seconds; from then on, the keyframe is kept for _CREEPS seconds.
+_BASELINE, _TURNED, _LONGEST, _STANDS, _CREEPS = 0.75, 0.06, 0.5, 0.3, 2.0
 # A standing vehicle turns at less than this, in radians per second.
 _TURNING = math.radians(3.0)
 # Time constant, in seconds, after which a continuing pitch is attributed to the road.
@@ -70,14 +73,17 @@ class _Found:
     score: float
     middle: float
     raw: float
+    fixed: bool
+    """Whether it may be that of a pattern that is fixed to the camera."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Look:
-    """A patch, and its comparison with the previous one."""
+    """A patch, its comparison with the previous one, and what never moves in it."""
 
     patch: GroundPatch
     slide: Slide
+    fixed: FixedPattern
 
     def rivals(self, found: _Found | None) -> bool:
         """Return whether another slide stands out, and more than the one that was found."""
@@ -292,12 +298,16 @@ class RoadMeter:
         turn = rotation(turned.yaw, turned.pitch, turned.roll)
         patches = [look.patch(frame) for look in self._looks]
         found = [
-            self._slid(look, look.patch.turned_back(patch, turn), interval, turned)
+            self._slid(look, look.patch.turned_back(look.fixed.removed(patch), turn), interval,
+                       turned)
             for look, patch in zip(self._looks, patches)]
         self._rivalled = passing is not None and turned.drives and all(
             look.rivals(each) for look, each in zip(self._looks, found))
         travel = self._judged([each for each in found if each is not None], interval, turned)
         if travel is None or since.over:
+            if turned.drives or since.given > _LEARNS:
+                for look, patch in zip(self._looks, patches):
+                    look.fixed.learn(patch)
             self._kept, self._since = frame, _Since()
             self._keep(patches)
         return travel
@@ -317,6 +327,8 @@ class RoadMeter:
         self, found: list[_Found], interval: float, turned: _Turned,
     ) -> Travel | None:
         """Combine the slides of the patches."""
+        if turned.moves:
+            found = [each for each in found if not each.fixed] or found
         if not found:
             return None
         best = max(found, key=lambda each: each.score)
@@ -330,11 +342,15 @@ class RoadMeter:
                 each, way=each.raw / self._stretched(each.middle)) for each in agreeing]
         since = self._since
         stood = self.speed_filter.known and self.speed_filter.speed == 0.0
-        if not turned.moves and (stood or since.age >= _STANDS) and all(
-                abs(each.raw) < _FIXED_CELLS * CELL for each in agreeing):
-            since.over = since.age >= _CREEPS
-            # A vehicle does not turn on the spot: the patch does not show the road.
-            return None if turned.swings else self._standing(interval)
+        if all(each.fixed for each in agreeing):
+            if turned.moves:
+                # A slow vehicle, or a pattern that is fixed to the camera: a later frame tells.
+                since.over = since.age >= _LONGEST
+                return self._waiting(interval)
+            if stood or since.age >= _STANDS:
+                since.over = since.age >= _CREEPS
+                # A vehicle does not turn on the spot: the patch does not show the road.
+                return None if turned.swings else self._standing(interval)
         weights = np.array([each.deviation ** -2 for each in agreeing])
         way = float(weights @ [each.way for each in agreeing] / weights.sum())
         # Both errors come from the same pitch motion, so the mean is hardly better.
@@ -343,8 +359,9 @@ class RoadMeter:
         swing = 2.0 * depth * self._tilt.swing_deviation
         tilt = 2.0 * depth * self._tilt.common_deviation
         self._shares = swing, tilt
-        since.over = (not self._keyframes or abs(way) > _BASELINE or since.age >= _LONGEST
-                      or abs(since.yaw) > _TURNED)
+        further = 1.0 + interval / since.age
+        since.over = (not self._keyframes or further * abs(way) > _BASELINE
+                      or since.age >= _LONGEST or abs(since.yaw) > _TURNED)
         distance, variance = since.add(way, own, self.speed_filter, interval)
         # The first speed is the mean one since the keyframe.
         time = interval if self.speed_filter.known else since.age
@@ -378,23 +395,35 @@ class RoadMeter:
         most = min(most, look.slide.most)
         if not turned.moves:
             least = min(least, -_FIXED_CELLS)
-        places = [(least, most)]
-        if turned.drives:
-            # The road moves.
-            slowest = max(_FIXED_CELLS, _NEAREST / CELL * (turned.passing or 0.0))
-            places = [(max(least, slowest), most), (least, min(most, -_FIXED_CELLS))]
-            if turned.passing is not None and most > 0.0:
-                del places[1]
-        peaks = [look.slide.peak(*place) for place in places]
+        # Where the rotation takes a pattern that is fixed to the camera, and around it.
+        pattern = -(1.0 + middle * middle) * turned.pitch / CELL
+        below, above = min(pattern, 0.0) - _FIXED_CELLS, max(pattern, 0.0) + _FIXED_CELLS
+        # What slides is the road, even if such a pattern is stronger.
+        slowest = _NEAREST / CELL * (turned.passing or 0.0) if turned.drives else above
+        places = [(max(least, above, slowest), most), (least, min(most, below))]
+        if turned.drives and turned.passing is not None and most > 0.0:
+            del places[1]
+        peaks = [look.slide.peak(*place) for place in places] if turned.moves else []
         peak = max(filter(None, peaks), key=lambda each: each.score, default=None)
+        if not turned.drives and (peak is None or peak.score < _STANDS_OUT):
+            peak = look.slide.peak(least, most)
         if peak is None or peak.score < _STANDS_OUT:
             return None
         raw = peak.cells * CELL
-        return _Found(raw / stretched, deviation, peak.score, middle, raw)
+        return _Found(
+            raw / stretched, deviation, peak.score, middle, raw, below < peak.cells < above)
 
     def _stretched(self, middle: float) -> float:
         """Return the factor by which a slide is too large, as the pitch has changed."""
         return math.exp(2.0 * middle * (self._tilt.pitch - self._assumed))
+
+    def _waiting(self, interval: float) -> Travel:
+        """Bridge a pair whose way the keyframe will tell later."""
+        travel, since = self._bridged(interval, turns=False), self._since
+        if travel.state is TravelState.BRIDGED:
+            since.given += travel.distance
+            since.variance += (self.speed_filter.deviation * interval) ** 2
+        return travel
 
     def _standing(self, interval: float) -> Travel:
         self.speed_filter.stand()
@@ -427,11 +456,11 @@ class RoadMeter:
                         mask=self._mask)
             for stretch in stretches(self._camera, horizon)]
         self._looks = tuple(
-            _Look(patch, Slide(patch.window))
+            _Look(patch, Slide(patch.window), FixedPattern())
             for patch in patches if patch.share > _LEAST_SEEN)
         if before is not None:
             self._keep([look.patch(before) for look in self._looks])
 
     def _keep(self, patches: list[NDArray[np.float32]]) -> None:
         for look, patch in zip(self._looks or (), patches):
-            look.slide.keep(patch)
+            look.slide.keep(look.fixed.removed(patch))

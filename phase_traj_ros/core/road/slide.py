@@ -69,13 +69,16 @@ class Slide:
         last = min(math.ceil(most) + self._back, len(self._scores) - 2)
         if last < first:
             return None
-        at = first + int(self._scores[first:last + 1].argmax())
-        left, middle, right = self._scores[at - 1:at + 2]
-        bend = left - 2.0 * middle + right
-        # At a limit of the range, the true peak may be outside.
-        if bend >= 0.0 or max(left, right) > middle:
+        # The flank of a peak outside does not count, however high it is.
+        before, scores, after = (self._scores[first + by:last + 1 + by] for by in (-1, 0, 1))
+        peaks = np.flatnonzero((before < scores) & (scores >= after))
+        if not len(peaks):
             return None
-        return Peak(at - self._back + 0.5 * (left - right) / bend, float(middle))
+        at = int(peaks[scores[peaks].argmax()])
+        left, middle, right = before[at], scores[at], after[at]
+        bend = left - 2.0 * middle + right
+        return Peak(
+            first + at - self._back + 0.5 * (left - right) / bend, float(middle))
 
     def rival(self, cells: float | None) -> float:
         """Return the highest score of all slides but those next to ``cells``."""

@@ -12,6 +12,8 @@ _GATE = 3.0
 _FASTEST, _BACKWARDS = 45.0, 3.0
 # Standard deviation of an unknown speed.
 _ANY = 10.0
+# A first speed that no second one confirms within so many seconds was none.
+_CONFIRMED = 0.5
 
 
 class SpeedFilter:
@@ -29,6 +31,7 @@ class SpeedFilter:
         """Its standard deviation."""
         self.known = False
         """Whether a speed has been measured since."""
+        self._unconfirmed: float | None = None
 
     def pass_time(self, interval: float, *, unsure: float = 0.0) -> None:
         """
@@ -36,6 +39,10 @@ class SpeedFilter:
 
         ``unsure`` is the standard deviation of the interval.
         """
+        if self._unconfirmed is not None:
+            self._unconfirmed += interval
+            if self._unconfirmed > _CONFIRMED + interval:
+                self.forget()
         # The acceleration is not random: it may continue for a whole gap.
         grown = self.deviation + _ACCELERATION * interval
         self.deviation = min(math.hypot(grown, self.speed * unsure / interval), _ANY)
@@ -58,7 +65,9 @@ class SpeedFilter:
             # Of two frames a moment apart, the noise of a peak is a speed beyond all bounds.
             self.speed = min(max(speed, -_BACKWARDS), _FASTEST)
             self.deviation, self.known = math.sqrt(variance), True
+            self._unconfirmed = 0.0
             return
+        self._unconfirmed = None
         gain = self.deviation ** 2 / (self.deviation ** 2 + variance)
         self.speed += gain * (speed - self.speed)
         self.deviation *= math.sqrt(1.0 - gain)
@@ -66,3 +75,4 @@ class SpeedFilter:
     def stand(self) -> None:
         """Set the speed to 0: the vehicle stands."""
         self.speed, self.deviation, self.known = 0.0, 0.0, True
+        self._unconfirmed = None

@@ -32,6 +32,7 @@ from phase_traj_ros.core.heading.turns import Turn
 from phase_traj_ros.core.reliability import Reliability
 from phase_traj_ros.errors import ParameterError, SourceError
 from phase_traj_ros.io.replay.estimator import described, make_estimator, outcomes
+from phase_traj_ros.io.replay.kept_updates import KeptUpdates
 from phase_traj_ros.io.sources.base import Entry, SourceFrames, Speed, StampedFrame
 from phase_traj_ros.parameters import Parameters
 
@@ -43,7 +44,7 @@ class Replay:
     source: str
     parameters: Parameters
     first_stamp_ns: int
-    updates: tuple[Update, ...]
+    updates: Sequence[Update]
     codes: ChainCode
     counters: Counters
     turns: tuple[Turn, ...] = ()
@@ -150,7 +151,7 @@ def replay(
     # All at once, sorted by stamp: in a bag they may be late or repeated.
     for speed in sorted(speeds, key=lambda each: each.stamp_ns):
         estimator.add_speed(speed.stamp_ns, speed.speed)
-    updates: list[Update] = []
+    updates = KeptUpdates()
     turns: list[Turn] = []
     numbers: list[int | None] = []
     first_stamp_ns = 0
@@ -169,7 +170,7 @@ def replay(
                 for watcher in watchers:
                     watcher.start(frame, estimator)
             case Restarted():
-                updates.clear()
+                updates = KeptUpdates()
                 turns.clear()
                 numbers.clear()
             case Skipped():
@@ -179,7 +180,7 @@ def replay(
     heading = estimator.heading
     under_way = [] if heading is None else sorted(heading.finish(), key=_start_frame)
     found = Replay(
-        source, parameters, first_stamp_ns, tuple(updates), estimator.codes, estimator.counters,
+        source, parameters, first_stamp_ns, updates, estimator.codes, estimator.counters,
         tuple(sorted([*turns, *under_way], key=_start_frame)),
         reliability=estimator.reliability.of_drive, threshold_hint=estimator.threshold_hint,
         way=estimator.way, links=estimator.links, frame_numbers=_known(numbers),

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from importlib.util import find_spec
 from pathlib import Path
 from threading import Lock
 from typing import TYPE_CHECKING
@@ -128,7 +129,14 @@ def require_matplotlib() -> None:
         matplotlib is not installed.
 
     """
-    new_figure(1, 1)
+    # Not imported yet: it takes 30 MB, and the frames are gone when it is used.
+    if find_spec('matplotlib') is None:
+        raise _missing()
+
+
+def _missing() -> MissingDependencyError:
+    return MissingDependencyError(
+        'pictures need matplotlib: install python3-matplotlib (apt) or matplotlib (pip)')
 
 
 def new_figure(width: float, height: float) -> Figure:
@@ -144,9 +152,7 @@ def new_figure(width: float, height: float) -> Figure:
     try:
         from matplotlib.figure import Figure
     except ImportError:
-        raise MissingDependencyError(
-            'pictures need matplotlib: install python3-matplotlib (apt) or matplotlib (pip)',
-        ) from None
+        raise _missing() from None
     return Figure(figsize=(width, height), layout='constrained')
 
 

@@ -10,6 +10,7 @@ colours, the number of frames only where the file has it, and it seeks to the st
 from bisect import bisect_left
 from collections.abc import Generator, Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from functools import partial
 from importlib.util import find_spec
 from typing import Any, cast
@@ -22,6 +23,8 @@ from phase_traj_ros.io.sources.video import VideoFacts, VideoFile
 
 # The first version that tells how a picture is rotated.
 _LEAST_VERSION = 14
+# A video that ends so much earlier than its header says was cut off, in seconds.
+_CUT_OFF_S = 1.0
 # The first plane of these formats is the luma, 8 bits a pixel.
 _WITH_LUMA = frozenset({
     'gray', 'nv12', 'nv16', 'nv21', 'nv24', 'yuv410p', 'yuv411p', 'yuv420p', 'yuv422p', 'yuv440p',
@@ -34,6 +37,19 @@ def has_pyav() -> bool:
         return False
     import av
     return int(av.__version__.partition('.')[0]) >= _LEAST_VERSION
+
+
+def _end(stream: Any) -> float:
+    """Return the presentation time in seconds at which a stream ends, as it says; 0 if not."""
+    if stream.duration:
+        return float(((stream.start_time or 0) + stream.duration) * stream.time_base)
+    # Matroska, as written by FFmpeg and mkvmerge.
+    parts = stream.metadata.get('DURATION', '').split(':')
+    try:
+        hours, minutes, seconds = map(float, parts)
+    except ValueError:
+        return 0.0
+    return 3600 * hours + 60 * minutes + seconds
 
 
 class PyavSource(VideoFile):
@@ -50,6 +66,7 @@ class PyavSource(VideoFile):
             if first is None:
                 raise SourceError(f'{self._path}: no frame of the video can be decoded')
             self._origin = first.pts or 0
+            self._end = _end(stream)
             return VideoFacts(
                 float(stream.average_rate or 0), stream.frames, (container.duration or 0) / 1e6)
 
@@ -59,14 +76,19 @@ class PyavSource(VideoFile):
             if number:
                 # The stamps of the selection count from the first frame.
                 yield Candidate(0, self._never, number=0)
-            last_ns = -1
+            last_ns, newest = -1, self._origin
             for frame in self._pictures(container, stream):
                 pts = getattr(frame, 'pts', None)
                 if from_pts is not None and (pts is None or pts < from_pts):
                     continue
+                newest = newest if pts is None else max(pts, newest)
                 last_ns = self._stamp_ns(number, pts, stream.time_base, last_ns)
                 yield Candidate(last_ns, partial(self._luma, frame, number), number=number)
                 number += 1
+            lost = self._end - float(newest * stream.time_base)
+            # A fragmented .mp4 declares the frames of its first fragment.
+            if lost > _CUT_OFF_S and number > (self._frames.declared or 0):
+                self._frames = replace(self._frames, declared=number + round(lost * self._fps))
 
     def _stamp_ns(self, number: int, pts: int | None, time_base: Any, last_ns: int) -> int:
         """Return the stamp of a frame; it increases, whatever the file says."""

@@ -90,9 +90,9 @@ class VideoFile(FrameSource):
             description=f'{path} (video, {self._fps:g} frames per second'
                         f'{" assumed" if assumed else ""})',
             selection=selection, declared=facts.frames or None,
-            # For progress bars, the duration is enough.
+            # For progress bars, the duration is enough; a fragmented .mp4 has no other number.
             frame_count=self._expected(
-                facts.frames or round(facts.seconds * self._fps), selection))
+                max(facts.frames, round(facts.seconds * self._fps)), selection))
 
     @abstractmethod
     def _examine(self) -> VideoFacts:

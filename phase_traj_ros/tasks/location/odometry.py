@@ -12,12 +12,12 @@ from pathlib import Path
 from typing import Any, Final
 
 from phase_traj_ros.core import LengthUnit, PairStatus
-from phase_traj_ros.core.codes.text import parse_links
 from phase_traj_ros.core.localization.given import OdometryStep, ScaleRange
 from phase_traj_ros.errors import ResultError, SourceError
 from phase_traj_ros.io.replay.run import Replay
 from phase_traj_ros.tasks.evaluation.ground_truth import read_ground_truth
 from phase_traj_ros.tasks.evaluation.replayed_drive import replay_files
+from phase_traj_ros.tasks.location.links import holds_links, read_links
 from phase_traj_ros.tasks.location.motion import Motion, Motions, MovedPair
 
 IN_METRES: Final = ScaleRange(0.9, 1.1)
@@ -25,8 +25,6 @@ IN_METRES: Final = ScaleRange(0.9, 1.1)
 IN_HEIGHTS: Final = ScaleRange(1.1, 2.2)
 """Scale of an odometry in heights of the camera above the road, in metres."""
 
-# How a line of equal links begins.
-_LINKS: Final = b'step '
 # A drive that turns by less than this fits on every straight road. Radians.
 _STRAIGHT: Final = math.radians(30.0)
 _NO_DISTANCE: Final = (
@@ -111,9 +109,7 @@ def read_odometry(path: Path) -> DriveOdometry:
     """
     if path.is_dir():
         return _read_results(path)
-    with path.open('rb') as file:
-        coded = file.read(len(_LINKS)) == _LINKS
-    return _read_links(path) if coded else _read_trajectory(path)
+    return _of_links(path) if holds_links(path) else _read_trajectory(path)
 
 
 def steps_of_links(directions: Iterable[int], kinds: int, length: float) -> list[OdometryStep]:
@@ -132,13 +128,8 @@ def steps_of_links(directions: Iterable[int], kinds: int, length: float) -> list
     return steps
 
 
-def _read_links(path: Path) -> DriveOdometry:
-    try:
-        text = parse_links(path.read_text(encoding='utf-8').strip())
-    except ValueError as error:
-        raise SourceError(f'{path}: {error}') from None
-    if not text.links.complete or not text.links.length:
-        raise SourceError(f'{path} does not have all links of a drive: older ones are left out')
+def _of_links(path: Path) -> DriveOdometry:
+    text = read_links(path)
     steps = steps_of_links(
         (code for code, count in text.links.runs for _ in range(count)),
         len(text.links.totals), text.step)

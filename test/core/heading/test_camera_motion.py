@@ -84,6 +84,28 @@ def test_other_traffic_does_not_matter():
     assert motion.agreement == pytest.approx(0.75, abs=0.05)
 
 
+@pytest.mark.parametrize('mirrored', [False, True])
+@pytest.mark.parametrize('seed', range(3))
+def test_traffic_and_roadside_of_a_motorway_are_not_a_turn(seed, mirrored):
+    # Hills ahead and on the left, faster traffic below them, and a roadside on the right only.
+    rng = np.random.default_rng(seed)
+    world = World()
+    world.azimuths = np.concatenate([
+        np.linspace(-0.45, 0.2, 30), np.linspace(-0.4, -0.1, 16), np.linspace(0.1, 0.45, 24)])
+    world.slopes = np.concatenate([
+        rng.uniform(-0.03, 0.0, 30), np.full(16, 0.07), rng.uniform(-0.2, 0.1, 24)])
+    world.distances = np.concatenate([np.full(46, 400.0), rng.uniform(20.0, 60.0, 24)])
+    u, w = world.displacements(yaw=0.0, step=5.0)
+    u[30:46] += rng.uniform(0.008, 0.03, 16)
+    u, w = (each + rng.normal(0.0, DEVIATION, len(u)) for each in (u, w))
+    if mirrored:
+        world.azimuths, u = -world.azimuths, -u
+    fit = MotionFit(world.azimuths, world.slopes, deviation=DEVIATION)
+    motion = fit(u, w, np.ones_like(u), FocusOfExpansion())
+    assert motion.yaw == pytest.approx(0.0, abs=math.radians(0.2))
+    assert motion.travel.course == pytest.approx(0.0, abs=math.radians(1.5))
+
+
 def test_noise_averages_out():
     world = World()
     u, w = world.displacements(yaw=0.02, step=0.8)

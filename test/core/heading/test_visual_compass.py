@@ -73,7 +73,7 @@ def test_heading_of_a_distorted_camera(name, upside_down):
         errors.append(np.abs(follow(estimator, frames) - HEADINGS).max())
     known, ignored = errors
     assert known < 0.1
-    assert ignored > 0.8
+    assert ignored > 4 * known
 
 
 def test_shift_of_the_picture_is_that_of_its_middle():

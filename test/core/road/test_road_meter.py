@@ -128,6 +128,38 @@ def test_rotation_is_taken_out(yaw, pitch):
     assert with_it.score > 12.0
 
 
+@pytest.mark.parametrize('step', [0.2, 0.7])
+def test_a_reflection_that_is_stronger_than_the_road_does_not_stop_the_vehicle(step):
+    road, meter = Road(PINHOLE), RoadMeter(PINHOLE, Horizon(pitch_deviation=0.005))
+    rng = np.random.default_rng(1)
+    shine = cv2.GaussianBlur(rng.normal(size=PINHOLE.shape).astype(np.float32), (0, 0), 2.0)
+    shine = np.float32(8) * shine / shine.std()
+    pictures = [np.clip(road.seen(index * step) + shine, 0, 255).astype(np.uint8)
+                for index in range(12)]
+    meter.start(pictures[0])
+    # The horizon hardly moves, as far away as it is on a motorway.
+    travels = [meter.update(picture, 0.04, motion(passing=0.006)) for picture in pictures[1:]]
+    assert sum(travel.distance for travel in travels[1:]) == pytest.approx(10 * step, rel=0.05)
+
+
+def test_a_reflection_stays_out_though_the_springs_move_the_road_under_it():
+    # Compensated for the pitch, the reflection slides, and the road is weaker than it at first.
+    road, meter = Road(PINHOLE), RoadMeter(PINHOLE, Horizon(pitch_deviation=0.005))
+    rng = np.random.default_rng(2)
+    shine = cv2.GaussianBlur(rng.normal(size=PINHOLE.shape).astype(np.float32), (0, 0), 2.0)
+    shine = np.float32(12) * shine / shine.std()
+    nods = 0.004 * np.sin(np.arange(40))
+    pictures = [
+        np.clip(road.seen(0.6 * index, pitch=nod) + shine, 0, 255).astype(np.uint8)
+        for index, nod in enumerate(nods)]
+    meter.start(pictures[0])
+    travels = [meter.update(picture, 0.04, motion(pitch=before - after, passing=0.006))
+               for picture, before, after in zip(pictures[1:], nods, nods[1:])]
+    late = travels[15:]
+    assert {travel.state for travel in late} <= {TravelState.MEASURED, TravelState.BRIDGED}
+    assert np.mean([travel.distance for travel in late]) == pytest.approx(0.6, rel=0.05)
+
+
 def test_it_stands_where_the_road_does_and_goes_exactly_nowhere():
     road = Road(PINHOLE)
     meter = RoadMeter(PINHOLE, Horizon(pitch_deviation=0.005))

@@ -15,6 +15,7 @@ def test_the_bounds_widen_with_the_time_that_passes_and_not_with_the_frames():
     once, often = SpeedFilter(), SpeedFilter()
     for speed_filter in (once, often):
         speed_filter.add(10.0, 0.01)
+        speed_filter.add(10.0, 0.01)
     once.pass_time(1.0)
     for _ in range(20):
         often.pass_time(0.05)
@@ -86,3 +87,19 @@ def test_an_unsure_measurement_may_be_as_far_off_as_both_together():
     speed_filter = SpeedFilter()
     speed_filter.add(8.0, 0.3 ** 2)
     assert speed_filter.bounds(0.4) == pytest.approx((8.0 - 3.0 * 0.5, 8.0 + 3.0 * 0.5))
+
+
+def test_a_first_speed_that_nothing_confirms_is_forgotten():
+    alone, confirmed, standing = SpeedFilter(), SpeedFilter(), SpeedFilter()
+    alone.add(0.5, 0.01)
+    confirmed.add(0.5, 0.01)
+    confirmed.add(0.6, 0.01)
+    standing.stand()
+    for speed_filter in (alone, confirmed, standing):
+        speed_filter.pass_time(0.4)
+        speed_filter.pass_time(0.4)
+        # The speed may still be confirmed by this pair.
+        assert speed_filter.known
+        speed_filter.pass_time(0.4)
+    assert not alone.known and alone.lost
+    assert confirmed.known and standing.known

@@ -200,9 +200,27 @@ def test_the_line_of_equal_links_is_read(tmp_path, connectivity):
 @pytest.mark.parametrize(('line', 'message'), [
     ('step 10 m; links 3 (0:0 1:3 2:0 3:0) 1x2', 'add up'),
     ('step 10 m; links 3 (0:0 1:3 2:0 3:0) ... 1x2', 'older ones'),
+    ('step 10 m; links 3 (0:0 1:3 2:0 3:0) 1x2...', 'cut off: .* --full-length'),
     ('step 10 m; links 0 (0:0 1:0 2:0 3:0)', 'all links'),
+    ('step 10 step; links 3 (0:0 1:3 2:0 3:0) 1x3', "unit 'step': give links in m"),
+    ('step 0 m; links 3 (0:0 1:3 2:0 3:0) 1x3', 'give links of'),
+    ('step 900000000 m; links 3 (0:0 1:3 2:0 3:0) 1x3', 'give links of'),
+    (f'step {"9" * 400} m; links 3 (0:0 1:3 2:0 3:0) 1x3', 'give links of'),
+    ('step 10 m; links 900000000 (0:0 1:900000000 2:0 3:0) 1x900000000', 'at most'),
 ])
 def test_links_that_are_not_all_there_are_refused(tmp_path, line, message):
     (tmp_path / 'links.txt').write_text(line)
     with pytest.raises(SourceError, match=message):
         read_odometry(tmp_path / 'links.txt')
+
+
+LINE = 'step 10 m; links 3 (0:0 1:2 2:1 3:0) 1x2 2x1'
+
+
+@pytest.mark.parametrize('content', [
+    f'\ufeff{LINE}\r\n'.encode(), LINE.encode('utf-16'), f'data: {LINE}\n---\n'.encode(),
+    f"---\ndata: 'step 10 m; links 1 (0:0 1:1 2:0 3:0) 1x1'\n---\ndata: '{LINE}'\n---\n".encode()])
+def test_links_as_a_topic_or_an_editor_writes_them(tmp_path, content):
+    (tmp_path / 'links.txt').write_bytes(content)
+    odometry = read_odometry(tmp_path / 'links.txt')
+    assert odometry.link == 10.0 and len(odometry.steps) == 3

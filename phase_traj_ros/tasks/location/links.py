@@ -1,0 +1,69 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Reads the code of equal links from a text file: a line, or what a topic printed."""
+
+from __future__ import annotations
+
+import codecs
+from pathlib import Path
+import re
+from typing import Final
+
+from phase_traj_ros.core import LengthUnit
+from phase_traj_ros.core.codes.links import LEAST_STEP
+from phase_traj_ros.core.codes.text import LinksText, parse_links
+from phase_traj_ros.errors import SourceError
+
+# A message, also as ``ros2 topic echo`` prints it.
+_MESSAGE: Final = re.compile(r"""^\s*(?:data:\s*)?['"]?(step .*?)['"]?\s*$""", re.MULTILINE)
+# Bytes in which the first message begins.
+_BEGINS: Final = 64
+_UNITS: Final = (LengthUnit.METRE.value, LengthUnit.CAMERA_HEIGHT.value)
+# Longest link that still tells streets apart, and most links of a drive: memory is not endless.
+_LONGEST, _MOST = 100.0, 200_000
+
+
+def holds_links(path: Path) -> bool:
+    """Return whether a file begins with a line of equal links."""
+    with path.open('rb') as file:
+        text = _text(file.read(_BEGINS), errors='replace')
+    return re.match(r"""(?:\s|---)*(?:data:\s*)?['"]?step """, text) is not None
+
+
+def read_links(path: Path) -> LinksText:
+    """
+    Read the last line of equal links in a file.
+
+    Raises
+    ------
+    SourceError
+        The line does not have all links of a drive, or no drive has such links.
+
+    """
+    try:
+        line = _MESSAGE.findall(_text(path.read_bytes()))[-1]
+        if line.endswith('...'):
+            raise ValueError('the last line is cut off: record it with `ros2 topic echo'
+                             ' --full-length`')
+        text = parse_links(line)
+    except ValueError as error:
+        raise SourceError(f'{path}: {error}') from None
+    series = text.links
+    if not series.complete or not series.length:
+        raise SourceError(f'{path} does not have all links of a drive: older ones are left out')
+    if text.unit not in _UNITS:
+        raise SourceError(
+            f'{path} has links in the unit {text.unit!r}: give links in {" or ".join(_UNITS)}')
+    if not LEAST_STEP <= text.step <= _LONGEST:
+        raise SourceError(
+            f'{path} has links of {text.step:g} {text.unit}: give links of {LEAST_STEP:g} to'
+            f' {_LONGEST:g}')
+    if series.length > _MOST:
+        raise SourceError(f'{path} has {series.length} links: give a drive of at most {_MOST}')
+    return text
+
+
+def _text(content: bytes, errors: str = 'strict') -> str:
+    """Return text that may begin with a byte order mark."""
+    utf16 = content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
+    return content.decode('utf-16' if utf16 else 'utf-8-sig', errors)

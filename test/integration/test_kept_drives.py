@@ -1,0 +1,72 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What the node saves of a drive, and when."""
+
+import json
+
+from coded import complete, send
+from live import stop
+import numpy as np
+from std_srvs.srv import Trigger
+from test_node import rolled
+
+
+def test_saving_without_a_folder_is_refused_with_a_reason(live):
+    live.start()
+    answer = live.call(Trigger, 'phase_traj/save', Trigger.Request())
+    assert not answer.success
+    assert 'output_dir is not set' in answer.message
+
+
+def test_saving_while_running(live, run, tmp_path):
+    folder = tmp_path / 'kept' / 'here'
+    node = run(
+        '-p', f'output_dir:={folder}', '-p', 'hfov_deg:=80.0')
+    send(node, rolled([0, 0, 30, 30, 30]), [0, 0.1, 0.2, 0.3, 0.4])
+    live.until(lambda: complete(node, 4))
+    answer = live.call(Trigger, 'phase_traj/save', Trigger.Request())
+    assert answer.success, answer.message
+    folder /= 'phase_traj_1'
+    assert str(folder) in answer.message
+    assert {path.name for path in folder.iterdir()} == {
+        'chain_code.json', 'manifest.json', 'trajectory.tum', 'trajectory.png'}
+    text = (folder / 'chain_code.json').read_text()
+    assert '"movement_runs": [[1, 1], [0, 1], [1, 2]]' in text
+    assert '"frames": 5' in text
+    poses = np.loadtxt(folder / 'trajectory.tum')
+    assert poses[:, 1:3].tolist() == [[0, 0], [1, 0], [1, 3]]
+    assert live.set_parameter('output_dir', '/elsewhere').successful is False
+    assert stop(node['process']) == 0
+
+
+def test_no_drive_is_lost_to_a_reset_or_an_exit(live, run, tmp_path):
+    node = run('-p', f'output_dir:={tmp_path / "kept"}')
+    send(node, rolled([0, 0, 30]), [0, 0.1, 0.2])
+    live.until(lambda: complete(node, 2))
+    assert live.call(Trigger, 'phase_traj/reset', Trigger.Request()).success
+    send(node, rolled([0, 0, 0, 30]), [100, 100.1, 100.2, 100.3])
+    # A bag played in a loop.
+    send(node, rolled([0] * 5), [0, 0.1, 0.2, 0.3, 0.4])
+    live.until(lambda: complete(node, 9))
+    assert stop(node['process']) == 0, live.logs()
+    kept = {
+        folder.name: json.loads((folder / 'chain_code.json').read_text())
+        for folder in (tmp_path / 'kept').iterdir()}
+    assert {name: code['frames'] for name, code in kept.items()} == {
+        'phase_traj_1': 3, 'phase_traj_2': 4, 'phase_traj_3': 5}
+    assert kept['phase_traj_2']['movement_runs'] == [[1, 2], [0, 1]]
+
+
+def test_nothing_is_written_where_nothing_came(live, tmp_path):
+    process = live.start('-p', f'output_dir:={tmp_path / "kept"}')
+    live.call(Trigger, 'phase_traj/reset', Trigger.Request())
+    assert stop(process) == 0
+    assert list((tmp_path / 'kept').iterdir()) == []
+
+
+def test_an_output_folder_that_cannot_be_written_is_said_at_once(live, tmp_path):
+    (tmp_path / 'file').write_text('')
+    process = live.start('-p', f'output_dir:={tmp_path / "file" / "below"}')
+    assert process.wait() == 2
+    assert 'cannot write' in live.logs()
+    assert 'Traceback' not in live.logs()
