@@ -14,14 +14,14 @@ import tempfile
 from matplotlib.figure import Figure
 import numpy as np
 from phase_traj_ros.core.localization.given import OdometryStep
-from phase_traj_ros.io.location.drawing import moments_before
-from phase_traj_ros.io.location.odometry import DriveOdometry, IN_METRES
-from phase_traj_ros.io.location.run import locate, Located
 from phase_traj_ros.io.maps.projection import LocalProjection
 from phase_traj_ros.io.maps.road_file import read_roads
 from phase_traj_ros.io.maps.write_osm import write_osm
 from phase_traj_ros.io.results.palette import LIGHT
 from phase_traj_ros.synthetic import Drive, town_drive
+from phase_traj_ros.tasks.location.drawing import moments_before
+from phase_traj_ros.tasks.location.odometry import DriveOdometry, IN_METRES
+from phase_traj_ros.tasks.location.run import locate, Located
 
 PICTURE = (
     Path(__file__).resolve().parent.parent / 'docs' / 'images' / 'locate_candidates.png')

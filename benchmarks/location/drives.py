@@ -24,6 +24,7 @@ SEQUENCES = ('00', '02', '04', '06', '08', '09', '10')
 HERE, ELSEWHERE = 'Karlsruhe', 'Kaiserslautern'
 MIRRORED, PARTLY = 'Karlsruhe, mirrored', 'Karlsruhe, every tenth road missing'
 MISSING = 'Karlsruhe, roads of the drive missing'
+ELSEWHERE_MIRRORED = 'Kaiserslautern, mirrored'
 # A way of the map counts as driven if a node of it is this close to the drive, in metres.
 _DRIVEN_M = 60.0
 # Noise of the drawn odometry: heading per root of 100 m and per frame, and distance: the scale,
@@ -53,7 +54,7 @@ def town(name: str) -> Town:
     """Return one of the maps by its name above."""
     file = read_roads(maps_root() / f'{name.partition(",")[0].lower()}.osm.pbf')
     nodes, ways, rules = file.nodes, [way.tolist() for way in file.ways], list(file.one_way)
-    if name == MIRRORED:
+    if name in (MIRRORED, ELSEWHERE_MIRRORED):
         nodes = nodes * (-1.0, 1.0)
     if name == PARTLY:
         kept = np.random.default_rng(0).random(len(ways)) > 0.1
@@ -95,6 +96,15 @@ def on_map(sequence: str) -> np.ndarray | None:
     return moved(true_poses(sequence), turn, start)
 
 
+def stretch(
+    poses: np.ndarray, start: float, length: float, *, back: bool = False,
+) -> np.ndarray:
+    """Return the poses of a part of a drive, from metres after its start; ``back`` turns it."""
+    first, last = np.searchsorted(way_of(poses), [start, start + length])
+    those = poses[first:last]
+    return those[::-1] + np.array([0.0, 0.0, math.pi]) if back else those
+
+
 def moved(poses: np.ndarray, turn: float, start: np.ndarray) -> np.ndarray:
     """Return poses turned by an angle, and then moved."""
     cos, sin = math.cos(turn), math.sin(turn)
@@ -105,11 +115,18 @@ def moved(poses: np.ndarray, turn: float, start: np.ndarray) -> np.ndarray:
 def noisy(
     sequence: str, seed: int, *, heading: float = 1.0, drift: float = 1.0,
 ) -> list[OdometryStep]:
-    """Return the odometry of the true poses with drawn noise, whose heading knows its variance."""
+    """Return the odometry of the true poses of a sequence with drawn noise."""
     rng = np.random.default_rng((seed, int(sequence)))
+    return with_noise(true_poses(sequence), rng, heading=heading, drift=drift)
+
+
+def with_noise(
+    poses: np.ndarray, rng: np.random.Generator, *, heading: float = 1.0, drift: float = 1.0,
+) -> list[OdometryStep]:
+    """Return the odometry of poses with drawn noise, whose heading knows its variance."""
     exact = [
         OdometryStep.between(tuple(before), tuple(after), stamp_ns=number * 100_000_000)
-        for number, (before, after) in enumerate(pairwise(true_poses(sequence)))]
+        for number, (before, after) in enumerate(pairwise(poses))]
     length = np.array([step.distance for step in exact])
     share = np.sqrt(np.abs(length) / 100.0)
     yaw = np.array([step.yaw for step in exact])

@@ -23,6 +23,8 @@ class Hypotheses:
         The directed piece of road, and the metres from its start.
     log_scale
         Natural logarithm of the metres per unit of the odometry.
+    told_scale, told_m
+        Its mean since the first turn, and over how many metres; negative before the first turn.
     turned, variance
         Rotation from the axes of the odometry to those of the map, in radians, and its variance.
     trail
@@ -34,6 +36,8 @@ class Hypotheses:
     piece: Ints
     offset: Floats
     log_scale: Floats
+    told_scale: Floats
+    told_m: Floats
     turned: Floats
     variance: Floats
     trail: Complexes

@@ -21,14 +21,12 @@ from phase_traj_ros.core.localization.likelihood import judge, NullRoad
 from phase_traj_ros.core.localization.motion import Motion
 from phase_traj_ros.core.localization.places import Astray, Claim, Place, Places
 from phase_traj_ros.core.localization.roads import PIECE_M, RoadMap
-from phase_traj_ros.core.localization.seeding import ExpectedPose, Seeding, spread_of
+from phase_traj_ros.core.localization.seeding import ExpectedPose, Scales, Seeding
 from phase_traj_ros.core.localization.settings import LocatorSettings
 from phase_traj_ros.core.localization.window import Odometer, Stride
 
-# The first turn is over when the chord bends less than this, after it bent more.
-_TURNING, _STRAIGHT = math.radians(40.0), math.radians(12.0)
-# Share of the prior's spread below which something has told the scale.
-_TOLD = 0.7
+# Hypotheses on each piece of road at the start, and at least as many while no place leads.
+_PER_PIECE = 2
 # Strides within which a U-turn is one, and how much it may differ from half a circle.
 _U_TURN_STRIDES, _U_TURN = 7, math.radians(30.0)
 # What a turn costs on the right road of a map, with the choice at its junction: nats per radian.
@@ -78,7 +76,8 @@ class MapLocator:
         self._roads = roads
         self._area = roads.area
         self._rng = np.random.default_rng(seed)
-        self._seeding = Seeding(roads, self._scale, self._settings, self._rng)
+        self._scales = Scales(self._scale, self._settings, self._rng)
+        self._seeding = Seeding(roads, self._scales, self._settings, self._rng)
         self._motion = Motion(roads, self._scale, self._settings)
         self._places = Places(roads, self._settings)
         self._odometer = Odometer(
@@ -89,11 +88,10 @@ class MapLocator:
         self._null = NullRoad(self._settings)
         mapped = math.log1p(-self._settings.null_share)
         self._them = (
-            self._seeding.anywhere(self._odometer, mapped) if prior is None
+            self._seeding.anywhere(self._odometer, mapped, copies=_PER_PIECE) if prior is None
             else self._seeding.around(prior, self._odometer, mapped))
         self._strides = 0
         self._way = self._seeded = 0.0
-        self._turning = self._turned = False
         self._past: deque[_Moment] = deque(maxlen=_U_TURN_STRIDES)
         self._found = self._places.best(self._them, self._log_total())
 
@@ -121,8 +119,10 @@ class MapLocator:
         self._seed_sometimes()
         them = merged(pruned(self._them, settings), settings, self._rng)
         them = resampled(them, most, self._rng)
-        self._them = self._split(them, stride, most)
-        self._leave_sometimes()
+        budget = settings.fewest_hypotheses if self._claim.leads else most
+        self._them = self._split(self._scales.after(them, stride, metres, budget))
+        if self._claim.leads:
+            self._leave_sometimes()
         self._found = self._places.best(self._them, self._log_total())
         if self._claim.follow(self._found[0], metres, turned=self._null.turned):
             self._watch()
@@ -183,44 +183,27 @@ class MapLocator:
         return float(np.logaddexp(self._them.log_total, self._null.log_weight))
 
     def _leave_sometimes(self) -> None:
-        """Give the null hypothesis the weight of vehicles that leave the roads of the map."""
+        """
+        Give the null hypothesis the weight of vehicles that leave the roads of the map.
+
+        While no place leads, most hypotheses are wrong, and the null hypothesis would inherit what
+        all of them together gain on straights.
+        """
         self._null.log_weight = float(np.logaddexp(
             self._null.log_weight,
             self._them.log_total + math.log(self._settings.null_hazard)))
 
-    def _split(self, them: Hypotheses, stride: Stride, most: int) -> Hypotheses:
-        """
-        Return more hypotheses where there are few.
-
-        After the first turn the place is one of few, and the way since tells the scale: there,
-        many scales are tried for each.
-        """
+    def _split(self, them: Hypotheses) -> Hypotheses:
+        """Return more hypotheses where there are few."""
         settings = self._settings
-        self._turning = self._turning or stride.bend > _TURNING
-        first = self._turning and not self._turned and stride.bend < _STRAIGHT
-        if first:
-            self._turned = True
-            first = self._scale_is_unknown(them)
-        if first:
-            copies = min(settings.scales_after_turn, max(most // max(len(them), 1), 1))
-        else:
-            fewest = settings.fewest_hypotheses if self._claim.leads else min(
-                settings.fewest_searching, 2 * len(self._roads))
-            copies = fewest // max(len(them), 1)
+        fewest = settings.fewest_hypotheses if self._claim.leads else min(
+            settings.fewest_searching, _PER_PIECE * len(self._roads))
+        copies = fewest // max(len(them), 1)
         if copies < 2:
             return them
         them = them.take(np.repeat(np.arange(len(them)), copies))
         them.log_weight -= math.log(copies)
-        if first:
-            them.log_scale = self._seeding.prior_scales(len(them))
         return them
-
-    def _scale_is_unknown(self, them: Hypotheses) -> bool:
-        """Return whether the scales spread as in the prior: gentle bends may have told them."""
-        weight = np.exp(them.log_weight - them.log_total)
-        mean = (weight * them.log_scale).sum()
-        variance = float((weight * (them.log_scale - mean) ** 2).sum())
-        return variance > (_TOLD * spread_of(self._scale)) ** 2
 
     def _estimate(self, stamp_ns: int) -> LocationEstimate:
         place, odometer = self._found[0], self._odometer

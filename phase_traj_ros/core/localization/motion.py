@@ -48,7 +48,8 @@ class Motion:
         trail[:, -1] = places_on(self._roads, piece, offset)
         noise = settings.heading_noise ** 2 * share + stride.yaw_variance
         return Hypotheses(
-            piece, offset, log_scale[parent], them.turned[parent], them.variance[parent] + noise,
+            piece, offset, log_scale[parent], them.told_scale[parent],
+            them.told_m[parent], them.turned[parent], them.variance[parent] + noise,
             trail, log_weight)
 
     def _drifted(

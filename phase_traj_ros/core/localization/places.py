@@ -68,7 +68,10 @@ class Places:
         weight = np.exp(them.log_weight - log_total)
         cell = self._cell[them.piece]
         mass = np.bincount(cell, weight, self._cells)
-        top = mass.argpartition(-min(_CELLS, len(mass)))[-_CELLS:]
+        # Once the place is known, few of the cells have any hypothesis.
+        top = np.flatnonzero(np.bincount(cell))
+        if len(top) > _CELLS:
+            top = top[mass[top].argpartition(-_CELLS)[-_CELLS:]]
         top = top[np.argsort(-mass[top])]
         chosen = np.zeros(self._cells, bool)
         chosen[top] = True

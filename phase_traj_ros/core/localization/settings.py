@@ -21,6 +21,8 @@ class LocatorSettings:
 
     position_noise_m: float = 2.0
     """Noise of the distance along the road, per root of 100 m; the odometry's is added."""
+    turn_m: float = 4.0
+    """Error of the way between two turns, from which the scale follows."""
     scale_noise: float = 0.01
     """Drift of the scale, per root of 100 m; its prior bounds it."""
     heading_noise: float = math.radians(1.0)
@@ -57,13 +59,13 @@ class LocatorSettings:
     the right place pays for being one of many, and for its way at each junction..."""
     null_fit: float = 0.7
     """Mean likelihood of a chord on the right road, relative to its peak."""
-    null_turn: float = 0.3
+    null_turn: float = 0.2
     """...but once found, it loses less than a road of no map, which pays these nats per radian of
     its turns, while the best place of a map where the vehicle is not loses more..."""
     null_straight: float = math.radians(0.5)
     """...beyond this angle per stride."""
     null_hazard: float = 3e-5
-    """Probability per stride to leave the roads of the map."""
+    """Probability per stride to leave the roads of the map, while a place leads."""
 
     least_weight: float = 14.0
     """Hypotheses this many nats below the best are dropped."""
@@ -83,9 +85,6 @@ class LocatorSettings:
     """...this close in scale, ..."""
     merge_heading: float = math.radians(11.0)
     """...and in heading become one."""
-    scales_after_turn: int = 12
-    """Most scales that are tried for each hypothesis after the first turn."""
-
     mode_m: float = 35.0
     """Radius of a place, ..."""
     mode_heading: float = math.radians(25.0)
@@ -142,5 +141,5 @@ class LocatorSettings:
         return cls(
             stride_m=1.99 * metres, mode_m=50.0, chord_error=math.radians(9.0),
             dead_band=math.radians(6.0), bend_error=0.35, position_noise_m=3.0,
-            start_heading=math.radians(15.0), tempering=1.0, null_share=1e-100,
+            start_heading=math.radians(15.0), turn_m=metres, tempering=1.0, null_share=1e-100,
             null_hazard=1e-100)

@@ -153,7 +153,7 @@ def test_a_reflection_stays_out_though_the_springs_move_the_road_under_it():
         np.clip(road.seen(0.6 * index, pitch=nod) + shine, 0, 255).astype(np.uint8)
         for index, nod in enumerate(nods)]
     meter.start(pictures[0])
-    travels = [meter.update(picture, 0.04, motion(pitch=after - before, passing=0.006))
+    travels = [meter.update(picture, 0.04, motion(pitch=before - after, passing=0.006))
                for picture, before, after in zip(pictures[1:], nods, nods[1:])]
     late = travels[15:]
     assert {travel.state for travel in late} <= {TravelState.MEASURED, TravelState.BRIDGED}
@@ -292,3 +292,30 @@ def test_a_curve_of_the_road_is_forgotten_at_a_reset():
     one, other = (meter.update(road.seen(0.5), 0.1, motion(passing=0.05)).distance
                   for meter in (fresh, used))
     assert one == pytest.approx(other, rel=0.01)
+
+
+def test_a_part_of_the_road_that_stands_is_a_rival_of_the_rest():
+    """An encoder copies it from the frame before, while everything else shows that it moves."""
+    road = Road(PINHOLE)
+    frames = [road.seen(0.3 * index) for index in range(20)]
+    told = []
+    for share in (0.0, 0.75):
+        meter = RoadMeter(PINHOLE, Horizon(0.0), pitch_known=True)
+        meter.start(frames[0])
+        last = round(640 * share)
+        travels = []
+        for frame in frames[1:]:
+            shown = frame.copy()
+            shown[:, :last] = frames[0][:, :last]
+            travels.append(meter.update(shown, 0.1, motion()))
+        told.append(np.mean([travel.rivalled for travel in travels]))
+    assert told[0] == 0.0 and told[1] > 0.5
+
+
+def test_the_road_passes_no_slower_than_what_is_nearest_does():
+    """Blocks that pass by a tenth of their distance are not next to a wheel."""
+    road = Road(PINHOLE)
+    meter = RoadMeter(PINHOLE, Horizon(0.0), pitch_known=True)
+    meter.start(road.seen(0.0))
+    travel = meter.update(road.seen(0.1), 0.1, motion(passing=0.1))
+    assert travel.state is not TravelState.MEASURED
