@@ -452,6 +452,7 @@ class TrajectoryEstimator:
             verdict.evidence, stamp_ns, interval_ns,
             contradicted=self._guards and heading is not None and heading.contradicts,
             measured=not self._settings.metric or travel is None or travel.measured,
+            rivalled=self._settings.metric and travel is not None and travel.rivalled,
             frames=self._frames - self._measured)
         known = travel is not None and travel.known
         return Update(

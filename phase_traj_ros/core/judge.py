@@ -135,7 +135,8 @@ class Judge:
         if pair.cut:
             self._areas.interrupt()
         changed = self.look(picture, shift, interval)
-        if pair.quality is Quality.STILL and not self._stands(pair.yaw, interval):
+        if pair.quality is Quality.STILL and not self._stands(
+                pair.yaw, interval, 0.0 if heading is None else heading.tracker.rate):
             pair = replace(pair, quality=Quality.MEASURED)
         yaw, fixed = pair.yaw, False
         if yaw is not None and shift is not None:
@@ -167,14 +168,18 @@ class Judge:
             picture, interval, turned=shift.dx) and self._areas.sufficient
         return changed and (before or self._leaves_out)
 
-    def _stands(self, yaw: YawMeasurement | None, interval: float) -> bool:
+    def _stands(
+        self, yaw: YawMeasurement | None, interval: float, before: float,
+    ) -> bool:
         """
         Return whether a vehicle stands whose picture is still.
 
-        It drives if all that does not move is the horizon, or if everything turns.
+        It drives if all that does not move is the horizon, or if everything turns, or if a turn
+        goes on: ``before`` is the yaw rate of the previous pair.
         """
-        turns = (yaw is not None and yaw.yaw is not None and yaw.certain
-                 and abs(yaw.yaw) > _TURNING * interval)
+        turns = (yaw is not None and yaw.yaw is not None and abs(yaw.yaw) > _TURNING * interval
+                 and (yaw.certain or (yaw.refined and before * yaw.yaw > 0.0
+                                      and abs(before) > _TURNING)))
         return not (self._areas.far or (turns and self._areas.moving))
 
     def _only_fixed_agree(self, yaw: YawMeasurement, shift: Shift) -> bool:

@@ -52,6 +52,7 @@ class Reason(Enum):
     FROZEN = 'frozen'
     FRAMES_LOST = 'frames_lost'
     DISTANCE_UNKNOWN = 'distance_unknown'
+    ROAD_UNCLEAR = 'road_unclear'
     DIRECTION_CONTRADICTS_HEADING = 'direction_contradicts_heading'
 
     @property
@@ -79,6 +80,8 @@ _SENTENCES = {
     Reason.FRAMES_LOST: 'Parts of the drive have no frames: they were lost, or could not be used.',
     Reason.DISTANCE_UNKNOWN: 'The distance could not be measured for more than a second: the'
                              ' road is not visible, or it moves too far between two frames.',
+    Reason.ROAD_UNCLEAR: 'Another motion stands out more on the road than that of the vehicle: the'
+                         ' video is strongly compressed, or something covers the road.',
     Reason.DIRECTION_CONTRADICTS_HEADING: 'On a straight, the heading is more than 60 degrees away'
                                           ' from the direction code.',
 }
@@ -188,7 +191,7 @@ class ReliabilityMonitor:
 
     def add(
         self, evidence: Evidence, stamp_ns: int, interval_ns: int, *, contradicted: bool = False,
-        measured: bool = True, frames: int = 1,
+        measured: bool = True, rivalled: bool = False, frames: int = 1,
     ) -> None:
         """
         Take the next pair.
@@ -205,6 +208,8 @@ class ReliabilityMonitor:
             Whether the direction code contradicts the heading.
         measured
             Whether its distance is measured or given, if one is wanted in metres.
+        rivalled
+            Whether another motion of the road stands out more than the one that it is measured by.
         frames
             Number of its second frame minus that of its first one: it stands for so many pairs.
 
@@ -225,6 +230,8 @@ class ReliabilityMonitor:
         part.seconds += interval_ns * 1e-9
         if contradicted:
             self._spans[Reason.DIRECTION_CONTRADICTS_HEADING].add(before, stamp_ns)
+        if rivalled:
+            self._spans[Reason.ROAD_UNCLEAR].add(before, stamp_ns)
         if measured:
             self._measured_ns = stamp_ns
         elif stamp_ns - self._measured_ns > _UNMEASURED_NS:
@@ -343,7 +350,7 @@ _REASONS = {
 }
 # Reasons that concern parts of a drive, whatever the other pairs of the window are worth.
 _IN_PARTS = (Reason.FROZEN, Reason.FRAMES_LOST, Reason.DISTANCE_UNKNOWN,
-             Reason.DIRECTION_CONTRADICTS_HEADING)
+             Reason.ROAD_UNCLEAR, Reason.DIRECTION_CONTRADICTS_HEADING)
 
 
 @dataclass(slots=True)

@@ -4,6 +4,7 @@
 
 from dataclasses import replace
 from functools import lru_cache
+import io
 import math
 
 import numpy as np
@@ -227,6 +228,50 @@ def test_a_vehicle_that_stands_goes_exactly_nowhere():
     assert {update.travel.state for update in standing} == {TravelState.STANDING}
     assert {update.travel.distance for update in standing} == {0.0}
     assert {update.travel.state for update in updates[34:]} == {TravelState.MEASURED}
+
+
+def filmed(frames, quality):
+    """Return frames as x264 keeps them at a constant rate factor, without an odd last column."""
+    av = pytest.importorskip('av')
+    height, width = frames[0].shape[0] // 2 * 2, frames[0].shape[1] // 2 * 2
+    file = io.BytesIO()
+    with av.open(file, 'w', format='matroska') as film:
+        stream = film.add_stream('libx264', rate=10, options={'crf': str(quality)})
+        stream.width, stream.height, stream.pix_fmt = width, height, 'yuv420p'
+        for frame in frames:
+            grey = np.ascontiguousarray(frame[:height, :width])
+            film.mux(stream.encode(
+                av.VideoFrame.from_ndarray(grey, 'gray').reformat(format='yuv420p')))
+        film.mux(stream.encode())
+    file.seek(0)
+    with av.open(file) as film:
+        return [frame.to_ndarray(format='gray') for frame in film.decode(video=0)]
+
+
+@pytest.mark.parametrize('quality', [None, 23, 30, 35, 40])
+@pytest.mark.parametrize('road', ['rendered', 'real'])
+def test_a_film_is_measured_or_its_road_is_called_unclear(request, road, quality):
+    """The encoder copies the road with a wrong motion where that costs it less."""
+    if road == 'rendered':
+        frames, stamps, model, steps = street()
+        height = named_drive('demo').camera.above_ground
+    else:
+        folder, height = request.getfixturevalue('kitti_root') / '06', 1.65
+        source = FolderSource(folder / 'image_0')
+        model = source.camera(rectified=True)
+        frames, stamps = zip(*((frame.image, frame.stamp_ns) for frame in source))
+        places = np.loadtxt(folder / 'poses.txt').reshape(-1, 3, 4)[:, :, 3]
+        steps = np.linalg.norm(np.diff(places, axis=0), axis=1)
+    shown = frames if quality is None else filmed(frames, quality)
+    model = replace(model, width=shown[0].shape[1])
+    estimator = TrajectoryEstimator(EstimatorSettings(
+        lens=Lens(camera=model), code_source=CodeSource.AUTO, camera_height=height))
+    for frame, stamp in zip(shown, stamps):
+        estimator.update(frame, stamp)
+    off = abs(estimator.way.distance / steps.sum() - 1.0)
+    assert off < 0.03 or 'road_unclear' in estimator.reliability.words
+    if quality is None or quality <= 23:
+        assert off < 0.03 and estimator.reliability.of_drive.reliable
 
 
 @pytest.mark.parametrize(('sequence', 'stretch'), [('00', slice(20, 90)), ('06', slice(0, 51))])

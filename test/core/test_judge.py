@@ -3,6 +3,7 @@
 """A pair of frames gets its status and its worth from what was measured, and in one place."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import cv2
 import numpy as np
@@ -48,8 +49,9 @@ def test_the_rule_of_the_paper_codes_a_shift_whatever_the_yaw():
 class Following:
     """A heading that takes the shift of the pair, and any yaw if there is one."""
 
-    def __init__(self, plausible=True):
+    def __init__(self, plausible=True, rate=0.0):
         self._plausible = plausible
+        self.tracker = SimpleNamespace(rate=rate)
 
     def shift_of(self, measured):
         return None if measured is None else measured.shift
@@ -58,8 +60,8 @@ class Following:
         return self._plausible and measured is not None and measured.yaw is not None
 
 
-def turning(yaw=0.02, quality=Quality.MEASURED, **options):
-    measured = YawMeasurement(Shift(0.2, 0.0, 0.2), yaw, refined=True, agreement=0.8)
+def turning(yaw=0.02, quality=Quality.MEASURED, among=0.8, **options):
+    measured = YawMeasurement(Shift(0.2, 0.0, 0.2), yaw, refined=True, agreement=among)
     return Comparison(None, measured, quality, measured.shift, agreement=0.8, **options)
 
 
@@ -99,6 +101,14 @@ def test_a_vehicle_that_turns_drives_though_the_blocks_with_most_texture_stand(s
     # Everything changes in the noise of a night, too, but no blocks agree on a turn.
     slow = turning(yaw=0.002, quality=Quality.STILL)
     assert judged_after(street, slow).status is PairStatus.STILL
+
+
+@pytest.mark.parametrize(('rate', 'status'), [
+    (0.4, PairStatus.OK), (-0.4, PairStatus.STILL), (0.0, PairStatus.STILL)])
+def test_a_turn_that_goes_on_is_none_of_a_standing_vehicle(street, rate, status):
+    """Fewer blocks agree than would show the begin of a turn."""
+    pair = turning(yaw=0.04, quality=Quality.STILL, among=0.45)
+    assert judged_after(street, pair, heading=Following(rate=rate)).status is status
 
 
 def test_a_pair_on_which_no_vehicle_turns_like_that_is_not_measured(street):

@@ -181,6 +181,15 @@ def test_a_direction_against_the_heading_is_a_span():
     assert driven.monitor.verdict().of_drive.words == words
 
 
+def test_a_road_on_which_another_motion_stands_out_is_a_span():
+    driven = Driven().add('trusted', 60).add('trusted', 0.1, rivalled=True).add('trusted', 60)
+    assert driven.monitor.verdict().of_drive.reliable
+    for _ in range(20):
+        driven.add('trusted', 0.6).add('trusted', 0.1, rivalled=True)
+    assert driven.monitor.verdict().words == ('road_unclear',)
+    assert driven.monitor.verdict().of_drive.words == ('road_unclear',)
+
+
 def test_a_distance_that_is_missed_for_more_than_a_second_is_a_span():
     driven = Driven().add('trusted', 20)
     for _ in range(20):

@@ -125,7 +125,7 @@ def circles():
         '', plan, rate_hz=20.0, camera=camera, speed=8.0, seed=4)))
 
 
-@pytest.mark.parametrize('contrast', [1.0, 0.3, 0.15])
+@pytest.mark.parametrize('contrast', [1.0, 0.3, 0.15, 0.1])
 def test_a_model_car_in_circles_does_not_stand_because_its_bumper_does(circles, contrast):
     """A strong fisheye, 80 degrees a second: within 10 %, or said; the bumper has most texture."""
     frames = [

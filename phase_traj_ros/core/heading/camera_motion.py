@@ -38,12 +38,13 @@ _NEARNESS = 0.1
 _OUTLIER = 3.0
 # Direction of travel: standard deviations of its azimuth and slope (radians), and the time
 # constant (seconds) with which the azimuth returns to straight ahead and the slope is forgotten.
-_COURSE, _SLOPE, _MEMORY = math.radians(3.0), math.radians(2.0), 1.0
+_COURSE, _SLOPE, _MEMORY = math.radians(1.0), math.radians(2.0), 1.0
+MOUNTED = math.radians(3.0)
+"""Standard deviation in radians of the azimuth at which cameras are mounted."""
+
 # Sideslip of the camera per yaw rate, in seconds: in a turn, a camera ahead of the rear axle moves
 # sideways by the yaw rate times its lever arm. The quotient is 1.6 m at 4 m/s.
 _LEVER = 0.4
-# Median of the squares of a normal distribution, in variances.
-_MEDIAN = 0.455
 # Unless this share of the blocks agrees, the fit starts again from the blocks _AHEAD (radians to
 # either side, above and below the direction of travel): traffic beside a fast vehicle moves as the
 # distance would in a turn.
@@ -57,22 +58,26 @@ class FocusOfExpansion:
 
     course: float = 0.0
     slope: float = 0.0
-    course_variance: float = _COURSE ** 2
+    course_variance: float = _COURSE ** 2 + MOUNTED ** 2
     slope_variance: float = _SLOPE ** 2
 
-    def after(self, interval: float, yaw_rate: float = 0.0) -> 'FocusOfExpansion':
+    def after(
+        self, interval: float, yaw_rate: float = 0.0, *, mounted: float = 0.0,
+        unsure: float = MOUNTED,
+    ) -> 'FocusOfExpansion':
         """
         Return the prediction ``interval`` seconds later, at a yaw rate in radians per second.
 
-        The course tends to straight ahead; the faster the vehicle turns, the less certain it is.
+        The course tends to ``mounted``, that of a vehicle that drives straight ahead, of which
+        ``unsure`` is the standard deviation; the faster the vehicle turns, the less certain it is.
         The slope stays, as it is that of the camera's mounting for the most part; towards 0, each
         pair would be measured with a share of that error.
         """
         kept = math.exp(-interval / _MEMORY)
         share = kept * kept
-        course = math.hypot(_COURSE, _LEVER * yaw_rate)
+        course = math.hypot(_COURSE, unsure, _LEVER * yaw_rate)
         return FocusOfExpansion(
-            kept * self.course, self.slope,
+            kept * self.course + (1.0 - kept) * mounted, self.slope,
             share * self.course_variance + (1.0 - share) * course ** 2,
             share * self.slope_variance + (1.0 - share) * _SLOPE ** 2)
 
@@ -189,16 +194,18 @@ class MotionFit:
             state -= inverse @ gradient
         covariance = inverse * variance
         agreeing = float(weight[error < (_OUTLIER * self._deviation) ** 2].sum())
-        # Each block leaves one residual, as its depth absorbs the other one. Their median gives a
-        # deviation that is robust to outliers.
-        spread = float(np.median(error)) / (_MEDIAN * variance)
+        # The variance of an M-estimate: its scores scatter as the blocks do, and an outlier, which
+        # has a small weight, adds little to them (Huber and Ronchetti, "Robust Statistics", 6.3).
+        scores = (known[:_ERROR] * (factor * known[_ERROR])).sum(axis=1)
+        of_yaw = inverse[_YAW]
+        yaw_variance = float(np.square(of_yaw @ scores).sum() + variance * of_yaw ** 2 @ trust)
         return CameraMotion(
             yaw=float(state[_YAW]), pitch=float(state[_PITCH]), roll=float(state[_ROLL]),
             travel=FocusOfExpansion(
                 float(state[_B]), float(state[_C]),
                 float(covariance[_B, _B]), float(covariance[_C, _C])),
             agreeing=agreeing, agreement=agreeing / float(weight.sum()),
-            yaw_variance=float(covariance[_YAW, _YAW]) * spread, passing=float(np.median(near)))
+            yaw_variance=yaw_variance, passing=float(np.median(near)))
 
 
 def better(one: CameraMotion | None, other: CameraMotion | None) -> CameraMotion | None:

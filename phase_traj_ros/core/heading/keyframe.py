@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from phase_traj_ros.core.heading.camera_motion import CameraMotion, FocusOfExpansion
 from phase_traj_ros.core.heading.local_shifts import BlockShifts
+from phase_traj_ros.core.heading.mounting import Mounting
 
 # A keyframe is replaced before the median ratio of the translation to the distance of the blocks
 # exceeds _BASELINE or the camera has turned by _TURNED radians, and after _LONGEST seconds. At 10
@@ -39,14 +40,15 @@ class Keyframe:
         """Direction of travel at the newest frame."""
         self._rotation = (0.0, 0.0, 0.0)
 
-    def foreseen(self, yaw_rate: float) -> FocusOfExpansion:
+    def foreseen(self, yaw_rate: float, mounting: Mounting) -> FocusOfExpansion:
         """
         Return the direction of travel that is foreseen for the comparison with this frame.
 
         ``yaw_rate`` is in radians per second. The result does not contain the evidence of the
         comparisons with this frame so far.
         """
-        return self._begun.after(self.age, yaw_rate)
+        return self._begun.after(
+            self.age, yaw_rate, mounted=mounting.angle, unsure=mounting.deviation)
 
     def pair(self, motion: CameraMotion, blocks: BlockShifts) -> CameraMotion:
         """Add the motion since this frame; return it with the rotation of the newest pair."""

@@ -26,6 +26,7 @@ from phase_traj_ros.core.heading.camera_motion import (
 )
 from phase_traj_ros.core.heading.keyframe import Keyframe
 from phase_traj_ros.core.heading.local_shifts import BlockGrid, BlockShifts
+from phase_traj_ros.core.heading.mounting import Mounting
 from phase_traj_ros.core.heading.scanline import Scanline
 from phase_traj_ros.errors import FrameError
 
@@ -58,6 +59,8 @@ _APART = 2
 # enough for everything that is judged), and where the image has moved as foreseen within _ASIDE
 # pixels.
 _WAIT, _ASIDE = 0.11, 0.5
+# The vehicle moves above this median ratio of its translation to the distance of the blocks.
+_MOVES = 0.01
 # Rate at which the level to which images are normalised follows their brightness, per frame.
 _FOLLOWING = 0.05
 
@@ -157,6 +160,8 @@ class YawMeter:
         self._newest: NDArray[np.uint8] | None = None
         self._line: Scanline | None = None
         self._passing = 0.0
+        self.mounting = Mounting()
+        """Direction in which a vehicle with this camera drives straight ahead."""
 
     def use_mask(self, mask: NDArray[np.float32] | None) -> None:
         """
@@ -242,6 +247,9 @@ class YawMeter:
             pair = key.pair(motion, blocks)
             self._rate = pair.yaw / interval
             self._passing = max(motion.passing, 0.0) / key.age
+            if motion.passing > _MOVES:
+                self.mounting.add(
+                    motion.travel.course, motion.travel.course_variance, interval, self._rate)
             if self._keyframes and agreement >= _DOUBT:
                 self._newest = frame
             if not self._keyframes or key.is_over(motion, interval):
@@ -319,8 +327,9 @@ class YawMeter:
         scale = self._projection.px_per_rad
         blocks = self._grid.measure(key.picture, current, expected=key.moved + np.array(expected))
         motion = self._fit(
-            blocks.dx / scale, blocks.dy / scale, blocks.weight, key.foreseen(self._rate),
-            aside=blocks.aside / scale, down=blocks.down / scale)
+            blocks.dx / scale, blocks.dy / scale, blocks.weight,
+            key.foreseen(self._rate, self.mounting), aside=blocks.aside / scale,
+            down=blocks.down / scale)
         return motion, blocks
 
     def _keyframe(self, picture: NDArray[np.uint8], travel: FocusOfExpansion) -> Keyframe:

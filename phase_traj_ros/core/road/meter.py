@@ -48,6 +48,8 @@ _LEAST_SEEN = 0.3
 # stands. The vehicle moves if the median ratio of translation to distance exceeds _PASSING. Above
 # _DRIVEN, the road has slid by more than that.
 _FIXED_CELLS, _PASSING, _DRIVEN = 1.0, 0.002, 0.01
+# Least median distance of what the blocks show, in camera heights.
+_NEAREST = 2.0
 # A keyframe is replaced before the road slides by _BASELINE camera heights, when the camera has
 # turned by _TURNED radians, or after _LONGEST seconds. The vehicle stands if the road has not slid
 # for _STANDS seconds; from then on, the keyframe is kept for _CREEPS seconds.
@@ -63,15 +65,6 @@ _LEAST_SLIDE = 0.1
 
 
 @dataclass(frozen=True, slots=True)
-class _Look:
-    """A patch, its comparison with the previous one, and what never moves in it."""
-
-    patch: GroundPatch
-    slide: Slide
-    fixed: FixedPattern
-
-
-@dataclass(frozen=True, slots=True)
 class _Found:
     """Slide of a patch in camera heights, with its deviation and its position."""
 
@@ -82,6 +75,21 @@ class _Found:
     raw: float
     fixed: bool
     """Whether it may be that of a pattern that is fixed to the camera."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Look:
+    """A patch, its comparison with the previous one, and what never moves in it."""
+
+    patch: GroundPatch
+    slide: Slide
+    fixed: FixedPattern
+
+    def rivals(self, found: _Found | None) -> bool:
+        """Return whether another slide stands out, and more than the one that was found."""
+        if found is None:
+            return self.slide.rival(None) > _STANDS_OUT
+        return self.slide.rival(found.raw / CELL) > max(_STANDS_OUT, found.score)
 
 
 @dataclass(frozen=True, slots=True)
@@ -195,6 +203,9 @@ class RoadMeter:
         self._looks: tuple[_Look, ...] | None = None
         self._assumed, self._bending = 0.0, 0.0
         self._kept: Frame | None = None
+        # Shares of the errors of the pitch in the newest measured distance.
+        self._shares = 0.0, 0.0
+        self._rivalled = False
         self._since = _Since()
 
     @property
@@ -245,7 +256,7 @@ class RoadMeter:
         """
         self.speed_filter.pass_time(interval, unsure=unsure)
         self._tilt.pass_time(interval)
-        travel = None
+        travel, self._rivalled = None, False
         if still:
             self.start(frame)
             travel = self._standing(interval)
@@ -264,7 +275,8 @@ class RoadMeter:
         else:
             self.start(frame)
         turns = motion is not None and abs(motion.yaw) > _TURNING * interval
-        return travel or self._bridged(interval, turns=turns and not still)
+        travel = travel or self._bridged(interval, turns=turns and not still)
+        return replace(travel, rivalled=self._rivalled)
 
     def _measure(
         self, frame: Frame, interval: float, nodding: float, passing: float | None,
@@ -289,6 +301,8 @@ class RoadMeter:
             self._slid(look, look.patch.turned_back(look.fixed.removed(patch), turn), interval,
                        turned)
             for look, patch in zip(self._looks, patches)]
+        self._rivalled = passing is not None and turned.drives and all(
+            look.rivals(each) for look, each in zip(self._looks, found))
         travel = self._judged([each for each in found if each is not None], interval, turned)
         if travel is None or since.over:
             if turned.drives or since.given > _LEARNS:
@@ -344,6 +358,7 @@ class RoadMeter:
         depth = agreeing[0].middle
         swing = 2.0 * depth * self._tilt.swing_deviation
         tilt = 2.0 * depth * self._tilt.common_deviation
+        self._shares = swing, tilt
         further = 1.0 + interval / since.age
         since.over = (not self._keyframes or further * abs(way) > _BASELINE
                       or since.age >= _LONGEST or abs(since.yaw) > _TURNED)
@@ -352,7 +367,7 @@ class RoadMeter:
         time = interval if self.speed_filter.known else since.age
         self.speed_filter.add(
             (way - since.before) / time,
-            (own + since.before_variance + (swing * distance) ** 2) / (time * time))
+            (own + since.before_variance) / (time * time))
         return Travel(
             distance, variance + (swing ** 2 + tilt ** 2) * distance ** 2, TravelState.MEASURED,
             swing, tilt)
@@ -373,16 +388,19 @@ class RoadMeter:
         middle = look.patch.middle
         stretched = self._stretched(middle)
         deviation = math.hypot(_PEAK * CELL, (1.0 + middle * middle) * turned.nodding)
-        apart = _DIFFER * deviation
         given = self._since.given
         least, most = (
-            (given + speed * interval) * stretched for speed in self.speed_filter.bounds)
-        least, most = (least - apart) / CELL, min((most + apart) / CELL, look.slide.most)
+            (given + speed * interval) * stretched / CELL
+            for speed in self.speed_filter.bounds(deviation / interval))
+        most = min(most, look.slide.most)
+        if not turned.moves:
+            least = min(least, -_FIXED_CELLS)
         # Where the rotation takes a pattern that is fixed to the camera, and around it.
         pattern = -(1.0 + middle * middle) * turned.pitch / CELL
         below, above = min(pattern, 0.0) - _FIXED_CELLS, max(pattern, 0.0) + _FIXED_CELLS
         # What slides is the road, even if such a pattern is stronger.
-        places = [(max(least, above), most), (least, min(most, below))]
+        slowest = _NEAREST / CELL * (turned.passing or 0.0) if turned.drives else above
+        places = [(max(least, above, slowest), most), (least, min(most, below))]
         if turned.drives and turned.passing is not None and most > 0.0:
             del places[1]
         peaks = [look.slide.peak(*place) for place in places] if turned.moves else []
@@ -404,7 +422,7 @@ class RoadMeter:
         travel, since = self._bridged(interval, turns=False), self._since
         if travel.state is TravelState.BRIDGED:
             since.given += travel.distance
-            since.variance += travel.variance
+            since.variance += (self.speed_filter.deviation * interval) ** 2
         return travel
 
     def _standing(self, interval: float) -> Travel:
@@ -422,9 +440,12 @@ class RoadMeter:
         if self.speed_filter.lost:
             # The drawn path continues with the last speed, but this is not a distance.
             return Travel(way, off ** 2, TravelState.UNKNOWN)
-        # The error of the speed is correlated between pairs.
-        swing = off / abs(way) if abs(way) > CELL else 0.0
-        return Travel(way, off ** 2, TravelState.BRIDGED, swing)
+        # The error of the speed is correlated between pairs, and it has those of the pitch.
+        swing, tilt = self._shares
+        variance = off ** 2 + (swing ** 2 + tilt ** 2) * way ** 2
+        if abs(way) > CELL:
+            swing = math.hypot(swing, off / way)
+        return Travel(way, variance, TravelState.BRIDGED, swing, tilt)
 
     def _look_anew(self, before: Frame | None) -> None:
         """Make the patches with the current tilt."""

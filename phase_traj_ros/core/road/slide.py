@@ -16,6 +16,8 @@ from phase_traj_ros.core.correlation.transforms import find_transform
 _ASIDE = 4
 # Largest slide between two patches, as a fraction of their length.
 _MOST = 0.7
+# Width of a peak to each side, in cells.
+_NEXT = 3
 # Bins weaker than this share of the root mean square hold rounding noise.
 _ROUNDING = 1e-6
 
@@ -77,6 +79,14 @@ class Slide:
         bend = left - 2.0 * middle + right
         return Peak(
             first + at - self._back + 0.5 * (left - right) / bend, float(middle))
+
+    def rival(self, cells: float | None) -> float:
+        """Return the highest score of all slides but those next to ``cells``."""
+        scores = self._scores.copy()
+        if cells is not None:
+            at = round(cells) + self._back
+            scores[max(at - _NEXT, 0):at + _NEXT + 1] = 0.0
+        return float(scores.max())
 
     @property
     def _back(self) -> int:

@@ -4,15 +4,14 @@
 
 import math
 
-# Acceleration of a vehicle in camera heights per second squared (4 m/s2 at 1.65 m); hard braking
-# is twice that.
-_ACCELERATION = 2.5
-# Search range of the speed, in standard deviations.
+# Acceleration of a vehicle in camera heights per second squared (3.3 m/s2 at 1.65 m).
+_ACCELERATION = 2.0
+# Search range of the speed, in standard deviations: of the acceleration, that is what tyres hold.
 _GATE = 3.0
 # Largest speeds forward and in reverse, in camera heights per second.
 _FASTEST, _BACKWARDS = 45.0, 3.0
 # Standard deviation of an unknown speed.
-_ANY = 12.0
+_ANY = 10.0
 # A first speed that no second one confirms within so many seconds was none.
 _CONFIRMED = 0.5
 
@@ -53,14 +52,12 @@ class SpeedFilter:
         """Return whether the speed is unknown: never measured, or too long ago."""
         return not self.known or self.deviation >= _ANY
 
-    @property
-    def bounds(self) -> tuple[float, float]:
-        """Return the lower and the upper limit of the speed."""
+    def bounds(self, deviation: float) -> tuple[float, float]:
+        """Return the limits between which a speed is measured, with this standard deviation."""
         if self.lost:
             return -_BACKWARDS, _FASTEST
-        return (
-            max(self.speed - _GATE * self.deviation, -_BACKWARDS),
-            min(self.speed + _GATE * self.deviation, _FASTEST))
+        off = _GATE * math.hypot(self.deviation, deviation)
+        return max(self.speed - off, -_BACKWARDS), min(self.speed + off, _FASTEST)
 
     def add(self, speed: float, variance: float) -> None:
         """Add a measured speed."""

@@ -44,6 +44,8 @@ class Travel:
         Relative standard deviations of the errors that are correlated between pairs: for about a
         second (suspension), for about a minute (pitch of the camera), and for the whole drive
         (camera height, or speedometer).
+    rivalled
+        Whether another motion stands out more on all of the road, while the vehicle drives.
     """
 
     distance: float
@@ -52,6 +54,7 @@ class Travel:
     swing: float = 0.0
     tilt: float = 0.0
     scale: float = 0.0
+    rivalled: bool = False
 
     @property
     def known(self) -> bool:

@@ -3,6 +3,7 @@
 """The data that figures and reports show of a replay, computed once for all of them."""
 
 from dataclasses import dataclass
+import math
 
 import numpy as np
 from numpy.typing import NDArray
@@ -54,14 +55,16 @@ class Overview:
 
 def overview(result: Replay) -> Overview:
     """Return the overview of ``result``."""
-    updates = result.updates
-    shifts = [update.shift for update in updates]
-    tips = [update.tip for update in updates]
+    nothing = math.nan, math.nan
+    shown = np.array([
+        (update.tip.x, update.tip.y,
+         *(nothing if update.shift is None else (update.shift.dx, update.shift.response)))
+        for update in result.updates], np.float64)
     return Overview(
         seconds=(_stamps(result)[1:] - result.first_stamp_ns) / 1e9,
-        dx=np.array([np.nan if shift is None else shift.dx for shift in shifts]),
-        response=np.array([np.nan if shift is None else shift.response for shift in shifts]),
-        path=np.array([(0, 0), *((tip.x, tip.y) for tip in tips)], np.float64),
+        dx=shown[:, 2],
+        response=shown[:, 3],
+        path=np.vstack([np.zeros(2), shown[:, :2]]),
         turns=turn_marks(result),
         heading_deg=_heading(result),
         speed=_speed(result),

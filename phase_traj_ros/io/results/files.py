@@ -92,8 +92,10 @@ def _direction_packed(result: Replay) -> dict[str, str]:
 
 def _heading_content(result: Replay) -> dict[str, Any]:
     """Return heading, turns and camera; empty if the heading is not measured."""
-    headings = [update.heading for update in result.updates if update.heading is not None]
-    if not headings:
+    headings = np.array([
+        (update.heading.heading, update.heading.bridged)
+        for update in result.updates if update.heading is not None])
+    if not len(headings):
         return {}
     return {
         'code_source': result.parameters.codes_from.value,
@@ -103,8 +105,8 @@ def _heading_content(result: Replay) -> dict[str, Any]:
         'camera': None if result.camera is None else camera_content(result.camera),
         'speed': result.parameters.speed,
         'heading_deg': [
-            0.0, *(round(math.degrees(heading.heading), 4) for heading in headings)],
-        'bridged_share': sum(heading.bridged for heading in headings) / len(headings),
+            0.0, *(round(each, 4) for each in np.degrees(headings[:, 0]).tolist())],
+        'bridged_share': float(headings[:, 1].mean()),
         'turns': turn_list(result.turns),
         'field_of_view': None if result.field_of_view is None else asdict(result.field_of_view),
     }
@@ -230,9 +232,9 @@ def _distance_cells(update: Update) -> tuple[str, str, str, str, str]:
 def write_tum(result: Replay, path: Path) -> None:
     """Write the drawn trajectory in the TUM format, one pose per frame; see ``tum_lines``."""
     start = Corner(0, 0, 0.0, result.first_stamp_ns)
-    poses = [(result.first_stamp_ns, start)]
-    poses += [(update.stamp_ns, update.tip) for update in result.updates]
-    path.write_text(tum_lines(poses), encoding='utf-8')
+    with path.open('w', encoding='utf-8') as file:
+        file.write(_tum_line(result.first_stamp_ns, start))
+        file.writelines(_tum_line(update.stamp_ns, update.tip) for update in result.updates)
 
 
 def tum_lines(poses: Iterable[tuple[int, Corner]]) -> str:

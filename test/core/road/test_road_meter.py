@@ -292,3 +292,30 @@ def test_a_curve_of_the_road_is_forgotten_at_a_reset():
     one, other = (meter.update(road.seen(0.5), 0.1, motion(passing=0.05)).distance
                   for meter in (fresh, used))
     assert one == pytest.approx(other, rel=0.01)
+
+
+def test_a_part_of_the_road_that_stands_is_a_rival_of_the_rest():
+    """An encoder copies it from the frame before, while everything else shows that it moves."""
+    road = Road(PINHOLE)
+    frames = [road.seen(0.3 * index) for index in range(20)]
+    told = []
+    for share in (0.0, 0.75):
+        meter = RoadMeter(PINHOLE, Horizon(0.0), pitch_known=True)
+        meter.start(frames[0])
+        last = round(640 * share)
+        travels = []
+        for frame in frames[1:]:
+            shown = frame.copy()
+            shown[:, :last] = frames[0][:, :last]
+            travels.append(meter.update(shown, 0.1, motion()))
+        told.append(np.mean([travel.rivalled for travel in travels]))
+    assert told[0] == 0.0 and told[1] > 0.5
+
+
+def test_the_road_passes_no_slower_than_what_is_nearest_does():
+    """Blocks that pass by a tenth of their distance are not next to a wheel."""
+    road = Road(PINHOLE)
+    meter = RoadMeter(PINHOLE, Horizon(0.0), pitch_known=True)
+    meter.start(road.seen(0.0))
+    travel = meter.update(road.seen(0.1), 0.1, motion(passing=0.1))
+    assert travel.state is not TravelState.MEASURED

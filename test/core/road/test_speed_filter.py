@@ -7,7 +7,7 @@ import pytest
 def test_it_knows_nothing_at_first():
     speed_filter = SpeedFilter()
     assert not speed_filter.known
-    low, high = speed_filter.bounds
+    low, high = speed_filter.bounds(0.0)
     assert low < 0.0 < 30.0 < high
 
 
@@ -19,8 +19,8 @@ def test_the_bounds_widen_with_the_time_that_passes_and_not_with_the_frames():
     once.pass_time(1.0)
     for _ in range(20):
         often.pass_time(0.05)
-    assert often.bounds == pytest.approx(once.bounds)
-    low, high = once.bounds
+    assert often.bounds(0.0) == pytest.approx(once.bounds(0.0))
+    low, high = once.bounds(0.0)
     # Hard braking, 8 m/s2 with a camera 1.65 m above the road, is within them.
     assert low < 10.0 - 8.0 / 1.65 and high > 10.0 + 8.0 / 1.65
 
@@ -29,7 +29,7 @@ def test_a_speed_over_an_unsure_time_is_unsure():
     speed_filter = SpeedFilter()
     speed_filter.add(10.0, 0.01)
     speed_filter.pass_time(0.1, unsure=0.04)
-    low, high = speed_filter.bounds
+    low, high = speed_filter.bounds(0.0)
     assert low <= 0.0 and high >= 20.0
 
 
@@ -37,7 +37,7 @@ def test_after_long_anything_may_be():
     speed_filter = SpeedFilter()
     speed_filter.add(10.0, 0.01)
     speed_filter.pass_time(60.0)
-    assert speed_filter.bounds == SpeedFilter().bounds
+    assert speed_filter.bounds(0.0) == SpeedFilter().bounds(0.0)
 
 
 def test_measurements_narrow_it():
@@ -62,8 +62,8 @@ def test_the_bounds_stay_within_what_vehicles_do(speed):
     speed_filter = SpeedFilter()
     speed_filter.add(speed, 0.01)
     speed_filter.pass_time(2.0)
-    low, high = speed_filter.bounds
-    anything = SpeedFilter().bounds
+    low, high = speed_filter.bounds(0.0)
+    anything = SpeedFilter().bounds(0.0)
     assert anything[0] <= low <= speed <= high <= anything[1]
     assert max(speed - low, high - speed) == pytest.approx(3.0 * speed_filter.deviation)
 
@@ -76,10 +76,17 @@ def test_what_no_vehicle_can_do_is_not_searched():
         speed_filter.add(7.4, 0.6 ** 2)
     speed_filter.pass_time(0.1)
     speed_filter.pass_time(0.1)
-    low, high = speed_filter.bounds
+    low, high = speed_filter.bounds(0.0)
     assert 7.4 - low < 18.0 * 0.2 and high - 7.4 < 18.0 * 0.2
     # Emergency braking, 9 m/s2, is found.
     assert low < 7.4 - 5.5 * 0.2
+
+
+def test_an_unsure_measurement_may_be_as_far_off_as_both_together():
+    """Not as far as one after the other: what is wrong would follow each time."""
+    speed_filter = SpeedFilter()
+    speed_filter.add(8.0, 0.3 ** 2)
+    assert speed_filter.bounds(0.4) == pytest.approx((8.0 - 3.0 * 0.5, 8.0 + 3.0 * 0.5))
 
 
 def test_a_first_speed_that_nothing_confirms_is_forgotten():
