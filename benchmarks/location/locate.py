@@ -3,7 +3,7 @@
 """
 How soon and how well drives are located on a road map, and how often wrongly.
 
-Takes half an hour and writes docs/measurements/locate.md. The results of each part are kept in
+Takes about an hour and writes docs/measurements/locate.md. The results of each part are kept in
 out/locate, so a stopped run continues where it was. ``--part NAME`` measures one part, ``--page``
 writes the page from the available results, ``--seeds N`` draws N times the noise. The part ``own``
 needs the odometry that benchmarks/location/odometry.py records into out/locate/odometry.
@@ -72,9 +72,10 @@ _INTRODUCTION = """
     This page shows how soon a drive is [located](../how-to/locate.md) on a road map without
     any prior, how exact the place then is, and how often a place is claimed that is wrong.
     With a known height of the camera, drives of several kilometres through a town are located
-    after 0.6 to 1.1 km, with an unknown one after 0.9 to 1.8 km, and drives of a kilometre often
+    after 0.6 to 0.9 km, with an unknown one after 0.6 to 1.4 km, and drives of a kilometre often
     not at all. From then on the place is a few metres off along the road. The tuning was chosen
     on random routes and on some of these drives, so their figures are not those of new drives.
+    The way varies with the random numbers, by some hundred metres and more.
 
     The map is an extract of Karlsruhe of about 22 km² with 255 km of road. *Located* is the way
     until a place is claimed, *claimed* the share of the whole way on which one is. The errors
@@ -104,8 +105,10 @@ _EVIDENCE_TEXT = """
     Parts of 1.5 km of the drives 00, 02, 08, 09 and 10, in both directions, with other noise for
     each: on the maps of another town and of mirrored towns nothing may be claimed, and on the map
     of Karlsruhe nothing that is more than 50 m off. A rotated map would not be another one: the
-    drive begins in any direction. What may be claimed was chosen without the drives that are
-    *held out*, 02 and 10. *Unknown* is a scale of 1.1 to 2.2 m per unit.
+    drive begins in any direction. When it was chosen what may be claimed, the runs on wrong maps
+    of the drives *held out*, 02 and 10, played no part; their runs on the right map were seen.
+    At most one run of 200 may have a wrong claim; fewer runs cannot show it. *Unknown* is a scale
+    of 1.1 to 2.2 m per unit.
     """
 _CODES_TEXT = """
     From the bare code of equal links alone, as `locate` reads it: links of 10 m in eight
