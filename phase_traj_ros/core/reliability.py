@@ -31,6 +31,8 @@ _MOST_UNRELIABLE = 0.05
 # A camera that repeats one picture for longer is frozen, and a distance that is not measured for
 # longer is unknown: a car may have braked by 8 m/s.
 _FROZEN_NS, _UNMEASURED_NS = 1_000_000_000, 1_000_000_000
+# A road on which another motion stands out more is unclear if that was so this time before, too.
+_UNCLEAR_NS = 1_000_000_000
 # A longer gap than this, and than this many usual intervals, is a lost part of the drive.
 _LOST_NS, _LOST_INTERVALS = 1_000_000_000, 2
 # Number of spans that are kept for each reason; then the closest ones are joined.
@@ -186,6 +188,7 @@ class ReliabilityMonitor:
         self._spans = {reason: _Spans() for reason in Reason}
         self._start_ns = self._newest_ns = self._new_picture_ns = self._judged_ns = 0
         self._measured_ns = 0
+        self._rivalled_ns: int | None = None
         self._usual_ns = 0
         self._same_stamps = 0
 
@@ -231,7 +234,9 @@ class ReliabilityMonitor:
         if contradicted:
             self._spans[Reason.DIRECTION_CONTRADICTS_HEADING].add(before, stamp_ns)
         if rivalled:
-            self._spans[Reason.ROAD_UNCLEAR].add(before, stamp_ns)
+            if self._rivalled_ns is not None and before - self._rivalled_ns < _UNCLEAR_NS:
+                self._spans[Reason.ROAD_UNCLEAR].add(before, stamp_ns)
+            self._rivalled_ns = stamp_ns
         if measured:
             self._measured_ns = stamp_ns
         elif stamp_ns - self._measured_ns > _UNMEASURED_NS:

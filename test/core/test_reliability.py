@@ -183,7 +183,8 @@ def test_a_direction_against_the_heading_is_a_span():
 
 def test_a_road_on_which_another_motion_stands_out_is_a_span():
     driven = Driven().add('trusted', 60).add('trusted', 0.1, rivalled=True).add('trusted', 60)
-    assert driven.monitor.verdict().of_drive.reliable
+    # One pair may be anything.
+    assert driven.monitor.verdict().of_drive.reliable and driven.spans == []
     for _ in range(20):
         driven.add('trusted', 0.6).add('trusted', 0.1, rivalled=True)
     assert driven.monitor.verdict().words == ('road_unclear',)
