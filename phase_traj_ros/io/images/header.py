@@ -3,9 +3,9 @@
 """
 Size of a JPEG or PNG image, read without decoding it.
 
-A few hundred bytes can claim an image of gigabytes, and older versions of OpenCV fill the missing
-part of a truncated JPEG with grey. So both are checked before decoding. Damage inside of a PNG is
-found by OpenCV itself.
+A few hundred bytes can claim an image, or a chunk of a PNG, of gigabytes, for which OpenCV takes
+the memory, and older versions of it fill the missing part of a truncated JPEG with grey. So all of
+this is checked before decoding. Damage inside of a PNG's chunk is found by OpenCV itself.
 
 Sources: ITU-T T.81 (JPEG), annex B; W3C PNG specification, clauses 5 and 11.
 """
@@ -59,6 +59,8 @@ def read_header(data: bytes) -> PictureHeader:
     # Only after the header: a preview in front of it has an end marker, too.
     if data.rfind(_JPEG_END if jpeg else _PNG_END, end) < 0:
         raise FrameError(f'the {name} picture is cut off (it has no end marker)')
+    if png and not _png_chunks_fit(data):
+        raise FrameError('the PNG picture is damaged (one of its chunks is longer than the rest)')
     return header
 
 
@@ -92,3 +94,14 @@ def _png_header(data: bytes) -> tuple[PictureHeader, int] | None:
     except (struct.error, KeyError):
         return None
     return (header, start + 25) if length == 13 and kind == b'IHDR' else None
+
+
+def _png_chunks_fit(data: bytes) -> bool:
+    """Return whether each chunk up to the end ends within the data."""
+    position = len(SIGNATURES[1])
+    while position + 12 <= len(data):
+        length, kind = struct.unpack_from('>I4s', data, position)
+        position += 12 + length
+        if kind == b'IEND':
+            return bool(position <= len(data))
+    return False

@@ -98,3 +98,14 @@ def test_pictures_that_cannot_be(data):
 def test_other_data(data, message):
     with pytest.raises(FrameError, match=message):
         read_header(data)
+
+
+def test_a_chunk_that_claims_gigabytes_is_refused_before_it_takes_memory():
+    good = picture_file('.png', (7, 5))
+    end = good.index(b'IEND') - 4
+    for length in (2 ** 29, 2 ** 31 - 1):
+        data = good[:end] + struct.pack('>I', length) + b'tEXt' + good[end:]
+        with pytest.raises(FrameError, match='chunks is longer'):
+            read_header(data)
+    comment = struct.pack('>I', 3) + b'tEXtabc' + struct.pack('>I', zlib.crc32(b'tEXtabc'))
+    assert decode_picture(good[:end] + comment + good[end:])[0].shape == (7, 5)
