@@ -304,10 +304,11 @@ def test_the_figure_of_two_frames_does_not_become_a_third(run, folder):
 
 
 def test_inspect_says_what_to_give(refused, folder, tmp_path):
-    (tmp_path / 'film.mp4').write_bytes(b'film')
-    assert 'film.mp4 is none: give two pictures' in refused('inspect', tmp_path / 'film.mp4')
-    assert 'pictures is none' in refused('inspect', folder, folder / '1.png')
-    assert 'the second one is missing' in refused('inspect', folder / '1.png')
+    film = tmp_path / 'film.mp4'
+    film.write_bytes(b'film')
+    assert 'film.mp4 is not a picture: give two pictures' in refused('inspect', film)
+    assert 'pictures is not a picture' in refused('inspect', folder, folder / '1.png')
+    assert 'the second picture is missing' in refused('inspect', folder / '1.png')
 
 
 @pytest.mark.parametrize('output', ['.', 'results', '../pictures/a'])

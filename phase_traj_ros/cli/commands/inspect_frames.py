@@ -65,7 +65,7 @@ def run(options: Namespace) -> None:
 
 def _require_picture(frame: Path | None) -> None:
     if frame is None or (frame.exists() and frame.suffix.lower() not in PICTURE_SUFFIXES):
-        what = 'the second one is missing' if frame is None else f'{frame} is none'
+        what = 'the second picture is missing' if frame is None else f'{frame} is not a picture'
         raise SourceError(
             f'{what}: give two pictures, A and B; ffmpeg -i FILM -ss SECONDS -frames:v 2 %d.png'
             ' takes them from a film')
