@@ -116,6 +116,11 @@ class _Turned:
         return self.passing is None or self.passing > _DRIVEN
 
     @property
+    def least(self) -> float:
+        """Return the least slide of the road in camera heights, by what the blocks show."""
+        return _NEAREST * (self.passing or 0.0) if self.drives else 0.0
+
+    @property
     def swings(self) -> bool:
         """Return whether the vehicle turns as only one that drives can."""
         return abs(self.yaw) > _TURNING * self.age
@@ -297,10 +302,17 @@ class RoadMeter:
         turned = _Turned(since.yaw, since.pitch, since.roll, nodding, since.age, passing)
         turn = rotation(turned.yaw, turned.pitch, turned.roll)
         patches = [look.patch(frame) for look in self._looks]
-        found = [
-            self._slid(look, look.patch.turned_back(look.fixed.removed(patch), turn), interval,
-                       turned)
-            for look, patch in zip(self._looks, patches)]
+        for look, patch in zip(self._looks, patches):
+            look.slide.compare(look.patch.turned_back(look.fixed.removed(patch), turn))
+        found = self._slides(interval, turned, self.speed_filter)
+        if found == [None] * len(found) and turned.least > 0.0:
+            # The road slides as it cannot at this speed, and all patches agree: the picture was
+            # frozen before, or the speed is wrong.
+            anywhere = self._slides(interval, turned, SpeedFilter())
+            sure = [each for each in anywhere if each is not None]
+            if len(sure) > 1 and len(self._agreeing(sure, sure[0])) == len(self._looks):
+                self.speed_filter.forget()
+                found = anywhere
         self._rivalled = passing is not None and turned.drives and all(
             look.rivals(each) for look, each in zip(self._looks, found))
         travel = self._judged([each for each in found if each is not None], interval, turned)
@@ -332,10 +344,7 @@ class RoadMeter:
         if not found:
             return None
         best = max(found, key=lambda each: each.score)
-        agreeing = [
-            each for each in found if abs(each.way - best.way) <= _DIFFER * math.hypot(
-                each.deviation, best.deviation,
-                2.0 * (each.middle - best.middle) * self._tilt.deviation * best.way)]
+        agreeing = self._agreeing(found, best)
         if len(agreeing) == 2 and best.way > _LEAST_SLIDE:
             self._compare(*agreeing)
             agreeing = [replace(
@@ -372,6 +381,13 @@ class RoadMeter:
             distance, variance + (swing ** 2 + tilt ** 2) * distance ** 2, TravelState.MEASURED,
             swing, tilt)
 
+    def _agreeing(self, found: list[_Found], best: _Found) -> list[_Found]:
+        """Return the slides that differ from the best one by no more than their errors."""
+        return [
+            each for each in found if abs(each.way - best.way) <= _DIFFER * math.hypot(
+                each.deviation, best.deviation,
+                2.0 * (each.middle - best.middle) * self._tilt.deviation * best.way)]
+
     def _compare(self, near: _Found, far: _Found) -> None:
         if near.raw <= 0.0 or far.raw <= 0.0:
             return
@@ -381,17 +397,22 @@ class RoadMeter:
             far.raw / near.raw, far.middle - near.middle,
             (nod ** 2 + 2.0 * (_PEAK * CELL) ** 2) / near.raw ** 2, assumed=self._assumed)
 
+    def _slides(
+        self, interval: float, turned: _Turned, speeds: SpeedFilter,
+    ) -> list[_Found | None]:
+        """Return the slide of each patch, None where none stands out."""
+        return [self._slid(look, interval, turned, speeds) for look in self._looks or ()]
+
     def _slid(
-        self, look: _Look, patch: NDArray[np.float32], interval: float, turned: _Turned,
+        self, look: _Look, interval: float, turned: _Turned, speeds: SpeedFilter,
     ) -> _Found | None:
-        look.slide.compare(patch)
         middle = look.patch.middle
         stretched = self._stretched(middle)
         deviation = math.hypot(_PEAK * CELL, (1.0 + middle * middle) * turned.nodding)
         given = self._since.given
         least, most = (
             (given + speed * interval) * stretched / CELL
-            for speed in self.speed_filter.bounds(deviation / interval))
+            for speed in speeds.bounds(deviation / interval))
         most = min(most, look.slide.most)
         if not turned.moves:
             least = min(least, -_FIXED_CELLS)
@@ -399,7 +420,7 @@ class RoadMeter:
         pattern = -(1.0 + middle * middle) * turned.pitch / CELL
         below, above = min(pattern, 0.0) - _FIXED_CELLS, max(pattern, 0.0) + _FIXED_CELLS
         # What slides is the road, even if such a pattern is stronger.
-        slowest = _NEAREST / CELL * (turned.passing or 0.0) if turned.drives else above
+        slowest = turned.least / CELL if turned.drives else above
         places = [(max(least, above, slowest), most), (least, min(most, below))]
         if turned.drives and turned.passing is not None and most > 0.0:
             del places[1]
