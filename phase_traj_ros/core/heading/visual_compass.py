@@ -358,12 +358,12 @@ class VisualCompass:
         self._learning.add_travel(motion.travel.slope, math.sqrt(motion.travel.slope_variance))
 
     def _adopt(self) -> None:
-        """Continue with the camera learned from the drive, if it differs."""
+        """Continue with the camera learned from the drive, if it differs or is known better."""
         self._learned = False
-        if self._learning is None or self._newest is None:
+        if self._learning is None or self._newest is None or self.camera is None:
             return
         before, lens = self._lens, Lens(estimate=self._learning.estimate)
-        if lens.is_close_to(before, self._newest.shape[1]):
+        if self.camera.settled and lens.is_close_to(before, self._newest.shape[1]):
             return
         self._lens = lens
         try:

@@ -121,11 +121,14 @@ class Odometer:
             covariance=_rows(covariance))
         return self._newest
 
-    def foresee(self, step: HeadingStep, travel: Travel, stamp_ns: int) -> Odometry | None:
+    def foresee(
+        self, step: HeadingStep, travel: Travel, stamp_ns: int, interval: float,
+    ) -> Odometry | None:
         """
         Return the odometry of a frame that is not measured; the next pair replaces it.
 
-        None if the newest pair has none. ``step`` and ``travel`` are those since the newest pair.
+        None if the newest pair has none. ``step`` and ``travel`` are those since the newest pair,
+        ``interval`` seconds before.
         """
         if self._newest is None:
             return None
@@ -138,7 +141,8 @@ class Odometer:
         return replace(
             self._newest, pose=tip, covariance=_rows(covariance),
             position_variance=self._newest.position_variance + travel.variance,
-            yaw_variance=float(covariance[_YAW, _YAW]))
+            yaw_variance=float(covariance[_YAW, _YAW]),
+            yaw_rate_variance=self._newest.yaw_rate_variance + (step.foreseen / interval) ** 2)
 
     def miss(self, step: HeadingStep, travel: Travel, interval: float) -> None:
         """

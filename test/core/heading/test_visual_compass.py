@@ -170,6 +170,17 @@ def test_a_lens_that_leaves_nothing_to_measure_is_not_taken():
     assert np.all(headings == follow(VisualCompass(usual), frames))
 
 
+def test_a_learned_camera_is_taken_even_if_it_is_what_was_guessed():
+    _, frames = turning('barrel')
+    guess = Lens(hfov_deg=75.0, assumed=True)
+    same = replace(FOUND, focal_px=guess.focal_for(480), column_px=0.0)
+    for learned, settled in ((same, True), (replace(same, focal_deviation=0.2), False)):
+        estimator = VisualCompass(guess, learning=_Told(learned))
+        assert np.isfinite(follow(estimator, frames)).all()
+        assert estimator.lens == Lens(estimate=learned)
+        assert estimator.camera.settled is settled
+
+
 @pytest.mark.parametrize('shape', [(0, 4), (40, 40, 3), (40,)])
 def test_what_is_no_frame(shape):
     with pytest.raises(FrameError, match='give grey frames'):
