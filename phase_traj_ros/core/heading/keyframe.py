@@ -11,6 +11,7 @@ their errors do not add up.
 """
 
 from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 from phase_traj_ros.core.heading.camera_motion import CameraMotion

@@ -12,6 +12,7 @@ import math
 
 from phase_traj_ros.core.heading.tuning import TUNING
 
+
 @dataclass(frozen=True, slots=True)
 class HeadingStep:
     """
