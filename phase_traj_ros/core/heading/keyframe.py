@@ -11,19 +11,13 @@ their errors do not add up.
 """
 
 from dataclasses import replace
-import math
 
 import numpy as np
 from numpy.typing import NDArray
-from phase_traj_ros.core.heading.camera_motion import CameraMotion, FocusOfExpansion
+from phase_traj_ros.core.heading.camera_motion import CameraMotion
+from phase_traj_ros.core.heading.focus_of_expansion import FocusOfExpansion, Mounting
 from phase_traj_ros.core.heading.local_shifts import BlockShifts
-from phase_traj_ros.core.heading.mounting import Mounting
-
-# A keyframe is replaced before the median ratio of the translation to the distance of the blocks
-# exceeds _BASELINE or the camera has turned by _TURNED radians, and after _LONGEST seconds. From
-# 0.03 to 0.15, the heading drifts less the longer the baseline, and fewer blocks agree: with 0.1,
-# 0.40 instead of 0.51 degrees per 100 m (0.06) on a real drive of 560 m.
-_BASELINE, _TURNED, _LONGEST = 0.1, math.radians(4.0), 0.5
+from phase_traj_ros.core.heading.tuning import TUNING
 
 
 class Keyframe:
@@ -38,7 +32,7 @@ class Keyframe:
         """Seconds since."""
         self.travel = self._begun = travel
         """Direction of travel at the newest frame."""
-        self._rotation = (0.0, 0.0, 0.0)
+        self._rotation, self._passing = (0.0, 0.0, 0.0), 0.0
 
     def foreseen(self, yaw_rate: float, mounting: Mounting) -> FocusOfExpansion:
         """
@@ -66,8 +60,8 @@ class Keyframe:
 
         ``passing`` is the median ratio of translation to distance of the blocks, per second.
         """
-        return (passing * (self.age + later) <= _BASELINE
-                and abs(self._rotation[0] + yaw_rate * later) <= _TURNED)
+        return (passing * (self.age + later) <= TUNING.baseline
+                and abs(self._rotation[0] + yaw_rate * later) <= TUNING.most_turned)
 
     def is_over(self, motion: CameraMotion, interval: float) -> bool:
         """
@@ -77,5 +71,6 @@ class Keyframe:
         far within one pair is therefore measured from frame to frame.
         """
         further = 1.0 + interval / self.age
-        return (further * motion.passing > _BASELINE or further * abs(motion.yaw) > _TURNED
-                or self.age >= _LONGEST)
+        return (further * motion.passing > TUNING.baseline
+                or further * abs(motion.yaw) > TUNING.most_turned
+                or self.age >= TUNING.longest_s)

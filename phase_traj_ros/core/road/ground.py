@@ -18,7 +18,7 @@ from phase_traj_ros.core.camera.horizon import Horizon
 from phase_traj_ros.core.camera.model import CameraModel, Sight
 from phase_traj_ros.core.correlation.phase_correlation import Frame
 from phase_traj_ros.core.correlation.windows import Window, window_2d
-from phase_traj_ros.core.road.tuning import ROAD
+from phase_traj_ros.core.road.tuning import TUNING
 
 CELL = 0.03
 """Side of a cell in camera heights: 5 cm for a camera 1.65 m above the road."""
@@ -38,21 +38,21 @@ def stretches(camera: CameraModel, horizon: Horizon) -> tuple[Stretch, ...]:
 
     The result is empty if too little of the road is visible.
     """
-    ahead = np.arange(ROAD.begins, ROAD.farthest, CELL)
+    ahead = np.arange(TUNING.begins, TUNING.farthest, CELL)
     sight = _seen(camera, horizon, np.zeros_like(ahead), ahead)
     rows = np.abs(np.diff(sight.rows))
-    sharp = sight.seen[1:] & sight.seen[:-1] & (rows > CELL / ROAD.coarsest)
+    sharp = sight.seen[1:] & sight.seen[:-1] & (rows > CELL / TUNING.coarsest)
     if not sharp.any():
         return ()
     first = int(sharp.argmax())
     after = np.flatnonzero(~sharp[first:])
     last = first + (int(after[0]) if after.size else len(sharp) - first)
     begin, length = float(ahead[first]), float(ahead[last] - ahead[first])
-    if length < ROAD.shortest:
+    if length < TUNING.shortest:
         return ()
     return (
-        Stretch(begin, begin + ROAD.near_ends * length),
-        Stretch(begin + ROAD.far_begins * length, begin + length))
+        Stretch(begin, begin + TUNING.near_ends * length),
+        Stretch(begin + TUNING.far_begins * length, begin + length))
 
 
 class GroundPatch:
@@ -85,7 +85,7 @@ class GroundPatch:
         """
         count = _even((stretch.end - stretch.begin) / CELL)
         self._ahead = stretch.begin + CELL * (np.arange(count)[::-1] + 0.5)
-        across = _even(2.0 * ROAD.half_width / CELL)
+        across = _even(2.0 * TUNING.half_width / CELL)
         self._aside = CELL * (np.arange(across) - (across - 1) / 2)
         sight = _seen(camera, horizon, *np.meshgrid(self._aside, self._ahead))
         columns, rows = sight.columns, sight.rows
@@ -97,7 +97,7 @@ class GroundPatch:
         self._to_road = np.array([
             [CELL, 0.0, self._aside[0]], [0.0, 0.0, 1.0], [0.0, -CELL, self._ahead[0]]])
         self._from_road = np.linalg.inv(self._to_road)
-        self._noise = np.float32(ROAD.noise_levels ** 2)
+        self._noise = np.float32(TUNING.noise_levels ** 2)
         self.window = self._weights(sight.seen, mask)
         """Weight of each cell, (M, N)."""
         total = float(self.window.sum())
@@ -119,8 +119,8 @@ class GroundPatch:
         contrast.
         """
         patch = np.asarray(self._taken(frame), np.float32)
-        patch -= _smoothed(patch, ROAD.mean_cells)
-        contrast = _smoothed(np.square(patch), ROAD.contrast_cells)
+        patch -= _smoothed(patch, TUNING.mean_cells)
+        contrast = _smoothed(np.square(patch), TUNING.contrast_cells)
         contrast += self._noise
         np.sqrt(contrast, out=contrast)
         patch /= contrast

@@ -5,7 +5,7 @@
 from dataclasses import dataclass
 
 from phase_traj_ros.core.road.speed_filter import SpeedFilter
-from phase_traj_ros.core.road.tuning import ROAD
+from phase_traj_ros.core.road.tuning import TUNING
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,22 +26,22 @@ class Turned:
     @property
     def moves(self) -> bool:
         """Return whether the vehicle moves, independent of the road."""
-        return self.passing is None or self.passing > ROAD.passing
+        return self.passing is None or self.passing > TUNING.passing
 
     @property
     def drives(self) -> bool:
         """Return whether the road must have slid, so that what has not is not the road."""
-        return self.passing is None or self.passing > ROAD.driven
+        return self.passing is None or self.passing > TUNING.driven
 
     @property
     def least(self) -> float:
         """Return the least slide of the road in camera heights, by what the blocks show."""
-        return ROAD.nearest * (self.passing or 0.0) if self.drives else 0.0
+        return TUNING.nearest * (self.passing or 0.0) if self.drives else 0.0
 
     @property
     def swings(self) -> bool:
         """Return whether the vehicle turns as only one that drives can."""
-        return abs(self.yaw) > ROAD.turning * self.age
+        return abs(self.yaw) > TUNING.turning * self.age
 
 
 @dataclass(slots=True)
@@ -75,8 +75,8 @@ class RoadKeyframe:
     def is_far(self, way: float, interval: float) -> bool:
         """Return whether a frame ``interval`` seconds later would be too far from this one."""
         further = 1.0 + interval / self.age
-        return (further * abs(way) > ROAD.baseline or self.age >= ROAD.longest
-                or abs(self.yaw) > ROAD.turned)
+        return (further * abs(way) > TUNING.baseline or self.age >= TUNING.longest
+                or abs(self.yaw) > TUNING.turned)
 
     def add(
         self, way: float, variance: float, speeds: SpeedFilter, interval: float,

@@ -12,7 +12,7 @@ from phase_traj_ros.core.road.fixed_pattern import FixedPattern
 from phase_traj_ros.core.road.ground import CELL, GroundPatch
 from phase_traj_ros.core.road.keyframe import Turned
 from phase_traj_ros.core.road.slide import Peak, Slide
-from phase_traj_ros.core.road.tuning import ROAD
+from phase_traj_ros.core.road.tuning import TUNING
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,7 +67,7 @@ class RoadLook:
 
     def deviation(self, turned: Turned) -> float:
         """Return the standard deviation of a slide in camera heights, apart from the tilt."""
-        return math.hypot(ROAD.peak_cells * CELL, self._swing * turned.nodding)
+        return math.hypot(TUNING.peak_cells * CELL, self._swing * turned.nodding)
 
     def find(
         self, least: float, most: float, turned: Turned, *, stretched: float,
@@ -87,12 +87,13 @@ class RoadLook:
         """
         least, most = least * stretched / CELL, min(most * stretched / CELL, self._slide.most)
         if not turned.moves:
-            least = min(least, -ROAD.fixed_cells)
+            least = min(least, -TUNING.fixed_cells)
         # Where the rotation takes a pattern that is fixed to the camera, and around it.
         pattern = -self._swing * turned.pitch / CELL
-        below, above = min(pattern, 0.0) - ROAD.fixed_cells, max(pattern, 0.0) + ROAD.fixed_cells
+        below = min(pattern, 0.0) - TUNING.fixed_cells
+        above = max(pattern, 0.0) + TUNING.fixed_cells
         peak = self._peak(least, most, below, above, turned)
-        if peak is None or peak.score < ROAD.stands_out:
+        if peak is None or peak.score < TUNING.stands_out:
             return None
         raw = peak.cells * CELL
         return RoadSlide(
@@ -102,8 +103,8 @@ class RoadLook:
     def is_rivalled(self, found: RoadSlide | None) -> bool:
         """Return whether another slide stands out, and more than the one that was found."""
         if found is None:
-            return self._slide.rival(None) > ROAD.stands_out
-        return self._slide.rival(found.raw / CELL) > max(ROAD.stands_out, found.score)
+            return self._slide.rival(None) > TUNING.stands_out
+        return self._slide.rival(found.raw / CELL) > max(TUNING.stands_out, found.score)
 
     def _peak(
         self, least: float, most: float, below: float, above: float, turned: Turned,
@@ -117,7 +118,7 @@ class RoadLook:
             places.append((least, min(most, below)))
         peaks = filter(None, [self._slide.peak(*place) for place in places])
         peak = max(peaks, key=lambda each: each.score, default=None)
-        if not turned.drives and (peak is None or peak.score < ROAD.stands_out):
+        if not turned.drives and (peak is None or peak.score < TUNING.stands_out):
             return self._slide.peak(least, most)
         return peak
 

@@ -26,7 +26,7 @@ from phase_traj_ros.core.road.look import RoadLook, RoadSlide
 from phase_traj_ros.core.road.speed_filter import SpeedFilter
 from phase_traj_ros.core.road.tilt import RoadTilt
 from phase_traj_ros.core.road.travel import Travel, TravelState
-from phase_traj_ros.core.road.tuning import ROAD
+from phase_traj_ros.core.road.tuning import TUNING
 
 
 class RoadMeter:
@@ -124,19 +124,19 @@ class RoadMeter:
             return self._standing(interval)
         if motion is not None:
             driven = self.speed_filter.speed * max(motion.age, interval)
-            if not self.speed_filter.known or driven > ROAD.least_slide:
+            if not self.speed_filter.known or driven > TUNING.least_slide:
                 self._tilt.add_travel(motion.travel.slope, motion.travel.slope_variance)
             self._key.turn(
                 motion.yaw, self._nodded(motion.pitch, interval), motion.roll, interval)
             # The blocks have another keyframe.
             share = min(self._key.age / motion.age, 1.0) if motion.age > 0.0 else 1.0
-            turned = self._key.turned(ROAD.nodding, share * motion.passing)
+            turned = self._key.turned(TUNING.nodding, share * motion.passing)
             return self._measure(
-                frame, interval, turned, turns=abs(motion.yaw) > ROAD.turning * interval)
+                frame, interval, turned, turns=abs(motion.yaw) > TUNING.turning * interval)
         if yaw is not None:
             self._key.turn(yaw, 0.0, 0.0, interval)
             return self._measure(
-                frame, interval, self._key.turned(ROAD.springs, None), turns=False)
+                frame, interval, self._key.turned(TUNING.springs, None), turns=False)
         self.start(frame)
         return self._bridged(interval, turns=False)
 
@@ -148,11 +148,11 @@ class RoadMeter:
 
         ``turns`` is whether the vehicle turns in it, as only one that drives can.
         """
-        if self._tilt.deviation > ROAD.sure:
+        if self._tilt.deviation > TUNING.sure:
             self._looks = None
         elif self._looks is None or (
                 self._key.age <= interval
-                and abs(self._tilt.mounting - self._assumed) > ROAD.remade):
+                and abs(self._tilt.mounting - self._assumed) > TUNING.remade):
             self._look_anew()
         if self._looks is None or self._kept is None:
             self.start(frame)
@@ -197,7 +197,7 @@ class RoadMeter:
 
     def _renew(self, frame: Frame, turned: Turned) -> None:
         """Make the newest frame the keyframe."""
-        moved_on = turned.drives or self._key.given > ROAD.learns
+        moved_on = turned.drives or self._key.given > TUNING.learns
         for look in self._looks or ():
             if moved_on:
                 look.learn()
@@ -211,7 +211,7 @@ class RoadMeter:
         The suspension oscillates. A pitch that continues for longer comes from a vertical curve of
         the road, which the vehicle follows, or from an error of the blocks.
         """
-        share = 1.0 - math.exp(-interval / ROAD.bends)
+        share = 1.0 - math.exp(-interval / TUNING.bends)
         self._bending += share * (pitch / interval - self._bending)
         return pitch - self._bending * interval
 
@@ -225,18 +225,18 @@ class RoadMeter:
             return None
         best = max(found, key=lambda each: each.score)
         agreeing = self._agreeing(found, best)
-        if len(agreeing) == 2 and best.way > ROAD.least_slide:
+        if len(agreeing) == 2 and best.way > TUNING.least_slide:
             self._compare(*agreeing)
             agreeing = [replace(
                 each, way=each.raw / self._stretched(each.middle)) for each in agreeing]
         if all(each.fixed for each in agreeing):
             if turned.moves:
                 # A slow vehicle, or a pattern that is fixed to the camera: a later frame tells.
-                self._key.over = self._key.age >= ROAD.longest
+                self._key.over = self._key.age >= TUNING.longest
                 return self._waiting(interval)
             stood = self.speed_filter.known and self.speed_filter.speed == 0.0
-            if stood or self._key.age >= ROAD.stands:
-                self._key.over = self._key.age >= ROAD.creeps
+            if stood or self._key.age >= TUNING.stands:
+                self._key.over = self._key.age >= TUNING.creeps
                 # A vehicle does not turn on the spot: the patch does not show the road.
                 return None if turned.swings else self._standing(interval)
         return self._travelled(agreeing, interval)
@@ -264,7 +264,7 @@ class RoadMeter:
     def _agreeing(self, found: list[RoadSlide], best: RoadSlide) -> list[RoadSlide]:
         """Return the slides that differ from the best one by no more than their errors."""
         return [
-            each for each in found if abs(each.way - best.way) <= ROAD.differ * math.hypot(
+            each for each in found if abs(each.way - best.way) <= TUNING.differ * math.hypot(
                 each.deviation, best.deviation,
                 2.0 * (each.middle - best.middle) * self._tilt.deviation * best.way)]
 
@@ -273,10 +273,10 @@ class RoadMeter:
         if near.raw <= 0.0 or far.raw <= 0.0:
             return
         # A change of the pitch moves the far road more than the near road, in the same direction.
-        nod = (far.middle ** 2 - near.middle ** 2) * ROAD.nodding
+        nod = (far.middle ** 2 - near.middle ** 2) * TUNING.nodding
         self._tilt.add_slides(
             far.raw / near.raw, far.middle - near.middle,
-            (nod ** 2 + 2.0 * (ROAD.peak_cells * CELL) ** 2) / near.raw ** 2,
+            (nod ** 2 + 2.0 * (TUNING.peak_cells * CELL) ** 2) / near.raw ** 2,
             assumed=self._assumed)
 
     def _stretched(self, middle: float) -> float:
@@ -295,14 +295,14 @@ class RoadMeter:
         self.speed_filter.stand()
         # A slower slide than this would not be seen while a keyframe is kept.
         return Travel(
-            0.0, (ROAD.peak_cells * CELL * interval / ROAD.creeps) ** 2, TravelState.STANDING)
+            0.0, (TUNING.peak_cells * CELL * interval / TUNING.creeps) ** 2, TravelState.STANDING)
 
     def _bridged(self, interval: float, *, turns: bool) -> Travel:
         off = self.speed_filter.deviation * interval
         # A turning vehicle moves, even if it was standing when it was last measured.
         if not self.speed_filter.known or (turns and self.speed_filter.speed == 0.0):
             return Travel(1.0, off ** 2, TravelState.UNKNOWN)
-        way = self.speed_filter.speed * min(interval, ROAD.holds)
+        way = self.speed_filter.speed * min(interval, TUNING.holds)
         if self.speed_filter.lost:
             # The drawn path continues with the last speed, but this is not a distance.
             return Travel(way, off ** 2, TravelState.UNKNOWN)
@@ -322,7 +322,7 @@ class RoadMeter:
                         mask=self._mask)
             for stretch in stretches(self._camera, horizon)]
         self._looks = tuple(
-            RoadLook(patch) for patch in patches if patch.share > ROAD.least_seen)
+            RoadLook(patch) for patch in patches if patch.share > TUNING.least_seen)
         if self._kept is not None:
             for look in self._looks:
                 look.look(self._kept)

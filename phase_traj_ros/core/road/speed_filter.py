@@ -4,7 +4,7 @@
 
 import math
 
-from phase_traj_ros.core.road.tuning import ROAD
+from phase_traj_ros.core.road.tuning import TUNING
 
 
 class SpeedFilter:
@@ -18,7 +18,7 @@ class SpeedFilter:
         """Forget the speed."""
         self.speed = 0.0
         """Speed in camera heights per second."""
-        self.deviation = ROAD.any_speed
+        self.deviation = TUNING.any_speed
         """Its standard deviation."""
         self.known = False
         """Whether a speed has been measured since."""
@@ -32,29 +32,29 @@ class SpeedFilter:
         """
         if self._unconfirmed is not None:
             self._unconfirmed += interval
-            if self._unconfirmed > ROAD.confirmed + interval:
+            if self._unconfirmed > TUNING.confirmed + interval:
                 self.forget()
         # The acceleration is not random: it may continue for a whole gap.
-        grown = self.deviation + ROAD.acceleration * interval
-        self.deviation = min(math.hypot(grown, self.speed * unsure / interval), ROAD.any_speed)
+        grown = self.deviation + TUNING.acceleration * interval
+        self.deviation = min(math.hypot(grown, self.speed * unsure / interval), TUNING.any_speed)
 
     @property
     def lost(self) -> bool:
         """Return whether the speed is unknown: never measured, or too long ago."""
-        return not self.known or self.deviation >= ROAD.any_speed
+        return not self.known or self.deviation >= TUNING.any_speed
 
     def bounds(self, deviation: float) -> tuple[float, float]:
         """Return the limits between which a speed is measured, with this standard deviation."""
         if self.lost:
-            return -ROAD.backwards, ROAD.fastest
-        off = ROAD.gate * math.hypot(self.deviation, deviation)
-        return max(self.speed - off, -ROAD.backwards), min(self.speed + off, ROAD.fastest)
+            return -TUNING.backwards, TUNING.fastest
+        off = TUNING.gate * math.hypot(self.deviation, deviation)
+        return max(self.speed - off, -TUNING.backwards), min(self.speed + off, TUNING.fastest)
 
     def add(self, speed: float, variance: float) -> None:
         """Add a measured speed."""
         if not self.known:
             # Of two frames a moment apart, the noise of a peak is a speed beyond all bounds.
-            self.speed = min(max(speed, -ROAD.backwards), ROAD.fastest)
+            self.speed = min(max(speed, -TUNING.backwards), TUNING.fastest)
             self.deviation, self.known = math.sqrt(variance), True
             self._unconfirmed = 0.0
             return

@@ -135,4 +135,4 @@ class RoadTuning:
     """...the time in seconds for which it is correlated."""
 
 
-ROAD = RoadTuning()
+TUNING = RoadTuning()
