@@ -52,6 +52,7 @@ class RoadKeyframe:
     yaw: float = 0.0
     pitch: float = 0.0
     roll: float = 0.0
+    passing: float = 0.0
     given: float = 0.0
     """Sum of the distances of the pairs since."""
     variance: float = 0.0
@@ -61,8 +62,11 @@ class RoadKeyframe:
     over: bool = False
     """Whether the newest frame becomes the keyframe."""
 
-    def turn(self, yaw: float, pitch: float, roll: float, interval: float) -> None:
-        """Add the rotation of a pair."""
+    def turn(
+        self, yaw: float, pitch: float, roll: float, interval: float, passed: float = 0.0,
+    ) -> None:
+        """Add the rotation of a pair, and its ratio of translation to distance."""
+        self.passing += passed
         self.yaw += yaw
         self.pitch += pitch
         self.roll += roll

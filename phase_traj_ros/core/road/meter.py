@@ -127,10 +127,9 @@ class RoadMeter:
             if not self.speed_filter.known or driven > TUNING.least_slide:
                 self._tilt.add_travel(motion.travel.slope, motion.travel.slope_variance)
             self._key.turn(
-                motion.yaw, self._nodded(motion.pitch, interval), motion.roll, interval)
-            # The blocks have another keyframe.
-            share = min(self._key.age / motion.age, 1.0) if motion.age > 0.0 else 1.0
-            turned = self._key.turned(TUNING.nodding, share * motion.passing)
+                motion.yaw, self._nodded(motion.pitch, interval), motion.roll, interval,
+                motion.passed)
+            turned = self._key.turned(TUNING.nodding, self._key.passing)
             return self._measure(
                 frame, interval, turned, turns=abs(motion.yaw) > TUNING.turning * interval)
         if yaw is not None:
