@@ -152,7 +152,10 @@ class MotionFit:
         # The variance of an M-estimate: its scores scatter as the blocks do, and an outlier, which
         # has a small weight, adds little to them (Huber and Ronchetti, "Robust Statistics", 6.3).
         scores = (known[:_ERROR] * (factor * known[_ERROR])).sum(axis=1)
-        of_yaw = inverse[_YAW]
+        # Their derivative is smaller than the weights, as these fall with the errors.
+        falling = (1.0 - forwards * error / variance) / (1.0 + error / variance)
+        kept = max(float((robust * falling).sum() / robust.sum()), TUNING.least_kept)
+        of_yaw = cv2.invert(kept * normal[:, :_ERROR] + np.diag(trust))[1][_YAW]
         yaw_variance = float(np.square(of_yaw @ scores).sum() + variance * of_yaw ** 2 @ trust)
         return CameraMotion(
             yaw=float(state[_YAW]), pitch=float(state[_PITCH]), roll=float(state[_ROLL]),

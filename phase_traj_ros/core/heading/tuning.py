@@ -56,6 +56,9 @@ class HeadingTuning:
     """Prior standard deviation of the translation divided by the distance of a block."""
     outlier_deviations: float = 3.0
     """A block that differs from the motion by more standard deviations does not agree with it."""
+    least_kept: float = 0.5
+    """Least derivative of the scores, relative to their weights, for the variance of the yaw: that
+    of normal errors of the expected size. Larger ones are those of the model, near by."""
     settled_share: float = 0.8
     """Unless this share of the blocks agrees, the fit starts again from those ahead: traffic
     beside a fast vehicle moves as the distance would in a turn."""

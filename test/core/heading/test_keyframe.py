@@ -5,6 +5,7 @@
 from functools import cache
 import math
 
+import cv2
 import numpy as np
 from phase_traj_ros.core import (
     CameraModel,
@@ -62,6 +63,15 @@ def test_the_variance_of_the_yaw_is_that_of_the_way_and_not_of_the_frames():
     claimed = [sum(update.heading.variance for update in driven(every)[1]) for every in (1, 6)]
     assert claimed[0] == pytest.approx(claimed[1], rel=1.0)
     assert min(update.heading.variance for update in driven(1)[1]) > 0.0
+
+
+def test_one_search_for_the_blocks_is_enough_where_they_agree(monkeypatch):
+    searches, search = [], cv2.calcOpticalFlowPyrLK
+    monkeypatch.setattr(
+        cv2, 'calcOpticalFlowPyrLK', lambda *those, **named: searches.append(1) or search(
+            *those, **named))
+    measured = [update for update in driven(3)[1] if update.heading.foreseen == 0.0]
+    assert len(measured) <= len(searches) < 1.1 * len(measured)
 
 
 def motion(yaw, passing):

@@ -171,6 +171,25 @@ def test_a_lens_that_leaves_nothing_to_measure_is_not_taken():
     assert np.all(headings == follow(VisualCompass(usual), frames))
 
 
+def test_a_camera_is_learned_once_a_turn_has_told():
+    learning = _Told(FOUND)
+    estimator = VisualCompass(Lens(hfov_deg=75.0, assumed=True), learning=learning)
+    assert estimator.learned == FOUND
+    learning.turns = 0
+    assert estimator.learned is None
+    assert VisualCompass(Lens(hfov_deg=75.0)).learned is None
+
+
+def test_a_cut_ends_the_rate_and_keeps_the_heading():
+    camera, frames = turning('barrel')
+    estimator = VisualCompass(Lens(camera=camera))
+    heading = follow(estimator, frames[:6])[-1]
+    assert estimator.tracker.rate > 0.1
+    estimator.cut()
+    assert estimator.tracker.rate == 0.0
+    assert math.degrees(estimator.tracker.heading) == heading > 5.0
+
+
 def test_a_learned_camera_is_taken_even_if_it_is_what_was_guessed():
     _, frames = turning('barrel')
     guess = Lens(hfov_deg=75.0, assumed=True)
