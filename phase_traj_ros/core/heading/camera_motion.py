@@ -54,6 +54,8 @@ class CameraMotion:
     """Median q of the blocks: translation of the camera divided by their distance."""
     age: float = 0.0
     """Seconds from the keyframe, from which ``travel`` and ``passing`` are measured."""
+    passed: float = 0.0
+    """``passing`` of the newest pair alone."""
 
 
 class MotionFit:

@@ -46,13 +46,18 @@ class Keyframe:
 
     def pair(self, motion: CameraMotion, blocks: BlockShifts) -> CameraMotion:
         """Add the motion since this frame; return it with the rotation of the newest pair."""
-        seen = blocks.weight > 0.0
+        last, seen = self.moved.copy(), blocks.weight > 0.0
         for column, moved in enumerate((blocks.dx, blocks.dy)):
             self.moved[:, column] = np.where(seen, moved, np.median(moved[seen]))
+        # By how far the blocks moved, not by its time: the vehicle may have stopped meanwhile.
+        far, newest = (float(np.median(np.hypot(*each.T))) for each in (
+            self.moved, self.moved - last))
+        share = newest / far if far > newest else 1.0
         before, self._rotation = self._rotation, (motion.yaw, motion.pitch, motion.roll)
         self.travel = motion.travel
         yaw, pitch, roll = (after - last for after, last in zip(self._rotation, before))
-        return replace(motion, yaw=yaw, pitch=pitch, roll=roll, age=self.age)
+        return replace(motion, yaw=yaw, pitch=pitch, roll=roll, age=self.age,
+                       passed=share * motion.passing)
 
     def reaches(self, passing: float, yaw_rate: float, later: float) -> bool:
         """

@@ -86,6 +86,8 @@ def test_the_yaws_since_a_keyframe_add_up_to_the_last_one():
     yaws = (0.01, 0.025, 0.02)
     pairs = [key.pair(motion(yaw, 0.01), blocks) for yaw in yaws]
     assert np.cumsum([pair.yaw for pair in pairs]) == pytest.approx(yaws)
+    # The blocks have not moved in the second and the third pair: the vehicle stopped meanwhile.
+    assert [pair.passed for pair in pairs] == [0.01, 0.0, 0.0]
     # A block that is not seen is expected where the others are.
     assert key.moved[:, 0].tolist() == [1.0, 2.0, 1.5]
 
@@ -100,7 +102,7 @@ def test_a_keyframe_is_over_when_the_image_has_moved(yaw, passing, age, over):
 
 
 def test_a_vehicle_that_moves_far_in_each_pair_is_measured_from_frame_to_frame():
-    for yaw, passing in ((0.0, 0.05), (0.05, 0.001)):
+    for yaw, passing in ((0.0, 0.08), (0.05, 0.001)):
         key = Keyframe(np.zeros((8, 8), np.uint8), 3, FocusOfExpansion())
         key.age = 0.1
         # From this frame, the next one would be too far.
