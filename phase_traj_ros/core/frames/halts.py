@@ -16,7 +16,6 @@ from phase_traj_ros.core.correlation.view import reduced
 from phase_traj_ros.core.frames.tuning import TUNING
 
 
-
 class HaltDetector:
     """Recognises the repeated pictures of a video, once its motion has halted and gone on."""
 

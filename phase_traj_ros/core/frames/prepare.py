@@ -9,7 +9,6 @@ from phase_traj_ros.core.correlation.phase_correlation import check_frame, Frame
 from phase_traj_ros.core.frames.tuning import TUNING
 
 
-
 def prepare(frame: Frame) -> NDArray[np.uint8]:
     """
     Return a frame in 8 bits, (H, W), which does not change if the caller changes the frame.

@@ -17,7 +17,6 @@ from phase_traj_ros.core.frames.halts import HaltDetector, squares
 from phase_traj_ros.core.frames.tuning import TUNING
 
 
-
 class RepeatDetector:
     """Keeps the newest frame that was used, and recognises its repetitions."""
 
