@@ -15,9 +15,9 @@ import math
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from phase_traj_ros.core.calibration.tuning import TUNING
 from phase_traj_ros.core.correlation.phase_correlation import Frame
 from phase_traj_ros.core.correlation.view import reduced
-from phase_traj_ros.core.calibration.tuning import TUNING
 
 Bytes = NDArray[np.uint8]
 Places = NDArray[np.float32]
