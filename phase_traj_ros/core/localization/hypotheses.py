@@ -11,6 +11,7 @@ from phase_traj_ros.core.localization.settings import LocatorSettings
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
+Flags = NDArray[np.bool_]
 Complexes = NDArray[np.complex128]
 
 
@@ -21,10 +22,11 @@ class Hypotheses:
 
     piece, offset
         The directed piece of road, and the metres from its start.
-    log_scale
-        Natural logarithm of the metres per unit of the odometry.
-    told_scale, told_m
-        Its mean since the first turn, and over how many metres; negative before the first turn.
+    log_scale, scale_variance
+        Natural logarithm of the metres per unit of the odometry, and its variance, given the way
+        so far.
+    turns
+        Whether the way has a turn: before, nothing tells the scale, as the start may be anywhere.
     turned, variance
         Rotation from the axes of the odometry to those of the map, in radians, and its variance.
     trail
@@ -36,8 +38,8 @@ class Hypotheses:
     piece: Ints
     offset: Floats
     log_scale: Floats
-    told_scale: Floats
-    told_m: Floats
+    scale_variance: Floats
+    turns: Flags
     turned: Floats
     variance: Floats
     trail: Complexes
