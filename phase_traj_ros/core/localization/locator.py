@@ -27,6 +27,8 @@ from phase_traj_ros.core.localization.window import Odometer, Stride
 
 # Hypotheses on each piece of road at the start, and at least as many while no place leads.
 _PER_PIECE = 2
+# Most hypotheses on each piece, all together: fewer would miss the right place at its first bend.
+_MOST_PER_PIECE = 3
 # Strides within which a U-turn is one, and how much it may differ from half a circle.
 _U_TURN_STRIDES, _U_TURN = 7, math.radians(30.0)
 # Probability of being on no road above which a vehicle may come back to one.
@@ -106,7 +108,7 @@ class MapLocator:
     def _follow(self, stride: Stride) -> None:
         """Move and judge the hypotheses by a stride."""
         settings, metres = self._settings, stride.distance * self._scale.middle
-        most = settings.most_hypotheses
+        most = max(settings.most_hypotheses, _MOST_PER_PIECE * len(self._roads))
         self._way += metres
         self._null.follow(stride, metres)
         them = self._motion.advance(self._them, stride, most, self._rng)
@@ -117,7 +119,8 @@ class MapLocator:
         them = resampled(them, most, self._rng)
         copies = self._scales.after(them, stride, metres)
         if copies > 1:
-            budget = settings.fewest_hypotheses if self._claim.leads else most
+            budget = (
+                settings.fewest_hypotheses if self._claim.leads else settings.most_hypotheses)
             self._them = self._split(resampled(them, budget // copies, self._rng), budget)
         else:
             self._them = self._split(them, self._fewest())

@@ -125,7 +125,7 @@ def _stratified(count: int, rng: np.random.Generator) -> Floats:
 
     Hypotheses that were split are neighbours.
     """
-    share: Floats = (np.arange(count) * _GOLDEN + rng.random()) % 1.0
+    share: Floats = (np.arange(count, dtype=np.float64) * _GOLDEN + rng.random()) % 1.0
     return _normal_quantile(share)
 
 
