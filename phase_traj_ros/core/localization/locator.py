@@ -121,7 +121,7 @@ class MapLocator:
         if copies > 1:
             budget = (
                 settings.fewest_hypotheses if self._claim.leads else settings.most_hypotheses)
-            self._them = self._split(resampled(them, budget // copies, self._rng), budget)
+            self._them = self._split(resampled(them, max(budget // copies, 1), self._rng), budget)
         else:
             self._them = self._split(them, self._fewest())
         if self._claim.leads:

@@ -66,8 +66,9 @@ class Scales:
         """
         Widen the scales at the end of a turn; return how many copies cover each, 1 elsewhere.
 
-        Where in the turn a hypothesis was does not matter to the way before it. At the first turn,
-        nothing is known of the scale: the start may be anywhere.
+        The place of a turn errs by some metres, for lanes and cut corners, so the way since the
+        last one told less than its noise says. The way to the first one told nothing: it may have
+        begun anywhere.
         """
         settings = self._settings
         self._since += metres
