@@ -11,7 +11,6 @@ from phase_traj_ros.core.localization.settings import LocatorSettings
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
-Flags = NDArray[np.bool_]
 Complexes = NDArray[np.complex128]
 
 
@@ -25,8 +24,8 @@ class Hypotheses:
     log_scale, scale_variance
         Natural logarithm of the metres per unit of the odometry, and its variance, given the way
         so far.
-    turns
-        Whether the way has a turn: before, nothing tells the scale, as the start may be anywhere.
+    known_variance
+        The variance at the last turn; infinite before the first one.
     turned, variance
         Rotation from the axes of the odometry to those of the map, in radians, and its variance.
     trail
@@ -39,7 +38,7 @@ class Hypotheses:
     offset: Floats
     log_scale: Floats
     scale_variance: Floats
-    turns: Flags
+    known_variance: Floats
     turned: Floats
     variance: Floats
     trail: Complexes

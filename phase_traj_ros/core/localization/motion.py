@@ -56,7 +56,7 @@ class Motion:
         trail[:, -1] = places_on(self._roads, piece, offset)
         noise = settings.heading_noise ** 2 * share + stride.yaw_variance
         return Hypotheses(
-            piece, offset, log_scale[parent], scale_variance[parent], them.turns[parent],
+            piece, offset, log_scale[parent], scale_variance[parent], them.known_variance[parent],
             them.turned[parent], them.variance[parent] + noise, trail, log_weight)
 
     def _drifted(
@@ -65,7 +65,7 @@ class Motion:
         """Return scales and variances after a drift that keeps the spread of the prior."""
         middle, spread = math.log(self._scale.middle), spread_of(self._scale)
         noise = self._settings.scale_noise * math.sqrt(share)
-        kept = math.sqrt(max(1.0 - (noise / spread) ** 2, 0.0)) if spread > 0.0 else 0.0
+        kept = math.sqrt(max(1.0 - (noise / spread) ** 2, 0.0))
         noise = min(noise, spread)
         return middle + kept * (log_scale - middle), kept ** 2 * variance + noise ** 2
 

@@ -28,6 +28,9 @@ _UNKNOWN_HEADING = math.radians(60.0)
 
 # A turn is over when the chord bends less than this; it was one if it turned by so much in all.
 _STRAIGHT, _TURN = math.radians(12.0), math.radians(40.0)
+_HUNDRED_M = 100.0
+# A scale that is given exactly has this deviation.
+_LEAST_SPREAD = 1e-6
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,13 +81,15 @@ class Scales:
         turned, self._turned = abs(self._turned), 0.0
         if turned < _TURN or not len(them):
             return 1
-        error = (settings.turn_m / max(self._since, settings.turn_m)) ** 2
+        noise = settings.position_noise_m ** 2 * self._since / _HUNDRED_M
+        share = noise / (noise + settings.turn_m ** 2)
         self._since = 0.0
-        them.log_scale = np.where(them.turns, them.log_scale, self.middle)
-        them.scale_variance = np.where(
-            them.turns, np.minimum(them.scale_variance + error, self.spread ** 2),
-            self.spread ** 2)
-        them.turns = np.ones(len(them), bool)
+        first = np.isinf(them.known_variance)
+        told = np.maximum(1.0 / them.scale_variance - 1.0 / them.known_variance, 0.0)
+        known = np.where(first, self.spread ** 2, them.known_variance)
+        them.log_scale = np.where(first, self.middle, them.log_scale)
+        them.scale_variance = known / (1.0 + np.where(first, 0.0, share * told) * known)
+        them.known_variance = them.scale_variance
         deviation = math.sqrt(float(np.median(them.scale_variance)))
         return max(round(deviation / settings.merge_scale), 1)
 
@@ -151,7 +156,7 @@ class Seeding:
             them.turned[:] = pose.turned + pose.deviation * self._rng.standard_normal(len(near))
             them.variance[:] = settings.start_heading ** 2
         them.log_scale[:], them.scale_variance[:] = pose.log_scale, pose.scale_deviation ** 2
-        them.turns[:] = True
+        them.known_variance[:] = them.scale_variance
         return self.retraced(them, odometer)
 
     def _on(self, piece: Ints, odometer: Odometer, log_total: float) -> Hypotheses:
@@ -160,7 +165,7 @@ class Seeding:
         turned = roads.direction[piece] - odometer.heading
         them = Hypotheses(
             piece, offset, np.full(count, self._scales.middle),
-            np.full(count, self._scales.spread ** 2), np.zeros(count, bool), turned,
+            np.full(count, self._scales.spread ** 2), np.full(count, np.inf), turned,
             np.full(count, self._settings.start_heading ** 2),
             np.empty((count, 0), np.complex128), self._log_chance[piece])
         them.log_weight = them.log_weight + (log_total - them.log_total)
@@ -176,4 +181,4 @@ class Seeding:
 
 def spread_of(scale: ScaleRange) -> float:
     """Return the standard deviation of the logarithm of the scale."""
-    return scale.half_width / 1.96
+    return max(scale.half_width / 1.96, _LEAST_SPREAD)

@@ -95,7 +95,7 @@ class LocatorSettings:
     claim_turned: float = 2 * math.pi
     """...nothing is claimed before turns of this angle in all: any road may be straight."""
 
-    lost_nats: float = 4.0
+    lost_nats: float = 6.0
     """Fall of the evidence after which the vehicle counts as off the roads of the map..."""
     lost_within_m: float = 60.0
     """...within this distance."""
