@@ -357,7 +357,7 @@ class TrajectoryEstimator:
         step = self._coder.code(PairStatus.OK, 0.0, ahead, interval_ns * 1e-9)
         share = waited_ns / newest.interval_ns
         travel = newest.travel and newest.travel.part(share * newest.travel.distance, share)
-        odometry = self._route.foresee(step, ahead.step, travel, stamp_ns)
+        odometry = self._route.foresee(step, ahead.step, travel, stamp_ns, waited_ns)
         before, self._foreseen = self._foreseen, replace(
             newest, pair=self._frames - 2, stamp_ns=stamp_ns, interval_ns=waited_ns,
             shift=ahead.shift, step=step, status=PairStatus.OK.coded(step), tip=self._tip,

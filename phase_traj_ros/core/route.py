@@ -103,11 +103,13 @@ class Route:
 
     def foresee(
         self, step: Step, heading: HeadingStep, travel: Travel | None, stamp_ns: int,
+        interval_ns: int,
     ) -> Odometry | None:
         """
         Move on to a frame that is not measured, and return its odometry.
 
-        ``heading`` and ``travel`` are those since the newest pair; the next one replaces them.
+        ``heading`` and ``travel`` are those since the newest pair, ``interval_ns`` before; the
+        next one replaces them.
         """
         if step.appended:
             self._chain_path.append(step.direction, stamp_ns)
@@ -115,7 +117,7 @@ class Route:
             return None
         self.way.foresee(travel)
         if self._odometer is not None:
-            return self._odometer.foresee(heading, travel, stamp_ns)
+            return self._odometer.foresee(heading, travel, stamp_ns, interval_ns * 1e-9)
         if self._heading_path is not None:
             self._heading_path.foresee(heading.heading, heading.yaw, travel.distance, stamp_ns)
         return None

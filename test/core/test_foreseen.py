@@ -233,3 +233,22 @@ def test_a_scanline_tells_a_shift_from_driving_ahead():
     assert line.moved_aside(turned, 0.0) == pytest.approx(2 * scale, abs=0.4)
     assert line.moved_aside(turned, 2 * scale) == pytest.approx(0.0, abs=0.3)
     assert line.moved_aside(np.zeros_like(frames[0]), 0.0) is None
+
+
+def test_the_variance_of_a_rate_holds_for_frames_that_are_foreseen():
+    drive, _ = corner()
+    _, updates = driven()
+    yaw, times = np.unwrap(drive.poses[:, 2]), drive.stamps_ns * 1e-9
+    errors, last = [], 0
+    for update in updates:
+        # The rate of a foreseen frame is that since the newest one that was measured.
+        now = update.pair + 1
+        true = (yaw[now] - yaw[last]) / (times[now] - times[last])
+        if update.heading.foreseen > 0.0:
+            errors.append((update.odometry.yaw_rate - true) / math.sqrt(
+                update.odometry.yaw_rate_variance))
+        else:
+            last = now
+    assert len(errors) > 50
+    assert 0.1 < np.mean(np.square(errors)) < 2.0
+    assert np.max(np.abs(errors)) < 5.0

@@ -67,6 +67,9 @@ class SelfCalibration:
         """Make an estimator before the first frame; pixels with ``mask`` (H, W) 0 are ignored."""
         self._follower = TurnFollower(mask=mask)
         self._shape: tuple[int, int] | None = None
+        # First and last stamp of all frames.
+        self._seen_ns: tuple[int, int] | None = None
+        self._again = False
         self.forget()
 
     def forget(self) -> None:
@@ -95,6 +98,19 @@ class SelfCalibration:
         """Do not track points from the last frame to the next; the estimate is kept."""
         self._follower.cut()
 
+    def see(self, stamp_ns: int) -> None:
+        """
+        Record the stamp of the newest frame.
+
+        A recording that is repeated, such as a bag in a loop, is no new evidence: while the stamps
+        are within those before, nothing is learned.
+        """
+        first, last = self._seen_ns or (stamp_ns, stamp_ns - 1)
+        again, self._again = self._again, first <= stamp_ns <= last
+        self._seen_ns = min(first, stamp_ns), max(last, stamp_ns)
+        if self._again and not again:
+            self._follower.cut()
+
     def update(self, frame: Frame, shift_px: float, interval: float) -> bool:
         """
         Add the next frame; return whether the estimate has changed.
@@ -110,6 +126,8 @@ class SelfCalibration:
             Seconds since the last frame; 0 for the first.
 
         """
+        if self._again:
+            return False
         shape = (frame.shape[0], frame.shape[1])
         if shape != self._shape:
             self._shape = shape
@@ -132,12 +150,16 @@ class SelfCalibration:
             The angle is not finite, or the focal length is not a finite number above 0.
 
         """
+        if self._again:
+            return
         width = 1 if self._shape is None else self._shape[1]
         self._angles.add(angle_deg, focal=focal_px / width)
         self._estimate = None
 
     def add_travel(self, slope: float, deviation: float) -> None:
         """Add the direction of travel on a straight; see ``HorizonEstimator.add_travel``."""
+        if self._again:
+            return
         self._horizon.add_travel(slope, deviation)
         self._estimate = None
 

@@ -1,40 +1,182 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
 """
-Bends, which include those that are too small for a turn.
+Detects the bends of the way to one side.
 
-With a field of view that is too narrow, turns are measured too small, so some are taken for bends.
+A bend is a part of the way in which the heading changes steadily to one side. It is found with a
+cumulative sum (Page, "Continuous inspection schemes", 1954): of the change of the heading, less
+what it would be in the gentlest bend. A bend starts where this sum is lowest, and ends where it is
+highest. A straight, or a bend to the other side, that is longer than a dip ends it. A dip is
+shorter than the way in which the bend itself turns by 10 degrees.
 """
 
-from collections.abc import Iterable
+from collections import deque
+from dataclasses import dataclass, replace
+import math
 
-from phase_traj_ros.core.camera.in_use import CameraInUse
-from phase_traj_ros.core.heading.turns import MIN_ANGLE_DEG, Turn
-
-_LEAST_DEG = 20.0
+from phase_traj_ros.core.heading.tuning import TUNING
 
 
-class Bends:
-    """Keeps the widest bend of 20 degrees or more."""
+@dataclass(frozen=True, slots=True)
+class Place:
+    """A frame: its heading in degrees, and the way to it in heights of the camera."""
 
-    def __init__(self) -> None:
-        """Start without bends."""
-        self._widest_deg = 0.0
+    frame: int
+    stamp_ns: int
+    heading: float
+    way: float
 
-    def may_be_turns(self, camera: CameraInUse) -> bool:
-        """Return whether a bend may have been a turn, within the uncertainty of the camera."""
-        return self._widest_deg * camera.most_angle >= MIN_ANGLE_DEG
+    def scaled(self, factor: float) -> 'Place':
+        """Return the place with its heading multiplied by a factor."""
+        return replace(self, heading=factor * self.heading)
 
-    def update(self, ended: Iterable[Turn]) -> list[float]:
-        """Add ended bends, and return the angles in degrees of those that are large enough."""
-        angles = [bend.angle_deg for bend in ended if abs(bend.angle_deg) >= _LEAST_DEG]
-        self._widest_deg = max([self._widest_deg, *map(abs, angles)])
-        return angles
 
-    def restart(self) -> None:
-        """Start again without any bends: a recording that is repeated adds no evidence."""
-        self._widest_deg = 0.0
+@dataclass(frozen=True, slots=True)
+class Bend:
+    """A bend from one place to another; angles are in degrees, positive to the left (REP 103)."""
+
+    first: Place
+    end: Place
+    peak_rate: float
+    """Yaw rate of the fastest pair of frames, in degrees per second."""
+
+    @property
+    def angle(self) -> float:
+        """Return the change of the heading."""
+        return self.end.heading - self.first.heading
+
+    def scaled(self, factor: float) -> 'Bend':
+        """Return the bend with all its angles multiplied by a factor."""
+        return Bend(
+            self.first.scaled(factor), self.end.scaled(factor), factor * self.peak_rate)
+
+
+def quarter_turns(angle: float) -> int:
+    """Return an angle in degrees in quarter turns, rounded, halves away from 0."""
+    return int(math.copysign(math.floor(abs(angle) / 90 + 0.5), angle))
+
+
+class BendDetector:
+    """
+    Detects the bends to one side, and counts the quarter turns of those that are turns.
+
+    It stores only the two ends of a bend, so its memory does not grow with the length of the bend.
+    """
+
+    def __init__(self, sign: int, least_turn: float) -> None:
+        """
+        Make a detector that waits for its first pair of frames.
+
+        ``sign`` is 1 for bends to the left, -1 to the right; a bend of ``least_turn`` degrees or
+        more is a turn.
+        """
+        self._sign = sign
+        self._least_turn = least_turn
+        # The newest bends that have ended, each with its counted quarters.
+        self._ended: deque[tuple[Bend, int]] = deque(maxlen=TUNING.kept_bends)
+        # The bend in progress: where it starts, or the next one does, and its end so far.
+        self._first: Place | None = None
+        self._end: Place | None = None
+        # Its fastest pair, where it turned last, and the lowest score since.
+        self._peak = self._turned_at = self._lowest = 0.0
+        self._counted = 0
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget everything."""
+        self._ended.clear()
+        self._late: list[Bend] = []
+        self._quarters: list[tuple[int, int]] = []
+        self._begin(None)
+
+    @property
+    def bend(self) -> Bend | None:
+        """Return the bend in progress."""
+        if self._first is None or self._end is None:
+            return None
+        return Bend(self._first, self._end, self._sign * self._peak)
+
+    def update(self, before: Place, after: Place) -> Bend | None:
+        """Add a pair of frames; return the bend that has ended before it."""
+        ended = self.cut() if self._is_over(before) else None
+        if self._first is None:
+            self._begin(before)
+        assert self._first is not None
+        score = self._score(after)
+        if score <= self._score(self._first):
+            # As long as no quarter counts; that of a turn is not revoked.
+            ended = ended or self.cut()
+            self._begin(after)
+            return ended
+        rate = (after.heading - before.heading) / (after.stamp_ns - before.stamp_ns) * 1e9
+        self._peak = max(self._peak, self._sign * rate)
+        self._lowest = min(self._lowest, score)
+        if self._end is None or score > self._score(self._end):
+            self._end = after
+        if score > self._lowest + TUNING.on_deg:
+            self._lowest, self._turned_at = score, after.way
+        self._counted = self._count(self.bend, self._counted)
+        return ended
+
+    def cut(self) -> Bend | None:
+        """End the bend in progress; return it."""
+        bend = self.bend
+        if bend is not None and abs(bend.angle) >= TUNING.swerve_deg:
+            self._ended.append((bend, self._counted))
+        self._begin(None)
+        return bend
 
     def scale(self, factor: float) -> None:
-        """Multiply all angles so far, after a correction of the camera."""
-        self._widest_deg *= factor
+        """Multiply all headings so far by a factor, to correct them."""
+        for _ in range(len(self._ended)):
+            before, counted = self._ended.popleft()
+            after = before.scaled(factor)
+            if abs(before.angle) < self._least_turn <= abs(after.angle):
+                self._late.append(after)
+            self._ended.append((after, self._count(after, counted)))
+        self._first = None if self._first is None else self._first.scaled(factor)
+        self._end = None if self._end is None else self._end.scaled(factor)
+        self._peak *= factor
+        # The bend may end with the next frame.
+        self._counted = self._count(self.bend, self._counted)
+
+    def take_quarters(self) -> list[tuple[int, int]]:
+        """Return the start frame and the side of each quarter turn that has newly been counted."""
+        new, self._quarters = self._quarters, []
+        return new
+
+    def take_late(self) -> list[Bend]:
+        """Return the bends that had ended and have become turns since, by a correction."""
+        late, self._late = self._late, []
+        return late
+
+    def _begin(self, first: Place | None) -> None:
+        """Look for a bend that starts here, or at the next frame."""
+        self._first, self._end = first, None
+        self._peak, self._counted = 0.0, 0
+        self._turned_at = 0.0 if first is None else first.way
+        self._lowest = math.inf if first is None else self._score(first)
+
+    def _score(self, place: Place) -> float:
+        """Return the cumulative sum at a place."""
+        return self._sign * place.heading - TUNING.gentlest_deg * place.way
+
+    def _is_over(self, place: Place) -> bool:
+        """Return whether the way since the end of the bend, up to a place, is more than a dip."""
+        bend = self.bend
+        if bend is None:
+            return False
+        dip = TUNING.dip_deg * (bend.end.way - bend.first.way) / abs(bend.angle)
+        dip = min(max(dip, TUNING.shortest_dip), TUNING.longest_dip)
+        return place.way - self._turned_at > dip
+
+    def _count(self, bend: Bend | None, counted: int) -> int:
+        """Count the new quarters of a bend; return the number of all its counted quarters."""
+        if bend is None or abs(bend.angle) < self._least_turn:
+            return counted
+        quarters = quarter_turns(bend.angle)
+        further = self._sign * (quarters - counted)
+        if further <= 0:
+            return counted
+        self._quarters += [(bend.first.frame, self._sign)] * further
+        return quarters

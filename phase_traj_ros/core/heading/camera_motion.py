@@ -25,61 +25,14 @@ direction of travel of a vehicle is close to straight ahead.
 """
 
 from dataclasses import dataclass
-import math
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from phase_traj_ros.core.heading.focus_of_expansion import FocusOfExpansion
+from phase_traj_ros.core.heading.tuning import TUNING
 
-_ITERATIONS = 4
-# Prior standard deviation of q.
-_NEARNESS = 0.1
-# A displacement that differs from the model by more standard deviations does not agree with it.
-_OUTLIER = 3.0
-# Direction of travel: standard deviations of its azimuth and slope (radians), and the time
-# constant (seconds) with which the azimuth returns to straight ahead and the slope is forgotten.
-_COURSE, _SLOPE, _MEMORY = math.radians(1.0), math.radians(2.0), 1.0
-MOUNTED = math.radians(3.0)
-"""Standard deviation in radians of the azimuth at which cameras are mounted."""
-
-# Sideslip of the camera per yaw rate, in seconds: in a turn, a camera ahead of the rear axle moves
-# sideways by the yaw rate times its lever arm. The quotient is 1.6 m at 4 m/s.
-_LEVER = 0.4
-# Unless this share of the blocks agrees, the fit starts again from the blocks _AHEAD (radians to
-# either side, above and below the direction of travel): traffic beside a fast vehicle moves as the
-# distance would in a turn.
-_SETTLED, _AHEAD = 0.8, (0.12, 0.06)
 _YAW, _PITCH, _ROLL, _B, _C, _ERROR = range(6)
-
-
-@dataclass(frozen=True, slots=True)
-class FocusOfExpansion:
-    """Direction of travel relative to the camera: azimuth and slope in radians, and variances."""
-
-    course: float = 0.0
-    slope: float = 0.0
-    course_variance: float = _COURSE ** 2 + MOUNTED ** 2
-    slope_variance: float = _SLOPE ** 2
-
-    def after(
-        self, interval: float, yaw_rate: float = 0.0, *, mounted: float = 0.0,
-        unsure: float = MOUNTED,
-    ) -> 'FocusOfExpansion':
-        """
-        Return the prediction ``interval`` seconds later, at a yaw rate in radians per second.
-
-        The course tends to ``mounted``, that of a vehicle that drives straight ahead, of which
-        ``unsure`` is the standard deviation; the faster the vehicle turns, the less certain it is.
-        The slope stays, as it is that of the camera's mounting for the most part; towards 0, each
-        pair would be measured with a share of that error.
-        """
-        kept = math.exp(-interval / _MEMORY)
-        share = kept * kept
-        course = math.hypot(_COURSE, unsure, _LEVER * yaw_rate)
-        return FocusOfExpansion(
-            kept * self.course + (1.0 - kept) * mounted, self.slope,
-            share * self.course_variance + (1.0 - share) * course ** 2,
-            share * self.slope_variance + (1.0 - share) * _SLOPE ** 2)
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,6 +54,8 @@ class CameraMotion:
     """Median q of the blocks: translation of the camera divided by their distance."""
     age: float = 0.0
     """Seconds from the keyframe, from which ``travel`` and ``passing`` are measured."""
+    passed: float = 0.0
+    """``passing`` of the newest pair alone."""
 
 
 class MotionFit:
@@ -117,7 +72,7 @@ class MotionFit:
         self._azimuths = azimuths
         self._slopes = slopes
         self._deviation = deviation
-        self._least = (deviation / _NEARNESS) ** 2
+        self._least = (deviation / TUNING.nearness) ** 2
 
     def __call__(
         self, u: NDArray[np.float64], w: NDArray[np.float64], weight: NDArray[np.float64],
@@ -139,9 +94,9 @@ class MotionFit:
         y = (self._slopes + down)[used] + w / 2
         points = np.stack([u, w, weight, azimuth, y])
         best = self._fitted(points, travel, float(np.median(u)))
-        if best is None or best.agreement < _SETTLED:
-            ahead = (np.abs(azimuth - travel.course) < _AHEAD[0]) & (
-                np.abs(y - travel.slope) < _AHEAD[1])
+        if best is None or best.agreement < TUNING.settled_share:
+            ahead = (np.abs(azimuth - travel.course) < TUNING.ahead[0]) & (
+                np.abs(y - travel.slope) < TUNING.ahead[1])
             if ahead.any():
                 best = better(best, self._fitted(points, travel, float(np.median(u[ahead]))))
         return best
@@ -165,7 +120,7 @@ class MotionFit:
         trust = variance * np.array(
             [0.0, 0.0, 0.0, 1 / travel.course_variance, 1 / travel.slope_variance])
         state = prior.copy()
-        for _ in range(_ITERATIONS):
+        for _ in range(TUNING.fit_steps):
             apart = azimuth - state[_B]
             ahead = np.cos(apart)
             np.sin(apart, out=along[0])
@@ -193,11 +148,14 @@ class MotionFit:
                 return None
             state -= inverse @ gradient
         covariance = inverse * variance
-        agreeing = float(weight[error < (_OUTLIER * self._deviation) ** 2].sum())
+        agreeing = float(weight[error < (TUNING.outlier_deviations * self._deviation) ** 2].sum())
         # The variance of an M-estimate: its scores scatter as the blocks do, and an outlier, which
         # has a small weight, adds little to them (Huber and Ronchetti, "Robust Statistics", 6.3).
         scores = (known[:_ERROR] * (factor * known[_ERROR])).sum(axis=1)
-        of_yaw = inverse[_YAW]
+        # Their derivative is smaller than the weights, as these fall with the errors.
+        falling = (1.0 - forwards * error / variance) / (1.0 + error / variance)
+        kept = max(float((robust * falling).sum() / robust.sum()), TUNING.least_kept)
+        of_yaw = cv2.invert(kept * normal[:, :_ERROR] + np.diag(trust))[1][_YAW]
         yaw_variance = float(np.square(of_yaw @ scores).sum() + variance * of_yaw ** 2 @ trust)
         return CameraMotion(
             yaw=float(state[_YAW]), pitch=float(state[_PITCH]), roll=float(state[_ROLL]),

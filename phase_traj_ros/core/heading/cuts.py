@@ -10,13 +10,8 @@ disturbs several consecutive pairs; a change of exposure disturbs none; lost fra
 stamps.
 """
 
+from phase_traj_ros.core.heading.tuning import TUNING
 from phase_traj_ros.core.heading.yaw_meter import YawMeasurement
-
-# Share of the blocks that agree: at least _GOOD in the pairs next to a cut, and less than _CUT
-# times this share across it. For unrelated frames it is 0.04, at most 0.11.
-_GOOD, _CUT = 0.3, 0.25
-# Frames were lost if the interval is this many times the previous one.
-_LOST = 1.5
 
 
 class CutDetector:
@@ -53,11 +48,11 @@ class CutDetector:
             self.reset()
             return False
         agreement = measured.agreement
-        cut = (self._doubted is not None and agreement >= _GOOD
-               and self._doubted < _CUT * agreement)
-        lost = 0.0 < self._interval * _LOST < interval
-        doubted = (measured.yaw is None and not lost
-                   and self._before >= _GOOD and agreement < _CUT * self._before)
+        cut = (self._doubted is not None and agreement >= TUNING.least_agreement
+               and self._doubted < TUNING.cut_share * agreement)
+        lost = 0.0 < self._interval * TUNING.lost_intervals < interval
+        doubted = (measured.yaw is None and not lost and self._before >= TUNING.least_agreement
+                   and agreement < TUNING.cut_share * self._before)
         self._doubted = agreement if doubted else None
         self._before, self._interval = agreement, interval
         return cut

@@ -11,19 +11,13 @@ their errors do not add up.
 """
 
 from dataclasses import replace
-import math
 
 import numpy as np
 from numpy.typing import NDArray
-from phase_traj_ros.core.heading.camera_motion import CameraMotion, FocusOfExpansion
+from phase_traj_ros.core.heading.camera_motion import CameraMotion
+from phase_traj_ros.core.heading.focus_of_expansion import FocusOfExpansion, Mounting
 from phase_traj_ros.core.heading.local_shifts import BlockShifts
-from phase_traj_ros.core.heading.mounting import Mounting
-
-# A keyframe is replaced before the median ratio of the translation to the distance of the blocks
-# exceeds _BASELINE or the camera has turned by _TURNED radians, and after _LONGEST seconds. At 10
-# Hz and ordinary speed, the direction of travel has twice the error from two frames back. Of
-# 0.06, 0.08 and 0.1, the first gives the best distance and the last the best heading.
-_BASELINE, _TURNED, _LONGEST = 0.06, math.radians(4.0), 0.5
+from phase_traj_ros.core.heading.tuning import TUNING
 
 
 class Keyframe:
@@ -52,13 +46,18 @@ class Keyframe:
 
     def pair(self, motion: CameraMotion, blocks: BlockShifts) -> CameraMotion:
         """Add the motion since this frame; return it with the rotation of the newest pair."""
-        seen = blocks.weight > 0.0
+        last, seen = self.moved.copy(), blocks.weight > 0.0
         for column, moved in enumerate((blocks.dx, blocks.dy)):
             self.moved[:, column] = np.where(seen, moved, np.median(moved[seen]))
+        # By how far the blocks moved, not by its time: the vehicle may have stopped meanwhile.
+        far, newest = (float(np.median(np.hypot(*each.T))) for each in (
+            self.moved, self.moved - last))
+        share = newest / far if far > newest else 1.0
         before, self._rotation = self._rotation, (motion.yaw, motion.pitch, motion.roll)
         self.travel = motion.travel
         yaw, pitch, roll = (after - last for after, last in zip(self._rotation, before))
-        return replace(motion, yaw=yaw, pitch=pitch, roll=roll, age=self.age)
+        return replace(motion, yaw=yaw, pitch=pitch, roll=roll, age=self.age,
+                       passed=share * motion.passing)
 
     def reaches(self, passing: float, yaw_rate: float, later: float) -> bool:
         """
@@ -66,8 +65,8 @@ class Keyframe:
 
         ``passing`` is the median ratio of translation to distance of the blocks, per second.
         """
-        return (passing * (self.age + later) <= _BASELINE
-                and abs(self._rotation[0] + yaw_rate * later) <= _TURNED)
+        return (passing * (self.age + later) <= TUNING.baseline
+                and abs(self._rotation[0] + yaw_rate * later) <= TUNING.most_turned)
 
     def is_over(self, motion: CameraMotion, interval: float) -> bool:
         """
@@ -77,5 +76,6 @@ class Keyframe:
         far within one pair is therefore measured from frame to frame.
         """
         further = 1.0 + interval / self.age
-        return (further * motion.passing > _BASELINE or further * abs(motion.yaw) > _TURNED
-                or self.age >= _LONGEST)
+        return (further * motion.passing > TUNING.baseline
+                or further * abs(motion.yaw) > TUNING.most_turned
+                or self.age >= TUNING.longest_s)

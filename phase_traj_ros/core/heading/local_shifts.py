@@ -13,24 +13,10 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from phase_traj_ros.core.heading.tuning import TUNING
 
-# Least squares within each block (Lucas and Kanade, 1981), on a pyramid. The search range is
-# about 30 pixels around the expected position.
-_BLOCK = (9, 9)
-_LEVELS = 3
-_STOP = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 10, 0.03)
-# Smaller eigenvalue of the gradient matrix of a block (per pixel, as scaled by OpenCV): below the
-# first value, the weight of the block is 0; above the second, it is 1.
-_NO_TEXTURE = 1e-4
-_GOOD_TEXTURE = 3e-3
-# Minimum ratio of the smaller to the larger eigenvalue. Below it, a block shows only an edge, and
-# its motion along the edge is invisible: in a bend, the kerb does not move in the image.
-_NO_EDGE = 0.1
-# A block that moves less than _STILL pixels while the scene must move may be fixed to the camera;
-# one that moves more than _MOVED is not. Below are the rates at which either becomes certain.
-_STILL = 0.3
-_MOVED = 1.0
-_FASTER, _FORGOTTEN = 0.15, 0.7
+_STOP = (
+    cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, TUNING.search_steps, TUNING.search_px)
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,7 +70,7 @@ class BlockGrid:
             y, x = y[seen], x[seen]
         self._middles = np.stack([x, y], axis=1).astype(np.float32)
         # Pixels of each block, with a margin for the gradients, in a flattened image.
-        reach = np.arange(-(_BLOCK[0] // 2) - 1, _BLOCK[0] // 2 + 2)
+        reach = np.arange(-(TUNING.block_px // 2) - 1, TUNING.block_px // 2 + 2)
         row, column = (
             np.clip(np.rint(middle)[:, None].astype(int) + reach, 0, side - 1)
             for middle, side in ((y, height), (x, width)))
@@ -134,11 +120,11 @@ class BlockGrid:
         """
         guess = self._middles + np.asarray(expected, np.float32)
         found, state, texture = cv2.calcOpticalFlowPyrLK(
-            previous, current, self._middles, guess, winSize=_BLOCK, maxLevel=_LEVELS,
-            criteria=_STOP, minEigThreshold=_NO_TEXTURE,
+            previous, current, self._middles, guess, winSize=(TUNING.block_px, TUNING.block_px),
+            maxLevel=TUNING.pyramid_levels, criteria=_STOP, minEigThreshold=TUNING.no_texture,
             flags=cv2.OPTFLOW_USE_INITIAL_FLOW | cv2.OPTFLOW_LK_GET_MIN_EIGENVALS)
         moved = (found - self._middles).astype(np.float64)
-        weight = np.minimum(texture.ravel() / _GOOD_TEXTURE, 1.0)
+        weight = np.minimum(texture.ravel() / TUNING.good_texture, 1.0)
         corners, aside, down = self._texture(previous)
         told = (state.ravel() == 1) & self._open & ~self.fixed & corners
         return BlockShifts(
@@ -153,7 +139,8 @@ class BlockGrid:
         y = (pixels[:, 2:, 1:-1] - pixels[:, :-2, 1:-1]).reshape(len(pixels), -1)
         xx, xy, yy = (np.einsum('ij,ij->i', *pair) for pair in ((x, x), (x, y), (y, y)))
         # Compares the product of the eigenvalues with the square of their sum.
-        corners = (1.0 + _NO_EDGE) ** 2 * (xx * yy - xy * xy) > _NO_EDGE * (xx + yy) ** 2
+        least = TUNING.least_corner
+        corners = (1.0 + least) ** 2 * (xx * yy - xy * xy) > least * (xx + yy) ** 2
         moments = (x * x + y * y) @ self._places
         aside, down = moments.T / np.maximum(xx + yy, 1.0)
         return corners, aside.astype(np.float64), down.astype(np.float64)
@@ -165,6 +152,6 @@ class BlockGrid:
         ``must_move`` (N,) is True for blocks in which any part of the scene would have moved.
         """
         distance = np.hypot(shifts.dx, shifts.dy)
-        still = must_move & (distance < _STILL)
-        self._fixed[still] += _FASTER * (1.0 - self._fixed[still])
-        self._fixed[distance > _MOVED] *= _FORGOTTEN
+        still = must_move & (distance < TUNING.fixed_px)
+        self._fixed[still] += TUNING.fixing_share * (1.0 - self._fixed[still])
+        self._fixed[distance > TUNING.loose_px] *= TUNING.kept_fixed

@@ -14,12 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from phase_traj_ros.core.camera.projection import CylinderProjection
 from phase_traj_ros.core.correlation.phase_correlation import Frame
-
-# Columns over which a line is averaged: it may move by half of them beyond what is foreseen.
-_SMOOTH = 7
-# Share of the variance of a line that motion leaves unexplained: 0.18 at most on rendered drives
-# at 14 m/s, 1 for unrelated images.
-_UNEXPLAINED = 0.25
+from phase_traj_ros.core.heading.tuning import TUNING
 
 
 class Scanline:
@@ -40,7 +35,7 @@ class Scanline:
         """
         after = _smooth(self._projection.scanline(frame))
         columns = np.arange(len(after), dtype=np.float64)
-        margin = int(min(abs(foreseen), len(after) // 4)) + _SMOOTH // 2
+        margin = int(min(abs(foreseen), len(after) // 4)) + TUNING.line_px // 2
         part = slice(margin, len(after) - margin)
         before = np.interp(columns - foreseen, columns, self._line)[part]
         after = after[part] - after[part].mean()
@@ -52,8 +47,9 @@ class Scanline:
         if not solvable:
             return None
         rest = after - fit[:, 0] @ models
-        return float(fit[1, 0]) if rest @ rest < _UNEXPLAINED * (after @ after) else None
+        explained = rest @ rest < TUNING.unexplained_share * (after @ after)
+        return float(fit[1, 0]) if explained else None
 
 
 def _smooth(line: NDArray[np.float32]) -> NDArray[np.float64]:
-    return cv2.blur(line, (_SMOOTH, 1)).ravel().astype(np.float64)
+    return cv2.blur(line, (TUNING.line_px, 1)).ravel().astype(np.float64)

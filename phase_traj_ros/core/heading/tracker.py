@@ -10,14 +10,7 @@ not wrapped: after a full circle to the left, it is 2 pi.
 from dataclasses import dataclass, replace
 import math
 
-# A faster change of the yaw rate is rejected until the next pair confirms it: radians per second
-# squared, in addition to the measurement error of the rate.
-_MOST_ACCELERATION = math.radians(300.0)
-_RATE_ERROR = math.radians(5.0)
-# Time constant with which the yaw rate fades while nothing is measured, in seconds.
-_PERSISTENCE = 1.0
-# Standard deviation of a bridged yaw rate, radians per second.
-_BRIDGED_RATE = math.radians(5.0)
+from phase_traj_ros.core.heading.tuning import TUNING
 
 
 @dataclass(frozen=True, slots=True)
@@ -170,9 +163,10 @@ class HeadingTracker:
         self._interval = interval
         if bridged:
             # The error of the rate lasts as long as nothing is measured.
-            variance = _BRIDGED_RATE ** 2 * (self._gap ** 2 - (self._gap - interval) ** 2)
+            variance = TUNING.bridged_deviation ** 2 * (
+                self._gap ** 2 - (self._gap - interval) ** 2)
         self._variance_rate = variance / interval
-        missed = missed if blind > _PERSISTENCE and not bridged else 0.0
+        missed = missed if blind > TUNING.rate_s and not bridged else 0.0
         self._variance += variance + missed ** 2
         return HeadingStep(
             self._heading - before, self.rate, self._heading, bridged, variance, missed)
@@ -194,7 +188,7 @@ class HeadingTracker:
         rate = yaw / interval
         # After a long gap, any rate is possible.
         return (self._follows(rate, interval, certain) or self._repeats(rate, interval)
-                or self._gap > _PERSISTENCE)
+                or self._gap > TUNING.rate_s)
 
     def _follows(self, rate: float, interval: float, certain: bool) -> bool:
         return certain or self._rate is None or _can_be(
@@ -208,20 +202,21 @@ class HeadingTracker:
         """Correct the bridged pairs before an admitted rate."""
         doubted = self._doubted
         if self._follows(rate, interval, certain):
-            if self._gap <= _PERSISTENCE:
+            if self._gap <= TUNING.rate_s:
                 self._heading += (self.rate + rate) / 2 * self._gap - self._filled
         elif doubted is not None and self._repeats(rate, interval):
             self._heading += doubted.rate * self._interval - doubted.filled
             missing = self._gap - self._interval
-            if missing <= _PERSISTENCE:
+            if missing <= TUNING.rate_s:
                 self._heading += (self.rate + doubted.rate) / 2 * missing - (
                     self._filled - doubted.filled)
 
     def _bridge(self, yaw: float | None, interval: float) -> None:
         self._bridged += 1
         # Integral of the fading rate over this part of the gap.
-        filled = self.rate * _PERSISTENCE * (
-            math.exp(-self._gap / _PERSISTENCE) - math.exp(-(self._gap + interval) / _PERSISTENCE))
+        fading = TUNING.rate_s
+        filled = self.rate * fading * (
+            math.exp(-self._gap / fading) - math.exp(-(self._gap + interval) / fading))
         self._gap += interval
         self._filled += filled
         self._heading += filled
@@ -237,4 +232,4 @@ class _Doubted:
 
 
 def _can_be(before: float, after: float, interval: float) -> bool:
-    return abs(after - before) <= _MOST_ACCELERATION * interval + _RATE_ERROR
+    return abs(after - before) <= TUNING.most_acceleration * interval + TUNING.rate_error

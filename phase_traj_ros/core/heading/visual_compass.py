@@ -15,18 +15,12 @@ from phase_traj_ros.core.camera.model import CameraModel
 from phase_traj_ros.core.camera.projection import CylinderProjection
 from phase_traj_ros.core.correlation.mask import check_size
 from phase_traj_ros.core.correlation.phase_correlation import check_frame, Shift
-from phase_traj_ros.core.heading.bends import Bends
-from phase_traj_ros.core.heading.pixel_weights import PixelWeights
+from phase_traj_ros.core.frames.pixel_weights import PixelWeights
 from phase_traj_ros.core.heading.tracker import HeadingStep, HeadingTracker
+from phase_traj_ros.core.heading.tuning import TUNING
 from phase_traj_ros.core.heading.turns import MIN_ANGLE_DEG, Turn, TurnDetector
 from phase_traj_ros.core.heading.yaw_meter import YawMeasurement, YawMeter
 from phase_traj_ros.errors import FrameError
-
-# Standard deviations of the heading by which the direction has to be aside to contradict it.
-_DEVIATIONS = 2.0
-# A vehicle drives straight ahead below this yaw rate in radians per second, and moves above this
-# median ratio of its translation to the distance of the blocks.
-_STRAIGHT, _MOVES = math.radians(3.0), 0.01
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,9 +69,6 @@ class VisualCompass:
         self._lens = lens
         self._learning = learning
         self._learned = False
-        # First and last stamp of all frames, and whether those are seen again: a bag in a loop.
-        self._seen_ns: tuple[int, int] | None = None
-        self._again = False
         # The newest frame, for a new meter.
         self._newest: NDArray[np.uint8] | None = None
         self._rotate_180 = rotate_180
@@ -87,7 +78,8 @@ class VisualCompass:
         self._focal = (0.0, 0.0)
         self._tracker = HeadingTracker()
         self._turns = TurnDetector()
-        self._bends = Bends()
+        # Angle of the widest bend that has ended, in degrees.
+        self._widest = 0.0
         self._cut_short: list[Turn] = []
         self._response = 0.0
         self._mask_learning()
@@ -150,7 +142,7 @@ class VisualCompass:
     def bends_may_be_turns(self) -> bool:
         """Return whether a bend so far may be a turn, given the uncertainty of the camera."""
         camera = self.camera
-        return camera is not None and self._bends.may_be_turns(camera)
+        return camera is not None and self._widest * camera.most_angle >= MIN_ANGLE_DEG
 
     def use_lens(self, lens: Lens) -> None:
         """
@@ -209,7 +201,7 @@ class VisualCompass:
         """Restart at heading 0 with the newest frame; a learned camera is kept."""
         self._tracker.reset()
         self._turns.reset()
-        self._bends.restart()
+        self._widest = 0.0
         self._cut_short.clear()
 
     def forget_frame(self) -> None:
@@ -250,7 +242,6 @@ class VisualCompass:
         measurement = self._meter.update(frame, interval)
         if self._learning is not None:
             self._newest = frame
-        if self._learning is not None and not self._again:
             # Not the shift of the whole image: in a gentle bend, parallax may exceed the yaw.
             yaw = None if measurement is None else measurement.yaw
             self._learned |= self._learning.update(
@@ -276,11 +267,10 @@ class VisualCompass:
             measurement.yaw / self._lens.tilt, interval, certain=measurement.certain)
 
     def start(self, stamp_ns: int) -> None:
-        """Record the stamp of the first frame; a recording that is repeated adds no evidence."""
+        """Record the stamp of the first frame."""
         self._turns.update(stamp_ns, 0.0)
-        self._see(stamp_ns)
-        if self._again and self._learning is not None:
-            self._learning.cut()
+        if self._learning is not None:
+            self._learning.see(stamp_ns)
 
     def add(
         self, measurement: YawMeasurement | None, stamp_ns: int, interval: float, *,
@@ -292,7 +282,8 @@ class VisualCompass:
         ``way`` is what the vehicle travels meanwhile, in heights of the camera; None if unknown.
         ``frames`` is the number of frames since the previous pair.
         """
-        self._see(stamp_ns)
+        if self._learning is not None:
+            self._learning.see(stamp_ns)
         if measurement is None:
             step = self._tracker.update(None, interval)
         else:
@@ -304,8 +295,9 @@ class VisualCompass:
         turns = (*self._cut_short, *self._turns.update(
             stamp_ns, step.heading, way, frames=frames))
         self._cut_short.clear()
-        for angle_deg in self._bends.update(self._turns.bends):
-            if self._learning is not None and not self._again:
+        for angle_deg in self._turns.bends_deg:
+            self._widest = max(self._widest, abs(angle_deg))
+            if self._learning is not None and abs(angle_deg) >= TUNING.evidence_deg:
                 self._learning.add_turn(angle_deg, focal_px=self._focal[0])
         update = HeadingUpdate(
             step, self.shift_of(measurement), turns, self._turns.quarters,
@@ -337,13 +329,7 @@ class VisualCompass:
         """Return whether the direction is too far from the heading, beyond what may be wrong."""
         own = math.hypot(self._lens.focal_deviation * heading, self._tracker.deviation)
         return math.radians(self._turns.aside_deg) > max(
-            math.radians(MIN_ANGLE_DEG), _DEVIATIONS * own)
-
-    def _see(self, stamp_ns: int) -> None:
-        """Record the stamp of a frame."""
-        first, last = self._seen_ns or (stamp_ns, stamp_ns - 1)
-        self._again = first <= stamp_ns <= last
-        self._seen_ns = min(first, stamp_ns), max(last, stamp_ns)
+            math.radians(MIN_ANGLE_DEG), TUNING.contradicting_deviations * own)
 
     def _mask_learning(self) -> None:
         if self._learning is not None:
@@ -352,18 +338,19 @@ class VisualCompass:
     def _learn_from_travel(self, measurement: YawMeasurement, step: HeadingStep) -> None:
         """Learn the pitch from the direction of travel, straight ahead with a learned camera."""
         motion = measurement.motion
-        if (self._learning is None or self._again or motion is None or motion.passing < _MOVES
-                or self._lens.origin is not LensOrigin.DRIVE or abs(step.rate) > _STRAIGHT):
-            return
-        self._learning.add_travel(motion.travel.slope, math.sqrt(motion.travel.slope_variance))
+        if (self._learning is not None and self._lens.origin is LensOrigin.DRIVE
+                and motion is not None and motion.passing >= TUNING.moving
+                and abs(step.rate) <= TUNING.straight_rate):
+            self._learning.add_travel(
+                motion.travel.slope, math.sqrt(motion.travel.slope_variance))
 
     def _adopt(self) -> None:
-        """Continue with the camera learned from the drive, if it differs."""
+        """Continue with the camera learned from the drive, if it differs or is known better."""
         self._learned = False
-        if self._learning is None or self._newest is None:
+        if self._learning is None or self._newest is None or self.camera is None:
             return
         before, lens = self._lens, Lens(estimate=self._learning.estimate)
-        if lens.is_close_to(before, self._newest.shape[1]):
+        if self.camera.settled and lens.is_close_to(before, self._newest.shape[1]):
             return
         self._lens = lens
         try:
@@ -379,9 +366,11 @@ class VisualCompass:
         """Correct all angles that were measured with the lens ``before``."""
         if not self._shape:
             return
-        factor = before.focal_for(self._shape[1]) / lens.focal_for(self._shape[1])
-        for part in (self._tracker, self._turns, self._bends):
-            part.scale(factor * before.tilt / lens.tilt)
+        width = self._shape[1]
+        factor = before.focal_for(width) / lens.focal_for(width) * before.tilt / lens.tilt
+        self._tracker.scale(factor)
+        self._turns.scale(factor)
+        self._widest *= factor
 
     def _make_meter(self, frame: NDArray[np.uint8]) -> YawMeter:
         if frame.ndim != 2 or min(frame.shape) < 1:

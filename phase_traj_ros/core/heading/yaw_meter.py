@@ -10,7 +10,6 @@ yaw is the part of their displacements that does not depend on their distance.
 """
 
 from dataclasses import dataclass
-import math
 from typing import cast
 
 import cv2
@@ -18,51 +17,13 @@ import numpy as np
 from numpy.typing import NDArray
 from phase_traj_ros.core.camera.projection import CylinderProjection
 from phase_traj_ros.core.correlation.phase_correlation import PhaseCorrelator, Shift
-from phase_traj_ros.core.heading.camera_motion import (
-    better,
-    CameraMotion,
-    FocusOfExpansion,
-    MotionFit,
-)
+from phase_traj_ros.core.heading.camera_motion import better, CameraMotion, MotionFit
+from phase_traj_ros.core.heading.focus_of_expansion import FocusOfExpansion, Mounting
 from phase_traj_ros.core.heading.keyframe import Keyframe
 from phase_traj_ros.core.heading.local_shifts import BlockGrid, BlockShifts
-from phase_traj_ros.core.heading.mounting import Mounting
 from phase_traj_ros.core.heading.scanline import Scanline
+from phase_traj_ros.core.heading.tuning import TUNING
 from phase_traj_ros.errors import FrameError
-
-# Standard deviation of the displacement of a block, in pixels of the cylinder.
-_DEVIATION_PX = 0.25
-# Largest vertical shake of the image between frames, in pixels of the cylinder.
-_MOST_SHAKING = 20.0
-# The shift is doubted if it differs by more than this from the prediction of the previous pair,
-# or if less than the share _DOUBT of the blocks agrees. If less than _CLOSER agrees on the motion
-# since the keyframe, the previous frame is tried instead.
-_SURPRISE_PX = 6.0
-_DOUBT, _CLOSER = 0.5, 0.7
-_LEAST_AGREEMENT = 0.3
-_LEAST_BLOCKS = 10.0
-# The scene has moved in all blocks if the image has shifted by _ALL_MOVE_PX, and in the blocks
-# below the slope _LOW (6 degrees: the road about 15 m ahead) if most have moved by _ROAD_MOVES_PX.
-_ALL_MOVE_PX, _ROAD_MOVES_PX, _LOW = 1.2, 2.0, 0.1
-# Without agreeing blocks, the shift needs this significance. It is doubted if it is smaller than
-# _FIXED_PX pixels, as for a pattern fixed to the camera.
-_LEAST_SIGNIFICANCE = 8.0
-_FIXED_PX = 0.75
-# Variances of the yaw in square radians: of a yaw from the shift alone, and of the common error
-# of agreeing blocks.
-_ALONE, _COMMON = math.radians(0.3) ** 2, math.radians(0.02) ** 2
-# Size of a block in pixels, (rows, columns).
-_REACH = (9, 9)
-# Smallest distance of a second peak from the first, in pixels.
-_APART = 2
-# A frame needs no measurement where the next one will be measured within _WAIT seconds (10 Hz are
-# enough for everything that is judged), and where the image has moved as foreseen within _ASIDE
-# pixels.
-_WAIT, _ASIDE = 0.11, 0.5
-# The vehicle moves above this median ratio of its translation to the distance of the blocks.
-_MOVES = 0.01
-# Rate at which the level to which images are normalised follows their brightness, per frame.
-_FOLLOWING = 0.05
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,13 +56,13 @@ class YawMeasurement:
     @property
     def variance(self) -> float:
         """Return the variance of the yaw in square radians, from the scatter of the blocks."""
-        own = _ALONE if self.motion is None else self.motion.yaw_variance
-        return self.share * (own + _COMMON)
+        own = TUNING.shift_deviation ** 2 if self.motion is None else self.motion.yaw_variance
+        return self.share * (own + TUNING.common_deviation ** 2)
 
     @property
     def certain(self) -> bool:
         """Return whether most of the blocks agree on the yaw."""
-        return self.refined and self.agreement >= _DOUBT
+        return self.refined and self.agreement >= TUNING.doubted_share
 
 
 class YawMeter:
@@ -133,7 +94,7 @@ class YawMeter:
         self._keyframes = keyframes
         mask, counts = self._projected(mask)
         self._grid = BlockGrid(projection.shape, counts=counts)
-        if len(self._grid.middles) < _LEAST_BLOCKS:
+        if len(self._grid.middles) < TUNING.least_blocks:
             raise FrameError('the mask covers too much of the frames to measure yaw: give one'
                              ' that covers less')
         self._correlator = PhaseCorrelator(mask=mask)
@@ -143,8 +104,8 @@ class YawMeter:
         scale = projection.px_per_rad
         azimuths = np.interp(columns, np.arange(projection.shape[1]), projection.azimuths)
         slopes = np.interp(rows, np.arange(projection.shape[0]), projection.slopes)
-        self._fit = MotionFit(azimuths, slopes, deviation=_DEVIATION_PX / scale)
-        self._low = slopes > _LOW
+        self._fit = MotionFit(azimuths, slopes, deviation=TUNING.block_deviation_px / scale)
+        self._low = slopes > TUNING.road_slope
         self.reset()
 
     def reset(self) -> None:
@@ -185,18 +146,18 @@ class YawMeter:
         expected ``interval`` seconds later: that one must not come too late for the measurement.
         """
         later = waited + interval
-        if (self._newest is None or self._key is None or later > _WAIT
+        if (self._newest is None or self._key is None or later > TUNING.foreseen_s
                 or not self._key.reaches(self._passing, self._rate, later)):
             return False
         if self._line is None:
             self._line = Scanline(self._projection, self._newest)
         aside = self._line.moved_aside(frame, self._rate * waited * self._projection.px_per_rad)
-        return aside is not None and abs(aside) <= _ASIDE
+        return aside is not None and abs(aside) <= TUNING.aside_px
 
     @property
     def foreseen_deviation(self) -> float:
         """Return the standard deviation in radians of a yaw that is foreseen."""
-        return _ASIDE / 2 / self._projection.px_per_rad
+        return TUNING.aside_px / 2 / self._projection.px_per_rad
 
     def update(self, frame: NDArray[np.uint8], interval: float) -> YawMeasurement | None:
         """
@@ -225,73 +186,46 @@ class YawMeter:
         if previous is None or shift is None or interval <= 0.0:
             self._key, self._rate = self._keyframe(current, FocusOfExpansion()), 0.0
             return None
+        assert self._key is not None
+        self._key.age += interval
+        motion, blocks = self._motion_since_key(previous, current, shift, interval)
+        if motion is None or blocks is None or not _believed(motion):
+            self._key = self._keyframe(current, self._key.travel)
+            return self._by_shift(shift, motion, interval)
+        measured = self._by_blocks(shift, motion, blocks, interval)
+        if self._keyframes and measured.certain:
+            self._newest = frame
+        if not self._keyframes or self._key.is_over(motion, interval):
+            self._key = self._keyframe(current, motion.travel)
+        return measured
+
+    def _motion_since_key(
+        self, previous: NDArray[np.uint8], current: NDArray[np.uint8], shift: Shift,
+        interval: float,
+    ) -> tuple[CameraMotion | None, BlockShifts | None]:
+        """Compare a frame with the keyframe, or if too little agrees, with the previous frame."""
+        if shift.response <= 0.0:
+            return None, None
         key = self._key
         assert key is not None
-        key.age += interval
+        motion, blocks = self._motion(key, current, shift, interval)
+        if key.age > interval and (motion is None or motion.agreement < TUNING.nearer_share):
+            nearer = self._keyframe(previous, key.travel)
+            nearer.age = interval
+            other, there = self._motion(nearer, current, shift, interval)
+            if other is not None and (motion is None or other.agreement > motion.agreement):
+                self._key = nearer
+                return other, there
+        return motion, blocks
+
+    def _foreseen(self, interval: float) -> float:
+        """Return the shift at the rate of the previous pair, in pixels."""
         farthest = self._projection.shape[1] / 2
         foreseen = self._rate * interval * self._projection.px_per_rad
-        foreseen = min(max(foreseen, -farthest), farthest)
-        motion = None
-        if shift.response > 0.0:
-            motion, blocks = self._motion(key, current, shift, foreseen)
-            if key.age > interval and (motion is None or motion.agreement < _CLOSER):
-                # The keyframe may be too different: compare with the previous frame.
-                nearer = self._keyframe(previous, key.travel)
-                nearer.age = interval
-                other, there = self._motion(nearer, current, shift, foreseen)
-                if other is not None and (motion is None or other.agreement > motion.agreement):
-                    key = self._key = nearer
-                    motion, blocks = other, there
-        agreement = 0.0 if motion is None else motion.agreement
-        if motion is not None and _believed(motion):
-            pair = key.pair(motion, blocks)
-            self._rate = pair.yaw / interval
-            self._passing = max(motion.passing, 0.0) / key.age
-            if motion.passing > _MOVES:
-                self.mounting.add(
-                    motion.travel.course, motion.travel.course_variance, interval, self._rate)
-            if self._keyframes and agreement >= _DOUBT:
-                self._newest = frame
-            if not self._keyframes or key.is_over(motion, interval):
-                self._key = self._keyframe(current, motion.travel)
-            return YawMeasurement(
-                shift, pair.yaw, True, agreement, pair, interval / key.age)
-        self._key = self._keyframe(current, key.travel)
-        dx = self._shift_alone(shift, foreseen)
-        if dx is None:
-            return YawMeasurement(shift, None, False, agreement)
-        yaw = self._projection.yaw(dx)
-        self._rate = yaw / interval
-        return YawMeasurement(shift, yaw, False, agreement)
-
-    def _projected(
-        self, mask: NDArray[np.float32] | None,
-    ) -> tuple[NDArray[np.float32] | None, NDArray[np.bool_]]:
-        """Return the mask on the cylinder, and where the centre of a block may be."""
-        counts = self._projection.inside
-        if mask is None:
-            return None, counts
-        mask = np.asarray(self._projection(mask), np.float32)
-        return mask, counts & (cv2.erode(mask, np.ones(_REACH)) > 0.5)
-
-    def _change_mask(self, mask: NDArray[np.float32] | None) -> None:
-        self._next_mask = None
-        projected, counts = self._projected(mask)
-        if not self._grid.look_at(counts, least=_LEAST_BLOCKS):
-            return
-        self._correlator = PhaseCorrelator(mask=projected)
-        if self._previous is not None:
-            self._correlator.update(self._previous)
-
-    def _shift_alone(self, shift: Shift, foreseen: float) -> float | None:
-        """Return dx if it is significant and not that of a fixed pattern, else None."""
-        if max(abs(shift.dx), abs(shift.dy)) <= _FIXED_PX and abs(foreseen) > _SURPRISE_PX / 2:
-            shift = self._correlator.second_peak(apart=_APART)
-        stands_out = self._correlator.significance(shift) >= _LEAST_SIGNIFICANCE
-        return shift.dx if stands_out and abs(shift.dy) < _MOST_SHAKING else None
+        return min(max(foreseen, -farthest), farthest)
 
     def _motion(
-        self, key: Keyframe, current: NDArray[np.uint8], shift: Shift, foreseen: float,
+        self, key: Keyframe, current: NDArray[np.uint8], shift: Shift, interval: float,
     ) -> tuple[CameraMotion | None, BlockShifts]:
         """
         Search the blocks around the shift, and around other values if the shift is doubted.
@@ -299,26 +233,25 @@ class YawMeter:
         A pattern that is fixed to the camera pulls the shift to zero; then the second peak is that
         of the scene. After a wrong peak, the yaw rate of the previous pair gives the start value.
         """
-        scale = self._projection.px_per_rad
-        shaking = min(max(shift.dy, -_MOST_SHAKING), _MOST_SHAKING)
+        foreseen = self._foreseen(interval)
+        shaking = min(max(shift.dy, -TUNING.most_shake_px), TUNING.most_shake_px)
         best, blocks = self._look(key, current, (shift.dx, shaking))
-        if best is None or best.agreement < _DOUBT or abs(shift.dx - foreseen) > _SURPRISE_PX:
-            best, blocks = _better((best, blocks), self._look(
-                key, current, (foreseen, 0.0)))
-        if best is None or best.agreement < _DOUBT:
-            second = self._correlator.second_peak(apart=_APART)
-            best, blocks = _better((best, blocks), self._look(
-                key, current, (second.dx, 0.0)))
+        if _doubted(best) or abs(shift.dx - foreseen) > TUNING.surprise_px:
+            best, blocks = _better((best, blocks), self._look(key, current, (foreseen, 0.0)))
+        if _doubted(best):
+            second = self._correlator.second_peak(apart=TUNING.peak_px)
+            best, blocks = _better((best, blocks), self._look(key, current, (second.dx, 0.0)))
         if best is not None and _believed(best):
-            self._grid.learn(blocks, self._must_move(blocks, best.yaw * scale))
+            turned = best.yaw * self._projection.px_per_rad
+            self._grid.learn(blocks, self._must_move(blocks, turned))
         return best, blocks
 
     def _must_move(self, blocks: BlockShifts, turned: float) -> NDArray[np.bool_]:
         """Return in which blocks any part of the scene must have moved."""
-        if abs(turned) > _ALL_MOVE_PX:
+        if abs(turned) > TUNING.all_move_px:
             return np.ones(len(self._low), np.bool_)
         # Straight ahead, distant parts of the scene do not move; the road is near, and does.
-        driving = float(np.median(np.hypot(blocks.dx, blocks.dy))) > _ROAD_MOVES_PX
+        driving = float(np.median(np.hypot(blocks.dx, blocks.dy))) > TUNING.road_moves_px
         return self._low if driving else np.zeros_like(self._low)
 
     def _look(
@@ -332,6 +265,54 @@ class YawMeter:
             down=blocks.down / scale)
         return motion, blocks
 
+    def _by_blocks(
+        self, shift: Shift, motion: CameraMotion, blocks: BlockShifts, interval: float,
+    ) -> YawMeasurement:
+        """Return the measurement of a pair by the motion since the keyframe, and learn from it."""
+        key = self._key
+        assert key is not None
+        pair = key.pair(motion, blocks)
+        self._rate = pair.yaw / interval
+        self._passing = max(motion.passing, 0.0) / key.age
+        if motion.passing > TUNING.moving:
+            self.mounting.add(
+                motion.travel.course, motion.travel.course_variance, interval, self._rate)
+        return YawMeasurement(shift, pair.yaw, True, motion.agreement, pair, interval / key.age)
+
+    def _by_shift(
+        self, shift: Shift, motion: CameraMotion | None, interval: float,
+    ) -> YawMeasurement:
+        """Return the measurement of a pair by the shift alone, if it is one of the scene."""
+        peak, yaw = shift, None
+        unmoved = max(abs(shift.dx), abs(shift.dy)) <= TUNING.unmoved_px
+        if unmoved and abs(self._foreseen(interval)) > TUNING.surprise_px / 2:
+            # It is that of a pattern that is fixed to the camera.
+            peak = self._correlator.second_peak(apart=TUNING.peak_px)
+        if (self._correlator.significance(peak) >= TUNING.least_significance
+                and abs(peak.dy) < TUNING.most_shake_px):
+            yaw = self._projection.yaw(peak.dx)
+            self._rate = yaw / interval
+        return YawMeasurement(shift, yaw, False, 0.0 if motion is None else motion.agreement)
+
+    def _projected(
+        self, mask: NDArray[np.float32] | None,
+    ) -> tuple[NDArray[np.float32] | None, NDArray[np.bool_]]:
+        """Return the mask on the cylinder, and where the centre of a block may be."""
+        counts = self._projection.inside
+        if mask is None:
+            return None, counts
+        mask = np.asarray(self._projection(mask), np.float32)
+        return mask, counts & (cv2.erode(mask, np.ones((TUNING.block_px,) * 2)) > 0.5)
+
+    def _change_mask(self, mask: NDArray[np.float32] | None) -> None:
+        self._next_mask = None
+        projected, counts = self._projected(mask)
+        if not self._grid.look_at(counts, least=TUNING.least_blocks):
+            return
+        self._correlator = PhaseCorrelator(mask=projected)
+        if self._previous is not None:
+            self._correlator.update(self._previous)
+
     def _keyframe(self, picture: NDArray[np.uint8], travel: FocusOfExpansion) -> Keyframe:
         return Keyframe(picture, len(self._grid.middles), travel)
 
@@ -341,12 +322,17 @@ class YawMeter:
         if self._brightness is None:
             self._brightness = brightness
         gain = self._brightness / brightness if brightness > 0.0 else 1.0
-        self._brightness += _FOLLOWING * (brightness - self._brightness)
+        self._brightness += TUNING.brightness_share * (brightness - self._brightness)
         return cv2.convertScaleAbs(picture, alpha=gain)  # type: ignore[return-value]
 
 
 def _believed(motion: CameraMotion) -> bool:
-    return motion.agreement >= _LEAST_AGREEMENT and motion.agreeing >= _LEAST_BLOCKS
+    return (motion.agreement >= TUNING.least_agreement
+            and motion.agreeing >= TUNING.least_blocks)
+
+
+def _doubted(motion: CameraMotion | None) -> bool:
+    return motion is None or motion.agreement < TUNING.doubted_share
 
 
 def _better(

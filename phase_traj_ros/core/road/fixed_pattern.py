@@ -10,9 +10,7 @@ while it passes by.
 
 import numpy as np
 from numpy.typing import NDArray
-
-# Patches over which the mean is taken, and the least number of them.
-_MOST, _LEAST = 20, 3
+from phase_traj_ros.core.road.tuning import TUNING
 
 
 class FixedPattern:
@@ -25,7 +23,7 @@ class FixedPattern:
 
     def learn(self, patch: NDArray[np.float32]) -> None:
         """Add a patch, (M, N), of a road that has moved on since the last one."""
-        self._count = min(self._count + 1, _MOST)
+        self._count = min(self._count + 1, TUNING.pattern_patches)
         if self._mean is None:
             self._mean = patch.copy()
         else:
@@ -33,4 +31,6 @@ class FixedPattern:
 
     def removed(self, patch: NDArray[np.float32]) -> NDArray[np.float32]:
         """Return a patch without the pattern."""
-        return patch if self._mean is None or self._count < _LEAST else patch - self._mean
+        if self._mean is None or self._count < TUNING.least_patches:
+            return patch
+        return patch - self._mean

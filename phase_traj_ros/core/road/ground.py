@@ -18,23 +18,10 @@ from phase_traj_ros.core.camera.horizon import Horizon
 from phase_traj_ros.core.camera.model import CameraModel, Sight
 from phase_traj_ros.core.correlation.phase_correlation import Frame
 from phase_traj_ros.core.correlation.windows import Window, window_2d
+from phase_traj_ros.core.road.tuning import TUNING
 
 CELL = 0.03
 """Side of a cell in camera heights: 5 cm for a camera 1.65 m above the road."""
-
-# Half the width in camera heights: a lane and parts of its neighbours.
-_HALF_WIDTH = 2.1
-# A patch ends where an image row covers more than _COARSEST camera heights, at most at _FARTHEST.
-_COARSEST, _FARTHEST = 0.13, 10.0
-# Nearest start of a patch: nearer, cameras with a wide view see the shadow of the vehicle.
-_NEAREST = 1.5
-# End of the near patch and start of the far patch, as fractions of the visible stretch.
-_NEAR_ENDS, _FAR_BEGINS = 0.55, 0.2
-# Minimum length of the visible stretch.
-_SHORTEST = 1.0
-# Standard deviations, in cells, of the filters for the mean and the contrast of the asphalt, and
-# the contrast of the sensor noise in grey levels.
-_MEAN, _CONTRAST, _NOISE = 8.0, 12.0, 2.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,21 +38,21 @@ def stretches(camera: CameraModel, horizon: Horizon) -> tuple[Stretch, ...]:
 
     The result is empty if too little of the road is visible.
     """
-    ahead = np.arange(_NEAREST, _FARTHEST, CELL)
+    ahead = np.arange(TUNING.begins, TUNING.farthest, CELL)
     sight = _seen(camera, horizon, np.zeros_like(ahead), ahead)
     rows = np.abs(np.diff(sight.rows))
-    sharp = sight.seen[1:] & sight.seen[:-1] & (rows > CELL / _COARSEST)
+    sharp = sight.seen[1:] & sight.seen[:-1] & (rows > CELL / TUNING.coarsest)
     if not sharp.any():
         return ()
     first = int(sharp.argmax())
     after = np.flatnonzero(~sharp[first:])
     last = first + (int(after[0]) if after.size else len(sharp) - first)
     begin, length = float(ahead[first]), float(ahead[last] - ahead[first])
-    if length < _SHORTEST:
+    if length < TUNING.shortest:
         return ()
     return (
-        Stretch(begin, begin + _NEAR_ENDS * length),
-        Stretch(begin + _FAR_BEGINS * length, begin + length))
+        Stretch(begin, begin + TUNING.near_ends * length),
+        Stretch(begin + TUNING.far_begins * length, begin + length))
 
 
 class GroundPatch:
@@ -98,7 +85,7 @@ class GroundPatch:
         """
         count = _even((stretch.end - stretch.begin) / CELL)
         self._ahead = stretch.begin + CELL * (np.arange(count)[::-1] + 0.5)
-        across = _even(2.0 * _HALF_WIDTH / CELL)
+        across = _even(2.0 * TUNING.half_width / CELL)
         self._aside = CELL * (np.arange(across) - (across - 1) / 2)
         sight = _seen(camera, horizon, *np.meshgrid(self._aside, self._ahead))
         columns, rows = sight.columns, sight.rows
@@ -110,7 +97,7 @@ class GroundPatch:
         self._to_road = np.array([
             [CELL, 0.0, self._aside[0]], [0.0, 0.0, 1.0], [0.0, -CELL, self._ahead[0]]])
         self._from_road = np.linalg.inv(self._to_road)
-        self._noise = np.float32(_NOISE ** 2)
+        self._noise = np.float32(TUNING.noise_levels ** 2)
         self.window = self._weights(sight.seen, mask)
         """Weight of each cell, (M, N)."""
         total = float(self.window.sum())
@@ -132,8 +119,8 @@ class GroundPatch:
         contrast.
         """
         patch = np.asarray(self._taken(frame), np.float32)
-        patch -= _smoothed(patch, _MEAN)
-        contrast = _smoothed(np.square(patch), _CONTRAST)
+        patch -= _smoothed(patch, TUNING.mean_cells)
+        contrast = _smoothed(np.square(patch), TUNING.contrast_cells)
         contrast += self._noise
         np.sqrt(contrast, out=contrast)
         patch /= contrast

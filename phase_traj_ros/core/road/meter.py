@@ -11,7 +11,7 @@ Each frame is compared with a keyframe. It is the previous frame if the road has
 since; at a walking pace or a high frame rate it is up to half a second old.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 import math
 
 import numpy as np
@@ -20,149 +20,13 @@ from phase_traj_ros.core.camera.horizon import Horizon
 from phase_traj_ros.core.camera.model import CameraModel
 from phase_traj_ros.core.correlation.phase_correlation import Frame
 from phase_traj_ros.core.heading.camera_motion import CameraMotion
-from phase_traj_ros.core.road.fixed_pattern import FixedPattern
 from phase_traj_ros.core.road.ground import CELL, GroundPatch, rotation, stretches
-from phase_traj_ros.core.road.slide import Slide
+from phase_traj_ros.core.road.keyframe import RoadKeyframe, Turned
+from phase_traj_ros.core.road.look import RoadLook, RoadSlide
 from phase_traj_ros.core.road.speed_filter import SpeedFilter
 from phase_traj_ros.core.road.tilt import RoadTilt
 from phase_traj_ros.core.road.travel import Travel, TravelState
-
-# Significance that a peak needs, in standard deviations: among a thousand positions, noise does
-# not reach it.
-_STANDS_OUT = 7.0
-# Standard deviations of the position of a peak, in cells, and of the pitch from the blocks between
-# two frames, in radians.
-_PEAK, _NODDING = 0.3, 0.0006
-# Standard deviation of the pitch if the blocks do not measure it: the motion of the suspension.
-_SPRINGS = 0.0025
-# Largest deviation of the pitch, in radians, with which the distance is measured, and largest
-# error of the pitch before the patches are made again.
-_SURE, _REMADE = 0.03, 0.006
-# The road has moved on, for the pattern that does not, if it has slid by this, in camera heights.
-_LEARNS = 0.2
-# Two slides disagree if they differ by this many standard deviations.
-_DIFFER = 4.0
-# Minimum visible share of a patch.
-_LEAST_SEEN = 0.3
-# A pattern that slides by less than _FIXED_CELLS may be fixed to the camera, or the vehicle
-# stands. The vehicle moves if the median ratio of translation to distance exceeds _PASSING. Above
-# _DRIVEN, the road has slid by more than that.
-_FIXED_CELLS, _PASSING, _DRIVEN = 1.0, 0.002, 0.01
-# Least median distance of what the blocks show, in camera heights.
-_NEAREST = 2.0
-# A keyframe is replaced before the road slides by _BASELINE camera heights, when the camera has
-# turned by _TURNED radians, or after _LONGEST seconds. The vehicle stands if the road has not slid
-# for _STANDS seconds; from then on, the keyframe is kept for _CREEPS seconds.
-_BASELINE, _TURNED, _LONGEST, _STANDS, _CREEPS = 0.75, 0.06, 0.5, 0.3, 2.0
-# A standing vehicle turns at less than this, in radians per second.
-_TURNING = math.radians(3.0)
-# Time constant, in seconds, after which a continuing pitch is attributed to the road.
-_BENDS = 2.0
-# Longest time, in seconds, for which the last speed bridges a gap.
-_HOLDS = 2.5
-# Minimum slide of a pair, in camera heights, for the estimation of the pitch.
-_LEAST_SLIDE = 0.1
-
-
-@dataclass(frozen=True, slots=True)
-class _Found:
-    """Slide of a patch in camera heights, with its deviation and its position."""
-
-    way: float
-    deviation: float
-    score: float
-    middle: float
-    raw: float
-    fixed: bool
-    """Whether it may be that of a pattern that is fixed to the camera."""
-
-
-@dataclass(frozen=True, slots=True)
-class _Look:
-    """A patch, its comparison with the previous one, and what never moves in it."""
-
-    patch: GroundPatch
-    slide: Slide
-    fixed: FixedPattern
-
-    def rivals(self, found: _Found | None) -> bool:
-        """Return whether another slide stands out, and more than the one that was found."""
-        if found is None:
-            return self.slide.rival(None) > _STANDS_OUT
-        return self.slide.rival(found.raw / CELL) > max(_STANDS_OUT, found.score)
-
-
-@dataclass(frozen=True, slots=True)
-class _Turned:
-    """Rotation of the camera, the deviation of its pitch, and the motion past the blocks."""
-
-    yaw: float
-    pitch: float
-    roll: float
-    nodding: float
-    age: float
-    """Seconds in which it turned."""
-    passing: float | None
-    """Median ratio of translation to distance of the blocks; None if they do not agree."""
-
-    @property
-    def moves(self) -> bool:
-        """Return whether the vehicle moves, independent of the patches."""
-        return self.passing is None or self.passing > _PASSING
-
-    @property
-    def drives(self) -> bool:
-        """Return whether the road must have slid, so that what has not is not the road."""
-        return self.passing is None or self.passing > _DRIVEN
-
-    @property
-    def swings(self) -> bool:
-        """Return whether the vehicle turns as only one that drives can."""
-        return abs(self.yaw) > _TURNING * self.age
-
-
-@dataclass(slots=True)
-class _Since:
-    """Time, rotation and distance since the keyframe, in seconds, radians and camera heights."""
-
-    age: float = 0.0
-    yaw: float = 0.0
-    pitch: float = 0.0
-    roll: float = 0.0
-    given: float = 0.0
-    """Sum of the distances of the pairs since."""
-    variance: float = 0.0
-    before: float = 0.0
-    """The same without the newest pair, and its variance."""
-    before_variance: float = 0.0
-    over: bool = False
-    """Whether the newest frame becomes the keyframe."""
-
-    def turn(self, yaw: float, pitch: float, roll: float, interval: float) -> None:
-        """Add the rotation of a pair."""
-        self.yaw += yaw
-        self.pitch += pitch
-        self.roll += roll
-        self.age += interval
-
-    def add(
-        self, way: float, variance: float, speed_filter: SpeedFilter, interval: float,
-    ) -> tuple[float, float]:
-        """
-        Return the distance of the newest pair and its variance, from that since the keyframe.
-
-        Up to the last pair before a new keyframe, it is smoothed with the speed. The sum of all
-        is the distance between the keyframes.
-        """
-        self.before, self.before_variance = self.given, self.variance
-        if self.over or not speed_filter.known:
-            self.given, self.variance = way, variance
-            return self.given - self.before, variance
-        foreseen = self.before + speed_filter.speed * interval
-        off = self.before_variance + (speed_filter.deviation * interval) ** 2
-        gain = off / (off + variance)
-        self.given, self.variance = foreseen + gain * (way - foreseen), gain * variance
-        return self.given - self.before, (speed_filter.deviation * interval) ** 2
+from phase_traj_ros.core.road.tuning import TUNING
 
 
 class RoadMeter:
@@ -200,13 +64,12 @@ class RoadMeter:
         self._tilt = RoadTilt(horizon, fixed=pitch_known)
         self.speed_filter = SpeedFilter() if speed_filter is None else speed_filter
         """Speed of the vehicle."""
-        self._looks: tuple[_Look, ...] | None = None
+        self._looks: tuple[RoadLook, ...] | None = None
         self._assumed, self._bending = 0.0, 0.0
         self._kept: Frame | None = None
         # Shares of the errors of the pitch in the newest measured distance.
         self._shares = 0.0, 0.0
-        self._rivalled = False
-        self._since = _Since()
+        self._key = RoadKeyframe()
 
     @property
     def tilt(self) -> RoadTilt:
@@ -221,14 +84,14 @@ class RoadMeter:
         """Restart with the next frame; the tilt is kept."""
         self.speed_filter.forget()
         self._bending = 0.0
-        self._kept, self._since = None, _Since()
+        self._kept, self._key = None, RoadKeyframe()
 
     def start(self, frame: Frame) -> None:
         """Add a frame that is the first of a pair."""
-        self._kept = frame
-        self._since = _Since()
-        if self._looks is not None:
-            self._keep([look.patch(frame) for look in self._looks])
+        self._kept, self._key = frame, RoadKeyframe()
+        for look in self._looks or ():
+            look.look(frame)
+            look.keep()
 
     def update(
         self, frame: Frame, interval: float, motion: CameraMotion | None, *,
@@ -256,61 +119,89 @@ class RoadMeter:
         """
         self.speed_filter.pass_time(interval, unsure=unsure)
         self._tilt.pass_time(interval)
-        travel, self._rivalled = None, False
         if still:
             self.start(frame)
-            travel = self._standing(interval)
-        elif motion is not None:
+            return self._standing(interval)
+        if motion is not None:
             driven = self.speed_filter.speed * max(motion.age, interval)
-            if not self.speed_filter.known or driven > _LEAST_SLIDE:
+            if not self.speed_filter.known or driven > TUNING.least_slide:
                 self._tilt.add_travel(motion.travel.slope, motion.travel.slope_variance)
-            self._since.turn(
-                motion.yaw, self._nodded(motion.pitch, interval), motion.roll, interval)
-            # The blocks have another keyframe.
-            share = min(self._since.age / motion.age, 1.0) if motion.age > 0.0 else 1.0
-            travel = self._measure(frame, interval, _NODDING, share * motion.passing)
-        elif yaw is not None:
-            self._since.turn(yaw, 0.0, 0.0, interval)
-            travel = self._measure(frame, interval, _SPRINGS, None)
-        else:
-            self.start(frame)
-        turns = motion is not None and abs(motion.yaw) > _TURNING * interval
-        travel = travel or self._bridged(interval, turns=turns and not still)
-        return replace(travel, rivalled=self._rivalled)
+            self._key.turn(
+                motion.yaw, self._nodded(motion.pitch, interval), motion.roll, interval,
+                motion.passed)
+            turned = self._key.turned(TUNING.nodding, self._key.passing)
+            return self._measure(
+                frame, interval, turned, turns=abs(motion.yaw) > TUNING.turning * interval)
+        if yaw is not None:
+            self._key.turn(yaw, 0.0, 0.0, interval)
+            return self._measure(
+                frame, interval, self._key.turned(TUNING.springs, None), turns=False)
+        self.start(frame)
+        return self._bridged(interval, turns=False)
 
     def _measure(
-        self, frame: Frame, interval: float, nodding: float, passing: float | None,
-    ) -> Travel | None:
-        if self._tilt.deviation > _SURE:
+        self, frame: Frame, interval: float, turned: Turned, *, turns: bool,
+    ) -> Travel:
+        """
+        Compare the road with that of the keyframe, or bridge the pair.
+
+        ``turns`` is whether the vehicle turns in it, as only one that drives can.
+        """
+        if self._tilt.deviation > TUNING.sure:
             self._looks = None
+        elif self._looks is None or (
+                self._key.age <= interval
+                and abs(self._tilt.mounting - self._assumed) > TUNING.remade):
+            self._look_anew()
+        if self._looks is None or self._kept is None:
             self.start(frame)
-            return None
-        if self._looks is None or (
-                self._since.age <= interval
-                and abs(self._tilt.mounting - self._assumed) > _REMADE):
-            self._look_anew(self._kept)
-        assert self._looks is not None
-        if self._kept is None:
-            self.start(frame)
-            return None
-        since = self._since
-        turned = _Turned(since.yaw, since.pitch, since.roll, nodding, since.age, passing)
+            return self._bridged(interval, turns=turns)
         turn = rotation(turned.yaw, turned.pitch, turned.roll)
-        patches = [look.patch(frame) for look in self._looks]
-        found = [
-            self._slid(look, look.patch.turned_back(look.fixed.removed(patch), turn), interval,
-                       turned)
-            for look, patch in zip(self._looks, patches)]
-        self._rivalled = passing is not None and turned.drives and all(
-            look.rivals(each) for look, each in zip(self._looks, found))
+        for look in self._looks:
+            look.look(frame)
+            look.compare(turn)
+        found = self._search(interval, turned)
         travel = self._judged([each for each in found if each is not None], interval, turned)
-        if travel is None or since.over:
-            if turned.drives or since.given > _LEARNS:
-                for look, patch in zip(self._looks, patches):
-                    look.fixed.learn(patch)
-            self._kept, self._since = frame, _Since()
-            self._keep(patches)
-        return travel
+        if travel is None or self._key.over:
+            self._renew(frame, turned)
+        rivalled = turned.passing is not None and turned.drives and all(
+            look.is_rivalled(each) for look, each in zip(self._looks, found))
+        return replace(travel or self._bridged(interval, turns=turns), rivalled=rivalled)
+
+    def _search(self, interval: float, turned: Turned) -> list[RoadSlide | None]:
+        """Return the slide of each patch, None where none stands out."""
+        found = self._slides(interval, turned, self.speed_filter)
+        if found == [None] * len(found) and turned.least > 0.0:
+            # The road slides faster than it can at this speed, and all patches agree: the picture
+            # was frozen before, or the speed is wrong. (A slower slide may be an encoder's.)
+            faster = [each for each in self._slides(interval, turned, SpeedFilter())
+                      if each is not None and each.way > self._key.given + (
+                          self.speed_filter.bounds(each.deviation / interval)[1] * interval)]
+            if 1 < len(faster) == len(found) == len(self._agreeing(faster, faster[0])):
+                self.speed_filter.forget()
+                return [*faster]
+        return found
+
+    def _slides(
+        self, interval: float, turned: Turned, speeds: SpeedFilter,
+    ) -> list[RoadSlide | None]:
+        """Return the slide of each patch at the speeds that ``speeds`` holds for possible."""
+        found = []
+        for look in self._looks or ():
+            least, most = (
+                self._key.given + speed * interval
+                for speed in speeds.bounds(look.deviation(turned) / interval))
+            found.append(look.find(least, most, turned, stretched=self._stretched(look.middle)))
+        return found
+
+    def _renew(self, frame: Frame, turned: Turned) -> None:
+        """Make the newest frame the keyframe."""
+        moved_on = turned.drives or self._key.given > TUNING.learns
+        for look in self._looks or ():
+            if moved_on:
+                look.learn()
+            look.keep()
+        self._kept, self._key = frame, RoadKeyframe()
 
     def _nodded(self, pitch: float, interval: float) -> float:
         """
@@ -319,12 +210,12 @@ class RoadMeter:
         The suspension oscillates. A pitch that continues for longer comes from a vertical curve of
         the road, which the vehicle follows, or from an error of the blocks.
         """
-        share = 1.0 - math.exp(-interval / _BENDS)
+        share = 1.0 - math.exp(-interval / TUNING.bends)
         self._bending += share * (pitch / interval - self._bending)
         return pitch - self._bending * interval
 
     def _judged(
-        self, found: list[_Found], interval: float, turned: _Turned,
+        self, found: list[RoadSlide], interval: float, turned: Turned,
     ) -> Travel | None:
         """Combine the slides of the patches."""
         if turned.moves:
@@ -332,86 +223,60 @@ class RoadMeter:
         if not found:
             return None
         best = max(found, key=lambda each: each.score)
-        agreeing = [
-            each for each in found if abs(each.way - best.way) <= _DIFFER * math.hypot(
-                each.deviation, best.deviation,
-                2.0 * (each.middle - best.middle) * self._tilt.deviation * best.way)]
-        if len(agreeing) == 2 and best.way > _LEAST_SLIDE:
+        agreeing = self._agreeing(found, best)
+        if len(agreeing) == 2 and best.way > TUNING.least_slide:
             self._compare(*agreeing)
             agreeing = [replace(
                 each, way=each.raw / self._stretched(each.middle)) for each in agreeing]
-        since = self._since
-        stood = self.speed_filter.known and self.speed_filter.speed == 0.0
         if all(each.fixed for each in agreeing):
             if turned.moves:
                 # A slow vehicle, or a pattern that is fixed to the camera: a later frame tells.
-                since.over = since.age >= _LONGEST
+                self._key.over = self._key.age >= TUNING.longest
                 return self._waiting(interval)
-            if stood or since.age >= _STANDS:
-                since.over = since.age >= _CREEPS
+            stood = self.speed_filter.known and self.speed_filter.speed == 0.0
+            if stood or self._key.age >= TUNING.stands:
+                self._key.over = self._key.age >= TUNING.creeps
                 # A vehicle does not turn on the spot: the patch does not show the road.
                 return None if turned.swings else self._standing(interval)
+        return self._travelled(agreeing, interval)
+
+    def _travelled(self, agreeing: list[RoadSlide], interval: float) -> Travel:
+        """Return the distance of the newest pair, from the slides since the keyframe."""
         weights = np.array([each.deviation ** -2 for each in agreeing])
         way = float(weights @ [each.way for each in agreeing] / weights.sum())
         # Both errors come from the same pitch motion, so the mean is hardly better.
         own = min(each.deviation for each in agreeing) ** 2
-        depth = agreeing[0].middle
+        depth, key = agreeing[0].middle, self._key
         swing = 2.0 * depth * self._tilt.swing_deviation
         tilt = 2.0 * depth * self._tilt.common_deviation
         self._shares = swing, tilt
-        further = 1.0 + interval / since.age
-        since.over = (not self._keyframes or further * abs(way) > _BASELINE
-                      or since.age >= _LONGEST or abs(since.yaw) > _TURNED)
-        distance, variance = since.add(way, own, self.speed_filter, interval)
+        key.over = not self._keyframes or key.is_far(way, interval)
+        distance, variance = key.add(way, own, self.speed_filter, interval)
         # The first speed is the mean one since the keyframe.
-        time = interval if self.speed_filter.known else since.age
+        time = interval if self.speed_filter.known else key.age
         self.speed_filter.add(
-            (way - since.before) / time,
-            (own + since.before_variance) / (time * time))
+            (way - key.before) / time, (own + key.before_variance) / (time * time))
         return Travel(
             distance, variance + (swing ** 2 + tilt ** 2) * distance ** 2, TravelState.MEASURED,
             swing, tilt)
 
-    def _compare(self, near: _Found, far: _Found) -> None:
+    def _agreeing(self, found: list[RoadSlide], best: RoadSlide) -> list[RoadSlide]:
+        """Return the slides that differ from the best one by no more than their errors."""
+        return [
+            each for each in found if abs(each.way - best.way) <= TUNING.differ * math.hypot(
+                each.deviation, best.deviation,
+                2.0 * (each.middle - best.middle) * self._tilt.deviation * best.way)]
+
+    def _compare(self, near: RoadSlide, far: RoadSlide) -> None:
+        """Estimate the pitch from the slides of the near and the far patch."""
         if near.raw <= 0.0 or far.raw <= 0.0:
             return
         # A change of the pitch moves the far road more than the near road, in the same direction.
-        nod = (far.middle ** 2 - near.middle ** 2) * _NODDING
+        nod = (far.middle ** 2 - near.middle ** 2) * TUNING.nodding
         self._tilt.add_slides(
             far.raw / near.raw, far.middle - near.middle,
-            (nod ** 2 + 2.0 * (_PEAK * CELL) ** 2) / near.raw ** 2, assumed=self._assumed)
-
-    def _slid(
-        self, look: _Look, patch: NDArray[np.float32], interval: float, turned: _Turned,
-    ) -> _Found | None:
-        look.slide.compare(patch)
-        middle = look.patch.middle
-        stretched = self._stretched(middle)
-        deviation = math.hypot(_PEAK * CELL, (1.0 + middle * middle) * turned.nodding)
-        given = self._since.given
-        least, most = (
-            (given + speed * interval) * stretched / CELL
-            for speed in self.speed_filter.bounds(deviation / interval))
-        most = min(most, look.slide.most)
-        if not turned.moves:
-            least = min(least, -_FIXED_CELLS)
-        # Where the rotation takes a pattern that is fixed to the camera, and around it.
-        pattern = -(1.0 + middle * middle) * turned.pitch / CELL
-        below, above = min(pattern, 0.0) - _FIXED_CELLS, max(pattern, 0.0) + _FIXED_CELLS
-        # What slides is the road, even if such a pattern is stronger.
-        slowest = _NEAREST / CELL * (turned.passing or 0.0) if turned.drives else above
-        places = [(max(least, above, slowest), most), (least, min(most, below))]
-        if turned.drives and turned.passing is not None and most > 0.0:
-            del places[1]
-        peaks = [look.slide.peak(*place) for place in places] if turned.moves else []
-        peak = max(filter(None, peaks), key=lambda each: each.score, default=None)
-        if not turned.drives and (peak is None or peak.score < _STANDS_OUT):
-            peak = look.slide.peak(least, most)
-        if peak is None or peak.score < _STANDS_OUT:
-            return None
-        raw = peak.cells * CELL
-        return _Found(
-            raw / stretched, deviation, peak.score, middle, raw, below < peak.cells < above)
+            (nod ** 2 + 2.0 * (TUNING.peak_cells * CELL) ** 2) / near.raw ** 2,
+            assumed=self._assumed)
 
     def _stretched(self, middle: float) -> float:
         """Return the factor by which a slide is too large, as the pitch has changed."""
@@ -419,24 +284,24 @@ class RoadMeter:
 
     def _waiting(self, interval: float) -> Travel:
         """Bridge a pair whose way the keyframe will tell later."""
-        travel, since = self._bridged(interval, turns=False), self._since
+        travel = self._bridged(interval, turns=False)
         if travel.state is TravelState.BRIDGED:
-            since.given += travel.distance
-            since.variance += (self.speed_filter.deviation * interval) ** 2
+            self._key.bridge(
+                travel.distance, (self.speed_filter.deviation * interval) ** 2)
         return travel
 
     def _standing(self, interval: float) -> Travel:
         self.speed_filter.stand()
         # A slower slide than this would not be seen while a keyframe is kept.
         return Travel(
-            0.0, (_PEAK * CELL * interval / _CREEPS) ** 2, TravelState.STANDING)
+            0.0, (TUNING.peak_cells * CELL * interval / TUNING.creeps) ** 2, TravelState.STANDING)
 
     def _bridged(self, interval: float, *, turns: bool) -> Travel:
         off = self.speed_filter.deviation * interval
         # A turning vehicle moves, even if it was standing when it was last measured.
         if not self.speed_filter.known or (turns and self.speed_filter.speed == 0.0):
             return Travel(1.0, off ** 2, TravelState.UNKNOWN)
-        way = self.speed_filter.speed * min(interval, _HOLDS)
+        way = self.speed_filter.speed * min(interval, TUNING.holds)
         if self.speed_filter.lost:
             # The drawn path continues with the last speed, but this is not a distance.
             return Travel(way, off ** 2, TravelState.UNKNOWN)
@@ -447,7 +312,7 @@ class RoadMeter:
             swing = math.hypot(swing, off / way)
         return Travel(way, variance, TravelState.BRIDGED, swing, tilt)
 
-    def _look_anew(self, before: Frame | None) -> None:
+    def _look_anew(self) -> None:
         """Make the patches with the current tilt."""
         self._assumed = self._tilt.mounting
         horizon = replace(self._horizon, pitch=self._assumed)
@@ -456,11 +321,8 @@ class RoadMeter:
                         mask=self._mask)
             for stretch in stretches(self._camera, horizon)]
         self._looks = tuple(
-            _Look(patch, Slide(patch.window), FixedPattern())
-            for patch in patches if patch.share > _LEAST_SEEN)
-        if before is not None:
-            self._keep([look.patch(before) for look in self._looks])
-
-    def _keep(self, patches: list[NDArray[np.float32]]) -> None:
-        for look, patch in zip(self._looks or (), patches):
-            look.slide.keep(look.fixed.removed(patch))
+            RoadLook(patch) for patch in patches if patch.share > TUNING.least_seen)
+        if self._kept is not None:
+            for look in self._looks:
+                look.look(self._kept)
+                look.keep()

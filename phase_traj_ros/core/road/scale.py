@@ -2,13 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Estimates the camera height in metres, the factor from camera heights to metres."""
 
-# Smallest relative deviation of a height from given speeds: the error of a speedometer.
-_SPEEDOMETER = 0.02
-# Relative standard deviation between the two distances of a pair, and the time in seconds for
-# which it is correlated.
-_PAIR, _ALIKE = 0.1, 1.0
-# Prior of an unknown height, in metres, and its relative standard deviation.
-_USUAL, _SPREAD = 1.5, 0.5
+from phase_traj_ros.core.road.tuning import TUNING
 
 
 class CameraHeight:
@@ -17,8 +11,8 @@ class CameraHeight:
     def __init__(self, given: float, deviation: float) -> None:
         """Start with a height in metres (0 if unknown) and its relative standard deviation."""
         self._known = given > 0.0
-        self._metres = given if self._known else _USUAL
-        self._variance = (deviation if self._known else _SPREAD) ** 2
+        self._metres = given if self._known else TUNING.usual_height
+        self._variance = (deviation if self._known else TUNING.height_spread) ** 2
 
     @property
     def metres(self) -> float | None:
@@ -36,10 +30,10 @@ class CameraHeight:
 
         ``interval`` is the time of the pair in seconds.
         """
-        noise = _PAIR ** 2 * max(_ALIKE / interval, 1.0)
+        noise = TUNING.pair ** 2 * max(TUNING.pair_time / interval, 1.0)
         gain = self._variance / (self._variance + noise)
         self._metres *= 1.0 + gain * (metres / heights / self._metres - 1.0)
         # The error of the speedometer does not average out. A given height may be more certain.
-        least = min(self._variance, _SPEEDOMETER ** 2)
+        least = min(self._variance, TUNING.speedometer ** 2)
         self._variance = max(self._variance * (1.0 - gain), least)
         self._known = True

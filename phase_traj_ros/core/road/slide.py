@@ -10,14 +10,8 @@ from numpy.typing import NDArray
 from phase_traj_ros.core.correlation.aligned import aligned_zeros
 from phase_traj_ros.core.correlation.spectrum import CrossPhase, padded_shape
 from phase_traj_ros.core.correlation.transforms import find_transform
+from phase_traj_ros.core.road.tuning import TUNING
 
-# Lateral search range in cells: the motion is not exactly straight, and a camera ahead of the rear
-# axle moves sideways in a turn.
-_ASIDE = 4
-# Largest slide between two patches, as a fraction of their length.
-_MOST = 0.7
-# Width of a peak to each side, in cells.
-_NEXT = 3
 # Bins weaker than this share of the root mean square hold rounding noise.
 _ROUNDING = 1e-6
 
@@ -39,7 +33,7 @@ class Slide:
         self._transforms = find_transform()
         self._map = aligned_zeros(padded_shape((window.shape[0], window.shape[1])))
         self._cross = CrossPhase((self._map.shape[0], self._map.shape[1]))
-        self.most = int(_MOST * window.shape[0])
+        self.most = int(TUNING.longest_slide * window.shape[0])
         """Largest slide in cells."""
         self._scores: NDArray[np.float64] = np.zeros(0)
 
@@ -57,7 +51,7 @@ class Slide:
         energy = self._transform(patch, keep=False)
         unit = self._transforms.inverse(self._map)
         height, width = self._map.shape
-        columns = np.arange(-_ASIDE, _ASIDE + 1) % width
+        columns = np.arange(-TUNING.aside_cells, TUNING.aside_cells + 1) % width
         rows = np.arange(-self._back, self.most + 2) % height
         best = self._map[rows[:, None], columns].max(axis=1).astype(np.float64)
         noise = unit * math.sqrt(max(energy, 1e-12) / self._map.size)
@@ -85,7 +79,7 @@ class Slide:
         scores = self._scores.copy()
         if cells is not None:
             at = round(cells) + self._back
-            scores[max(at - _NEXT, 0):at + _NEXT + 1] = 0.0
+            scores[max(at - TUNING.next_cells, 0):at + TUNING.next_cells + 1] = 0.0
         return float(scores.max())
 
     @property

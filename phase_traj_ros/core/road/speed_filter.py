@@ -4,16 +4,7 @@
 
 import math
 
-# Acceleration of a vehicle in camera heights per second squared (3.3 m/s2 at 1.65 m).
-_ACCELERATION = 2.0
-# Search range of the speed, in standard deviations: of the acceleration, that is what tyres hold.
-_GATE = 3.0
-# Largest speeds forward and in reverse, in camera heights per second.
-_FASTEST, _BACKWARDS = 45.0, 3.0
-# Standard deviation of an unknown speed.
-_ANY = 10.0
-# A first speed that no second one confirms within so many seconds was none.
-_CONFIRMED = 0.5
+from phase_traj_ros.core.road.tuning import TUNING
 
 
 class SpeedFilter:
@@ -27,7 +18,7 @@ class SpeedFilter:
         """Forget the speed."""
         self.speed = 0.0
         """Speed in camera heights per second."""
-        self.deviation = _ANY
+        self.deviation = TUNING.any_speed
         """Its standard deviation."""
         self.known = False
         """Whether a speed has been measured since."""
@@ -41,29 +32,29 @@ class SpeedFilter:
         """
         if self._unconfirmed is not None:
             self._unconfirmed += interval
-            if self._unconfirmed > _CONFIRMED + interval:
+            if self._unconfirmed > TUNING.confirmed + interval:
                 self.forget()
         # The acceleration is not random: it may continue for a whole gap.
-        grown = self.deviation + _ACCELERATION * interval
-        self.deviation = min(math.hypot(grown, self.speed * unsure / interval), _ANY)
+        grown = self.deviation + TUNING.acceleration * interval
+        self.deviation = min(math.hypot(grown, self.speed * unsure / interval), TUNING.any_speed)
 
     @property
     def lost(self) -> bool:
         """Return whether the speed is unknown: never measured, or too long ago."""
-        return not self.known or self.deviation >= _ANY
+        return not self.known or self.deviation >= TUNING.any_speed
 
     def bounds(self, deviation: float) -> tuple[float, float]:
         """Return the limits between which a speed is measured, with this standard deviation."""
         if self.lost:
-            return -_BACKWARDS, _FASTEST
-        off = _GATE * math.hypot(self.deviation, deviation)
-        return max(self.speed - off, -_BACKWARDS), min(self.speed + off, _FASTEST)
+            return -TUNING.backwards, TUNING.fastest
+        off = TUNING.gate * math.hypot(self.deviation, deviation)
+        return max(self.speed - off, -TUNING.backwards), min(self.speed + off, TUNING.fastest)
 
     def add(self, speed: float, variance: float) -> None:
         """Add a measured speed."""
         if not self.known:
             # Of two frames a moment apart, the noise of a peak is a speed beyond all bounds.
-            self.speed = min(max(speed, -_BACKWARDS), _FASTEST)
+            self.speed = min(max(speed, -TUNING.backwards), TUNING.fastest)
             self.deviation, self.known = math.sqrt(variance), True
             self._unconfirmed = 0.0
             return

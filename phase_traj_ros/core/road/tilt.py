@@ -16,16 +16,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 from phase_traj_ros.core.camera.horizon import Horizon
-
-# Pitch of the suspension: standard deviation in radians, and correlation time in seconds.
-_SPRINGS, _SWING = math.radians(0.4), 1.0
-# Change of the mounting in radians within a time in seconds: passengers, load, slopes.
-_LOAD, _LOADING = math.radians(0.3), 600.0
-# Error of both measurements that does not average out, in radians: the road is not a plane, and
-# the principal point has an error.
-_COMMON = 0.0015
-# The weight of a value decreases beyond this many standard deviations.
-_FAR = 2.0
+from phase_traj_ros.core.road.tuning import TUNING
 
 
 class RoadTilt:
@@ -35,7 +26,7 @@ class RoadTilt:
         """Start with a prior tilt; with ``fixed``, the pitch of the mounting is exact."""
         self._state = np.array([horizon.pitch, 0.0])
         mounting = 0.0 if fixed else horizon.pitch_deviation
-        self._covariance = np.diag([mounting ** 2, _SPRINGS ** 2])
+        self._covariance = np.diag([mounting ** 2, TUNING.swing ** 2])
         self._fixed = fixed
 
     @property
@@ -61,17 +52,17 @@ class RoadTilt:
     @property
     def common_deviation(self) -> float:
         """Return the standard deviation of the part that changes slowly, the mounting."""
-        return math.hypot(math.sqrt(self._covariance[0, 0]), 0.0 if self._fixed else _COMMON)
+        return math.hypot(math.sqrt(self._covariance[0, 0]), 0.0 if self._fixed else TUNING.common)
 
     def pass_time(self, interval: float) -> None:
         """Predict ``interval`` seconds ahead."""
-        kept = math.exp(-interval / _SWING)
+        kept = math.exp(-interval / TUNING.swing_time)
         step = np.diag([1.0, kept])
         self._state = step @ self._state
         self._covariance = step @ self._covariance @ step
-        self._covariance[1, 1] += (1.0 - kept * kept) * _SPRINGS ** 2
+        self._covariance[1, 1] += (1.0 - kept * kept) * TUNING.swing ** 2
         if not self._fixed:
-            self._covariance[0, 0] += _LOAD ** 2 * min(interval / _LOADING, 1.0)
+            self._covariance[0, 0] += TUNING.load ** 2 * min(interval / TUNING.load_time, 1.0)
 
     def add_travel(self, slope: float, variance: float) -> None:
         """Add the slope of the direction of travel below the optical axis, with its variance."""
@@ -102,7 +93,7 @@ class RoadTilt:
         spread: NDArray[np.float64] = self._covariance.sum(axis=1)
         total = float(spread.sum())
         off = pitch - self.pitch
-        variance *= max(1.0, off * off / (_FAR * _FAR * (total + variance)))
+        variance *= max(1.0, off * off / (TUNING.far * TUNING.far * (total + variance)))
         gain = spread / (total + variance)
         self._state = self._state + gain * off
         self._covariance = self._covariance - np.outer(gain, spread)

@@ -14,7 +14,7 @@ from phase_traj_ros.parameters import Parameters
 
 def make_estimator(parameters: Parameters, *, keep_all: bool = False) -> TrajectoryEstimator:
     """
-    Return an estimator, bounded in memory unless ``keep_all``.
+    Return an estimator, bounded in memory; with ``keep_all`` it keeps all codes and speeds.
 
     Raises
     ------
@@ -24,7 +24,7 @@ def make_estimator(parameters: Parameters, *, keep_all: bool = False) -> Traject
     """
     settings = parameters.estimator_settings()
     if keep_all:
-        settings = replace(settings, max_runs=None, max_corners=None, max_speeds=None)
+        settings = replace(settings, max_runs=None, max_speeds=None)
     try:
         return TrajectoryEstimator(settings, mask=read_mask(parameters))
     except ParameterError:

@@ -4,6 +4,7 @@
 
 from collections.abc import Generator
 from contextlib import closing
+from dataclasses import replace
 
 from phase_traj_ros.io.sources.base import Entry, FrameSource, StampedFrame
 from phase_traj_ros.io.sources.prefetch import prefetch
@@ -15,7 +16,8 @@ class KeptFrames:
     """
     The frames of a source, to be iterated over more than once.
 
-    A drive that fits into the memory limit is decoded once, a longer one on each pass.
+    A drive that fits into the memory limit is decoded once, a longer one on each pass; of one
+    that is known to be longer, nothing is kept.
     """
 
     def __init__(self, source: FrameSource, *, most_bytes: int = _MOST_BYTES) -> None:
@@ -36,13 +38,23 @@ class KeptFrames:
     def keeping(self) -> Generator[Entry, None, None]:
         """Yield all frames, and keep them for the next pass if they fit."""
         kept: list[Entry] | None = []
-        size = 0
+        size, expected = 0, self._source.frame_count or 0
         with closing(self.once()) as frames:
             for frame in frames:
                 if kept is not None:
-                    kept.append(frame)
-                    size += frame.image.nbytes if isinstance(frame, StampedFrame) else 0
-                    if size > self._most_bytes:
+                    one = frame.image.nbytes if isinstance(frame, StampedFrame) else 0
+                    size += one
+                    kept.append(_alone(frame))
+                    if max(size, expected * one) > self._most_bytes:
                         kept = None
                 yield frame
         self._kept = kept
+
+
+def _alone(entry: Entry) -> Entry:
+    """Return an entry without the colours that a decoder keeps beside the luma."""
+    if not isinstance(entry, StampedFrame):
+        return entry
+    image = entry.image.copy()
+    image.flags.writeable = False
+    return replace(entry, image=image)

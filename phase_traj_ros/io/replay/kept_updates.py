@@ -11,15 +11,15 @@ import zlib
 
 from phase_traj_ros.core import Update
 
-_BLOCK, _OPEN = 1024, 16
+_BLOCK, _OPEN = 1024, 2
 
 
 class KeptUpdates(Sequence[Update]):
     """
     A sequence of updates that grows.
 
-    They are compressed in blocks of 1,024 pairs, of which the 16 read last are kept as objects
-    too: 20 MB, however long the drive is.
+    They are compressed in blocks of 1,024 pairs, of which the two read last are kept as objects
+    too.
     """
 
     def __init__(self) -> None:

@@ -5,9 +5,10 @@
 from dataclasses import dataclass
 import math
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
-from phase_traj_ros.core import Movement, PairStatus
+from phase_traj_ros.core import Movement, PairStatus, Update
 from phase_traj_ros.io.replay.run import Replay
 
 
@@ -55,32 +56,55 @@ class Overview:
 
 def overview(result: Replay) -> Overview:
     """Return the overview of ``result``."""
-    nothing = math.nan, math.nan
-    shown = np.array([
-        (update.tip.x, update.tip.y,
-         *(nothing if update.shift is None else (update.shift.dx, update.shift.response)))
-        for update in result.updates], np.float64)
+    rows = np.fromiter(
+        (_row(result, update) for update in result.updates),
+        np.dtype((np.float64, 7)), len(result.updates))
+    seconds, dx, response, x, y, heading, speed = rows.T
     return Overview(
-        seconds=(_stamps(result)[1:] - result.first_stamp_ns) / 1e9,
-        dx=shown[:, 2],
-        response=shown[:, 3],
-        path=np.vstack([np.zeros(2), shown[:, :2]]),
+        seconds=seconds,
+        dx=dx,
+        response=response,
+        path=np.vstack([np.zeros(2), np.column_stack([x, y])]),
         turns=turn_marks(result),
-        heading_deg=_heading(result),
-        speed=_speed(result),
+        heading_deg=None if np.isnan(heading).any() else np.degrees(heading),
+        speed=speed if result.way.pairs else None,
     )
 
 
-def _heading(result: Replay) -> NDArray[np.float64] | None:
-    headings = [update.heading.heading for update in result.updates if update.heading]
-    return np.degrees(headings) if len(headings) == len(result.updates) else None
+def _row(result: Replay, update: Update) -> tuple[float, ...]:
+    shift, heading, speed = update.shift, update.heading, update.speed
+    return (
+        _seconds(result, update.stamp_ns),
+        *((math.nan, math.nan) if shift is None else (shift.dx, shift.response)),
+        update.tip.x, update.tip.y, math.nan if heading is None else heading.heading,
+        math.nan if speed is None else speed)
 
 
-def _speed(result: Replay) -> NDArray[np.float64] | None:
-    if not result.way.pairs:
-        return None
-    speeds = (update.speed for update in result.updates)
-    return np.array([np.nan if speed is None else speed for speed in speeds])
+def outline(path: NDArray[np.float64], detail: float) -> NDArray[np.float64]:
+    """
+    Return the points, (m, 2), that a drawing of a path, (n, 2), needs.
+
+    ``detail`` is the tolerance as a share of the longer side of the path.
+    """
+    points = path.astype(np.float32).reshape(-1, 1, 2)
+    finest = float(np.ptp(points, axis=0).max()) * detail
+    return cv2.approxPolyDP(points, finest, closed=False).reshape(-1, 2).astype(np.float64)
+
+
+def extremes(values: NDArray[np.float64], columns: int) -> NDArray[np.intp]:
+    """
+    Return the indices of the values, (n,), that a plot of so many columns shows.
+
+    They are the lowest and the highest one in each column, or all if they are few.
+    """
+    count = len(values)
+    if count <= 2 * columns:
+        return np.arange(count)
+    column = np.arange(count) * columns // count
+    starts = np.searchsorted(column, np.arange(columns))
+    # NaN is sorted to the end.
+    lowest, highest = (np.lexsort((each, column))[starts] for each in (values, -values))
+    return np.union1d(lowest, highest)
 
 
 def _angle(result: Replay, frame: int) -> float | None:
@@ -100,7 +124,6 @@ def turn_marks(result: Replay) -> tuple[TurnMark, ...]:
     if result.parameters.codes_from_heading:
         return _marks_of_heading(result)
     updates = result.updates
-    seconds = (_stamps(result) - result.first_stamp_ns) / 1e9
     marks: list[TurnMark] = []
     for pair, update in enumerate(updates):
         if update.step.movement not in (Movement.LEFT, Movement.RIGHT):
@@ -112,24 +135,31 @@ def turn_marks(result: Replay) -> tuple[TurnMark, ...]:
                 break
             if updates[later].status is PairStatus.TURNING:
                 end = later
-        before = updates[pair - 1].tip
+        before = updates[pair - 1]
         marks.append(TurnMark(
-            len(marks) + 1, update.step.movement, pair, end, float(seconds[pair]),
-            float(seconds[end + 1]), (before.x, before.y), _angle(result, pair + 1)))
+            len(marks) + 1, update.step.movement, pair, end, _seconds(result, before.stamp_ns),
+            _seconds(result, updates[end].stamp_ns), (before.tip.x, before.tip.y),
+            _angle(result, pair + 1)))
     return tuple(marks)
 
 
 def _marks_of_heading(result: Replay) -> tuple[TurnMark, ...]:
-    tips = [(0.0, 0.0), *((update.tip.x, update.tip.y) for update in result.updates)]
     return tuple(
         TurnMark(
             number, Movement.LEFT if turn.angle_deg > 0 else Movement.RIGHT, turn.start_frame,
-            turn.end_frame - 1, (turn.start_ns - result.first_stamp_ns) / 1e9,
-            (turn.end_ns - result.first_stamp_ns) / 1e9, tips[turn.start_frame], turn.angle_deg)
+            turn.end_frame - 1, _seconds(result, turn.start_ns), _seconds(result, turn.end_ns),
+            _place(result, turn.start_frame), turn.angle_deg)
         for number, turn in enumerate(result.turns, 1))
 
 
-def _stamps(result: Replay) -> NDArray[np.int64]:
-    """Return the stamps of all frames in nanoseconds, (pairs + 1,)."""
-    return np.array(
-        [result.first_stamp_ns, *(update.stamp_ns for update in result.updates)], np.int64)
+def _place(result: Replay, frame: int) -> tuple[float, float]:
+    """Return where on the drawn path a frame is."""
+    if frame == 0:
+        return 0.0, 0.0
+    tip = result.updates[frame - 1].tip
+    return tip.x, tip.y
+
+
+def _seconds(result: Replay, stamp_ns: int) -> float:
+    """Return the time since the first frame."""
+    return (stamp_ns - result.first_stamp_ns) / 1e9

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Offline replay: runs all frames of a source through the estimator that the node uses."""
 
+from array import array
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 
@@ -36,6 +37,9 @@ from phase_traj_ros.io.replay.kept_updates import KeptUpdates
 from phase_traj_ros.io.sources.base import Entry, SourceFrames, Speed, StampedFrame
 from phase_traj_ros.parameters import Parameters
 
+# The number of a frame, where its source does not tell it.
+_UNKNOWN = -1
+
 
 @dataclass(frozen=True, slots=True)
 class Replay:
@@ -65,7 +69,7 @@ class Replay:
     """Distance travelled; it has no pairs if no distance is measured."""
     links: LinkCode | None = None
     """The chain code of equal links, if the parameters ask for it."""
-    frame_numbers: tuple[int, ...] | None = None
+    frame_numbers: Sequence[int] | None = None
     """Number of each frame in its source, before the selection; None if not known."""
     source_frames: SourceFrames = field(default_factory=SourceFrames)
     """How many frames the source has, as far as it is known."""
@@ -153,7 +157,7 @@ def replay(
         estimator.add_speed(speed.stamp_ns, speed.speed)
     updates = KeptUpdates()
     turns: list[Turn] = []
-    numbers: list[int | None] = []
+    numbers = array('q')
     first_stamp_ns = 0
     first_skipped = ''
     for outcome in outcomes(estimator, frames, source=source, strict=strict):
@@ -161,18 +165,18 @@ def replay(
             case Measured(frame, update):
                 updates.append(update)
                 turns += update.turns
-                numbers.append(frame.number)
+                numbers.append(_UNKNOWN if frame.number is None else frame.number)
                 for watcher in watchers:
                     watcher.add(frame, update, estimator)
             case Started(frame):
-                numbers.append(frame.number)
+                numbers.append(_UNKNOWN if frame.number is None else frame.number)
                 first_stamp_ns = frame.stamp_ns
                 for watcher in watchers:
                     watcher.start(frame, estimator)
             case Restarted():
                 updates = KeptUpdates()
                 turns.clear()
-                numbers.clear()
+                del numbers[:]
             case Skipped():
                 first_skipped = first_skipped or described(outcome)
     if not updates:
@@ -183,7 +187,8 @@ def replay(
         source, parameters, first_stamp_ns, updates, estimator.codes, estimator.counters,
         tuple(sorted([*turns, *under_way], key=_start_frame)),
         reliability=estimator.reliability.of_drive, threshold_hint=estimator.threshold_hint,
-        way=estimator.way, links=estimator.links, frame_numbers=_known(numbers),
+        way=estimator.way, links=estimator.links,
+        frame_numbers=None if _UNKNOWN in numbers else numbers,
         first_skipped=first_skipped)
     if heading is None:
         return found
@@ -202,12 +207,6 @@ def _too_few(estimator: TrajectoryEstimator, first_skipped: str) -> str:
     return (
         f'{used} frame{"" if used == 1 else "s"} to use{"".join(f", {each}" for each in unused)},'
         ' but a trajectory needs at least two, with different stamps')
-
-
-def _known(numbers: Sequence[int | None]) -> tuple[int, ...] | None:
-    """Return the numbers if all are known."""
-    known = tuple(number for number in numbers if number is not None)
-    return known if len(known) == len(numbers) else None
 
 
 def _start_frame(turn: Turn) -> int:

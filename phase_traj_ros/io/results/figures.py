@@ -16,7 +16,13 @@ from phase_traj_ros.core import Axes, Movement, normalised, Shift, to_axes
 from phase_traj_ros.core.codes.codes import Code
 from phase_traj_ros.errors import MissingDependencyError
 from phase_traj_ros.io.images.decoding import GreyImage
-from phase_traj_ros.io.replay.overview import Overview, overview, TurnMark
+from phase_traj_ros.io.replay.overview import (
+    extremes,
+    outline,
+    Overview,
+    overview,
+    TurnMark,
+)
 from phase_traj_ros.io.replay.run import Replay
 from phase_traj_ros.io.results.palette import LIGHT
 
@@ -30,6 +36,10 @@ _SETTINGS = Lock()
 _NUMBERED = 40
 # Number of dots above which an SVG stores them as pixels.
 _MANY = 2000
+# Of a picture; further values are not seen, but take matplotlib's memory.
+_COLUMNS = 2000
+# Tolerance of a drawn path, as a share of its size.
+_PATH_DETAIL = 1 / 4000
 
 
 def write_trajectory_picture(
@@ -68,7 +78,9 @@ def write_trajectory_picture(
         plots[2], shown.seconds[appended], result.direction, _names(result.codes.directions))
     _title(plots[2], f'direction: {len(result.direction)} codes')
     if shown.heading_deg is not None:
-        plots[3].plot(shown.seconds, shown.heading_deg, color=LIGHT.line, linewidth=1)
+        seen = extremes(shown.heading_deg, _COLUMNS)
+        plots[3].plot(
+            shown.seconds[seen], shown.heading_deg[seen], color=LIGHT.line, linewidth=1)
         plots[3].grid(axis='y', color=LIGHT.muted, alpha=0.3)
         _title(plots[3], 'heading (degrees, left positive)')
     _number_times(shift, shown.turns)
@@ -170,9 +182,10 @@ def _draw_trajectory(
     """Draw a normalised path (n, 2) in REP 103 axes, its start heading up."""
     points = normalised(to_axes(path, Axes.FIGURE))
     if truth is not None:
-        true = normalised(to_axes(truth, Axes.FIGURE))
+        true = outline(normalised(to_axes(truth, Axes.FIGURE)), _PATH_DETAIL)
         plot.plot(true[:, 0], true[:, 1], color=LIGHT.muted, linewidth=4, alpha=0.6, label='truth')
-    plot.plot(points[:, 0], points[:, 1], color=LIGHT.line, linewidth=2, solid_capstyle='round')
+    line = outline(points, _PATH_DETAIL)
+    plot.plot(line[:, 0], line[:, 1], color=LIGHT.line, linewidth=2, solid_capstyle='round')
     plot.plot(*points[0], 'o', color=LIGHT.ink, label='start')
     plot.plot(*points[-1], 's', color=LIGHT.accent, label='end')
     _number_turns(plot, points, turns)
@@ -199,7 +212,8 @@ def _draw_shift(plot: Plot, shown: Overview, threshold: float | None) -> None:
     plot.axhline(0, color=LIGHT.muted, linewidth=0.6)
     if threshold is not None:
         _draw_threshold(plot, threshold)
-    plot.plot(shown.seconds, shown.dx, color=LIGHT.line, linewidth=1)
+    seen = extremes(shown.dx, _COLUMNS)
+    plot.plot(shown.seconds[seen], shown.dx[seen], color=LIGHT.line, linewidth=1)
     plot.grid(axis='y', color=LIGHT.muted, alpha=0.3)
     # Space for the numbers of the turns.
     plot.margins(y=0.16)
@@ -228,6 +242,10 @@ def _draw_codes(
 ) -> None:
     values = np.asarray(codes)
     many = len(values) > _MANY
+    # Of each column, one dot for each code.
+    columns = np.arange(len(values)) * _COLUMNS // max(len(values), _COLUMNS)
+    seen = np.sort(np.unique(len(names) * columns + values, return_index=True)[1])
+    seconds, values = seconds[seen], values[seen]
     plot.step(
         seconds, values, where='post', color=LIGHT.muted, linewidth=0.8, rasterized=many)
     # An SVG has one element per dot.

@@ -92,9 +92,10 @@ def _direction_packed(result: Replay) -> dict[str, str]:
 
 def _heading_content(result: Replay) -> dict[str, Any]:
     """Return heading, turns and camera; empty if the heading is not measured."""
-    headings = np.array([
+    headings = np.fromiter((
         (update.heading.heading, update.heading.bridged)
-        for update in result.updates if update.heading is not None])
+        for update in result.updates if update.heading is not None),
+        np.dtype((np.float64, 2)))
     if not len(headings):
         return {}
     return {
@@ -260,7 +261,10 @@ def versions() -> dict[str, str]:
 def write_json(content: Mapping[str, object], path: Path) -> None:
     """Write an object as JSON, one line per key, so that long lists stay readable."""
     lines = (f'  {json.dumps(key)}: {json.dumps(value)}' for key, value in content.items())
-    path.write_text('{\n' + ',\n'.join(lines) + '\n}\n', encoding='utf-8')
+    with path.open('w', encoding='utf-8') as file:
+        file.write('{\n' + next(lines, ''))
+        file.writelines(f',\n{line}' for line in lines)
+        file.write('\n}\n')
 
 
 def run_pairs(runs: Sequence[Run[Any]]) -> list[tuple[int, int]]:

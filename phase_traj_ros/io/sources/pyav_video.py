@@ -85,10 +85,11 @@ class PyavSource(VideoFile):
                 last_ns = self._stamp_ns(number, pts, stream.time_base, last_ns)
                 yield Candidate(last_ns, partial(self._luma, frame, number), number=number)
                 number += 1
-            lost = self._end - float(newest * stream.time_base)
+            # The newest frame is shown for one period.
+            lost_s = self._end - float(newest * stream.time_base) - 1 / self._fps
             # A fragmented .mp4 declares the frames of its first fragment.
-            if lost > _CUT_OFF_S and number > (self._frames.declared or 0):
-                self._frames = replace(self._frames, declared=number + round(lost * self._fps))
+            if lost_s > _CUT_OFF_S and number > (self._frames.declared or 0):
+                self._frames = replace(self._frames, declared=number + round(lost_s * self._fps))
 
     def _stamp_ns(self, number: int, pts: int | None, time_base: Any, last_ns: int) -> int:
         """Return the stamp of a frame; it increases, whatever the file says."""

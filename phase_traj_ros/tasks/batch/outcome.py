@@ -10,12 +10,11 @@ from enum import Enum
 from itertools import count
 import time
 
-import cv2
 import numpy as np
 from phase_traj_ros.core import Counters, LengthUnit, Way
 from phase_traj_ros.core.reliability import Reliability
 from phase_traj_ros.errors import PhaseTrajError
-from phase_traj_ros.io.replay.overview import turn_marks
+from phase_traj_ros.io.replay.overview import outline, turn_marks
 from phase_traj_ros.io.replay.run import Replay
 from phase_traj_ros.io.sources.base import Entry
 from phase_traj_ros.tasks.batch.job import Pass, replay_source
@@ -111,7 +110,5 @@ def _replay(request: ReplayRequest, progress: Progress) -> Replay:
 
 def _route(result: Replay) -> tuple[tuple[float, float], ...]:
     """Return the drawn path, thinned to the points that a thumbnail needs."""
-    path = np.array([(0, 0), *((each.tip.x, each.tip.y) for each in result.updates)], np.float32)
-    finest = float(np.ptp(path, axis=0).max()) * _ROUTE_DETAIL
-    points = cv2.approxPolyDP(path.reshape(-1, 1, 2), finest, closed=False)
-    return tuple((float(x), float(y)) for x, y in points.reshape(-1, 2))
+    path = np.array([(0, 0), *((each.tip.x, each.tip.y) for each in result.updates)])
+    return tuple((x, y) for x, y in outline(path, _ROUTE_DETAIL).tolist())

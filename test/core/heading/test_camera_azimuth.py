@@ -12,8 +12,8 @@ from phase_traj_ros.core import (
     Lens,
     TrajectoryEstimator,
 )
-from phase_traj_ros.core.heading.camera_motion import MOUNTED
-from phase_traj_ros.core.heading.mounting import Mounting
+from phase_traj_ros.core.heading.focus_of_expansion import Mounting
+from phase_traj_ros.core.heading.tuning import TUNING
 from phase_traj_ros.synthetic import Camera, plan_drive, pose_drive, render_drive, Straight, Turn
 from phase_traj_ros.synthetic.degradations import sensor_noise
 import pytest
@@ -33,7 +33,7 @@ def travelled(rng, *, mounted, rate_hz, seconds=30.0, turn=0.0):
 @pytest.mark.parametrize('rate_hz', [5, 60])
 def test_it_scatters_as_it_says_at_any_frame_rate(rate_hz):
     rng = np.random.default_rng(rate_hz)
-    drawn = rng.normal(0.0, MOUNTED, 200)
+    drawn = rng.normal(0.0, TUNING.mounting_deviation, 200)
     found = [travelled(rng, mounted=angle, rate_hz=rate_hz) for angle in drawn]
     off = [(one.angle - angle) / one.deviation for one, angle in zip(found, drawn)]
     assert 0.4 < np.mean(np.square(off)) < 2.5
@@ -42,7 +42,7 @@ def test_it_scatters_as_it_says_at_any_frame_rate(rate_hz):
 
 def test_a_turn_tells_nothing():
     mounting = travelled(np.random.default_rng(1), mounted=0.0, rate_hz=10, turn=0.5)
-    assert mounting.angle == 0.0 and mounting.deviation >= MOUNTED
+    assert mounting.angle == 0.0 and mounting.deviation >= TUNING.mounting_deviation
 
 
 def test_it_may_be_pushed():

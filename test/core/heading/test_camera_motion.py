@@ -6,7 +6,8 @@ import math
 
 from hypothesis import given, settings, strategies as st
 import numpy as np
-from phase_traj_ros.core.heading.camera_motion import FocusOfExpansion, MotionFit
+from phase_traj_ros.core.heading.camera_motion import MotionFit
+from phase_traj_ros.core.heading.focus_of_expansion import FocusOfExpansion
 import pytest
 
 DEVIATION = 0.25 / 256
@@ -160,3 +161,47 @@ def test_a_camera_ahead_of_the_rear_axle_moves_sideways_in_a_turn():
         motion = fit(u + noise[0], w + noise[1], np.ones_like(u), straight.after(interval, rate))
         errors.append(motion.yaw - rate * interval)
     assert abs(np.mean(errors)) < math.radians(0.1)
+
+
+@pytest.mark.parametrize('seconds', [0.01, 0.1, 3.0])
+def test_with_nothing_seen_the_direction_of_travel_stays_as_uncertain_as_it_is(seconds):
+    usual = FocusOfExpansion()
+    later = usual.after(seconds)
+    assert later.course_variance == pytest.approx(usual.course_variance)
+    assert later.slope_variance == pytest.approx(usual.slope_variance)
+    mounted = FocusOfExpansion(course=0.0, course_variance=1e-9).after(
+        seconds, mounted=0.05, unsure=0.0)
+    assert mounted.course == pytest.approx(0.05 * (1.0 - math.exp(-seconds)))
+
+
+def test_a_camera_that_only_turns_tells_nothing_of_the_direction_of_travel():
+    expected = FocusOfExpansion(0.03, -0.02, math.radians(1.0) ** 2, math.radians(0.5) ** 2)
+    world = World()
+    u, w = world.displacements(yaw=0.02)
+    fit = MotionFit(world.azimuths, world.slopes, deviation=DEVIATION)
+    found = fit(u, w, np.ones_like(u), expected).travel
+    assert (found.course, found.slope) == pytest.approx((0.03, -0.02), abs=1e-3)
+    assert found.course_variance == pytest.approx(expected.course_variance, rel=0.05)
+    assert found.slope_variance == pytest.approx(expected.slope_variance, rel=0.05)
+
+
+@pytest.mark.parametrize(('half', 'near', 'far'), [(0.7, 5.0, 60.0), (0.15, 5.0, 15.0)])
+def test_the_motion_scatters_as_it_says(half, near, far):
+    """The narrower the view, the more of a wrong direction of travel becomes yaw."""
+    rng, errors = np.random.default_rng(7), []
+    course, slope = math.radians(1.0), math.radians(1.0)
+    for _ in range(150):
+        world = World(seed=int(rng.integers(1 << 30)))
+        world.azimuths = rng.uniform(-half, half, 160)
+        world.distances = rng.uniform(near, far, 160)
+        drawn, climb = rng.normal(0.0, course), rng.normal(0.0, slope)
+        u, w = world.displacements(yaw=0.0, step=0.8, course=drawn, climb=climb)
+        u, w = (each + rng.normal(0.0, DEVIATION, 160) for each in (u, w))
+        fit = MotionFit(world.azimuths, world.slopes, deviation=DEVIATION)
+        found = fit(u, w, np.ones_like(u), FocusOfExpansion(0.0, 0.0, course ** 2, slope ** 2))
+        errors.append([
+            found.yaw ** 2 / found.yaw_variance,
+            (found.travel.course - drawn) ** 2 / found.travel.course_variance,
+            (found.travel.slope - climb) ** 2 / found.travel.slope_variance])
+    assert np.all(np.mean(errors, axis=0) > 0.4)
+    assert np.all(np.mean(errors, axis=0) < 1.8)

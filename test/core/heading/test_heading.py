@@ -119,3 +119,60 @@ def test_a_jump_beyond_doubt_is_believed_at_once():
         doubting.update(yaw, 0.1)
     assert sure.heading == pytest.approx(sum(yaws))
     assert doubting.bridged > 0
+
+
+def test_two_wild_pairs_confirm_each_other_only_within_what_a_vehicle_can_do():
+    # From 3 to 4 rad/s within a tenth of a second: 570 degrees per second squared.
+    _, steps = follow([0.0, 0.0, 0.3, 0.4, 0.0])
+    assert [step.bridged for step in steps] == [False, False, True, True, False]
+
+
+def test_a_missing_pair_before_a_jump_that_lasts_gets_the_mean_rate():
+    tracker, steps = follow([0.02, None, 0.3, 0.3])
+    assert [step.bridged for step in steps] == [False, True, True, False]
+    assert tracker.heading == pytest.approx(0.02 + (0.02 + 0.3) / 2 + 0.3 + 0.3)
+
+
+def test_the_deviation_of_the_heading_is_that_of_all_steps():
+    tracker = HeadingTracker()
+    for _ in range(25):
+        tracker.update(0.01, 0.1, variance=0.002 ** 2)
+    assert tracker.deviation == pytest.approx(5 * 0.002)
+    bridged = [tracker.update(None, 0.1) for _ in range(15)]
+    after = tracker.update(0.3, 0.1, variance=0.002 ** 2)
+    # After more than a second, what the vehicle did meanwhile is not made up for.
+    assert after.yaw == pytest.approx(0.3) and after.missed > 0.5
+    assert tracker.deviation == pytest.approx(math.sqrt(
+        26 * 0.002 ** 2 + sum(step.variance for step in bridged) + after.missed ** 2))
+    tracker.reset()
+    assert tracker.deviation == 0.0
+
+
+def test_a_rate_from_before_a_cut_says_nothing_of_what_comes_after_it():
+    tracker, _ = follow([0.1, 0.1])
+    tracker.cut()
+    assert tracker.rate == 0.0 and tracker.heading == pytest.approx(0.2)
+    assert tracker.update(None, 0.1).yaw == 0.0
+    tracker, _ = follow([0.1, None])
+    tracker.cut()
+    # Nothing of the gap is made up for.
+    assert tracker.update(-0.3, 0.1).yaw == pytest.approx(-0.3)
+
+
+def test_a_corrected_scale_holds_for_the_gap_and_the_rate():
+    tracker, _ = follow([0.1, None])
+    tracker.scale(1.5)
+    twin, _ = follow([0.15, None])
+    assert (tracker.heading, tracker.rate) == pytest.approx((twin.heading, twin.rate))
+    assert tracker.update(0.2, 0.1).yaw == pytest.approx(twin.update(0.2, 0.1).yaw)
+
+
+def test_what_is_bridged_is_as_uncertain_at_any_frame_rate():
+    found = []
+    for rate_hz in (5, 10, 60):
+        tracker = HeadingTracker()
+        tracker.update(0.0, 1.0 / rate_hz)
+        found.append(sum(
+            tracker.update(None, 1.0 / rate_hz).variance for _ in range(2 * rate_hz)))
+    assert found == pytest.approx([found[0]] * 3)
+    assert math.degrees(math.sqrt(found[0])) > 5.0

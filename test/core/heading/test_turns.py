@@ -301,6 +301,7 @@ def test_a_turn_counts_wherever_the_scale_comes_after_it(pairs_after):
     quarters, turns = counted(plan, scale_at=15 + 30 + pairs_after, factor=2.0)
     assert [each for each in quarters if each] == [(-1,)]
     assert [turn.angle_deg for turn in turns] == pytest.approx([-90])
+    assert [turn.peak_rate_deg_s for turn in turns] == pytest.approx([-30])
 
 
 def test_quarters_start_anew_after_a_reset():

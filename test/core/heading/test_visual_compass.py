@@ -13,7 +13,8 @@ from phase_traj_ros.core.camera.estimate import CameraEstimate
 from phase_traj_ros.core.camera.lens import Lens
 from phase_traj_ros.core.camera.model import CameraModel, Distortion
 from phase_traj_ros.core.correlation.phase_correlation import Shift
-from phase_traj_ros.core.heading.camera_motion import CameraMotion, FocusOfExpansion
+from phase_traj_ros.core.heading.camera_motion import CameraMotion
+from phase_traj_ros.core.heading.focus_of_expansion import FocusOfExpansion
 from phase_traj_ros.core.heading.visual_compass import VisualCompass
 from phase_traj_ros.core.heading.yaw_meter import YawMeasurement
 from phase_traj_ros.errors import FrameError
@@ -168,6 +169,36 @@ def test_a_lens_that_leaves_nothing_to_measure_is_not_taken():
     headings = follow(estimator, frames)
     assert estimator.lens == usual
     assert np.all(headings == follow(VisualCompass(usual), frames))
+
+
+def test_a_camera_is_learned_once_a_turn_has_told():
+    learning = _Told(FOUND)
+    estimator = VisualCompass(Lens(hfov_deg=75.0, assumed=True), learning=learning)
+    assert estimator.learned == FOUND
+    learning.turns = 0
+    assert estimator.learned is None
+    assert VisualCompass(Lens(hfov_deg=75.0)).learned is None
+
+
+def test_a_cut_ends_the_rate_and_keeps_the_heading():
+    camera, frames = turning('barrel')
+    estimator = VisualCompass(Lens(camera=camera))
+    heading = follow(estimator, frames[:6])[-1]
+    assert estimator.tracker.rate > 0.1
+    estimator.cut()
+    assert estimator.tracker.rate == 0.0
+    assert math.degrees(estimator.tracker.heading) == heading > 5.0
+
+
+def test_a_learned_camera_is_taken_even_if_it_is_what_was_guessed():
+    _, frames = turning('barrel')
+    guess = Lens(hfov_deg=75.0, assumed=True)
+    same = replace(FOUND, focal_px=guess.focal_for(480), column_px=0.0)
+    for learned, settled in ((same, True), (replace(same, focal_deviation=0.2), False)):
+        estimator = VisualCompass(guess, learning=_Told(learned))
+        assert np.isfinite(follow(estimator, frames)).all()
+        assert estimator.lens == Lens(estimate=learned)
+        assert estimator.camera.settled is settled
 
 
 @pytest.mark.parametrize('shape', [(0, 4), (40, 40, 3), (40,)])

@@ -44,3 +44,14 @@ def test_a_way_counts_each_pair_once_and_adds_what_is_known():
     assert way.speed == -2.0
     way.reset()
     assert (way.pairs, way.distance, way.speed) == (0, 0.0, None)
+
+
+def test_the_next_pair_replaces_what_was_foreseen():
+    way = Way()
+    way.foresee(Travel(-1.0, 0.1, TravelState.MEASURED))
+    way.foresee(Travel(-2.0, 0.1, TravelState.MEASURED))
+    assert way.distance == 2.0
+    way.foresee(Travel(9.0, 0.1, TravelState.UNKNOWN))
+    assert way.distance == 0.0
+    way.add(Travel(3.0, 0.1, TravelState.MEASURED), 0.5)
+    assert way.distance == 3.0 and way.pairs == way.states[TravelState.MEASURED] + 1 == 4

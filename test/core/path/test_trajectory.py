@@ -58,6 +58,11 @@ def test_normalised_starts_at_the_origin_with_a_longer_side_of_one(directions):
         assert lengths == pytest.approx(lengths[0])
 
 
+def test_normalised_moves_the_start_to_the_origin():
+    points = np.array([[3.0, 4.0], [5.0, 4.0], [5.0, 3.0]])
+    assert normalised(points).tolist() == [[0, 0], [1, 0], [1, -0.5]]
+
+
 @given(DIRECTIONS)
 def test_the_growing_path_has_the_corners_of_the_drawn_one(directions):
     path = ChainPath()

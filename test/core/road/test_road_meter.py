@@ -9,7 +9,8 @@ import numpy as np
 from phase_traj_ros.core.camera.horizon import Horizon
 from phase_traj_ros.core.camera.lens_family import OneNumberLens
 from phase_traj_ros.core.camera.model import CameraModel
-from phase_traj_ros.core.heading.camera_motion import CameraMotion, FocusOfExpansion
+from phase_traj_ros.core.heading.camera_motion import CameraMotion
+from phase_traj_ros.core.heading.focus_of_expansion import FocusOfExpansion
 from phase_traj_ros.core.road.ground import CELL, GroundPatch, rotation, stretches
 from phase_traj_ros.core.road.meter import RoadMeter
 from phase_traj_ros.core.road.slide import Slide
@@ -62,7 +63,7 @@ class Road:
 def motion(yaw=0.0, pitch=0.0, *, slope=0.0, passing=0.05):
     return CameraMotion(
         yaw, pitch, 0.0, FocusOfExpansion(slope=slope, slope_variance=0.004 ** 2), 100.0, 1.0,
-        1e-8, passing)
+        1e-8, passing, passed=passing)
 
 
 def drive(camera, step, *, pitch=0.0, told=None, frames=12, spoil=None, **kwargs):
@@ -319,3 +320,16 @@ def test_the_road_passes_no_slower_than_what_is_nearest_does():
     meter.start(road.seen(0.0))
     travel = meter.update(road.seen(0.1), 0.1, motion(passing=0.1))
     assert travel.state is not TravelState.MEASURED
+
+
+def test_a_road_that_slides_faster_than_tyres_allow_is_found_at_once():
+    """As after a frozen picture: the speed before it does not hold."""
+    road, meter = Road(PINHOLE), RoadMeter(PINHOLE, Horizon(), pitch_known=True)
+    meter.start(road.seen(0.0))
+    for _ in range(8):
+        stands = meter.update(road.seen(0.0), 0.1, motion(passing=0.0))
+    assert stands.state is TravelState.STANDING
+    travels = [meter.update(road.seen(0.9 * count), 0.1, motion(passing=0.06))
+               for count in range(1, 9)]
+    assert {travel.state for travel in travels} == {TravelState.MEASURED}
+    assert sum(travel.distance for travel in travels) == pytest.approx(7.2, rel=0.02)

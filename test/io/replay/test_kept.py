@@ -22,8 +22,8 @@ TENTH = 100_000_000
 class _Counted(FrameSource):
     """Yields frames of noise, and counts how often they are read; some are invalid."""
 
-    def __init__(self, *, unusable=()):
-        super().__init__(description='noise', selection=EVERYTHING, frame_count=20)
+    def __init__(self, *, unusable=(), frame_count=20):
+        super().__init__(description='noise', selection=EVERYTHING, frame_count=frame_count)
         self.passes = 0
         self._unusable = unusable
 
@@ -41,9 +41,10 @@ def no_thread_left():
     return all(thread.name != 'prefetch' for thread in threading.enumerate())
 
 
+@pytest.mark.parametrize('frame_count', [20, 10, None])
 @pytest.mark.parametrize(('most_bytes', 'passes'), [(20 * 60 * 90, 1), (20 * 60 * 90 - 1, 2)])
-def test_what_fits_is_read_once(most_bytes, passes):
-    source = _Counted()
+def test_what_fits_is_read_once(most_bytes, passes, frame_count):
+    source = _Counted(frame_count=frame_count)
     kept = KeptFrames(source, most_bytes=most_bytes)
     first, second = list(kept.keeping()), list(kept.once())
     assert [frame.stamp_ns for frame in first] == [frame.stamp_ns for frame in second]

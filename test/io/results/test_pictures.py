@@ -10,7 +10,7 @@ import numpy as np
 from phase_traj_ros.core import Movement, TrajectoryEstimator
 from phase_traj_ros.core.path.thinning import Thinned
 from phase_traj_ros.io.replay.data_health import data_health
-from phase_traj_ros.io.replay.overview import overview
+from phase_traj_ros.io.replay.overview import extremes, outline, overview
 from phase_traj_ros.io.replay.run import replay
 from phase_traj_ros.io.results.debug_picture import as_shown, draw
 from phase_traj_ros.io.results.figures import write_trajectory_picture
@@ -161,6 +161,25 @@ def test_the_pictures(watched, tmp_path, suffix):
         again = tmp_path / 'again.svg'
         write_trajectory_picture(result, again, truth=truth)
         assert again.read_bytes() == trajectory.read_bytes()
+
+
+def test_a_plot_of_many_values_shows_the_extremes_of_each_column():
+    values = np.random.default_rng(0).normal(size=50_000)
+    values[::7] = np.nan
+    shown = extremes(values, 100)
+    assert len(shown) == 200
+    drawn, every = values[shown].reshape(100, 2), values.reshape(100, 500)
+    np.testing.assert_array_equal(drawn.min(axis=1), np.nanmin(every, axis=1))
+    np.testing.assert_array_equal(drawn.max(axis=1), np.nanmax(every, axis=1))
+    assert extremes(values[:200], 100).tolist() == list(range(200))
+
+
+def test_the_outline_of_a_path_keeps_its_shape():
+    side = np.linspace(0, 30, 1000)
+    path = np.array([*((x, 0.0) for x in side), *((30.0, y) for y in side[1:]),
+                     *((x, 30.0) for x in side[-2:400:-1])])
+    assert outline(path, 1e-3).tolist() == pytest.approx(
+        np.array([(0, 0), (30, 0), (30, 30), path[-1]]))
 
 
 def test_a_long_drive_does_not_make_a_huge_svg(tmp_path):

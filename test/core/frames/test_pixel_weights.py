@@ -6,7 +6,7 @@ from types import SimpleNamespace
 
 import numpy as np
 from phase_traj_ros.core.camera.lens import Lens
-from phase_traj_ros.core.heading.pixel_weights import PixelWeights
+from phase_traj_ros.core.frames.pixel_weights import PixelWeights
 from phase_traj_ros.core.heading.visual_compass import VisualCompass
 import pytest
 

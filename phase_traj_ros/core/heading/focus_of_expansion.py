@@ -1,0 +1,84 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""
+The focus of expansion: the direction of travel relative to the camera.
+
+A vehicle goes where it points, and its camera points a little aside. If each pair of frames
+expected the travel straight ahead of the camera, each would turn a share of that angle into yaw,
+always in one direction. So the azimuth at which the camera is mounted is estimated from the
+direction of travel on straights.
+"""
+
+from dataclasses import dataclass
+import math
+
+from phase_traj_ros.core.heading.tuning import TUNING
+
+
+@dataclass(frozen=True, slots=True)
+class FocusOfExpansion:
+    """Direction of travel relative to the camera: azimuth and slope in radians, and variances."""
+
+    course: float = 0.0
+    slope: float = 0.0
+    course_variance: float = TUNING.course_deviation ** 2 + TUNING.mounting_deviation ** 2
+    slope_variance: float = TUNING.slope_deviation ** 2
+
+    def after(
+        self, interval: float, yaw_rate: float = 0.0, *, mounted: float = 0.0,
+        unsure: float = TUNING.mounting_deviation,
+    ) -> 'FocusOfExpansion':
+        """
+        Return the prediction ``interval`` seconds later, at a yaw rate in radians per second.
+
+        The course tends to ``mounted``, that of a vehicle that drives straight ahead, of which
+        ``unsure`` is the standard deviation; the faster the vehicle turns, the less certain it is.
+        The slope stays, as it is that of the camera's mounting for the most part; towards 0, each
+        pair would be measured with a share of that error.
+        """
+        kept = math.exp(-interval / TUNING.course_s)
+        share = kept * kept
+        course = math.hypot(TUNING.course_deviation, unsure, TUNING.sideslip_s * yaw_rate)
+        return FocusOfExpansion(
+            kept * self.course + (1.0 - kept) * mounted, self.slope,
+            share * self.course_variance + (1.0 - share) * course ** 2,
+            share * self.slope_variance + (1.0 - share) * TUNING.slope_deviation ** 2)
+
+
+class Mounting:
+    """The azimuth of the direction of travel of a vehicle that drives straight ahead."""
+
+    def __init__(self) -> None:
+        """Start with a camera that points straight ahead."""
+        self.angle = 0.0
+        """In radians, positive to the right, as the azimuth of the direction of travel."""
+        self._variance = TUNING.mounting_deviation ** 2
+
+    @property
+    def deviation(self) -> float:
+        """Return its standard deviation in radians."""
+        return math.sqrt(self._variance)
+
+    def add(self, course: float, variance: float, interval: float, yaw_rate: float) -> None:
+        """
+        Add the direction of travel of a pair of frames.
+
+        Parameters
+        ----------
+        course
+            Its azimuth in radians.
+        variance
+            Its variance.
+        interval
+            Seconds between the frames, above 0.
+        yaw_rate
+            Yaw rate in radians per second; in a turn, a camera moves sideways.
+
+        """
+        self._variance += TUNING.mounting_moves ** 2 * min(interval / TUNING.mounting_s, 1.0)
+        if abs(yaw_rate) > TUNING.straight_rate:
+            return
+        noise = (TUNING.course_deviation ** 2 + variance) * max(TUNING.course_s / interval, 1.0)
+        gain = self._variance / (self._variance + noise)
+        self.angle += gain * (course - self.angle)
+        self._variance *= 1.0 - gain

@@ -1,0 +1,182 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The tuning of the heading, in physical units."""
+
+from dataclasses import dataclass
+import math
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class HeadingTuning:
+    """
+    Tuning of the measurement of the heading; nobody has to change it.
+
+    Angles are in radians, times in seconds, pixels are those of the cylinder. Where no source is
+    given, the value was chosen on the drives of docs/measurements/heading.md and frame_rate.md.
+    """
+
+    # Blocks: least squares on a pyramid (Lucas and Kanade, 1981; Bouguet, 2001).
+    block_px: int = 9
+    """Side of a block."""
+    pyramid_levels: int = 3
+    """Halvings of the picture, with which a block is searched within about 30 pixels."""
+    search_steps: int = 10
+    """Most steps of the search per level..."""
+    search_px: float = 0.03
+    """...which ends with a shorter step than this."""
+    no_texture: float = 1e-4
+    """Smaller eigenvalue of the gradient matrix of a block (per pixel, as scaled by OpenCV) up to
+    which its weight is 0..."""
+    good_texture: float = 3e-3
+    """...and from which it is 1."""
+    least_corner: float = 0.1
+    """Least ratio of the smaller to the larger eigenvalue. Below it, a block shows only an edge,
+    and its motion along the edge is invisible: in a bend, the kerb does not move in the image."""
+    block_deviation_px: float = 0.25
+    """Standard deviation of the displacement of a block."""
+    fixed_px: float = 0.3
+    """A block that moves by less while the scene must move may be fixed to the camera..."""
+    loose_px: float = 1.0
+    """...and one that moves by more is not."""
+    fixing_share: float = 0.15
+    """Share of the doubt that remains by which a block becomes fixed with each such pair..."""
+    kept_fixed: float = 0.7
+    """...and factor by which it is kept so with each pair in which it moves."""
+    all_move_px: float = 1.2
+    """The scene moves in all blocks if the image turns by more..."""
+    road_moves_px: float = 2.0
+    """...and in the blocks on the road if half of all blocks move by more."""
+    road_slope: float = 0.1
+    """Slope below which a block shows the road: 6 degrees down, about 15 m ahead of a car."""
+
+    # The fit of the motion.
+    fit_steps: int = 4
+    """Steps of the Gauss-Newton method."""
+    nearness: float = 0.1
+    """Prior standard deviation of the translation divided by the distance of a block."""
+    outlier_deviations: float = 3.0
+    """A block that differs from the motion by more standard deviations does not agree with it."""
+    least_kept: float = 0.5
+    """Least derivative of the scores, relative to their weights, for the variance of the yaw: that
+    of normal errors of the expected size. Larger ones are those of the model, near by."""
+    settled_share: float = 0.8
+    """Unless this share of the blocks agrees, the fit starts again from those ahead: traffic
+    beside a fast vehicle moves as the distance would in a turn."""
+    ahead: tuple[float, float] = 0.12, 0.06
+    """Half the width and height of what is ahead, around the direction of travel."""
+    least_blocks: float = 10.0
+    """Sum of the weights of the blocks that have to agree on a motion..."""
+    least_agreement: float = 0.3
+    """...and their share of all. For unrelated frames it is 0.04, at most 0.11."""
+    doubted_share: float = 0.5
+    """With a smaller share, the start value is doubted, and others are tried, ..."""
+    nearer_share: float = 0.7
+    """...with one smaller than this, the previous frame instead of the keyframe."""
+    common_deviation: float = math.radians(0.02)
+    """Standard deviation of the error of the yaw that all blocks have in common."""
+
+    # The direction of travel, and the mounting of the camera.
+    course_deviation: float = math.radians(1.0)
+    """Standard deviation of the azimuth of the direction of travel about the mounting..."""
+    course_s: float = 1.0
+    """...its correlation time, in which the slope is forgotten, too, ..."""
+    slope_deviation: float = math.radians(2.0)
+    """...and the standard deviation of the slope."""
+    mounting_deviation: float = math.radians(3.0)
+    """Standard deviation of the azimuth at which cameras are mounted..."""
+    mounting_moves: float = math.radians(0.3)
+    """...and of its change..."""
+    mounting_s: float = 600.0
+    """...within this time, as that of the pitch."""
+    sideslip_s: float = 0.4
+    """Sideslip of the camera per yaw rate: in a turn, a camera ahead of the rear axle moves
+    sideways by the yaw rate times its lever arm. The quotient is 1.6 m at 4 m/s."""
+    straight_rate: float = math.radians(3.0)
+    """A vehicle drives straight ahead below this yaw rate..."""
+    moving: float = 0.01
+    """...and moves above this median of the translation divided by the distance of the blocks."""
+
+    # The shift of the image as a whole, by phase correlation.
+    most_shake_px: float = 20.0
+    """Largest vertical shift between two frames."""
+    surprise_px: float = 6.0
+    """A shift that differs by more from the one that is foreseen is doubted."""
+    unmoved_px: float = 0.75
+    """A peak within this shift may be that of a pattern that is fixed to the camera, ..."""
+    peak_px: int = 2
+    """...and another peak is farther from it than this."""
+    least_significance: float = 8.0
+    """Standard deviations by which a shift stands out that no blocks confirm..."""
+    shift_deviation: float = math.radians(0.3)
+    """...and the standard deviation of its yaw."""
+    brightness_share: float = 0.05
+    """Share of a change of the brightness that the level follows with each frame."""
+
+    # Keyframes (Leutenegger et al., "Keyframe-based visual-inertial odometry", 2015).
+    baseline: float = 0.1
+    """A keyframe is replaced before the median of the translation divided by the distance of the
+    blocks exceeds this. From 0.03 to 0.15, the heading drifts less the longer it is, and fewer
+    blocks agree: 0.40 degrees per 100 m instead of 0.51 (0.06) on a real drive of 560 m."""
+    most_turned: float = math.radians(4.0)
+    """Rotation since a keyframe before which it is replaced, ..."""
+    longest_s: float = 0.5
+    """...and the longest time for which it is kept."""
+
+    # Frames that are foreseen instead of measured.
+    foreseen_s: float = 0.11
+    """The next frame is measured within this time: 10 Hz are enough for all that is judged."""
+    aside_px: float = 0.5
+    """The image has moved as foreseen, or by this much less or more."""
+    line_px: int = 7
+    """Columns over which the line of a picture is averaged: it may move by half of them beyond
+    what is foreseen."""
+    unexplained_share: float = 0.25
+    """Share of the variance of a line that motion may leave unexplained: 0.18 at most on rendered
+    drives at 14 m/s, 1 for unrelated images."""
+
+    # The heading, where the yaw is not measured.
+    most_acceleration: float = math.radians(300.0)
+    """A faster change of the yaw rate is rejected until the next pair confirms it, ..."""
+    rate_error: float = math.radians(5.0)
+    """...in addition to the error of the rate."""
+    rate_s: float = 1.0
+    """Time constant with which the yaw rate fades while nothing is measured..."""
+    bridged_deviation: float = math.radians(5.0)
+    """...and the standard deviation of the yaw rate meanwhile."""
+
+    # Cuts of an edited video.
+    cut_share: float = 0.25
+    """Across a cut, less of the blocks agree than this share of those that agree beside it."""
+    lost_intervals: float = 1.5
+    """Frames were lost in an interval of more than this many previous ones: that is no cut."""
+
+    # Bends and turns, in degrees, and in heights of the camera.
+    turn_deg: float = 60.0
+    """Least angle of a turn."""
+    gentlest_deg: float = 0.05
+    """Change of the heading per height in the gentlest bend: a radius of 1.9 km with a camera at
+    1.65 m. Straight roads, and the drift of the heading on them, are well below."""
+    dip_deg: float = 10.0
+    """A dip is shorter than the way in which the bend turns by this angle, ..."""
+    shortest_dip: float = 2.5
+    """...but not shorter than these heights, as there is more than 4 m of straight road between
+    two corners, ..."""
+    longest_dip: float = 30.0
+    """...nor longer than these."""
+    on_deg: float = 1.0
+    """Change to the side of the bend that ends a dip; the heading on a straight varies by less."""
+    swerve_deg: float = 5.0
+    """A bend of less is a swerve: the vehicle drives straight on."""
+    evidence_deg: float = 20.0
+    """Least bend whose angle is evidence of the camera."""
+    usual_speed: float = 5.0
+    """Heights per second where the way is unknown: a car at 30 km/h..."""
+    least_speed: float = 0.02
+    """...and at least, as a turn ends some time after a stop."""
+    kept_bends: int = 20
+    """Bends that are kept, in case all headings are corrected by a factor later."""
+    contradicting_deviations: float = 2.0
+    """Standard deviations of the heading by which the direction has to be aside to contradict."""
+
+
+TUNING = HeadingTuning()

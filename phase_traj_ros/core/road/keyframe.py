@@ -1,0 +1,107 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The frame with which the road is compared, and the motion of the camera since."""
+
+from dataclasses import dataclass
+
+from phase_traj_ros.core.road.speed_filter import SpeedFilter
+from phase_traj_ros.core.road.tuning import TUNING
+
+
+@dataclass(frozen=True, slots=True)
+class Turned:
+    """Rotation of the camera since the keyframe, and the motion past the blocks of the image."""
+
+    yaw: float
+    """In radians, positive to the left."""
+    pitch: float
+    roll: float
+    nodding: float
+    """Standard deviation of the pitch in radians."""
+    age: float
+    """Seconds in which it turned."""
+    passing: float | None
+    """Median ratio of translation to distance of the blocks; None if they do not agree."""
+
+    @property
+    def moves(self) -> bool:
+        """Return whether the vehicle moves, independent of the road."""
+        return self.passing is None or self.passing > TUNING.passing
+
+    @property
+    def drives(self) -> bool:
+        """Return whether the road must have slid, so that what has not is not the road."""
+        return self.passing is None or self.passing > TUNING.driven
+
+    @property
+    def least(self) -> float:
+        """Return the least slide of the road in camera heights, by what the blocks show."""
+        return TUNING.nearest * (self.passing or 0.0) if self.drives else 0.0
+
+    @property
+    def swings(self) -> bool:
+        """Return whether the vehicle turns as only one that drives can."""
+        return abs(self.yaw) > TUNING.turning * self.age
+
+
+@dataclass(slots=True)
+class RoadKeyframe:
+    """Time, rotation and distance since the keyframe, in seconds, radians and camera heights."""
+
+    age: float = 0.0
+    yaw: float = 0.0
+    pitch: float = 0.0
+    roll: float = 0.0
+    passing: float = 0.0
+    given: float = 0.0
+    """Sum of the distances of the pairs since."""
+    variance: float = 0.0
+    before: float = 0.0
+    """The same without the newest pair, and its variance."""
+    before_variance: float = 0.0
+    over: bool = False
+    """Whether the newest frame becomes the keyframe."""
+
+    def turn(
+        self, yaw: float, pitch: float, roll: float, interval: float, passed: float = 0.0,
+    ) -> None:
+        """Add the rotation of a pair, and its ratio of translation to distance."""
+        self.passing += passed
+        self.yaw += yaw
+        self.pitch += pitch
+        self.roll += roll
+        self.age += interval
+
+    def turned(self, nodding: float, passing: float | None) -> Turned:
+        """Return the rotation since; see ``Turned``."""
+        return Turned(self.yaw, self.pitch, self.roll, nodding, self.age, passing)
+
+    def is_far(self, way: float, interval: float) -> bool:
+        """Return whether a frame ``interval`` seconds later would be too far from this one."""
+        further = 1.0 + interval / self.age
+        return (further * abs(way) > TUNING.baseline or self.age >= TUNING.longest
+                or abs(self.yaw) > TUNING.turned)
+
+    def add(
+        self, way: float, variance: float, speeds: SpeedFilter, interval: float,
+    ) -> tuple[float, float]:
+        """
+        Return the distance of the newest pair and its variance, from that since the keyframe.
+
+        Up to the last pair before a new keyframe, it is smoothed with the speed. The sum of all
+        is the distance between the keyframes.
+        """
+        self.before, self.before_variance = self.given, self.variance
+        if self.over or not speeds.known:
+            self.given, self.variance = way, variance
+            return self.given - self.before, variance
+        foreseen = self.before + speeds.speed * interval
+        off = self.before_variance + (speeds.deviation * interval) ** 2
+        gain = off / (off + variance)
+        self.given, self.variance = foreseen + gain * (way - foreseen), gain * variance
+        return self.given - self.before, (speeds.deviation * interval) ** 2
+
+    def bridge(self, way: float, variance: float) -> None:
+        """Add the distance of a pair that is not measured, and its variance."""
+        self.given += way
+        self.variance += variance

@@ -1,0 +1,133 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Looks for the slide of one patch of the road, beside patterns that do not slide."""
+
+from dataclasses import dataclass
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+from phase_traj_ros.core.correlation.phase_correlation import Frame
+from phase_traj_ros.core.road.fixed_pattern import FixedPattern
+from phase_traj_ros.core.road.ground import CELL, GroundPatch
+from phase_traj_ros.core.road.keyframe import Turned
+from phase_traj_ros.core.road.slide import Peak, Slide
+from phase_traj_ros.core.road.tuning import TUNING
+
+
+@dataclass(frozen=True, slots=True)
+class RoadSlide:
+    """Slide of a patch since the keyframe, in camera heights."""
+
+    way: float
+    """The distance travelled, corrected for the change of the pitch."""
+    deviation: float
+    """Its standard deviation."""
+    score: float
+    """Height of its peak in standard deviations of noise."""
+    middle: float
+    """Distance of the patch ahead."""
+    raw: float
+    """The slide as measured."""
+    fixed: bool
+    """Whether it may be that of a pattern that is fixed to the camera."""
+
+
+class RoadLook:
+    """A patch of the road, compared with that of the keyframe."""
+
+    def __init__(self, patch: GroundPatch) -> None:
+        """Make a comparison without a keyframe."""
+        self._patch = patch
+        self._slide = Slide(patch.window)
+        self._fixed = FixedPattern()
+        self._newest: NDArray[np.float32] | None = None
+
+    @property
+    def middle(self) -> float:
+        """Return the distance of the patch ahead, in camera heights."""
+        return self._patch.middle
+
+    def look(self, frame: Frame) -> None:
+        """Take the patch of a frame (H, W)."""
+        self._newest = self._patch(frame)
+
+    def compare(self, turn: NDArray[np.float64]) -> None:
+        """Compare the newest patch with the kept one; ``turn`` (3, 3) is the rotation since."""
+        self._slide.compare(self._patch.turned_back(self._without_fixed, turn))
+
+    def keep(self) -> None:
+        """Keep the newest patch for the comparison with the next ones."""
+        self._slide.keep(self._without_fixed)
+
+    def learn(self) -> None:
+        """Learn from the newest patch what does not move: the road has moved on."""
+        assert self._newest is not None
+        self._fixed.learn(self._newest)
+
+    def deviation(self, turned: Turned) -> float:
+        """Return the standard deviation of a slide in camera heights, apart from the tilt."""
+        return math.hypot(TUNING.peak_cells * CELL, self._swing * turned.nodding)
+
+    def find(
+        self, least: float, most: float, turned: Turned, *, stretched: float,
+    ) -> RoadSlide | None:
+        """
+        Return the slide that stands out most; None if none does.
+
+        Parameters
+        ----------
+        least, most
+            Range in which it is searched, in camera heights since the keyframe.
+        turned
+            Rotation since the keyframe.
+        stretched
+            Factor by which slides of this patch are too large, as the pitch has changed.
+
+        """
+        least, most = least * stretched / CELL, min(most * stretched / CELL, self._slide.most)
+        if not turned.moves:
+            least = min(least, -TUNING.fixed_cells)
+        # Where the rotation takes a pattern that is fixed to the camera, and around it.
+        pattern = -self._swing * turned.pitch / CELL
+        below = min(pattern, 0.0) - TUNING.fixed_cells
+        above = max(pattern, 0.0) + TUNING.fixed_cells
+        peak = self._peak(least, most, below, above, turned)
+        if peak is None or peak.score < TUNING.stands_out:
+            return None
+        raw = peak.cells * CELL
+        return RoadSlide(
+            raw / stretched, self.deviation(turned), peak.score, self.middle, raw,
+            below < peak.cells < above)
+
+    def is_rivalled(self, found: RoadSlide | None) -> bool:
+        """Return whether another slide stands out, and more than the one that was found."""
+        if found is None:
+            return self._slide.rival(None) > TUNING.stands_out
+        return self._slide.rival(found.raw / CELL) > max(TUNING.stands_out, found.score)
+
+    def _peak(
+        self, least: float, most: float, below: float, above: float, turned: Turned,
+    ) -> Peak | None:
+        """Return the highest peak; what slides is the road, even if a fixed pattern is higher."""
+        if not turned.moves:
+            return self._slide.peak(least, most)
+        slowest = turned.least / CELL if turned.drives else above
+        places = [(max(least, above, slowest), most)]
+        if not turned.drives or turned.passing is None or most <= 0.0:
+            places.append((least, min(most, below)))
+        peaks = filter(None, [self._slide.peak(*place) for place in places])
+        peak = max(peaks, key=lambda each: each.score, default=None)
+        if not turned.drives and (peak is None or peak.score < TUNING.stands_out):
+            return self._slide.peak(least, most)
+        return peak
+
+    @property
+    def _without_fixed(self) -> NDArray[np.float32]:
+        assert self._newest is not None
+        return self._fixed.removed(self._newest)
+
+    @property
+    def _swing(self) -> float:
+        """Return by how many camera heights the patch slides per radian of pitch."""
+        return 1.0 + self.middle * self.middle

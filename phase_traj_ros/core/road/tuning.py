@@ -1,0 +1,138 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The tuning of the distance, in physical units."""
+
+from dataclasses import dataclass
+import math
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RoadTuning:
+    """
+    Tuning of the distance; nobody has to change it.
+
+    Lengths are in camera heights. Where no source is given, the value was chosen on the drives of
+    docs/measurements/distance.md and docs/measurements/frame_rate.md.
+    """
+
+    half_width: float = 2.1
+    """Half the width of a patch: a lane and parts of its neighbours."""
+    coarsest: float = 0.13
+    """A patch ends where an image row covers more than this..."""
+    farthest: float = 10.0
+    """...at most at this distance..."""
+    begins: float = 1.5
+    """...and begins here: nearer, cameras with a wide view see the shadow of the vehicle."""
+    near_ends: float = 0.55
+    """End of the near patch, and..."""
+    far_begins: float = 0.2
+    """...start of the far patch, as fractions of the visible stretch..."""
+    shortest: float = 1.0
+    """...which has at least this length."""
+    least_seen: float = 0.3
+    """Least visible share of a patch."""
+    mean_cells: float = 8.0
+    """Standard deviations, in cells, of the filters for the mean of the asphalt..."""
+    contrast_cells: float = 12.0
+    """...and for its contrast."""
+    noise_levels: float = 2.0
+    """Contrast of the sensor noise, in grey levels."""
+
+    aside_cells: int = 4
+    """Lateral search range in cells: the motion is not exactly straight, and a camera ahead of the
+    rear axle moves sideways in a turn."""
+    longest_slide: float = 0.7
+    """Largest slide, as a fraction of the length of a patch."""
+    next_cells: int = 3
+    """Width of a peak to each side."""
+    stands_out: float = 7.0
+    """Significance of a peak, in standard deviations: among a thousand positions, noise does not
+    reach it."""
+    peak_cells: float = 0.3
+    """Standard deviation of the position of a peak, in cells."""
+    differ: float = 4.0
+    """Two slides disagree if they differ by this many standard deviations."""
+
+    fixed_cells: float = 1.0
+    """What slides by less than this may be fixed to the camera, or the vehicle stands."""
+    passing: float = 0.002
+    """The vehicle moves if the median ratio of translation to distance exceeds this..."""
+    driven: float = 0.01
+    """...and above this, the road has slid by more than ``fixed_cells``..."""
+    nearest: float = 2.0
+    """...as the median distance of what the blocks show is at least this."""
+    learns: float = 0.2
+    """The road has moved on, for the pattern that does not, if it has slid by this."""
+    pattern_patches: int = 20
+    """Patches over which the mean of the pattern is taken, and..."""
+    least_patches: int = 3
+    """...the least number of them."""
+    turning: float = math.radians(3.0)
+    """A standing vehicle turns at less than this, in rad/s."""
+
+    baseline: float = 0.75
+    """A keyframe is replaced before the road slides by this, ..."""
+    turned: float = 0.06
+    """...when the camera has turned by this, in rad, ..."""
+    longest: float = 0.5
+    """...or after this time in seconds."""
+    stands: float = 0.3
+    """The vehicle stands if the road has not slid for this time in seconds; from then on..."""
+    creeps: float = 2.0
+    """...the keyframe is kept for this time, to see a vehicle that creeps."""
+
+    nodding: float = 0.0006
+    """Standard deviation of the pitch from the blocks between two frames, in rad."""
+    springs: float = 0.0025
+    """The same if the blocks do not measure it: the motion of the suspension."""
+    bends: float = 2.0
+    """Time constant in seconds after which a continuing pitch is attributed to the road."""
+    sure: float = 0.03
+    """Largest deviation of the pitch, in rad, with which the distance is measured..."""
+    remade: float = 0.006
+    """...and largest error of the pitch before the patches are made again."""
+    least_slide: float = 0.1
+    """Least slide of a pair for the estimation of the pitch."""
+    swing: float = math.radians(0.4)
+    """Pitch of the suspension: standard deviation in rad, and..."""
+    swing_time: float = 1.0
+    """...correlation time in seconds."""
+    load: float = math.radians(0.3)
+    """Change of the pitch of the mounting (passengers, load, slopes) in rad..."""
+    load_time: float = 600.0
+    """...within this time in seconds."""
+    common: float = 0.0015
+    """Error of the measured pitch that does not average out, in rad: the road is not a plane, and
+    the principal point has an error."""
+    far: float = 2.0
+    """The weight of a pitch decreases beyond this many standard deviations."""
+
+    acceleration: float = 2.0
+    """Acceleration of a vehicle in camera heights per second squared (3.3 m/s2 at 1.65 m)."""
+    gate: float = 3.0
+    """Search range of the speed, in standard deviations: of the acceleration, that is what tyres
+    hold."""
+    fastest: float = 45.0
+    """Largest speeds in camera heights per second, forward, and..."""
+    backwards: float = 3.0
+    """...in reverse."""
+    any_speed: float = 10.0
+    """Standard deviation of an unknown speed."""
+    confirmed: float = 0.5
+    """A first speed that no second one confirms within so many seconds was none."""
+    holds: float = 2.5
+    """Longest time, in seconds, for which the last speed bridges a gap."""
+
+    usual_height: float = 1.5
+    """Prior of an unknown camera height in metres, and..."""
+    height_spread: float = 0.5
+    """...its relative standard deviation."""
+    speedometer: float = 0.02
+    """Least relative deviation of a height from given speeds: the error of a speedometer."""
+    pair: float = 0.1
+    """Relative deviation between the two distances of a pair, and..."""
+    pair_time: float = 1.0
+    """...the time in seconds for which it is correlated."""
+
+
+TUNING = RoadTuning()
