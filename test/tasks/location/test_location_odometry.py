@@ -222,7 +222,7 @@ LINE = 'step 10 m; links 3 (0:0 1:2 2:1 3:0) 1x2 2x1'
     f"---\ndata: 'step 10 m; links 1 (0:0 1:1 2:0 3:0) 1x1'\n---\ndata: '{LINE}'\n---\n".encode(),
     f'# of the drive to the mill\n\n{LINE}\n'.encode(),
     f"A message was lost!!!\n\ttotal count: 1---\ndata: '{LINE}'\n".encode(),
-    f"{LINE}\n---\nA message was lost!!!\n\ttotal count: 2---\n".encode()])
+    f'{LINE}\n---\nA message was lost!!!\n\ttotal count: 2---\n'.encode()])
 def test_links_as_a_topic_or_an_editor_writes_them(tmp_path, content):
     (tmp_path / 'links.txt').write_bytes(content)
     odometry = read_odometry(tmp_path / 'links.txt')
