@@ -1,9 +1,9 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
 """
-Build the sdist and the wheel into out/dist, and install them as users do, in empty environments.
+Build the sdist and the wheel into out/dist, and install them as users do, in new environments.
 
-The packages installed with pip (from the checkout, the wheel and the sdist), uv and pipx have to
+The packages installed with pip (from the wheel, the checkout and the sdist), uv and pipx have to
 convert images to the right codes, and report in one line what the demo lacks. With the extra
 ``ros`` the demo has to run. Needs an environment with the extra ``dist``, in a shell without ROS.
 """
@@ -50,7 +50,7 @@ def clean_environment(**more: str) -> dict[str, str]:
     """Return the environment without variables that lead an installed package to another one."""
     left_out = {'PYTHONPATH', 'VIRTUAL_ENV', '_ROS_WHEELS_BOOTSTRAP_COMPLETE'}
     kept = {name: value for name, value in os.environ.items() if name not in left_out}
-    # Compiling five environments would take longer than installing them.
+    # Compiling the environments would take longer than installing them.
     return {**kept, 'PIP_DISABLE_PIP_VERSION_CHECK': '1', 'PIP_NO_COMPILE': '1', **more}
 
 
@@ -97,18 +97,16 @@ def check_demo_is_refused(program: Path, folder: Path) -> None:
     print(done.stderr, end='')
 
 
-def check_pip(what: object, name: str, workspace: Path) -> Path:
-    """Install with pip into a new environment, check and use it; return the environment."""
+def check_pip(what: object, name: str, venv: Path, *options: str) -> None:
+    """Install with pip into an environment, in place of what is there; check and use it."""
     say(f'pip install: {name}')
-    venv = workspace / name
-    run(sys.executable, '-m', 'venv', venv)
     python = venv / 'bin' / 'python'
-    run(python, '-m', 'pip', '-qq', '--no-input', 'install', '--constraint', CONSTRAINTS, what)
+    run(python, '-m', 'pip', '-qq', '--no-input', 'install', '--constraint', CONSTRAINTS,
+        *options, what)
     run(python, '-m', 'pip', 'check')
     check_share(venv, ROOT)
-    check_replay(venv / 'bin' / 'phase_traj', python, workspace / f'{name}_replay')
-    check_demo_is_refused(venv / 'bin' / 'phase_traj', workspace)
-    return venv
+    check_replay(venv / 'bin' / 'phase_traj', python, venv.parent / f'{name}_replay')
+    check_demo_is_refused(venv / 'bin' / 'phase_traj', venv.parent)
 
 
 def check_node(wheel: Path, venv: Path, workspace: Path) -> None:
@@ -152,9 +150,13 @@ def main() -> int:
         shutil.copytree(ROOT, source, ignore=NOT_SOURCE)
         try:
             sdist, wheel = build(source)
-            check_pip(source, 'checkout', workspace)
-            check_pip(sdist, 'sdist', workspace)
-            venv = check_pip(wheel, 'wheel', workspace)
+            venv = workspace / 'venv'
+            run(sys.executable, '-m', 'venv', venv)
+            check_pip(wheel, 'wheel', venv)
+            # What they require is there by now, and the same.
+            again = '--force-reinstall', '--no-deps'
+            check_pip(source, 'checkout', venv, *again)
+            check_pip(sdist, 'sdist', venv, *again)
             check_node(wheel, venv, workspace)
             check_tools(wheel, workspace)
         except CheckError as error:

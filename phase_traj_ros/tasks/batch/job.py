@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import closing, ExitStack
+import ctypes
 from dataclasses import replace
 from enum import Enum
 from pathlib import Path
@@ -99,9 +100,17 @@ def replay_source(
                 lens=lens, speeds=speeds, strict=request.strict)
         result = replace(result, source_frames=source.frames)
         if folder is not None:
+            _give_memory_back()
             with writing_to(folder.target):
                 folder.write(result)
     return result
+
+
+def _give_memory_back() -> None:
+    """Return the memory of the frames to the system before pictures are drawn, under glibc."""
+    trim = getattr(ctypes.CDLL(None), 'malloc_trim', None)
+    if trim is not None:
+        trim(0)
 
 
 class _Folder:
