@@ -88,7 +88,7 @@ frame-rate:  ## Measure drives at 5 to 120 Hz; writes docs/measurements/frame_ra
 # The odometry along the rendered drives takes ten minutes once, and is kept.
 locate:  ## Measure where on a road map drives are; writes docs/measurements/locate.md
 	@$(environment) .venv --extras ros,map
-	@.venv/bin/python -m benchmarks.location.odometry out/locate/odometry 00 02 08
+	@.venv/bin/python -m benchmarks.location.odometry out/locate/odometry 00 02 08 00-learned
 	@.venv/bin/python -m benchmarks.location.locate
 
 mutants:  ## Plant faults in the core and count those that no test finds; MUTANTS_ARGS='--only path'

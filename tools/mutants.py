@@ -138,11 +138,15 @@ def modules() -> list[Path]:
 
 
 def tests_of(path: str, *, whole: bool) -> list[list[str]]:
-    """Return the tests to run for a module: those of its room, then if wanted the whole core's."""
+    """Return the tests to run for a module: its own, its room's, if wanted the whole core's."""
     room, module = Path(path).parent, Path(path).stem
-    own = f'test/core/test_{module}.py' if room == CORE else f'test/core/{room.name}'
+    tests = Path('test/core') / ('' if room == CORE else room.name)
+    own = tests / f'test_{module}.py'
+    found = [[str(own)]] if (ROOT / own).exists() else []
+    if room != CORE:
+        found.append([str(tests)])
     core = [str(each.relative_to(ROOT)) for each in sorted((ROOT / 'test/core').glob('test_*.py'))]
-    return [[own], core] if whole else [[own]]
+    return [*found, core] if whole else found
 
 
 def survives(fault: Fault, place: Path, *, whole: bool) -> bool:

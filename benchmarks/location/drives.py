@@ -14,6 +14,7 @@ from pathlib import Path
 
 from benchmarks.shared.clips import kitti_root
 import numpy as np
+import osmium
 from phase_traj_ros.core import LinkCode, OdometryStep, RoadMap
 from phase_traj_ros.io.maps.projection import LocalProjection
 from phase_traj_ros.io.maps.road_file import read_roads
@@ -25,6 +26,9 @@ HERE, ELSEWHERE = 'Karlsruhe', 'Kaiserslautern'
 MIRRORED, PARTLY = 'Karlsruhe, mirrored', 'Karlsruhe, every tenth road missing'
 MISSING = 'Karlsruhe, roads of the drive missing'
 ELSEWHERE_MIRRORED = 'Kaiserslautern, mirrored'
+LARGE = 'Karlsruhe and Kaiserslautern, both also mirrored'
+# What the study keeps.
+OUT = Path(__file__).resolve().parents[2] / 'out' / 'locate'
 # A way of the map counts as driven if a node of it is this close to the drive, in metres.
 _DRIVEN_M = 60.0
 # Noise of the drawn odometry: heading per root of 100 m and per frame, and distance: the scale,
@@ -52,7 +56,9 @@ def maps_root() -> Path:
 @cache
 def town(name: str) -> Town:
     """Return one of the maps by its name above."""
-    file = read_roads(maps_root() / f'{name.partition(",")[0].lower()}.osm.pbf')
+    file = read_roads(
+        large_map() if name == LARGE
+        else maps_root() / f'{name.partition(",")[0].lower()}.osm.pbf')
     nodes, ways, rules = file.nodes, [way.tolist() for way in file.ways], list(file.one_way)
     if name in (MIRRORED, ELSEWHERE_MIRRORED):
         nodes = nodes * (-1.0, 1.0)
@@ -61,6 +67,35 @@ def town(name: str) -> Town:
         ways = [way for way, stays in zip(ways, kept) if stays]
         rules = [rule for rule, stays in zip(rules, kept) if stays]
     return Town(RoadMap.from_ways(nodes, ways, rules), file.projection)
+
+
+@cache
+def large_map() -> Path:
+    """Return a map of 110 km²: both towns and their mirror images, side by side."""
+    path = OUT / 'large.osm.pbf'
+    if path.exists():
+        return path
+    path.parent.mkdir(parents=True, exist_ok=True)
+    south, west, _, _ = read_roads(maps_root() / f'{HERE.lower()}.osm.pbf').bounds
+    writer = osmium.SimpleWriter(str(path))
+    # A file has all nodes before the ways.
+    for kind in ('node', 'way'):
+        edge = west
+        for number, name in enumerate((HERE, HERE, ELSEWHERE, ELSEWHERE)):
+            file = maps_root() / f'{name.lower()}.osm.pbf'
+            first, left, _, right = read_roads(file).bounds
+            mirrored, shift = number % 2 == 1, number * 10 ** 11
+            for thing in osmium.FileProcessor(str(file)):
+                if kind == 'node' and thing.is_node():
+                    lon = right - thing.lon if mirrored else thing.lon - left
+                    writer.add_node(thing.replace(
+                        id=thing.id + shift, location=(edge + lon, thing.lat - first + south)))
+                elif kind == 'way' and thing.is_way():
+                    writer.add_way(thing.replace(
+                        id=thing.id + shift, nodes=[node.ref + shift for node in thing.nodes]))
+            edge += right - left
+    writer.close()
+    return path
 
 
 def without_driven(truth: np.ndarray) -> RoadMap:
@@ -86,12 +121,12 @@ def way_of(poses: np.ndarray) -> np.ndarray:
     return np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(poses[:, :2], axis=0).T))])
 
 
-def on_map(sequence: str) -> np.ndarray | None:
-    """Return the true poses on the map of Karlsruhe, or None if nobody measured them."""
+def on_map(sequence: str, name: str = HERE) -> np.ndarray | None:
+    """Return the true poses on a map with Karlsruhe, or None if nobody measured them."""
     given = json.loads((maps_root() / 'reference.json').read_text()).get(sequence)
     if given is None:
         return None
-    start = town(HERE).projection.to_metres([given['latitude']], [given['longitude']])[0]
+    start = town(name).projection.to_metres([given['latitude']], [given['longitude']])[0]
     turn = math.pi / 2 - math.radians(given['bearing_deg'])
     return moved(true_poses(sequence), turn, start)
 

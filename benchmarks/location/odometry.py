@@ -4,7 +4,8 @@
 Record this package's own odometry along rendered KITTI sequences, for locate.py.
 
 Takes minutes a sequence. ``odometry.py OUTPUT 00 02`` writes OUTPUT/00.npz and so on; what
-exists is kept. A file holds a row per pair of frames, and the truth with one row more.
+exists is kept. ``00-learned`` is sequence 00 with an unknown camera, learned in a first pass as by
+a replay. A file holds a row per pair of frames, and the truth with one row more.
 """
 
 from __future__ import annotations
@@ -17,17 +18,25 @@ from benchmarks.distance import drives
 from benchmarks.distance.distance import model_of
 import numpy as np
 from phase_traj_ros.core import CodeSource, EstimatorSettings, Lens, TrajectoryEstimator
+from phase_traj_ros.io.replay.camera import learned_lens
+from phase_traj_ros.io.sources.base import StampedFrame
+from phase_traj_ros.parameters import Parameters
 
 _HEIGHT, _DEVIATION = 1.65, 0.04
 
 
 def record(sequence: str, file: Path, frames: int | None = None) -> None:
     """Follow the drive along a sequence with the height of its camera 4 % wrong (1 sigma)."""
-    ride = drives.along_kitti(sequence, frames)
+    number, _, camera = sequence.partition('-')
+    ride = drives.along_kitti(number, frames)
+    lens = Lens(camera=model_of(ride)) if not camera else learned_lens(
+        map(StampedFrame, ride.frames(), ride.stamps_ns), Parameters(), ride.name)
+    if lens is None:
+        raise SystemExit(f'{sequence}: no turn of this drive tells the camera')
     height = _HEIGHT * (1.0 + _DEVIATION * np.random.default_rng(
         zlib.crc32(ride.name.encode())).normal())
     estimator = TrajectoryEstimator(EstimatorSettings(
-        lens=Lens(camera=model_of(ride)), code_source=CodeSource.AUTO, camera_height=height))
+        lens=lens, code_source=CodeSource.AUTO, camera_height=height))
     rows, poses, covariances = [], [(0.0, 0.0, 0.0)], [np.zeros((3, 3))]
     for frame, stamp_ns in zip(ride.frames(), ride.stamps_ns):
         update = estimator.update(frame, stamp_ns)

@@ -13,21 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from phase_traj_ros.core.correlation.phase_correlation import Frame
 from phase_traj_ros.core.correlation.view import reduced
-
-# Time in nanoseconds in which a vehicle does not stop and start again.
-_STOPPING_NS = 250_000_000
-# A picture that halts changes by less than this share of what it changed by when it moved.
-_LESS = 0.4
-# Of a picture that halts, half of the squares with the most texture move by less than _STILL
-# pixels, and 90 % by less than _STILL_MOST, if it is reduced to about _WIDTH pixels. Encoders
-# reach 0.19 and 0.6 (H.264 up to crf 32, MPEG-4, VP9), KITTI at 10 Hz 1 or more, a robot at
-# walking pace and 60 Hz 0.2 and 0.7.
-_STILL, _STILL_MOST, _WIDTH = 0.2, 0.6, 480
-# Frames for which a video that halted once is taken to do so again.
-_EXPECTED = 20
-
-SQUARE = 16
-"""Side of the squares that are compared, in pixels."""
+from phase_traj_ros.core.frames.tuning import TUNING
 
 
 class HaltDetector:
@@ -58,10 +44,11 @@ class HaltDetector:
             Whether they are known to be the same picture.
 
         """
-        in_time = self._since_ns + interval_ns < _STOPPING_NS
-        halts = same or (in_time and change < _LESS * self._moving and _lies_still(before, after))
+        in_time = self._since_ns + interval_ns < TUNING.halt_ns
+        halts = same or (in_time and change < TUNING.halt_share * self._moving
+                         and _lies_still(before, after))
         if in_time and self._halted and not halts:
-            self._expected = _EXPECTED
+            self._expected = TUNING.converted_frames
         repeated = same or (halts and self._expected > 0)
         self._halted = in_time and halts
         if not repeated:
@@ -73,7 +60,7 @@ class HaltDetector:
 
 def _lies_still(before: Frame, after: Frame) -> bool:
     """Return whether hardly any square moves, by one step of Lucas and Kanade in each."""
-    times = max(before.shape[1] // _WIDTH, 1)
+    times = max(before.shape[1] // TUNING.still_width_px, 1)
     before, after = reduced(before, times, times), reduced(after, times, times)
     change = cv2.subtract(after, before, dtype=cv2.CV_32F)
     mean = cv2.addWeighted(before, 0.5, after, 0.5, 0.0)
@@ -86,11 +73,11 @@ def _lies_still(before: Frame, after: Frame) -> bool:
     texture = xx + yy
     textured = motion[texture >= np.median(texture)]
     # A covered lens shows nothing that could move.
-    return bool(texture.max() > 2.0 and np.median(textured) < _STILL
-                and np.percentile(textured, 90) < _STILL_MOST)
+    return bool(texture.max() > 2.0 and np.median(textured) < TUNING.still_px
+                and np.percentile(textured, 90) < TUNING.still_most_px)
 
 
 def squares(values: NDArray[np.float32]) -> NDArray[np.float32]:
     """Return the means of the squares of a picture (H, W), (H // 16, W // 16), at least (1, 1)."""
-    size = [max(side // SQUARE, 1) for side in reversed(values.shape)]
+    size = [max(side // TUNING.square_px, 1) for side in reversed(values.shape)]
     return np.asarray(cv2.resize(values, size, interpolation=cv2.INTER_AREA), np.float32)

@@ -6,10 +6,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 from phase_traj_ros.core.correlation.phase_correlation import check_frame, Frame
-
-# Mean and standard deviation of a prepared frame of more than 8 bits, in grey levels: those of a
-# street by day. Two deviations are left below the mean, and three above.
-_MEAN, _CONTRAST = 100.0, 50.0
+from phase_traj_ros.core.frames.tuning import TUNING
 
 
 def prepare(frame: Frame) -> NDArray[np.uint8]:
@@ -32,6 +29,6 @@ def prepare(frame: Frame) -> NDArray[np.uint8]:
         return np.array(frame) if frame.flags.writeable else frame  # type: ignore[return-value]
     means, deviations = cv2.meanStdDev(frame)
     mean, deviation = float(means[0, 0]), float(deviations[0, 0])
-    gain = _CONTRAST / deviation if deviation > 0.0 else 0.0
+    gain = TUNING.contrast / deviation if deviation > 0.0 else 0.0
     levels = np.float32(gain) * (frame.astype(np.float32) - np.float32(mean))
-    return np.asarray(np.clip(np.rint(levels + np.float32(_MEAN)), 0, 255), np.uint8)
+    return np.asarray(np.clip(np.rint(levels + np.float32(TUNING.mean)), 0, 255), np.uint8)

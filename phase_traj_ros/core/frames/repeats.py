@@ -13,22 +13,8 @@ import math
 import cv2
 import numpy as np
 from phase_traj_ros.core.correlation.phase_correlation import Frame
-from phase_traj_ros.core.frames.halts import HaltDetector, SQUARE, squares
-
-# A repeated picture in a video differs by what its encoder improves the second time. If the
-# encoder is thorough, half of the squares of 16 pixels change by less than 0.3 grey levels,
-# and the others by 10 at most. A vehicle in KITTI changes them by 20 and 110, and the noise of a
-# sensor changes all of them alike. The repetitions of fast encoders are left to HaltDetector.
-_ENCODED, _ENCODED_SQUARE = 0.3, 10.0
-# A vehicle that stands or creeps may do so as well, where an encoder has removed the noise of the
-# sensor. So after this time, in nanoseconds, a frame is new unless all of its squares stay within
-# _FROZEN grey levels: sensors have a noise of a grey level or more.
-_STANDING_NS, _FROZEN = 250_000_000, 0.6
-# Two frames that are nearer in time, in nanoseconds, are one exposure: no camera is as fast.
-_SAME_TIME_NS = 2_000_000
-# Frames for which stamps are taken for those of a converted video, after one of two pictures in
-# sequence was repeated more often than the other.
-_CONVERTED = 20
+from phase_traj_ros.core.frames.halts import HaltDetector, squares
+from phase_traj_ros.core.frames.tuning import TUNING
 
 
 class RepeatDetector:
@@ -43,7 +29,7 @@ class RepeatDetector:
         self._form = ''
         self._frame: Frame | None = None
         self._halts = HaltDetector()
-        self._tick_ns, self._repeats, self._since = 0, 0, _CONVERTED
+        self._tick_ns, self._repeats, self._since = 0, 0, TUNING.converted_frames
         self._repeats_before: int | None = None
 
     @property
@@ -55,7 +41,7 @@ class RepeatDetector:
         camera. Both exposures are up to one interval of the video earlier than their stamps: the
         difference of two uniform errors.
         """
-        return self._tick_ns / math.sqrt(6.0) if self._since < _CONVERTED else 0.0
+        return self._tick_ns / math.sqrt(6.0) if self._since < TUNING.converted_frames else 0.0
 
     def is_repeated(
         self, frame: Frame, interval_ns: int, *, encoding: str = '', by_motion: bool = False,
@@ -68,7 +54,7 @@ class RepeatDetector:
         With ``by_motion``, pictures of any encoder are recognised, by those before them.
         """
         repeated = self._is_same(frame, interval_ns, encoding, by_motion)
-        if repeated and interval_ns >= _SAME_TIME_NS:
+        if repeated and interval_ns >= TUNING.same_time_ns:
             # Of several repetitions, the first is one interval after the frame.
             self._tick_ns = interval_ns if self._repeats == 0 else self._tick_ns
             self._repeats += 1
@@ -89,13 +75,13 @@ class RepeatDetector:
         if (kept is None or encoding != self._form or kept.shape != frame.shape
                 or kept.dtype != frame.dtype):
             return False
-        if interval_ns < _SAME_TIME_NS:
+        if interval_ns < TUNING.same_time_ns:
             return True
         if frame.dtype != np.uint8:
             return np.array_equal(frame, kept) and _shows_something(frame)
         # Most frames differ already in a few of their rows.
-        change = cv2.mean(cv2.absdiff(frame[::SQUARE], kept[::SQUARE]))[0]
-        same = change <= 4.0 * _ENCODED and _is_improved(frame, kept, interval_ns)
+        change = cv2.mean(cv2.absdiff(frame[::TUNING.square_px], kept[::TUNING.square_px]))[0]
+        same = change <= 4.0 * TUNING.improved and _is_improved(frame, kept, interval_ns)
         if not by_motion:
             return same
         return self._halts.update(kept, frame, interval_ns, change=change, same=same)
@@ -104,8 +90,8 @@ class RepeatDetector:
 def _is_improved(frame: Frame, kept: Frame, interval_ns: int) -> bool:
     """Return whether a picture may have changed by what its encoder improved."""
     changed = squares(cv2.absdiff(frame, kept).astype(np.float32))
-    most = _ENCODED_SQUARE if interval_ns < _STANDING_NS else _FROZEN
-    return (float(np.median(changed)) <= _ENCODED and float(changed.max()) <= most
+    most = TUNING.improved_most if interval_ns < TUNING.halt_ns else TUNING.frozen
+    return (float(np.median(changed)) <= TUNING.improved and float(changed.max()) <= most
             and _shows_something(frame))
 
 

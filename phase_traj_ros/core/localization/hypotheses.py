@@ -21,10 +21,11 @@ class Hypotheses:
 
     piece, offset
         The directed piece of road, and the metres from its start.
-    log_scale
-        Natural logarithm of the metres per unit of the odometry.
-    told_scale, told_m
-        Its mean since the first turn, and over how many metres; negative before the first turn.
+    log_scale, scale_variance
+        Natural logarithm of the metres per unit of the odometry, and its variance, given the way
+        so far.
+    known_variance
+        The variance at the last turn; infinite before the first one.
     turned, variance
         Rotation from the axes of the odometry to those of the map, in radians, and its variance.
     trail
@@ -36,8 +37,8 @@ class Hypotheses:
     piece: Ints
     offset: Floats
     log_scale: Floats
-    told_scale: Floats
-    told_m: Floats
+    scale_variance: Floats
+    known_variance: Floats
     turned: Floats
     variance: Floats
     trail: Complexes

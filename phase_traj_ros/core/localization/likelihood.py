@@ -56,6 +56,11 @@ class NullRoad:
         self.turned = 0.0
         """...and the angle of the turns that this one has paid for."""
 
+    @property
+    def log_alone(self) -> float:
+        """Return what its weight would be if it had been the only one: nobody came or left."""
+        return self.log_fit - self._settings.null_turn * self.turned
+
     def follow(self, stride: Stride, metres: float) -> None:
         """Weigh the null hypothesis by a stride of so many metres."""
         settings = self._settings

@@ -27,10 +27,10 @@ from phase_traj_ros.core.localization.window import Odometer, Stride
 
 # Hypotheses on each piece of road at the start, and at least as many while no place leads.
 _PER_PIECE = 2
+# Most hypotheses on each piece, all together: fewer would miss the right place at its first bend.
+_MOST_PER_PIECE = 3
 # Strides within which a U-turn is one, and how much it may differ from half a circle.
 _U_TURN_STRIDES, _U_TURN = 7, math.radians(30.0)
-# What a turn costs on the right road of a map, with the choice at its junction: nats per radian.
-_TURN_COST = 0.8
 # Probability of being on no road above which a vehicle may come back to one.
 _AWAY = 0.5
 
@@ -76,7 +76,7 @@ class MapLocator:
         self._roads = roads
         self._area = roads.area
         self._rng = np.random.default_rng(seed)
-        self._scales = Scales(self._scale, self._settings, self._rng)
+        self._scales = Scales(self._scale, self._settings)
         self._seeding = Seeding(roads, self._scales, self._settings, self._rng)
         self._motion = Motion(roads, self._scale, self._settings)
         self._places = Places(roads, self._settings)
@@ -90,7 +90,6 @@ class MapLocator:
         self._them = (
             self._seeding.anywhere(self._odometer, mapped, copies=_PER_PIECE) if prior is None
             else self._seeding.around(prior, self._odometer, mapped))
-        self._strides = 0
         self._way = self._seeded = 0.0
         self._past: deque[_Moment] = deque(maxlen=_U_TURN_STRIDES)
         self._found = self._places.best(self._them, self._log_total())
@@ -109,8 +108,7 @@ class MapLocator:
     def _follow(self, stride: Stride) -> None:
         """Move and judge the hypotheses by a stride."""
         settings, metres = self._settings, stride.distance * self._scale.middle
-        most = self._most()
-        self._strides += 1
+        most = max(settings.most_hypotheses, _MOST_PER_PIECE * len(self._roads))
         self._way += metres
         self._null.follow(stride, metres)
         them = self._motion.advance(self._them, stride, most, self._rng)
@@ -119,8 +117,13 @@ class MapLocator:
         self._seed_sometimes()
         them = merged(pruned(self._them, settings), settings, self._rng)
         them = resampled(them, most, self._rng)
-        budget = settings.fewest_hypotheses if self._claim.leads else most
-        self._them = self._split(self._scales.after(them, stride, metres, budget))
+        copies = self._scales.after(them, stride, metres)
+        if copies > 1:
+            budget = (
+                settings.fewest_hypotheses if self._claim.leads else settings.most_hypotheses)
+            self._them = self._split(resampled(them, max(budget // copies, 1), self._rng), budget)
+        else:
+            self._them = self._split(them, self._fewest())
         if self._claim.leads:
             self._leave_sometimes()
         self._found = self._places.best(self._them, self._log_total())
@@ -129,7 +132,7 @@ class MapLocator:
 
     def _watch(self) -> None:
         """Notice when the vehicle leaves the roads: then it may be on none as well."""
-        evidence = self._them.log_total - self._null.log_fit + _TURN_COST * self._null.turned
+        evidence = self._them.log_total - self._null.log_alone
         if self._astray.follow(
                 self._found[0], self._odometer.place, self._way, evidence):
             self._null.log_weight = max(self._null.log_weight, self._them.log_total)
@@ -175,10 +178,6 @@ class MapLocator:
             math.log(settings.turn_back) + self._null.log_fit - before.log_fit)
         return them.joined(self._seeding.retraced(back, odometer))
 
-    def _most(self) -> int:
-        started = self._strides >= self._settings.start_strides
-        return self._settings.most_hypotheses if started else self._settings.most_at_start
-
     def _log_total(self) -> float:
         return float(np.logaddexp(self._them.log_total, self._null.log_weight))
 
@@ -193,11 +192,13 @@ class MapLocator:
             self._null.log_weight,
             self._them.log_total + math.log(self._settings.null_hazard)))
 
-    def _split(self, them: Hypotheses) -> Hypotheses:
-        """Return more hypotheses where there are few."""
+    def _fewest(self) -> int:
         settings = self._settings
-        fewest = settings.fewest_hypotheses if self._claim.leads else min(
+        return settings.fewest_hypotheses if self._claim.leads else min(
             settings.fewest_searching, _PER_PIECE * len(self._roads))
+
+    def _split(self, them: Hypotheses, fewest: int) -> Hypotheses:
+        """Return more hypotheses where there are few."""
         copies = fewest // max(len(them), 1)
         if copies < 2:
             return them
@@ -317,7 +318,8 @@ class MapLocator:
                 ExpectedPose(
                     complex(middles[number]), float(some.turned[number]),
                     math.hypot(turn, math.sqrt(some.variance[number])),
-                    distance + PIECE_M, float(some.log_scale[number])),
+                    distance + PIECE_M, float(some.log_scale[number]),
+                    math.sqrt(some.scale_variance[number])),
                 self._odometer, float(some.log_weight[number]))
             for number in range(len(some))) if each is not None]
         if spread:

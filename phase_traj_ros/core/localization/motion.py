@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 from phase_traj_ros.core.localization.given import ScaleRange
-from phase_traj_ros.core.localization.hypotheses import Hypotheses, places_on
+from phase_traj_ros.core.localization.hypotheses import Floats, Hypotheses, places_on
 from phase_traj_ros.core.localization.roads import RoadMap
 from phase_traj_ros.core.localization.seeding import spread_of
 from phase_traj_ros.core.localization.settings import LocatorSettings
@@ -16,6 +16,8 @@ from phase_traj_ros.core.localization.window import Stride
 # At a junction, a turn below the first angle leads straight on; above the second it is sharp.
 _STRAIGHT, _SHARP = math.radians(30.0), math.radians(120.0)
 _HUNDRED_M = 100.0
+# Multiples of it cover the unit interval evenly, however many.
+_GOLDEN = (math.sqrt(5.0) - 1.0) / 2
 
 
 class Motion:
@@ -39,8 +41,14 @@ class Motion:
         deviation = math.hypot(
             settings.position_noise_m * math.sqrt(share),
             math.sqrt(stride.distance_variance) * self._scale.middle)
-        log_scale = self._drifted(them.log_scale, share, rng)
-        metres = stride.distance * np.exp(log_scale) + deviation * rng.standard_normal(count)
+        expected = stride.distance * np.exp(them.log_scale)
+        variance = deviation ** 2 + expected ** 2 * them.scale_variance
+        off = np.sqrt(variance) * _stratified(count, rng)
+        metres = expected + off
+        # Given the metres that were drawn, a Kalman filter tells the scale.
+        gain = expected * them.scale_variance / variance
+        log_scale, scale_variance = self._drifted(
+            them.log_scale + gain * off, them.scale_variance * (1.0 - gain * expected), share)
         piece, offset, log_weight, parent = self._along(
             them.piece, them.offset + np.maximum(metres, 0.0), them.log_weight, most)
         trail = np.empty((len(piece), them.trail.shape[1]), np.complex128)
@@ -48,19 +56,18 @@ class Motion:
         trail[:, -1] = places_on(self._roads, piece, offset)
         noise = settings.heading_noise ** 2 * share + stride.yaw_variance
         return Hypotheses(
-            piece, offset, log_scale[parent], them.told_scale[parent],
-            them.told_m[parent], them.turned[parent], them.variance[parent] + noise,
-            trail, log_weight)
+            piece, offset, log_scale[parent], scale_variance[parent], them.known_variance[parent],
+            them.turned[parent], them.variance[parent] + noise, trail, log_weight)
 
     def _drifted(
-        self, log_scale: NDArray[np.float64], share: float, rng: np.random.Generator,
-    ) -> NDArray[np.float64]:
-        """Return the scales after a drift that keeps the spread of the prior."""
+        self, log_scale: Floats, variance: Floats, share: float,
+    ) -> tuple[Floats, Floats]:
+        """Return scales and variances after a drift that keeps the spread of the prior."""
         middle, spread = math.log(self._scale.middle), spread_of(self._scale)
         noise = self._settings.scale_noise * math.sqrt(share)
-        kept = math.sqrt(max(1.0 - (noise / spread) ** 2, 0.0)) if spread > 0.0 else 0.0
+        kept = math.sqrt(max(1.0 - (noise / spread) ** 2, 0.0))
         noise = min(noise, spread)
-        return middle + kept * (log_scale - middle) + noise * rng.standard_normal(len(log_scale))
+        return middle + kept * (log_scale - middle), kept ** 2 * variance + noise ** 2
 
     def _along(
         self, piece: NDArray[np.int64], offset: NDArray[np.float64],
@@ -110,6 +117,30 @@ class Motion:
         result = them.take(parent[last])
         result.piece, result.offset, result.log_weight = piece, offset, log_weight
         return result
+
+
+def _stratified(count: int, rng: np.random.Generator) -> Floats:
+    """
+    Return draws from the standard normal distribution, of which neighbours cover it evenly.
+
+    Hypotheses that were split are neighbours.
+    """
+    share: Floats = (np.arange(count, dtype=np.float64) * _GOLDEN + rng.random()) % 1.0
+    return _normal_quantile(share)
+
+
+def _normal_quantile(share: Floats) -> Floats:
+    """
+    Return quantiles of the normal distribution, within 0.00045.
+
+    M. Abramowitz and I. A. Stegun, "Handbook of Mathematical Functions", 26.2.23.
+    """
+    tail = np.clip(np.minimum(share, 1.0 - share), 1e-12, 0.5)
+    t = np.sqrt(-2.0 * np.log(tail))
+    value = t - (2.515517 + t * (0.802853 + t * 0.010328)) / (
+        1.0 + t * (1.432788 + t * (0.189269 + t * 0.001308)))
+    quantile: Floats = np.where(share < 0.5, -value, value)
+    return quantile
 
 
 def _owners(roads: RoadMap) -> NDArray[np.int64]:

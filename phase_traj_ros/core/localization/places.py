@@ -125,7 +125,8 @@ def _summary(those: Hypotheses, weight: Floats, near: NDArray[np.bool_]) -> Plac
     mean_scale = float((share * log_scale).sum())
     return Place(
         middle, math.atan2(mean.imag, mean.real), total, covariance, mean_scale,
-        math.sqrt(float((share * (log_scale - mean_scale) ** 2).sum())))
+        math.sqrt(float((share * (
+            (log_scale - mean_scale) ** 2 + those.scale_variance[near])).sum())))
 
 
 class Claim:
@@ -236,7 +237,8 @@ class Astray:
             settings.heading_noise * math.sqrt(metres / 100.0))
         return ExpectedPose(
             place.middle + moved, place.turned, deviation,
-            settings.reseed_m + settings.reseed_growth * metres, place.log_scale)
+            settings.reseed_m + settings.reseed_growth * metres, place.log_scale,
+            place.scale_deviation)
 
 
 @dataclass(frozen=True, slots=True)

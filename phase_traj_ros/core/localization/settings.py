@@ -22,7 +22,7 @@ class LocatorSettings:
     position_noise_m: float = 2.0
     """Noise of the distance along the road, per root of 100 m; the odometry's is added."""
     turn_m: float = 4.0
-    """Error of the way between two turns, from which the scale follows."""
+    """Error of the place of a turn along the road, from which the scale follows."""
     scale_noise: float = 0.01
     """Drift of the scale, per root of 100 m; its prior bounds it."""
     heading_noise: float = math.radians(1.0)
@@ -54,14 +54,13 @@ class LocatorSettings:
     road_ends: float = 0.3
     """Chance to turn back where the road ends."""
 
-    null_share: float = 1e-4
-    """Probability at the start that the vehicle is on no road of the map. It is this small as even
-    the right place pays for being one of many, and for its way at each junction..."""
-    null_fit: float = 0.7
-    """Mean likelihood of a chord on the right road, relative to its peak."""
-    null_turn: float = 0.2
-    """...but once found, it loses less than a road of no map, which pays these nats per radian of
-    its turns, while the best place of a map where the vehicle is not loses more..."""
+    null_share: float = 5e-3
+    """Probability at the start that the vehicle is on no road of the map: such a road bends..."""
+    null_fit: float = 0.85
+    """...as the odometry does, with this mean likelihood of a chord relative to its peak..."""
+    null_turn: float = 2.3
+    """...but it loses these nats per radian of its turns. The right road of a map loses fewer, and
+    the best place of a map where the vehicle is not loses more..."""
     null_straight: float = math.radians(0.5)
     """...beyond this angle per stride."""
     null_hazard: float = 3e-5
@@ -70,14 +69,10 @@ class LocatorSettings:
     least_weight: float = 14.0
     """Hypotheses this many nats below the best are dropped."""
     most_hypotheses: int = 120_000
-    """Most hypotheses..."""
-    most_at_start: int = 240_000
-    """...and in the first strides..."""
-    start_strides: int = 60
-    """...of which there are this many."""
+    """Most hypotheses."""
     fewest_hypotheses: int = 1_500
     """Below this number, hypotheses are split, ..."""
-    fewest_searching: int = 60_000
+    fewest_searching: int = 30_000
     """...and below this one, or two per piece of road, while no place leads."""
     merge_m: float = 1.5
     """Hypotheses on one piece this close, ..."""
@@ -100,7 +95,7 @@ class LocatorSettings:
     claim_turned: float = 2 * math.pi
     """...nothing is claimed before turns of this angle in all: any road may be straight."""
 
-    lost_nats: float = 4.0
+    lost_nats: float = 6.0
     """Fall of the evidence after which the vehicle counts as off the roads of the map..."""
     lost_within_m: float = 60.0
     """...within this distance."""

@@ -10,24 +10,9 @@ from numpy.typing import NDArray
 from phase_traj_ros.core.heading.tracker import HeadingStep
 from phase_traj_ros.core.path.heading_path import HeadingPath
 from phase_traj_ros.core.path.trajectory import Corner
+from phase_traj_ros.core.path.tuning import TUNING
 from phase_traj_ros.core.road.travel import Travel, TravelState
 
-# Correlation times of errors in seconds: distance errors from the suspension, distance errors from
-# the pitch, and half of the variance of the yaw, as the blocks see the same objects.
-_SWING, _TILT, _ALIKE = 1.0, 60.0, 0.5
-# Standard deviation of the yaw of a standing vehicle, in radians.
-_STANDING = math.radians(0.01)
-# Standard deviation of the yaw rate of a pair that was not measured, in radians per second: just
-# after a measurement, its growth per second, and at most. A car enters a corner with 20 deg/s^2.
-_BLIND, _STEERED, _MOST_BLIND = math.radians(5.0), math.radians(20.0), math.radians(30.0)
-# Least standard deviations that are published: nothing measured is exact. A standing vehicle's
-# picture moves by less than these, in metres per second and in radians per second.
-_LEAST_SPEED, _LEAST_RATE = 0.01, math.radians(0.01)
-# Standard deviation of the yaw of the mounted camera: the axes of the first frame are those of the
-# camera, while the path follows the vehicle.
-_MOUNTED = math.radians(0.5)
-# Standard deviation of the scale of all yaws, from the error of the calibration.
-_ANGLE_SHARE = 0.01
 _X, _Y, _YAW, _SWINGS, _TILTS, _SCALES, _ASKEW, _ANGLES, _TURNS, _STATES = range(10)
 
 Covariance = tuple[
@@ -83,8 +68,8 @@ class Odometer:
         """Go back to the origin and forget the path."""
         self.path.reset()
         self._covariance: NDArray[np.float64] = np.zeros((_STATES, _STATES))
-        self._covariance[_ASKEW, _ASKEW] = _MOUNTED ** 2
-        self._covariance[_ANGLES, _ANGLES] = _ANGLE_SHARE ** 2
+        self._covariance[_ASKEW, _ASKEW] = TUNING.mounting_deviation ** 2
+        self._covariance[_ANGLES, _ANGLES] = TUNING.angle_share ** 2
         self._lost = self._blind = 0.0
         self._newest: Odometry | None = None
 
@@ -116,7 +101,7 @@ class Odometer:
             tip, travel.distance / interval, rate,
             position_variance=float(covariance[_X, _X] + covariance[_Y, _Y]) / 2,
             yaw_variance=float(covariance[_YAW, _YAW]),
-            speed_variance=max(travel.variance / interval ** 2, _LEAST_SPEED ** 2),
+            speed_variance=max(travel.variance / interval ** 2, TUNING.least_speed ** 2),
             yaw_rate_variance=rate_variance,
             covariance=_rows(covariance))
         return self._newest
@@ -162,22 +147,23 @@ class Odometer:
         """Return the yaw rate of a pair and its variance."""
         if not step.bridged:
             self._blind = 0.0
-            return step.rate, max(step.variance / interval ** 2, _LEAST_RATE ** 2)
+            return step.rate, max(step.variance / interval ** 2, TUNING.least_rate ** 2)
         self._blind += interval
         rate = step.yaw / interval
         # It may be what it was before, or the vehicle may have been steered since.
-        off = min(_BLIND + _STEERED * self._blind, _MOST_BLIND)
+        off = TUNING.blind_rate + TUNING.blind_growth * self._blind
+        off = min(off, TUNING.most_blind_rate)
         return rate, off ** 2 + (step.rate - rate) ** 2
 
     def _grow(self, step: HeadingStep, travel: Travel, interval: float) -> None:
         """Propagate the covariance by a pair and add its errors."""
-        self._renew(_SWINGS, travel.swing, math.exp(-interval / _SWING))
-        self._renew(_TILTS, travel.tilt, math.exp(-interval / _TILT))
+        self._renew(_SWINGS, travel.swing, math.exp(-interval / TUNING.swing_s))
+        self._renew(_TILTS, travel.tilt, math.exp(-interval / TUNING.tilt_s))
         self._renew(_SCALES, travel.scale, 1.0)
         turn = step.variance / 2
         if travel.state is TravelState.STANDING:
-            turn = min(turn, _STANDING ** 2)
-        self._renew(_TURNS, math.sqrt(turn), math.exp(-interval / _ALIKE))
+            turn = min(turn, TUNING.standing_deviation ** 2)
+        self._renew(_TURNS, math.sqrt(turn), math.exp(-interval / TUNING.alike_s))
         middle = step.heading - step.yaw / 2
         along = np.array([math.cos(middle), math.sin(middle)])
         across = np.array([-along[1], along[0]])

@@ -4,11 +4,11 @@
 
 from bisect import bisect_right
 
+from phase_traj_ros.core.path.tuning import TUNING
+
 MOST_SPEED = 1000.0
 """Largest valid speed in metres per second."""
 
-# Longest time for which a speed is valid: GPS receivers publish once a second.
-_HOLDS_NS = 2_500_000_000
 _NANO = 1e9
 
 
@@ -68,13 +68,13 @@ class SpeedTrack:
         after = bisect_right(self._stamps, end_ns)
         if after == 0:
             return None
-        if self._stamps[first] - begin_ns > _HOLDS_NS:
+        if self._stamps[first] - begin_ns > TUNING.speed_holds_ns:
             return None
         way = 0.0
         for index in range(first, after):
             begun = self._stamps[index]
             ended = self._stamps[index + 1] if index + 1 < after else end_ns
-            if ended - begun > _HOLDS_NS:
+            if ended - begun > TUNING.speed_holds_ns:
                 return None
             start = begin_ns if index == first else begun
             way += self._speeds[index] * (ended - start) / _NANO

@@ -15,24 +15,23 @@ from phase_traj_ros.core.codes.text import LinksText, parse_links
 from phase_traj_ros.errors import SourceError
 
 # A message, also as ``ros2 topic echo`` prints it.
-_MESSAGE: Final = re.compile(r"""^\s*(?:data:\s*)?['"]?(step .*?)['"]?\s*$""", re.MULTILINE)
-# Bytes in which the first message begins.
-_BEGINS: Final = 64
+_MESSAGE: Final = re.compile(r"""^[ \t]*(?:data:[ \t]*)?['"]?(step [^'"\r\n]*)""", re.MULTILINE)
+# Bytes in which the first message begins, whatever `ros2 topic echo` or a person wrote before it.
+_BEGINS: Final = 65_536
 _UNITS: Final = (LengthUnit.METRE.value, LengthUnit.CAMERA_HEIGHT.value)
 # Longest link that still tells streets apart, and most links of a drive: memory is not endless.
 _LONGEST, _MOST = 100.0, 200_000
 
 
 def holds_links(path: Path) -> bool:
-    """Return whether a file begins with a line of equal links."""
+    """Return whether a line of equal links is among the first of a file."""
     with path.open('rb') as file:
-        text = _text(file.read(_BEGINS), errors='replace')
-    return re.match(r"""(?:\s|---)*(?:data:\s*)?['"]?step """, text) is not None
+        return _MESSAGE.search(_text(file.read(_BEGINS), errors='replace')) is not None
 
 
 def read_links(path: Path) -> LinksText:
     """
-    Read the last line of equal links in a file.
+    Read the last line of equal links in a file; other lines do not count.
 
     Raises
     ------
@@ -41,7 +40,7 @@ def read_links(path: Path) -> LinksText:
 
     """
     try:
-        line = _MESSAGE.findall(_text(path.read_bytes()))[-1]
+        line = _MESSAGE.findall(_text(path.read_bytes()))[-1].rstrip()
         if line.endswith('...'):
             raise ValueError('the last line is cut off: record it with `ros2 topic echo'
                              ' --full-length`')
@@ -49,7 +48,9 @@ def read_links(path: Path) -> LinksText:
     except ValueError as error:
         raise SourceError(f'{path}: {error}') from None
     series = text.links
-    if not series.complete or not series.length:
+    if not series.length:
+        raise SourceError(f'{path} has no link: the drive is shorter than one')
+    if not series.complete:
         raise SourceError(f'{path} does not have all links of a drive: older ones are left out')
     if text.unit not in _UNITS:
         raise SourceError(

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from decimal import Decimal
 import math
 from pathlib import Path
+import re
 from typing import Any, Final
 
 from phase_traj_ros.core import LengthUnit, PairStatus
@@ -27,6 +28,8 @@ IN_HEIGHTS: Final = ScaleRange(1.1, 2.2)
 
 # A drive that turns by less than this fits on every straight road. Radians.
 _STRAIGHT: Final = math.radians(30.0)
+# A line that begins as a pose does.
+_NUMBER: Final = re.compile(rb'^[ \t]*[-+.]?[0-9]', re.MULTILINE)
 _NO_DISTANCE: Final = (
     'has no distances to be located by: replay it with code_source auto or heading, and a camera'
     ' that sees the road')
@@ -109,7 +112,17 @@ def read_odometry(path: Path) -> DriveOdometry:
     """
     if path.is_dir():
         return _read_results(path)
-    return _of_links(path) if holds_links(path) else _read_trajectory(path)
+    try:
+        if holds_links(path):
+            return _of_links(path)
+        content = path.read_bytes()
+    except OSError as error:
+        raise SourceError(f'{path} cannot be read: {error}') from None
+    if not _NUMBER.search(content):
+        what = 'holds neither poses nor' if content.strip() else 'is empty: give poses or'
+        raise SourceError(
+            f'{path} {what} a line of equal links; a pose is a line of stamp x y z qx qy qz qw')
+    return _read_trajectory(path)
 
 
 def steps_of_links(directions: Iterable[int], kinds: int, length: float) -> list[OdometryStep]:

@@ -180,6 +180,36 @@ def test_a_camera_is_learned_once_a_turn_has_told():
     assert VisualCompass(Lens(hfov_deg=75.0)).learned is None
 
 
+def test_a_restart_forgets_the_heading_and_its_turns_but_not_the_frame():
+    camera, frames = turning('barrel')
+    estimator = VisualCompass(Lens(camera=camera))
+    follow(estimator, frames[:6])
+    estimator.cut()
+    estimator.restart()
+    estimator.start(6 * TENTH)
+    tracker = estimator.tracker
+    assert (tracker.heading, tracker.rate, tracker.deviation) == (0.0, 0.0, 0.0)
+    update = estimator.add(estimator.measure(frames[6], 0.1), 7 * TENTH, 0.1)
+    assert update.step.heading == stepped(6)
+    assert estimator.finish() == [] and not estimator.bends_may_be_turns
+
+
+@pytest.mark.parametrize('upside_down', [False, True])
+def test_a_camera_is_learned_from_what_is_neither_masked_nor_fixed(upside_down):
+    mask, fixed = np.ones((2, 3), np.float32), np.full((2, 3), 255, np.uint8)
+    mask[0, 0], fixed[1, 0] = 0.0, 0
+    learning, masks = SelfCalibration(), []
+    learning.use_mask = masks.append
+    compass = VisualCompass(
+        Lens(hfov_deg=75.0, assumed=True), rotate_180=upside_down, mask=mask, learning=learning)
+    compass.leave_out(fixed)
+    # Points are tracked in the upright frame.
+    upright = slice(None, None, -1) if upside_down else slice(None)
+    seen = [each[upright, upright].tolist() for each in masks]
+    assert seen == [
+        [[0, 255, 255], [255, 255, 255]], [[0, 255, 255], [0, 255, 255]]]
+
+
 def test_a_cut_ends_the_rate_and_keeps_the_heading():
     camera, frames = turning('barrel')
     estimator = VisualCompass(Lens(camera=camera))

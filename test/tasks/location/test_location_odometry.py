@@ -201,7 +201,7 @@ def test_the_line_of_equal_links_is_read(tmp_path, connectivity):
     ('step 10 m; links 3 (0:0 1:3 2:0 3:0) 1x2', 'add up'),
     ('step 10 m; links 3 (0:0 1:3 2:0 3:0) ... 1x2', 'older ones'),
     ('step 10 m; links 3 (0:0 1:3 2:0 3:0) 1x2...', 'cut off: .* --full-length'),
-    ('step 10 m; links 0 (0:0 1:0 2:0 3:0)', 'all links'),
+    ('step 10 m; links 0 (0:0 1:0 2:0 3:0)', 'has no link: the drive is shorter than one'),
     ('step 10 step; links 3 (0:0 1:3 2:0 3:0) 1x3', "unit 'step': give links in m"),
     ('step 0 m; links 3 (0:0 1:3 2:0 3:0) 1x3', 'give links of'),
     ('step 900000000 m; links 3 (0:0 1:3 2:0 3:0) 1x3', 'give links of'),
@@ -219,8 +219,21 @@ LINE = 'step 10 m; links 3 (0:0 1:2 2:1 3:0) 1x2 2x1'
 
 @pytest.mark.parametrize('content', [
     f'\ufeff{LINE}\r\n'.encode(), LINE.encode('utf-16'), f'data: {LINE}\n---\n'.encode(),
-    f"---\ndata: 'step 10 m; links 1 (0:0 1:1 2:0 3:0) 1x1'\n---\ndata: '{LINE}'\n---\n".encode()])
+    f"---\ndata: 'step 10 m; links 1 (0:0 1:1 2:0 3:0) 1x1'\n---\ndata: '{LINE}'\n---\n".encode(),
+    f'# of the drive to the mill\n\n{LINE}\n'.encode(),
+    f"A message was lost!!!\n\ttotal count: 1---\ndata: '{LINE}'\n".encode(),
+    f'{LINE}\n---\nA message was lost!!!\n\ttotal count: 2---\n'.encode()])
 def test_links_as_a_topic_or_an_editor_writes_them(tmp_path, content):
     (tmp_path / 'links.txt').write_bytes(content)
     odometry = read_odometry(tmp_path / 'links.txt')
     assert odometry.link == 10.0 and len(odometry.steps) == 3
+
+
+@pytest.mark.parametrize(('content', 'message'), [
+    ('', 'is empty: give poses or a line of equal links'), ('\n \n', 'is empty'),
+    ('# only a comment\n', 'holds neither poses nor a line of equal links'),
+    ("A message was lost!!!\n\ttotal count change:1\ndata: ''\n---\n", 'holds neither poses nor')])
+def test_a_file_without_a_drive_says_so(tmp_path, content, message):
+    (tmp_path / 'links.txt').write_text(content)
+    with pytest.raises(SourceError, match=message):
+        read_odometry(tmp_path / 'links.txt')
