@@ -25,7 +25,9 @@ from phase_traj_ros.core.judge import Judge, judged, Verdict
 from phase_traj_ros.core.measuring import Comparison, PairMeter
 from phase_traj_ros.core.path.trajectory import Corner, DrawnPath
 from phase_traj_ros.core.path.way import Way
-from phase_traj_ros.core.reliability import Evidence, Reliability, ReliabilityMonitor
+from phase_traj_ros.core.reliability.monitor import ReliabilityMonitor
+from phase_traj_ros.core.reliability.reason import Evidence
+from phase_traj_ros.core.reliability.verdict import Reliability
 from phase_traj_ros.core.route import Route
 from phase_traj_ros.core.settings import CodeSource, EstimatorSettings
 from phase_traj_ros.core.status import PairStatus

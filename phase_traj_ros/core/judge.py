@@ -19,7 +19,7 @@ from phase_traj_ros.core.correlation.quality import Quality
 from phase_traj_ros.core.heading.visual_compass import VisualCompass
 from phase_traj_ros.core.heading.yaw_meter import YawMeasurement
 from phase_traj_ros.core.measuring import Comparison
-from phase_traj_ros.core.reliability import Evidence
+from phase_traj_ros.core.reliability.reason import Evidence
 from phase_traj_ros.core.settings import CodeSource
 from phase_traj_ros.core.status import PairStatus
 

@@ -8,7 +8,7 @@ import time
 
 from diagnostic_msgs.msg import DiagnosticArray
 from phase_traj_ros.core import TrajectoryEstimator
-from phase_traj_ros.core.reliability import Reason
+from phase_traj_ros.core.reliability.reason import Reason
 from phase_traj_ros.io.messages.diagnostics import Level, MeasurementReporter, Report
 from phase_traj_ros.io.messages.schedule import DIAGNOSTICS_PERIOD_NS
 from phase_traj_ros.ros.entities import Entities

@@ -14,7 +14,7 @@ from phase_traj_ros.core.heading.focus_of_expansion import FocusOfExpansion
 from phase_traj_ros.core.heading.yaw_meter import YawMeasurement
 from phase_traj_ros.core.judge import Judge, judged
 from phase_traj_ros.core.measuring import Comparison
-from phase_traj_ros.core.reliability import Evidence
+from phase_traj_ros.core.reliability.reason import Evidence
 import pytest
 
 SHIFT = Shift(1.0, 0.0, 0.2)

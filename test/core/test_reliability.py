@@ -15,7 +15,8 @@ from phase_traj_ros.core import (
     Lens,
     TrajectoryEstimator,
 )
-from phase_traj_ros.core.reliability import Evidence, Reason, ReliabilityMonitor
+from phase_traj_ros.core.reliability.monitor import ReliabilityMonitor
+from phase_traj_ros.core.reliability.reason import Evidence, Reason
 from phase_traj_ros.synthetic import Camera, plan_drive, render_drive, Straight, Turn
 from phase_traj_ros.synthetic.degradations import night, rain, sensor_noise
 import pytest

@@ -14,7 +14,7 @@ from phase_traj_ros.core import (
     Started,
     TrajectoryEstimator,
 )
-from phase_traj_ros.core.reliability import Reason
+from phase_traj_ros.core.reliability.reason import Reason
 import pytest
 from textures import pair
 

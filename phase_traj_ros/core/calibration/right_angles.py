@@ -13,18 +13,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-LEAST_ANGLE_DEG = 30.0
-"""Smallest angle of a turn that is used for the focal length."""
-
-# Possible shares of right angles among the turns, with equal probability.
-_RIGHT_SHARES = np.array([0.05, 0.15, 0.3, 0.45, 0.6, 0.75, 0.9])
-# Standard deviation of a right angle in degrees, shares of right angles and of U-turns, and mean
-# angle of the other turns, of which small ones are more frequent. A few turns, such as on ramps of
-# car parks, fit none of these: they must not favour any scale.
-_ANGLE_DEVIATION = 7.0
-_KINDS = ((90.0, 0.92), (180.0, 0.08))
-_MEAN_BEND = 40.0
-_ODD_SHARE, _DECADES = 0.05, 5.0
+from phase_traj_ros.core.calibration.tuning import TUNING
 
 
 class RightAngles:
@@ -45,7 +34,7 @@ class RightAngles:
         self._weight = weight
         self._focals = np.exp(log_focals)
         # By share of right angles and focal length.
-        self._log = np.zeros((len(_RIGHT_SHARES), len(log_focals)))
+        self._log = np.zeros((len(TUNING.right_shares), len(log_focals)))
 
     def add(self, angle_deg: float, *, focal: float) -> None:
         """
@@ -63,14 +52,15 @@ class RightAngles:
             raise ValueError(f'angle_deg is {angle_deg}: give a finite angle')
         if not (math.isfinite(focal) and focal > 0):
             raise ValueError(f'focal is {focal}: give a finite number of widths above 0')
-        if abs(angle_deg) < LEAST_ANGLE_DEG:
+        if abs(angle_deg) < TUNING.least_turn_deg:
             return
         scales = focal / self._focals
         true = abs(angle_deg) * scales
-        right = sum(share * _normal(true - angle) for angle, share in _KINDS)
-        bend = (1.0 - _ODD_SHARE) * np.exp(-true / _MEAN_BEND) / _MEAN_BEND
-        bend += _ODD_SHARE / (_DECADES * true)
-        shares = _RIGHT_SHARES[:, None]
+        u_turns = TUNING.u_turn_share
+        right = (1.0 - u_turns) * _normal(true - 90.0) + u_turns * _normal(true - 180.0)
+        mean, odd = TUNING.mean_bend_deg, TUNING.odd_share
+        bend = (1.0 - odd) * np.exp(-true / mean) / mean + odd / (TUNING.odd_decades * true)
+        shares = np.array(TUNING.right_shares)[:, None]
         # Density of the measured angle, hence the factor of the scale.
         self._log += self._weight * np.log((shares * right + (1.0 - shares) * bend) * scales)
 
@@ -84,5 +74,5 @@ class RightAngles:
 
 def _normal(off: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the density of right angles with an error in degrees."""
-    scaled = np.exp(-0.5 * (off / _ANGLE_DEVIATION) ** 2)
-    return np.asarray(scaled / (_ANGLE_DEVIATION * math.sqrt(2.0 * math.pi)), np.float64)
+    scaled = np.exp(-0.5 * (off / TUNING.angle_deviation_deg) ** 2)
+    return np.asarray(scaled / (TUNING.angle_deviation_deg * math.sqrt(2.0 * math.pi)), np.float64)

@@ -14,6 +14,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 from phase_traj_ros.core.calibration.right_angles import RightAngles
+from phase_traj_ros.core.calibration.tuning import TUNING
 from phase_traj_ros.core.calibration.turn_fit import fit_turn, TurnFit
 from phase_traj_ros.core.calibration.turn_tracks import TurnFollower, TurnTracks
 from phase_traj_ros.core.camera.estimate import CameraEstimate
@@ -24,36 +25,8 @@ from phase_traj_ros.core.correlation.phase_correlation import Frame
 # The grid: logarithms of the focal length in image widths, and straightnesses.
 _FOCALS = np.linspace(math.log(0.12), math.log(4.0), 201)
 _STRAIGHTS = np.linspace(*STRAIGHTNESS_RANGE, 47)
-# The prior: a field of view of about 75 degrees, and mostly pinholes.
-_USUAL, _SPREAD = math.log(0.65), 0.5
-_PINHOLES, _AS_PINHOLE, _FISHEYE, _AS_FISHEYE = 0.7, 0.1, 0.3, 0.5
-# Factor on the deviations of a fit, additional errors of log focal length and straightness, and
-# degrees of freedom of Student's distribution, as large errors are not rare.
-_UNSURE, _WRONG, _FREEDOM = 2.5, (0.03, 0.05), 4.0
-# Error that is common to all drives of a camera; see ``estimate``.
-_COMMON = 0.02
-# Largest cost per observation, and largest deviation of the log focal length, of a usable fit.
-_MOST_COST, _LEAST_SURE = 3.0, 0.12
-# Share of the points that a static scene shows; the others may be on vehicles that move.
-_LEAST_STATIC = 0.5
-# Start values: focal length in image widths, straightness, and column of the principal point in
-# image widths. The second set, for cropped images, is tried if none of the first fits well.
-_GUESSES = ((0.23, 1.0, 0.0), (0.45, 0.6, 0.0), (0.9, 0.9, 0.0))
-_CUT_OUT = ((0.9, 0.9, -0.45), (0.9, 0.9, 0.45))
-# Grid of the column of the principal point in image widths from the centre, its standard deviation
-# in uncropped images, the share of cropped images, and the error of a fit.
+# Grid of the column of the principal point, in image widths from the centre.
 _COLUMNS = np.linspace(-0.6, 0.6, 241)
-_OFF_MIDDLE, _CUTTINGS, _COLUMN_WRONG = 0.05, 0.02, 0.015
-# Weight of the angle of a turn: turns of one place are similar, right angles or not.
-_ANGLES_WEIGHT = 0.25
-# Deviation of the estimate from which a fit starts at it, and largest cost to accept that fit.
-_KNOWN, _GOOD_COST = 0.08, 2.5
-# After the first _FREE fits, the n-th further one waits for _FRAMES times n squared frames: many
-# turns add little.
-_FREE, _FRAMES = 4, 40
-# Change of pitch and roll of a vehicle between the ends of a turn, in radians. The smaller the
-# turn, the larger is its effect on the axis.
-_SWAYS = math.radians(1.2)
 
 
 class SelfCalibration:
@@ -75,18 +48,19 @@ class SelfCalibration:
     def forget(self) -> None:
         """Restart with the prior."""
         self._follower.cut()
-        usual = -0.5 * ((_FOCALS - _USUAL) / _SPREAD) ** 2
-        kinds = (
-            _PINHOLES / _AS_PINHOLE
-            * np.exp(-0.5 * ((_STRAIGHTS - PINHOLE) / _AS_PINHOLE) ** 2)
-            + (1.0 - _PINHOLES) / _AS_FISHEYE
-            * np.exp(-0.5 * ((_STRAIGHTS - _FISHEYE) / _AS_FISHEYE) ** 2))
+        usual = -0.5 * ((_FOCALS - math.log(TUNING.usual_focal)) / TUNING.focal_spread) ** 2
+        pinholes = TUNING.pinhole_share
+        kinds = pinholes / TUNING.pinhole_deviation * _bell(
+            _STRAIGHTS, PINHOLE, TUNING.pinhole_deviation)
+        kinds += (1.0 - pinholes) / TUNING.fisheye_deviation * _bell(
+            _STRAIGHTS, TUNING.fisheye_straightness, TUNING.fisheye_deviation)
         self._log: NDArray[np.float64] = usual[:, None] + np.log(kinds)
-        self._angles = RightAngles(_FOCALS, weight=_ANGLES_WEIGHT)
+        self._angles = RightAngles(_FOCALS, weight=TUNING.right_angles_weight)
         self._horizon = HorizonEstimator()
+        aside, cropped = TUNING.column_deviation, TUNING.cropped_share
         self._column: NDArray[np.float64] = np.log(
-            (1.0 - _CUTTINGS) / (_OFF_MIDDLE * math.sqrt(2.0 * math.pi))
-            * np.exp(-0.5 * (_COLUMNS / _OFF_MIDDLE) ** 2) + _CUTTINGS / np.ptp(_COLUMNS))
+            (1.0 - cropped) / (aside * math.sqrt(2.0 * math.pi)) * _bell(_COLUMNS, 0.0, aside)
+            + cropped / np.ptp(_COLUMNS))
         self._frames, self._tried, self._fits = 0, 0, 0
         self._estimate: CameraEstimate | None = None
 
@@ -133,7 +107,8 @@ class SelfCalibration:
             self._shape = shape
             self.forget()
         self._frames += 1
-        wanted = self._frames >= _FRAMES * max(0, self._tried + 1 - _FREE) ** 2
+        further = max(0, self._tried + 1 - TUNING.free_fits)
+        wanted = self._frames >= TUNING.waiting_frames * further ** 2
         return self._learn(self._follower.update(frame, shift_px, interval, wanted=wanted))
 
     def finish(self) -> bool:
@@ -194,8 +169,9 @@ class SelfCalibration:
         height, width = shape
         return CameraEstimate(
             width=width, height=height, focal_px=math.exp(focal) * width,
-            focal_deviation=math.hypot(focal_deviation, _COMMON), straightness=straight,
-            straightness_deviation=straight_deviation, column_px=column * width,
+            focal_deviation=math.hypot(focal_deviation, TUNING.common_error),
+            straightness=straight, straightness_deviation=straight_deviation,
+            column_px=column * width,
             column_deviation_px=column_deviation * width,
             pitch_deg=math.degrees(horizon.pitch),
             pitch_deviation_deg=math.degrees(horizon.pitch_deviation),
@@ -213,36 +189,43 @@ class SelfCalibration:
         self._fits += 1
         width = self._shape[1]
         self._log += _log_likelihood(fit, width)
-        variance = _COLUMN_WRONG ** 2 + _UNSURE ** 2 * float(fit.covariance[2, 2]) / width ** 2
+        own = TUNING.unsure ** 2 * float(fit.covariance[2, 2]) / width ** 2
+        variance = TUNING.wrong_column ** 2 + own
         self._column += _student((_COLUMNS - fit.column / width) ** 2 / variance, 1)
         chord = 2.0 * max(abs(math.sin(fit.angle / 2.0)), 0.05)
-        self._horizon.add_turn(fit.down, _SWAYS / chord)
+        self._horizon.add_turn(fit.down, TUNING.sway / chord)
         self._estimate = None
         return True
 
     def _fit(self, tracks: TurnTracks, width: int) -> TurnFit | None:
         """Fit from the estimate; if that fails, from further start values."""
         fit = None
-        if self._fits and self.estimate.focal_deviation < _KNOWN:
+        if self._fits and self.estimate.focal_deviation < TUNING.known_deviation:
             known = self.estimate
             fit = fit_turn(
                 tracks, [(known.focal_px, known.straightness, known.column_px)], width=width)
-        for guesses in (_GUESSES, _CUT_OUT):
-            if fit is None or fit.cost > _GOOD_COST:
+        for guesses in (TUNING.guesses, TUNING.cropped_guesses):
+            if fit is None or fit.cost > TUNING.good_cost:
                 other = fit_turn(tracks, [
                     (focal * width, straightness, column * width)
                     for focal, straightness, column in guesses], width=width)
                 if fit is None or (other is not None and other.cost < fit.cost):
                     fit = other
-        if fit is not None and fit.cost > _MOST_COST:
-            static = fit.point_costs < _MOST_COST
-            if static.mean() < _LEAST_STATIC:
+        if fit is not None and fit.cost > TUNING.most_cost:
+            static = fit.point_costs < TUNING.most_cost
+            if static.mean() < TUNING.least_static:
                 return None
             lens = math.exp(fit.log_focal), fit.straightness, fit.column
             fit = fit_turn(tracks.of(static), [lens], width=width)
-        if fit is None or fit.cost > _MOST_COST:
+        if fit is None or fit.cost > TUNING.most_cost:
             return None
-        return fit if math.sqrt(fit.covariance[0, 0]) < _LEAST_SURE else None
+        return fit if math.sqrt(fit.covariance[0, 0]) < TUNING.most_deviation else None
+
+
+def _bell(
+    values: NDArray[np.float64], mean: float, deviation: float,
+) -> NDArray[np.float64]:
+    return np.asarray(np.exp(-0.5 * ((values - mean) / deviation) ** 2), np.float64)
 
 
 def _density(log: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -253,7 +236,7 @@ def _density(log: NDArray[np.float64]) -> NDArray[np.float64]:
 def _student(distance: NDArray[np.float64], dimensions: int) -> NDArray[np.float64]:
     """Return the log of Student's distribution at squared distances, in standard deviations."""
     return np.asarray(
-        -(_FREEDOM + dimensions) / 2.0 * np.log1p(distance / _FREEDOM), np.float64)
+        -(TUNING.freedom + dimensions) / 2.0 * np.log1p(distance / TUNING.freedom), np.float64)
 
 
 def _moments(density: NDArray[np.float64], values: NDArray[np.float64]) -> tuple[float, float]:
@@ -263,8 +246,8 @@ def _moments(density: NDArray[np.float64], values: NDArray[np.float64]) -> tuple
 
 def _log_likelihood(fit: TurnFit, width: int) -> NDArray[np.float64]:
     """Return the log-likelihood of a fit for each focal length and straightness of the grid."""
-    covariance = _UNSURE ** 2 * max(fit.cost, 1.0) * fit.covariance[:2, :2]
-    covariance = covariance + np.diag(np.square(_WRONG))
+    covariance = TUNING.unsure ** 2 * max(fit.cost, 1.0) * fit.covariance[:2, :2]
+    covariance = covariance + np.diag(np.square((TUNING.wrong_focal, TUNING.wrong_straightness)))
     inverse = np.linalg.inv(covariance)
     focal = (_FOCALS - (fit.log_focal - math.log(width)))[:, None]
     straight = (_STRAIGHTS - fit.straightness)[None, :]

@@ -29,28 +29,11 @@ from phase_traj_ros.core.calibration.algebra import (
     rotations,
     times,
 )
+from phase_traj_ros.core.calibration.tuning import TUNING
 from phase_traj_ros.core.calibration.turn_tracks import TurnTracks
 from phase_traj_ros.core.camera.lens_family import places, rays, STRAIGHTNESS_RANGE
 
 Numbers = NDArray[np.float64]
-
-# Standard deviation of a tracked point, in pixels of the image in which it was tracked.
-_POINT = 0.3
-# Standard deviations of the motion between frames, whose mean length is 1: relative, along the
-# viewing direction, and to the side and up; of the rotation about the other axes, in radians; and
-# of the inverse distance.
-_STEP, _ASIDE, _SHAKE, _NEARNESS = 0.3, (0.15, 0.15), math.radians(1.5), 0.3
-_LEAST_STEP, _START_NEARNESS = 0.2, 0.03
-# Points are in front of the camera: weight of this constraint, and its tolerance.
-_AHEAD, _BEHIND = 1e4, -1e-3
-# Prior of the straightness: mean and standard deviation.
-_STRAIGHTNESS = (0.7, 0.6)
-# Prior standard deviation of the column of the principal point, in image widths.
-_COLUMN = 0.05
-_FIRST_ITERATIONS, _ITERATIONS, _TRIES = 5, 14, 6
-_FARTHEST = (0.4, 0.5)
-_SETTLED, _LEAST_GAIN = (1e-3, 5e-3), 1e-2
-_DELTA = 1e-4
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -109,8 +92,8 @@ def fit_turn(
     problem = _Problem(tracks, width)
     found = [problem.start(*guess) for guess in guesses]
     if len(found) > 1:
-        found = [problem.search(state, _FIRST_ITERATIONS) for state in found]
-    best = problem.search(min(found, key=problem.cost), _ITERATIONS)
+        found = [problem.search(state, TUNING.first_steps) for state in found]
+    best = problem.search(min(found, key=problem.cost), TUNING.fit_steps)
     return problem.result(best)
 
 
@@ -128,19 +111,19 @@ class _Problem:
         self._seen = tracks.place[used]
         self._base, self._based = tracks.frame[middle[used]], tracks.place[middle[used]]
         self._starts = np.searchsorted(self._point, points)
-        self._flow, self._deviation = tracks.flow, _POINT * tracks.reduction
+        self._flow, self._deviation = tracks.flow, TUNING.point_deviation_px * tracks.reduction
         steps = np.diff(tracks.seconds)
-        self._steps = np.maximum(steps / steps.mean(), _LEAST_STEP)
+        self._steps = np.maximum(steps / steps.mean(), TUNING.least_interval)
         self._frames, self._points = len(tracks.flow), count
         self._sights = np.arange(len(used))
-        self._column = _COLUMN * width
+        self._column = TUNING.column_deviation * width
 
     def search(self, state: _State, iterations: int) -> _State:
         """Optimise a state by the Levenberg-Marquardt method."""
         cost, damping = self.cost(state), 1e-3
         for _ in range(iterations):
             normal, mixed, own, gradient, own_gradient = self._normal(state)
-            for _ in range(_TRIES):
+            for _ in range(TUNING.damping_tries):
                 less = own * (1.0 + damping)
                 system = normal + damping * np.diag(np.diag(normal))
                 system -= product(mixed / less[:, None], mixed)
@@ -157,9 +140,10 @@ class _Problem:
                 damping *= 8.0
             else:
                 return state
-            settled = (found > cost * (1.0 - _LEAST_GAIN)
-                       and abs(trial.log_focal - state.log_focal) < _SETTLED[0]
-                       and abs(trial.straightness - state.straightness) < _SETTLED[1])
+            settled = (
+                found > cost * (1.0 - TUNING.least_gain)
+                and abs(trial.log_focal - state.log_focal) < TUNING.settled_focal
+                and abs(trial.straightness - state.straightness) < TUNING.settled_straightness)
             state, cost, damping = trial, found, max(damping / 6.0, 1e-6)
             if settled:
                 break
@@ -191,7 +175,7 @@ class _Problem:
         place = np.zeros((self._frames, 3))
         place[1:] = np.cumsum((ahead[1:] + ahead[:-1]) / 2.0 * self._steps[:, None], axis=0)
         return _State(math.log(focal_px), straightness, column, attitude, place,
-                      np.full(self._points, _START_NEARNESS))
+                      np.full(self._points, TUNING.start_nearness))
 
     def _directions(self, state: _State) -> tuple[Numbers, Numbers, Numbers, Numbers]:
         """Return rays in the base frame, rotations and translations to the frame, and points."""
@@ -219,14 +203,14 @@ class _Problem:
         robust = float(self._costs(state).sum())
         known = self._known(state)[0]
         behind = np.minimum(state.nearness, 0.0)
-        near = state.nearness / _NEARNESS
-        mean, deviation = _STRAIGHTNESS
+        near = state.nearness / TUNING.nearness
+        mean, deviation = TUNING.straightness, TUNING.straightness_deviation
         # Robust, as for the observations: a column far off comes from a cropped image, and a
         # larger offset costs little more.
         lens = ((state.straightness - mean) / deviation) ** 2 + 2.0 * math.log1p(
             (state.column / self._column) ** 2 / 2.0)
         cost = lens + robust + float(
-            (known * known).sum() + _AHEAD * (behind @ behind) + near @ near)
+            (known * known).sum() + TUNING.ahead_weight * (behind @ behind) + near @ near)
         return cost if math.isfinite(cost) else math.inf
 
     def _known(self, state: _State) -> tuple[Numbers, Numbers]:
@@ -236,14 +220,15 @@ class _Problem:
         right = state.attitude[1:, 0] + state.attitude[:-1, 0]
         right /= np.linalg.norm(right, axis=1, keepdims=True)
         axes = np.stack([
-            ahead / _STEP, right / _ASIDE[0], np.cross(ahead, right) / _ASIDE[1]], axis=1)
+            ahead / TUNING.speed_deviation, right / TUNING.sideways_deviation,
+            np.cross(ahead, right) / TUNING.sideways_deviation], axis=1)
         axes /= self._steps[:, None, None]
         turned = state.attitude[1:] @ state.attitude[:-1].transpose(0, 2, 1)
         off = np.zeros((self._frames - 1, 5))
         off[:, :3] = applied(axes, np.diff(state.place, axis=0))
-        off[:, 0] -= 1.0 / _STEP
-        off[:, 3] = (turned[:, 2, 1] - turned[:, 1, 2]) / (2.0 * _SHAKE)
-        off[:, 4] = (turned[:, 1, 0] - turned[:, 0, 1]) / (2.0 * _SHAKE)
+        off[:, 0] -= 1.0 / TUNING.speed_deviation
+        off[:, 3] = (turned[:, 2, 1] - turned[:, 1, 2]) / (2.0 * TUNING.shake_deviation)
+        off[:, 4] = (turned[:, 1, 0] - turned[:, 0, 1]) / (2.0 * TUNING.shake_deviation)
         return off, axes
 
     def _normal(self, state: _State) -> tuple[Numbers, Numbers, Numbers, Numbers, Numbers]:
@@ -256,10 +241,10 @@ class _Problem:
         weight = 1.0 / (1.0 + (error * error).sum(axis=1) / 2.0)
         change /= self._deviation
         nearness = state.nearness[self._point]
-        lens = [(self._places(other) - found) / (_DELTA * self._deviation) for other in (
-            replace(state, log_focal=state.log_focal + _DELTA),
-            replace(state, straightness=state.straightness + _DELTA),
-            replace(state, column=state.column + _DELTA))]
+        lens = [(self._places(other) - found) / (TUNING.delta * self._deviation) for other in (
+            replace(state, log_focal=state.log_focal + TUNING.delta),
+            replace(state, straightness=state.straightness + TUNING.delta),
+            replace(state, column=state.column + TUNING.delta))]
         # Two rows per observation; per frame, three rotations and three translations.
         rows = np.zeros((len(self._sights), 2, self._frames, 6))
         moved = (change @ state.attitude[self._frame]) * nearness[:, None, None]
@@ -280,7 +265,7 @@ class _Problem:
             (weighted * own[:, :, None]).sum(axis=1), self._starts, axis=0)
         points = np.add.reduceat(weight * (own * own).sum(axis=1), self._starts)
         toward = np.add.reduceat(weight * (own * error).sum(axis=1), self._starts)
-        behind = _AHEAD * (state.nearness < 0.0) + _NEARNESS ** -2
+        behind = TUNING.ahead_weight * (state.nearness < 0.0) + TUNING.nearness ** -2
         return normal, mixed, points + behind, gradient, toward + behind * state.nearness
 
     def _known_normal(self, state: _State) -> tuple[Numbers, Numbers]:
@@ -290,13 +275,13 @@ class _Problem:
         rows = np.zeros((self._frames - 1, 5, self._frames, 6))
         rows[steps, :3, steps + 1, 3:], rows[steps, :3, steps, 3:] = axes, -axes
         for row, axis in ((3, 0), (4, 2)):
-            rows[steps, row, steps + 1, axis] = 1.0 / _SHAKE
-            rows[steps, row, steps, axis] = -1.0 / _SHAKE
+            rows[steps, row, steps + 1, axis] = 1.0 / TUNING.shake_deviation
+            rows[steps, row, steps, axis] = -1.0 / TUNING.shake_deviation
         jacobian = rows[:, :, 1:].reshape(-1, 6 * (self._frames - 1))
         normal = np.zeros((3 + jacobian.shape[1],) * 2)
         normal[3:, 3:] = product(jacobian, jacobian)
         gradient = np.concatenate([np.zeros(3), times(jacobian.T, off.ravel())])
-        mean, deviation = _STRAIGHTNESS
+        mean, deviation = TUNING.straightness, TUNING.straightness_deviation
         normal[1, 1] = deviation ** -2
         gradient[1] = (state.straightness - mean) / deviation ** 2
         normal[2, 2] = self._column ** -2 / (1.0 + (state.column / self._column) ** 2 / 2.0)
@@ -307,7 +292,8 @@ class _Problem:
 def _moved(state: _State, step: Numbers, near: Numbers) -> _State:
     """Return the state after a step."""
     focal, straight = (
-        float(np.clip(value, -most, most)) for value, most in zip(step[:2], _FARTHEST))
+        float(np.clip(value, -most, most)) for value, most in zip(
+            step[:2], (TUNING.farthest_focal, TUNING.farthest_straightness)))
     frames = step[3:].reshape(-1, 6)
     attitude, place = state.attitude.copy(), state.place.copy()
     attitude[1:] = rotations(frames[:, :3]) @ attitude[1:]
@@ -316,4 +302,4 @@ def _moved(state: _State, step: Numbers, near: Numbers) -> _State:
         state.log_focal + focal,
         float(np.clip(state.straightness + straight, *STRAIGHTNESS_RANGE)),
         state.column + float(step[2]), attitude, place,
-        np.maximum(state.nearness + near, _BEHIND))
+        np.maximum(state.nearness + near, TUNING.behind))

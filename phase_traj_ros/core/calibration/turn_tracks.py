@@ -15,6 +15,7 @@ import math
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from phase_traj_ros.core.calibration.tuning import TUNING
 from phase_traj_ros.core.correlation.phase_correlation import Frame
 from phase_traj_ros.core.correlation.view import reduced
 
@@ -23,31 +24,8 @@ Places = NDArray[np.float32]
 Numbers = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
-# In image widths: motion of the image in a step, in a stretch, and in the shortest usable stretch.
-_STEP, _STRETCH, _LEAST_STRETCH = 0.05, 0.6, 0.15
-# Smallest mean speed of the image in a turn, in image widths per second, and the time constant of
-# the mean in seconds.
-_TURNING, _FADING = 0.025, 0.4
-# Longest step and longest interval between two searches of the points, in seconds, and largest
-# motion of the image in a pair, in image widths.
-_LONGEST, _UNSEEN, _FARTHEST = 0.3, 0.1, 0.35
-_LEAST_STEPS, _MOST_STEPS = 4, 20
-# Tolerance of stamps in seconds.
-_JITTER = 0.01
-# Images wider than _WIDE are reduced by an integer factor to at most _WIDTH.
-_WIDE, _WIDTH = 640, 480
-_POINTS, _KEPT, _LEAST_POINTS, _LEAST_SIGHTS = 130, 100, 30, 120
-# Minimum quality of a corner, minimum distance of two corners in pixels and as a fraction of the
-# width, and minimum distance to the edge in pixels.
-_QUALITY, _APART, _APART_SHARE, _EDGE = 0.005, 6, 1 / 60, 4
-_WINDOW, _SMALL_WINDOW, _SMALL = (13, 13), (9, 9), 200
-_LEVELS = 3
-_STOP = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 20, 0.02)
-# In pixels: largest error of a point tracked forward and back, and largest motion of a point that
-# is fixed to the camera while the image moves by more than _MOVED.
-_BACK, _STILL, _MOVED = 0.4, 0.5, 3.0
-# The stretch ends if a smaller share of the points can be tracked.
-_FOLLOWED = 0.25
+_STOP = (
+    cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, TUNING.search_steps, TUNING.search_px)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -126,11 +104,11 @@ class TurnFollower:
         if last is None or last.shape != frame.shape or interval <= 0.0:
             self._stretch, self._rate = None, 0.0
             return None
-        if not abs(shift_px) < _FARTHEST * width:
+        if not abs(shift_px) < TUNING.farthest * width:
             return self.finish()
-        kept = math.exp(-interval / _FADING)
+        kept = math.exp(-interval / TUNING.turning_s)
         self._rate = kept * self._rate + (1.0 - kept) * shift_px / interval
-        if abs(self._rate) < _TURNING * width:
+        if abs(self._rate) < TUNING.turning * width:
             return self.finish()
         if self._stretch is None:
             if not wanted:
@@ -147,8 +125,9 @@ class _Stretch:
     def __init__(self, first: Frame, mask: NDArray[np.uint8] | None) -> None:
         self._reduction = _reduction(first.shape[1])
         self._height, self._width = (side // self._reduction for side in first.shape)
-        self._apart = max(_APART, round(self._width * _APART_SHARE))
-        self._window = _WINDOW if self._width >= _SMALL else _SMALL_WINDOW
+        self._apart = max(TUNING.apart_px, round(self._width * TUNING.apart_share))
+        small = self._width < TUNING.small_px
+        self._window = TUNING.small_window_px if small else TUNING.window_px
         self._first, self._mask = first, mask
         self._points, self._names = np.zeros((0, 2), np.float32), np.zeros(0, np.int64)
         self._count = 0
@@ -162,41 +141,42 @@ class _Stretch:
         """Add the next frame; return whether the stretch continues."""
         self._moved += shift_px / self._reduction
         self._since += interval
-        if abs(self._moved) < _STEP * self._width and self._since < _UNSEEN - _JITTER:
+        if abs(self._moved) < TUNING.step * self._width and self._since < TUNING.unseen_s:
             return True
         if not self._sights:
             # Delayed until the motion has lasted for a while, unlike most shakes.
             self._picture, self._free = _reduced(self._first), self._seen()
             self._note()
-        back = self._moved * self._flow[-1] < 0.0 and abs(self._moved) > _STEP * self._width
+        back = self._moved * self._flow[-1] < 0.0 and abs(self._moved) > TUNING.step * self._width
         if back or not self._follow(_reduced(frame)):
             return False
         self._step_since += self._since
         self._moved, self._since = 0.0, 0.0
-        if abs(self._step_moved) < _STEP * self._width and self._step_since < _LONGEST - _JITTER:
+        if (abs(self._step_moved) < TUNING.step * self._width
+                and self._step_since < TUNING.longest_step_s):
             return True
         self._flow.append(self._flow[-1] + self._step_moved)
         self._seconds.append(self._seconds[-1] + self._step_since)
         self._step_moved, self._step_since = 0.0, 0.0
         self._note()
-        return (abs(self._flow[-1]) < _STRETCH * self._width
-                and len(self._flow) < _MOST_STEPS)
+        return (abs(self._flow[-1]) < TUNING.stretch * self._width
+                and len(self._flow) < TUNING.most_steps)
 
     def tracks(self) -> TurnTracks | None:
         """Return the points with three observations or more, those with the most of them."""
-        if (len(self._flow) < _LEAST_STEPS
-                or abs(self._flow[-1]) < _LEAST_STRETCH * self._width):
+        if (len(self._flow) < TUNING.least_steps
+                or abs(self._flow[-1]) < TUNING.least_stretch * self._width):
             return None
         sights = np.concatenate(self._sights)
         names = sights[:, 0].astype(np.int64)
         times = np.bincount(names, minlength=self._count)
-        order = np.argsort(-times, kind='stable')[:_KEPT]
+        order = np.argsort(-times, kind='stable')[:TUNING.kept_points]
         kept = np.zeros(self._count, np.bool_)
         kept[order[times[order] >= 3]] = True
         sights = sights[kept[names]]
         sights = sights[np.lexsort((sights[:, 1], sights[:, 0]))]
         points, point = np.unique(sights[:, 0], return_inverse=True)
-        if len(points) < _LEAST_POINTS or len(sights) < _LEAST_SIGHTS:
+        if len(points) < TUNING.least_points or len(sights) < TUNING.least_sights:
             return None
         # The reduced image may lack the last pixels of the full one; their centres nearly agree.
         middle = (np.array([self._width, self._height]) - 1.0) / 2.0
@@ -212,17 +192,17 @@ class _Stretch:
         seen = cv2.resize(
             (self._mask > 127).astype(np.uint8), (self._width, self._height),
             interpolation=cv2.INTER_NEAREST)
-        return np.asarray(cv2.erode(seen, np.ones(_WINDOW)) * 255, np.uint8)
+        return np.asarray(cv2.erode(seen, np.ones((TUNING.window_px,) * 2)) * 255, np.uint8)
 
     def _note(self) -> None:
         """Detect points where there are none, and record the positions of all points."""
         free = self._free.copy()
         for place in np.rint(self._points).astype(int).tolist():
             cv2.circle(free, place, self._apart, 0, -1)
-        wanted = _POINTS - len(self._points)
-        if wanted > _POINTS // 10:
+        wanted = TUNING.points - len(self._points)
+        if wanted > TUNING.points // 10:
             found = cv2.goodFeaturesToTrack(
-                self._picture, wanted, _QUALITY, self._apart, mask=free)
+                self._picture, wanted, TUNING.corner_quality, self._apart, mask=free)
             new = np.zeros((0, 2), np.float32) if found is None else found.reshape(-1, 2)
             self._points = np.concatenate([self._points, new]).astype(np.float32)
             self._names = np.concatenate(
@@ -239,12 +219,12 @@ class _Stretch:
         found, there = self._look(self._picture, picture, self._points, expected)
         came, back = self._look(picture, self._picture, found, self._points.copy())
         moved = found - self._points
-        edge, size = _EDGE, (self._width, self._height)
-        good = there & back & (np.hypot(*(came - self._points).T) < _BACK)
+        edge, size = TUNING.edge_px, (self._width, self._height)
+        good = there & back & (np.hypot(*(came - self._points).T) < TUNING.back_px)
         good &= ((found > edge) & (found < np.subtract(size, edge + 1))).all(axis=1)
-        if abs(self._moved) > _MOVED:
-            good &= np.hypot(*moved.T) > _STILL
-        if good.mean() < _FOLLOWED:
+        if abs(self._moved) > TUNING.moved_px:
+            good &= np.hypot(*moved.T) > TUNING.fixed_px
+        if good.mean() < TUNING.followed_share:
             return False
         self._step_moved += self._moved
         self._points, self._names, self._picture = found[good], self._names[good], picture
@@ -254,13 +234,13 @@ class _Stretch:
         self, before: Bytes, after: Bytes, points: Places, guess: Places,
     ) -> tuple[Places, NDArray[np.bool_]]:
         found, state, _ = cv2.calcOpticalFlowPyrLK(
-            before, after, points, guess, winSize=self._window, maxLevel=_LEVELS,
-            criteria=_STOP, flags=cv2.OPTFLOW_USE_INITIAL_FLOW)
+            before, after, points, guess, winSize=(self._window, self._window),
+            maxLevel=TUNING.pyramid_levels, criteria=_STOP, flags=cv2.OPTFLOW_USE_INITIAL_FLOW)
         return np.asarray(found, np.float32), state.ravel() == 1
 
 
 def _reduction(width: int) -> int:
-    return math.ceil(width / _WIDTH) if width > _WIDE else 1
+    return math.ceil(width / TUNING.tracked_px) if width > TUNING.widest_px else 1
 
 
 def _reduced(frame: Frame) -> Bytes:

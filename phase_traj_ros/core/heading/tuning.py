@@ -167,8 +167,6 @@ class HeadingTuning:
     """Change to the side of the bend that ends a dip; the heading on a straight varies by less."""
     swerve_deg: float = 5.0
     """A bend of less is a swerve: the vehicle drives straight on."""
-    evidence_deg: float = 20.0
-    """Least bend whose angle is evidence of the camera."""
     usual_speed: float = 5.0
     """Heights per second where the way is unknown: a car at 30 km/h..."""
     least_speed: float = 0.02

@@ -8,7 +8,7 @@ from enum import IntEnum
 from phase_traj_ros.core import Counters, TrajectoryEstimator
 from phase_traj_ros.core.camera.estimate import FieldOfView
 from phase_traj_ros.core.correlation.transforms import find_transform
-from phase_traj_ros.core.reliability import Reason
+from phase_traj_ros.core.reliability.reason import Reason
 
 # Below this share of measured pairs since the last report, the status is a warning.
 _MEASURED_SHARE = 0.5

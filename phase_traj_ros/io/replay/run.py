@@ -30,7 +30,7 @@ from phase_traj_ros.core.camera.estimate import FieldOfView
 from phase_traj_ros.core.codes.freeman import AnyDirection
 from phase_traj_ros.core.codes.threshold_hint import ThresholdHint
 from phase_traj_ros.core.heading.turns import Turn
-from phase_traj_ros.core.reliability import Reliability
+from phase_traj_ros.core.reliability.verdict import Reliability
 from phase_traj_ros.errors import ParameterError, SourceError
 from phase_traj_ros.io.replay.estimator import described, make_estimator, outcomes
 from phase_traj_ros.io.replay.kept_updates import KeptUpdates

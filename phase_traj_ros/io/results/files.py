@@ -28,7 +28,7 @@ from phase_traj_ros.core import (
 from phase_traj_ros.core.correlation.transforms import find_transform
 from phase_traj_ros.core.heading.tracker import HeadingStep
 from phase_traj_ros.core.heading.turns import Turn
-from phase_traj_ros.core.reliability import Reliability
+from phase_traj_ros.core.reliability.verdict import Reliability
 from phase_traj_ros.io.replay.run import Replay
 from phase_traj_ros.io.results.figures import write_trajectory_picture
 

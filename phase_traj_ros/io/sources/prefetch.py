@@ -21,7 +21,7 @@ class _End:
     error: BaseException | None
 
 
-def prefetch(items: Iterable[ItemT], depth: int = 8) -> Generator[ItemT, None, None]:
+def prefetch(items: Iterable[ItemT], depth: int = 4) -> Generator[ItemT, None, None]:
     """
     Yield the items in order, while a background thread fetches up to depth of them ahead.
 

@@ -12,7 +12,7 @@ import time
 
 import numpy as np
 from phase_traj_ros.core import Counters, LengthUnit, Way
-from phase_traj_ros.core.reliability import Reliability
+from phase_traj_ros.core.reliability.verdict import Reliability
 from phase_traj_ros.errors import PhaseTrajError
 from phase_traj_ros.io.replay.overview import outline, turn_marks
 from phase_traj_ros.io.replay.run import Replay

@@ -17,7 +17,7 @@ from phase_traj_ros.core import (
     TrajectoryEstimator,
 )
 from phase_traj_ros.core.frames.repeats import RepeatDetector
-from phase_traj_ros.core.reliability import Reason
+from phase_traj_ros.core.reliability.reason import Reason
 from phase_traj_ros.synthetic import Camera, plan_drive, render, render_drive, Straight, Turn
 from phase_traj_ros.synthetic.degradations import sensor_noise
 import pytest

@@ -66,6 +66,16 @@ def test_left_is_positive_and_the_rest_is_right_too():
     assert motion.agreement > 0.9
 
 
+@pytest.mark.parametrize(('pitch', 'roll'), [(0.02, 0.0), (-0.02, 0.0), (0.0, 0.02)])
+def test_pitch_and_roll_are_no_yaw_even_if_only_a_corner_of_the_view_shows_something(pitch, roll):
+    world = World()
+    world.azimuths = world.rng.uniform(0.2, 0.8, 160)
+    world.slopes = world.rng.uniform(0.1, 0.4, 160)
+    motion = world.fit(yaw=0.01, pitch=pitch, roll=roll)
+    assert motion.yaw == pytest.approx(0.01, abs=1e-3)
+    assert (motion.pitch, motion.roll) == pytest.approx((pitch, roll), abs=1e-3)
+
+
 def test_the_mean_displacement_alone_would_be_wrong():
     # Houses near by on the right, far ones on the left.
     world = World()

@@ -9,7 +9,8 @@ import cv2
 from far_scene import turned_drive
 import numpy as np
 from phase_traj_ros.core import Counters, LengthUnit, Travel, TravelState, Way
-from phase_traj_ros.core.reliability import Reason, Reliability
+from phase_traj_ros.core.reliability.reason import Reason
+from phase_traj_ros.core.reliability.verdict import Reliability
 from phase_traj_ros.errors import OutputError
 from phase_traj_ros.parameters import Parameters
 from phase_traj_ros.tasks.batch.outcome import failure, Outcome, run_request, Status

@@ -1,16 +1,18 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
 """
-Decides whether the result of a drive is reliable, and if not, when and why.
+Watches what the pairs of frames are worth.
 
-The verdict is on the last minute. The spans of a drive in which it is against the result are kept:
-a drive as a whole is reliable if they are less than a twentieth of it.
+The verdict is on the last minute. The spans of a drive in which it is against the result are kept.
 """
 
 from collections import Counter, deque
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from enum import Enum
+
+from phase_traj_ros.core.reliability.reason import Evidence, Reason
+from phase_traj_ros.core.reliability.spans import in_order, Spans
+from phase_traj_ros.core.reliability.verdict import MOST_UNRELIABLE, Reliability
 
 # Share of the moving pairs that has to be trusted.
 _LEAST_TRUSTED = 0.5
@@ -26,8 +28,6 @@ _MOST_CUTS = 0.1
 _LOW_RATE = 0.25
 # The verdict is on this time, which is kept in parts of a second.
 _WINDOW_NS, _PART_NS = 60_000_000_000, 1_000_000_000
-# Share of a drive, or of the window, that may be unreliable.
-_MOST_UNRELIABLE = 0.05
 # A camera that repeats one picture for longer is frozen, and a distance that is not measured for
 # longer is unknown: a car may have braked by 8 m/s.
 _FROZEN_NS, _UNMEASURED_NS = 1_000_000_000, 1_000_000_000
@@ -35,140 +35,6 @@ _FROZEN_NS, _UNMEASURED_NS = 1_000_000_000, 1_000_000_000
 _UNCLEAR_NS = 1_000_000_000
 # A longer gap than this, and than this many usual intervals, is a lost part of the drive.
 _LOST_NS, _LOST_INTERVALS = 1_000_000_000, 2
-# Number of spans that are kept for each reason; then the closest ones are joined.
-_MOST_SPANS = 500
-
-
-class Reason(Enum):
-    """Why a result is not reliable. The value is the word used in files and messages."""
-
-    TOO_SHORT = 'too_short'
-    NOTHING_TO_SEE = 'nothing_to_see'
-    VIEW_BLOCKED = 'view_blocked'
-    NOT_ONE_MOTION = 'not_one_motion'
-    SHAKING = 'shaking'
-    RATE_TOO_LOW = 'rate_too_low'
-    MANY_CUTS = 'many_cuts'
-    CAMERA_NOT_KNOWN = 'camera_not_known'
-    NOT_COMPARED = 'not_compared'
-    FROZEN = 'frozen'
-    FRAMES_LOST = 'frames_lost'
-    DISTANCE_UNKNOWN = 'distance_unknown'
-    ROAD_UNCLEAR = 'road_unclear'
-    DIRECTION_CONTRADICTS_HEADING = 'direction_contradicts_heading'
-
-    @property
-    def sentence(self) -> str:
-        """Return the reason as a sentence for users."""
-        return _SENTENCES[self]
-
-
-_SENTENCES = {
-    Reason.TOO_SHORT: 'There are too few frames to judge, and the few are in doubt.',
-    Reason.NOTHING_TO_SEE: 'Most images show too little: they are dark or blank, or the lens is'
-                           ' covered.',
-    Reason.VIEW_BLOCKED: 'Most of what the images show is fixed to the camera, such as drops or'
-                         ' dirt on the windscreen.',
-    Reason.NOT_ONE_MOTION: 'The parts of the image do not move as seen from one vehicle in a'
-                           ' static world.',
-    Reason.SHAKING: 'The camera turns back and forth faster than a vehicle can.',
-    Reason.RATE_TOO_LOW: 'The frames are too far apart in time: give more frames per second.',
-    Reason.MANY_CUTS: 'The video is cut into scenes that are too short to show a turn.',
-    Reason.CAMERA_NOT_KNOWN: 'The turns do not determine the focal length well enough: give'
-                             ' hfov_deg or a calibration.',
-    Reason.NOT_COMPARED: 'Most frames cannot be compared with the one before: they are further'
-                         ' apart than max_gap, or they differ in size or encoding.',
-    Reason.FROZEN: 'The camera repeats one image, or one stamp, for more than a second.',
-    Reason.FRAMES_LOST: 'Parts of the drive have no frames: they were lost, or could not be used.',
-    Reason.DISTANCE_UNKNOWN: 'The distance could not be measured for more than a second: the'
-                             ' road is not visible, or it moves too far between two frames.',
-    Reason.ROAD_UNCLEAR: 'Another motion stands out more on the road than that of the vehicle: the'
-                         ' video is strongly compressed, or something covers the road.',
-    Reason.DIRECTION_CONTRADICTS_HEADING: 'On a straight, the heading is more than 60 degrees away'
-                                          ' from the direction code.',
-}
-
-
-class Evidence(Enum):
-    """What a pair of frames is worth for the result."""
-
-    TRUSTED = 'trusted'
-    STILL = 'still'
-    """The vehicle was stationary: neither for nor against."""
-    BLANK = 'blank'
-    """The image holds only noise."""
-    FIXED = 'fixed'
-    """What agrees is fixed to the camera."""
-    SCATTERED = 'scattered'
-    """The parts of the image do not agree on a motion."""
-    JERKED = 'jerked'
-    """They agree, but no vehicle turns like that."""
-    APART = 'apart'
-    """The frames could not be compared: against the result only if most pairs are like that."""
-    REPEATED = 'repeated'
-    """Both frames show one picture: neither for nor against, unless the camera is frozen."""
-
-
-@dataclass(frozen=True, slots=True)
-class UnreliableSpan:
-    """A part of a drive that is not reliable, from one stamp to another, in nanoseconds."""
-
-    start_ns: int
-    end_ns: int
-    reasons: tuple[Reason, ...]
-
-    @property
-    def words(self) -> tuple[str, ...]:
-        """Return the reasons as the words used in files and messages."""
-        return tuple(reason.value for reason in self.reasons)
-
-
-@dataclass(frozen=True, slots=True)
-class Reliability:
-    """
-    Whether a result is reliable; ``reasons`` is empty if it is.
-
-    A verdict of ``ReliabilityMonitor`` is on the last minute of a drive, ``of_drive`` on all of
-    it. Spans with different reasons may overlap.
-    """
-
-    reasons: tuple[Reason, ...] = ()
-    spans: tuple[UnreliableSpan, ...] = ()
-    """The parts of the drive so far that are not reliable, in the order in which they start."""
-    start_ns: int = 0
-    """Stamp at which the drive starts."""
-    end_ns: int = 0
-    """Stamp of its newest frame."""
-
-    @property
-    def reliable(self) -> bool:
-        """Return whether the result is reliable."""
-        return not self.reasons
-
-    @property
-    def words(self) -> tuple[str, ...]:
-        """Return the reasons as the words used in files and messages."""
-        return tuple(reason.value for reason in self.reasons)
-
-    @property
-    def of_drive(self) -> 'Reliability':
-        """
-        Return the verdict on the whole drive, with the reasons of its spans, longest first.
-
-        The drive is reliable if the spans are not more than 5 % of it.
-        """
-        if self.end_ns <= self.start_ns:
-            return self
-        allowed = _MOST_UNRELIABLE * (self.end_ns - self.start_ns)
-        spans = [(span.start_ns, span.end_ns) for span in self.spans]
-        if sum(end - start for start, end in _joined(spans)) <= allowed:
-            return Reliability((), self.spans, self.start_ns, self.end_ns)
-        lasted: Counter[Reason] = Counter()
-        for span in self.spans:
-            for reason in span.reasons:
-                lasted[reason] += span.end_ns - span.start_ns
-        reasons = tuple(reason for reason, _ in lasted.most_common())
-        return Reliability(reasons, self.spans, self.start_ns, self.end_ns)
 
 
 class ReliabilityMonitor:
@@ -185,7 +51,7 @@ class ReliabilityMonitor:
     def reset(self) -> None:
         """Start again without pairs."""
         self._parts: deque[_Part] = deque()
-        self._spans = {reason: _Spans() for reason in Reason}
+        self._spans = {reason: Spans(apart_ns=_PART_NS) for reason in Reason}
         self._start_ns = self._newest_ns = self._new_picture_ns = self._judged_ns = 0
         self._measured_ns = 0
         self._rivalled_ns: int | None = None
@@ -273,7 +139,7 @@ class ReliabilityMonitor:
         if not camera_known and Reason.TOO_SHORT not in reasons:
             reasons.append(Reason.CAMERA_NOT_KNOWN)
             spans[Reason.CAMERA_NOT_KNOWN] = [(start, end)]
-        return Reliability(tuple(reasons), _in_order(spans), start, end)
+        return Reliability(tuple(reasons), in_order(spans), start, end)
 
     def _make_room(self, stamp_ns: int) -> None:
         """Begin a new part of the window where the last one is over, and drop the oldest."""
@@ -310,7 +176,7 @@ class ReliabilityMonitor:
         if reason is Reason.FROZEN and (
                 self._unstamped_ns or end - self._new_picture_ns > _FROZEN_NS):
             return True
-        return self._spans[reason].within(begin, end) > _MOST_UNRELIABLE * (end - begin)
+        return self._spans[reason].within(begin, end) > MOST_UNRELIABLE * (end - begin)
 
     def _reasons(self) -> list[Reason]:
         """Return what is wrong with the pairs of the window."""
@@ -366,58 +232,3 @@ class _Part:
     counts: Counter[Evidence] = field(default_factory=Counter)
     cuts: int = 0
     seconds: float = 0.0
-
-
-class _Spans:
-    """The spans of one reason, which do not overlap, in order."""
-
-    def __init__(self) -> None:
-        self._kept: list[tuple[int, int]] = []
-
-    def add(self, start_ns: int, end_ns: int) -> None:
-        """Add a span that ends after all others; spans less than a part apart are joined."""
-        if end_ns <= start_ns:
-            return
-        kept = self._kept
-        if kept and start_ns - kept[-1][1] <= _PART_NS:
-            kept[-1] = kept[-1][0], end_ns
-            return
-        kept.append((start_ns, end_ns))
-        if len(kept) > _MOST_SPANS:
-            first = min(range(len(kept) - 1), key=lambda n: kept[n + 1][0] - kept[n][1])
-            kept[first:first + 2] = [(kept[first][0], kept[first + 1][1])]
-
-    def of(self, lasts: bool, start_ns: int, end_ns: int) -> list[tuple[int, int]]:
-        """Return the spans, and a last one if the reason ``lasts``."""
-        return _joined([*self._kept, (start_ns, end_ns)]) if lasts else list(self._kept)
-
-    def within(self, start_ns: int, end_ns: int) -> int:
-        """Return the time that the spans take of another one."""
-        taken = 0
-        for start, end in reversed(self._kept):
-            if end <= start_ns:
-                break
-            taken += min(end, end_ns) - max(start, start_ns)
-        return taken
-
-
-def _joined(spans: Iterable[tuple[int, int]]) -> list[tuple[int, int]]:
-    """Return spans in order, joined where they overlap or touch."""
-    joined: list[tuple[int, int]] = []
-    for start, end in sorted(spans):
-        if joined and start <= joined[-1][1]:
-            joined[-1] = joined[-1][0], max(joined[-1][1], end)
-        else:
-            joined.append((start, end))
-    return joined
-
-
-def _in_order(spans: Mapping[Reason, Iterable[tuple[int, int]]]) -> tuple[UnreliableSpan, ...]:
-    """Return the spans of all reasons in order; equal ones are one span with several reasons."""
-    found: dict[tuple[int, int], list[Reason]] = {}
-    for reason, those in spans.items():
-        for span in those:
-            found.setdefault(span, []).append(reason)
-    return tuple(
-        UnreliableSpan(start, end, tuple(reasons))
-        for (start, end), reasons in sorted(found.items(), key=lambda each: each[0]))

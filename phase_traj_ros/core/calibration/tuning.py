@@ -1,0 +1,194 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The tuning of the self-calibration, in physical units."""
+
+from dataclasses import dataclass
+import math
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CalibrationTuning:
+    """
+    Tuning of the self-calibration; nobody has to change it.
+
+    Widths are those of the image, pixels those of the picture that is tracked, which is at most
+    ``tracked_px`` wide or twice that. Where no source is given, the value was chosen on the drives
+    of docs/measurements/any_camera.md.
+    """
+
+    # Cameras that there are.
+    usual_focal: float = 0.65
+    """Median focal length of cameras, in widths: 75 degrees..."""
+    focal_spread: float = 0.5
+    """...and the standard deviation of its logarithm."""
+    pinhole_share: float = 0.7
+    """Share of cameras without distortion, ..."""
+    pinhole_deviation: float = 0.1
+    """...the standard deviation of their straightness, ..."""
+    fisheye_straightness: float = 0.3
+    """...the mean straightness of the others..."""
+    fisheye_deviation: float = 0.5
+    """...and its standard deviation."""
+    column_deviation: float = 0.05
+    """Standard deviation of the column of the principal point, in widths, ..."""
+    cropped_share: float = 0.02
+    """...unless the images are cropped: the share of such cameras."""
+    common_error: float = 0.02
+    """Relative error of the focal length that is common to all drives of a camera."""
+
+    # Points that are tracked through a turn, by least squares (Lucas and Kanade, 1981).
+    tracked_px: int = 480
+    """Images of more than ``widest_px`` are reduced by an integer factor to at most this width."""
+    widest_px: int = 640
+    points: int = 130
+    """Points in an image, ..."""
+    kept_points: int = 100
+    """...in a stretch, ..."""
+    least_points: int = 30
+    """...at least in one, ..."""
+    least_sights: int = 120
+    """...and their observations."""
+    corner_quality: float = 0.005
+    """Least quality of a corner, as OpenCV has it, relative to the best (Shi and Tomasi, 1994)."""
+    apart_px: int = 6
+    """Least distance of two points..."""
+    apart_share: float = 1 / 60
+    """...also as a share of the width, ..."""
+    edge_px: int = 4
+    """...and from the edge."""
+    window_px: int = 13
+    """Side of the window of a point..."""
+    small_window_px: int = 9
+    """...and that in images narrower than the next value."""
+    small_px: int = 200
+    pyramid_levels: int = 3
+    search_steps: int = 20
+    """Most steps of the search per level..."""
+    search_px: float = 0.02
+    """...which ends with a shorter step than this."""
+    back_px: float = 0.4
+    """Largest error of a point that is tracked forward and back."""
+    fixed_px: float = 0.5
+    """A point that moves by less is fixed to the camera..."""
+    moved_px: float = 3.0
+    """...if the image moves by more than this."""
+    followed_share: float = 0.25
+    """A stretch ends if a smaller share of the points can be tracked."""
+
+    # Stretches of a turn.
+    step: float = 0.05
+    """Motion of the image in a step, in widths, ..."""
+    stretch: float = 0.6
+    """...in a stretch, ..."""
+    least_stretch: float = 0.15
+    """...and in the shortest usable one."""
+    least_steps: int = 4
+    most_steps: int = 20
+    longest_step_s: float = 0.29
+    """Longest step: three intervals at 10 Hz, less the tolerance of their stamps..."""
+    unseen_s: float = 0.09
+    """...and longest time between two searches of the points: one interval."""
+    turning: float = 0.025
+    """Least mean speed of the image in a turn, in widths per second, ..."""
+    turning_s: float = 0.4
+    """...and the time constant of that mean."""
+    farthest: float = 0.35
+    """Largest motion of the image between two frames, in widths."""
+
+    # The fit of a stretch. The mean way between two of its frames has the length 1.
+    point_deviation_px: float = 0.3
+    """Standard deviation of a tracked point."""
+    speed_deviation: float = 0.3
+    """Standard deviations of the motion between frames: along the viewing direction, ..."""
+    sideways_deviation: float = 0.15
+    """...to the side and up, ..."""
+    shake_deviation: float = math.radians(1.5)
+    """...and of the rotation about the other axes."""
+    nearness: float = 0.3
+    """Prior standard deviation of the inverse distance of a point..."""
+    start_nearness: float = 0.03
+    """...and its start value."""
+    least_interval: float = 0.2
+    """Least interval between two frames, relative to the mean."""
+    ahead_weight: float = 1e4
+    """Weight of the constraint that points are in front of the camera..."""
+    behind: float = -1e-3
+    """...and its tolerance, in inverse distances."""
+    straightness: float = 0.7
+    """Prior of the straightness in a fit..."""
+    straightness_deviation: float = 0.6
+    """...and its standard deviation."""
+    guesses: tuple[tuple[float, float, float], ...] = (
+        (0.23, 1.0, 0.0), (0.45, 0.6, 0.0), (0.9, 0.9, 0.0))
+    """Start values: focal length in widths, straightness, and column in widths..."""
+    cropped_guesses: tuple[tuple[float, float, float], ...] = ((0.9, 0.9, -0.45), (0.9, 0.9, 0.45))
+    """...and those for cropped images, which are tried if none of the others fits well."""
+    first_steps: int = 5
+    """Steps of the Levenberg-Marquardt method from each of several start values, ..."""
+    fit_steps: int = 14
+    """...from the best one..."""
+    damping_tries: int = 6
+    """...and values of the damping that are tried in each."""
+    farthest_focal: float = 0.4
+    """Largest change of the log focal length in a step..."""
+    farthest_straightness: float = 0.5
+    """...and of the straightness."""
+    settled_focal: float = 1e-3
+    """A fit is settled when the log focal length changes by less, ..."""
+    settled_straightness: float = 5e-3
+    """...the straightness by less, ..."""
+    least_gain: float = 1e-2
+    """...and the cost by less than this share."""
+    delta: float = 1e-4
+    """Difference of the lens for its numerical derivatives."""
+
+    # What a fit is worth.
+    known_deviation: float = 0.08
+    """Deviation of the log focal length below which a fit starts at the estimate..."""
+    good_cost: float = 2.5
+    """...and largest cost per observation to accept that fit; 1 or 2 for a static scene."""
+    most_cost: float = 3.0
+    """Largest cost per observation of a usable fit..."""
+    least_static: float = 0.5
+    """...to which this share of the points has to belong; others may be on moving vehicles."""
+    most_deviation: float = 0.12
+    """Largest deviation of the log focal length of a usable fit."""
+    unsure: float = 2.5
+    """Factor of the deviations of a fit, ..."""
+    wrong_focal: float = 0.03
+    """...and what is added to that of the log focal length, ..."""
+    wrong_straightness: float = 0.05
+    """...of the straightness, ..."""
+    wrong_column: float = 0.015
+    """...and of the column, in widths."""
+    freedom: float = 4.0
+    """Degrees of freedom of Student's distribution, as large errors are not rare."""
+    free_fits: int = 4
+    """After so many fits, the n-th further one waits..."""
+    waiting_frames: int = 40
+    """...for so many frames times n squared: many turns add little."""
+    sway: float = math.radians(1.2)
+    """Change of pitch and roll of a vehicle between the ends of a turn, in radians. The smaller
+    the turn, the larger is its effect on the axis."""
+
+    # Right angles of streets, in degrees.
+    right_angles_weight: float = 0.25
+    """Weight of the angle of a turn: turns of one place are similar, right angles or not."""
+    least_turn_deg: float = 30.0
+    """Least turn whose angle is used."""
+    right_shares: tuple[float, ...] = (0.05, 0.15, 0.3, 0.45, 0.6, 0.75, 0.9)
+    """Possible shares of right angles among the turns, equally probable."""
+    angle_deviation_deg: float = 7.0
+    """Standard deviation of a right angle, ..."""
+    u_turn_share: float = 0.08
+    """...of which these are U-turns."""
+    mean_bend_deg: float = 40.0
+    """Mean angle of the other turns, of which small ones are more frequent."""
+    odd_share: float = 0.05
+    """Share of turns that fit none of these, such as on ramps of car parks: they must not favour
+    any scale..."""
+    odd_decades: float = 5.0
+    """...within this range of it, as a natural logarithm."""
+
+
+TUNING = CalibrationTuning()

@@ -1,0 +1,57 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The spans of a drive for which a reason is against its result."""
+
+from collections.abc import Iterable, Mapping
+
+from phase_traj_ros.core.reliability.reason import Reason
+from phase_traj_ros.core.reliability.verdict import joined, UnreliableSpan
+
+# Number of spans that are kept for each reason; then the closest ones are joined.
+_MOST_SPANS = 500
+
+
+class Spans:
+    """The spans of one reason, which do not overlap, in order."""
+
+    def __init__(self, *, apart_ns: int) -> None:
+        """Keep spans that are at least ``apart_ns`` apart."""
+        self._apart_ns = apart_ns
+        self._kept: list[tuple[int, int]] = []
+
+    def add(self, start_ns: int, end_ns: int) -> None:
+        """Add a span that ends after all others; closer ones are joined."""
+        if end_ns <= start_ns:
+            return
+        kept = self._kept
+        if kept and start_ns - kept[-1][1] <= self._apart_ns:
+            kept[-1] = kept[-1][0], end_ns
+            return
+        kept.append((start_ns, end_ns))
+        if len(kept) > _MOST_SPANS:
+            first = min(range(len(kept) - 1), key=lambda n: kept[n + 1][0] - kept[n][1])
+            kept[first:first + 2] = [(kept[first][0], kept[first + 1][1])]
+
+    def of(self, lasts: bool, start_ns: int, end_ns: int) -> list[tuple[int, int]]:
+        """Return the spans, and a last one if the reason ``lasts``."""
+        return joined([*self._kept, (start_ns, end_ns)]) if lasts else list(self._kept)
+
+    def within(self, start_ns: int, end_ns: int) -> int:
+        """Return the time that the spans take of another one."""
+        taken = 0
+        for start, end in reversed(self._kept):
+            if end <= start_ns:
+                break
+            taken += min(end, end_ns) - max(start, start_ns)
+        return taken
+
+
+def in_order(spans: Mapping[Reason, Iterable[tuple[int, int]]]) -> tuple[UnreliableSpan, ...]:
+    """Return the spans of all reasons in order; equal ones are one span with several reasons."""
+    found: dict[tuple[int, int], list[Reason]] = {}
+    for reason, those in spans.items():
+        for span in those:
+            found.setdefault(span, []).append(reason)
+    return tuple(
+        UnreliableSpan(start, end, tuple(reasons))
+        for (start, end), reasons in sorted(found.items(), key=lambda each: each[0]))

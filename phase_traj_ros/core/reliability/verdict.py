@@ -1,0 +1,89 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""
+Whether a drive is reliable, and the spans in which it is not.
+
+A drive as a whole is reliable if they are less than a twentieth of it.
+"""
+
+from collections import Counter
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from phase_traj_ros.core.reliability.reason import Reason
+
+MOST_UNRELIABLE = 0.05
+"""Share of a drive, or of the window of the monitor, that may be unreliable."""
+
+
+@dataclass(frozen=True, slots=True)
+class UnreliableSpan:
+    """A part of a drive that is not reliable, from one stamp to another, in nanoseconds."""
+
+    start_ns: int
+    end_ns: int
+    reasons: tuple[Reason, ...]
+
+    @property
+    def words(self) -> tuple[str, ...]:
+        """Return the reasons as the words used in files and messages."""
+        return tuple(reason.value for reason in self.reasons)
+
+
+@dataclass(frozen=True, slots=True)
+class Reliability:
+    """
+    Whether a result is reliable; ``reasons`` is empty if it is.
+
+    A verdict of ``ReliabilityMonitor`` is on the last minute of a drive, ``of_drive`` on all of
+    it. Spans with different reasons may overlap.
+    """
+
+    reasons: tuple[Reason, ...] = ()
+    spans: tuple[UnreliableSpan, ...] = ()
+    """The parts of the drive so far that are not reliable, in the order in which they start."""
+    start_ns: int = 0
+    """Stamp at which the drive starts."""
+    end_ns: int = 0
+    """Stamp of its newest frame."""
+
+    @property
+    def reliable(self) -> bool:
+        """Return whether the result is reliable."""
+        return not self.reasons
+
+    @property
+    def words(self) -> tuple[str, ...]:
+        """Return the reasons as the words used in files and messages."""
+        return tuple(reason.value for reason in self.reasons)
+
+    @property
+    def of_drive(self) -> 'Reliability':
+        """
+        Return the verdict on the whole drive, with the reasons of its spans, longest first.
+
+        The drive is reliable if the spans are not more than 5 % of it.
+        """
+        if self.end_ns <= self.start_ns:
+            return self
+        allowed = MOST_UNRELIABLE * (self.end_ns - self.start_ns)
+        spans = [(span.start_ns, span.end_ns) for span in self.spans]
+        if sum(end - start for start, end in joined(spans)) <= allowed:
+            return Reliability((), self.spans, self.start_ns, self.end_ns)
+        lasted: Counter[Reason] = Counter()
+        for span in self.spans:
+            for reason in span.reasons:
+                lasted[reason] += span.end_ns - span.start_ns
+        reasons = tuple(reason for reason, _ in lasted.most_common())
+        return Reliability(reasons, self.spans, self.start_ns, self.end_ns)
+
+
+def joined(spans: Iterable[tuple[int, int]]) -> list[tuple[int, int]]:
+    """Return spans in order, joined where they overlap or touch."""
+    joined: list[tuple[int, int]] = []
+    for start, end in sorted(spans):
+        if joined and start <= joined[-1][1]:
+            joined[-1] = joined[-1][0], max(joined[-1][1], end)
+        else:
+            joined.append((start, end))
+    return joined
