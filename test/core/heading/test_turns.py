@@ -143,6 +143,18 @@ def test_a_stop_in_a_corner_does_not_end_its_turn():
     assert [turn.angle_deg for turn in turns] == pytest.approx([90.0])
 
 
+def test_a_drive_as_a_whole_has_the_turns_along_its_way():
+    # The second half of a corner follows a straight of the length of a bus, and of a street.
+    headings = np.radians(np.concatenate([np.zeros(10), np.linspace(0, 45, 10), np.full(20, 45.0),
+                                          np.linspace(45, 90, 10), np.full(10, 90.0)]))
+    stamps = START_NS + PERIOD_NS * np.arange(len(headings))
+    for straight, angles in ((0.2, [90.0]), (40.0, [])):
+        steps = np.ones(len(headings))
+        steps[20:40] = straight / 20
+        found = find_turns(stamps.tolist(), headings, (np.cumsum(steps) - 1.0).tolist())
+        assert [turn.angle_deg for turn in found] == pytest.approx(angles)
+
+
 def test_a_turn_on_the_spot_is_one():
     detector, turns = TurnDetector(), []
     for frame in range(301):

@@ -220,6 +220,40 @@ def test_a_cut_ends_the_rate_and_keeps_the_heading():
     assert math.degrees(estimator.tracker.heading) == heading > 5.0
 
 
+@pytest.mark.parametrize(('angle_deg', 'may_be'), [(30.0, False), (50.0, True)])
+def test_a_bend_of_an_unknown_camera_may_be_a_turn(angle_deg, may_be):
+    unknown = VisualCompass(Lens(hfov_deg=75.0, assumed=True))
+    known = VisualCompass(Lens(hfov_deg=75.0))
+    for compass in (unknown, known):
+        assert not compass.bends_may_be_turns
+        compass.measure(np.zeros((90, 160), np.uint8), 0.1)
+        compass.start(0)
+        for pair in range(1, 101):
+            yaw = math.radians(angle_deg) / 25 if pair <= 25 else 0.0
+            measured = YawMeasurement(Shift(0.0, 0.0, 1.0), yaw, True, 1.0)
+            compass.add(measured, pair * TENTH, 0.1)
+    assert unknown.bends_may_be_turns is may_be
+    assert not known.bends_may_be_turns
+    unknown.restart()
+    assert not unknown.bends_may_be_turns
+
+
+def test_a_lens_that_replaces_a_guess_corrects_what_was_measured_with_it():
+    guess = Lens(hfov_deg=75.0, assumed=True)
+    compass = VisualCompass(guess, learning=SelfCalibration())
+    compass.measure(np.zeros((90, 160), np.uint8), 0.1)
+    compass.start(0)
+    for pair in range(1, 41):
+        yaw = YawMeasurement(Shift(0.0, 0.0, 1.0), 0.05, True, 1.0)
+        compass.add(yaw, pair * TENTH, 0.1)
+    assert compass.tracker.heading == pytest.approx(2.0)
+    # Twice the focal length is half of all angles; the axis of the turns is 30 degrees aside.
+    compass.use_lens(Lens(focal_px=2.0 * guess.focal_for(160), pitch_deg=30.0))
+    angle = 1.0 / math.cos(math.radians(30.0))
+    assert compass.tracker.heading == pytest.approx(angle)
+    assert [math.radians(turn.angle_deg) for turn in compass.finish()] == pytest.approx([angle])
+
+
 def test_a_learned_camera_is_taken_even_if_it_is_what_was_guessed():
     _, frames = turning('barrel')
     guess = Lens(hfov_deg=75.0, assumed=True)

@@ -137,6 +137,14 @@ def test_an_unknown_scale_is_found(town, poses):
     assert estimates[-1].scale == pytest.approx(1.65, rel=0.03)
 
 
+@pytest.mark.parametrize('scale', [0.9, 1.1])
+def test_the_prior_of_the_scale_counts_once(town, poses, scale):
+    # Two deviations off: counted again at each turn, the prior would pull the scale back.
+    estimates = follow(on_map(town), steps_of(poses, seed=1, scale=scale)[:1500])
+    half = estimates[len(estimates) // 2:]
+    assert np.median([each.scale for each in half]) == pytest.approx(scale, rel=0.02)
+
+
 def test_one_way_streets_are_a_weak_prior(town, poses, found):
     # Wrong rules cost nothing but time.
     against = RoadMap.from_ways(town.nodes, town.streets, [1] * len(town.streets))
