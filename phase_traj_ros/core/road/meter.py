@@ -171,15 +171,15 @@ class RoadMeter:
     def _search(self, interval: float, turned: Turned) -> list[RoadSlide | None]:
         """Return the slide of each patch, None where none stands out."""
         found = self._slides(interval, turned, self.speed_filter)
-        if found == [None] * len(found) and turned.least > 0.0:
-            # The road slides faster than it can at this speed, and all patches agree: the picture
-            # was frozen before, or the speed is wrong. (A slower slide may be an encoder's.)
-            faster = [each for each in self._slides(interval, turned, SpeedFilter())
-                      if each is not None and each.way > self._key.given + (
-                          self.speed_filter.bounds(each.deviation / interval)[1] * interval)]
-            if 1 < len(faster) == len(found) == len(self._agreeing(faster, faster[0])):
+        stood = self.speed_filter.known and self.speed_filter.speed == 0.0
+        if stood and found == [None] * len(found) and turned.least > 0.0:
+            # All patches agree on a slide that no vehicle reaches from standing: the picture was
+            # frozen. (While it drives, an encoder or the pattern of the markings may do the same.)
+            anywhere = [each for each in self._slides(interval, turned, SpeedFilter()) if each]
+            if 1 < len(anywhere) == len(found) == len(self._agreeing(anywhere, anywhere[0])):
                 self.speed_filter.forget()
-                return [*faster]
+                self._key.age = interval
+                return [*anywhere]
         return found
 
     def _slides(
