@@ -23,7 +23,7 @@ FLOORS = {
         'cli'),
     'core': (
         'codes', 'correlation', 'frames', 'camera', 'calibration', 'heading', 'road', 'path',
-        'localization', '*'),
+        'localization', 'reliability', '*'),
     'io': (
         'outputs params_file images', 'messages', 'sources maps', 'replay', 'results'),
     'tasks': ('evaluation', 'location', 'batch'),
