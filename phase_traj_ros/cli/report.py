@@ -5,7 +5,16 @@
 from collections.abc import Sequence
 from typing import Any
 
-from phase_traj_ros.core import ChainCode, CodeSeries, LengthUnit, LinkCode, Turn, Way
+from phase_traj_ros.core import (
+    ChainCode,
+    CodeSeries,
+    LengthUnit,
+    LensOrigin,
+    LinkCode,
+    TravelState,
+    Turn,
+    Way,
+)
 from phase_traj_ros.io.replay.run import Replay
 
 # Turns that are printed; chain_code.json lists all of them.
@@ -18,7 +27,9 @@ def print_result(result: Replay) -> None:
     _print_turns(result.turns)
     if result.camera is not None:
         print(f'camera: {result.camera}')
-    _print_way(result.way, result.links, unit=result.parameters.length_unit)
+    _print_way(
+        result.way, result.links, unit=result.parameters.length_unit,
+        assumed=result.camera is not None and result.camera.origin is LensOrigin.ASSUMED)
     if not result.reliability.reliable:
         print('not reliable:', *(reason.sentence for reason in result.reliability.reasons))
 
@@ -39,12 +50,19 @@ def _print_turns(turns: Sequence[Turn]) -> None:
         print(f'turns     ({len(turns)}): {", ".join(angles + more)} (degrees)')
 
 
-def _print_way(way: Way, links: LinkCode | None, *, unit: LengthUnit) -> None:
-    """Print the distance, how it was measured, and the equal links; nothing without a distance."""
+def _print_way(
+    way: Way, links: LinkCode | None, *, unit: LengthUnit, assumed: bool,
+) -> None:
+    """
+    Print the distance, how it was measured, and the equal links; nothing without a distance.
+
+    ``assumed`` is whether the camera is, and with it a distance that is measured on the road.
+    """
     if way.pairs:
         states = ', '.join(
             f'{count} {state.value}' for state, count in way.states.items() if count)
-        print(f'distance: {way.distance:.1f} {unit.value} (pairs: {states})')
+        doubt = ' for the assumed camera' if assumed and way.states[TravelState.MEASURED] else ''
+        print(f'distance: {way.distance:.1f} {unit.value}{doubt} (pairs: {states})')
     if links is not None:
         _print_series(f'links of {links.step:g} {unit.value}', links.series)
 

@@ -12,6 +12,7 @@ import numpy as np
 from phase_traj_ros.cli.main import main
 from phase_traj_ros.errors import ParameterError
 from phase_traj_ros.io.sources.opening import open_source
+from phase_traj_ros.synthetic import Camera, plan_drive, render_drive, Straight
 from phase_traj_ros.synthetic.degradations import sensor_noise
 import pytest
 
@@ -65,6 +66,19 @@ def test_everything_of_one_source(folder, tmp_path, capsys):
     # Its debug images can be replayed themselves.
     with open_source(output / 'drive.mcap') as source:
         assert len(list(source)) == len(PLACES) - 1
+
+
+def test_a_distance_says_that_the_camera_is_assumed(tmp_path, capsys):
+    drive = plan_drive('straight', [Straight(1.5)], camera=Camera.with_field_of_view(320, 240, 70))
+    (tmp_path / 'drive').mkdir()
+    for index, frame in enumerate(render_drive(drive)):
+        cv2.imwrite(str(tmp_path / 'drive' / f'{index:02}.png'), frame)
+    printed = []
+    for camera in ((), ('-p', 'hfov_deg:=70.0')):
+        assert run('replay', tmp_path / 'drive', '--output', tmp_path / 'out', *camera) == 0
+        printed.append(capsys.readouterr().out)
+    assert ' camera heights for the assumed camera (pairs: ' in printed[0]
+    assert ' camera heights (pairs: ' in printed[1]
 
 
 def test_obsolete_results_are_removed(tmp_path):
