@@ -76,8 +76,8 @@ class SelfCalibration:
         """
         Record the stamp of the newest frame.
 
-        A recording that is repeated, such as a bag in a loop, is no new evidence: while the stamps
-        are within those before, nothing is learned.
+        A repeated recording, such as a bag in a loop, adds no evidence: nothing is learned while
+        the stamps are within the range already seen.
         """
         first, last = self._seen_ns or (stamp_ns, stamp_ns - 1)
         again, self._again = self._again, first <= stamp_ns <= last

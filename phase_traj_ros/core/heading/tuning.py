@@ -148,7 +148,7 @@ class HeadingTuning:
     cut_share: float = 0.25
     """Across a cut, less of the blocks agree than this share of those that agree beside it."""
     lost_intervals: float = 1.5
-    """Frames were lost in an interval of more than this many previous ones: that is no cut."""
+    """An interval of more than this many previous ones has lost frames, and is not a cut."""
 
     # Bends and turns, in degrees, and in heights of the camera.
     turn_deg: float = 60.0
