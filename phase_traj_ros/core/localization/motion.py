@@ -51,13 +51,14 @@ class Motion:
             them.log_scale + gain * off, them.scale_variance * (1.0 - gain * expected), share)
         piece, offset, log_weight, parent = self._along(
             them.piece, them.offset + np.maximum(metres, 0.0), them.log_weight, most)
-        trail = np.empty((len(piece), them.trail.shape[1]), np.complex128)
-        trail[:, :-1] = them.trail[parent, 1:]
-        trail[:, -1] = places_on(self._roads, piece, offset)
+        trail = np.concatenate([
+            them.trail[1:].take(parent, axis=1), places_on(self._roads, piece, offset)[None]])
         noise = settings.heading_noise ** 2 * share + stride.yaw_variance
         return Hypotheses(
-            piece, offset, log_scale[parent], scale_variance[parent], them.known_variance[parent],
-            them.turned[parent], them.variance[parent] + noise, trail, log_weight)
+            piece, offset, *(each.take(parent) for each in (
+                log_scale, scale_variance, them.known_variance, them.turned,
+                them.variance + noise)),
+            trail, log_weight)
 
     def _drifted(
         self, log_scale: Floats, variance: Floats, share: float,
