@@ -156,6 +156,27 @@ def resampled(them: Hypotheses, most: int, rng: np.random.Generator) -> Hypothes
     return result
 
 
+def split(them: Hypotheses, fewest: int) -> Hypotheses:
+    """
+    Return about ``fewest`` hypotheses, if there are less: the heavy ones as several equal ones.
+
+    Those that are split find different places and scales in what follows. The light ones would
+    waste the copies, so that too few would stand for a right place that is not the best one yet.
+    """
+    count = len(them)
+    if not 0 < count < fewest:
+        return them
+    weight = np.exp(them.log_weight - them.log_weight.max())
+    ordered = np.sort(weight)[::-1]
+    # With the k heaviest split into parts of one weight, the others stay as they are.
+    parts = np.cumsum(ordered) / (fewest - count + 1 + np.arange(count))
+    part = parts[np.flatnonzero(ordered >= parts)[-1]]
+    copies = np.maximum(np.rint(weight / part), 1.0).astype(np.int64)
+    result = them.take(np.repeat(np.arange(count), copies))
+    result.log_weight -= np.repeat(np.log(copies), copies)
+    return result
+
+
 def _threshold(weight: Floats, most: int) -> float:
     """Return t such that the sum of min(weight / t, 1) is ``most``."""
     ordered = np.sort(weight)[::-1]

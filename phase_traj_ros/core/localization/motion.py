@@ -49,6 +49,7 @@ class Motion:
         gain = expected * them.scale_variance / variance
         log_scale, scale_variance = self._drifted(
             them.log_scale + gain * off, them.scale_variance * (1.0 - gain * expected), share)
+        scale_variance += stride.scale_variance
         piece, offset, log_weight, parent = self._along(
             them.piece, them.offset + np.maximum(metres, 0.0), them.log_weight, most)
         trail = np.concatenate([
