@@ -56,10 +56,9 @@ class Motion:
             them.trail[1:].take(parent, axis=1), places_on(self._roads, piece, offset)[None]])
         noise = settings.heading_noise ** 2 * share + stride.yaw_variance
         return Hypotheses(
-            piece, offset, *(each.take(parent) for each in (
-                log_scale, scale_variance, them.known_variance, them.turned,
-                them.variance + noise)),
-            trail, log_weight)
+            piece, offset, log_scale.take(parent), scale_variance.take(parent),
+            them.known_variance.take(parent), them.turned.take(parent),
+            them.variance.take(parent) + noise, trail, log_weight)
 
     def _drifted(
         self, log_scale: Floats, variance: Floats, share: float,
