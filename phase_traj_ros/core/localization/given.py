@@ -52,7 +52,7 @@ class OdometryStep:
         variances = (self.distance_variance, self.yaw_variance, self.scale_variance)
         if not all(map(math.isfinite, (self.distance, self.yaw, *variances))):
             raise ValueError(
-                f'distance and yaw are {self.distance} and {self.yaw}, their variances {variances}:'
+                f'distance and yaw are {self.distance} and {self.yaw}, the variances {variances}:'
                 ' give finite numbers, or report the interruption')
         if min(variances) < 0.0:
             raise ValueError(f'the variances are {variances}: give 0 or more')
