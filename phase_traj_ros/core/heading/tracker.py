@@ -28,6 +28,8 @@ class HeadingStep:
         Whether the yaw was not measured, or rejected.
     variance
         Variance of the yaw in square radians, without corrections of earlier pairs.
+    share
+        Share of the pair in the time over which its yaw was measured.
     missed
         Standard deviation in radians of what earlier pairs may have missed: after a long gap, the
         heading is not corrected.
@@ -40,6 +42,7 @@ class HeadingStep:
     heading: float
     bridged: bool
     variance: float = 0.0
+    share: float = 1.0
     missed: float = 0.0
     foreseen: float = 0.0
 
@@ -118,7 +121,7 @@ class HeadingTracker:
 
     def update(
         self, yaw: float | None, interval: float, *, certain: bool = False,
-        variance: float = 0.0,
+        variance: float = 0.0, share: float = 1.0,
     ) -> HeadingStep:
         """
         Add the next pair of frames.
@@ -134,6 +137,8 @@ class HeadingTracker:
             and the stamps do not show it.
         variance
             Variance of the yaw in square radians.
+        share
+            Share of the pair in the time over which its yaw was measured.
 
         Raises
         ------
@@ -169,7 +174,8 @@ class HeadingTracker:
         missed = missed if blind > TUNING.rate_s and not bridged else 0.0
         self._variance += variance + missed ** 2
         return HeadingStep(
-            self._heading - before, self.rate, self._heading, bridged, variance, missed)
+            self._heading - before, self.rate, self._heading, bridged, variance,
+            1.0 if bridged else share, missed)
 
     def foresee(self, seconds: float, deviation: float) -> HeadingStep:
         """

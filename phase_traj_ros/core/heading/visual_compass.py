@@ -290,7 +290,8 @@ class VisualCompass:
             yaw, self._response = measurement.yaw, measurement.shift.response
             step = self._tracker.update(
                 None if yaw is None else yaw / self._lens.tilt, interval,
-                certain=measurement.certain, variance=measurement.variance)
+                certain=measurement.certain, variance=measurement.variance,
+                share=measurement.share)
             self._learn_from_travel(measurement, step)
         turns = (*self._cut_short, *self._turns.update(
             stamp_ns, step.heading, way, frames=frames))

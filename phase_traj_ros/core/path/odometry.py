@@ -163,7 +163,9 @@ class Odometer:
         turn = step.variance / 2
         if travel.state is TravelState.STANDING:
             turn = min(turn, TUNING.standing_deviation ** 2)
-        self._renew(_TURNS, math.sqrt(turn), math.exp(-interval / TUNING.alike_s))
+        # In all pairs since one keyframe, it is the same error of the rate.
+        self._renew(
+            _TURNS, math.sqrt(step.share * turn), math.exp(-interval / TUNING.alike_s))
         middle = step.heading - step.yaw / 2
         along = np.array([math.cos(middle), math.sin(middle)])
         across = np.array([-along[1], along[0]])

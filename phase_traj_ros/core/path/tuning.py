@@ -22,7 +22,7 @@ class PathTuning:
     swing at about 1 Hz, damped, ..."""
     tilt_s: float = 60.0
     """...of those from the pitch of the camera, ..."""
-    alike_s: float = 0.5
+    alike_s: float = 0.25
     """...and of half of the variance of the yaw, as the blocks see the same objects."""
     mounting_deviation: float = math.radians(0.5)
     """Standard deviation of the yaw of the mounted camera: the axes of the first frame are those

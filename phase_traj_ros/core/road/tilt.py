@@ -47,12 +47,15 @@ class RoadTilt:
     @property
     def swing_deviation(self) -> float:
         """Return the standard deviation of the part that changes within about a second."""
-        return math.sqrt(max(float(self._covariance[1, 1]), 0.0))
+        return math.sqrt(max(float(self._covariance[1].sum()), 0.0))
 
     @property
     def common_deviation(self) -> float:
         """Return the standard deviation of the part that changes slowly, the mounting."""
-        return math.hypot(math.sqrt(self._covariance[0, 0]), 0.0 if self._fixed else TUNING.common)
+        # The errors of both parts cancel mostly, as only the sum is measured. Their covariances
+        # with its error are its parts.
+        own = math.sqrt(max(float(self._covariance[0].sum()), 0.0))
+        return math.hypot(own, 0.0 if self._fixed else TUNING.common)
 
     def pass_time(self, interval: float) -> None:
         """Predict ``interval`` seconds ahead."""

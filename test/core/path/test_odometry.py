@@ -169,12 +169,13 @@ def test_the_covariance_is_what_drawn_errors_scatter_by():
 BAND = (0.22, 9.35)
 
 
-def simulated(rng, *, rate_hz, seconds=8.0, odometer=None):
+def simulated(rng, *, rate_hz, seconds=8.0, odometer=None, share=1.0):
     """
     Drive with all errors drawn from what the odometer expects; return NEES of pose and motion.
 
     The errors of the distance: of the height, of pitch and springs, and of the pair; of the yaw:
-    of all angles, of objects seen for half a second, of the pair; and of the mounting.
+    of all angles, of objects seen for a quarter of a second, of the pair; and of the mounting.
+    ``share`` is that of a pair in the time since its keyframe.
     """
     interval, odometer = 1.0 / rate_hz, odometer or Odometer()
     height, swing, tilt, deviation, own = 0.04, 0.02, 0.01, 0.002, 0.02
@@ -195,16 +196,17 @@ def simulated(rng, *, rate_hz, seconds=8.0, odometer=None):
                 swings = lasts * swings + drawn
             else:
                 tilts = lasts * tilts + drawn
-        lasts = math.exp(-interval / 0.5)
+        lasts = math.exp(-interval / 0.25)
         half = deviation / math.sqrt(2.0)
-        seen = lasts * seen + rng.normal(0.0, half * math.sqrt(1.0 - lasts ** 2))
+        seen = lasts * seen + rng.normal(0.0, half * math.sqrt(share * (1.0 - lasts ** 2)))
         # What is measured is the truth less these errors.
         measured = (true - seen - rng.normal(0.0, half)) / (1.0 + angles)
         gone = length * (1.0 - scale - swings - tilts - rng.normal(0.0, own))
         heading += measured
         variance = (height ** 2 + swing ** 2 + tilt ** 2 + own ** 2) * gone ** 2
         found = odometer.update(
-            HeadingStep(measured, measured / interval, heading, False, deviation ** 2),
+            HeadingStep(
+                measured, measured / interval, heading, False, deviation ** 2, share=share),
             Travel(gone, variance, TravelState.MEASURED, swing, tilt, height),
             round((index + 1) * interval * S), interval)
     error = np.array([found.pose.x - x, found.pose.y - y, found.pose.yaw - yaw])
@@ -214,14 +216,16 @@ def simulated(rng, *, rate_hz, seconds=8.0, odometer=None):
         (found.yaw_rate - rate) ** 2 / found.yaw_rate_variance)
 
 
-@pytest.mark.parametrize('rate_hz', [10, 40])
-def test_poses_and_motions_scatter_as_they_say(rate_hz):
+@pytest.mark.parametrize(('rate_hz', 'share'), [(10, 1.0), (40, 1.0), (40, 0.1)])
+def test_poses_and_motions_scatter_as_they_say(rate_hz, share):
     rng = np.random.default_rng(rate_hz)
-    pose, speed, rate = np.array([simulated(rng, rate_hz=rate_hz) for _ in range(160)]).T
+    pose, speed, rate = np.array([
+        simulated(rng, rate_hz=rate_hz, share=share) for _ in range(160)]).T
     assert np.mean(pose) == pytest.approx(3.0, abs=0.8)
     assert np.mean((pose > BAND[0]) & (pose < BAND[1])) > 0.9
     assert np.mean(speed) == pytest.approx(1.0, abs=0.4)
-    assert np.mean(rate) == pytest.approx(1.0, abs=0.4)
+    # Half of the variance of the pair, and the share of the other half.
+    assert np.mean(rate) == pytest.approx((1.0 + share) / 2, abs=0.4)
 
 
 def test_they_do_so_again_after_a_reset():

@@ -5,6 +5,7 @@ import math
 import numpy as np
 from phase_traj_ros.core.camera.horizon import Horizon
 from phase_traj_ros.core.road.tilt import RoadTilt
+from phase_traj_ros.core.road.tuning import TUNING
 import pytest
 
 
@@ -59,15 +60,25 @@ def test_one_wild_value_hardly_counts():
 
 def test_what_is_not_measured_becomes_uncertain():
     tilt = driven(RoadTilt(Horizon()), [0.01] * 100, slides=True)
-    sure, mounted = tilt.swing_deviation, tilt.common_deviation
+    sure = tilt.swing_deviation
     tilt.pass_time(5.0)
+    mounted = tilt.common_deviation
     # The springs forget what they were within seconds, the load of the vehicle takes minutes.
     assert tilt.swing_deviation == pytest.approx(math.radians(0.4), rel=0.01)
     assert tilt.swing_deviation > 1.5 * sure
+    tilt.pass_time(5.0)
     assert tilt.common_deviation < 1.1 * mounted
     tilt.pass_time(600.0)
     assert math.hypot(mounted, math.radians(0.2)) < tilt.common_deviation
     assert tilt.common_deviation < math.hypot(mounted, math.radians(0.5))
+
+
+def test_both_parts_make_up_the_error_of_their_sum():
+    tilt = driven(RoadTilt(Horizon()), [0.01] * 100, slides=True)
+    parts = math.hypot(tilt.swing_deviation, tilt.common_deviation)
+    assert parts == pytest.approx(math.hypot(tilt.deviation, TUNING.common))
+    # Only the sum is measured: nobody knows which of the two it was.
+    assert tilt.deviation < math.radians(0.2)
 
 
 @pytest.mark.parametrize('interval', [0.02, 0.1])
