@@ -17,8 +17,8 @@ from phase_traj_ros.core import (
 )
 from phase_traj_ros.io.replay.run import Replay
 
-# Turns that are printed; chain_code.json lists all of them.
-_MOST_TURNS = 12
+# What is printed of a long drive; chain_code.json has all of it.
+_MOST_TURNS, _MOST_RUNS = 12, 50
 
 
 def print_result(result: Replay) -> None:
@@ -68,5 +68,6 @@ def _print_way(
 
 
 def _print_series(name: str, series: CodeSeries[Any]) -> None:
-    runs = ' '.join(f'{int(run.code)}x{run.count}' for run in series.runs)
-    print(f'{name} ({len(series)}): {runs}')
+    runs = [f'{int(run.code)}x{run.count}' for run in series.runs]
+    more = ['...'] if len(runs) > _MOST_RUNS else []
+    print(f'{name} ({len(series)}):', *runs[:_MOST_RUNS], *more)

@@ -54,6 +54,20 @@ def files_in(folder):
     return {path.name for path in folder.iterdir()}
 
 
+def test_no_more_runs_are_printed_than_a_person_reads(tmp_path, capsys):
+    # Turns and straights by turns.
+    folder, pairs = pictures(tmp_path / 'drive', [20 * (i // 2) for i in range(122)]), 121
+    output = tmp_path / 'out'
+    assert run('replay', folder, *PAPER, '--output', output) == 0
+    printed = next(
+        line for line in capsys.readouterr().out.splitlines() if line.startswith('movement'))
+    runs = printed.partition(': ')[2].split()
+    assert f'({pairs})' in printed and runs[-1] == '...' and len(runs) == 51
+    kept = json.loads((output / 'chain_code.json').read_text())['movement']
+    told = [int(code) for each in runs[:-1] for code in each[0] * int(each[2:])]
+    assert len(kept) == pairs > len(told) and kept[:len(told)] == told
+
+
 def test_everything_of_one_source(folder, tmp_path, capsys):
     output = tmp_path / 'out'
     pytest.importorskip('rosbags')

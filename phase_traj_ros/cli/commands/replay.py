@@ -123,14 +123,13 @@ def _warnings(result: Replay) -> Iterator[str]:
         yield (f'{frames.declared} frames are declared, but only {frames.read} could be read: the'
                ' recording is cut off or damaged')
     if result.counters.skipped:
-        yield f'{result.counters.skipped} frames were skipped; the first: {result.first_skipped}'
+        yield f'frames skipped: {result.counters.skipped}; the first: {result.first_skipped}'
     for count, what in (
-            (result.counters.repeated, 'frames have the stamp or the picture of the previous one'),
-            (result.counters.dropped, 'frames with a stamp out of order were dropped'),
-            (result.counters.time_resets, 'times the stamps went back, and the codes started'
-                                          ' again'),
-            (result.counters.unmeasured, 'pairs had nothing to correlate'),
-            (result.counters.reprimed, 'changes of the size of the frames'),
-            (result.pairs_without_speed, 'pairs had no speed and add no distance to the path')):
+            (result.counters.repeated, 'frames with the stamp or the picture of the previous one'),
+            (result.counters.dropped, 'frames dropped, as their stamps are out of order'),
+            (result.counters.time_resets, 'new starts of the codes, as the stamps went back'),
+            (result.counters.unmeasured, 'pairs with nothing to correlate'),
+            (result.counters.reprimed, 'changes of the size or the type of the frames'),
+            (result.pairs_without_speed, 'pairs without a speed, which add no distance')):
         if count:
-            yield f'{count} {what}'
+            yield f'{what}: {count}'
