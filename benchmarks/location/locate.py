@@ -53,7 +53,6 @@ def _file(part: str) -> Path:
     return OUT / f'{part}.json'
 
 
-
 def _rows(part: str) -> list[Row]:
     if not _file(part).exists():
         return []
