@@ -87,12 +87,18 @@ def test_a_distance_says_that_the_camera_is_assumed(tmp_path, capsys):
     (tmp_path / 'drive').mkdir()
     for index, frame in enumerate(render_drive(drive)):
         cv2.imwrite(str(tmp_path / 'drive' / f'{index:02}.png'), frame)
-    printed = []
+    printed, reports = [], []
     for camera in ((), ('-p', 'hfov_deg:=70.0')):
-        assert run('replay', tmp_path / 'drive', '--output', tmp_path / 'out', *camera) == 0
+        assert run(
+            'replay', tmp_path / 'drive', '--output', tmp_path / 'out', '--report', *camera) == 0
         printed.append(capsys.readouterr().out)
+        reports.append((tmp_path / 'out' / 'report.html').read_text())
     assert ' camera heights for the assumed camera (pairs: ' in printed[0]
+    assert 'the distance is for the assumed one' in reports[0]
+    assert '<p>Camera: field of view 75 degrees' in reports[0]
     assert ' camera heights (pairs: ' in printed[1]
+    assert 'the assumed one' not in reports[1]
+    assert '<p>Camera: field of view 70 degrees' in reports[1]
 
 
 def test_obsolete_results_are_removed(tmp_path):

@@ -13,6 +13,7 @@ from phase_traj_ros.core import (
     Counters,
     LengthUnit,
     Lens,
+    LensOrigin,
     LinkCode,
     Measured,
     Movement,
@@ -92,6 +93,12 @@ class Replay:
             return LengthUnit.STEP
         told = self.parameters.metric or self.way.states[TravelState.MEASURED] > 0
         return self.parameters.length_unit if told else LengthUnit.STEP
+
+    @property
+    def assumes_camera(self) -> bool:
+        """Return whether distances are measured with a camera that no turn has determined."""
+        return (self.camera is not None and self.camera.origin is LensOrigin.ASSUMED
+                and self.way.states[TravelState.MEASURED] > 0)
 
     @property
     def threshold_px(self) -> float | None:

@@ -81,7 +81,7 @@ def write_report(
         'turns': _turns(shown.turns),
         'trust': _trust(result, left_out),
         'health': _health(result, health),
-        'settings': _settings(result.parameters),
+        'settings': _settings(result),
         'codes': _codes(result),
         'picture': data_uri(picture.read_bytes(), picture.suffix),
         'data': script_json(_data(result, shown, thumbnails)),
@@ -151,6 +151,9 @@ def _trust(result: Replay, left_out: bytes | None) -> Markup:
     """Return the reasons to doubt the result, the cuts, and the areas that are left out."""
     notes = [
         f'<p class="warn">{escape(reason.sentence)}</p>' for reason in result.reliability.reasons]
+    if result.assumes_camera:
+        notes.append(
+            '<p>No turn has determined the camera: the distance is for the assumed one.</p>')
     if result.threshold_hint is not None:
         hint = result.threshold_hint.sentence
         notes.append(f'<p class="warn">{escape(hint[0].upper() + hint[1:])}.</p>')
@@ -190,12 +193,13 @@ def _health(result: Replay, health: DataHealth) -> Markup:
         for name, value, bad in rows])
 
 
-def _settings(parameters: Parameters) -> Markup:
-    changed = parameters.changed
+def _settings(result: Replay) -> Markup:
+    parameters, changed = result.parameters, result.parameters.changed
+    camera = '' if result.camera is None else f'<p>Camera: {escape(str(result.camera))}.</p>'
     note = Markup('<p>All parameters have their defaults.</p>')
     every = _setting_rows(parameters, specs())
     return Markup(
-        (_setting_rows(parameters, changed) if changed else note).html
+        camera + (_setting_rows(parameters, changed) if changed else note).html
         + f'<details><summary>All parameters</summary>{every.html}</details>')
 
 
