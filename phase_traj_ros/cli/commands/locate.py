@@ -23,7 +23,8 @@ from phase_traj_ros.errors import ParameterError
 from phase_traj_ros.io.maps.projection import bearing_deg
 from phase_traj_ros.io.maps.road_classes import Roads
 from phase_traj_ros.io.maps.road_file import ATTRIBUTION, read_roads
-from phase_traj_ros.io.outputs.outputs import check_directory, output_directory
+from phase_traj_ros.io.outputs.outputs import output_directory
+from phase_traj_ros.io.outputs.protected import check_directory
 from phase_traj_ros.tasks.batch.job import replay_source
 from phase_traj_ros.tasks.location.files import (
     add_to_chain_code,
@@ -153,7 +154,8 @@ def _refuse_replaying(options: Namespace) -> None:
         if name != 'source' and getattr(options, name) != default]
     if given:
         raise ParameterError(
-            f'{options.source} is not replayed: leave out {", ".join(given)}, or give the recording')
+            f'{options.source} is not replayed: leave out {", ".join(given)}, or give the'
+            ' recording')
 
 
 def _is_results(source: Path) -> bool:
