@@ -22,7 +22,7 @@ from phase_traj_ros.cli.options import (
 from phase_traj_ros.cli.progress import over_passes
 from phase_traj_ros.cli.report import print_result
 from phase_traj_ros.io.replay.run import Replay
-from phase_traj_ros.io.sources.base import DEFAULT_SPEED_TOPIC, Entry
+from phase_traj_ros.io.sources.base import Entry
 from phase_traj_ros.tasks.batch.job import replay_source
 
 _EPILOG = f"""
@@ -46,15 +46,6 @@ def add_parser(commands: Any) -> None:
     parser = COMMAND.add_to(commands)
     add_source(parser, several=True)
     add_parameters(parser)
-    parser.add_argument(
-        '--speed-topic', metavar='TOPIC', default=DEFAULT_SPEED_TOPIC,
-        help='topic of a bag with the speed as TwistStamped, TwistWithCovarianceStamped or'
-             ' Odometry, for use_speed_topic (default'
-             f' {DEFAULT_SPEED_TOPIC})')
-    parser.add_argument(
-        '--one-pass', action='store_true',
-        help='learn an unknown camera during the replay, as the node does (default: learn it'
-             ' in a first pass)')
     parser.add_argument(
         '--strict', action='store_true',
         help='fail at a frame that cannot be read or used (default: skip it, and count it)')

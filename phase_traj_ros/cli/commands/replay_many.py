@@ -11,7 +11,7 @@ import os
 from phase_traj_ros.cli.progress import BY_SOURCE, progress
 from phase_traj_ros.errors import ParameterError
 from phase_traj_ros.io.outputs.manifest import MANIFEST
-from phase_traj_ros.io.outputs.outputs import check_directory
+from phase_traj_ros.io.outputs.protected import check_directory
 from phase_traj_ros.io.results.figures import require_matplotlib
 from phase_traj_ros.tasks.batch.cluster import dask_executor
 from phase_traj_ros.tasks.batch.engine import Batch
