@@ -14,6 +14,7 @@ from phase_traj_ros.errors import ParameterError
 from phase_traj_ros.io.sources.opening import open_source
 from phase_traj_ros.synthetic import Camera, plan_drive, render_drive, Straight
 from phase_traj_ros.synthetic.degradations import sensor_noise
+from phase_traj_ros.tasks.batch import job
 import pytest
 
 PLAIN = {
@@ -66,6 +67,12 @@ def test_no_more_runs_are_printed_than_a_person_reads(tmp_path, capsys):
     kept = json.loads((output / 'chain_code.json').read_text())['movement']
     told = [int(code) for each in runs[:-1] for code in each[0] * int(each[2:])]
     assert len(kept) == pairs > len(told) and kept[:len(told)] == told
+
+
+def test_a_calibration_that_is_not_used_is_said(folder, capsys, monkeypatch):
+    monkeypatch.setattr(job, 'known_lens', lambda *_: (None, 'its focal length is 0'))
+    assert run('replay', folder, *PAPER) == 0
+    assert 'warning: the calibration is not used: its focal length is 0' in capsys.readouterr().out
 
 
 def test_everything_of_one_source(folder, tmp_path, capsys):
@@ -124,7 +131,7 @@ def test_an_error_leaves_nothing_behind(folder, tmp_path, capsys):
     (['--svg'], 'svg writes into the output folder'),
     (['--bag-out', 'x.bag'], 'its name has to end in .mcap'),
     (['--bag-debug-images'], 'bag_debug_images needs a bag to write them to'),
-    (['{folder}'], 'several sources need --output DIR'),
+    (['{folder}'], 'several sources, and --dask, need --output DIR'),
     (['{folder}', '--output', '{out}', '--bag-out', 'a/x.mcap'], 'a name without a folder'),
     (['{folder}', '--output', '{out}', '--bag-out', 'x.bag'], 'has to end in .mcap'),
     (['{folder}', '--output', '{out}', '--jobs', '0'], '--jobs is 0'),

@@ -113,6 +113,8 @@ def _warnings(result: Replay) -> Iterator[str]:
     if frames.missing:
         yield (f'{frames.declared} frames are declared, but only {frames.read} could be read: the'
                ' recording is cut off or damaged')
+    if result.unused_calibration:
+        yield f'the calibration is not used: {result.unused_calibration}'
     if result.counters.skipped:
         yield f'frames skipped: {result.counters.skipped}; the first: {result.first_skipped}'
     for count, what in (
