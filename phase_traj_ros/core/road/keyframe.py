@@ -21,7 +21,7 @@ class Turned:
     age: float
     """Seconds in which it turned."""
     passing: float | None
-    """Median ratio of translation to distance of the blocks; None if they do not agree."""
+    """Ratio of translation to distance of the near blocks; None if they do not agree."""
 
     @property
     def moves(self) -> bool:
@@ -63,10 +63,10 @@ class RoadKeyframe:
     """Whether the newest frame becomes the keyframe."""
 
     def turn(
-        self, yaw: float, pitch: float, roll: float, interval: float, passed: float = 0.0,
+        self, yaw: float, pitch: float, roll: float, interval: float, near: float = 0.0,
     ) -> None:
         """Add the rotation of a pair, and its ratio of translation to distance."""
-        self.passing += passed
+        self.passing += near
         self.yaw += yaw
         self.pitch += pitch
         self.roll += roll
