@@ -56,7 +56,7 @@ class CameraMotion:
     """Seconds from the keyframe, from which ``travel`` and ``passing`` are measured; ``near`` and
     the rotation are those of the newest pair."""
     near: float = 0.0
-    """The q that a tenth of the blocks that agree exceed, as they are near."""
+    """The q that a tenth of the blocks exceed by their errors, as they are near."""
 
 
 class MotionFit:
@@ -149,6 +149,7 @@ class MotionFit:
                 return None
             state -= inverse @ gradient
         covariance = inverse * variance
+        surely = np.maximum(near - self._deviation / np.sqrt(squared), 0.0)
         agrees = error < (TUNING.outlier_deviations * self._deviation) ** 2
         agreeing = float(weight[agrees].sum())
         # The variance of an M-estimate: its scores scatter as the blocks do, and an outlier, which
@@ -166,7 +167,7 @@ class MotionFit:
                 float(covariance[_B, _B]), float(covariance[_C, _C])),
             agreeing=agreeing, agreement=agreeing / float(weight.sum()),
             yaw_variance=yaw_variance, passing=float(np.median(near)),
-            near=float(np.percentile(near[agrees], 90)) if agrees.any() else 0.0)
+            near=float(np.percentile(surely[agrees], 90)) if agrees.any() else 0.0)
 
 
 def better(one: CameraMotion | None, other: CameraMotion | None) -> CameraMotion | None:

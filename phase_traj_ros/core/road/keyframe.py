@@ -53,6 +53,8 @@ class RoadKeyframe:
     pitch: float = 0.0
     roll: float = 0.0
     passing: float = 0.0
+    goes_on: bool = False
+    """Whether the newest pair passes at half of the mean rate or more, so the vehicle drives."""
     given: float = 0.0
     """Sum of the distances of the pairs since."""
     variance: float = 0.0
@@ -71,6 +73,7 @@ class RoadKeyframe:
         self.pitch += pitch
         self.roll += roll
         self.age += interval
+        self.goes_on = near * self.age > 0.5 * self.passing * interval
 
     def turned(self, nodding: float, passing: float | None) -> Turned:
         """Return the rotation since; see ``Turned``."""

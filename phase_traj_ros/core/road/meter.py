@@ -201,7 +201,7 @@ class RoadMeter:
         self, interval: float, turned: Turned, found: list[RoadSlide | None],
     ) -> list[RoadSlide | None]:
         """Return the slide at the speed of half a second, where a pair alone has none like it."""
-        best = self._profile.best if turned.drives else None
+        best = self._profile.best if turned.drives and self._key.goes_on else None
         if best is None:
             return found
         (speed, score), speeds, near = best, self.speed_filter, (self._looks or ())[0]
