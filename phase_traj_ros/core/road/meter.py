@@ -206,9 +206,12 @@ class RoadMeter:
             return found
         (speed, score), speeds, near = best, self.speed_filter, (self._looks or ())[0]
         least, most = speeds.bounds(TUNING.profile_width * speed)
-        if any(found) and least <= speed <= most:
+        if any(found):
             return found
         if not least <= speed <= most:
+            # While a vehicle brakes, the mean of half a second is too high.
+            if speeds.known and speeds.deviation < TUNING.profile_doubt:
+                return found
             speeds.forget()
             self._key.age = interval
         way = self._key.given + speed * interval

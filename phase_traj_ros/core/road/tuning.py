@@ -60,8 +60,9 @@ class RoadTuning:
     0.002 at most where it stands..."""
     driven: float = 0.02
     """...and above this, the road has slid by more than ``fixed_cells``..."""
-    nearest: float = 2.0
-    """...as what the blocks show is at least this far away: the road 15 degrees down is at 3.7."""
+    nearest: float = 1.8
+    """...as what the blocks show is at least this far away: the road 15 degrees down is at 3.7, and
+    house fronts of narrow streets were at 2.0."""
     learns: float = 0.2
     """The road has moved on, for the pattern that does not, if it has slid by this."""
     pattern_patches: int = 20
@@ -125,6 +126,8 @@ class RoadTuning:
     """...and above the next highest, ..."""
     profile_width: float = 0.15
     """...which is farther from it than this share of the speed."""
+    profile_doubt: float = 1.0
+    """Deviation of the last speed from which on it may replace that."""
 
     acceleration: float = 2.0
     """Acceleration of a vehicle in camera heights per second squared (3.3 m/s2 at 1.65 m)."""
