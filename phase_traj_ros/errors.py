@@ -7,6 +7,8 @@ Every message states in one line what is wrong and what to do about it. The comm
 it and the node logs it without change.
 """
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 import sys
 
 
@@ -48,6 +50,25 @@ class ResultError(PhaseTrajError):
 
 class MissingDependencyError(PhaseTrajError, ImportError):
     """A requested feature needs an optional dependency that is not installed."""
+
+
+@contextmanager
+def reading(path: object) -> Iterator[None]:
+    """
+    Convert errors of the operating system and of text to a SourceError that names ``path``.
+
+    Raises
+    ------
+    SourceError
+        The block could not read a file, or it is not a text file.
+
+    """
+    try:
+        yield
+    except OSError as error:
+        raise SourceError(f'{path} cannot be read: {error.strerror or error}') from error
+    except UnicodeError as error:
+        raise SourceError(f'{path} cannot be read: it is not a text file') from error
 
 
 def rosbags_missing(what: str, error: ImportError, *, instead: str = '') -> MissingDependencyError:

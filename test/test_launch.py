@@ -4,7 +4,7 @@
 
 from pathlib import Path
 
-from phase_traj_ros.io.messages.published import DEBUG_IMAGE, pair_topics, whole_topics
+from phase_traj_ros.io.messages.topics import DEBUG_IMAGE, pair_topics, whole_topics
 from phase_traj_ros.parameters import Parameters
 import pytest
 import yaml

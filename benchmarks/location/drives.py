@@ -158,7 +158,7 @@ def noisy(
 def with_noise(
     poses: np.ndarray, rng: np.random.Generator, *, heading: float = 1.0, drift: float = 1.0,
 ) -> list[OdometryStep]:
-    """Return the odometry of poses with drawn noise, whose heading knows its variance."""
+    """Return the odometry of poses with drawn noise, which tells the variances of its drifts."""
     exact = [
         OdometryStep.between(tuple(before), tuple(after), stamp_ns=number * 100_000_000)
         for number, (before, after) in enumerate(pairwise(poses))]
@@ -175,8 +175,9 @@ def with_noise(
     return [
         OdometryStep(
             stamp_ns=step.stamp_ns, distance=float(metres), yaw=float(turn),
-            yaw_variance=float(told))
-        for step, metres, turn, told in zip(exact, length, yaw, variance)]
+            yaw_variance=float(told), scale_variance=float(drifted))
+        for step, metres, turn, told, drifted in zip(
+            exact, length, yaw, variance, (drift * _DRIFT * share) ** 2)]
 
 
 def own(file: Path, *, metric: bool = True) -> list[OdometryStep]:

@@ -9,7 +9,7 @@ import sys
 from textwrap import fill
 
 from phase_traj_ros.io.params_file import find_params_file, parse_assignment, read_parameters
-from phase_traj_ros.io.sources.base import FrameSource
+from phase_traj_ros.io.sources.base import DEFAULT_SPEED_TOPIC, FrameSource
 from phase_traj_ros.io.sources.opening import open_source
 from phase_traj_ros.io.sources.selection import Selection
 from phase_traj_ros.parameter_spec import Group
@@ -69,7 +69,7 @@ def source_of(options: Namespace, source: Path | None = None) -> FrameSource:
 
 
 def add_parameters(parser: ArgumentParser) -> None:
-    """Add the options that set parameters."""
+    """Add the options of a replay: parameters, and how they are used."""
     parser.add_argument(
         '--threshold', metavar='PX', type=float,
         help="shift in pixels per frame from which a pair is a turn, the paper's rule"
@@ -79,8 +79,16 @@ def add_parameters(parser: ArgumentParser) -> None:
         help='ROS parameter file, as for the node: a path, or the name of one in config/, such as'
              ' vehicle.yaml')
     parser.add_argument(
-        '-p', '--param', metavar='NAME:=VALUE', dest='assignments', action='append', default=[],
+        '-p', '--param', metavar='NAME:=VALUE', action='append', default=[],
         help='set one parameter; overrides --params; may be repeated')
+    parser.add_argument(
+        '--speed-topic', metavar='TOPIC', default=DEFAULT_SPEED_TOPIC,
+        help='topic of a bag with the speed as TwistStamped, TwistWithCovarianceStamped or'
+             f' Odometry, for use_speed_topic (default {DEFAULT_SPEED_TOPIC})')
+    parser.add_argument(
+        '--one-pass', action='store_true',
+        help='learn an unknown camera during the replay, as the node does (default: learn it'
+             ' in a first pass)')
 
 
 def parameters_help() -> str:
@@ -119,7 +127,7 @@ def parameters_of(options: Namespace) -> Parameters:
     parameters = Parameters()
     if options.params is not None:
         parameters = read_parameters(find_params_file(options.params))
-    values = dict(map(parse_assignment, options.assignments))
+    values = dict(map(parse_assignment, options.param))
     if options.threshold is not None:
         values['threshold'] = options.threshold
     return parameters.with_values(values)

@@ -5,20 +5,11 @@
 from collections.abc import Sequence
 from typing import Any
 
-from phase_traj_ros.core import (
-    ChainCode,
-    CodeSeries,
-    LengthUnit,
-    LensOrigin,
-    LinkCode,
-    TravelState,
-    Turn,
-    Way,
-)
+from phase_traj_ros.core import ChainCode, CodeSeries, Turn
 from phase_traj_ros.io.replay.run import Replay
 
-# Turns that are printed; chain_code.json lists all of them.
-_MOST_TURNS = 12
+# What is printed of a long drive; chain_code.json has all of it.
+_MOST_TURNS, _MOST_RUNS = 12, 50
 
 
 def print_result(result: Replay) -> None:
@@ -27,9 +18,7 @@ def print_result(result: Replay) -> None:
     _print_turns(result.turns)
     if result.camera is not None:
         print(f'camera: {result.camera}')
-    _print_way(
-        result.way, result.links, unit=result.parameters.length_unit,
-        assumed=result.camera is not None and result.camera.origin is LensOrigin.ASSUMED)
+    _print_way(result)
     if not result.reliability.reliable:
         print('not reliable:', *(reason.sentence for reason in result.reliability.reasons))
 
@@ -50,23 +39,19 @@ def _print_turns(turns: Sequence[Turn]) -> None:
         print(f'turns     ({len(turns)}): {", ".join(angles + more)} (degrees)')
 
 
-def _print_way(
-    way: Way, links: LinkCode | None, *, unit: LengthUnit, assumed: bool,
-) -> None:
-    """
-    Print the distance, how it was measured, and the equal links; nothing without a distance.
-
-    ``assumed`` is whether the camera is, and with it a distance that is measured on the road.
-    """
+def _print_way(result: Replay) -> None:
+    """Print the distance, how it was measured, and the equal links; nothing without a distance."""
+    way, links, unit = result.way, result.links, result.parameters.length_unit.value
     if way.pairs:
         states = ', '.join(
             f'{count} {state.value}' for state, count in way.states.items() if count)
-        doubt = ' for the assumed camera' if assumed and way.states[TravelState.MEASURED] else ''
-        print(f'distance: {way.distance:.1f} {unit.value}{doubt} (pairs: {states})')
+        doubt = ' for the assumed camera' if result.assumes_camera else ''
+        print(f'distance: {way.distance:.1f} {unit}{doubt} (pairs: {states})')
     if links is not None:
-        _print_series(f'links of {links.step:g} {unit.value}', links.series)
+        _print_series(f'links of {links.step:g} {unit}', links.series)
 
 
 def _print_series(name: str, series: CodeSeries[Any]) -> None:
-    runs = ' '.join(f'{int(run.code)}x{run.count}' for run in series.runs)
-    print(f'{name} ({len(series)}): {runs}')
+    runs = [f'{int(run.code)}x{run.count}' for run in series.runs]
+    more = ['...'] if len(runs) > _MOST_RUNS else []
+    print(f'{name} ({len(series)}):', *runs[:_MOST_RUNS], *more)

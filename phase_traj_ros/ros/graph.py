@@ -4,7 +4,7 @@
 
 from typing import Final
 
-from phase_traj_ros.io.messages.published import DEBUG_IMAGE
+from phase_traj_ros.io.messages.topics import DEBUG_IMAGE
 from rclpy.node import Node
 from rclpy.qos import qos_check_compatible, QoSCompatibility, QoSProfile
 from rclpy.topic_endpoint_info import TopicEndpointInfo

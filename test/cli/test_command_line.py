@@ -262,7 +262,7 @@ def test_a_broken_picture_is_skipped_and_warned_of(run, folder, tmp_path, conten
     (folder / '5.png').write_bytes(content)
     done = run('replay', folder, '--output', tmp_path / 'results', *PAPER)
     assert done.returncode == 0
-    assert re.search(r'warning: 1 frames were skipped; the first: frame 5: .*5\.png', done.stdout)
+    assert re.search(r'warning: frames skipped: 1; the first: frame 5: .*5\.png', done.stdout)
     written = json.loads((tmp_path / 'results' / 'chain_code.json').read_text())
     assert (written['skipped_frames'], written['dropped_frames']) == (1, 0)
     assert 5 not in written['frame_numbers']
@@ -309,6 +309,9 @@ def test_inspect_says_what_to_give(refused, folder, tmp_path):
     assert 'film.mp4 is not a picture: give two pictures' in refused('inspect', film)
     assert 'pictures is not a picture' in refused('inspect', folder, folder / '1.png')
     assert 'the second picture is missing' in refused('inspect', folder / '1.png')
+    assert 'map.txt is not the name of a picture: end it in .png' in refused(
+        'inspect', folder / '0.png', folder / '1.png', '--output', tmp_path / 'map.txt')
+    assert not (tmp_path / 'map.txt').exists()
 
 
 @pytest.mark.parametrize('output', ['.', 'results', '../pictures/a'])

@@ -122,6 +122,12 @@ def test_a_short_drive_is_said_to_be_too_short(town, tmp_path, capsys, near):
     assert 'too short: give one of about' in capsys.readouterr().out
 
 
+def test_options_of_a_replay_are_refused_where_nothing_is_replayed(town, wheels, capsys):
+    message = refused(
+        capsys, wheels, '--map', town, '-p', 'camera_height:=1.5', '--fps', '5', '--one-pass')
+    assert 'wheels.tum is not replayed: leave out --fps, --param, --one-pass' in message
+
+
 def test_a_recording_is_replayed_first(made, town, pictures, tmp_path):
     output = tmp_path / 'out'
     assert call(pictures, '--map', town, '--output', output, *GIVEN) == 1

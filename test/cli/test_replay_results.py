@@ -14,6 +14,7 @@ from phase_traj_ros.errors import ParameterError
 from phase_traj_ros.io.sources.opening import open_source
 from phase_traj_ros.synthetic import Camera, plan_drive, render_drive, Straight
 from phase_traj_ros.synthetic.degradations import sensor_noise
+from phase_traj_ros.tasks.batch import job
 import pytest
 
 PLAIN = {
@@ -54,6 +55,26 @@ def files_in(folder):
     return {path.name for path in folder.iterdir()}
 
 
+def test_no_more_runs_are_printed_than_a_person_reads(tmp_path, capsys):
+    # Turns and straights by turns.
+    folder, pairs = pictures(tmp_path / 'drive', [20 * (i // 2) for i in range(122)]), 121
+    output = tmp_path / 'out'
+    assert run('replay', folder, *PAPER, '--output', output) == 0
+    printed = next(
+        line for line in capsys.readouterr().out.splitlines() if line.startswith('movement'))
+    runs = printed.partition(': ')[2].split()
+    assert f'({pairs})' in printed and runs[-1] == '...' and len(runs) == 51
+    kept = json.loads((output / 'chain_code.json').read_text())['movement']
+    told = [int(code) for each in runs[:-1] for code in each[0] * int(each[2:])]
+    assert len(kept) == pairs > len(told) and kept[:len(told)] == told
+
+
+def test_a_calibration_that_is_not_used_is_said(folder, capsys, monkeypatch):
+    monkeypatch.setattr(job, 'known_lens', lambda *_: (None, 'its focal length is 0'))
+    assert run('replay', folder, *PAPER) == 0
+    assert 'warning: the calibration is not used: its focal length is 0' in capsys.readouterr().out
+
+
 def test_everything_of_one_source(folder, tmp_path, capsys):
     output = tmp_path / 'out'
     pytest.importorskip('rosbags')
@@ -73,12 +94,18 @@ def test_a_distance_says_that_the_camera_is_assumed(tmp_path, capsys):
     (tmp_path / 'drive').mkdir()
     for index, frame in enumerate(render_drive(drive)):
         cv2.imwrite(str(tmp_path / 'drive' / f'{index:02}.png'), frame)
-    printed = []
+    printed, reports = [], []
     for camera in ((), ('-p', 'hfov_deg:=70.0')):
-        assert run('replay', tmp_path / 'drive', '--output', tmp_path / 'out', *camera) == 0
+        assert run(
+            'replay', tmp_path / 'drive', '--output', tmp_path / 'out', '--report', *camera) == 0
         printed.append(capsys.readouterr().out)
+        reports.append((tmp_path / 'out' / 'report.html').read_text())
     assert ' camera heights for the assumed camera (pairs: ' in printed[0]
+    assert 'the distance is for the assumed one' in reports[0]
+    assert '<p>Camera: field of view 75 degrees' in reports[0]
     assert ' camera heights (pairs: ' in printed[1]
+    assert 'the assumed one' not in reports[1]
+    assert '<p>Camera: field of view 70 degrees' in reports[1]
 
 
 def test_obsolete_results_are_removed(tmp_path):
@@ -104,7 +131,7 @@ def test_an_error_leaves_nothing_behind(folder, tmp_path, capsys):
     (['--svg'], 'svg writes into the output folder'),
     (['--bag-out', 'x.bag'], 'its name has to end in .mcap'),
     (['--bag-debug-images'], 'bag_debug_images needs a bag to write them to'),
-    (['{folder}'], 'several sources need --output DIR'),
+    (['{folder}'], 'several sources, and --dask, need --output DIR'),
     (['{folder}', '--output', '{out}', '--bag-out', 'a/x.mcap'], 'a name without a folder'),
     (['{folder}', '--output', '{out}', '--bag-out', 'x.bag'], 'has to end in .mcap'),
     (['{folder}', '--output', '{out}', '--jobs', '0'], '--jobs is 0'),

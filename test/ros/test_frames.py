@@ -4,7 +4,7 @@
 
 from phase_traj_ros.core import EstimatorSettings, TrajectoryEstimator
 from phase_traj_ros.errors import ParameterError
-from phase_traj_ros.io.messages.published import PATH
+from phase_traj_ros.io.messages.topics import PATH
 from phase_traj_ros.parameters import Parameters
 from phase_traj_ros.ros.outputs.messages import MESSAGES
 import pytest

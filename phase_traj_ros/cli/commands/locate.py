@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """``phase_traj locate``: finds where on a road map a drive was."""
 
-from argparse import ArgumentTypeError, Namespace
+from argparse import ArgumentParser, ArgumentTypeError, Namespace
 from collections.abc import Iterator
 from pathlib import Path
 import re
@@ -19,11 +19,12 @@ from phase_traj_ros.cli.options import (
 )
 from phase_traj_ros.cli.progress import over_passes, progress
 from phase_traj_ros.core.localization.given import ScaleRange
+from phase_traj_ros.errors import ParameterError
 from phase_traj_ros.io.maps.projection import bearing_deg
 from phase_traj_ros.io.maps.road_classes import Roads
 from phase_traj_ros.io.maps.road_file import ATTRIBUTION, read_roads
-from phase_traj_ros.io.outputs.outputs import check_directory, output_directory
-from phase_traj_ros.io.sources.base import DEFAULT_SPEED_TOPIC
+from phase_traj_ros.io.outputs.outputs import output_directory
+from phase_traj_ros.io.outputs.protected import check_directory
 from phase_traj_ros.tasks.batch.job import replay_source
 from phase_traj_ros.tasks.location.files import (
     add_to_chain_code,
@@ -90,12 +91,6 @@ def add_parser(commands: Any) -> None:
              ' replay, otherwise only print)')
     add_force(parser)
     add_parameters(parser)
-    parser.add_argument(
-        '--speed-topic', metavar='TOPIC', default=DEFAULT_SPEED_TOPIC,
-        help=f'topic of a bag with the speed, for use_speed_topic (default {DEFAULT_SPEED_TOPIC})')
-    parser.add_argument(
-        '--one-pass', action='store_true',
-        help='learn an unknown camera during the replay, as the node does')
     parser.set_defaults(run=run)
 
 
@@ -135,10 +130,10 @@ def run(options: Namespace) -> int | None:
 def _odometry(options: Namespace) -> tuple[DriveOdometry, Path | None]:
     """Return the odometry, and the chain_code.json that belongs to it."""
     source: Path = options.source
-    if _is_results(source):
-        return read_odometry(source), source / _CODES
-    if source.suffix in _TRAJECTORIES and source.is_file():
-        return read_odometry(source), None
+    of_results = _is_results(source)
+    if of_results or (source.suffix in _TRAJECTORIES and source.is_file()):
+        _refuse_replaying(options)
+        return read_odometry(source), source / _CODES if of_results else None
     request = request_of(options, source, also_read=(options.map,))
     print_notices(request.parameters)
     with request.opened() as opened:
@@ -146,6 +141,21 @@ def _odometry(options: Namespace) -> tuple[DriveOdometry, Path | None]:
             opened, request,
             through=over_passes(total=opened.frame_count, title=request.title))
     return odometry_of(result), None if options.output is None else options.output / _CODES
+
+
+def _refuse_replaying(options: Namespace) -> None:
+    """Refuse the options of a replay where the source is not replayed."""
+    parser = ArgumentParser()
+    add_source(parser)
+    add_parameters(parser)
+    defaults = vars(parser.parse_args(['']))
+    given = [
+        f'--{name.replace("_", "-")}' for name, default in defaults.items()
+        if name != 'source' and getattr(options, name) != default]
+    if given:
+        raise ParameterError(
+            f'{options.source} is not replayed: leave out {", ".join(given)}, or give the'
+            ' recording')
 
 
 def _is_results(source: Path) -> bool:

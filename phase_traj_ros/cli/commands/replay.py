@@ -22,7 +22,7 @@ from phase_traj_ros.cli.options import (
 from phase_traj_ros.cli.progress import over_passes
 from phase_traj_ros.cli.report import print_result
 from phase_traj_ros.io.replay.run import Replay
-from phase_traj_ros.io.sources.base import DEFAULT_SPEED_TOPIC, Entry
+from phase_traj_ros.io.sources.base import Entry
 from phase_traj_ros.tasks.batch.job import replay_source
 
 _EPILOG = f"""
@@ -46,15 +46,6 @@ def add_parser(commands: Any) -> None:
     parser = COMMAND.add_to(commands)
     add_source(parser, several=True)
     add_parameters(parser)
-    parser.add_argument(
-        '--speed-topic', metavar='TOPIC', default=DEFAULT_SPEED_TOPIC,
-        help='topic of a bag with the speed as TwistStamped, TwistWithCovarianceStamped or'
-             ' Odometry, for use_speed_topic (default'
-             f' {DEFAULT_SPEED_TOPIC})')
-    parser.add_argument(
-        '--one-pass', action='store_true',
-        help='learn an unknown camera during the replay, as the node does (default: learn it'
-             ' in a first pass)')
     parser.add_argument(
         '--strict', action='store_true',
         help='fail at a frame that cannot be read or used (default: skip it, and count it)')
@@ -122,15 +113,16 @@ def _warnings(result: Replay) -> Iterator[str]:
     if frames.missing:
         yield (f'{frames.declared} frames are declared, but only {frames.read} could be read: the'
                ' recording is cut off or damaged')
+    if result.unused_calibration:
+        yield f'the calibration is not used: {result.unused_calibration}'
     if result.counters.skipped:
-        yield f'{result.counters.skipped} frames were skipped; the first: {result.first_skipped}'
+        yield f'frames skipped: {result.counters.skipped}; the first: {result.first_skipped}'
     for count, what in (
-            (result.counters.repeated, 'frames have the stamp or the picture of the previous one'),
-            (result.counters.dropped, 'frames with a stamp out of order were dropped'),
-            (result.counters.time_resets, 'times the stamps went back, and the codes started'
-                                          ' again'),
-            (result.counters.unmeasured, 'pairs had nothing to correlate'),
-            (result.counters.reprimed, 'changes of the size of the frames'),
-            (result.pairs_without_speed, 'pairs had no speed and add no distance to the path')):
+            (result.counters.repeated, 'frames with the stamp or the picture of the previous one'),
+            (result.counters.dropped, 'frames dropped, as their stamps are out of order'),
+            (result.counters.time_resets, 'new starts of the codes, as the stamps went back'),
+            (result.counters.unmeasured, 'pairs with nothing to correlate'),
+            (result.counters.reprimed, 'changes of the size or the type of the frames'),
+            (result.pairs_without_speed, 'pairs without a speed, which add no distance')):
         if count:
-            yield f'{count} {what}'
+            yield f'{what}: {count}'

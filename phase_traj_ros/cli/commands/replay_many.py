@@ -11,7 +11,7 @@ import os
 from phase_traj_ros.cli.progress import BY_SOURCE, progress
 from phase_traj_ros.errors import ParameterError
 from phase_traj_ros.io.outputs.manifest import MANIFEST
-from phase_traj_ros.io.outputs.outputs import check_directory
+from phase_traj_ros.io.outputs.protected import check_directory
 from phase_traj_ros.io.results.figures import require_matplotlib
 from phase_traj_ros.tasks.batch.cluster import dask_executor
 from phase_traj_ros.tasks.batch.engine import Batch
@@ -43,7 +43,8 @@ def replay_many(request: ReplayRequest, options: Namespace) -> int | None:
     """Replay all sources; return the exit status, None for success."""
     root, sources = request.output, options.sources
     if root is None:
-        raise ParameterError('several sources need --output DIR, for a folder each')
+        raise ParameterError(
+            'several sources, and --dask, need --output DIR, with a folder for each source')
     require_matplotlib()
     if options.dask is not None:
         # The workers have other working directories.

@@ -27,6 +27,9 @@ class OdometryStep:
         Variance of the distance that is independent of other steps, in squares of its unit.
     yaw_variance
         Variance of the yaw in square radians.
+    scale_variance
+        Variance of the change of the logarithm of the metres per unit during the step: by how much
+        the scale of the odometry drifts beyond the 1 % per root of 100 m that is assumed of any.
     """
 
     stamp_ns: int
@@ -34,6 +37,7 @@ class OdometryStep:
     yaw: float
     distance_variance: float = 0.0
     yaw_variance: float = 0.0
+    scale_variance: float = 0.0
 
     def __post_init__(self) -> None:
         """
@@ -45,15 +49,13 @@ class OdometryStep:
             A number is not finite, or a variance is negative.
 
         """
-        numbers = (self.distance, self.yaw, self.distance_variance, self.yaw_variance)
-        if not all(map(math.isfinite, numbers)):
+        variances = (self.distance_variance, self.yaw_variance, self.scale_variance)
+        if not all(map(math.isfinite, (self.distance, self.yaw, *variances))):
             raise ValueError(
-                f'distance, yaw and their variances are {numbers}: give finite numbers, or report'
-                ' the interruption')
-        if min(self.distance_variance, self.yaw_variance) < 0.0:
-            raise ValueError(
-                f'the variances are {self.distance_variance} and {self.yaw_variance}: give 0 or'
-                ' more')
+                f'distance and yaw are {self.distance} and {self.yaw}, the variances {variances}:'
+                ' give finite numbers, or report the interruption')
+        if min(variances) < 0.0:
+            raise ValueError(f'the variances are {variances}: give 0 or more')
 
     @classmethod
     def between(

@@ -29,7 +29,7 @@ class Hypotheses:
     turned, variance
         Rotation from the axes of the odometry to those of the map, in radians, and its variance.
     trail
-        The last places, (N, 5), the oldest first, as complex numbers in metres.
+        The last places, (5, N), the oldest first, as complex numbers in metres.
     log_weight
         Natural logarithm of the weight, not normalised.
     """
@@ -50,18 +50,21 @@ class Hypotheses:
 
     def take(self, chosen: NDArray[np.int64] | NDArray[np.bool_]) -> 'Hypotheses':
         """Return those with the given indices, or where the mask is true."""
-        return Hypotheses(*(getattr(self, each.name)[chosen] for each in fields(self)))
+        if chosen.dtype == np.bool_:
+            chosen = np.flatnonzero(chosen)
+        return Hypotheses(*(
+            getattr(self, each.name).take(chosen, axis=-1) for each in fields(self)))
 
     def joined(self, others: 'Hypotheses') -> 'Hypotheses':
         """Return these and others."""
         return Hypotheses(*(
-            np.concatenate([getattr(self, each.name), getattr(others, each.name)])
+            np.concatenate([getattr(self, each.name), getattr(others, each.name)], axis=-1)
             for each in fields(self)))
 
     @property
     def places(self) -> Complexes:
         """Return the places, (N,), as complex numbers in metres."""
-        places: Complexes = self.trail[:, -1]
+        places: Complexes = self.trail[-1]
         return places
 
     @property
@@ -78,11 +81,17 @@ def log_sum(log_weight: Floats) -> float:
     return most + float(np.log(np.exp(log_weight - most).sum()))
 
 
+def wrapped(angle: Floats) -> Floats:
+    """Return angles within half a circle, in radians."""
+    # Several times faster than the remainder.
+    result: Floats = angle - 2 * np.pi * np.rint(angle / (2 * np.pi))
+    return result
+
+
 def places_on(roads: RoadMap, piece: Ints, offset: Floats) -> Complexes:
     """Return the places on pieces of road, as complex numbers in metres."""
-    share = offset / roads.length[piece]
-    points = roads.starts[piece] + share[:, None] * (roads.ends[piece] - roads.starts[piece])
-    return np.ascontiguousarray(points).view(np.complex128)[:, 0]
+    places: Complexes = roads.origin.take(piece) + offset * roads.along.take(piece)
+    return places
 
 
 def pruned(them: Hypotheses, settings: LocatorSettings) -> Hypotheses:
@@ -144,6 +153,27 @@ def resampled(them: Hypotheses, most: int, rng: np.random.Generator) -> Hypothes
     heavy = np.flatnonzero(weight >= threshold)
     result = them.take(np.concatenate([heavy, drawn]))
     result.log_weight[len(heavy):] = np.log(threshold) + most_log
+    return result
+
+
+def split(them: Hypotheses, fewest: int) -> Hypotheses:
+    """
+    Return about ``fewest`` hypotheses, if there are less: the heavy ones as several equal ones.
+
+    Those that are split find different places and scales in what follows. The light ones would
+    waste the copies, so that too few would stand for a right place that is not the best one yet.
+    """
+    count = len(them)
+    if not 0 < count < fewest:
+        return them
+    weight = np.exp(them.log_weight - them.log_weight.max())
+    ordered = np.sort(weight)[::-1]
+    # With the k heaviest split into parts of one weight, the others stay as they are.
+    parts = np.cumsum(ordered) / (fewest - count + 1 + np.arange(count))
+    part = parts[np.flatnonzero(ordered >= parts)[-1]]
+    copies = np.maximum(np.rint(weight / part), 1.0).astype(np.int64)
+    result = them.take(np.repeat(np.arange(count), copies))
+    result.log_weight -= np.repeat(np.log(copies), copies)
     return result
 
 

@@ -5,7 +5,7 @@
 import math
 
 import numpy as np
-from phase_traj_ros.core.localization.hypotheses import Hypotheses
+from phase_traj_ros.core.localization.hypotheses import Hypotheses, wrapped
 from phase_traj_ros.core.localization.settings import LocatorSettings
 from phase_traj_ros.core.localization.window import Stride
 
@@ -19,10 +19,10 @@ def judge(them: Hypotheses, stride: Stride, settings: LocatorSettings) -> None:
     The difference of the chords is normally distributed, with a share of outliers. Each rotation
     has a Kalman filter, in which an outlier counts by the probability that it is not one.
     """
-    parts = np.diff(them.trail, axis=1)
-    chord = np.angle(them.trail[:, -1] - them.trail[:, 0])
-    bend = np.abs(np.angle(parts[:, 1:] * parts[:, :-1].conj())).sum(axis=1)
-    off = np.remainder(chord - stride.chord - them.turned + np.pi, 2 * np.pi) - np.pi
+    parts = np.diff(them.trail, axis=0)
+    chord = np.angle(them.trail[-1] - them.trail[0])
+    bend = np.abs(np.angle(parts[1:] * parts[:-1].conj())).sum(axis=0)
+    off = wrapped(chord - stride.chord - them.turned)
     noise = settings.chord_error ** 2 + settings.bend_error ** 2 * (
         stride.bend ** 2 + bend ** 2)
     variance = them.variance + noise

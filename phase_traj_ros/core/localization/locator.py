@@ -16,7 +16,13 @@ from phase_traj_ros.core.localization.fixes import (
     Verdict,
 )
 from phase_traj_ros.core.localization.given import OdometryStep, PositionFix, Prior, ScaleRange
-from phase_traj_ros.core.localization.hypotheses import Hypotheses, merged, pruned, resampled
+from phase_traj_ros.core.localization.hypotheses import (
+    Hypotheses,
+    merged,
+    pruned,
+    resampled,
+    split,
+)
 from phase_traj_ros.core.localization.likelihood import judge, NullRoad
 from phase_traj_ros.core.localization.motion import Motion
 from phase_traj_ros.core.localization.places import Astray, Claim, Place, Places
@@ -118,12 +124,7 @@ class MapLocator:
         them = merged(pruned(self._them, settings), settings, self._rng)
         them = resampled(them, most, self._rng)
         copies = self._scales.after(them, stride, metres)
-        if copies > 1:
-            budget = (
-                settings.fewest_hypotheses if self._claim.leads else settings.most_hypotheses)
-            self._them = self._split(resampled(them, max(budget // copies, 1), self._rng), budget)
-        else:
-            self._them = self._split(them, self._fewest())
+        self._them = split(them, min(copies * self._fewest(), settings.most_hypotheses))
         if self._claim.leads:
             self._leave_sometimes()
         self._found = self._places.best(self._them, self._log_total())
@@ -196,15 +197,6 @@ class MapLocator:
         settings = self._settings
         return settings.fewest_hypotheses if self._claim.leads else min(
             settings.fewest_searching, _PER_PIECE * len(self._roads))
-
-    def _split(self, them: Hypotheses, fewest: int) -> Hypotheses:
-        """Return more hypotheses where there are few."""
-        copies = fewest // max(len(them), 1)
-        if copies < 2:
-            return them
-        them = them.take(np.repeat(np.arange(len(them)), copies))
-        them.log_weight -= math.log(copies)
-        return them
 
     def _estimate(self, stamp_ns: int) -> LocationEstimate:
         place, odometer = self._found[0], self._odometer

@@ -49,15 +49,16 @@ class Motion:
         gain = expected * them.scale_variance / variance
         log_scale, scale_variance = self._drifted(
             them.log_scale + gain * off, them.scale_variance * (1.0 - gain * expected), share)
+        scale_variance += stride.scale_variance
         piece, offset, log_weight, parent = self._along(
             them.piece, them.offset + np.maximum(metres, 0.0), them.log_weight, most)
-        trail = np.empty((len(piece), them.trail.shape[1]), np.complex128)
-        trail[:, :-1] = them.trail[parent, 1:]
-        trail[:, -1] = places_on(self._roads, piece, offset)
+        trail = np.concatenate([
+            them.trail[1:].take(parent, axis=1), places_on(self._roads, piece, offset)[None]])
         noise = settings.heading_noise ** 2 * share + stride.yaw_variance
         return Hypotheses(
-            piece, offset, log_scale[parent], scale_variance[parent], them.known_variance[parent],
-            them.turned[parent], them.variance[parent] + noise, trail, log_weight)
+            piece, offset, log_scale.take(parent), scale_variance.take(parent),
+            them.known_variance.take(parent), them.turned.take(parent),
+            them.variance.take(parent) + noise, trail, log_weight)
 
     def _drifted(
         self, log_scale: Floats, variance: Floats, share: float,

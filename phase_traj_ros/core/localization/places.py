@@ -9,7 +9,12 @@ import math
 
 import numpy as np
 from numpy.typing import NDArray
-from phase_traj_ros.core.localization.hypotheses import Floats, Hypotheses
+from phase_traj_ros.core.localization.hypotheses import (
+    Complexes,
+    Floats,
+    Hypotheses,
+    wrapped,
+)
 from phase_traj_ros.core.localization.roads import RoadMap
 from phase_traj_ros.core.localization.seeding import ExpectedPose
 from phase_traj_ros.core.localization.settings import LocatorSettings
@@ -94,19 +99,26 @@ class Places:
         self, those: Hypotheses, weight: Floats, near: NDArray[np.bool_],
     ) -> NDArray[np.bool_]:
         """Return which hypotheses are at the place around some of them."""
-        places = those.places
-        ahead = np.exp(1j * those.turned)
+        settings, places = self._settings, those.places
         for _ in range(2):
             part = weight[near]
             total = max(float(part.sum()), 1e-300)
-            middle = (part * places[near]).sum() / total
-            mean = (part * ahead[near]).sum()
-            after = (np.abs(places - middle) <= self._settings.mode_m) & (
-                np.abs(np.angle(ahead * mean.conjugate())) <= self._settings.mode_heading)
+            apart = places - (part * places[near]).sum() / total
+            mean = cmath.phase((part * _ahead(those.turned[near])).sum())
+            after = (apart.real ** 2 + apart.imag ** 2 <= settings.mode_m ** 2) & (
+                np.abs(wrapped(those.turned - mean)) <= settings.mode_heading)
             if not after.any():
                 break
             near = after
         return near
+
+
+def _ahead(angle: Floats) -> Complexes:
+    """Return the complex numbers of length 1 in these directions."""
+    ahead = np.empty(len(angle), np.complex128)
+    np.cos(angle, out=ahead.real)
+    np.sin(angle, out=ahead.imag)
+    return ahead
 
 
 def _summary(those: Hypotheses, weight: Floats, near: NDArray[np.bool_]) -> Place:
@@ -115,16 +127,15 @@ def _summary(those: Hypotheses, weight: Floats, near: NDArray[np.bool_]) -> Plac
     share = weight / total if total > 0.0 else np.full(len(weight), 1.0 / len(weight))
     places = those.places[near]
     middle = complex((share * places).sum())
-    ahead = np.exp(1j * those.turned[near])
-    mean = complex((share * ahead).sum())
-    off = np.angle(ahead * mean.conjugate())
+    mean = cmath.phase((share * _ahead(those.turned[near])).sum())
+    off = wrapped(those.turned[near] - mean)
     apart = np.stack([places.real - middle.real, places.imag - middle.imag, off])
     covariance = (share * apart) @ apart.T
     covariance[2, 2] += float((share * those.variance[near]).sum())
     log_scale = those.log_scale[near]
     mean_scale = float((share * log_scale).sum())
     return Place(
-        middle, math.atan2(mean.imag, mean.real), total, covariance, mean_scale,
+        middle, mean, total, covariance, mean_scale,
         math.sqrt(float((share * (
             (log_scale - mean_scale) ** 2 + those.scale_variance[near])).sum())))
 

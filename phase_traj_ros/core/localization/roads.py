@@ -4,12 +4,14 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 import math
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 Floats = NDArray[np.float64]
+Complexes = NDArray[np.complex128]
 Ints = NDArray[np.int64]
 Flags = NDArray[np.bool_]
 
@@ -123,6 +125,17 @@ class RoadMap:
     def area(self) -> float:
         """Return the area of the map in square metres: that of its bounding box, at least 1."""
         return float(max(np.ptp(self.starts, axis=0).prod(), 1.0))
+
+    @cached_property
+    def origin(self) -> Complexes:
+        """Return the start of each piece as a complex number in metres, (N,)."""
+        return self.starts[:, 0] + 1j * self.starts[:, 1]
+
+    @cached_property
+    def along(self) -> Complexes:
+        """Return the direction of each piece as a complex number of length 1, (N,)."""
+        ends = self.ends[:, 0] + 1j * self.ends[:, 1]
+        return (ends - self.origin) / self.length
 
     @property
     def middles(self) -> Floats:

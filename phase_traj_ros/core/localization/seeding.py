@@ -167,7 +167,7 @@ class Seeding:
             piece, offset, np.full(count, self._scales.middle),
             np.full(count, self._scales.spread ** 2), np.full(count, np.inf), turned,
             np.full(count, self._settings.start_heading ** 2),
-            np.empty((count, 0), np.complex128), self._log_chance[piece])
+            np.empty((0, count), np.complex128), self._log_chance[piece])
         them.log_weight = them.log_weight + (log_total - them.log_total)
         return self.retraced(them, odometer)
 
@@ -175,7 +175,7 @@ class Seeding:
         """Return the hypotheses with the trail of the odometer to where they are."""
         turn = np.exp(them.log_scale + 1j * them.turned)
         places = places_on(self._roads, them.piece, them.offset)
-        them.trail = places[:, None] + turn[:, None] * np.array(odometer.trail)
+        them.trail = places + np.array(odometer.trail)[:, None] * turn
         return them
 
 

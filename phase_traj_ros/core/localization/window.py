@@ -29,6 +29,8 @@ class Stride:
         bends, in radians.
     turned
         Change of the direction since the chord before.
+    scale_variance
+        Variance of the change of the logarithm of the scale since the last stride.
     """
 
     distance: float
@@ -39,6 +41,7 @@ class Stride:
     chord: float
     bend: float
     turned: float
+    scale_variance: float = 0.0
 
 
 class Odometer:
@@ -66,7 +69,8 @@ class Odometer:
 
     def _begin_stride(self) -> None:
         self.since = 0j
-        self._distance = self._distance_variance = self._yaw_variance = 0.0
+        self._distance = self._distance_variance = 0.0
+        self._yaw_variance = self._scale_variance = 0.0
 
     @property
     def trail(self) -> tuple[complex, ...]:
@@ -80,6 +84,7 @@ class Odometer:
         self._distance += step.distance
         self._distance_variance += step.distance_variance
         self._yaw_variance += step.yaw_variance
+        self._scale_variance += step.scale_variance
         if self._distance < self._stride:
             return None
         newest = self._trail[-1] + self.since
@@ -92,7 +97,7 @@ class Odometer:
         self._chord = chord
         stride = Stride(
             self._distance, self._distance_variance, self._yaw_variance, self.heading,
-            tuple(self._trail), chord, self._bend(), turned)
+            tuple(self._trail), chord, self._bend(), turned, self._scale_variance)
         self._begin_stride()
         return stride
 

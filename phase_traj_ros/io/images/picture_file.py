@@ -5,7 +5,7 @@
 from pathlib import Path
 from typing import Final
 
-from phase_traj_ros.errors import FrameError, SourceError
+from phase_traj_ros.errors import FrameError, reading, SourceError
 from phase_traj_ros.io.images.decoding import decode_picture_file, GreyImage
 
 PICTURE_SUFFIXES: Final = (
@@ -15,9 +15,9 @@ PICTURE_SUFFIXES: Final = (
 
 def read_picture(path: Path) -> GreyImage:
     """Return the image as greyscale, (H, W); raises SourceError if it cannot be read."""
+    with reading(path):
+        content = path.read_bytes()
     try:
-        return decode_picture_file(path.read_bytes())
-    except OSError as error:
-        raise SourceError(f'{path} cannot be read: {error.strerror}') from error
+        return decode_picture_file(content)
     except FrameError as error:
         raise SourceError(f'{path} cannot be used: {error}') from error

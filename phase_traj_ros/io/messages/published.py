@@ -8,7 +8,6 @@ written offline use the same code.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 import math
 from typing import Any, Final
 
@@ -18,6 +17,7 @@ from phase_traj_ros.core import Corner, Shift, TrajectoryEstimator, Travel, Upda
 from phase_traj_ros.core.codes.text import describe, describe_links
 from phase_traj_ros.core.path.odometry import Odometry
 from phase_traj_ros.io.messages.diagnostics import Level, Report
+from phase_traj_ros.io.messages.topics import CHAIN_CODE, LINKS, Topic
 from phase_traj_ros.parameters import MAX_PATH_POSES, NODE_NAME, Parameters
 
 _NANOSECONDS = 10**9
@@ -29,61 +29,6 @@ _UNKNOWN = 1e6
 _SIDEWAYS = 0.01
 # Indices of the planar motion in x, y, z, roll, pitch and yaw: x, y and yaw.
 _ON_THE_GROUND = np.ix_((0, 1, 5), (0, 1, 5))
-
-
-@dataclass(frozen=True, slots=True)
-class Topic:
-    """A topic that the node publishes; its name is relative to that of the node."""
-
-    name: str
-    type: str  # noqa: A003
-    latched: bool = False
-    """Whether late subscribers receive the last message at once."""
-
-
-PER_PAIR: Final = (
-    Topic('movement', 'std_msgs/msg/UInt8'),
-    Topic('direction', 'std_msgs/msg/UInt8'),
-    Topic('shift', 'geometry_msgs/msg/Vector3Stamped'),
-    Topic('response', 'std_msgs/msg/Float32'),
-    Topic('status', 'std_msgs/msg/String'),
-    Topic('pose', 'geometry_msgs/msg/PoseStamped'),
-    Topic('pair', 'diagnostic_msgs/msg/DiagnosticArray'),
-)
-"""Topics of ``Messages.of_pair``."""
-
-HEADING: Final = (
-    Topic('heading', 'std_msgs/msg/Float64'),
-    Topic('heading_stamped', 'geometry_msgs/msg/QuaternionStamped'),
-    Topic('turn', 'geometry_msgs/msg/Vector3Stamped'),
-    Topic('camera', 'std_msgs/msg/String', latched=True),
-)
-"""Additional topics of ``Messages.of_pair`` if the heading is measured."""
-
-ODOMETRY: Final = Topic('odom', 'nav_msgs/msg/Odometry')
-POSE_WITH_COVARIANCE: Final = Topic(
-    'pose_with_covariance', 'geometry_msgs/msg/PoseWithCovarianceStamped')
-SPEED: Final = Topic('speed', 'geometry_msgs/msg/TwistWithCovarianceStamped')
-"""Additional topics of ``Messages.of_pair`` if the distance is in metres."""
-
-CHAIN_CODE: Final = Topic('chain_code', 'std_msgs/msg/String', latched=True)
-LINKS: Final = Topic('links', 'std_msgs/msg/String', latched=True)
-PATH: Final = Topic('path', 'nav_msgs/msg/Path', latched=True)
-DEBUG_IMAGE: Final = Topic('debug_image', 'sensor_msgs/msg/Image')
-
-
-def pair_topics(parameters: Parameters) -> tuple[Topic, ...]:
-    """Return the topics of ``Messages.of_pair`` for these parameters."""
-    topics: tuple[Topic, ...] = PER_PAIR
-    if parameters.measures_heading:
-        topics += HEADING
-    metric = (ODOMETRY, POSE_WITH_COVARIANCE, SPEED) if parameters.metric else ()
-    return (*topics, *metric)
-
-
-def whole_topics(parameters: Parameters) -> tuple[Topic, ...]:
-    """Return the topics of ``Messages.of_all`` for these parameters."""
-    return (CHAIN_CODE, PATH, LINKS) if parameters.code_step > 0 else (CHAIN_CODE, PATH)
 
 
 class Messages:

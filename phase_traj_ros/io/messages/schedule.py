@@ -6,7 +6,7 @@ from typing import Final
 
 from phase_traj_ros.core import Movement, Update
 from phase_traj_ros.core.codes.freeman import AnyDirection
-from phase_traj_ros.io.messages.published import CHAIN_CODE, LINKS, PATH, Topic, whole_topics
+from phase_traj_ros.io.messages.topics import CHAIN_CODE, LINKS, PATH, Topic, whole_topics
 from phase_traj_ros.parameters import Parameters
 
 CHAIN_CODE_PERIOD_NS: Final = 10**9

@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator
+from collections.abc import Collection, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 import fcntl
@@ -16,9 +16,16 @@ import time
 from types import TracebackType
 from typing import Final
 
-from phase_traj_ros.errors import ForeignFileError, OutputError
+from phase_traj_ros.errors import OutputError
 from phase_traj_ros.io.outputs.commit import commit, Move, uninterrupted, writing_to
 from phase_traj_ros.io.outputs.manifest import MANIFEST, Manifest
+from phase_traj_ros.io.outputs.protected import (
+    check_directory,
+    is_input,
+    real,
+    refuse_foreign,
+    refuse_inputs,
+)
 
 STAGING: Final = '.phase_traj-'
 """Beginning of the names of the folders for unfinished outputs."""
@@ -114,7 +121,7 @@ class Outputs:
 
         """
         check_directory(target, names=names, inputs=self.inputs, force=self.force)
-        folder = _real(target)
+        folder = real(target)
         return self._stage(target, folder, Manifest.of(folder), adds=adds)
 
     def file(self, target: Path) -> Path:
@@ -128,14 +135,14 @@ class Outputs:
 
         """
         with writing_to(target):
-            place = _real(target)
+            place = real(target)
             if target.is_dir():
                 raise OutputError(f'cannot write {target}: it is a directory')
             if target.exists() and not target.is_file():
                 raise OutputError(
                     f'cannot write {target}: it is a device or a pipe, not a file: choose'
                     ' another place')
-            _refuse_inputs(place, target, self.inputs)
+            refuse_inputs(place, target, self.inputs)
         return self._stage(target, place.parent) / place.name
 
     def _stage(
@@ -170,7 +177,7 @@ class Outputs:
         removed: list[str] = []
         if each.manifest is not None:
             for name in tops:
-                _refuse_foreign(each.manifest, name, force=self.force)
+                refuse_foreign(each.manifest, name, force=self.force)
             beside = {
                 name: path for other in self._staged
                 if other.manifest is None and other.folder == each.folder
@@ -180,10 +187,9 @@ class Outputs:
             if each.adds:
                 new = kept.merged(new)
             else:
-                read = _identities(self.inputs)
                 removed = [
                     name for name in kept.owned
-                    if name != MANIFEST and _identity(each.folder / name) not in read]
+                    if name != MANIFEST and not is_input(each.folder / name, self.inputs)]
             new.write(each.staging / MANIFEST)
             tops[MANIFEST] = each.staging / MANIFEST
         aside = each.staging / 'aside'
@@ -192,29 +198,6 @@ class Outputs:
             yield Move(path, each.folder / name, aside / name)
         for name in removed:
             yield Move(None, each.folder / name, aside / name)
-
-
-def check_directory(
-    target: Path, *, names: Iterable[str], inputs: Collection[Path] = (), force: bool = False,
-) -> None:
-    """
-    Raise an error if files of these names must not be written into the folder ``target``.
-
-    Raises
-    ------
-    OutputError
-        The folder is an input or lies in one, or contains a file of one of the names that no
-        earlier run wrote.
-
-    """
-    with writing_to(target):
-        folder = _real(target)
-        _refuse_inputs(folder, target, inputs)
-        manifest, read = Manifest.of(folder), _identities(inputs)
-        for name in (*names, MANIFEST):
-            if _identity(folder / name) in read:
-                raise OutputError(f'{target / name} is an input: choose another output')
-            _refuse_foreign(manifest, name, force=force)
 
 
 @contextmanager
@@ -274,53 +257,3 @@ def _remove_abandoned(folder: Path) -> None:
                     shutil.rmtree(staging)
             finally:
                 os.close(lock)
-
-
-def _real(target: Path) -> Path:
-    return Path(os.path.realpath(target))
-
-
-def _refuse_inputs(place: Path, target: Path, inputs: Collection[Path]) -> None:
-    read = _identities([*inputs, *(link for each in inputs for link in _links_in(each))])
-    if _identity(place) in read:
-        raise OutputError(f'{target} is an input: choose another output')
-    for folder in place.parents:
-        if _identity(folder) in read:
-            raise OutputError(
-                f'{target} lies in the input {folder}, and would become a part of it: choose'
-                ' another output')
-
-
-def _identities(paths: Iterable[Path]) -> set[tuple[int, int]]:
-    return {found for found in map(_identity, paths) if found is not None}
-
-
-def _identity(path: Path) -> tuple[int, int] | None:
-    """Return what tells a file or folder from others, under whatever name; None if absent."""
-    try:
-        found = path.stat()
-    except OSError:
-        return None
-    return found.st_dev, found.st_ino
-
-
-def _links_in(folder: Path) -> list[Path]:
-    """Return the symbolic links in a folder; the pictures of a sequence may be elsewhere."""
-    if not folder.is_dir():
-        return []
-    with os.scandir(folder) as entries:
-        return [Path(entry.path) for entry in entries if entry.is_symlink()]
-
-
-def _refuse_foreign(manifest: Manifest, name: str, *, force: bool) -> None:
-    path = manifest.folder / name
-    if not os.path.lexists(path) or manifest.owns(name):
-        return
-    if path.is_dir() and not path.is_symlink():
-        raise OutputError(
-            f'{path} is a folder that no earlier run wrote: move it away, or choose another'
-            ' output')
-    if not force:
-        raise ForeignFileError(
-            f'{path} was not written by an earlier run, or was changed since: move it away, or'
-            ' choose another output')

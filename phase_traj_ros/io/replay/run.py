@@ -13,6 +13,7 @@ from phase_traj_ros.core import (
     Counters,
     LengthUnit,
     Lens,
+    LensOrigin,
     LinkCode,
     Measured,
     Movement,
@@ -73,6 +74,8 @@ class Replay:
     """Number of each frame in its source, before the selection; None if not known."""
     source_frames: SourceFrames = field(default_factory=SourceFrames)
     """How many frames the source has, as far as it is known."""
+    unused_calibration: str = ''
+    """Why the calibration in the source is not used; empty if it is, or there is none."""
     first_skipped: str = ''
     """The first frame that was skipped, and why; empty if there is none."""
 
@@ -92,6 +95,12 @@ class Replay:
             return LengthUnit.STEP
         told = self.parameters.metric or self.way.states[TravelState.MEASURED] > 0
         return self.parameters.length_unit if told else LengthUnit.STEP
+
+    @property
+    def assumes_camera(self) -> bool:
+        """Return whether distances are measured with a camera that no turn has determined."""
+        return (self.camera is not None and self.camera.origin is LensOrigin.ASSUMED
+                and self.way.states[TravelState.MEASURED] > 0)
 
     @property
     def threshold_px(self) -> float | None:

@@ -15,14 +15,9 @@ from typing import Any, Final, TYPE_CHECKING
 from phase_traj_ros.core import TrajectoryEstimator, Update
 from phase_traj_ros.errors import OutputError, rosbags_missing
 from phase_traj_ros.io.messages.diagnostics import Level, MeasurementReporter, Report
-from phase_traj_ros.io.messages.published import (
-    DEBUG_IMAGE,
-    Messages,
-    pair_topics,
-    Topic,
-    whole_topics,
-)
+from phase_traj_ros.io.messages.published import Messages
 from phase_traj_ros.io.messages.schedule import DIAGNOSTICS_PERIOD_NS, Pace, Schedule
+from phase_traj_ros.io.messages.topics import DEBUG_IMAGE, pair_topics, Topic, whole_topics
 from phase_traj_ros.io.replay.run import Watcher
 from phase_traj_ros.io.results.debug_picture import draw
 from phase_traj_ros.io.sources.base import StampedFrame

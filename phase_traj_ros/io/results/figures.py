@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from phase_traj_ros.core import Axes, Movement, normalised, Shift, to_axes
 from phase_traj_ros.core.codes.codes import Code
-from phase_traj_ros.errors import MissingDependencyError
+from phase_traj_ros.errors import MissingDependencyError, OutputError
 from phase_traj_ros.io.images.decoding import GreyImage
 from phase_traj_ros.io.replay.overview import (
     extremes,
@@ -93,9 +93,16 @@ def write_trajectory_picture(
 
 
 def save(figure: Figure, path: Path) -> None:
-    """Write a figure in the format of its suffix; equal figures give equal bytes."""
+    """
+    Write a figure in the format of its suffix; equal figures give equal bytes.
+
+    Raises OutputError if matplotlib has no such format.
+    """
     from matplotlib import rc_context
-    kind = path.suffix[1:] or 'png'
+    kind = path.suffix[1:].lower() or 'png'
+    if kind not in figure.canvas.get_supported_filetypes():
+        raise OutputError(
+            f'{path.name} is not the name of a picture: end it in .png, .svg or .pdf')
     # Settings of matplotlib are global to the process, and workers of a cluster may be threads.
     with _SETTINGS, rc_context({'svg.hashsalt': 'phase_traj'}):
         figure.savefig(

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Final
 
 from phase_traj_ros.core.camera.model import CameraModel
-from phase_traj_ros.errors import SourceError
+from phase_traj_ros.errors import reading, SourceError
 from phase_traj_ros.io.images.picture_file import read_picture
 from phase_traj_ros.io.sources.times_file import both_ways
 
@@ -52,12 +52,8 @@ def _camera_of(calibration: Path, name: str, picture: Path) -> CameraModel:
 
 def _read_matrix(path: Path, name: str) -> list[float]:
     """Return the 12 numbers of a line ``name: ...``; raises ValueError."""
-    try:
-        lines = path.read_text(encoding='ascii').splitlines()
-    except OSError as error:
-        raise SourceError(f'{path} cannot be read: {error.strerror}') from error
-    except ValueError as error:
-        raise ValueError('it is not a text file') from error
+    with reading(path):
+        lines = path.read_text(encoding='ascii', errors='replace').splitlines()
     found = [line.partition(':')[2].split() for line in lines if line.startswith(f'{name}:')]
     if not found:
         raise ValueError(f'there is no line {name!r}')

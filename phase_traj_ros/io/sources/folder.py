@@ -8,7 +8,7 @@ from pathlib import Path
 import re
 
 from phase_traj_ros.core.camera.model import CameraModel
-from phase_traj_ros.errors import SourceError
+from phase_traj_ros.errors import reading, SourceError
 from phase_traj_ros.io.images.picture_file import PICTURE_SUFFIXES, read_picture
 from phase_traj_ros.io.outputs.manifest import Manifest
 from phase_traj_ros.io.sources.base import (
@@ -83,7 +83,7 @@ def natural_key(name: str) -> tuple[tuple[str | int, ...], str]:
 
 def _pictures_in(folder: Path) -> list[Path]:
     """Return the pictures directly in the folder, in natural order."""
-    try:
+    with reading(folder):
         # Results of earlier runs are not frames.
         results = Manifest.of(folder).owned
         found = [
@@ -92,8 +92,6 @@ def _pictures_in(folder: Path) -> list[Path]:
             and not entry.name.startswith('.') and entry.name not in results
             and entry.is_file()
         ]
-    except OSError as error:
-        raise SourceError(f'{folder} cannot be read: {error.strerror}') from error
     return sorted(found, key=lambda entry: natural_key(entry.name))
 
 

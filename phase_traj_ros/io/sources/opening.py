@@ -15,7 +15,7 @@ import math
 from os import PathLike
 from pathlib import Path
 
-from phase_traj_ros.errors import ParameterError, SourceError
+from phase_traj_ros.errors import ParameterError, reading, SourceError
 from phase_traj_ros.io.sources.base import FrameSource
 from phase_traj_ros.io.sources.selection import EVERYTHING, Selection
 
@@ -62,7 +62,7 @@ def open_source(
     path = Path(path)
     if fps is not None and not (math.isfinite(fps) and _MIN_FPS <= fps <= _MAX_FPS):
         raise ParameterError(f'fps must be a number from {_MIN_FPS} to {_MAX_FPS:.0f}, not {fps}')
-    try:
+    with reading(path):
         is_directory = path.is_dir()
         is_bag = (
             path.suffix.lower() in (*_BAG2_SUFFIXES, _BAG1_SUFFIX) if not is_directory
@@ -75,8 +75,6 @@ def open_source(
             raise SourceError(f'{path} is empty')
         if path.suffix.lower() in _COMPRESSED and not is_directory:
             raise SourceError(f'{path} is compressed: give the folder of the bag, {path.parent}')
-    except (OSError, ValueError) as error:
-        raise SourceError(f'{path} cannot be read: {error}') from error
 
     # Imported here, so that only the packages in use are required and loaded.
     if is_bag:

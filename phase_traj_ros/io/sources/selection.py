@@ -4,10 +4,12 @@
 
 from dataclasses import dataclass
 from enum import auto, Enum
-import math
 from typing import Final
 
 from phase_traj_ros.errors import ParameterError
+
+# 32 years: what is left of 64 bits of nanoseconds after it holds any stamp.
+_MOST = 1e9
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -19,8 +21,8 @@ class Selection:
     stamp (duration None: to the end), every N-th is used, beginning with the first of them. A
     start of 0 excludes no frame, not even one stamped before the first (a bag that was looped).
 
-    Raises ParameterError if start is negative, duration is not positive, either of them is not
-    finite, or every is not a positive whole number.
+    Raises ParameterError if start is negative, duration is not positive, either of them is above
+    1e9 s, or every is not a positive whole number.
     """
 
     start: float = 0.0
@@ -28,10 +30,13 @@ class Selection:
     every: int = 1
 
     def __post_init__(self) -> None:
-        if not (math.isfinite(self.start) and self.start >= 0):
-            raise ParameterError(f'start must be a number of seconds >= 0, not {self.start}')
-        if self.duration is not None and not (math.isfinite(self.duration) and self.duration > 0):
-            raise ParameterError(f'duration must be a number of seconds > 0, not {self.duration}')
+        if not 0 <= self.start <= _MOST:
+            raise ParameterError(
+                f'start must be a number of seconds from 0 to {_MOST:g}, not {self.start}')
+        if self.duration is not None and not 0 < self.duration <= _MOST:
+            raise ParameterError(
+                f'duration must be a number of seconds above 0, at most {_MOST:g}, not'
+                f' {self.duration}')
         if not isinstance(self.every, int) or isinstance(self.every, bool) or self.every < 1:
             raise ParameterError(f'every must be a whole number >= 1, not {self.every}')
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import re
 from typing import Final
 
-from phase_traj_ros.errors import SourceError
+from phase_traj_ros.errors import reading, SourceError
 
 TIMES_FILE: Final = 'times.txt'
 """Name of the file with the stamp of each picture, in seconds, one per line."""
@@ -39,23 +39,28 @@ def read_times(path: Path) -> list[int]:
 
     Blank lines at the end are ignored. Raises SourceError.
     """
-    try:
+    with reading(path):
         lines = path.read_text(encoding='ascii').rstrip().splitlines()
-    except (OSError, ValueError) as error:
-        raise SourceError(f'{path} cannot be read: {error}') from error
     stamps = []
     for number, line in enumerate(lines, 1):
         try:
-            seconds = Decimal(line.strip())
-            fits = abs(seconds) < _MAX_SECONDS
-        except ArithmeticError:
-            fits = False
-        if not fits:
+            stamps.append(nanoseconds(line.strip()))
+        except ValueError as error:
             raise SourceError(
-                f'{path}, line {number}: {line.strip()[:40]!r} is not a time in seconds; correct '
-                'it, or give fps to ignore the file')
-        stamps.append(round(seconds * 1_000_000_000))
+                f'{path}, line {number}: {error}; correct it, or give fps to ignore the file',
+            ) from None
     return stamps
+
+
+def nanoseconds(seconds: str) -> int:
+    """Return a text of seconds in exactly rounded nanoseconds; raises ValueError."""
+    try:
+        time = Decimal(seconds)
+        if abs(time) < _MAX_SECONDS:
+            return round(time * 1_000_000_000)
+    except ArithmeticError:
+        pass
+    raise ValueError(f'{seconds[:40]!r} is not a time in seconds')
 
 
 def stamps_of_pictures(pictures: list[Path], times: Path) -> list[int]:

@@ -13,7 +13,7 @@ import re
 from typing import cast, Final
 
 import cv2
-from phase_traj_ros.errors import SourceError
+from phase_traj_ros.errors import reading, SourceError
 from phase_traj_ros.io.images.decoding import GreyImage
 from phase_traj_ros.io.images.picture_file import PICTURE_SUFFIXES
 from phase_traj_ros.io.sources.base import Candidate, DEFAULT_FPS, FrameSource, index_stamp_ns
@@ -186,11 +186,8 @@ def start_of(path: Path) -> bytes:
     """
     if path.suffix.lower() in PICTURE_SUFFIXES:
         raise SourceError(f'{path} is a single picture; give the folder that holds it')
-    try:
-        with path.open('rb') as file:
-            start = file.read(_SNIFFED_BYTES)
-    except OSError as error:
-        raise SourceError(f'{path} cannot be read: {error.strerror}') from error
+    with reading(path), path.open('rb') as file:
+        start = file.read(_SNIFFED_BYTES)
     # FFmpeg plays text files as terminal output.
     if _is_text(start):
         raise SourceError(

@@ -5,14 +5,8 @@
 from typing import Any
 
 from phase_traj_ros.core import TrajectoryEstimator, Update
-from phase_traj_ros.io.messages.published import (
-    ODOMETRY,
-    pair_topics,
-    PATH,
-    Topic,
-    whole_topics,
-)
 from phase_traj_ros.io.messages.schedule import Schedule
+from phase_traj_ros.io.messages.topics import ODOMETRY, pair_topics, PATH, Topic, whole_topics
 from phase_traj_ros.io.sources.base import StampedFrame
 from phase_traj_ros.parameters import MAX_PATH_POSES, Parameters
 from phase_traj_ros.ros.entities import Entities

@@ -55,6 +55,8 @@ class Outcome:
     """Numbers of frames that were dropped, skipped or repeated."""
     length_unit: LengthUnit = LengthUnit.METRE
     """Unit of the distance."""
+    camera: str = ''
+    """Camera in use at the end, and where it is from; empty if it was not used."""
 
 
 Progress = Callable[[int, 'int | None'], object]
@@ -76,8 +78,8 @@ def run_request(request: ReplayRequest, progress: Progress) -> Outcome:
         source=str(request.source), folder=folder_of(request), status=Status.OK,
         frames=result.frames, turns=len(turn_marks(result)), reliability=result.reliability,
         seconds=time.monotonic() - began, route=_route(result), way=result.way,
-        counters=result.counters,
-        length_unit=result.parameters.length_unit)
+        counters=result.counters, length_unit=result.parameters.length_unit,
+        camera='' if result.camera is None else str(result.camera))
 
 
 def failure(

@@ -12,7 +12,7 @@ from typing import Final
 from uuid import uuid4
 
 from phase_traj_ros.errors import ParameterError
-from phase_traj_ros.io.outputs.outputs import check_directory
+from phase_traj_ros.io.outputs.protected import check_directory
 from phase_traj_ros.io.results.bag import SUFFIX
 from phase_traj_ros.io.results.files import RESULT_NAMES
 from phase_traj_ros.io.sources.base import DEFAULT_SPEED_TOPIC, FrameSource

@@ -22,7 +22,7 @@ SUMMARY_NAMES: Final = (CSV_NAME, HTML_NAME)
 COLUMNS: Final = (
     'source', 'folder', 'status', 'frames', 'turns', 'seconds', 'error', 'reliable', 'reasons',
     'distance', 'distance_unit', 'distance_states',
-    'dropped_frames', 'skipped_frames', 'repeated_frames')
+    'dropped_frames', 'skipped_frames', 'repeated_frames', 'camera')
 
 # Signs that begin a formula.
 _FORMULA = ('=', '+', '-', '@', '\t', '\r')
@@ -58,7 +58,7 @@ def _row(outcome: Outcome) -> list[str]:
         str(outcome.turns), f'{outcome.seconds:.2f}', outcome.error,
         '' if found is None else str(found.reliable).lower(),
         '' if found is None else ' '.join(found.words),
-        *_way_cells(outcome), *_frame_cells(outcome)]
+        *_way_cells(outcome), *_frame_cells(outcome), outcome.camera]
 
 
 def _as_text(cell: str) -> str:

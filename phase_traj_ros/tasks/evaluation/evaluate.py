@@ -15,7 +15,8 @@ import numpy as np
 from phase_traj_ros.core.codes.codes import Movement
 from phase_traj_ros.core.codes.freeman import AnyDirection
 from phase_traj_ros.core.codes.from_heading import HeadingCode
-from phase_traj_ros.tasks.evaluation.ground_truth import GroundTruth, match, MatchedTruth
+from phase_traj_ros.tasks.evaluation.ground_truth import GroundTruth
+from phase_traj_ros.tasks.evaluation.matched_truth import match, MatchedTruth
 from phase_traj_ros.tasks.evaluation.odometry_errors import distance_error, relative_errors
 from phase_traj_ros.tasks.evaluation.replayed_drive import ReplayedDrive
 from phase_traj_ros.tasks.evaluation.scores import (

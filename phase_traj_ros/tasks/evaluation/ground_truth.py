@@ -9,22 +9,22 @@ Whatever the axes of the file, the result starts at the origin with heading 0, i
 
 from __future__ import annotations
 
-from collections.abc import Collection
 from dataclasses import dataclass
-from decimal import Decimal
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from phase_traj_ros.errors import ResultError, SourceError
-from phase_traj_ros.io.sources.times_file import both_ways, read_times, TIMES_FILE
+from phase_traj_ros.errors import reading, SourceError
+from phase_traj_ros.io.sources.times_file import (
+    both_ways,
+    nanoseconds,
+    read_times,
+    TIMES_FILE,
+)
 
 _KITTI_COLUMNS, _TUM_COLUMNS = 12, 8
-_NANO = 1_000_000_000
 # Tolerance of the 3 x 3 part of a KITTI pose as a rotation, and of a quaternion's length.
 _TOLERANCE = 0.02
-# A frame may be this far outside the time of the ground truth, in seconds.
-_OUTSIDE = 0.05
 # Axes of a body (forward, up): column of its rotation matrix, and sign.
 _ROS_BODY = ((0, 1.0), (2, 1.0))
 _OPTICAL_BODY = ((2, 1.0), (1, -1.0))
@@ -51,23 +51,6 @@ class GroundTruth:
     def __len__(self) -> int:
         """Return the number of poses."""
         return len(self.headings)
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class MatchedTruth:
-    """
-    The ground truth at the frames of a replay, relative to the first of them.
-
-    frames
-        (M,) numbers of the frames that the ground truth covers, consecutive.
-    stamps_ns, headings, positions
-        At these frames: nanoseconds, radians, metres as in ``GroundTruth``.
-    """
-
-    frames: NDArray[np.int64]
-    stamps_ns: NDArray[np.int64]
-    headings: NDArray[np.float64]
-    positions: NDArray[np.float64]
 
 
 def read_ground_truth(path: Path) -> GroundTruth:
@@ -104,95 +87,10 @@ def read_ground_truth(path: Path) -> GroundTruth:
     return _on_the_ground(rotations, places, body, stamps_ns)
 
 
-def match(
-    truth: GroundTruth, stamps_ns: NDArray[np.int64], *,
-    numbers: NDArray[np.int64] | None = None, counts: Collection[int] = (),
-    align_start: bool = False,
-) -> MatchedTruth:
-    """
-    Return the ground truth at the frames of a replay.
-
-    With times, the ground truth is interpolated. Without, pose i belongs to frame i of the source.
-
-    Parameters
-    ----------
-    truth
-        The whole ground truth.
-    stamps_ns
-        (n,) stamps of the frames of the replay, nanoseconds, which rise.
-    numbers
-        (n,) numbers of these frames in the source, from 0 on; None if the replay has all frames.
-    counts
-        Possible numbers of all frames of the source; empty if not known.
-    align_start
-        Whether the first pose belongs to the first frame, whatever their times.
-
-    Raises
-    ------
-    ResultError
-        Fewer than two frames are covered; there are no times, and the number of poses is not that
-        of the frames; or the times do not overlap at all, without ``align_start``.
-
-    """
-    if truth.stamps_ns is None:
-        at_frame = _poses_of(len(truth), len(stamps_ns), numbers, counts)
-        return _rebased(
-            np.arange(len(stamps_ns)), stamps_ns, truth.headings[at_frame],
-            truth.positions[at_frame])
-    given = truth.stamps_ns
-    margin = round(_OUTSIDE * _NANO)
-    if align_start:
-        given = given - given[0] + stamps_ns[0]
-    elif stamps_ns[-1] < given[0] - margin or stamps_ns[0] > given[-1] + margin:
-        raise ResultError(
-            f'the ground truth lasts from {_span(given)}, the replay from {_span(stamps_ns)}: if'
-            ' both begin at the same moment and only their clocks differ, give align_start')
-    frames = np.flatnonzero(
-        (stamps_ns >= given[0] - margin) & (stamps_ns <= given[-1] + margin))
-    if len(frames) < 2:
-        raise ResultError('the ground truth covers fewer than two frames: is it of this drive?')
-    # Differences first: a float cannot represent the nanoseconds of an epoch.
-    at = (stamps_ns[frames] - given[0]) / _NANO
-    times = (given - given[0]) / _NANO
-    headings = np.interp(at, times, truth.headings)
-    positions = np.stack(
-        [np.interp(at, times, axis) for axis in truth.positions.T], axis=1)
-    return _rebased(frames, stamps_ns[frames], headings, positions)
-
-
-def _poses_of(
-    poses: int, frames: int, numbers: NDArray[np.int64] | None, counts: Collection[int],
-) -> NDArray[np.int64]:
-    """Return the number of the pose of each frame, where pose i belongs to frame i."""
-    if numbers is None:
-        numbers, counts = np.arange(frames), {frames}
-    if (poses not in counts) if counts else (poses <= numbers[-1]):
-        known = ' or '.join(map(str, sorted(counts))) or f'at least {numbers[-1] + 1}'
-        raise ResultError(
-            f'the ground truth has {poses} poses without times, and the recording {known} frames:'
-            ' give a file with times, or the poses of these frames')
-    return numbers
-
-
-def _span(stamps_ns: NDArray[np.int64]) -> str:
-    return f'{stamps_ns[0] / _NANO:.3f} to {stamps_ns[-1] / _NANO:.3f} s'
-
-
-def _rebased(
-    frames: NDArray[np.int64], stamps_ns: NDArray[np.int64], headings: NDArray[np.float64],
-    positions: NDArray[np.float64],
-) -> MatchedTruth:
-    sine, cosine = np.sin(headings[0]), np.cos(headings[0])
-    turned = (positions - positions[0]) @ np.array([[cosine, -sine], [sine, cosine]])
-    return MatchedTruth(frames, stamps_ns, headings - headings[0], turned)
-
-
 def _read(path: Path) -> tuple[NDArray[np.int64] | None, NDArray[np.float64]]:
     """Return the times of the poses in nanoseconds, where given, and the other columns."""
-    try:
+    with reading(path):
         lines = path.read_text(encoding='ascii').splitlines()
-    except (OSError, ValueError) as error:
-        raise SourceError(f'{path} cannot be read: {error}') from None
     rows = [line.split() for line in lines if line.strip() and not line.lstrip().startswith('#')]
     if len(rows) < 2:
         raise SourceError(f'{path} holds fewer than two poses: give KITTI poses or a TUM file')
@@ -208,13 +106,12 @@ def _read(path: Path) -> tuple[NDArray[np.int64] | None, NDArray[np.float64]]:
     timed = columns != _KITTI_COLUMNS
     try:
         values = np.array([row[timed:] for row in rows], np.float64)
-        # A float cannot represent the nanoseconds of an epoch.
-        times = [round(Decimal(row[0]) * _NANO) for row in rows] if timed else None
-    except (ArithmeticError, ValueError) as error:
-        raise SourceError(f'{path} holds something else than numbers: {error}') from None
+        times = np.array([nanoseconds(row[0]) for row in rows]) if timed else None
+    except ValueError as error:
+        raise SourceError(f'{path} holds something else than poses: {error}') from None
     if not np.isfinite(values).all():
         raise SourceError(f'{path} holds NaN or infinity')
-    return None if times is None else np.array(times, np.int64), values
+    return times, values
 
 
 def _rising(path: Path, stamps: NDArray[np.int64]) -> NDArray[np.int64]:

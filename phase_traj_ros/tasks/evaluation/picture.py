@@ -13,7 +13,7 @@ from phase_traj_ros.core import Axes, LengthUnit, to_axes
 from phase_traj_ros.io.results.figures import new_figure, save
 from phase_traj_ros.io.results.palette import LIGHT
 from phase_traj_ros.tasks.evaluation.evaluate import Evaluation, PathErrors
-from phase_traj_ros.tasks.evaluation.ground_truth import MatchedTruth
+from phase_traj_ros.tasks.evaluation.matched_truth import MatchedTruth
 from phase_traj_ros.tasks.evaluation.replayed_drive import ReplayedDrive
 from phase_traj_ros.tasks.evaluation.scores import aligned, true_turns
 

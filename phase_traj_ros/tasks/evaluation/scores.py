@@ -11,7 +11,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 from phase_traj_ros.core.heading.turns import find_turns, MIN_ANGLE_DEG, Turn
-from phase_traj_ros.tasks.evaluation.ground_truth import MatchedTruth
+from phase_traj_ros.tasks.evaluation.matched_truth import MatchedTruth
 
 # Turns within this margin of the smallest angle of a turn are not scored.
 _MARGIN_DEG = 5.0

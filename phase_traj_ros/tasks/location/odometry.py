@@ -14,7 +14,7 @@ from typing import Any, Final
 
 from phase_traj_ros.core import LengthUnit, PairStatus
 from phase_traj_ros.core.localization.given import OdometryStep, ScaleRange
-from phase_traj_ros.errors import ResultError, SourceError
+from phase_traj_ros.errors import reading, ResultError, SourceError
 from phase_traj_ros.io.replay.run import Replay
 from phase_traj_ros.tasks.evaluation.ground_truth import read_ground_truth
 from phase_traj_ros.tasks.evaluation.replayed_drive import replay_files
@@ -112,12 +112,10 @@ def read_odometry(path: Path) -> DriveOdometry:
     """
     if path.is_dir():
         return _read_results(path)
-    try:
+    with reading(path):
         if holds_links(path):
             return _of_links(path)
         content = path.read_bytes()
-    except OSError as error:
-        raise SourceError(f'{path} cannot be read: {error}') from None
     if not _NUMBER.search(content):
         what = 'holds neither poses nor' if content.strip() else 'is empty: give poses or'
         raise SourceError(

@@ -33,6 +33,7 @@ def test_the_scale_is_between_its_bounds():
 @pytest.mark.parametrize('wrong', [
     lambda: OdometryStep(stamp_ns=0, distance=math.nan, yaw=0.0),
     lambda: OdometryStep(stamp_ns=0, distance=1.0, yaw=0.0, yaw_variance=-1.0),
+    lambda: OdometryStep(stamp_ns=0, distance=1.0, yaw=0.0, scale_variance=-1.0),
     lambda: ScaleRange(2.0, 1.0),
     lambda: ScaleRange(0.0, 1.0),
     lambda: Prior(math.inf, 0.0, 5.0),

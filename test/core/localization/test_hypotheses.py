@@ -4,7 +4,13 @@
 
 import numpy as np
 from phase_traj_ros.core import LocatorSettings
-from phase_traj_ros.core.localization.hypotheses import Hypotheses, merged, pruned, resampled
+from phase_traj_ros.core.localization.hypotheses import (
+    Hypotheses,
+    merged,
+    pruned,
+    resampled,
+    split,
+)
 import pytest
 
 SETTINGS = LocatorSettings()
@@ -14,7 +20,7 @@ def some(log_weight, piece=None, offset=0.5):
     count = len(log_weight)
     return Hypotheses(
         np.arange(count) if piece is None else np.asarray(piece), np.full(count, offset),
-        *np.zeros((4, count)), np.ones(count), np.zeros((count, 5), complex),
+        *np.zeros((4, count)), np.ones(count), np.zeros((5, count), complex),
         np.asarray(log_weight, float))
 
 
@@ -63,3 +69,19 @@ def test_resampling_keeps_the_heavy_and_the_expected_weights():
 def test_few_hypotheses_are_not_resampled():
     them = some([0.0, -1.0])
     assert resampled(them, 2, np.random.default_rng(0)) is them
+
+
+def test_the_heavy_are_split_into_parts_of_one_weight():
+    weight = np.array([0.6, 0.3, 0.05, 0.03, 0.02])
+    parts = split(some(np.log(weight)), 34)
+    np.testing.assert_allclose(np.bincount(parts.piece, np.exp(parts.log_weight)), weight)
+    count = np.bincount(parts.piece)
+    assert len(parts) == pytest.approx(34, abs=3)
+    assert np.ptp((weight / count)[:3]) < 0.5 * weight[2]
+    assert (np.diff(count) <= 0).all() and count.min() == 1
+
+
+@pytest.mark.parametrize('count', [0, 4, 5])
+def test_enough_hypotheses_are_not_split(count):
+    them = some(np.zeros(count))
+    assert split(them, 4 if count else 9) is them

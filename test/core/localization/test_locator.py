@@ -59,6 +59,16 @@ def test_what_is_said_of_the_error_is_true(found, poses):
     assert 0.3 < np.sqrt(np.mean((off / said) ** 2)) < 2.5
 
 
+def test_a_scale_that_drifts_out_of_its_prior_is_followed_where_the_odometer_says_so(town, poses):
+    half = len(poses) // 2
+    steps = [
+        replace(step, distance=step.distance * math.exp(max(number - half, 0) * 2.5e-4),
+                scale_variance=1e-4)
+        for number, step in enumerate(steps_of(poses, seed=1))]
+    off = errors(follow(on_map(town), steps), poses)
+    assert np.median(off[-100:]) < 10.0
+
+
 def test_candidates_are_sorted_and_share_the_probability(found):
     for estimate in found[::100]:
         shares = [each.probability for each in estimate.candidates]

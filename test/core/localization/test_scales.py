@@ -23,7 +23,7 @@ def some(count=20):
     """Return hypotheses with the scale of the prior, of which nothing is known yet."""
     return Hypotheses(
         np.arange(count), np.zeros(count), np.full(count, MIDDLE), np.full(count, PRIOR),
-        np.full(count, np.inf), np.zeros(count), np.zeros(count), np.zeros((count, 5), complex),
+        np.full(count, np.inf), np.zeros(count), np.zeros(count), np.zeros((5, count), complex),
         np.zeros(count))
 
 

@@ -6,7 +6,8 @@ from pathlib import Path
 
 import numpy as np
 from phase_traj_ros.core import Corner, Odometry
-from phase_traj_ros.io.messages.published import Messages, pair_topics, SPEED
+from phase_traj_ros.io.messages.published import Messages
+from phase_traj_ros.io.messages.topics import pair_topics, SPEED
 from phase_traj_ros.parameters import NODE_NAME, Parameters
 import pytest
 from rosbags import typesys

@@ -5,8 +5,8 @@
 from types import SimpleNamespace
 
 from phase_traj_ros.core import Direction, Movement
-from phase_traj_ros.io.messages.published import CHAIN_CODE, LINKS, PATH
 from phase_traj_ros.io.messages.schedule import Pace, Schedule
+from phase_traj_ros.io.messages.topics import CHAIN_CODE, LINKS, PATH
 from phase_traj_ros.parameters import Parameters
 
 TENTH = 10**8

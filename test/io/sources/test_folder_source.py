@@ -261,7 +261,7 @@ def test_folders_without_a_calibration(tmp_path):
     (b'P0: 7 0 x 0 0 7 2 0 0 0 1 0', "could not convert string to float: 'x'"),
     (b'P0: -7 0 3 0 0 7 2 0 0 0 1 0', 'fx is -7.0: give a number of pixels'),
     (b'P0: 7 0 nan 0 0 7 2 0 0 0 1 0', 'cx is nan'),
-    (b'\xff\xfe\x00', 'it is not a text file'),
+    (b'\xff\xfe\x00', "no line 'P0'"),
 ])
 def test_kitti_calibration_that_is_broken(tmp_path, content, message):
     fill(tmp_path / 'image_0', ['0.png'])

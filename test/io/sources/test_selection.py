@@ -47,6 +47,7 @@ def test_selection(selection, expected):
 
 @pytest.mark.parametrize('fields', [
     {'start': -0.1}, {'start': float('nan')}, {'start': float('inf')},
+    {'start': 1e300}, {'duration': 1e300},
     {'duration': 0}, {'duration': -1.0}, {'duration': float('nan')}, {'duration': float('inf')},
     {'every': 0}, {'every': -1}, {'every': 1.5}, {'every': True},
 ])

@@ -5,7 +5,8 @@
 import numpy as np
 from phase_traj_ros.errors import ResultError, SourceError
 from phase_traj_ros.synthetic import poses_from_kitti
-from phase_traj_ros.tasks.evaluation.ground_truth import match, read_ground_truth
+from phase_traj_ros.tasks.evaluation.ground_truth import read_ground_truth
+from phase_traj_ros.tasks.evaluation.matched_truth import match
 import pytest
 
 SECOND = 10**9
@@ -190,9 +191,12 @@ def test_unrelated_clocks_start_together_if_asked_for(write):
     ('0 0 0 0 0 0 0 1\n1 0 0 0 0 0 0\n', 'pose 2: 7 columns'),
     ('0 0 0 0 0 0 0 2\n1 0 0 0 0 0 0 2\n', 'not quaternions'),
     ('0 0 0 0 0 0 0 1\n0 0 0 0 0 0 0 1\n', 'do not rise'),
-    ('x 0 0 0 0 0 0 1\ny 0 0 0 0 0 0 1\n', 'else than numbers'),
+    ('x 0 0 0 0 0 0 1\ny 0 0 0 0 0 0 1\n', "'x' is not a time in seconds"),
+    # Nanoseconds of an epoch, as some recorders write them.
+    (f'{16 * 10**17} 0 0 0 0 0 0 1\n{17 * 10**17} 0 0 0 0 0 0 1\n', 'not a time in seconds'),
+    ('1e300 0 0 0 0 0 0 1\n2e300 0 0 0 0 0 0 1\n', 'not a time in seconds'),
     ('0 0 0 nan 0 0 0 1\n1 0 0 0 0 0 0 1\n', 'NaN'),
-    ('0 a 0 0 0 0 0 1\n1 0 0 0 0 0 0 1\n', 'else than numbers'),
+    ('0 a 0 0 0 0 0 1\n1 0 0 0 0 0 0 1\n', 'else than poses'),
     ('1 2 3 4 5 6 7 8 9 10 11 12\n' * 2, 'not rotations'),
 ])
 def test_refuses_invalid_trajectories(tmp_path, text, message):
@@ -203,5 +207,8 @@ def test_refuses_invalid_trajectories(tmp_path, text, message):
 
 
 def test_refuses_unreadable_files(tmp_path):
-    with pytest.raises(SourceError, match='cannot be read'):
+    with pytest.raises(SourceError, match=r'absent.txt cannot be read: No such file'):
         read_ground_truth(tmp_path / 'absent.txt')
+    (tmp_path / 'noise.txt').write_bytes(bytes(range(256)))
+    with pytest.raises(SourceError, match=r'noise.txt cannot be read: it is not a text file'):
+        read_ground_truth(tmp_path / 'noise.txt')

@@ -5,26 +5,14 @@
 from collections import Counter
 from collections.abc import Sequence
 from html import escape
-import math
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-from phase_traj_ros.core import (
-    Axes,
-    CodeSeries,
-    Direction,
-    Freeman,
-    Movement,
-    normalised,
-    to_axes,
-)
-from phase_traj_ros.core.codes.freeman import to_four
+from phase_traj_ros.core import CodeSeries, Direction, Movement
 from phase_traj_ros.io.replay.data_health import data_health, DataHealth, LOW_RESPONSE
 from phase_traj_ros.io.replay.overview import Overview, overview, TurnMark
 from phase_traj_ros.io.replay.run import Replay
-from phase_traj_ros.io.results.files import versions
+from phase_traj_ros.io.results.content import versions
 from phase_traj_ros.io.results.report.page import (
     Cell,
     data_uri,
@@ -35,18 +23,15 @@ from phase_traj_ros.io.results.report.page import (
     template,
     write_page,
 )
+from phase_traj_ros.io.results.report.script_data import MOVEMENT_COLOURS, script_data
 from phase_traj_ros.io.results.thumbnails import Thumbnail
 from phase_traj_ros.parameter_spec import Spec
 from phase_traj_ros.parameters import Parameters, specs
 
-# Names of the palette colours, by code.
-_MOVEMENT_COLOURS = {
-    Movement.LEFT: '--left', Movement.FORWARD: '--forward', Movement.RIGHT: '--right',
-    Movement.NO_CHANGE: '--rest'}
 _REMARKS = {Movement.NO_CHANGE: ' (the turn continues, or the pair cannot be judged)'}
 _LEGEND = (
     *((code.label + _REMARKS.get(code, ''), colour)
-      for code, colour in _MOVEMENT_COLOURS.items()),
+      for code, colour in MOVEMENT_COLOURS.items()),
     (Direction.BACKWARD.label, '--backward'))
 
 
@@ -81,10 +66,10 @@ def write_report(
         'turns': _turns(shown.turns),
         'trust': _trust(result, left_out),
         'health': _health(result, health),
-        'settings': _settings(result.parameters),
+        'settings': _settings(result),
         'codes': _codes(result),
         'picture': data_uri(picture.read_bytes(), picture.suffix),
-        'data': script_json(_data(result, shown, thumbnails)),
+        'data': script_json(script_data(result, shown, thumbnails)),
         'footer': 'Made by ' + ', '.join(
             f'{name} {version}' for name, version in versions().items()),
     })
@@ -151,6 +136,9 @@ def _trust(result: Replay, left_out: bytes | None) -> Markup:
     """Return the reasons to doubt the result, the cuts, and the areas that are left out."""
     notes = [
         f'<p class="warn">{escape(reason.sentence)}</p>' for reason in result.reliability.reasons]
+    if result.assumes_camera:
+        notes.append(
+            '<p>No turn has determined the camera: the distance is for the assumed one.</p>')
     if result.threshold_hint is not None:
         hint = result.threshold_hint.sentence
         notes.append(f'<p class="warn">{escape(hint[0].upper() + hint[1:])}.</p>')
@@ -190,12 +178,13 @@ def _health(result: Replay, health: DataHealth) -> Markup:
         for name, value, bad in rows])
 
 
-def _settings(parameters: Parameters) -> Markup:
-    changed = parameters.changed
+def _settings(result: Replay) -> Markup:
+    parameters, changed = result.parameters, result.parameters.changed
+    camera = '' if result.camera is None else f'<p>Camera: {escape(str(result.camera))}.</p>'
     note = Markup('<p>All parameters have their defaults.</p>')
     every = _setting_rows(parameters, specs())
     return Markup(
-        (_setting_rows(parameters, changed) if changed else note).html
+        camera + (_setting_rows(parameters, changed) if changed else note).html
         + f'<details><summary>All parameters</summary>{every.html}</details>')
 
 
@@ -224,58 +213,6 @@ def _links(result: Replay) -> str:
 
 def _runs(series: CodeSeries[Any]) -> str:
     return ' '.join(f'{int(run.code)}×{run.count}' for run in series.runs)
-
-
-def _data(
-    result: Replay, shown: Overview, thumbnails: Sequence[Thumbnail],
-) -> dict[str, Any]:
-    """Return the data for the script; series of codes are strings of one digit per pair."""
-    names = sorted({update.status.value for update in result.updates})
-    places = {name: place for place, name in enumerate(names)}
-    return {
-        'seconds': _numbers(shown.seconds, 4),
-        'dx': _numbers(shown.dx, 2),
-        'response': _numbers(shown.response, 4),
-        'heading': None if shown.heading_deg is None else _numbers(shown.heading_deg, 2),
-        'speed': None if shown.speed is None else _numbers(shown.speed, 3),
-        'speed_unit': f'{result.parameters.length_unit.value}/s',
-        'distance_state': None if shown.speed is None else [
-            '' if update.travel is None else update.travel.state.value
-            for update in result.updates],
-        'movement': ''.join(str(int(update.step.movement)) for update in result.updates),
-        'direction': ''.join(str(int(update.step.direction)) for update in result.updates),
-        'movements': [code.label for code in _MOVEMENT_COLOURS],
-        'movement_colours': list(_MOVEMENT_COLOURS.values()),
-        # The drawing is independent of the unit; normalised values need few digits.
-        'path': np.round(normalised(to_axes(shown.path, Axes.FIGURE)), 4).tolist(),
-        'statuses': names,
-        'status': [places[update.status.value] for update in result.updates],
-        'threshold': result.threshold_px,
-        **_directions(result.codes.directions),
-        'low_response': LOW_RESPONSE,
-        'turns': [{
-            'number': turn.number,
-            'side': turn.side.label,
-            'pair': turn.pair, 'end': turn.end_pair,
-            'start': round(turn.start_s, 4), 'stop': round(turn.end_s, 4),
-        } for turn in shown.turns],
-        'thumbnails': [
-            {'frame': each.frame, 'src': data_uri(each.jpeg, '.jpg')} for each in thumbnails],
-    }
-
-
-def _directions(codes: type[Direction] | type[Freeman]) -> dict[str, list[str]]:
-    """Return names and colours by code; a diagonal has the colour of an adjacent direction."""
-    each = sorted(codes)
-    four = [to_four(code) if isinstance(code, Freeman) else code for code in each]
-    return {
-        'directions': [code.label for code in each],
-        'direction_colours': [f'--{code.label}' for code in four],
-    }
-
-
-def _numbers(values: NDArray[np.float64], digits: int) -> list[float | None]:
-    return [round(value, digits) if math.isfinite(value) else None for value in values.tolist()]
 
 
 def _milliseconds(seconds: float) -> str:
