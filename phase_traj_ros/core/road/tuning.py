@@ -61,8 +61,8 @@ class RoadTuning:
     driven: float = 0.02
     """...and above this, the road has slid by more than ``fixed_cells``..."""
     nearest: float = 1.8
-    """...as what the blocks show is at least this far away: the road 15 degrees down is at 3.7, and
-    house fronts of narrow streets were at 2.0."""
+    """...as what the blocks show is at least this far away: the road 15 degrees down is at 3.7,
+    and house fronts of narrow streets were at 2.0."""
     learns: float = 0.2
     """The road has moved on, for the pattern that does not, if it has slid by this."""
     pattern_patches: int = 20
@@ -118,8 +118,8 @@ class RoadTuning:
     profile_share: float = 0.8
     """A speed counts if this share of the pairs that show any could show it."""
     profile_score: float = 6.0
-    """Least height of its peak above the median, in standard deviations of one pair of two patches,
-    divided by the root of the number of pairs..."""
+    """Least height of its peak above the median, in standard deviations of one pair, divided by
+    the root of the number of pairs..."""
     profile_newest: float = 2.0
     """...in the mean, and this in the newest pair..."""
     profile_ratio: float = 1.4
