@@ -89,11 +89,24 @@ def test_everything_of_one_source(folder, tmp_path, capsys):
         assert len(list(source)) == len(PLACES) - 1
 
 
+def rendered(folder, *seeds):
+    """Write the pictures of a straight drive for each seed, one after the other."""
+    folder.mkdir()
+    plans = [
+        plan_drive('straight', [Straight(1.5)], seed=seed,
+                   camera=Camera.with_field_of_view(320, 240, 70)) for seed in seeds]
+    for index, frame in enumerate(frame for plan in plans for frame in render_drive(plan)):
+        cv2.imwrite(str(folder / f'{index:02}.png'), frame)
+
+
+def test_a_cut_to_a_new_scene_is_said(tmp_path, capsys):
+    rendered(tmp_path / 'film', 8, 3)
+    assert run('replay', tmp_path / 'film', '-p', 'hfov_deg:=70.0') == 0
+    assert 'warning: cuts to a new scene: 1\n' in capsys.readouterr().out
+
+
 def test_a_distance_says_that_the_camera_is_assumed(tmp_path, capsys):
-    drive = plan_drive('straight', [Straight(1.5)], camera=Camera.with_field_of_view(320, 240, 70))
-    (tmp_path / 'drive').mkdir()
-    for index, frame in enumerate(render_drive(drive)):
-        cv2.imwrite(str(tmp_path / 'drive' / f'{index:02}.png'), frame)
+    rendered(tmp_path / 'drive', 8)
     printed, reports = [], []
     for camera in ((), ('-p', 'hfov_deg:=70.0')):
         assert run(
