@@ -45,29 +45,22 @@ def pytest_configure(config):
             sys.modules[name] = None
 
 
+def shared(folder, variable):
+    """Return a folder of data, ../shared/FOLDER beside the project if the variable is not set."""
+    beside = Path(__file__).resolve().parents[2] / 'shared' / folder
+    root = Path(os.environ.get(variable, beside))
+    if not root.is_dir():
+        pytest.skip(f'no data in {root} (set {variable})')
+    return root
+
+
 @pytest.fixture(scope='session')
 def kitti_root() -> Path:
-    """
-    Return the folder with the KITTI clips; skip the test if there is none.
-
-    It is given by PHASE_TRAJ_KITTI; the default is ../shared/kitti beside the project.
-    """
-    beside = Path(__file__).resolve().parents[2] / 'shared' / 'kitti'
-    root = Path(os.environ.get('PHASE_TRAJ_KITTI', beside))
-    if not root.is_dir():
-        pytest.skip(f'no KITTI clips in {root} (set PHASE_TRAJ_KITTI)')
-    return root
+    """Return the folder with the KITTI clips; skip the test if there is none."""
+    return shared('kitti', 'PHASE_TRAJ_KITTI')
 
 
 @pytest.fixture(scope='session')
 def maps_root() -> Path:
-    """
-    Return the folder with the road maps; skip the test if there is none.
-
-    It is given by PHASE_TRAJ_MAPS; the default is ../shared/maps beside the project.
-    """
-    beside = Path(__file__).resolve().parents[2] / 'shared' / 'maps'
-    root = Path(os.environ.get('PHASE_TRAJ_MAPS', beside))
-    if not root.is_dir():
-        pytest.skip(f'no road maps in {root} (set PHASE_TRAJ_MAPS)')
-    return root
+    """Return the folder with the road maps; skip the test if there is none."""
+    return shared('maps', 'PHASE_TRAJ_MAPS')

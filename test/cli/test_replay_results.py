@@ -14,6 +14,7 @@ from phase_traj_ros.errors import ParameterError
 from phase_traj_ros.io.sources.opening import open_source
 from phase_traj_ros.synthetic import Camera, plan_drive, render_drive, Straight
 from phase_traj_ros.synthetic.degradations import sensor_noise
+from phase_traj_ros.tasks.batch import job
 import pytest
 
 PLAIN = {
@@ -68,6 +69,12 @@ def test_no_more_runs_are_printed_than_a_person_reads(tmp_path, capsys):
     assert len(kept) == pairs > len(told) and kept[:len(told)] == told
 
 
+def test_a_calibration_that_is_not_used_is_said(folder, capsys, monkeypatch):
+    monkeypatch.setattr(job, 'known_lens', lambda *_: (None, 'its focal length is 0'))
+    assert run('replay', folder, *PAPER) == 0
+    assert 'warning: the calibration is not used: its focal length is 0' in capsys.readouterr().out
+
+
 def test_everything_of_one_source(folder, tmp_path, capsys):
     output = tmp_path / 'out'
     pytest.importorskip('rosbags')
@@ -82,11 +89,24 @@ def test_everything_of_one_source(folder, tmp_path, capsys):
         assert len(list(source)) == len(PLACES) - 1
 
 
+def rendered(folder, *seeds):
+    """Write the pictures of a straight drive for each seed, one after the other."""
+    folder.mkdir()
+    plans = [
+        plan_drive('straight', [Straight(1.5)], seed=seed,
+                   camera=Camera.with_field_of_view(320, 240, 70)) for seed in seeds]
+    for index, frame in enumerate(frame for plan in plans for frame in render_drive(plan)):
+        cv2.imwrite(str(folder / f'{index:02}.png'), frame)
+
+
+def test_a_cut_to_a_new_scene_is_said(tmp_path, capsys):
+    rendered(tmp_path / 'film', 8, 3)
+    assert run('replay', tmp_path / 'film', '-p', 'hfov_deg:=70.0') == 0
+    assert 'warning: cuts to a new scene: 1\n' in capsys.readouterr().out
+
+
 def test_a_distance_says_that_the_camera_is_assumed(tmp_path, capsys):
-    drive = plan_drive('straight', [Straight(1.5)], camera=Camera.with_field_of_view(320, 240, 70))
-    (tmp_path / 'drive').mkdir()
-    for index, frame in enumerate(render_drive(drive)):
-        cv2.imwrite(str(tmp_path / 'drive' / f'{index:02}.png'), frame)
+    rendered(tmp_path / 'drive', 8)
     printed, reports = [], []
     for camera in ((), ('-p', 'hfov_deg:=70.0')):
         assert run(
@@ -124,7 +144,7 @@ def test_an_error_leaves_nothing_behind(folder, tmp_path, capsys):
     (['--svg'], 'svg writes into the output folder'),
     (['--bag-out', 'x.bag'], 'its name has to end in .mcap'),
     (['--bag-debug-images'], 'bag_debug_images needs a bag to write them to'),
-    (['{folder}'], 'several sources need --output DIR'),
+    (['{folder}'], 'several sources, and --dask, need --output DIR'),
     (['{folder}', '--output', '{out}', '--bag-out', 'a/x.mcap'], 'a name without a folder'),
     (['{folder}', '--output', '{out}', '--bag-out', 'x.bag'], 'has to end in .mcap'),
     (['{folder}', '--output', '{out}', '--jobs', '0'], '--jobs is 0'),

@@ -23,4 +23,4 @@ def replay_bag(bag: Path, parameters: Parameters, *, named: Path) -> Replay:
     """Replay a rendered drive in one pass; ``named`` is the place that the bag will have."""
     with open_source(bag) as source:
         shown = progress(source, total=source.frame_count, title='replaying')
-        return replay(shown, parameters, source=str(named), lens=known_lens(source, parameters))
+        return replay(shown, parameters, source=str(named), lens=known_lens(source, parameters)[0])

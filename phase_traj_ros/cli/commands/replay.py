@@ -113,12 +113,15 @@ def _warnings(result: Replay) -> Iterator[str]:
     if frames.missing:
         yield (f'{frames.declared} frames are declared, but only {frames.read} could be read: the'
                ' recording is cut off or damaged')
+    if result.unused_calibration:
+        yield f'the calibration is not used: {result.unused_calibration}'
     if result.counters.skipped:
         yield f'frames skipped: {result.counters.skipped}; the first: {result.first_skipped}'
     for count, what in (
             (result.counters.repeated, 'frames with the stamp or the picture of the previous one'),
             (result.counters.dropped, 'frames dropped, as their stamps are out of order'),
             (result.counters.time_resets, 'new starts of the codes, as the stamps went back'),
+            (sum(update.cut for update in result.updates), 'cuts to a new scene'),
             (result.counters.unmeasured, 'pairs with nothing to correlate'),
             (result.counters.reprimed, 'changes of the size or the type of the frames'),
             (result.pairs_without_speed, 'pairs without a speed, which add no distance')):

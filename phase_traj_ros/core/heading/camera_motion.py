@@ -53,9 +53,10 @@ class CameraMotion:
     passing: float
     """Median q of the blocks: translation of the camera divided by their distance."""
     age: float = 0.0
-    """Seconds from the keyframe, from which ``travel`` and ``passing`` are measured."""
-    passed: float = 0.0
-    """``passing`` of the newest pair alone."""
+    """Seconds from the keyframe, from which ``travel`` and ``passing`` are measured; ``near`` and
+    the rotation are those of the newest pair."""
+    near: float = 0.0
+    """The q that a tenth of the blocks exceed by their errors, as they are near."""
 
 
 class MotionFit:
@@ -148,7 +149,9 @@ class MotionFit:
                 return None
             state -= inverse @ gradient
         covariance = inverse * variance
-        agreeing = float(weight[error < (TUNING.outlier_deviations * self._deviation) ** 2].sum())
+        surely = np.maximum(near - self._deviation / np.sqrt(squared), 0.0)
+        agrees = error < (TUNING.outlier_deviations * self._deviation) ** 2
+        agreeing = float(weight[agrees].sum())
         # The variance of an M-estimate: its scores scatter as the blocks do, and an outlier, which
         # has a small weight, adds little to them (Huber and Ronchetti, "Robust Statistics", 6.3).
         scores = (known[:_ERROR] * (factor * known[_ERROR])).sum(axis=1)
@@ -163,7 +166,8 @@ class MotionFit:
                 float(state[_B]), float(state[_C]),
                 float(covariance[_B, _B]), float(covariance[_C, _C])),
             agreeing=agreeing, agreement=agreeing / float(weight.sum()),
-            yaw_variance=yaw_variance, passing=float(np.median(near)))
+            yaw_variance=yaw_variance, passing=float(np.median(near)),
+            near=float(np.percentile(surely[agrees], 90)) if agrees.any() else 0.0)
 
 
 def better(one: CameraMotion | None, other: CameraMotion | None) -> CameraMotion | None:

@@ -57,7 +57,7 @@ class Keyframe:
         self.travel = motion.travel
         yaw, pitch, roll = (after - last for after, last in zip(self._rotation, before))
         return replace(motion, yaw=yaw, pitch=pitch, roll=roll, age=self.age,
-                       passed=share * motion.passing)
+                       near=share * motion.near)
 
     def reaches(self, passing: float, yaw_rate: float, later: float) -> bool:
         """

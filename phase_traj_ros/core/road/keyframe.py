@@ -21,7 +21,7 @@ class Turned:
     age: float
     """Seconds in which it turned."""
     passing: float | None
-    """Median ratio of translation to distance of the blocks; None if they do not agree."""
+    """Ratio of translation to distance of the near blocks; None if they do not agree."""
 
     @property
     def moves(self) -> bool:
@@ -53,6 +53,8 @@ class RoadKeyframe:
     pitch: float = 0.0
     roll: float = 0.0
     passing: float = 0.0
+    goes_on: bool = False
+    """Whether the newest pair passes at half of the mean rate or more, so the vehicle drives."""
     given: float = 0.0
     """Sum of the distances of the pairs since."""
     variance: float = 0.0
@@ -63,14 +65,15 @@ class RoadKeyframe:
     """Whether the newest frame becomes the keyframe."""
 
     def turn(
-        self, yaw: float, pitch: float, roll: float, interval: float, passed: float = 0.0,
+        self, yaw: float, pitch: float, roll: float, interval: float, near: float = 0.0,
     ) -> None:
         """Add the rotation of a pair, and its ratio of translation to distance."""
-        self.passing += passed
+        self.passing += near
         self.yaw += yaw
         self.pitch += pitch
         self.roll += roll
         self.age += interval
+        self.goes_on = near * self.age > 0.5 * self.passing * interval
 
     def turned(self, nodding: float, passing: float | None) -> Turned:
         """Return the rotation since; see ``Turned``."""

@@ -100,6 +100,12 @@ class RoadLook:
             raw / stretched, self.deviation(turned), peak.score, self.middle, raw,
             below < peak.cells < above)
 
+    def scores_at(
+        self, ways: NDArray[np.float64], *, stretched: float,
+    ) -> NDArray[np.float64]:
+        """Return how much some slides, (N,) in camera heights, stand out; NaN if out of sight."""
+        return self._slide.scores_at(ways * stretched / CELL)
+
     def is_rivalled(self, found: RoadSlide | None) -> bool:
         """Return whether another slide stands out, and more than the one that was found."""
         if found is None:

@@ -12,6 +12,7 @@ since; at a walking pace or a high frame rate it is up to half a second old.
 """
 
 from dataclasses import replace
+from itertools import zip_longest
 import math
 
 import numpy as np
@@ -24,6 +25,7 @@ from phase_traj_ros.core.road.ground import CELL, GroundPatch, rotation, stretch
 from phase_traj_ros.core.road.keyframe import RoadKeyframe, Turned
 from phase_traj_ros.core.road.look import RoadLook, RoadSlide
 from phase_traj_ros.core.road.speed_filter import SpeedFilter
+from phase_traj_ros.core.road.speed_profile import SpeedProfile
 from phase_traj_ros.core.road.tilt import RoadTilt
 from phase_traj_ros.core.road.travel import Travel, TravelState
 from phase_traj_ros.core.road.tuning import TUNING
@@ -70,6 +72,7 @@ class RoadMeter:
         # Shares of the errors of the pitch in the newest measured distance.
         self._shares = 0.0, 0.0
         self._key = RoadKeyframe()
+        self._profile = SpeedProfile()
 
     @property
     def tilt(self) -> RoadTilt:
@@ -83,6 +86,7 @@ class RoadMeter:
     def forget(self) -> None:
         """Restart with the next frame; the tilt is kept."""
         self.speed_filter.forget()
+        self._profile.forget()
         self._bending = 0.0
         self._kept, self._key = None, RoadKeyframe()
 
@@ -128,7 +132,7 @@ class RoadMeter:
                 self._tilt.add_travel(motion.travel.slope, motion.travel.slope_variance)
             self._key.turn(
                 motion.yaw, self._nodded(motion.pitch, interval), motion.roll, interval,
-                motion.passed)
+                motion.near)
             turned = self._key.turned(TUNING.nodding, self._key.passing)
             return self._measure(
                 frame, interval, turned, turns=abs(motion.yaw) > TUNING.turning * interval)
@@ -153,19 +157,20 @@ class RoadMeter:
                 self._key.age <= interval
                 and abs(self._tilt.mounting - self._assumed) > TUNING.remade):
             self._look_anew()
-        if self._looks is None or self._kept is None:
+        if not self._looks or self._kept is None:
             self.start(frame)
             return self._bridged(interval, turns=turns)
         turn = rotation(turned.yaw, turned.pitch, turned.roll)
         for look in self._looks:
             look.look(frame)
             look.compare(turn)
+        self._add_to_profile(interval, turned)
         found = self._search(interval, turned)
         travel = self._judged([each for each in found if each is not None], interval, turned)
         if travel is None or self._key.over:
             self._renew(frame, turned)
         rivalled = turned.passing is not None and turned.drives and all(
-            look.is_rivalled(each) for look, each in zip(self._looks, found))
+            look.is_rivalled(each) for look, each in zip_longest(self._looks, found))
         return replace(travel or self._bridged(interval, turns=turns), rivalled=rivalled)
 
     def _search(self, interval: float, turned: Turned) -> list[RoadSlide | None]:
@@ -180,7 +185,39 @@ class RoadMeter:
                 self.speed_filter.forget()
                 self._key.age = interval
                 return [*anywhere]
-        return found
+        return self._by_profile(interval, turned, found)
+
+    def _add_to_profile(self, interval: float, turned: Turned) -> None:
+        """Add the newest comparison to the profile of the speed."""
+        ways = self._profile.speeds * self._key.age
+        scores = np.array([
+            look.scores_at(ways, stretched=self._stretched(look.middle))
+            for look in self._looks or ()]).sum(axis=0)
+        # What may be fixed to the camera tells nothing.
+        beyond = max(turned.least, 3.0 * TUNING.fixed_cells * CELL)
+        self._profile.add(scores, np.isfinite(scores) & (ways > beyond), interval)
+
+    def _by_profile(
+        self, interval: float, turned: Turned, found: list[RoadSlide | None],
+    ) -> list[RoadSlide | None]:
+        """Return the slide at the speed of half a second, where a pair alone has none like it."""
+        best = self._profile.best if turned.drives and self._key.goes_on else None
+        if best is None:
+            return found
+        (speed, score), speeds, near = best, self.speed_filter, (self._looks or ())[0]
+        least, most = speeds.bounds(TUNING.profile_width * speed)
+        if any(found):
+            return found
+        if not least <= speed <= most:
+            # While a vehicle brakes, the mean of half a second is too high.
+            if speeds.known and speeds.deviation < TUNING.profile_doubt:
+                return found
+            speeds.forget()
+            self._key.age = interval
+        way = self._key.given + speed * interval
+        deviation = math.hypot(near.deviation(turned), TUNING.acceleration * interval ** 2)
+        return [RoadSlide(
+            way, deviation, score, near.middle, way * self._stretched(near.middle), False)]
 
     def _slides(
         self, interval: float, turned: Turned, speeds: SpeedFilter,

@@ -74,6 +74,11 @@ class Slide:
         return Peak(
             first + at - self._back + 0.5 * (left - right) / bend, float(middle))
 
+    def scores_at(self, cells: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the heights of the map at some slides, (N,) in cells; NaN beyond its range."""
+        places = np.arange(len(self._scores)) - self._back
+        return np.interp(cells, places, self._scores, left=np.nan, right=np.nan)
+
     def rival(self, cells: float | None) -> float:
         """Return the highest score of all slides but those next to ``cells``."""
         scores = self._scores.copy()

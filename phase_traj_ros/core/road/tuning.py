@@ -55,12 +55,14 @@ class RoadTuning:
 
     fixed_cells: float = 1.0
     """What slides by less than this may be fixed to the camera, or the vehicle stands."""
-    passing: float = 0.002
-    """The vehicle moves if the median ratio of translation to distance exceeds this..."""
-    driven: float = 0.01
+    passing: float = 0.004
+    """The vehicle moves if the ratio of translation to distance of near blocks exceeds this: it is
+    0.002 at most where it stands..."""
+    driven: float = 0.02
     """...and above this, the road has slid by more than ``fixed_cells``..."""
-    nearest: float = 2.0
-    """...as the median distance of what the blocks show is at least this."""
+    nearest: float = 1.8
+    """...as what the blocks show is at least this far away: the road 15 degrees down is at 3.7,
+    and house fronts of narrow streets were at 2.0."""
     learns: float = 0.2
     """The road has moved on, for the pattern that does not, if it has slid by this."""
     pattern_patches: int = 20
@@ -106,6 +108,26 @@ class RoadTuning:
     the principal point has an error."""
     far: float = 2.0
     """The weight of a pitch decreases beyond this many standard deviations."""
+
+    profile_step: float = 0.25
+    """Step of the speeds of a profile, in camera heights per second."""
+    profile_s: float = 0.5
+    """Time constant in seconds over which it is averaged..."""
+    profile_pairs: float = 4.0
+    """...from this number of pairs on."""
+    profile_share: float = 0.8
+    """A speed counts if this share of the pairs that show any could show it."""
+    profile_score: float = 6.0
+    """Least height of its peak above the median, in standard deviations of one pair, divided by
+    the root of the number of pairs..."""
+    profile_newest: float = 2.0
+    """...in the mean, and this in the newest pair..."""
+    profile_ratio: float = 1.4
+    """...and above the next highest, ..."""
+    profile_width: float = 0.15
+    """...which is farther from it than this share of the speed."""
+    profile_doubt: float = 1.0
+    """Deviation of the last speed from which on it may replace that."""
 
     acceleration: float = 2.0
     """Acceleration of a vehicle in camera heights per second squared (3.3 m/s2 at 1.65 m)."""

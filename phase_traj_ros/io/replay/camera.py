@@ -17,9 +17,11 @@ _SOON_NS = 39_000_000
 _ENOUGH_TURNS = 8
 
 
-def known_lens(source: FrameSource, parameters: Parameters) -> Lens | None:
+def known_lens(source: FrameSource, parameters: Parameters) -> tuple[Lens | None, str]:
     """
     Return the lens that the source gives, if the parameters need one; None otherwise.
+
+    The text says why a calibration in the source is not used; it is empty otherwise.
 
     Raises
     ------
@@ -31,14 +33,14 @@ def known_lens(source: FrameSource, parameters: Parameters) -> Lens | None:
     """
     settings = parameters.estimator_settings()
     if not (settings.awaits_lens or settings.learns_lens):
-        return None
+        return None, ''
     try:
         camera = source.camera(rectified=parameters.rectified)
-    except CalibrationError:
+    except CalibrationError as error:
         if settings.learns_lens:
-            return None
+            return None, str(error)
         raise
-    return None if camera is None else Lens(camera=camera)
+    return None if camera is None else Lens(camera=camera), ''
 
 
 def learned_lens(

@@ -74,6 +74,8 @@ class Replay:
     """Number of each frame in its source, before the selection; None if not known."""
     source_frames: SourceFrames = field(default_factory=SourceFrames)
     """How many frames the source has, as far as it is known."""
+    unused_calibration: str = ''
+    """Why the calibration in the source is not used; empty if it is, or there is none."""
     first_skipped: str = ''
     """The first frame that was skipped, and why; empty if there is none."""
 

@@ -2,34 +2,28 @@
 # SPDX-License-Identifier: Apache-2.0
 """Writes the results of a replay as JSON, CSV, TUM and a picture."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator
 import csv
 from dataclasses import asdict
-import json
+from itertools import chain
 import math
 from pathlib import Path
-import platform
-from typing import Any, TextIO
+from typing import Any
 
-import cv2
 import numpy as np
-import phase_traj_ros
-from phase_traj_ros.core import (
-    CameraInUse,
-    Corner,
-    Direction,
-    LengthUnit,
-    LinkCode,
-    pack,
-    Run,
-    Update,
-    Way,
-)
-from phase_traj_ros.core.correlation.transforms import find_transform
+from phase_traj_ros.core import Corner, Direction, pack, Update
 from phase_traj_ros.core.heading.tracker import HeadingStep
-from phase_traj_ros.core.heading.turns import Turn
-from phase_traj_ros.core.reliability.verdict import Reliability
 from phase_traj_ros.io.replay.run import Replay
+from phase_traj_ros.io.results.content import (
+    camera_content,
+    links_content,
+    reliability_content,
+    run_pairs,
+    turn_list,
+    versions,
+    way_content,
+    write_json,
+)
 from phase_traj_ros.io.results.figures import write_trajectory_picture
 
 RESULT_NAMES = ('chain_code.json', 'shifts.csv', 'trajectory.tum', 'trajectory.png')
@@ -113,71 +107,17 @@ def _heading_content(result: Replay) -> dict[str, Any]:
     }
 
 
-def way_content(way: Way, *, unit: LengthUnit) -> dict[str, Any]:
-    """Return the distance in the form of the files; empty if no distance is measured."""
-    if not way.pairs:
-        return {}
-    return {
-        'distance': round(way.distance, 4),
-        'distance_unit': unit.value,
-        'distance_states': {state.value: count for state, count in way.states.items()},
-    }
-
-
-def links_content(links: LinkCode | None, *, unit: LengthUnit) -> dict[str, Any]:
-    """Return runs and totals of the equal links in the form of the files; empty without links."""
-    if links is None:
-        return {}
-    return {
-        'code_step': links.step,
-        'code_step_unit': unit.value,
-        'links_runs': run_pairs(links.series.runs),
-        'links_totals': links.series.totals_of(links.directions),
-    }
-
-
-def reliability_content(found: Reliability) -> dict[str, Any]:
-    """Return the reliability of a result in the form of the files."""
-    return {
-        'reliable': found.reliable,
-        'reasons': list(found.words),
-        'unreliable_spans': [
-            {'start': span.start_ns / 1e9, 'end': span.end_ns / 1e9, 'reasons': list(span.words)}
-            for span in found.spans],
-    }
-
-
-def camera_content(camera: CameraInUse) -> dict[str, Any]:
-    """Return the camera in use in the form of the files."""
-    return {**asdict(camera), 'origin': camera.origin.value}
-
-
-def turn_list(turns: Iterable[Turn]) -> list[dict[str, float]]:
-    """Return turns in the form of the files: times in seconds, angles in degrees."""
-    return [
-        {
-            'start_frame': turn.start_frame,
-            'end_frame': turn.end_frame,
-            'start': turn.start_ns / 1e9,
-            'end': turn.end_ns / 1e9,
-            'angle_deg': round(turn.angle_deg, 3),
-            'peak_rate_deg_s': round(turn.peak_rate_deg_s, 3),
-            'quarter_turns': turn.quarter_turns,
-        }
-        for turn in turns]
-
-
 def write_shifts(result: Replay, path: Path) -> None:
-    """Write one row per pair of frames as CSV; see ``ShiftTable``."""
+    """Write one row per pair of frames as CSV; see ``shift_row``."""
     with path.open('w', encoding='utf-8', newline='') as file:
-        table = ShiftTable(file)
-        for update in result.updates:
-            table.add(update)
+        table = csv.writer(file, lineterminator='\n')
+        table.writerow(CSV_COLUMNS)
+        table.writerows(map(shift_row, result.updates))
 
 
-class ShiftTable:
+def shift_row(update: Update) -> tuple[object, ...]:
     """
-    CSV rows, one per pair of frames.
+    Return the row of a pair of frames, see ``CSV_COLUMNS``.
 
     Stamps and intervals are in seconds, shifts in pixels. dx, dy and response are empty if the two
     frames could not be compared, the direction if none was appended. Heading and yaw are in
@@ -187,23 +127,15 @@ class ShiftTable:
     state of the distance. The numbers are empty if the distance is unknown, all five if no
     distance is measured.
     """
-
-    def __init__(self, file: TextIO) -> None:
-        """Write the header of the table to ``file``."""
-        self._writer = csv.writer(file, lineterminator='\n')
-        self._writer.writerow(CSV_COLUMNS)
-
-    def add(self, update: Update) -> None:
-        """Write the row of one pair."""
-        shift = update.shift
-        measured = ('', '', '') if shift is None else (
-            f'{shift.dx:.4f}', f'{shift.dy:.4f}', f'{shift.response:.6f}')
-        self._writer.writerow((
-            update.pair, seconds_text(update.stamp_ns), seconds_text(update.interval_ns),
-            *measured, int(update.step.movement),
-            int(update.step.direction) if update.step.appended else '', update.status.value,
-            *_heading_cells(update.heading), *_distance_cells(update),
-            _yaw_variance(update.heading)))
+    shift = update.shift
+    measured = ('', '', '') if shift is None else (
+        f'{shift.dx:.4f}', f'{shift.dy:.4f}', f'{shift.response:.6f}')
+    return (
+        update.pair, seconds_text(update.stamp_ns), seconds_text(update.interval_ns),
+        *measured, int(update.step.movement),
+        int(update.step.direction) if update.step.appended else '', update.status.value,
+        *_heading_cells(update.heading), *_distance_cells(update),
+        _yaw_variance(update.heading))
 
 
 def _heading_cells(heading: HeadingStep | None) -> tuple[object, object, object]:
@@ -232,50 +164,22 @@ def _distance_cells(update: Update) -> tuple[str, str, str, str, str]:
 
 def write_tum(result: Replay, path: Path) -> None:
     """Write the drawn trajectory in the TUM format, one pose per frame; see ``tum_lines``."""
-    start = Corner(0, 0, 0.0, result.first_stamp_ns)
+    first = (result.first_stamp_ns, Corner(0, 0, 0.0, result.first_stamp_ns))
     with path.open('w', encoding='utf-8') as file:
-        file.write(_tum_line(result.first_stamp_ns, start))
-        file.writelines(_tum_line(update.stamp_ns, update.tip) for update in result.updates)
+        file.writelines(tum_lines(
+            chain([first], ((update.stamp_ns, update.tip) for update in result.updates))))
 
 
-def tum_lines(poses: Iterable[tuple[int, Corner]]) -> str:
+def tum_lines(poses: Iterable[tuple[int, Corner]]) -> Iterator[str]:
     """
-    Return stamped corners as lines ``stamp x y z qx qy qz qw``.
+    Yield stamped corners as lines ``stamp x y z qx qy qz qw``.
 
     REP 103 axes, in metres if they are known, else in camera heights or in unitless steps.
     """
-    return ''.join(_tum_line(stamp_ns, corner) for stamp_ns, corner in poses)
-
-
-def versions() -> dict[str, str]:
-    """Return the versions on which results depend, with the library of the transforms."""
-    return {
-        'phase_traj_ros': phase_traj_ros.__version__,
-        'python': platform.python_version(),
-        'numpy': np.__version__,
-        'opencv': cv2.__version__,
-        'transforms': find_transform().name,
-    }
-
-
-def write_json(content: Mapping[str, object], path: Path) -> None:
-    """Write an object as JSON, one line per key, so that long lists stay readable."""
-    lines = (f'  {json.dumps(key)}: {json.dumps(value)}' for key, value in content.items())
-    with path.open('w', encoding='utf-8') as file:
-        file.write('{\n' + next(lines, ''))
-        file.writelines(f',\n{line}' for line in lines)
-        file.write('\n}\n')
-
-
-def run_pairs(runs: Sequence[Run[Any]]) -> list[tuple[int, int]]:
-    """Return runs as (code, count)."""
-    return [(int(run.code), run.count) for run in runs]
-
-
-def _tum_line(stamp_ns: int, tip: Corner) -> str:
-    half = tip.yaw / 2
-    orientation = f'0 0 {math.sin(half):.6f} {math.cos(half):.6f}'
-    return f'{seconds_text(stamp_ns)} {tip.x:.9g} {tip.y:.9g} 0 {orientation}\n'
+    for stamp_ns, tip in poses:
+        half = tip.yaw / 2
+        orientation = f'0 0 {math.sin(half):.6f} {math.cos(half):.6f}'
+        yield f'{seconds_text(stamp_ns)} {tip.x:.9g} {tip.y:.9g} 0 {orientation}\n'
 
 
 def seconds_text(nanoseconds: int) -> str:

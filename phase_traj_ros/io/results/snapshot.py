@@ -12,18 +12,18 @@ from phase_traj_ros.core import CameraEstimate, Corner, Movement, TrajectoryEsti
 from phase_traj_ros.core.heading.visual_compass import VisualCompass
 from phase_traj_ros.io.outputs.outputs import output_directory
 from phase_traj_ros.io.results.camera_file import CAMERA_FILE, write_camera
-from phase_traj_ros.io.results.figures import write_path_picture
-from phase_traj_ros.io.results.files import (
+from phase_traj_ros.io.results.content import (
     camera_content,
     links_content,
     reliability_content,
     run_pairs,
-    tum_lines,
     turn_list,
     versions,
     way_content,
     write_json,
 )
+from phase_traj_ros.io.results.figures import write_path_picture
+from phase_traj_ros.io.results.files import tum_lines
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,7 +65,7 @@ class Snapshot:
         with output_directory(directory) as staging:
             write_json(self.content, staging / 'chain_code.json')
             (staging / 'trajectory.tum').write_text(
-                tum_lines((corner.stamp_ns, corner) for corner in self.corners),
+                ''.join(tum_lines((corner.stamp_ns, corner) for corner in self.corners)),
                 encoding='utf-8')
             points = np.array(
                 [(corner.x, corner.y) for corner in self.corners] or [(0, 0)], np.float64)

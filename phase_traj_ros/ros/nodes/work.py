@@ -13,15 +13,12 @@ from phase_traj_ros.core import (
     Lens,
     Measured,
     Outcome,
-    PairStatus,
     Restarted,
     Skipped,
     Started,
-    TravelState,
     Update,
 )
 from phase_traj_ros.core.camera.model import CameraModel
-from phase_traj_ros.core.codes.threshold_hint import Misfit
 from phase_traj_ros.core.correlation.transforms import find_transform, transform_hint
 from phase_traj_ros.errors import FrameError
 from phase_traj_ros.io.messages.mounting import Mount
@@ -37,14 +34,11 @@ from phase_traj_ros.ros.inputs.mounting import MountInput
 from phase_traj_ros.ros.inputs.speed import SpeedInput
 from phase_traj_ros.ros.location.location import Location
 from phase_traj_ros.ros.nodes.changes import check_change
+from phase_traj_ros.ros.nodes.warnings import Warnings
 from phase_traj_ros.ros.outputs.topics import Outputs
 from phase_traj_ros.ros.saving import Saving
 from rclpy.node import Node
 from std_srvs.srv import Trigger
-
-_THROTTLE_S = 5.0
-# At the start of a turn, the shift may reach the threshold later.
-_LASTING_NS = 5_000_000_000
 
 
 class Work:
@@ -97,9 +91,7 @@ class Work:
         self._camera: CameraInput | None = None
         self._speed: SpeedInput | None = None
         self._frame_shape: tuple[int, ...] | None = None
-        self._hinted = False
-        self._misfit: Misfit | None = None
-        self._misfit_since_ns = 0
+        self._warnings = Warnings(node, self._estimator)
         self._offered = Entities(node)
         self._listening = Entities(node)
         self._location: Location | None = None
@@ -188,7 +180,7 @@ class Work:
         self._values = values = self._mounted(values)
         self._outputs.parameters = values
         coded_from = self._estimator.settings.code_source
-        self._hinted = False
+        self._warnings.threshold_changed()
         self._estimator.reconfigure(values.estimator_settings())
         if self._estimator.settings.code_source is not coded_from:
             self._outputs.publish_state()
@@ -204,8 +196,6 @@ class Work:
             This frame, or one held before it, cannot be used.
 
         """
-        counters = self._estimator.counters
-        dropped = counters.dropped
         unusable = None
         self._frame_shape = frame.image.shape
         if self._frames.seen_by(frame.frame_id):
@@ -217,12 +207,7 @@ class Work:
                 unusable = outcome.reason
             self._publish(outcome, time.perf_counter_ns() - began)
             began = time.perf_counter_ns()
-        if counters.dropped > dropped:
-            several = counters.dropped > 1
-            self._node.get_logger().warning(
-                f'dropped {counters.dropped} image{"s" if several else ""} so far:'
-                f' {"their stamps are" if several else "its stamp is"} late, or far from those of'
-                ' the images around', throttle_duration_sec=_THROTTLE_S)
+        self._warnings.of_stamps()
         if unusable is not None:
             if self._camera is not None and self._estimator.settings.awaits_lens:
                 self._camera.require()
@@ -248,8 +233,9 @@ class Work:
             update = self._mount.at_base(update)
         if update.camera is not None:
             self._node.get_logger().info(f'camera: {update.camera}')
-        self._hint(update)
-        self._warn_without_speed(update)
+        self._warnings.of_threshold(update)
+        if self._speed is not None:
+            self._warnings.of_speed(update, self._speed.topic)
         self._outputs.publish(frame, update)
         if self._location is not None:
             self._location.add(update)
@@ -277,31 +263,6 @@ class Work:
 
     def _on_camera(self, camera: CameraModel) -> None:
         self._estimator.use_lens(Lens(camera=camera))
-
-    def _hint(self, update: Update) -> None:
-        """Warn once that the threshold does not fit, if the hint lasts for some seconds."""
-        hint = None if self._hinted else self._estimator.threshold_hint
-        if hint is None or hint.misfit is not self._misfit:
-            self._misfit = None if hint is None else hint.misfit
-            self._misfit_since_ns = update.stamp_ns
-        elif update.stamp_ns - self._misfit_since_ns >= _LASTING_NS:
-            self._node.get_logger().warning(hint.sentence)
-            self._hinted = True
-
-    def _warn_without_speed(self, update: Update) -> None:
-        travel = update.travel
-        if (self._speed is None or update.status is PairStatus.REPEATED
-                or (travel is not None and travel.state is TravelState.GIVEN)):
-            return
-        newest_ns = self._estimator.newest_speed_ns
-        known = 'none has arrived yet'
-        if newest_ns is not None:
-            apart_s = (update.stamp_ns - newest_ns) / 1e9
-            known = f'the newest is {abs(apart_s):.3f} s {"older" if apart_s > 0 else "newer"}'
-        self._node.get_logger().warning(
-            f'no speed on {self._speed.topic} for the stamp of an image ({known}):'
-            f' {"odom stops" if update.odometry is None else "it is measured on the road"}',
-            throttle_duration_sec=_THROTTLE_S)
 
     def _on_reset(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         frames = self._estimator.frames

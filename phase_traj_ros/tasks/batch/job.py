@@ -85,7 +85,7 @@ def replay_source(
                 owner.file(request.bag_out), parameters, source=source.description,
                 debug_images=request.bag_debug_images)))
         frames = KeptFrames(source)
-        lens = known_lens(source, parameters)
+        lens, unused_calibration = known_lens(source, parameters)
         last = Pass.ONLY
         if lens is None and not request.one_pass and parameters.learns_camera:
             last = Pass.SECOND
@@ -98,7 +98,8 @@ def replay_source(
             result = replay(
                 through(again, last), parameters, source=source.description, watchers=seen,
                 lens=lens, speeds=speeds, strict=request.strict)
-        result = replace(result, source_frames=source.frames)
+        result = replace(
+            result, source_frames=source.frames, unused_calibration=unused_calibration)
         if folder is not None:
             _give_memory_back()
             with writing_to(folder.target):

@@ -77,7 +77,8 @@ def test_one_search_for_the_blocks_is_enough_where_they_agree(monkeypatch):
 
 
 def motion(yaw, passing):
-    return CameraMotion(yaw, 0.0, 0.0, FocusOfExpansion(), 100.0, 1.0, 1e-8, passing)
+    return CameraMotion(
+        yaw, 0.0, 0.0, FocusOfExpansion(), 100.0, 1.0, 1e-8, passing, near=passing)
 
 
 def test_the_yaws_since_a_keyframe_add_up_to_the_last_one():
@@ -89,7 +90,7 @@ def test_the_yaws_since_a_keyframe_add_up_to_the_last_one():
     pairs = [key.pair(motion(yaw, 0.01), blocks) for yaw in yaws]
     assert np.cumsum([pair.yaw for pair in pairs]) == pytest.approx(yaws)
     # The blocks have not moved in the second and the third pair: the vehicle stopped meanwhile.
-    assert [pair.passed for pair in pairs] == [0.01, 0.0, 0.0]
+    assert [pair.near for pair in pairs] == [0.01, 0.0, 0.0]
     # A block that is not seen is expected where the others are.
     assert key.moved[:, 0].tolist() == [1.0, 2.0, 1.5]
 

@@ -65,7 +65,7 @@ def test_speed_stop_and_rate_make_no_difference(drive):
 def test_real_driving_at_half_the_rate(kitti_root):
     parameters = Parameters(code_step=5.0, camera_height=1.65)
     with open_source(kitti_root / '00') as source:
-        lens, frames = known_lens(source, parameters), list(source)
+        (lens, _), frames = known_lens(source, parameters), list(source)
     whole, half = (replay(every, parameters, source='', lens=lens) for every in (
         frames, frames[::2]))
     assert [int(run.code) for run in whole.links.series.runs] == [1, 2]

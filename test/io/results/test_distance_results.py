@@ -2,9 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Distance, speed and equal links in files, bag, prints, pictures and diagnostics."""
 
-import csv
 from dataclasses import replace
-import io
 import json
 
 import numpy as np
@@ -25,7 +23,7 @@ from phase_traj_ros.io.messages.diagnostics import MeasurementReporter
 from phase_traj_ros.io.replay.run import replay
 from phase_traj_ros.io.results.bag import BagSink
 from phase_traj_ros.io.results.debug_picture import draw
-from phase_traj_ros.io.results.files import ShiftTable, write_results
+from phase_traj_ros.io.results.files import CSV_COLUMNS, shift_row, write_results
 from phase_traj_ros.io.results.snapshot import Snapshot
 from phase_traj_ros.io.sources.base import StampedFrame
 from phase_traj_ros.parameters import Parameters
@@ -54,9 +52,7 @@ def followed(**values):
 
 
 def row_of(update):
-    file = io.StringIO()
-    ShiftTable(file).add(update)
-    [row] = csv.DictReader(io.StringIO(file.getvalue()))
+    row = dict(zip(CSV_COLUMNS, shift_row(update), strict=True))
     return [row[name] for name in NEW]
 
 

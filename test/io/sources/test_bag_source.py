@@ -4,6 +4,7 @@
 
 from importlib.util import find_spec
 from pathlib import Path
+import re
 import threading
 
 import numpy as np
@@ -15,6 +16,8 @@ from phase_traj_ros.errors import (
     SourceError,
 )
 from phase_traj_ros.io import open_source, prefetch, Selection
+from phase_traj_ros.io.replay.camera import known_lens
+from phase_traj_ros.parameters import Parameters
 import pytest
 
 SECOND = 1_000_000_000
@@ -335,6 +338,9 @@ def test_calibration_that_cannot_be_used(tmp_path, maker, drive_frame):
         message = r'bag.*, topic /camera/camera_info: the camera is not calibrated \(K'
         with pytest.raises(CalibrationError, match=message):
             source.camera(rectified=False)
+        # The camera is learned then, which a user should know.
+        lens, unused = known_lens(source, Parameters())
+        assert lens is None and re.search(message, unused)
         assert len(list(source)) == 1
 
 

@@ -12,7 +12,7 @@ from phase_traj_ros.core import CodeSeries, Direction, Movement
 from phase_traj_ros.io.replay.data_health import data_health, DataHealth, LOW_RESPONSE
 from phase_traj_ros.io.replay.overview import Overview, overview, TurnMark
 from phase_traj_ros.io.replay.run import Replay
-from phase_traj_ros.io.results.files import versions
+from phase_traj_ros.io.results.content import versions
 from phase_traj_ros.io.results.report.page import (
     Cell,
     data_uri,

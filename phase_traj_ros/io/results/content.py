@@ -1,0 +1,97 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The parts of chain_code.json that a replay and the node have in common."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import asdict
+import json
+from pathlib import Path
+import platform
+from typing import Any
+
+import cv2
+import numpy as np
+import phase_traj_ros
+from phase_traj_ros.core import CameraInUse, LengthUnit, LinkCode, Run, Way
+from phase_traj_ros.core.correlation.transforms import find_transform
+from phase_traj_ros.core.heading.turns import Turn
+from phase_traj_ros.core.reliability.verdict import Reliability
+
+
+def way_content(way: Way, *, unit: LengthUnit) -> dict[str, Any]:
+    """Return the distance in the form of the files; empty if no distance is measured."""
+    if not way.pairs:
+        return {}
+    return {
+        'distance': round(way.distance, 4),
+        'distance_unit': unit.value,
+        'distance_states': {state.value: count for state, count in way.states.items()},
+    }
+
+
+def links_content(links: LinkCode | None, *, unit: LengthUnit) -> dict[str, Any]:
+    """Return runs and totals of the equal links in the form of the files; empty without links."""
+    if links is None:
+        return {}
+    return {
+        'code_step': links.step,
+        'code_step_unit': unit.value,
+        'links_runs': run_pairs(links.series.runs),
+        'links_totals': links.series.totals_of(links.directions),
+    }
+
+
+def reliability_content(found: Reliability) -> dict[str, Any]:
+    """Return the reliability of a result in the form of the files."""
+    return {
+        'reliable': found.reliable,
+        'reasons': list(found.words),
+        'unreliable_spans': [
+            {'start': span.start_ns / 1e9, 'end': span.end_ns / 1e9, 'reasons': list(span.words)}
+            for span in found.spans],
+    }
+
+
+def camera_content(camera: CameraInUse) -> dict[str, Any]:
+    """Return the camera in use in the form of the files."""
+    return {**asdict(camera), 'origin': camera.origin.value}
+
+
+def turn_list(turns: Iterable[Turn]) -> list[dict[str, float]]:
+    """Return turns in the form of the files: times in seconds, angles in degrees."""
+    return [
+        {
+            'start_frame': turn.start_frame,
+            'end_frame': turn.end_frame,
+            'start': turn.start_ns / 1e9,
+            'end': turn.end_ns / 1e9,
+            'angle_deg': round(turn.angle_deg, 3),
+            'peak_rate_deg_s': round(turn.peak_rate_deg_s, 3),
+            'quarter_turns': turn.quarter_turns,
+        }
+        for turn in turns]
+
+
+def versions() -> dict[str, str]:
+    """Return the versions on which results depend, with the library of the transforms."""
+    return {
+        'phase_traj_ros': phase_traj_ros.__version__,
+        'python': platform.python_version(),
+        'numpy': np.__version__,
+        'opencv': cv2.__version__,
+        'transforms': find_transform().name,
+    }
+
+
+def write_json(content: Mapping[str, object], path: Path) -> None:
+    """Write an object as JSON, one line per key, so that long lists stay readable."""
+    lines = (f'  {json.dumps(key)}: {json.dumps(value)}' for key, value in content.items())
+    with path.open('w', encoding='utf-8') as file:
+        file.write('{\n' + next(lines, ''))
+        file.writelines(f',\n{line}' for line in lines)
+        file.write('\n}\n')
+
+
+def run_pairs(runs: Sequence[Run[Any]]) -> list[tuple[int, int]]:
+    """Return runs as (code, count)."""
+    return [(int(run.code), run.count) for run in runs]

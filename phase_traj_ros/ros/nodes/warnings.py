@@ -1,0 +1,63 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Warns of what the data of a drive lack."""
+
+from phase_traj_ros.core import PairStatus, TrajectoryEstimator, TravelState, Update
+from phase_traj_ros.core.codes.threshold_hint import Misfit
+from rclpy.node import Node
+
+_THROTTLE_S = 5.0
+# At the start of a turn, the shift may reach the threshold later.
+_LASTING_NS = 5_000_000_000
+
+
+class Warnings:
+    """Logs a warning of the threshold once, and others at most every 5 s."""
+
+    def __init__(self, node: Node, estimator: TrajectoryEstimator) -> None:
+        """Log to ``node`` what ``estimator`` shows."""
+        self._node, self._estimator = node, estimator
+        self._dropped = 0
+        self._hinted = False
+        self._misfit: Misfit | None = None
+        self._misfit_since_ns = 0
+
+    def threshold_changed(self) -> None:
+        """Warn again if the threshold does not fit."""
+        self._hinted = False
+
+    def of_stamps(self) -> None:
+        """Warn that images were dropped because of their stamps."""
+        before, self._dropped = self._dropped, self._estimator.counters.dropped
+        if self._dropped > before:
+            several = self._dropped > 1
+            self._node.get_logger().warning(
+                f'dropped {self._dropped} image{"s" if several else ""} so far:'
+                f' {"their stamps are" if several else "its stamp is"} late, or far from those of'
+                ' the images around', throttle_duration_sec=_THROTTLE_S)
+
+    def of_threshold(self, update: Update) -> None:
+        """Warn once that the threshold does not fit, if the hint lasts for some seconds."""
+        hint = None if self._hinted else self._estimator.threshold_hint
+        if hint is None or hint.misfit is not self._misfit:
+            self._misfit = None if hint is None else hint.misfit
+            self._misfit_since_ns = update.stamp_ns
+        elif update.stamp_ns - self._misfit_since_ns >= _LASTING_NS:
+            self._node.get_logger().warning(hint.sentence)
+            self._hinted = True
+
+    def of_speed(self, update: Update, topic: str) -> None:
+        """Warn that a pair has no speed from the topic."""
+        travel = update.travel
+        if update.status is PairStatus.REPEATED or (
+                travel is not None and travel.state is TravelState.GIVEN):
+            return
+        newest_ns = self._estimator.newest_speed_ns
+        known = 'none has arrived yet'
+        if newest_ns is not None:
+            apart_s = (update.stamp_ns - newest_ns) / 1e9
+            known = f'the newest is {abs(apart_s):.3f} s {"older" if apart_s > 0 else "newer"}'
+        self._node.get_logger().warning(
+            f'no speed on {topic} for the stamp of an image ({known}):'
+            f' {"odom stops" if update.odometry is None else "it is measured on the road"}',
+            throttle_duration_sec=_THROTTLE_S)
