@@ -37,11 +37,11 @@ _OWN_TEXT = """
     """
 _NOISE_TEXT = """
     The true poses of KITTI sequences with drawn noise: the heading 0.4° per root of 100 m and
-    0.02° per frame, the scale 5 % and 1.5 % per root of 100 m. Sequence 04 is straight and 06
-    a symmetric loop: these have to stay unclaimed, and the five others should be located. Where
-    nobody measured the place of a sequence, the whole drive, moved to the claimed place and
-    fitted to the roads around it, has to lie on roads: nine tenths of it within 10 m. The errors
-    are those from there.
+    0.02° per frame, the scale 5 % and 1.5 % per root of 100 m. The odometry states the
+    variances of both drifts. Sequence 04 is straight and 06 a symmetric loop: these have to stay
+    unclaimed, and the five others should be located. Where nobody measured the place of a
+    sequence, the whole drive, moved to the claimed place and fitted to the roads around it, has
+    to lie on roads: nine tenths of it within 10 m. The errors are those from there.
     """
 _FALSE_TEXT = """
     The same drives on maps where they are not, on the right map without the ways that come
@@ -49,8 +49,8 @@ _FALSE_TEXT = """
     right, and only steps more than 50 m off count.
     """
 _WORSE_TEXT = """
-    The noise of the heading five times larger, or the drift of the distance four times. All
-    should be located.
+    The noise of the heading five times larger, or the drift of the distance four times, as the
+    odometry states. All should be located.
     """
 _EVIDENCE_TEXT = """
     Parts of 1.5 km of the drives 00, 02, 08, 09 and 10, in both directions, with other noise for
@@ -58,6 +58,7 @@ _EVIDENCE_TEXT = """
     of Karlsruhe nothing that is more than 50 m off. A rotated map would not be another one: the
     drive begins in any direction. When it was chosen what may be claimed, the runs on wrong maps
     of the drives *held out*, 02 and 10, played no part; their runs on the right map were seen.
+    How the hypotheses are split was chosen by 09 and 10 on the right map.
     *Unknown* is a scale of 1.1 to 2.2 m per unit.
     """
 _LARGE_TEXT = """

@@ -107,7 +107,7 @@ class LocatorSettings:
     """...plus this share of the way since; the others are anywhere."""
     return_hazard: float = 0.05
     """Probability per stride that a lost vehicle is back on a road near the expected pose."""
-    return_anywhere: float = 0.5
+    return_anywhere: float = 0.25
     """Probability that a vehicle on no road is back on any road of the map..."""
     reseed_every_m: float = 200.0
     """...after this way."""

@@ -8,7 +8,6 @@ from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 import csv
 from dataclasses import dataclass
-from decimal import Decimal
 import json
 from pathlib import Path
 from typing import Any
@@ -22,6 +21,7 @@ from phase_traj_ros.core.path.trajectory import vertices
 from phase_traj_ros.core.path.way import LengthUnit
 from phase_traj_ros.core.status import PairStatus
 from phase_traj_ros.errors import ResultError
+from phase_traj_ros.io.sources.times_file import nanoseconds
 
 _NO_STEP = frozenset(status.value for status in PairStatus if not status.judged)
 
@@ -154,7 +154,7 @@ def read_replay(directory: Path) -> ReplayedDrive:
         heading, numbers = content.get('heading_deg'), content.get('frame_numbers')
         connectivity = int(content.get('connectivity', 4))
         directions = Freeman if connectivity == 8 else Direction
-        stamps = [round(Decimal(row['stamp']) * 10**9) for row in rows]
+        stamps = [nanoseconds(row['stamp']) for row in rows]
         drive = ReplayedDrive(
             source=str(content['source']),
             stamps_ns=np.array([int(content['first_stamp_ns']), *stamps], np.int64),

@@ -6,7 +6,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from decimal import Decimal
 import math
 from pathlib import Path
 import re
@@ -16,6 +15,7 @@ from phase_traj_ros.core import LengthUnit, PairStatus
 from phase_traj_ros.core.localization.given import OdometryStep, ScaleRange
 from phase_traj_ros.errors import reading, ResultError, SourceError
 from phase_traj_ros.io.replay.run import Replay
+from phase_traj_ros.io.sources.times_file import nanoseconds
 from phase_traj_ros.tasks.evaluation.ground_truth import read_ground_truth
 from phase_traj_ros.tasks.evaluation.replayed_drive import replay_files
 from phase_traj_ros.tasks.location.links import holds_links, read_links
@@ -161,8 +161,7 @@ def _read_results(directory: Path) -> DriveOdometry:
 
 
 def _read_pair(row: dict[str, Any], cuts: frozenset[int]) -> MovedPair:
-    stamp_ns = round(Decimal(row['stamp']) * 10**9)
-    interval_ns = round(Decimal(row['interval']) * 10**9)
+    stamp_ns, interval_ns = nanoseconds(row['stamp']), nanoseconds(row['interval'])
     if row['status'] == PairStatus.REPEATED.value:
         return MovedPair.repeated(stamp_ns, interval_ns)
     known = bool(row['distance'])
