@@ -171,6 +171,8 @@ class RoadMeter:
             self._renew(frame, turned)
         rivalled = turned.passing is not None and turned.drives and all(
             look.is_rivalled(each) for look, each in zip_longest(self._looks, found))
+        # Half a second decides: an encoder copies in every pair, but to no speed.
+        rivalled = rivalled and not self._profile.confirms(self.speed_filter.speed)
         return replace(travel or self._bridged(interval, turns=turns), rivalled=rivalled)
 
     def _search(self, interval: float, turned: Turned) -> list[RoadSlide | None]:
