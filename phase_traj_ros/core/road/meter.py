@@ -171,13 +171,16 @@ class RoadMeter:
             self._renew(frame, turned)
         rivalled = turned.passing is not None and turned.drives and all(
             look.is_rivalled(each) for look, each in zip_longest(self._looks, found))
+        # Half a second decides: an encoder copies in every pair, but to no speed.
+        rivalled = rivalled and not self._profile.confirms(self.speed_filter.speed)
         return replace(travel or self._bridged(interval, turns=turns), rivalled=rivalled)
 
     def _search(self, interval: float, turned: Turned) -> list[RoadSlide | None]:
         """Return the slide of each patch, None where none stands out."""
         found = self._slides(interval, turned, self.speed_filter)
-        stood = self.speed_filter.known and self.speed_filter.speed == 0.0
-        if stood and found == [None] * len(found) and turned.least > 0.0:
+        if any(found):
+            return found
+        if self.speed_filter.known and self.speed_filter.speed == 0.0 and turned.least > 0.0:
             # All patches agree on a slide that no vehicle reaches from standing: the picture was
             # frozen. (While it drives, an encoder or the pattern of the markings may do the same.)
             anywhere = [each for each in self._slides(interval, turned, SpeedFilter()) if each]
@@ -185,7 +188,7 @@ class RoadMeter:
                 self.speed_filter.forget()
                 self._key.age = interval
                 return [*anywhere]
-        return self._by_profile(interval, turned, found)
+        return [self._by_profile(interval, turned)]
 
     def _add_to_profile(self, interval: float, turned: Turned) -> None:
         """Add the newest comparison to the profile of the speed."""
@@ -197,27 +200,23 @@ class RoadMeter:
         beyond = max(turned.least, 3.0 * TUNING.fixed_cells * CELL)
         self._profile.add(scores, np.isfinite(scores) & (ways > beyond), interval)
 
-    def _by_profile(
-        self, interval: float, turned: Turned, found: list[RoadSlide | None],
-    ) -> list[RoadSlide | None]:
-        """Return the slide at the speed of half a second, where a pair alone has none like it."""
+    def _by_profile(self, interval: float, turned: Turned) -> RoadSlide | None:
+        """Return the slide at the speed that half a second tells; None if it tells none."""
         best = self._profile.best if turned.drives and self._key.goes_on else None
         if best is None:
-            return found
+            return None
         (speed, score), speeds, near = best, self.speed_filter, (self._looks or ())[0]
         least, most = speeds.bounds(TUNING.profile_width * speed)
-        if any(found):
-            return found
         if not least <= speed <= most:
             # While a vehicle brakes, the mean of half a second is too high.
             if speeds.known and speeds.deviation < TUNING.profile_doubt:
-                return found
+                return None
             speeds.forget()
             self._key.age = interval
         way = self._key.given + speed * interval
         deviation = math.hypot(near.deviation(turned), TUNING.acceleration * interval ** 2)
-        return [RoadSlide(
-            way, deviation, score, near.middle, way * self._stretched(near.middle), False)]
+        return RoadSlide(
+            way, deviation, score, near.middle, way * self._stretched(near.middle), False)
 
     def _slides(
         self, interval: float, turned: Turned, speeds: SpeedFilter,

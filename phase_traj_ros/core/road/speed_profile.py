@@ -55,6 +55,11 @@ class SpeedProfile:
         self._weight[seen] += 1.0
         self._newest = np.where(seen, scores, 0.0)
 
+    def confirms(self, speed: float) -> bool:
+        """Return whether a speed is that of half a second."""
+        best = self.best
+        return best is not None and abs(best[0] - speed) <= TUNING.profile_width * speed
+
     @property
     def best(self) -> tuple[float, float] | None:
         """Return the speed that stands out from all others, and its score; None if none does."""

@@ -65,9 +65,9 @@ def test_a_road_that_is_out_of_sight_tells_nothing():
     rng, profile = np.random.default_rng(5), SpeedProfile()
     for _ in range(40):
         profile.add(noise(rng) + peak(12.0, 6.0), SEEN, 0.04)
-    assert profile.best is not None
+    assert profile.confirms(12.5) and not profile.confirms(16.0)
     profile.add(np.zeros(len(SPEEDS)), SEEN, 0.04)
-    assert profile.best is None
+    assert profile.best is None and not profile.confirms(12.0)
 
 
 def test_speeds_that_are_seldom_seen_do_not_count():
