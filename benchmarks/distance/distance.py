@@ -76,7 +76,7 @@ _OTHER_TEXT = """
 _BREAKS_TEXT = """
     The lorry hides the road from 8 m on; on the wet night a tenth of the light is
     left, and the noise of a sensor at its limit; the snow leaves a hundredth of the contrast. On
-    the snow nothing is known from the start, so no metres are made up.
+    the snow, most of the way is unknown or bridged, and said to be `distance_unknown`.
     """
 
 

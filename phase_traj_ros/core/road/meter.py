@@ -196,8 +196,8 @@ class RoadMeter:
         scores = np.array([
             look.scores_at(ways, stretched=self._stretched(look.middle))
             for look in self._looks or ()]).sum(axis=0)
-        # What may be fixed to the camera tells nothing.
-        beyond = max(turned.least, 3.0 * TUNING.fixed_cells * CELL)
+        # What is fixed to the camera, and its side lobes, tell nothing.
+        beyond = max(turned.least, TUNING.profile_begins)
         self._profile.add(scores, np.isfinite(scores) & (ways > beyond), interval)
 
     def _by_profile(self, interval: float, turned: Turned) -> RoadSlide | None:

@@ -70,6 +70,9 @@ class SpeedProfile:
         mean = np.where(known, self._sum / np.maximum(self._weight, 1.0), 0.0)
         above = np.where(known, mean - np.median(mean[known]), 0.0)
         at = int(above.argmax())
+        if not known[max(at - 1, 0):at + 2].all():
+            # The flank of a peak outside.
+            return None
         speed = float(self.speeds[at])
         apart = np.abs(self.speeds - speed) > max(
             TUNING.profile_width * speed, 4 * TUNING.profile_step)

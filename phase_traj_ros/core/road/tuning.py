@@ -111,6 +111,8 @@ class RoadTuning:
 
     profile_step: float = 0.25
     """Step of the speeds of a profile, in camera heights per second."""
+    profile_begins: float = 0.3
+    """Slide from which on a profile has speeds: side lobes of what does not slide end there."""
     profile_s: float = 0.5
     """Time constant in seconds over which it is averaged..."""
     profile_pairs: float = 4.0

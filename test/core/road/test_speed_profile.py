@@ -70,6 +70,13 @@ def test_a_road_that_is_out_of_sight_tells_nothing():
     assert profile.best is None and not profile.confirms(12.0)
 
 
+def test_the_flank_of_a_peak_outside_is_not_a_speed():
+    rng, profile, seen = np.random.default_rng(8), SpeedProfile(), SPEEDS > 8.0
+    for _ in range(60):
+        profile.add(noise(rng) + peak(7.5, 8.0, 1.0), seen, 0.04)
+        assert profile.best is None
+
+
 def test_speeds_that_are_seldom_seen_do_not_count():
     rng, profile = np.random.default_rng(6), SpeedProfile()
     for index in range(60):
