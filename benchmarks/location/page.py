@@ -58,7 +58,8 @@ _EVIDENCE_TEXT = """
     of Karlsruhe nothing that is more than 50 m off. A rotated map would not be another one: the
     drive begins in any direction. When it was chosen what may be claimed, the runs on wrong maps
     of the drives *held out*, 02 and 10, played no part; their runs on the right map were seen.
-    How the hypotheses are split was chosen by 09 and 10 on the right map.
+    How the hypotheses are split was chosen by 09 and 10 on the right map, and the share of lost
+    vehicles that return was halved when a part of 08 was claimed on a mirrored map.
     *Unknown* is a scale of 1.1 to 2.2 m per unit.
     """
 _LARGE_TEXT = """
