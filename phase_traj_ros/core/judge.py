@@ -9,7 +9,6 @@ vehicle stands (``_stands``) and whether only what is fixed to the camera agrees
 """
 
 from dataclasses import dataclass, replace
-import math
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +19,7 @@ from phase_traj_ros.core.heading.visual_compass import VisualCompass
 from phase_traj_ros.core.heading.yaw_meter import YawMeasurement
 from phase_traj_ros.core.measuring import Comparison
 from phase_traj_ros.core.reliability.reason import Evidence
+from phase_traj_ros.core.road.tuning import TUNING as ROAD
 from phase_traj_ros.core.settings import CodeSource
 from phase_traj_ros.core.status import PairStatus
 
@@ -27,8 +27,6 @@ from phase_traj_ros.core.status import PairStatus
 _WORTH_IT = 0.01
 # Share of the blocks that have to agree in a trusted pair.
 _AGREEING = 0.3
-# A standing vehicle turns at less than this, in radians per second.
-_TURNING = math.radians(3.0)
 # The scene passes by if the median ratio of the translation to the distance of the blocks is above
 # this; the noise of a pattern that does not move is 0.002.
 _PASSING = 0.005
@@ -177,9 +175,9 @@ class Judge:
         It drives if all that does not move is the horizon, or if everything turns, or if a turn
         goes on: ``before`` is the yaw rate of the previous pair.
         """
-        turns = (yaw is not None and yaw.yaw is not None and abs(yaw.yaw) > _TURNING * interval
+        turns = (yaw is not None and yaw.yaw is not None and abs(yaw.yaw) > ROAD.turning * interval
                  and (yaw.certain or (yaw.refined and before * yaw.yaw > 0.0
-                                      and abs(before) > _TURNING)))
+                                      and abs(before) > ROAD.turning)))
         return not (self._areas.far or (turns and self._areas.moving))
 
     def _only_fixed_agree(self, yaw: YawMeasurement, shift: Shift) -> bool:
