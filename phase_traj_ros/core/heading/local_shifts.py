@@ -46,7 +46,6 @@ class BlockGrid:
 
     def __init__(
         self, shape: tuple[int, int], *, counts: NDArray[np.bool_] | None = None,
-        blocks: tuple[int, int] = (8, 20),
     ) -> None:
         """
         Make the grid.
@@ -57,11 +56,9 @@ class BlockGrid:
             Shape of the frames, (H, W).
         counts
             (H, W). Blocks whose centre is False are left out.
-        blocks
-            Number of blocks, (rows, columns).
 
         """
-        (down, across), (height, width) = blocks, shape
+        (down, across), (height, width) = TUNING.blocks, shape
         rows = (np.arange(down) + 0.5) * height / down - 0.5
         columns = (np.arange(across) + 0.5) * width / across - 0.5
         y, x = (axis.ravel() for axis in np.meshgrid(rows, columns, indexing='ij'))

@@ -5,6 +5,7 @@
 from dataclasses import dataclass
 import math
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 from phase_traj_ros.core.correlation.aligned import aligned_zeros
@@ -96,12 +97,11 @@ class Slide:
         self._map[height:] = 0.0
         self._map[:height, width:] = 0.0
         np.multiply(patch, self._window, out=self._map[:height, :width])
-        deviation = math.sqrt(float(np.mean(np.square(self._map))))
-        if deviation == 0.0:
+        norm = cv2.norm(self._map)
+        if norm == 0.0:
             if keep:
                 self._cross.clear()
             self._map.fill(0.0)
             return 0.0
         self._transforms.forward(self._map, height)
-        floor = _ROUNDING * deviation * math.sqrt(self._map.size)
-        return self._cross(self._map, floor, keep=keep)
+        return self._cross(self._map, _ROUNDING * norm, keep=keep)
