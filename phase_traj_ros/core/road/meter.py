@@ -254,8 +254,9 @@ class RoadMeter:
         self, found: list[RoadSlide], interval: float, turned: Turned,
     ) -> Travel | None:
         """Combine the slides of the patches."""
-        if turned.moves:
-            found = [each for each in found if not each.fixed] or found
+        found = [
+            each for each in found if not each.sudden and not (each.fixed and turned.moves)
+        ] or found
         if not found:
             return None
         best = max(found, key=lambda each: each.score)
@@ -274,6 +275,8 @@ class RoadMeter:
                 self._key.over = self._key.age >= TUNING.creeps
                 # A vehicle does not turn on the spot: the patch does not show the road.
                 return None if turned.swings else self._standing(interval)
+            if best.sudden:
+                return self._waiting(interval)
         return self._travelled(agreeing, interval)
 
     def _travelled(self, agreeing: list[RoadSlide], interval: float) -> Travel:
