@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from phase_traj_ros.core.camera.projection import CylinderProjection
 from phase_traj_ros.core.correlation.phase_correlation import PhaseCorrelator, Shift
-from phase_traj_ros.core.heading.camera_motion import better, CameraMotion, MotionFit
+from phase_traj_ros.core.heading.camera_motion import better, CameraMotion, MotionFit, quantile
 from phase_traj_ros.core.heading.focus_of_expansion import FocusOfExpansion, Mounting
 from phase_traj_ros.core.heading.keyframe import Keyframe
 from phase_traj_ros.core.heading.local_shifts import BlockGrid, BlockShifts
@@ -251,7 +251,7 @@ class YawMeter:
         if abs(turned) > TUNING.all_move_px:
             return np.ones(len(self._low), np.bool_)
         # Straight ahead, distant parts of the scene do not move; the road is near, and does.
-        driving = float(np.median(np.hypot(blocks.dx, blocks.dy))) > TUNING.road_moves_px
+        driving = quantile(np.hypot(blocks.dx, blocks.dy), 0.5) > TUNING.road_moves_px
         return self._low if driving else np.zeros_like(self._low)
 
     def _look(
