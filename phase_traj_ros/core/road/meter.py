@@ -123,6 +123,7 @@ class RoadMeter:
         """
         self.speed_filter.pass_time(interval, unsure=unsure)
         self._tilt.pass_time(interval)
+        self._profile.pass_time(interval)
         if still:
             self.start(frame)
             return self._standing(interval)
@@ -164,7 +165,7 @@ class RoadMeter:
         for look in self._looks:
             look.look(frame)
             look.compare(turn)
-        self._add_to_profile(interval, turned)
+        self._add_to_profile(turned)
         found = self._search(interval, turned)
         travel = self._judged([each for each in found if each is not None], interval, turned)
         if travel is None or self._key.over:
@@ -190,7 +191,7 @@ class RoadMeter:
                 return [*anywhere]
         return [self._by_profile(interval, turned)]
 
-    def _add_to_profile(self, interval: float, turned: Turned) -> None:
+    def _add_to_profile(self, turned: Turned) -> None:
         """Add the newest comparison to the profile of the speed."""
         ways = self._profile.speeds * self._key.age
         scores = np.array([
@@ -198,7 +199,7 @@ class RoadMeter:
             for look in self._looks or ()]).sum(axis=0)
         # What is fixed to the camera, and its side lobes, tell nothing.
         beyond = max(turned.least, TUNING.profile_begins)
-        self._profile.add(scores, np.isfinite(scores) & (ways > beyond), interval)
+        self._profile.add(scores, np.isfinite(scores) & (ways > beyond))
 
     def _by_profile(self, interval: float, turned: Turned) -> RoadSlide | None:
         """Return the slide at the speed that half a second tells; None if it tells none."""
@@ -254,8 +255,9 @@ class RoadMeter:
         self, found: list[RoadSlide], interval: float, turned: Turned,
     ) -> Travel | None:
         """Combine the slides of the patches."""
-        if turned.moves:
-            found = [each for each in found if not each.fixed] or found
+        found = [
+            each for each in found if not each.sudden and not (each.fixed and turned.moves)
+        ] or found
         if not found:
             return None
         best = max(found, key=lambda each: each.score)
@@ -274,6 +276,8 @@ class RoadMeter:
                 self._key.over = self._key.age >= TUNING.creeps
                 # A vehicle does not turn on the spot: the patch does not show the road.
                 return None if turned.swings else self._standing(interval)
+            if best.sudden:
+                return self._waiting(interval)
         return self._travelled(agreeing, interval)
 
     def _travelled(self, agreeing: list[RoadSlide], interval: float) -> Travel:

@@ -82,6 +82,11 @@ class Slide:
         places = np.arange(len(self._scores)) - self._back
         return np.interp(cells, places, self._scores, left=np.nan, right=np.nan)
 
+    def highest(self, least: float, most: float) -> float:
+        """Return the highest score from ``least`` to ``most`` cells."""
+        first, last = math.floor(least) + self._back, math.ceil(most) + self._back
+        return float(self._scores[max(first, 0):max(last + 1, 1)].max(initial=0.0))
+
     def rival(self, cells: float | None) -> float:
         """Return the highest score of all slides but those next to ``cells``."""
         scores = self._scores.copy()

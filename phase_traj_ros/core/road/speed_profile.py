@@ -32,9 +32,13 @@ class SpeedProfile:
         self._weight = np.zeros(len(self.speeds))
         self._newest = np.zeros(len(self.speeds))
 
-    def add(
-        self, scores: NDArray[np.float64], seen: NDArray[np.bool_], interval: float,
-    ) -> None:
+    def pass_time(self, interval: float) -> None:
+        """Let the weight of the earlier pairs decrease by an interval in seconds."""
+        kept = math.exp(-interval / TUNING.profile_s)
+        self._sum *= kept
+        self._weight *= kept
+
+    def add(self, scores: NDArray[np.float64], seen: NDArray[np.bool_]) -> None:
         """
         Add a pair.
 
@@ -44,13 +48,8 @@ class SpeedProfile:
             How much the slide at each of ``speeds`` stands out, (N,), in standard deviations.
         seen
             Which of them could be seen, (N,).
-        interval
-            Seconds since the previous pair.
 
         """
-        kept = math.exp(-interval / TUNING.profile_s)
-        self._sum *= kept
-        self._weight *= kept
         self._sum[seen] += scores[seen]
         self._weight[seen] += 1.0
         self._newest = np.where(seen, scores, 0.0)
