@@ -263,12 +263,12 @@ class _Problem:
         rows[self._sights, :, self._base, 3:] = moved
         # The first frame is fixed: the lens takes the place of its translation.
         rows[:, :, 0, 3:] = np.stack(lens, axis=2)
-        jacobian = np.ascontiguousarray(rows.reshape(2 * len(rows), -1)[:, 3:])
+        jacobian = rows.reshape(2 * len(rows), -1)[:, 3:]
         own = applied(change, way)
         weighted = jacobian * np.repeat(weight, 2)[:, None]
+        sums = product(weighted, np.column_stack([jacobian, error.ravel()]))
         known, known_gradient = self._known_normal(state)
-        normal = product(weighted, jacobian) + known
-        gradient = times(weighted.T, error.ravel()) + known_gradient
+        normal, gradient = sums[:, :-1] + known, sums[:, -1] + known_gradient
         mixed = np.add.reduceat(weighted * own.reshape(-1, 1), 2 * self._starts)
         points = np.add.reduceat(weight * (own * own).sum(axis=1), self._starts)
         toward = np.add.reduceat(weight * (own * error).sum(axis=1), self._starts)

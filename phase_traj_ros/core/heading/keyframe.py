@@ -16,17 +16,17 @@ import numpy as np
 from numpy.typing import NDArray
 from phase_traj_ros.core.heading.camera_motion import CameraMotion, quantile
 from phase_traj_ros.core.heading.focus_of_expansion import FocusOfExpansion, Mounting
-from phase_traj_ros.core.heading.local_shifts import BlockShifts
+from phase_traj_ros.core.heading.local_shifts import BlockPicture, BlockShifts
 from phase_traj_ros.core.heading.tuning import TUNING
 
 
 class Keyframe:
     """A frame, and the motion of the blocks and of the camera since."""
 
-    def __init__(self, picture: NDArray[np.uint8], blocks: int, travel: FocusOfExpansion) -> None:
-        """Begin with a picture (H, W), its number of blocks, and the direction of travel."""
+    def __init__(self, picture: BlockPicture, travel: FocusOfExpansion) -> None:
+        """Begin with a picture and the direction of travel."""
         self.picture = picture
-        self.moved: NDArray[np.float64] = np.zeros((blocks, 2))
+        self.moved: NDArray[np.float64] = np.zeros((len(picture.corners), 2))
         """Displacement of each block up to the newest frame, in pixels."""
         self.age = 0.0
         """Seconds since."""

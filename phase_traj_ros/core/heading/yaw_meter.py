@@ -261,8 +261,8 @@ class YawMeter:
         blocks = self._grid.measure(key.picture, current, expected=key.moved + np.array(expected))
         motion = self._fit(
             blocks.dx / scale, blocks.dy / scale, blocks.weight,
-            key.foreseen(self._rate, self.mounting), aside=blocks.aside / scale,
-            down=blocks.down / scale)
+            key.foreseen(self._rate, self.mounting), aside=key.picture.aside / scale,
+            down=key.picture.down / scale)
         return motion, blocks
 
     def _by_blocks(
@@ -314,7 +314,7 @@ class YawMeter:
             self._correlator.update(self._previous)
 
     def _keyframe(self, picture: NDArray[np.uint8], travel: FocusOfExpansion) -> Keyframe:
-        return Keyframe(picture, len(self._grid.middles), travel)
+        return Keyframe(self._grid.take(picture), travel)
 
     def _levelled(self, picture: NDArray[np.uint8]) -> NDArray[np.uint8]:
         """Return the image without sudden changes of exposure."""
