@@ -100,7 +100,7 @@ class RoadLook:
             return None
         raw = peak.cells * CELL
         # Next to the copies of an encoder are their side lobes.
-        beside = turned.drives and raw < TUNING.profile_begins and (
+        beside = turned.drives and abs(raw) < TUNING.profile_begins and (
             self._slide.highest(below, above) > peak.score)
         return RoadSlide(
             raw / stretched, self.deviation(turned), peak.score, self.middle, raw,

@@ -361,3 +361,13 @@ def test_what_shows_beside_a_copy_is_not_the_road():
         for frame in (new, copied):
             travel = meter.update(frame, 0.04, motion())
             assert travel.state is not TravelState.MEASURED
+
+
+def test_reverse_is_told_beside_a_copy():
+    road, meter = Road(PINHOLE), RoadMeter(PINHOLE, Horizon(), pitch_known=True)
+    meter.start(road.seen(20.0))
+    copied = road.seen(20.0)
+    copied[:, 250:390] = road.seen(19.64)[:, 250:390]
+    travel = meter.update(copied, 0.2, None, yaw=0.0)
+    assert travel.state is TravelState.MEASURED
+    assert travel.distance == pytest.approx(-0.36, abs=CELL)
