@@ -27,7 +27,8 @@ import cv2
 import numpy as np
 from phase_traj_ros.core import CodeSource, EstimatorSettings, Lens, TrajectoryEstimator
 from phase_traj_ros.core.camera.model import CameraModel, Distortion
-from phase_traj_ros.core.heading.turns import find_turns, MIN_ANGLE_DEG
+from phase_traj_ros.core.heading.tuning import TUNING
+from phase_traj_ros.core.heading.turns import find_turns
 from phase_traj_ros.synthetic import Camera, Drive
 
 _DOCUMENT = ROOT / 'docs' / 'measurements' / 'frame_rate.md'
@@ -188,7 +189,7 @@ def _quarters(drive: Drive) -> list[int]:
     """Return the true turns of 60 degrees or more, each as a signed number of quarter turns."""
     if drive.turns:
         angles = [turn.angle_deg for turn in drive.turns]
-        return [round(angle / 90) for angle in angles if abs(angle) >= MIN_ANGLE_DEG]
+        return [round(angle / 90) for angle in angles if abs(angle) >= TUNING.turn_deg]
     found = find_turns(drive.stamps_ns.tolist(), np.unwrap(drive.poses[:, 2]))
     return [turn.quarter_turns for turn in found]
 

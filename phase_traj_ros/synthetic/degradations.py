@@ -67,11 +67,9 @@ def night(frame: Bytes, *, exposure: float = 0.06, electrons: float = 1000.0, se
     return _rounded((counted * (255.0 / 3 / max(exposure * electrons, 1e-9))).astype(np.float32))
 
 
-def fog(
-    frame: Bytes, *, visibility: float, camera: Camera = KITTI_CAMERA, air: float = 190.0,
-) -> Bytes:
+def fog(frame: Bytes, *, visibility: float, camera: Camera = KITTI_CAMERA) -> Bytes:
     """
-    Fade to the grey ``air`` with distance, to 1 / e of the contrast at ``visibility`` metres.
+    Fade to a light grey with distance, to 1 / e of the contrast at ``visibility`` metres.
 
     The distance is estimated from the row: below the horizon it is that of the ground, above it
     that of houses of 8 m height, and at most 40 m.
@@ -81,7 +79,7 @@ def fog(
     height = np.where(rows > 0, camera.above_ground, 8.0 - camera.above_ground)
     distance = np.minimum(camera.focal * height / np.maximum(np.abs(rows), 0.5), 40.0)
     clear = np.exp(-distance / max(visibility, 1e-9)).astype(np.float32)[:, None]
-    return _rounded(frame * clear + np.float32(air) * (1 - clear))
+    return _rounded(frame * clear + np.float32(190.0) * (1 - clear))
 
 
 def rain(frame: Bytes, *, streaks: int = 400, seed: Seed) -> Bytes:

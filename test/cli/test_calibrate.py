@@ -74,6 +74,15 @@ def test_without_a_turn_nothing_is_written(bag, tmp_path, capsys):
     assert not path.exists()
 
 
+@pytest.mark.parametrize('name', ['drive.mp4', 'camera', 'camera.txt'])
+def test_a_camera_is_written_to_a_parameter_file_only(tmp_path, capsys, name):
+    path = tmp_path / name
+    path.write_text('something else')
+    assert main(['calibrate', str(tmp_path / 'absent'), '--output', str(path)]) == 2
+    assert 'its name has to end in .yaml' in capsys.readouterr().err
+    assert path.read_text() == 'something else'
+
+
 def test_recordings_of_different_cameras_are_refused(bag, tmp_path, capsys):
     drive = plan_drive(
         'tall', PLAN[:3], rate_hz=10.0, speed=8.0,

@@ -206,7 +206,8 @@ def test_the_help_of_replay_lists_what_a_user_and_a_vehicle_may_need(run):
 
 
 @pytest.mark.parametrize(
-    ('option', 'value'), [('--rate', '0'), ('--rate', 'nan'), ('--wait', 'nan')])
+    ('option', 'value'), [
+        ('--rate', '0'), ('--rate', 'nan'), ('--wait', 'nan'), ('--wait', '1e300')])
 def test_play_refuses_invalid_times(refused, folder, option, value):
     assert f'{option} is {float(value)}: give' in refused('play', folder, option, value)
 
@@ -217,6 +218,7 @@ def test_a_process_ends_with_the_status_and_the_line():
 
 @pytest.mark.parametrize(('arguments', 'message'), [
     (['{folder}', '--topic', '/image'], 'leave out topic'),
+    (['{folder}', '--jobs', '0'], 'give 1 or more'),
     (['{folder}', '--every', '0'], 'every must be a whole number'),
     (['{folder}', '--start', '60'], 'no frame is selected'),
     (['{folder}', '--duration', '0.1'], '1 frame to use, but a trajectory needs at least two'),

@@ -165,6 +165,9 @@ def test_without_output_nothing_is_written(made, town, pictures, tmp_path):
     (('--near', '10.0,10.0,2km'), 'the map covers latitudes 48.99'),
     (('--scale', '3..0.5'), 'give two positive numbers, such as 0.5..3'),
     (('--scale', 'wide'), 'give two positive numbers'),
+    (('--scale', '0.01..100'), 'the larger one up to 10 times the smaller'),
+    (('--scale', '1e-300..1e300'), 'the larger one up to 10 times the smaller'),
+    (('--scale', '1e-300'), 'give numbers from 0.001 to 1000'),
     (('--level', '1'), 'a probability from 0.5 to below 1'),
     (('--roads', 'sea'), 'invalid choice'),
 ])

@@ -12,7 +12,7 @@ from phase_traj_ros.cli.options import add_source, SOURCE_HELP, source_of
 from phase_traj_ros.cli.progress import progress
 from phase_traj_ros.core import CameraEstimate, CameraInUse, Lens
 from phase_traj_ros.core.camera.estimate import combined
-from phase_traj_ros.errors import ResultError
+from phase_traj_ros.errors import ParameterError, ResultError
 from phase_traj_ros.io.outputs.outputs import output_file
 from phase_traj_ros.io.replay.camera import learned_lens
 from phase_traj_ros.io.results.camera_file import camera_values, write_camera
@@ -20,6 +20,7 @@ from phase_traj_ros.io.sources.prefetch import prefetch
 from phase_traj_ros.parameters import Parameters
 
 EXIT_NOT_TOLD = 1
+_SUFFIX = '.yaml'
 
 _EPILOG = f"""
 {SOURCE_HELP}
@@ -42,12 +43,15 @@ def add_parser(commands: Any) -> None:
         '--upside-down', action='store_true', help='the camera is mounted upside down')
     parser.add_argument(
         '--output', metavar='FILE.yaml', type=Path,
-        help='write the camera to this parameter file')
+        help='write the camera to this parameter file, and replace one that is there')
     parser.set_defaults(run=run)
 
 
 def run(options: Namespace) -> int:
     """Run the command; return the exit status."""
+    if options.output is not None and options.output.suffix != _SUFFIX:
+        # Reported before the work.
+        raise ParameterError(f'--output is {options.output}: its name has to end in {_SUFFIX}')
     told = []
     for path in options.sources:
         estimate = _learn(options, path)

@@ -42,6 +42,9 @@ EXIT_NOT_KNOWN = 1
 # Metres that a drive takes to be located, mostly: anywhere in a town, and near a place.
 _NEEDED, _NEEDED_NEAR = 1000.0, 400.0
 _CODES = 'chain_code.json'
+# Metres per unit of an odometry, and the largest ratio of the ends of a range: within 0.3..3, a
+# drive is located, within 0.1..10 it is not.
+_SCALES, _WIDEST = (1e-3, 1e3), 10.0
 _TRAJECTORIES = ('.tum', '.txt')
 
 _EPILOG = f"""
@@ -77,8 +80,8 @@ def add_parser(commands: Any) -> None:
              ' negative latitude: --near=-33.92,18.42,2km; default: anywhere on the map)')
     parser.add_argument(
         '--scale', metavar='A..B', type=_scale,
-        help='metres per unit of the odometry, such as 0.5..3 (default: 0.9..1.1 for metres,'
-             ' 1.1..2.2 for camera heights)')
+        help='metres per unit of the odometry, such as 0.5..3, B up to 10 times A (default:'
+             ' 0.9..1.1 for metres, 1.1..2.2 for camera heights)')
     parser.add_argument(
         '--roads', choices=[each.value for each in Roads], default=Roads.CAR.value,
         help='roads that a car may drive, or paths as well (default: car)')
@@ -218,10 +221,17 @@ def _near(text: str) -> Near:
 def _scale(text: str) -> ScaleRange:
     least, dots, most = text.partition('..')
     try:
-        return ScaleRange(float(least), float(most if dots else least))
+        scale = ScaleRange(float(least), float(most if dots else least))
     except ValueError:
         raise ArgumentTypeError(
             f'{text!r} is not a range: give two positive numbers, such as 0.5..3') from None
+    least_of_all, most_of_all = _SCALES
+    if scale.most > _WIDEST * scale.least or not least_of_all <= scale.least < most_of_all:
+        raise ArgumentTypeError(
+            f'{text!r} is too wide, or not metres: give numbers from {least_of_all:g} to'
+            f' {most_of_all:g}, the larger one up to {_WIDEST:g} times the smaller, such as'
+            ' 0.5..3')
+    return scale
 
 
 def _level(text: str) -> float:

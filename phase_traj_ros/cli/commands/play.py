@@ -23,7 +23,7 @@ from phase_traj_ros.errors import (
 from phase_traj_ros.io.sources.base import FrameSource, StampedFrame, UnreadableFrame
 from phase_traj_ros.io.sources.prefetch import prefetch
 
-_WAIT_S, _WAIT_LOSSLESS_S, _LINGER_S = 5.0, 30.0, 1.0
+_WAIT_S, _WAIT_LOSSLESS_S, _MOST_WAIT_S, _LINGER_S = 5.0, 30.0, 86400.0, 1.0
 # As in ros2 bag play.
 _CLOCK_HZ, _MOST_CLOCK_HZ = 40.0, 1000.0
 
@@ -84,8 +84,9 @@ def run(options: Namespace) -> None:
             f'--clock is {options.clock}: give a number above 0, up to {_MOST_CLOCK_HZ:g}')
     if options.wait is None:
         options.wait = _WAIT_LOSSLESS_S if options.lossless else _WAIT_S
-    if not options.wait >= 0:
-        raise ParameterError(f'--wait is {options.wait}: give a number of seconds, 0 or more')
+    if not 0 <= options.wait <= _MOST_WAIT_S:
+        raise ParameterError(
+            f'--wait is {options.wait}: give a number of seconds, 0 to {_MOST_WAIT_S:g}')
     try:
         from phase_traj_ros.ros.playback.player import FramePlayer
         from phase_traj_ros.ros.spin import names_explained, ros_context

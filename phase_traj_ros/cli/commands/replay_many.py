@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """``phase_traj replay A B C``: replays many recordings in parallel."""
 
-from argparse import ArgumentParser, Namespace
+from argparse import ArgumentParser, ArgumentTypeError, Namespace
 from concurrent.futures import Executor
 from contextlib import AbstractContextManager
 from dataclasses import replace
@@ -31,12 +31,22 @@ EXIT_SOME_FAILED = 1
 def add_batch(parser: ArgumentParser) -> None:
     """Add the options for several sources."""
     parser.add_argument(
-        '--jobs', metavar='N', type=int,
+        '--jobs', metavar='N', type=_jobs,
         help='replay N sources at a time (default: one per processor)')
     parser.add_argument(
         '--dask', metavar='ADDRESS',
         help='replay on the Dask cluster with this scheduler, such as tcp://host:8786; its'
              ' machines have to share the sources and DIR')
+
+
+def _jobs(text: str) -> int:
+    try:
+        jobs = int(text)
+    except ValueError:
+        jobs = 0
+    if jobs < 1:
+        raise ArgumentTypeError(f'{text!r} is not a number of sources: give 1 or more')
+    return jobs
 
 
 def replay_many(request: ReplayRequest, options: Namespace) -> int | None:
@@ -71,8 +81,6 @@ def replay_many(request: ReplayRequest, options: Namespace) -> int | None:
 
 def _executor(options: Namespace, requests: int) -> AbstractContextManager[Executor]:
     workers = len(os.sched_getaffinity(0)) if options.jobs is None else options.jobs
-    if workers < 1:
-        raise ParameterError(f'--jobs is {workers}: give 1 or more')
     if options.dask is not None:
         return dask_executor(options.dask)
     return IsolatedProcesses(min(workers, requests))

@@ -19,12 +19,10 @@ def product(left: Numbers, right: Numbers) -> Numbers:
 
     The sum is over blocks that are too small to be divided among threads.
     """
-    blocks = -(-len(left) // _BLOCK)
-    missing = ((0, blocks * _BLOCK - len(left)), (0, 0))
-    first, second = (
-        np.pad(side, missing).reshape(blocks, _BLOCK, -1) for side in (left, right))
+    whole = len(left) // _BLOCK * _BLOCK
+    first, second = (side[:whole].reshape(-1, _BLOCK, side.shape[1]) for side in (left, right))
     result: Numbers = (first.transpose(0, 2, 1) @ second).sum(axis=0)
-    return result
+    return result + left[whole:].T @ right[whole:]
 
 
 def times(matrix: Numbers, vector: Numbers) -> Numbers:
@@ -34,7 +32,7 @@ def times(matrix: Numbers, vector: Numbers) -> Numbers:
 
 
 def applied(matrices: Numbers, vectors: Numbers) -> Numbers:
-    """Return the products of matrices (N, 3, 3) and vectors (N, 3), one by one."""
+    """Return the products of matrices (N, M, 3) and vectors (N, 3), one by one."""
     result: Numbers = (matrices @ vectors[:, :, None])[:, :, 0]
     return result
 
@@ -42,8 +40,10 @@ def applied(matrices: Numbers, vectors: Numbers) -> Numbers:
 def crossed(vectors: Numbers) -> Numbers:
     """Return the cross-product matrices (N, 3, 3) of vectors (N, 3)."""
     x, y, z = vectors.T
-    nothing = np.zeros_like(x)
-    return np.stack([nothing, -z, y, z, nothing, -x, -y, x, nothing], axis=1).reshape(-1, 3, 3)
+    matrices = np.zeros((len(vectors), 3, 3))
+    matrices[:, 0, 1], matrices[:, 0, 2], matrices[:, 1, 2] = -z, y, -x
+    matrices[:, 1, 0], matrices[:, 2, 0], matrices[:, 2, 1] = z, -y, x
+    return matrices
 
 
 def rotations(vectors: Numbers) -> Numbers:

@@ -31,7 +31,7 @@ from phase_traj_ros.core.calibration.algebra import (
 )
 from phase_traj_ros.core.calibration.tuning import TUNING
 from phase_traj_ros.core.calibration.turn_tracks import TurnTracks
-from phase_traj_ros.core.camera.lens_family import places, rays, STRAIGHTNESS_RANGE
+from phase_traj_ros.core.camera.lens_family import places, rays, slopes, STRAIGHTNESS_RANGE
 
 Numbers = NDArray[np.float64]
 
@@ -177,25 +177,32 @@ class _Problem:
         return _State(math.log(focal_px), straightness, column, attitude, place,
                       np.full(self._points, TUNING.start_nearness))
 
-    def _directions(self, state: _State) -> tuple[Numbers, Numbers, Numbers, Numbers]:
-        """Return rays in the base frame, rotations and translations to the frame, and points."""
+    def _motions(self, state: _State) -> tuple[Numbers, Numbers]:
+        """Return the rotations and translations from the base frame to that of an observation."""
+        # By frame and base frame, as there are more observations than pairs of frames.
+        attitude, place = state.attitude[:, None], state.place
+        between = attitude @ state.attitude.transpose(0, 2, 1)
+        way = attitude @ (place - place[:, None])[..., None]
+        pairs = self._frame, self._base
+        return between[pairs], way[pairs][:, :, 0]
+
+    def _directions(
+        self, state: _State, between: Numbers, way: Numbers,
+    ) -> tuple[Numbers, Numbers]:
+        """Return the rays in the base frame, and the points seen from the other frame."""
         ray = rays(
             self._based - (state.column, 0.0), math.exp(state.log_focal), state.straightness)
-        there = state.attitude[self._frame]
-        between = there @ state.attitude[self._base].transpose(0, 2, 1)
-        way = applied(there, state.place[self._base] - state.place[self._frame])
-        seen = applied(between, ray) + state.nearness[self._point][:, None] * way
-        return ray, between, way, seen
+        return ray, applied(between, ray) + state.nearness[self._point][:, None] * way
 
-    def _places(self, state: _State) -> Numbers:
-        seen = self._directions(state)[3]
-        found = places(seen, math.exp(state.log_focal), state.straightness)[0]
+    def _places(self, state: _State, seen: Numbers) -> Numbers:
+        found = places(seen, math.exp(state.log_focal), state.straightness)
         found[:, 0] += state.column
         return found
 
     def _costs(self, state: _State) -> Numbers:
         """Return the cost of each observation, which grows slowly with large errors."""
-        error = (self._places(state) - self._seen) / self._deviation
+        seen = self._directions(state, *self._motions(state))[1]
+        error = (self._places(state, seen) - self._seen) / self._deviation
         return np.asarray(2.0 * np.log1p((error * error).sum(axis=1) / 2.0), np.float64)
 
     def cost(self, state: _State) -> float:
@@ -233,18 +240,20 @@ class _Problem:
 
     def _normal(self, state: _State) -> tuple[Numbers, Numbers, Numbers, Numbers, Numbers]:
         """Return the normal equations: of the camera, mixed, of the points; both gradients."""
-        focal = math.exp(state.log_focal)
-        ray, between, way, seen = self._directions(state)
-        found, change = places(seen, focal, state.straightness)
-        found[:, 0] += state.column
+        between, way = self._motions(state)
+        ray, seen = self._directions(state, between, way)
+        found = self._places(state, seen)
         error = (found - self._seen) / self._deviation
         weight = 1.0 / (1.0 + (error * error).sum(axis=1) / 2.0)
-        change /= self._deviation
+        change = slopes(seen, math.exp(state.log_focal), state.straightness) / self._deviation
         nearness = state.nearness[self._point]
-        lens = [(self._places(other) - found) / (TUNING.delta * self._deviation) for other in (
+        others = (
             replace(state, log_focal=state.log_focal + TUNING.delta),
             replace(state, straightness=state.straightness + TUNING.delta),
-            replace(state, column=state.column + TUNING.delta))]
+            replace(state, column=state.column + TUNING.delta))
+        lens = [
+            (self._places(other, self._directions(other, between, way)[1]) - found)
+            / (TUNING.delta * self._deviation) for other in others]
         # Two rows per observation; per frame, three rotations and three translations.
         rows = np.zeros((len(self._sights), 2, self._frames, 6))
         moved = (change @ state.attitude[self._frame]) * nearness[:, None, None]
@@ -252,17 +261,15 @@ class _Problem:
         rows[self._sights, :, self._base, :3] = change @ between @ crossed(ray)
         rows[self._sights, :, self._frame, 3:] = -moved
         rows[self._sights, :, self._base, 3:] = moved
-        # The first frame is fixed.
-        jacobian = np.concatenate(
-            [np.stack(lens, axis=2), rows[:, :, 1:].reshape(len(rows), 2, -1)], axis=2)
-        own = (change @ way[:, :, None])[:, :, 0]
-        weighted = jacobian * weight[:, None, None]
-        flat, columns = weighted.reshape(-1, weighted.shape[2]), jacobian.shape[2]
+        # The first frame is fixed: the lens takes the place of its translation.
+        rows[:, :, 0, 3:] = np.stack(lens, axis=2)
+        jacobian = rows.reshape(2 * len(rows), -1)[:, 3:]
+        own = applied(change, way)
+        weighted = jacobian * np.repeat(weight, 2)[:, None]
+        sums = product(weighted, np.column_stack([jacobian, error.ravel()]))
         known, known_gradient = self._known_normal(state)
-        normal = product(flat, jacobian.reshape(-1, columns)) + known
-        gradient = times(flat.T, error.ravel()) + known_gradient
-        mixed = np.add.reduceat(
-            (weighted * own[:, :, None]).sum(axis=1), self._starts, axis=0)
+        normal, gradient = sums[:, :-1] + known, sums[:, -1] + known_gradient
+        mixed = np.add.reduceat(weighted * own.reshape(-1, 1), 2 * self._starts)
         points = np.add.reduceat(weight * (own * own).sum(axis=1), self._starts)
         toward = np.add.reduceat(weight * (own * error).sum(axis=1), self._starts)
         behind = TUNING.ahead_weight * (state.nearness < 0.0) + TUNING.nearness ** -2

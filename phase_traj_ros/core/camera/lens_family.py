@@ -69,19 +69,15 @@ def rays(places: Numbers, focal_px: float, straightness: float) -> Numbers:
     return np.stack([places[:, 0] * scale, places[:, 1] * scale, np.cos(angle)], axis=1)
 
 
-def places(directions: Numbers, focal_px: float, straightness: float) -> tuple[Numbers, Numbers]:
-    """
-    Return the image positions of directions (N, 3), and their derivatives.
+def places(directions: Numbers, focal_px: float, straightness: float) -> Numbers:
+    """Return the positions (N, 2) of directions (N, 3), in pixels from the principal point."""
+    return focal_px * directions[:, :2] * _scales(directions, straightness)[-1][:, None]
 
-    The positions (N, 2) are in pixels from the principal point, the derivatives are (N, 2, 3).
-    """
-    # Contiguous, as for numpy 1 a column overlaps a result that begins where the rows end in
-    # memory; it then takes other loops, which round differently.
-    x, y, z = np.ascontiguousarray(directions.T)
-    aside = np.hypot(x, y)
-    seen = radius(np.arctan2(aside, z), straightness)
+
+def slopes(directions: Numbers, focal_px: float, straightness: float) -> Numbers:
+    """Return the derivatives (N, 2, 3) of ``places``."""
+    x, y, z, aside, seen, across = _scales(directions, straightness)
     outwards = np.maximum(aside, 1e-9)
-    across = np.where(aside > 1e-9, seen / outwards, 1.0 / np.maximum(z, 1e-9))
     # dr/da = 1 + k r^2, for any k.
     steep = (1.0 + straightness * seen * seen) / (aside * aside + z * z)
     # On the axis, any direction away from it will do, as the two slopes are equal.
@@ -92,7 +88,19 @@ def places(directions: Numbers, focal_px: float, straightness: float) -> tuple[N
     change[:, 1, 1] = uy * uy * along + ux * ux * across
     change[:, 0, 1] = change[:, 1, 0] = ux * uy * (along - across)
     change[:, 0, 2], change[:, 1, 2] = -ux * steep * aside, -uy * steep * aside
-    return focal_px * directions[:, :2] * across[:, None], focal_px * change
+    return focal_px * change
+
+
+def _scales(directions: Numbers, straightness: float) -> tuple[Numbers, ...]:
+    """Return x, y, z, distance from the axis, r / f, and the ratio of these two, (N,) each."""
+    # Contiguous, as for numpy 1 a column overlaps a result that begins where the rows end in
+    # memory; it then takes other loops, which round differently.
+    x, y, z = np.ascontiguousarray(directions.T)
+    aside = np.hypot(x, y)
+    seen = radius(np.arctan2(aside, z), straightness)
+    across = np.where(
+        aside > 1e-9, seen / np.maximum(aside, 1e-9), 1.0 / np.maximum(z, 1e-9))
+    return x, y, z, aside, seen, across
 
 
 def focal_px_of(hfov_deg: float, width: int, straightness: float, *, column: float) -> float:

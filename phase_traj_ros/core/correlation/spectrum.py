@@ -80,14 +80,14 @@ class CrossPhase:
         scratch = aligned_zeros((5, rows * columns + 1))
         self._scratch = scratch[:, :-1].reshape(5, rows, columns)
         # Of the previous frame, at magnitude 1: real and imaginary part of the bins between the
-        # edges, and the two edges in the packed layout.
+        # edges, and the complex bins of the two edges.
         self._parts = aligned_zeros((2, shape[0], columns))
-        self._edges = aligned_zeros((2, shape[0]))
+        self._edges = np.zeros((2, shape[0] // 2 + 1), np.complex64)
 
     def clear(self) -> None:
         """Take an empty spectrum."""
         self._parts.fill(0.0)
-        self._edges.fill(0.0)
+        self._edges = np.zeros_like(self._edges)
 
     def __call__(
         self, spectrum: NDArray[np.float32], floor: float, *, keep: bool = True,
@@ -129,28 +129,22 @@ class CrossPhase:
     def _cross_edges(
         self, spectrum: NDArray[np.float32], floor: float, *, keep: bool,
     ) -> float:
-        edges = np.ascontiguousarray(spectrum[:, ::spectrum.shape[1] - 1].T)
-        weakest = np.inf
-        for bins, before in zip(_lines(edges), _lines(self._edges)):
-            magnitude = np.abs(bins)
-            weakest = min(weakest, float(magnitude.min()))
-            np.divide(bins, np.maximum(magnitude, np.float32(floor)), out=bins)
-            last = np.conjugate(before)
-            if keep:
-                before[...] = bins
-            bins *= last
-        spectrum[:, ::spectrum.shape[1] - 1] = edges.T
-        return weakest
+        packed, before = spectrum[:, ::spectrum.shape[1] - 1].T, self._edges
+        # Both ends of a column are real: their imaginary parts are not stored.
+        numbers = np.zeros((2, len(spectrum) + 2), np.float32)
+        numbers[:, 0], numbers[:, 2:-1] = packed[:, 0], packed[:, 1:]
+        bins = numbers.view(np.complex64)
+        magnitude = np.abs(bins)
+        numbers /= np.repeat(np.maximum(magnitude, np.float32(floor)), 2, axis=1)
+        if keep:
+            self._edges = bins
+        crossed = (bins * np.conjugate(before)).view(np.float32)
+        packed[:, 0], packed[:, 1:] = crossed[:, 0], crossed[:, 2:-1]
+        return float(magnitude.min())
 
     def _mean_square(self) -> float:
         # A pair stands for two conjugate bins, so it counts twice. The four real numbers of the
         # edges count once.
         parts = cv2.norm(self._parts.reshape(-1, self._parts.shape[2]), cv2.NORM_L2SQR)
-        corners = float(np.square(_lines(self._edges)[1], dtype=np.float64).sum())
-        edges = cv2.norm(self._edges, cv2.NORM_L2SQR)
-        return (2 * (parts + edges) - corners) / self._size
-
-
-def _lines(edges: NDArray[np.float32]) -> tuple[NDArray[np.complex64], NDArray[np.float32]]:
-    """Return the complex and the real bins of the two edges (2, M)."""
-    return edges[:, 1:-1].view(np.complex64), edges[:, ::edges.shape[1] - 1]
+        edges = np.square(np.abs(self._edges), dtype=np.float64)
+        return (2 * (parts + float(edges.sum())) - float(edges[:, [0, -1]].sum())) / self._size

@@ -14,19 +14,19 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
-from phase_traj_ros.core.heading.camera_motion import CameraMotion
+from phase_traj_ros.core.heading.camera_motion import CameraMotion, quantile
 from phase_traj_ros.core.heading.focus_of_expansion import FocusOfExpansion, Mounting
-from phase_traj_ros.core.heading.local_shifts import BlockShifts
+from phase_traj_ros.core.heading.local_shifts import BlockPicture, BlockShifts
 from phase_traj_ros.core.heading.tuning import TUNING
 
 
 class Keyframe:
     """A frame, and the motion of the blocks and of the camera since."""
 
-    def __init__(self, picture: NDArray[np.uint8], blocks: int, travel: FocusOfExpansion) -> None:
-        """Begin with a picture (H, W), its number of blocks, and the direction of travel."""
+    def __init__(self, picture: BlockPicture, travel: FocusOfExpansion) -> None:
+        """Begin with a picture and the direction of travel."""
         self.picture = picture
-        self.moved: NDArray[np.float64] = np.zeros((blocks, 2))
+        self.moved: NDArray[np.float64] = np.zeros((len(picture.corners), 2))
         """Displacement of each block up to the newest frame, in pixels."""
         self.age = 0.0
         """Seconds since."""
@@ -48,9 +48,9 @@ class Keyframe:
         """Add the motion since this frame; return it with the rotation of the newest pair."""
         last, seen = self.moved.copy(), blocks.weight > 0.0
         for column, moved in enumerate((blocks.dx, blocks.dy)):
-            self.moved[:, column] = np.where(seen, moved, np.median(moved[seen]))
+            self.moved[:, column] = np.where(seen, moved, quantile(moved[seen], 0.5))
         # By how far the blocks moved, not by its time: the vehicle may have stopped meanwhile.
-        far, newest = (float(np.median(np.hypot(*each.T))) for each in (
+        far, newest = (quantile(np.hypot(*each.T), 0.5) for each in (
             self.moved, self.moved - last))
         share = newest / far if far > newest else 1.0
         before, self._rotation = self._rotation, (motion.yaw, motion.pitch, motion.roll)

@@ -19,21 +19,33 @@ _STOP = (
     cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, TUNING.search_steps, TUNING.search_px)
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class BlockPicture:
+    """
+    A picture, (H, W) uint8, and the texture of its blocks; the other arrays are (N,).
+
+    ``corners`` tells which blocks show more than an edge. ``aside`` and ``down`` are the centroid
+    of the texture in pixels, relative to the centre of the block: within a block, near parts move
+    farther, and the displacement is that of the texture.
+    """
+
+    pixels: NDArray[np.uint8]
+    corners: NDArray[np.bool_]
+    aside: NDArray[np.float64]
+    down: NDArray[np.float64]
+
+
 @dataclass(frozen=True, slots=True)
 class BlockShifts:
     """
     Displacements of the blocks of a grid, in pixels; all arrays are (N,).
 
     ``dx`` is positive to the right, ``dy`` down. ``weight`` is from 0 (not measured) to 1.
-    ``aside`` and ``down`` are the centroid of the texture, relative to the centre of the block:
-    within a block, near parts move farther, and the displacement is that of the texture.
     """
 
     dx: NDArray[np.float64]
     dy: NDArray[np.float64]
     weight: NDArray[np.float64]
-    aside: NDArray[np.float64]
-    down: NDArray[np.float64]
 
 
 class BlockGrid:
@@ -46,7 +58,6 @@ class BlockGrid:
 
     def __init__(
         self, shape: tuple[int, int], *, counts: NDArray[np.bool_] | None = None,
-        blocks: tuple[int, int] = (8, 20),
     ) -> None:
         """
         Make the grid.
@@ -57,11 +68,9 @@ class BlockGrid:
             Shape of the frames, (H, W).
         counts
             (H, W). Blocks whose centre is False are left out.
-        blocks
-            Number of blocks, (rows, columns).
 
         """
-        (down, across), (height, width) = blocks, shape
+        (down, across), (height, width) = TUNING.blocks, shape
         rows = (np.arange(down) + 0.5) * height / down - 0.5
         columns = (np.arange(across) + 0.5) * width / across - 0.5
         y, x = (axis.ravel() for axis in np.meshgrid(rows, columns, indexing='ij'))
@@ -109,31 +118,28 @@ class BlockGrid:
         return self._fixed > 0.5
 
     def measure(
-        self, previous: NDArray[np.uint8], current: NDArray[np.uint8], *,
+        self, previous: BlockPicture, current: NDArray[np.uint8], *,
         expected: tuple[float, float] | NDArray[np.float64],
     ) -> BlockShifts:
         """
-        Return the displacements of the blocks from ``previous`` to ``current``, (H, W) uint8.
+        Return the displacements of the blocks of a picture in ``current``, (H, W) uint8.
 
         ``expected`` (dx, dy), in pixels, is the displacement around which all blocks are searched,
         or (N, 2) that of each block.
         """
         guess = self._middles + np.asarray(expected, np.float32)
         found, state, texture = cv2.calcOpticalFlowPyrLK(
-            previous, current, self._middles, guess, winSize=(TUNING.block_px, TUNING.block_px),
-            maxLevel=TUNING.pyramid_levels, criteria=_STOP, minEigThreshold=TUNING.no_texture,
+            previous.pixels, current, self._middles, guess,
+            winSize=(TUNING.block_px, TUNING.block_px), maxLevel=TUNING.pyramid_levels,
+            criteria=_STOP, minEigThreshold=TUNING.no_texture,
             flags=cv2.OPTFLOW_USE_INITIAL_FLOW | cv2.OPTFLOW_LK_GET_MIN_EIGENVALS)
         moved = (found - self._middles).astype(np.float64)
         weight = np.minimum(texture.ravel() / TUNING.good_texture, 1.0)
-        corners, aside, down = self._texture(previous)
-        told = (state.ravel() == 1) & self._open & ~self.fixed & corners
-        return BlockShifts(
-            moved[:, 0], moved[:, 1], np.where(told, weight, 0.0), aside, down)
+        told = (state.ravel() == 1) & self._open & ~self.fixed & previous.corners
+        return BlockShifts(moved[:, 0], moved[:, 1], np.where(told, weight, 0.0))
 
-    def _texture(
-        self, picture: NDArray[np.uint8],
-    ) -> tuple[NDArray[np.bool_], NDArray[np.float64], NDArray[np.float64]]:
-        """Return which blocks show more than an edge, and the centroid of their texture, (N,)."""
+    def take(self, picture: NDArray[np.uint8]) -> BlockPicture:
+        """Return a picture, (H, W), whose blocks can be found in others; it must not change."""
         pixels = picture.ravel()[self._pixels].astype(np.float32)
         x = (pixels[:, 1:-1, 2:] - pixels[:, 1:-1, :-2]).reshape(len(pixels), -1)
         y = (pixels[:, 2:, 1:-1] - pixels[:, :-2, 1:-1]).reshape(len(pixels), -1)
@@ -143,7 +149,8 @@ class BlockGrid:
         corners = (1.0 + least) ** 2 * (xx * yy - xy * xy) > least * (xx + yy) ** 2
         moments = (x * x + y * y) @ self._places
         aside, down = moments.T / np.maximum(xx + yy, 1.0)
-        return corners, aside.astype(np.float64), down.astype(np.float64)
+        return BlockPicture(
+            picture, corners, aside.astype(np.float64), down.astype(np.float64))
 
     def learn(self, shifts: BlockShifts, must_move: NDArray[np.bool_]) -> None:
         """

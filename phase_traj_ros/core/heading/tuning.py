@@ -16,8 +16,10 @@ class HeadingTuning:
     """
 
     # Blocks: least squares on a pyramid (Lucas and Kanade, 1981; Bouguet, 2001).
+    blocks: tuple[int, int] = 8, 20
+    """Rows and columns of blocks..."""
     block_px: int = 9
-    """Side of a block."""
+    """...and the side of a block."""
     pyramid_levels: int = 3
     """Halvings of the picture, with which a block is searched within about 30 pixels."""
     search_steps: int = 10

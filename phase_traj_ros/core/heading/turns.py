@@ -18,8 +18,6 @@ import math
 from phase_traj_ros.core.heading.bends import Bend, BendDetector, Place, quarter_turns
 from phase_traj_ros.core.heading.tuning import TUNING
 
-MIN_ANGLE_DEG = TUNING.turn_deg
-
 
 @dataclass(frozen=True, slots=True)
 class Turn:
@@ -59,7 +57,7 @@ class Turn:
 class TurnDetector:
     """Detects turns frame by frame."""
 
-    def __init__(self, *, min_angle_deg: float = MIN_ANGLE_DEG) -> None:
+    def __init__(self, *, min_angle_deg: float = TUNING.turn_deg) -> None:
         """
         Make a detector that waits for its first frame.
 
@@ -182,7 +180,7 @@ class TurnDetector:
 
 def find_turns(
     stamps_ns: Iterable[int], headings: Iterable[float], ways: Sequence[float] | None = None, *,
-    min_angle_deg: float = MIN_ANGLE_DEG,
+    min_angle_deg: float = TUNING.turn_deg,
 ) -> list[Turn]:
     """
     Return all turns of a drive, in the order in which they start.

@@ -18,7 +18,7 @@ from phase_traj_ros.core.correlation.phase_correlation import check_frame, Shift
 from phase_traj_ros.core.frames.pixel_weights import PixelWeights
 from phase_traj_ros.core.heading.tracker import HeadingStep, HeadingTracker
 from phase_traj_ros.core.heading.tuning import TUNING
-from phase_traj_ros.core.heading.turns import MIN_ANGLE_DEG, Turn, TurnDetector
+from phase_traj_ros.core.heading.turns import Turn, TurnDetector
 from phase_traj_ros.core.heading.yaw_meter import YawMeasurement, YawMeter
 from phase_traj_ros.errors import FrameError
 
@@ -142,7 +142,7 @@ class VisualCompass:
     def bends_may_be_turns(self) -> bool:
         """Return whether a bend so far may be a turn, given the uncertainty of the camera."""
         camera = self.camera
-        return camera is not None and self._widest * camera.most_angle >= MIN_ANGLE_DEG
+        return camera is not None and self._widest * camera.most_angle >= TUNING.turn_deg
 
     def use_lens(self, lens: Lens) -> None:
         """
@@ -330,7 +330,7 @@ class VisualCompass:
         """Return whether the direction is too far from the heading, beyond what may be wrong."""
         own = math.hypot(self._lens.focal_deviation * heading, self._tracker.deviation)
         return math.radians(self._turns.aside_deg) > max(
-            math.radians(MIN_ANGLE_DEG), TUNING.contradicting_deviations * own)
+            math.radians(TUNING.turn_deg), TUNING.contradicting_deviations * own)
 
     def _mask_learning(self) -> None:
         if self._learning is not None:

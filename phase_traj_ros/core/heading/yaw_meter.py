@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from phase_traj_ros.core.camera.projection import CylinderProjection
 from phase_traj_ros.core.correlation.phase_correlation import PhaseCorrelator, Shift
-from phase_traj_ros.core.heading.camera_motion import better, CameraMotion, MotionFit
+from phase_traj_ros.core.heading.camera_motion import better, CameraMotion, MotionFit, quantile
 from phase_traj_ros.core.heading.focus_of_expansion import FocusOfExpansion, Mounting
 from phase_traj_ros.core.heading.keyframe import Keyframe
 from phase_traj_ros.core.heading.local_shifts import BlockGrid, BlockShifts
@@ -251,7 +251,7 @@ class YawMeter:
         if abs(turned) > TUNING.all_move_px:
             return np.ones(len(self._low), np.bool_)
         # Straight ahead, distant parts of the scene do not move; the road is near, and does.
-        driving = float(np.median(np.hypot(blocks.dx, blocks.dy))) > TUNING.road_moves_px
+        driving = quantile(np.hypot(blocks.dx, blocks.dy), 0.5) > TUNING.road_moves_px
         return self._low if driving else np.zeros_like(self._low)
 
     def _look(
@@ -261,8 +261,8 @@ class YawMeter:
         blocks = self._grid.measure(key.picture, current, expected=key.moved + np.array(expected))
         motion = self._fit(
             blocks.dx / scale, blocks.dy / scale, blocks.weight,
-            key.foreseen(self._rate, self.mounting), aside=blocks.aside / scale,
-            down=blocks.down / scale)
+            key.foreseen(self._rate, self.mounting), aside=key.picture.aside / scale,
+            down=key.picture.down / scale)
         return motion, blocks
 
     def _by_blocks(
@@ -314,7 +314,7 @@ class YawMeter:
             self._correlator.update(self._previous)
 
     def _keyframe(self, picture: NDArray[np.uint8], travel: FocusOfExpansion) -> Keyframe:
-        return Keyframe(picture, len(self._grid.middles), travel)
+        return Keyframe(self._grid.take(picture), travel)
 
     def _levelled(self, picture: NDArray[np.uint8]) -> NDArray[np.uint8]:
         """Return the image without sudden changes of exposure."""

@@ -31,6 +31,8 @@ class RoadSlide:
     """The slide as measured."""
     fixed: bool
     """Whether it may be that of a pattern that is fixed to the camera."""
+    sudden: bool = False
+    """Whether no vehicle brakes as hard."""
 
 
 class RoadLook:
@@ -86,19 +88,23 @@ class RoadLook:
 
         """
         least, most = least * stretched / CELL, min(most * stretched / CELL, self._slide.most)
-        if not turned.moves:
-            least = min(least, -TUNING.fixed_cells)
         # Where the rotation takes a pattern that is fixed to the camera, and around it.
         pattern = -self._swing * turned.pitch / CELL
         below = min(pattern, 0.0) - TUNING.fixed_cells
         above = max(pattern, 0.0) + TUNING.fixed_cells
         peak = self._peak(least, most, below, above, turned)
+        if not turned.moves and (peak is None or peak.score < TUNING.stands_out):
+            # Whatever its speed was, it may stand.
+            peak = self._slide.peak(below, above)
         if peak is None or peak.score < TUNING.stands_out:
             return None
         raw = peak.cells * CELL
+        # Next to the copies of an encoder are their side lobes.
+        beside = turned.drives and abs(raw) < TUNING.profile_begins and (
+            self._slide.highest(below, above) > peak.score)
         return RoadSlide(
             raw / stretched, self.deviation(turned), peak.score, self.middle, raw,
-            below < peak.cells < above)
+            beside or below < peak.cells < above, peak.cells < least - TUNING.fixed_cells)
 
     def scores_at(
         self, ways: NDArray[np.float64], *, stretched: float,

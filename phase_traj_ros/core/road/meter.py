@@ -69,8 +69,8 @@ class RoadMeter:
         self._looks: tuple[RoadLook, ...] | None = None
         self._assumed, self._bending = 0.0, 0.0
         self._kept: Frame | None = None
-        # Shares of the errors of the pitch in the newest measured distance.
-        self._shares = 0.0, 0.0
+        # The newest measured distance.
+        self._measured = Travel(0.0, 0.0, TravelState.UNKNOWN)
         self._key = RoadKeyframe()
         self._profile = SpeedProfile()
 
@@ -123,9 +123,10 @@ class RoadMeter:
         """
         self.speed_filter.pass_time(interval, unsure=unsure)
         self._tilt.pass_time(interval)
+        self._profile.pass_time(interval)
         if still:
             self.start(frame)
-            return self._standing(interval)
+            return self.speed_filter.stand(interval)
         if motion is not None:
             driven = self.speed_filter.speed * max(motion.age, interval)
             if not self.speed_filter.known or driven > TUNING.least_slide:
@@ -141,7 +142,7 @@ class RoadMeter:
             return self._measure(
                 frame, interval, self._key.turned(TUNING.springs, None), turns=False)
         self.start(frame)
-        return self._bridged(interval, turns=False)
+        return self.speed_filter.bridge(interval, self._measured)
 
     def _measure(
         self, frame: Frame, interval: float, turned: Turned, *, turns: bool,
@@ -159,12 +160,12 @@ class RoadMeter:
             self._look_anew()
         if not self._looks or self._kept is None:
             self.start(frame)
-            return self._bridged(interval, turns=turns)
+            return self.speed_filter.bridge(interval, self._measured, turns=turns)
         turn = rotation(turned.yaw, turned.pitch, turned.roll)
         for look in self._looks:
             look.look(frame)
             look.compare(turn)
-        self._add_to_profile(interval, turned)
+        self._add_to_profile(turned)
         found = self._search(interval, turned)
         travel = self._judged([each for each in found if each is not None], interval, turned)
         if travel is None or self._key.over:
@@ -173,7 +174,8 @@ class RoadMeter:
             look.is_rivalled(each) for look, each in zip_longest(self._looks, found))
         # Half a second decides: an encoder copies in every pair, but to no speed.
         rivalled = rivalled and not self._profile.confirms(self.speed_filter.speed)
-        return replace(travel or self._bridged(interval, turns=turns), rivalled=rivalled)
+        travel = travel or self.speed_filter.bridge(interval, self._measured, turns=turns)
+        return replace(travel, rivalled=rivalled)
 
     def _search(self, interval: float, turned: Turned) -> list[RoadSlide | None]:
         """Return the slide of each patch, None where none stands out."""
@@ -190,7 +192,7 @@ class RoadMeter:
                 return [*anywhere]
         return [self._by_profile(interval, turned)]
 
-    def _add_to_profile(self, interval: float, turned: Turned) -> None:
+    def _add_to_profile(self, turned: Turned) -> None:
         """Add the newest comparison to the profile of the speed."""
         ways = self._profile.speeds * self._key.age
         scores = np.array([
@@ -198,7 +200,7 @@ class RoadMeter:
             for look in self._looks or ()]).sum(axis=0)
         # What is fixed to the camera, and its side lobes, tell nothing.
         beyond = max(turned.least, TUNING.profile_begins)
-        self._profile.add(scores, np.isfinite(scores) & (ways > beyond), interval)
+        self._profile.add(scores, np.isfinite(scores) & (ways > beyond))
 
     def _by_profile(self, interval: float, turned: Turned) -> RoadSlide | None:
         """Return the slide at the speed that half a second tells; None if it tells none."""
@@ -254,8 +256,9 @@ class RoadMeter:
         self, found: list[RoadSlide], interval: float, turned: Turned,
     ) -> Travel | None:
         """Combine the slides of the patches."""
-        if turned.moves:
-            found = [each for each in found if not each.fixed] or found
+        found = [
+            each for each in found if not each.sudden and not (each.fixed and turned.moves)
+        ] or found
         if not found:
             return None
         best = max(found, key=lambda each: each.score)
@@ -273,7 +276,9 @@ class RoadMeter:
             if stood or self._key.age >= TUNING.stands:
                 self._key.over = self._key.age >= TUNING.creeps
                 # A vehicle does not turn on the spot: the patch does not show the road.
-                return None if turned.swings else self._standing(interval)
+                return None if turned.swings else self.speed_filter.stand(interval)
+            if best.sudden:
+                return self._waiting(interval)
         return self._travelled(agreeing, interval)
 
     def _travelled(self, agreeing: list[RoadSlide], interval: float) -> Travel:
@@ -285,16 +290,16 @@ class RoadMeter:
         depth, key = agreeing[0].middle, self._key
         swing = 2.0 * depth * self._tilt.swing_deviation
         tilt = 2.0 * depth * self._tilt.common_deviation
-        self._shares = swing, tilt
         key.over = not self._keyframes or key.is_far(way, interval)
         distance, variance = key.add(way, own, self.speed_filter, interval)
         # The first speed is the mean one since the keyframe.
         time = interval if self.speed_filter.known else key.age
         self.speed_filter.add(
             (way - key.before) / time, (own + key.before_variance) / (time * time))
-        return Travel(
+        self._measured = Travel(
             distance, variance + (swing ** 2 + tilt ** 2) * distance ** 2, TravelState.MEASURED,
             swing, tilt)
+        return self._measured
 
     def _agreeing(self, found: list[RoadSlide], best: RoadSlide) -> list[RoadSlide]:
         """Return the slides that differ from the best one by no more than their errors."""
@@ -320,33 +325,11 @@ class RoadMeter:
 
     def _waiting(self, interval: float) -> Travel:
         """Bridge a pair whose way the keyframe will tell later."""
-        travel = self._bridged(interval, turns=False)
+        travel = self.speed_filter.bridge(interval, self._measured)
         if travel.state is TravelState.BRIDGED:
             self._key.bridge(
                 travel.distance, (self.speed_filter.deviation * interval) ** 2)
         return travel
-
-    def _standing(self, interval: float) -> Travel:
-        self.speed_filter.stand()
-        # A slower slide than this would not be seen while a keyframe is kept.
-        return Travel(
-            0.0, (TUNING.peak_cells * CELL * interval / TUNING.creeps) ** 2, TravelState.STANDING)
-
-    def _bridged(self, interval: float, *, turns: bool) -> Travel:
-        off = self.speed_filter.deviation * interval
-        # A turning vehicle moves, even if it was standing when it was last measured.
-        if not self.speed_filter.known or (turns and self.speed_filter.speed == 0.0):
-            return Travel(1.0, off ** 2, TravelState.UNKNOWN)
-        way = self.speed_filter.speed * min(interval, TUNING.holds)
-        if self.speed_filter.lost:
-            # The drawn path continues with the last speed, but this is not a distance.
-            return Travel(way, off ** 2, TravelState.UNKNOWN)
-        # The error of the speed is correlated between pairs, and it has those of the pitch.
-        swing, tilt = self._shares
-        variance = off ** 2 + (swing ** 2 + tilt ** 2) * way ** 2
-        if abs(way) > CELL:
-            swing = math.hypot(swing, off / way)
-        return Travel(way, variance, TravelState.BRIDGED, swing, tilt)
 
     def _look_anew(self) -> None:
         """Make the patches with the current tilt."""

@@ -5,6 +5,7 @@
 from dataclasses import dataclass
 import math
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 from phase_traj_ros.core.correlation.aligned import aligned_zeros
@@ -35,6 +36,11 @@ class Slide:
         self._cross = CrossPhase((self._map.shape[0], self._map.shape[1]))
         self.most = int(TUNING.longest_slide * window.shape[0])
         """Largest slide in cells."""
+        # The map is cyclic.
+        height, width = self._map.shape
+        self._searched = np.ix_(
+            np.arange(-self._back, self.most + 2) % height,
+            np.arange(-TUNING.aside_cells, TUNING.aside_cells + 1) % width)
         self._scores: NDArray[np.float64] = np.zeros(0)
 
     def keep(self, patch: NDArray[np.float32]) -> None:
@@ -50,10 +56,7 @@ class Slide:
         """
         energy = self._transform(patch, keep=False)
         unit = self._transforms.inverse(self._map)
-        height, width = self._map.shape
-        columns = np.arange(-TUNING.aside_cells, TUNING.aside_cells + 1) % width
-        rows = np.arange(-self._back, self.most + 2) % height
-        best = self._map[rows[:, None], columns].max(axis=1).astype(np.float64)
+        best = self._map[self._searched].max(axis=1).astype(np.float64)
         noise = unit * math.sqrt(max(energy, 1e-12) / self._map.size)
         self._scores = best / noise
 
@@ -79,6 +82,11 @@ class Slide:
         places = np.arange(len(self._scores)) - self._back
         return np.interp(cells, places, self._scores, left=np.nan, right=np.nan)
 
+    def highest(self, least: float, most: float) -> float:
+        """Return the highest score from ``least`` to ``most`` cells."""
+        first, last = math.floor(least) + self._back, math.ceil(most) + self._back
+        return float(self._scores[max(first, 0):max(last + 1, 1)].max(initial=0.0))
+
     def rival(self, cells: float | None) -> float:
         """Return the highest score of all slides but those next to ``cells``."""
         scores = self._scores.copy()
@@ -96,12 +104,11 @@ class Slide:
         self._map[height:] = 0.0
         self._map[:height, width:] = 0.0
         np.multiply(patch, self._window, out=self._map[:height, :width])
-        deviation = math.sqrt(float(np.mean(np.square(self._map))))
-        if deviation == 0.0:
+        norm = cv2.norm(self._map)
+        if norm == 0.0:
             if keep:
                 self._cross.clear()
             self._map.fill(0.0)
             return 0.0
         self._transforms.forward(self._map, height)
-        floor = _ROUNDING * deviation * math.sqrt(self._map.size)
-        return self._cross(self._map, floor, keep=keep)
+        return self._cross(self._map, _ROUNDING * norm, keep=keep)

@@ -1,9 +1,11 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Predicts the speed of the vehicle from earlier speeds."""
+"""Predicts the speed of the vehicle from earlier speeds, and what it drives if nothing is seen."""
 
 import math
 
+from phase_traj_ros.core.road.ground import CELL
+from phase_traj_ros.core.road.travel import Travel, TravelState
 from phase_traj_ros.core.road.tuning import TUNING
 
 
@@ -63,7 +65,32 @@ class SpeedFilter:
         self.speed += gain * (speed - self.speed)
         self.deviation *= math.sqrt(1.0 - gain)
 
-    def stand(self) -> None:
-        """Set the speed to 0: the vehicle stands."""
+    def stand(self, interval: float) -> Travel:
+        """Set the speed to 0, as the vehicle stands; return the distance of the pair."""
         self.speed, self.deviation, self.known = 0.0, 0.0, True
         self._unconfirmed = None
+        # A slower slide than this would not be seen while a keyframe is kept.
+        return Travel(
+            0.0, (TUNING.peak_cells * CELL * interval / TUNING.creeps) ** 2, TravelState.STANDING)
+
+    def bridge(self, interval: float, measured: Travel, *, turns: bool = False) -> Travel:
+        """
+        Return the distance of a pair at the last speed.
+
+        ``measured`` is the newest measured distance, ``turns`` whether the vehicle turns in the
+        pair, as only one that drives can.
+        """
+        off = self.deviation * interval
+        # A turning vehicle moves, even if it was standing when it was last measured.
+        if not self.known or (turns and self.speed == 0.0):
+            return Travel(1.0, off ** 2, TravelState.UNKNOWN)
+        way = self.speed * min(interval, TUNING.holds)
+        if self.lost:
+            # The drawn path continues with the last speed, but this is not a distance.
+            return Travel(way, off ** 2, TravelState.UNKNOWN)
+        # The error of the speed is correlated between pairs, and it has those of the pitch.
+        swing, tilt = measured.swing, measured.tilt
+        variance = off ** 2 + (swing ** 2 + tilt ** 2) * way ** 2
+        if abs(way) > CELL:
+            swing = math.hypot(swing, off / way)
+        return Travel(way, variance, TravelState.BRIDGED, swing, tilt)

@@ -12,10 +12,10 @@ from phase_traj_ros.io.maps.projection import LocalProjection
 
 def write_osm(
     lines: Sequence[NDArray[np.float64]], path: Path, *, projection: LocalProjection,
-    highway: str = 'residential', one_way: Sequence[bool] = (),
+    one_way: Sequence[bool] = (),
 ) -> None:
     """
-    Write roads as OpenStreetMap XML.
+    Write residential roads as OpenStreetMap XML.
 
     Parameters
     ----------
@@ -26,8 +26,6 @@ def write_osm(
         The file to write, .osm.
     projection
         The projection of the lines.
-    highway
-        Class of all roads.
     one_way
         Whether each line is one-way as it is drawn; empty if none is.
 
@@ -43,7 +41,7 @@ def write_osm(
     for number, nodes in enumerate(roads, 1):
         text.append(f'<way id="{number}">')
         text += [f'<nd ref="{node}"/>' for node in nodes]
-        text.append(f'<tag k="highway" v="{highway}"/>')
+        text.append('<tag k="highway" v="residential"/>')
         if one_way and one_way[number - 1]:
             text.append('<tag k="oneway" v="yes"/>')
         text.append('</way>')

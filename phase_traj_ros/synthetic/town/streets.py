@@ -81,19 +81,17 @@ def evenly(points: npt.ArrayLike) -> Floats:
     return np.stack([np.interp(places, along, values) for values in line.T], axis=1)
 
 
-def grid_streets(
-    xs: Sequence[float], ys: Sequence[float], *, beyond: float = BEYOND,
-) -> tuple[Street, ...]:
+def grid_streets(xs: Sequence[float], ys: Sequence[float]) -> tuple[Street, ...]:
     """
     Return the streets of a grid.
 
     One street runs north and south at each of ``xs``, one east and west at each of ``ys``, in
-    metres. All extend ``beyond`` the outermost crossings.
+    metres. All extend beyond the outermost crossings.
     """
     if not (len(xs) and len(ys)):
         raise ParameterError('a street grid needs at least one street in each direction')
-    (west, east) = (min(xs) - beyond, max(xs) + beyond)
-    (south, north) = (min(ys) - beyond, max(ys) + beyond)
+    (west, east) = (min(xs) - BEYOND, max(xs) + BEYOND)
+    (south, north) = (min(ys) - BEYOND, max(ys) + BEYOND)
     return (
         *(Street(evenly([(west, y), (east, y)])) for y in ys),
         *(Street(evenly([(x, south), (x, north)])) for x in xs))

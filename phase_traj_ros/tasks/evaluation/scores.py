@@ -10,7 +10,8 @@ import math
 
 import numpy as np
 from numpy.typing import NDArray
-from phase_traj_ros.core.heading.turns import find_turns, MIN_ANGLE_DEG, Turn
+from phase_traj_ros.core.heading.tuning import TUNING
+from phase_traj_ros.core.heading.turns import find_turns, Turn
 from phase_traj_ros.tasks.evaluation.matched_truth import MatchedTruth
 
 # Turns within this margin of the smallest angle of a turn are not scored.
@@ -70,7 +71,7 @@ def true_turns(true: MatchedTruth) -> list[Turn]:
     ways = np.concatenate([[0.0], np.cumsum(moved)]) / _USUAL_HEIGHT
     return find_turns(
         true.stamps_ns.tolist(), true.headings.tolist(), ways.tolist(),
-        min_angle_deg=MIN_ANGLE_DEG - _MARGIN_DEG)
+        min_angle_deg=TUNING.turn_deg - _MARGIN_DEG)
 
 
 def turn_score(found: Sequence[Turn], true: MatchedTruth) -> TurnScore:
@@ -82,7 +83,7 @@ def turn_score(found: Sequence[Turn], true: MatchedTruth) -> TurnScore:
     begin, end = true.stamps_ns[[0, -1]].tolist()
     covered = [turn for turn in found if begin <= turn.end_ns and turn.start_ns <= end]
     there = true_turns(true)
-    clear = MIN_ANGLE_DEG + _MARGIN_DEG
+    clear = TUNING.turn_deg + _MARGIN_DEG
     clear_there = [
         index for index, turn in enumerate(there) if abs(turn.angle_deg) >= clear]
     partners = _partners(covered, there)

@@ -31,7 +31,7 @@ def tracks_of(*, focal, straightness=1.0, column=0.0, turned_deg=60.0, pitch_deg
         tilted = rotation(yaw, math.radians(pitch_deg), math.radians(roll_deg))
         seen = (points - place) @ tilted @ BODY_TO_PICTURE.T
         ahead = np.flatnonzero(seen[:, 2] > 0.5)
-        at = places(seen[ahead], focal, straightness)[0] + (column, 0.0)
+        at = places(seen[ahead], focal, straightness) + np.array((column, 0.0))
         inside = (abs(at) < (WIDTH / 2, HEIGHT / 2)).all(axis=1)
         at = at[inside] + noise * rng.standard_normal((inside.sum(), 2))
         strays = rng.random(len(at)) < wrong

@@ -17,13 +17,14 @@ from phase_traj_ros.core import (
 from phase_traj_ros.core.heading.camera_motion import CameraMotion
 from phase_traj_ros.core.heading.focus_of_expansion import FocusOfExpansion
 from phase_traj_ros.core.heading.keyframe import Keyframe
-from phase_traj_ros.core.heading.local_shifts import BlockShifts
+from phase_traj_ros.core.heading.local_shifts import BlockPicture, BlockShifts
 from phase_traj_ros.synthetic import Camera, plan_drive, render_drive, Straight, Turn
 import pytest
 
 CAMERA = Camera.with_field_of_view(480, 270, 80.0)
 MODEL = CameraModel(
     width=480, height=270, fx=CAMERA.focal, fy=CAMERA.focal, cx=CAMERA.cx, cy=CAMERA.cy)
+PICTURE = BlockPicture(np.zeros((8, 8), np.uint8), np.ones(3, np.bool_), np.zeros(3), np.zeros(3))
 
 
 @cache
@@ -82,10 +83,9 @@ def motion(yaw, passing):
 
 
 def test_the_yaws_since_a_keyframe_add_up_to_the_last_one():
-    key = Keyframe(np.zeros((8, 8), np.uint8), 3, FocusOfExpansion())
+    key = Keyframe(PICTURE, FocusOfExpansion())
     blocks = BlockShifts(
-        np.array([1.0, 2.0, 9.0]), np.zeros(3), np.array([1.0, 1.0, 0.0]), np.zeros(3),
-        np.zeros(3))
+        np.array([1.0, 2.0, 9.0]), np.zeros(3), np.array([1.0, 1.0, 0.0]))
     yaws = (0.01, 0.025, 0.02)
     pairs = [key.pair(motion(yaw, 0.01), blocks) for yaw in yaws]
     assert np.cumsum([pair.yaw for pair in pairs]) == pytest.approx(yaws)
@@ -99,14 +99,14 @@ def test_the_yaws_since_a_keyframe_add_up_to_the_last_one():
     (0.0, 0.001, 0.1, False), (0.0, 0.2, 0.1, True), (0.2, 0.001, 0.1, True),
     (-0.2, 0.001, 0.1, True), (0.0, 0.001, 3.0, True)])
 def test_a_keyframe_is_over_when_the_image_has_moved(yaw, passing, age, over):
-    key = Keyframe(np.zeros((8, 8), np.uint8), 3, FocusOfExpansion())
+    key = Keyframe(PICTURE, FocusOfExpansion())
     key.age = age
     assert key.is_over(motion(yaw, passing), 0.1) is over
 
 
 def test_a_vehicle_that_moves_far_in_each_pair_is_measured_from_frame_to_frame():
     for yaw, passing in ((0.0, 0.08), (0.05, 0.001)):
-        key = Keyframe(np.zeros((8, 8), np.uint8), 3, FocusOfExpansion())
+        key = Keyframe(PICTURE, FocusOfExpansion())
         key.age = 0.1
         # From this frame, the next one would be too far.
         assert key.is_over(motion(yaw, passing), 0.1)

@@ -333,3 +333,41 @@ def test_a_road_that_slides_faster_than_tyres_allow_is_found_at_once():
                for count in range(1, 9)]
     assert {travel.state for travel in travels} == {TravelState.MEASURED}
     assert sum(travel.distance for travel in travels) == pytest.approx(7.2, rel=0.02)
+
+
+def test_a_picture_that_freezes_for_a_moment_does_not_stop_a_fast_vehicle():
+    """The blocks of a single pair may show no motion, as may its road; tyres do not brake so."""
+    road, meter = Road(PINHOLE), RoadMeter(PINHOLE, Horizon(), pitch_known=True)
+    meter.start(road.seen(0.0))
+    for index in range(1, 10):
+        meter.update(road.seen(0.5 * index), 0.04, motion())
+    frozen = meter.update(road.seen(4.5), 0.04, motion(passing=0.0))
+    assert frozen.state is TravelState.BRIDGED
+    after = meter.update(road.seen(5.5), 0.04, motion())
+    assert after.state is TravelState.MEASURED
+    assert frozen.distance + after.distance == pytest.approx(1.0, rel=0.02)
+    # What does not move for long stands.
+    stays = [meter.update(road.seen(5.5), 0.04, motion(passing=0.0)) for _ in range(12)]
+    assert stays[-1].state is TravelState.STANDING
+
+
+def test_what_shows_beside_a_copy_is_not_the_road():
+    """Most is copied from the frame before, and the rest has moved by less than lobes reach."""
+    road, meter = Road(PINHOLE), RoadMeter(PINHOLE, Horizon(), pitch_known=True)
+    meter.start(road.seen(0.0))
+    for place in 7.0 * np.arange(1, 8):
+        new, copied = road.seen(place), road.seen(place)
+        copied[:, 270:370] = road.seen(place + 0.15)[:, 270:370]
+        for frame in (new, copied):
+            travel = meter.update(frame, 0.04, motion())
+            assert travel.state is not TravelState.MEASURED
+
+
+def test_reverse_is_told_beside_a_copy():
+    road, meter = Road(PINHOLE), RoadMeter(PINHOLE, Horizon(), pitch_known=True)
+    meter.start(road.seen(20.0))
+    copied = road.seen(20.0)
+    copied[:, 250:390] = road.seen(19.64)[:, 250:390]
+    travel = meter.update(copied, 0.2, None, yaw=0.0)
+    assert travel.state is TravelState.MEASURED
+    assert travel.distance == pytest.approx(-0.36, abs=CELL)

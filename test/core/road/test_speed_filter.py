@@ -94,7 +94,7 @@ def test_a_first_speed_that_nothing_confirms_is_forgotten():
     alone.add(0.5, 0.01)
     confirmed.add(0.5, 0.01)
     confirmed.add(0.6, 0.01)
-    standing.stand()
+    standing.stand(0.1)
     for speed_filter in (alone, confirmed, standing):
         speed_filter.pass_time(0.4)
         speed_filter.pass_time(0.4)

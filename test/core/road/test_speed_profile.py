@@ -13,6 +13,11 @@ def noise(rng):
     return rng.normal(size=(2, 9, len(SPEEDS))).max(axis=1).sum(axis=0)
 
 
+def add(profile, scores, seen, interval):
+    profile.pass_time(interval)
+    profile.add(scores, seen)
+
+
 def peak(speed, height, width=0.4):
     return height * np.exp(-0.5 * ((SPEEDS - speed) / width) ** 2)
 
@@ -22,7 +27,7 @@ def test_noise_tells_no_speed(interval):
     rng, profile = np.random.default_rng(1), SpeedProfile()
     told = []
     for _ in range(1500):
-        profile.add(noise(rng), SEEN, interval)
+        add(profile, noise(rng), SEEN, interval)
         told.append(profile.best is not None)
     assert sum(told) == 0
 
@@ -35,7 +40,7 @@ def test_what_hardly_shows_in_a_pair_shows_in_many(speed, interval):
     for _ in range(100):
         scores = noise(rng) + peak(speed, 4.0)
         alone.append(SPEEDS[scores.argmax()])
-        profile.add(scores, SEEN, interval)
+        add(profile, scores, SEEN, interval)
         if profile.best is not None:
             told.append(profile.best[0])
     assert len(told) > 30
@@ -49,7 +54,7 @@ def test_a_slide_that_all_pairs_share_is_not_a_speed():
     rng, profile, told = np.random.default_rng(3), SpeedProfile(), 0
     for index in range(400):
         age = 0.04 * (1 + index % 4)
-        profile.add(noise(rng) + peak(0.6 / age, 4.0, 0.016 / age), SEEN, 0.04)
+        add(profile, noise(rng) + peak(0.6 / age, 4.0, 0.016 / age), SEEN, 0.04)
         told += profile.best is not None
     assert told < 0.02 * 400
 
@@ -57,23 +62,23 @@ def test_a_slide_that_all_pairs_share_is_not_a_speed():
 def test_two_speeds_tell_none():
     rng, profile = np.random.default_rng(4), SpeedProfile()
     for _ in range(100):
-        profile.add(noise(rng) + peak(8.0, 5.0) + peak(20.0, 5.0), SEEN, 0.04)
+        add(profile, noise(rng) + peak(8.0, 5.0) + peak(20.0, 5.0), SEEN, 0.04)
         assert profile.best is None
 
 
 def test_a_road_that_is_out_of_sight_tells_nothing():
     rng, profile = np.random.default_rng(5), SpeedProfile()
     for _ in range(40):
-        profile.add(noise(rng) + peak(12.0, 6.0), SEEN, 0.04)
+        add(profile, noise(rng) + peak(12.0, 6.0), SEEN, 0.04)
     assert profile.confirms(12.5) and not profile.confirms(16.0)
-    profile.add(np.zeros(len(SPEEDS)), SEEN, 0.04)
+    add(profile, np.zeros(len(SPEEDS)), SEEN, 0.04)
     assert profile.best is None and not profile.confirms(12.0)
 
 
 def test_the_flank_of_a_peak_outside_is_not_a_speed():
     rng, profile, seen = np.random.default_rng(8), SpeedProfile(), SPEEDS > 8.0
     for _ in range(60):
-        profile.add(noise(rng) + peak(7.5, 8.0, 1.0), seen, 0.04)
+        add(profile, noise(rng) + peak(7.5, 8.0, 1.0), seen, 0.04)
         assert profile.best is None
 
 
@@ -82,15 +87,26 @@ def test_speeds_that_are_seldom_seen_do_not_count():
     for index in range(60):
         scores, seen = noise(rng), SEEN.copy()
         seen[SPEEDS > 20.0] = index % 2 == 0
-        profile.add(scores + peak(30.0, 6.0), seen, 0.04)
+        add(profile, scores + peak(30.0, 6.0), seen, 0.04)
         assert profile.best is None
 
 
 def test_it_restarts_without_what_was_before():
     rng, profile = np.random.default_rng(7), SpeedProfile()
     for _ in range(40):
-        profile.add(noise(rng) + peak(12.0, 6.0), SEEN, 0.04)
+        add(profile, noise(rng) + peak(12.0, 6.0), SEEN, 0.04)
     profile.forget()
     for _ in range(3):
-        profile.add(noise(rng) + peak(12.0, 6.0), SEEN, 0.04)
+        add(profile, noise(rng) + peak(12.0, 6.0), SEEN, 0.04)
+        assert profile.best is None
+
+
+def test_what_was_before_a_stop_does_not_count():
+    rng, profile = np.random.default_rng(7), SpeedProfile()
+    for _ in range(40):
+        add(profile, noise(rng) + peak(12.0, 6.0), SEEN, 0.04)
+    # While the vehicle stands, no pair is added.
+    profile.pass_time(3.0)
+    for _ in range(3):
+        add(profile, noise(rng) + peak(12.0, 6.0), SEEN, 0.04)
         assert profile.best is None
