@@ -43,8 +43,8 @@ class Road:
                 axis=-1)
         self.pitch = pitch
 
-    def seen(self, x, y=0.0, yaw=0.0, pitch=0.0):
-        levelling = Horizon(self.pitch + pitch).levelling()
+    def seen(self, x, y=0.0, yaw=0.0, pitch=0.0, roll=0.0):
+        levelling = Horizon(self.pitch + pitch, roll).levelling()
         level = self.rays @ levelling.T
         below = level[..., 1] > 0.02
         down = np.where(below, level[..., 1], 1.0)
@@ -114,15 +114,16 @@ def test_a_pitch_that_is_given_wrong_is_believed_but_for_what_the_springs_may_do
     assert much < 0.95 * 0.5
 
 
-@pytest.mark.parametrize(('yaw', 'pitch'), [(0.06, 0.0), (-0.06, 0.0), (0.0, 0.008)])
-def test_rotation_is_taken_out(yaw, pitch):
+@pytest.mark.parametrize(('yaw', 'pitch', 'roll'), [
+    (0.06, 0.0, 0.0), (-0.06, 0.0, 0.0), (0.0, 0.008, 0.0), (0.0, 0.0, 0.03)])
+def test_rotation_is_taken_out(yaw, pitch, roll):
     road = Road(PINHOLE)
     patch = GroundPatch(PINHOLE, Horizon(), stretches(PINHOLE, Horizon())[0])
     slide = Slide(patch.window)
     slide.keep(patch(road.seen(0.0)))
     # Seen from a camera that has turned up by the pitch (nose down is positive).
-    turned = patch(road.seen(0.6, yaw=yaw, pitch=-pitch))
-    slide.compare(patch.turned_back(turned, rotation(yaw, pitch, 0.0)))
+    turned = patch(road.seen(0.6, yaw=yaw, pitch=-pitch, roll=roll))
+    slide.compare(patch.turned_back(turned, rotation(yaw, pitch, roll)))
     with_it = slide.peak(0, slide.most)
     slide.compare(turned)
     assert with_it.cells * CELL == pytest.approx(0.6, rel=0.02)
@@ -371,3 +372,35 @@ def test_reverse_is_told_beside_a_copy():
     travel = meter.update(copied, 0.2, None, yaw=0.0)
     assert travel.state is TravelState.MEASURED
     assert travel.distance == pytest.approx(-0.36, abs=CELL)
+
+
+@pytest.mark.parametrize('rate', [30.0, 120.0])
+def test_a_slow_vehicle_that_speeds_up_is_followed(rate):
+    """What is near shows that it moves before the road has slid by a cell."""
+    road, meter = Road(PINHOLE), RoadMeter(PINHOLE, Horizon(), pitch_known=True)
+    times = np.arange(0.0, 2.0, 1.0 / rate)
+    ways = 0.3 * times + 0.15 * times ** 2
+    meter.start(road.seen(0.0))
+    travels = [
+        meter.update(road.seen(way), 1.0 / rate, motion(passing=0.4 * (way - before)))
+        for before, way in zip(ways, ways[1:])]
+    assert sum(travel.distance for travel in travels if travel.known) == pytest.approx(
+        ways[-1], rel=0.02, abs=CELL)
+    assert meter.speed_filter.speed == pytest.approx(0.3 + 0.3 * times[-1], rel=0.1)
+
+
+def test_the_near_and_the_far_road_tell_the_pitch_as_surely_as_they_say():
+    """Nothing else tells it, and each frame nods by what the blocks do not see."""
+    rng, blind = np.random.default_rng(4), FocusOfExpansion(slope=0.0, slope_variance=4.0)
+    errors = []
+    for pitch in np.radians(np.linspace(-1.5, 1.5, 7)):
+        road = Road(PINHOLE, pitch)
+        meter = RoadMeter(PINHOLE, Horizon(pitch_deviation=math.radians(1.5)))
+        meter.start(road.seen(0.0))
+        for index in range(1, 16):
+            meter.update(
+                road.seen(0.5 * index, pitch=0.0004 * rng.normal()), 0.1,
+                CameraMotion(0.0, 0.0, 0.0, blind, 100.0, 1.0, 1e-8, 0.05, near=0.05))
+        assert meter.tilt.deviation < math.radians(0.5)
+        errors.append((meter.tilt.pitch - pitch) / meter.tilt.deviation)
+    assert 0.2 < np.sqrt(np.mean(np.square(errors))) < 1.5

@@ -95,7 +95,9 @@ def test_it_restarts_without_what_was_before():
     rng, profile = np.random.default_rng(7), SpeedProfile()
     for _ in range(40):
         add(profile, noise(rng) + peak(12.0, 6.0), SEEN, 0.04)
+    assert profile.best is not None
     profile.forget()
+    assert profile.best is None
     for _ in range(3):
         add(profile, noise(rng) + peak(12.0, 6.0), SEEN, 0.04)
         assert profile.best is None
