@@ -140,6 +140,14 @@ def stretch(
     return those[::-1] + np.array([0.0, 0.0, math.pi]) if back else those
 
 
+def with_straight(poses: np.ndarray, first: float, straight: float) -> np.ndarray:
+    """Return poses (N, 3) with a straight way of so many metres after the first metres."""
+    cut = np.searchsorted(way_of(poses), first)
+    ahead = np.array([math.cos(poses[cut, 2]), math.sin(poses[cut, 2]), 0.0])
+    between = poses[cut] + np.arange(1.0, straight + 1.0)[:, None] * ahead
+    return np.concatenate([poses[:cut + 1], between, poses[cut + 1:] + straight * ahead])
+
+
 def moved(poses: np.ndarray, turn: float, start: np.ndarray) -> np.ndarray:
     """Return poses turned by an angle, and then moved."""
     cos, sin = math.cos(turn), math.sin(turn)

@@ -46,7 +46,8 @@ _NOISE_TEXT = """
 _FALSE_TEXT = """
     The same drives on maps where they are not, on the right map without the ways that come
     within 60 m of the drive, or where every tenth road is missing. On the latter a claim may be
-    right, and only steps more than 50 m off count.
+    right, and only steps more than 50 m off count. The last rows have 3 km straight on after
+    700 m: a straight fits many roads of any map, and must not prove that the vehicle is on one.
     """
 _WORSE_TEXT = """
     The noise of the heading five times larger, or the drift of the distance four times, as the
@@ -58,8 +59,8 @@ _EVIDENCE_TEXT = """
     of Karlsruhe nothing that is more than 50 m off. A rotated map would not be another one: the
     drive begins in any direction. When it was chosen what may be claimed, the runs on wrong maps
     of the drives *held out*, 02 and 10, played no part; their runs on the right map were seen.
-    How the hypotheses are split was chosen by 09 and 10 on the right map, and the share of lost
-    vehicles that return was halved when a part of 08 was claimed on a mirrored map.
+    How the hypotheses are split was chosen by 09 and 10 on the right map, and how often lost
+    vehicles return, by these and by parts of 00 and 08 on a mirrored map.
     *Unknown* is a scale of 1.1 to 2.2 m per unit.
     """
 _LARGE_TEXT = """

@@ -31,6 +31,7 @@ from benchmarks.location.drives import (
     true_poses,
     way_of,
     with_noise,
+    with_straight,
     without_driven,
 )
 from benchmarks.location.outcome import follow, Row
@@ -44,6 +45,8 @@ _HEIGHTS = ScaleRange(1.1, 2.2)
 # Metres of the parts of drives, and the drives without which it was chosen what may be claimed.
 _PART_M = 1500
 _HELD_OUT = ('02', '10')
+# Metres of a drive with turns, and of the straight way after them, that no road of the map is.
+_FIRST_M, _STRAIGHT_M = 700.0, 3000.0
 
 
 def with_own(seeds: int) -> Iterator[Row]:
@@ -81,6 +84,13 @@ def falsely(seeds: int) -> Iterator[Row]:
                 f'{sequence}, {MISSING}', noisy(sequence, seed), without_driven(truth), truth,
                 way_of(true_poses(sequence)), seed=seed)
     yield from _noisy(PARTLY, _OWN, seeds)
+    for name, sequence in product((ELSEWHERE, MIRRORED), (*_OWN, '09')):
+        poses = with_straight(true_poses(sequence)[:2000], _FIRST_M, _STRAIGHT_M)
+        for seed in range(seeds):
+            yield follow(
+                f'{sequence}, {name}, 3 km straight', with_noise(
+                    poses, np.random.default_rng((seed, int(sequence)))),
+                town(name).roads, None, way_of(poses), seed=seed)
 
 
 def many(seeds: int) -> Iterator[Row]:

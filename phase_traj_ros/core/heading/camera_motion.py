@@ -99,13 +99,20 @@ class MotionFit:
             ahead = (np.abs(azimuth - travel.course) < TUNING.ahead[0]) & (
                 np.abs(y - travel.slope) < TUNING.ahead[1])
             if ahead.any():
-                best = better(best, self._fitted(points, travel, quantile(u[ahead], 0.5)))
+                best = self._fitted(
+                    points, travel, quantile(u[ahead], 0.5),
+                    least=0.0 if best is None else best.agreeing) or best
         return best
 
     def _fitted(
-        self, points: NDArray[np.float64], travel: FocusOfExpansion, yaw: float,
+        self, points: NDArray[np.float64], travel: FocusOfExpansion, yaw: float, *,
+        least: float = 0.0,
     ) -> CameraMotion | None:
-        """Return the motion, searched from a yaw on; None if it is not determined."""
+        """
+        Return the motion, searched from a yaw on; None if it is not determined.
+
+        None as well if no more blocks agree with it than ``least``, the sum of their weights.
+        """
         shift, (weight, azimuth, y) = points[:2], points[2:]
         # Effect of each unknown on each point, (6, 3, N): to the right, down, and along the line
         # on which the distance of the point moves it. The last row is the residual.
@@ -148,10 +155,12 @@ class MotionFit:
             if not solvable:
                 return None
             state -= inverse @ gradient
-        covariance = inverse * variance
-        surely = np.maximum(near - self._deviation / np.sqrt(squared), 0.0)
         agrees = error < (TUNING.outlier_deviations * self._deviation) ** 2
         agreeing = float(weight[agrees].sum())
+        if agreeing <= least:
+            return None
+        covariance = inverse * variance
+        surely = np.maximum(near - self._deviation / np.sqrt(squared), 0.0)
         # The variance of an M-estimate: its scores scatter as the blocks do, and an outlier, which
         # has a small weight, adds little to them (Huber and Ronchetti, "Robust Statistics", 6.3).
         scores = (known[:_ERROR] * (factor * known[_ERROR])).sum(axis=1)
@@ -167,7 +176,7 @@ class MotionFit:
                 float(covariance[_B, _B]), float(covariance[_C, _C])),
             agreeing=agreeing, agreement=agreeing / float(weight.sum()),
             yaw_variance=yaw_variance, passing=quantile(near, 0.5),
-            near=quantile(surely[agrees], 0.9) if agrees.any() else 0.0)
+            near=quantile(surely[agrees], 0.9))
 
 
 def better(one: CameraMotion | None, other: CameraMotion | None) -> CameraMotion | None:

@@ -12,9 +12,11 @@ from phase_traj_ros.core.localization.window import Stride
 _HUNDRED_M = 100.0
 
 
-def judge(them: Hypotheses, stride: Stride, settings: LocatorSettings) -> None:
+def judge(them: Hypotheses, stride: Stride, settings: LocatorSettings) -> float:
     """
     Weigh the hypotheses by the direction of their newest chord, and correct their rotations.
+
+    Return how well they fit on average: the likelihood of their chords, relative to its peak.
 
     The difference of the chords is normally distributed, with a share of outliers. Each rotation
     has a Kalman filter, in which an outlier counts by the probability that it is not one.
@@ -27,14 +29,18 @@ def judge(them: Hypotheses, stride: Stride, settings: LocatorSettings) -> None:
         stride.bend ** 2 + bend ** 2)
     variance = them.variance + noise
     beyond = np.maximum(np.abs(off) - settings.dead_band, 0.0)
-    fitting = (1.0 - settings.outlier_share) * np.exp(-beyond ** 2 / (2 * variance)) / np.sqrt(
-        2 * np.pi * variance)
-    total = fitting + settings.outlier_share / (2 * np.pi)
+    peak = (1.0 - settings.outlier_share) / np.sqrt(2 * np.pi * variance)
+    fitting = np.exp(-beyond ** 2 / (2 * variance)) * peak
+    outlier = settings.outlier_share / (2 * np.pi)
+    total = fitting + outlier
+    weight = np.exp(them.log_weight - them.log_weight.max(initial=-np.inf))
+    fit = float((weight * (total / (peak + outlier))).sum() / max(weight.sum(), 1.0))
     them.log_weight = them.log_weight + settings.tempering * np.log(total)
     # Overlapping chords share their errors, so each counts as little here as it does above.
     gain = fitting / total * them.variance / (them.variance + noise / settings.tempering)
     them.turned = them.turned + gain * off
     them.variance = them.variance * (1.0 - gain)
+    return fit
 
 
 class NullRoad:
@@ -42,13 +48,15 @@ class NullRoad:
     The hypothesis that the vehicle is on no road of the map.
 
     Such a road bends as the odometry does, but it has to pay for its turns: a road of the map has
-    them where the map says so.
+    them where the map says so. On a straight it fits as well as those of the map, so that a long
+    one does not prove that the vehicle is on the map.
     """
 
     def __init__(self, settings: LocatorSettings) -> None:
         """Start with the weight of the settings."""
         self._settings = settings
         self._variance = settings.start_heading ** 2
+        self._fit = self._way = 0.0
         self.log_weight = math.log(settings.null_share)
         """Natural logarithm of its weight."""
         self.log_fit = 0.0
@@ -61,13 +69,15 @@ class NullRoad:
         """Return what its weight would be if it had been the only one: nobody came or left."""
         return self.log_fit - self._settings.null_turn * self.turned
 
-    def follow(self, stride: Stride, metres: float) -> None:
-        """Weigh the null hypothesis by a stride of so many metres."""
+    def follow(self, stride: Stride, metres: float, fit: float) -> None:
+        """Weigh the null hypothesis by a stride of so many metres; ``fit`` is that of the map."""
         settings = self._settings
+        self._way = min(self._way + metres, settings.null_fit_m)
+        self._fit += (fit - self._fit) * min(metres / self._way, 1.0)
         self._variance += settings.heading_noise ** 2 * metres / _HUNDRED_M + stride.yaw_variance
         noise = settings.chord_error ** 2 + 2 * settings.bend_error ** 2 * stride.bend ** 2
-        fitting = (1.0 - settings.outlier_share) * settings.null_fit / math.sqrt(
-            2 * math.pi * (self._variance + noise))
+        fitting = (1.0 - settings.outlier_share) * max(self._fit, settings.null_fit) / (
+            math.sqrt(2 * math.pi * (self._variance + noise)))
         turned = max(abs(stride.turned) - settings.null_straight, 0.0)
         log_fit = settings.tempering * math.log(
             fitting + settings.outlier_share / (2 * math.pi))

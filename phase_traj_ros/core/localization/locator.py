@@ -32,9 +32,9 @@ from phase_traj_ros.core.localization.settings import LocatorSettings
 from phase_traj_ros.core.localization.window import Odometer, Stride
 
 # Hypotheses on each piece of road at the start, and at least as many while no place leads.
-_PER_PIECE = 2
+_PER_PIECE = 4
 # Most hypotheses on each piece, all together: fewer would miss the right place at its first bend.
-_MOST_PER_PIECE = 3
+_MOST_PER_PIECE = 5
 # Strides within which a U-turn is one, and how much it may differ from half a circle.
 _U_TURN_STRIDES, _U_TURN = 7, math.radians(30.0)
 # Probability of being on no road above which a vehicle may come back to one.
@@ -116,9 +116,8 @@ class MapLocator:
         settings, metres = self._settings, stride.distance * self._scale.middle
         most = max(settings.most_hypotheses, _MOST_PER_PIECE * len(self._roads))
         self._way += metres
-        self._null.follow(stride, metres)
         them = self._motion.advance(self._them, stride, most, self._rng)
-        judge(them, stride, settings)
+        self._null.follow(stride, metres, judge(them, stride, settings))
         self._them = self._turned_back(them, stride, most)
         self._seed_sometimes()
         them = merged(pruned(self._them, settings), settings, self._rng)

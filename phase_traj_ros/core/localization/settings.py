@@ -57,7 +57,9 @@ class LocatorSettings:
     null_share: float = 5e-3
     """Probability at the start that the vehicle is on no road of the map: such a road bends..."""
     null_fit: float = 0.85
-    """...as the odometry does, with this mean likelihood of a chord relative to its peak..."""
+    """...as the odometry does, with this mean likelihood of a chord relative to its peak, or..."""
+    null_fit_m: float = 250.0
+    """...with that of the roads of the map over this way, if it is better..."""
     null_turn: float = 2.3
     """...but it loses these nats per radian of its turns. The right road of a map loses fewer, and
     the best place of a map where the vehicle is not loses more..."""
@@ -109,7 +111,7 @@ class LocatorSettings:
     """Probability per stride that a lost vehicle is back on a road near the expected pose."""
     return_anywhere: float = 0.25
     """Probability that a vehicle on no road is back on any road of the map..."""
-    reseed_every_m: float = 200.0
+    reseed_every_m: float = 100.0
     """...after this way."""
     spread_from: int = 100
     """Hypotheses that stand for all when the odometry is interrupted."""

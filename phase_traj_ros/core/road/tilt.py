@@ -37,7 +37,7 @@ class RoadTilt:
     @property
     def pitch(self) -> float:
         """Return the current pitch in radians, positive down."""
-        return float(self._state.sum())
+        return float(self._state[0] + self._state[1])
 
     @property
     def deviation(self) -> float:

@@ -110,6 +110,12 @@ def test_on_a_straight_road_nothing_is_claimed():
     assert located(follow(MapLocator(roads), steps)) is None
 
 
+def test_a_long_straight_does_not_prove_that_the_vehicle_is_on_the_map():
+    roads = RoadMap.from_polylines([[(0, 0), (9000, 0)]])
+    estimates = follow(MapLocator(roads), steps_of(drive([(500, 0), (4500, 0)]), seed=1))
+    assert estimates[-1].off_road > estimates[50].off_road / 2
+
+
 def test_the_side_of_a_loop_is_not_known():
     # Left turns only around a square: every side looks like the others.
     corners = np.array([(0, 0), (150, 0), (150, 150), (0, 150), (0, 0)])
