@@ -118,7 +118,9 @@ class DistanceMeter:
                 given, (_SPEED * given) ** 2, TravelState.GIVEN, scale=_SPEED)
         height = self._height.metres
         if by_road is None or height is None or by_road.state is TravelState.UNKNOWN:
-            return Travel(0.0, (_ANY_SPEED * interval) ** 2, TravelState.UNKNOWN)
+            return Travel(
+                0.0, (_ANY_SPEED * interval) ** 2, TravelState.UNKNOWN,
+                rivalled=by_road is not None and by_road.rivalled)
         return by_road.scaled(height, self._height.deviation)
 
     def reaches(self, seconds: float) -> bool:

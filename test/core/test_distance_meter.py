@@ -19,6 +19,8 @@ from phase_traj_ros.core import (
 )
 from phase_traj_ros.core.distance_meter import DistanceMeter
 from phase_traj_ros.core.heading.visual_compass import VisualCompass
+from phase_traj_ros.core.road.meter import RoadMeter
+from phase_traj_ros.core.road.travel import Travel
 from phase_traj_ros.io.sources.folder import FolderSource
 from phase_traj_ros.synthetic import (
     Camera,
@@ -246,6 +248,14 @@ def filmed(frames, quality):
     file.seek(0)
     with av.open(file) as film:
         return [frame.to_ndarray(format='gray') for frame in film.decode(video=0)]
+
+
+def test_a_road_on_which_only_copies_show_is_unclear_though_its_distance_is_unknown(monkeypatch):
+    unknown = Travel(1.0, 1.0, TravelState.UNKNOWN, rivalled=True)
+    monkeypatch.setattr(RoadMeter, 'update', lambda *_, **__: unknown)
+    estimator, updates = driven(settings(camera_height=1.65))
+    assert total(updates) == 0.0
+    assert 'road_unclear' in estimator.reliability.words
 
 
 @pytest.mark.parametrize('road', ['rendered', 'real'])
