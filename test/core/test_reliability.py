@@ -33,8 +33,8 @@ TENTH = SECOND // 10
 class Driven:
     """A monitor, and the stamp of the newest frame."""
 
-    def __init__(self):
-        self.monitor, self.now = ReliabilityMonitor(), 5 * SECOND
+    def __init__(self, start=5 * SECOND):
+        self.monitor, self.now = ReliabilityMonitor(), start
 
     def add(self, name, seconds, *, interval=TENTH, **options):
         for _ in range(round(seconds * SECOND / interval)):
@@ -295,6 +295,17 @@ def test_each_part_is_judged_by_half_a_minute_on_both_sides():
         (pytest.approx(120, abs=2), pytest.approx(210, abs=2), ('nothing_to_see',))]
     # A cover of a quarter of a minute is less than half of any minute.
     assert Driven().add('trusted', 120).add('blank', 15).add('trusted', 120).spans == []
+
+
+@pytest.mark.parametrize('start', [0, 1_700_000_000 * SECOND])
+def test_a_third_of_the_first_minute_is_not_most_of_it(start):
+    driven = Driven(start).add('blank', 20).add('trusted', 100)
+    assert driven.monitor.verdict().reliable and driven.spans == []
+
+
+def test_after_a_long_gap_the_pairs_before_it_still_tell_why():
+    driven = Driven().add('blank', 20, interval=SECOND).add('blank', 300, interval=300 * SECOND)
+    assert 'nothing_to_see' in driven.monitor.verdict().words
 
 
 def test_what_lasts_counts_by_its_share_of_the_last_minute():
