@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What is not right with a recording is said by every command that reads it."""
 
+import csv
 import re
 
 import cv2
@@ -9,7 +10,7 @@ from made_town import write_town
 import numpy as np
 from phase_traj_ros.cli.main import main
 import pytest
-from rolled import rolled_frames
+from rolled import rolled_frames, write_rolled
 
 # How many can be read is up to the decoder.
 CUT_OFF = r'14 frames are declared, but only \d+ could be read: the recording is cut off or damaged'
@@ -35,6 +36,15 @@ def test_replay_and_its_report(cut_off, tmp_path, capsys):
     assert re.search(f'^warning: {CUT_OFF}$', capsys.readouterr().out, re.MULTILINE)
     page = (out / 'report.html').read_text()
     assert re.search(CUT_OFF, page) and 'No reason to doubt' not in page
+
+
+def test_several_recordings(cut_off, tmp_path):
+    whole = write_rolled(tmp_path / 'whole')
+    out = tmp_path / 'out'
+    assert main(['replay', str(whole), str(cut_off), '--output', str(out), *GIVEN]) == 0
+    with (out / 'summary.csv').open() as file:
+        missing = [int(row['missing_frames']) for row in csv.DictReader(file)]
+    assert missing[0] == 0 < missing[1]
 
 
 def test_locate(cut_off, tmp_path, capsys):

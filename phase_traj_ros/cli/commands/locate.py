@@ -4,6 +4,7 @@
 
 from argparse import ArgumentParser, ArgumentTypeError, Namespace
 from collections.abc import Iterator
+from contextlib import ExitStack
 from pathlib import Path
 import re
 from typing import Any
@@ -112,21 +113,23 @@ def run(options: Namespace) -> int | None:
     source: Path = options.source
     odometry, codes = _odometry(options)
     title = source.name or str(source)
-    with progress(total=len(odometry.motions), title='locating') as bar:
-        located = locate(
-            odometry, roads, near=options.near, scale=options.scale, level=options.level,
-            advance=bar.update)
-    for line in _lines(located):
-        print(line)
-    if options.output is not None:
-        with output_directory(
-                options.output, names=LOCATION_FILES if codes is None else (
-                    *LOCATION_FILES, _CODES),
-                adds=True, inputs=(options.map,), force=options.force) as directory:
+    names = LOCATION_FILES if codes is None else (*LOCATION_FILES, _CODES)
+    with ExitStack() as stack:
+        # A folder that cannot be written is reported before the search.
+        directory = None if options.output is None else stack.enter_context(output_directory(
+            options.output, names=names, adds=True, inputs=(options.map,), force=options.force))
+        with progress(total=len(odometry.motions), title='locating') as bar:
+            located = locate(
+                odometry, roads, near=options.near, scale=options.scale, level=options.level,
+                advance=bar.update)
+        for line in _lines(located):
+            print(line)
+        if directory is not None:
             write_location(located, directory)
             write_location_report(located, directory / REPORT, title=title)
             if codes is not None:
                 add_to_chain_code(located, codes, directory / _CODES)
+    if options.output is not None:
         print(f'written to {options.output}, see {REPORT}')
     return None if located.first_claim is not None else EXIT_NOT_KNOWN
 
