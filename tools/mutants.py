@@ -48,13 +48,14 @@ class Fault:
 
     path: str
     line: int
+    column: int
     change: str
     source: str
 
     @property
     def key(self) -> str:
         """Return what distinguishes this fault from others."""
-        return f'{self.path}:{self.line}: {self.change}'
+        return f'{self.path}:{self.line}:{self.column}: {self.change}'
 
 
 def faults_in(path: str, source: str) -> Iterator[Fault]:
@@ -70,7 +71,9 @@ def faults_in(path: str, source: str) -> Iterator[Fault]:
             change(spot)
             ast.fix_missing_locations(planted)
             after = ast.unparse(spot)
-            yield Fault(path, node.lineno, f'{before}  ->  {after}', ast.unparse(planted))
+            yield Fault(
+                path, node.lineno, node.col_offset, f'{before}  ->  {after}',
+                ast.unparse(planted))
 
 
 def _inside(tree: ast.Module) -> set[int]:
@@ -180,6 +183,8 @@ def main() -> None:
     parser.add_argument('--most', type=int, metavar='N', help='try the first N of the sample only')
     parser.add_argument(
         '--whole', action='store_true', help="after the tests of the room, run the whole core's")
+    parser.add_argument(
+        '--again', action='store_true', help='try those that survived again, with new tests')
     chosen = parser.parse_args()
     every = [fault for path in modules()
              for fault in faults_in(str(path), (ROOT / path).read_text(encoding='utf-8'))]
@@ -187,6 +192,8 @@ def main() -> None:
     sample = [fault for fault in sample if chosen.only in fault.path][:chosen.most]
     file = ROOT / 'out' / 'mutants' / f'{chosen.seed}.json'
     tried: dict[str, bool] = json.loads(file.read_text('utf-8')) if file.exists() else {}
+    if chosen.again:
+        tried = {key: survived for key, survived in tried.items() if not survived}
     with tempfile.TemporaryDirectory() as made:
         place = Path(made)
         for name in ('phase_traj_ros', 'test', 'benchmarks', 'config', 'docs'):

@@ -1,8 +1,8 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Prints codes, turns and distances."""
+"""Prints codes, turns and distances, and what speaks against them."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 from phase_traj_ros.core import ChainCode, CodeSeries, Turn
@@ -13,14 +13,22 @@ _MOST_TURNS, _MOST_RUNS = 12, 50
 
 
 def print_result(result: Replay) -> None:
-    """Print codes, turns, camera and distance, and why a result is not reliable."""
+    """Print codes, turns, camera and distance."""
     _print_codes(result.codes)
     _print_turns(result.turns)
     if result.camera is not None:
         print(f'camera: {result.camera}')
     _print_way(result)
+
+
+def print_doubts(result: Replay) -> None:
+    """Print why a result is not reliable, and what is wrong with the settings and the data."""
     if not result.reliability.reliable:
         print('not reliable:', *(reason.sentence for reason in result.reliability.reasons))
+    if result.threshold_hint is not None:
+        print(f'hint: {result.threshold_hint.sentence}')
+    for warning in _warnings(result):
+        print(f'warning: {warning}')
 
 
 def _print_codes(codes: ChainCode) -> None:
@@ -55,3 +63,23 @@ def _print_series(name: str, series: CodeSeries[Any]) -> None:
     runs = [f'{int(run.code)}x{run.count}' for run in series.runs]
     more = ['...'] if len(runs) > _MOST_RUNS else []
     print(f'{name} ({len(series)}):', *runs[:_MOST_RUNS], *more)
+
+
+def _warnings(result: Replay) -> Iterator[str]:
+    """Yield what is wrong with the data."""
+    if result.source_frames.problem is not None:
+        yield result.source_frames.problem
+    if result.unused_calibration:
+        yield f'the calibration is not used: {result.unused_calibration}'
+    if result.counters.skipped:
+        yield f'frames skipped: {result.counters.skipped}; the first: {result.first_skipped}'
+    for count, what in (
+            (result.counters.repeated, 'frames with the stamp or the picture of the previous one'),
+            (result.counters.dropped, 'frames dropped, as their stamps are out of order'),
+            (result.counters.time_resets, 'new starts of the codes, as the stamps went back'),
+            (sum(update.cut for update in result.updates), 'cuts to a new scene'),
+            (result.counters.unmeasured, 'pairs with nothing to correlate'),
+            (result.counters.reprimed, 'changes of the size or the type of the frames'),
+            (result.pairs_without_speed, 'pairs without a speed, which add no distance')):
+        if count:
+            yield f'{what}: {count}'

@@ -150,6 +150,14 @@ def test_no_file_of_someone_else_is_replaced(made, town, wheels, tmp_path, capsy
     assert call(wheels, '--map', town, '--output', tmp_path, '--force') == 0
 
 
+def test_a_folder_that_cannot_be_written_is_reported_before_the_search(
+        made, town, wheels, capsys):
+    # Not even root can make a folder there.
+    assert 'cannot write to' in refused(
+        capsys, wheels, '--map', town, '--output', '/proc/results')
+    assert made == []
+
+
 def test_without_output_nothing_is_written(made, town, pictures, tmp_path):
     before = files_in(tmp_path)
     assert call(pictures, '--map', town, *GIVEN) == 1

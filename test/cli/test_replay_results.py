@@ -147,7 +147,7 @@ def test_an_error_leaves_nothing_behind(folder, tmp_path, capsys):
     (['{folder}'], 'several sources, and --dask, need --output DIR'),
     (['{folder}', '--output', '{out}', '--bag-out', 'a/x.mcap'], 'a name without a folder'),
     (['{folder}', '--output', '{out}', '--bag-out', 'x.bag'], 'has to end in .mcap'),
-    (['{folder}', '--output', '{out}', '--jobs', '0'], '--jobs is 0'),
+    (['{folder}', '--output', '{out}', '--jobs', '0'], "'0' is not a number of sources"),
     (['{folder}', '--output', '/dev/null'], 'cannot write to'),
 ])
 def test_contradicting_options(folder, tmp_path, capsys, arguments, message):

@@ -5,6 +5,7 @@
 from argparse import Namespace
 from contextlib import closing
 from pathlib import Path
+import sys
 from typing import Any
 
 from phase_traj_ros.cli.command import Command
@@ -86,6 +87,9 @@ def _learn(options: Namespace, path: Path) -> CameraEstimate | None:
     with source_of(options, path) as source, closing(prefetch(source.entries())) as frames:
         shown = progress(frames, total=source.frame_count, title=path.name or str(path))
         lens = learned_lens(shown, parameters, source.description)
+        problem = source.frames.problem
+    if problem is not None:
+        print(f'warning: {path}: {problem}', file=sys.stderr)
     return None if lens is None else lens.estimate
 
 

@@ -11,7 +11,7 @@ from phase_traj_ros.cli.command import Command
 from phase_traj_ros.cli.commands.demo_drive import render, replay_bag
 from phase_traj_ros.cli.commands.demo_map import run_on_map
 from phase_traj_ros.cli.options import add_force
-from phase_traj_ros.cli.report import print_result
+from phase_traj_ros.cli.report import print_doubts, print_result
 from phase_traj_ros.core import Direction, PAPER_THRESHOLD
 from phase_traj_ros.core.codes.text import describe
 from phase_traj_ros.errors import MissingDependencyError, ResultError
@@ -91,6 +91,7 @@ def run(options: Namespace) -> None:
         check_turns(drive, offline)
         write_results(offline, directory)
     print_result(offline)
+    print_doubts(offline)
     turns = ', '.join(
         f'{"left" if turn.angle_deg > 0 else "right"} {abs(turn.angle_deg):.0f}°'
         for turn in drive.turns)

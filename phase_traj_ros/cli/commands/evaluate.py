@@ -67,12 +67,13 @@ def run(options: Namespace) -> None:
             evaluation, directory / 'evaluation.json', source=drive.source,
             ground_truth=str(options.ground_truth))
         write_evaluation_picture(drive, true, evaluation, directory / 'evaluation.png')
-    _print(evaluation)
+    _print(evaluation, len(drive.stamps_ns))
     print(f'written to {options.directory}')
 
 
-def _print(evaluation: Evaluation) -> None:
-    print(f'{evaluation.frames} frames, {evaluation.length_m:.0f} m')
+def _print(evaluation: Evaluation, replayed: int) -> None:
+    covered = f' of {replayed}' if evaluation.frames < replayed else ''
+    print(f'{evaluation.frames}{covered} frames, {evaluation.length_m:.0f} m')
     turns, heading = evaluation.turns, evaluation.heading_error_deg
     if turns is None or heading is None:
         print('heading and turns: not measured (replay with focal_px, hfov_deg or a calibration)')

@@ -4,6 +4,7 @@
 
 from argparse import ArgumentParser, ArgumentTypeError, Namespace
 from collections.abc import Iterator
+from contextlib import ExitStack
 from pathlib import Path
 import re
 from typing import Any
@@ -18,6 +19,7 @@ from phase_traj_ros.cli.options import (
     SOURCE_HELP,
 )
 from phase_traj_ros.cli.progress import over_passes, progress
+from phase_traj_ros.cli.report import print_doubts
 from phase_traj_ros.core.localization.given import ScaleRange
 from phase_traj_ros.errors import ParameterError
 from phase_traj_ros.io.maps.projection import bearing_deg
@@ -111,21 +113,23 @@ def run(options: Namespace) -> int | None:
     source: Path = options.source
     odometry, codes = _odometry(options)
     title = source.name or str(source)
-    with progress(total=len(odometry.motions), title='locating') as bar:
-        located = locate(
-            odometry, roads, near=options.near, scale=options.scale, level=options.level,
-            advance=bar.update)
-    for line in _lines(located):
-        print(line)
-    if options.output is not None:
-        with output_directory(
-                options.output, names=LOCATION_FILES if codes is None else (
-                    *LOCATION_FILES, _CODES),
-                adds=True, inputs=(options.map,), force=options.force) as directory:
+    names = LOCATION_FILES if codes is None else (*LOCATION_FILES, _CODES)
+    with ExitStack() as stack:
+        # A folder that cannot be written is reported before the search.
+        directory = None if options.output is None else stack.enter_context(output_directory(
+            options.output, names=names, adds=True, inputs=(options.map,), force=options.force))
+        with progress(total=len(odometry.motions), title='locating') as bar:
+            located = locate(
+                odometry, roads, near=options.near, scale=options.scale, level=options.level,
+                advance=bar.update)
+        for line in _lines(located):
+            print(line)
+        if directory is not None:
             write_location(located, directory)
             write_location_report(located, directory / REPORT, title=title)
             if codes is not None:
                 add_to_chain_code(located, codes, directory / _CODES)
+    if options.output is not None:
         print(f'written to {options.output}, see {REPORT}')
     return None if located.first_claim is not None else EXIT_NOT_KNOWN
 
@@ -143,6 +147,7 @@ def _odometry(options: Namespace) -> tuple[DriveOdometry, Path | None]:
         result = replay_source(
             opened, request,
             through=over_passes(total=opened.frame_count, title=request.title))
+    print_doubts(result)
     return odometry_of(result), None if options.output is None else options.output / _CODES
 
 

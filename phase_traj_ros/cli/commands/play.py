@@ -117,6 +117,8 @@ def run(options: Namespace) -> None:
         finally:
             player.destroy_node()
     print(f'published {published} frames')
+    if source.frames.problem is not None:
+        print(f'warning: {source.frames.problem}', file=sys.stderr)
 
 
 def _nobody_listens(topic: str, options: Namespace) -> None:

@@ -20,7 +20,7 @@ from phase_traj_ros.cli.options import (
     SOURCE_HELP,
 )
 from phase_traj_ros.cli.progress import over_passes
-from phase_traj_ros.cli.report import print_result
+from phase_traj_ros.cli.report import print_doubts, print_result
 from phase_traj_ros.io.replay.run import Replay
 from phase_traj_ros.io.sources.base import Entry
 from phase_traj_ros.tasks.batch.job import replay_source
@@ -101,29 +101,4 @@ def _print(result: Replay, seconds: float) -> None:
     print(f'{result.source}: {result.frames} frames in {seconds:.1f} s'
           f' ({result.frames / seconds:.0f} frames/s)')
     print_result(result)
-    if result.threshold_hint is not None:
-        print(f'hint: {result.threshold_hint.sentence}')
-    for warning in _warnings(result):
-        print(f'warning: {warning}')
-
-
-def _warnings(result: Replay) -> Iterator[str]:
-    """Yield what is wrong with the data."""
-    frames = result.source_frames
-    if frames.missing:
-        yield (f'{frames.declared} frames are declared, but only {frames.read} could be read: the'
-               ' recording is cut off or damaged')
-    if result.unused_calibration:
-        yield f'the calibration is not used: {result.unused_calibration}'
-    if result.counters.skipped:
-        yield f'frames skipped: {result.counters.skipped}; the first: {result.first_skipped}'
-    for count, what in (
-            (result.counters.repeated, 'frames with the stamp or the picture of the previous one'),
-            (result.counters.dropped, 'frames dropped, as their stamps are out of order'),
-            (result.counters.time_resets, 'new starts of the codes, as the stamps went back'),
-            (sum(update.cut for update in result.updates), 'cuts to a new scene'),
-            (result.counters.unmeasured, 'pairs with nothing to correlate'),
-            (result.counters.reprimed, 'changes of the size or the type of the frames'),
-            (result.pairs_without_speed, 'pairs without a speed, which add no distance')):
-        if count:
-            yield f'{what}: {count}'
+    print_doubts(result)

@@ -79,6 +79,14 @@ class SourceFrames:
         # Some videos declare their duration only.
         return missing if missing > _FEW_MISSING * self.declared else 0
 
+    @property
+    def problem(self) -> str | None:
+        """Return a sentence if the source is cut off, None if it is not."""
+        if not self.missing:
+            return None
+        return (f'{self.declared} frames are declared, but only {self.read} could be read: the'
+                ' recording is cut off or damaged')
+
 
 @dataclass(frozen=True, slots=True)
 class Speed:
@@ -240,8 +248,8 @@ class FrameSource(ABC):
             start, duration = self._selection.start, self._selection.duration
             length = '' if duration is None else f', duration {duration:g} s'
             raise SourceError(
-                f'{self._description}: no frame is selected (start {start:g} s{length}); the '
-                f'{selector.seen} frames read last {selector.span_ns / 1e9:.3f} s')
+                f'{self._description}: no frame is selected (start {start:g} s{length}); the'
+                f' last frame read is {selector.span_ns / 1e9:.3f} s after the first')
 
     @abstractmethod
     def _candidates(self) -> Generator[Candidate, None, None]:

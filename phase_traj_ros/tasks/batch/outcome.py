@@ -53,6 +53,8 @@ class Outcome:
     """Distance travelled; it has no pairs if no distance is measured."""
     counters: Counters = field(default_factory=Counters)
     """Numbers of frames that were dropped, skipped or repeated."""
+    missing: int = 0
+    """Number of frames that the source declares and that could not be read."""
     length_unit: LengthUnit = LengthUnit.METRE
     """Unit of the distance."""
     camera: str = ''
@@ -78,7 +80,8 @@ def run_request(request: ReplayRequest, progress: Progress) -> Outcome:
         source=str(request.source), folder=folder_of(request), status=Status.OK,
         frames=result.frames, turns=len(turn_marks(result)), reliability=result.reliability,
         seconds=time.monotonic() - began, route=_route(result), way=result.way,
-        counters=result.counters, length_unit=result.parameters.length_unit,
+        counters=result.counters, missing=result.source_frames.missing,
+        length_unit=result.parameters.length_unit,
         camera='' if result.camera is None else str(result.camera))
 
 

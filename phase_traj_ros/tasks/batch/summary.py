@@ -22,7 +22,7 @@ SUMMARY_NAMES: Final = (CSV_NAME, HTML_NAME)
 COLUMNS: Final = (
     'source', 'folder', 'status', 'frames', 'turns', 'seconds', 'error', 'reliable', 'reasons',
     'distance', 'distance_unit', 'distance_states',
-    'dropped_frames', 'skipped_frames', 'repeated_frames', 'camera')
+    'missing_frames', 'dropped_frames', 'skipped_frames', 'repeated_frames', 'camera')
 
 # Signs that begin a formula.
 _FORMULA = ('=', '+', '-', '@', '\t', '\r')
@@ -75,11 +75,13 @@ def _way_cells(outcome: Outcome) -> tuple[str, str, str]:
         ' '.join(f'{state.value}:{count}' for state, count in way.states.items()))
 
 
-def _frame_cells(outcome: Outcome) -> tuple[str, str, str]:
+def _frame_cells(outcome: Outcome) -> tuple[str, str, str, str]:
     if outcome.status is not Status.OK:
-        return '', '', ''
+        return '', '', '', ''
     counters = outcome.counters
-    return str(counters.dropped), str(counters.skipped), str(counters.repeated)
+    return (
+        str(outcome.missing), str(counters.dropped), str(counters.skipped),
+        str(counters.repeated))
 
 
 def _write_html(outcomes: Sequence[Outcome], directory: Path, path: Path) -> None:
@@ -96,7 +98,7 @@ def _write_html(outcomes: Sequence[Outcome], directory: Path, path: Path) -> Non
     }
     rows = table(
         [_cells(outcome, directory) for outcome in outcomes], head=('', *COLUMNS),
-        numbers=(4, 5, 6, 10, 13, 14, 15), kind='routes')
+        numbers=(4, 5, 6, 10, 13, 14, 15, 16), kind='routes')
     write_page(
         path, title='Trajectories', facts=[(name, str(count)) for name, count in facts.items()],
         content=Markup(f'<main class="card">\n{rows.html}\n</main>'))

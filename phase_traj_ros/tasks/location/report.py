@@ -38,7 +38,7 @@ def write_location_report(located: Located, path: Path, *, title: str) -> None:
         'track': Markup(draw_track(located)),
         'legend': (
             'Grey: roads. Blue: the track from where the place is known. Red and dotted: the way'
-            ' there, reckoned back.' if known else
+            ' before that, computed backwards from there.' if known else
             'Grey: roads. Red: the candidates at the end.'),
         'probability': Markup(_curve(located)),
         'when': 'before the place is known' if known else 'along the drive',

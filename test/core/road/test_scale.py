@@ -1,5 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
+import numpy as np
 from phase_traj_ros.core.road.scale import CameraHeight
 import pytest
 
@@ -30,12 +31,25 @@ def test_speeds_do_not_make_a_sure_height_less_sure():
     assert height.deviation <= 0.01
 
 
+@pytest.mark.parametrize('seconds', [3, 20])
 @pytest.mark.parametrize('rate_hz', [5, 30, 120])
-def test_it_is_learned_by_time_at_any_frame_rate(rate_hz):
+def test_it_is_learned_by_time_at_any_frame_rate(rate_hz, seconds):
     slow, fast = CameraHeight(0.0, 0.04), CameraHeight(0.0, 0.04)
-    for _ in range(20 * 10):
+    for _ in range(seconds * 10):
         slow.add(0.18, 0.1, 0.1)
-    for _ in range(20 * rate_hz):
+    for _ in range(seconds * rate_hz):
         fast.add(1.8 / rate_hz, 1.0 / rate_hz, 1.0 / rate_hz)
     assert fast.deviation == pytest.approx(slow.deviation, rel=0.05)
     assert fast.metres == pytest.approx(slow.metres, rel=0.02)
+
+
+def test_a_long_pair_is_not_better_than_its_error():
+    """Pairs of several seconds, as of a few pictures: each is off by a tenth of its own."""
+    rng, errors = np.random.default_rng(4), []
+    for _ in range(2000):
+        height = CameraHeight(1.5, 0.2)
+        true = 1.5 * (1.0 + 0.2 * rng.normal())
+        for _ in range(3):
+            height.add(5.0 * true * (1.0 + 0.1 * rng.normal()), 5.0, 5.0)
+        errors.append((height.metres / true - 1.0) ** 2 / height.deviation ** 2)
+    assert np.mean(errors) == pytest.approx(1.0, abs=0.25)

@@ -1,6 +1,10 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
+import math
+
+import numpy as np
 from phase_traj_ros.core.road.speed_filter import SpeedFilter
+from phase_traj_ros.core.road.travel import Travel, TravelState
 import pytest
 
 
@@ -103,3 +107,66 @@ def test_a_first_speed_that_nothing_confirms_is_forgotten():
         speed_filter.pass_time(0.4)
     assert not alone.known and alone.lost
     assert confirmed.known and standing.known
+
+
+def test_a_distance_at_the_last_speed_scatters_as_it_says():
+    """With drawn errors of the speed, and of the pitch, from which the last one came."""
+    rng = np.random.default_rng(5)
+    measured = Travel(1.0, 0.1, TravelState.MEASURED, 0.03, 0.04)
+    errors, shared = [], []
+    for _ in range(2000):
+        speed = 8.0 + 0.3 * rng.normal()
+        swing, tilt = 0.03 * rng.normal(), 0.04 * rng.normal()
+        speed_filter = SpeedFilter()
+        speed_filter.add(8.0, 0.3 ** 2)
+        bridged = speed_filter.bridge(0.5, measured)
+        errors.append(bridged.distance - speed * 0.5 * (1.0 + swing + tilt))
+        shared.append((speed - 8.0) / 8.0 + swing)
+    assert bridged.state is TravelState.BRIDGED
+    assert np.std(errors) == pytest.approx(math.sqrt(bridged.variance), rel=0.08)
+    # What goes wrong with the speed goes on for about as long as the springs swing.
+    assert bridged.swing == pytest.approx(np.std(shared), rel=0.08)
+    assert bridged.tilt == 0.04
+    assert bridged.own_variance == pytest.approx(0.0, abs=1e-9)
+
+
+def test_a_vehicle_that_turns_does_not_stand():
+    speed_filter, measured = SpeedFilter(), Travel(0.0, 0.0, TravelState.STANDING)
+    speed_filter.stand(0.1)
+    speed_filter.pass_time(0.1)
+    still = speed_filter.bridge(0.1, measured)
+    assert (still.distance, still.state) == (0.0, TravelState.BRIDGED)
+    assert speed_filter.bridge(0.1, measured, turns=True).state is TravelState.UNKNOWN
+    speed_filter.add(3.0, 0.01)
+    assert speed_filter.bridge(0.1, measured, turns=True).state is TravelState.BRIDGED
+
+
+def test_the_last_speed_bridges_seconds_and_no_more():
+    speed_filter, measured = SpeedFilter(), Travel(0.0, 0.0, TravelState.MEASURED)
+    speed_filter.add(8.0, 0.01)
+    assert speed_filter.bridge(2.0, measured).distance == pytest.approx(16.0)
+    assert speed_filter.bridge(60.0, measured).distance < 8.0 * 3.0
+    speed_filter.pass_time(60.0)
+    lost = speed_filter.bridge(0.2, measured)
+    # The drawn path goes on, but nobody knows how far.
+    assert lost.state is TravelState.UNKNOWN and lost.distance == pytest.approx(1.6)
+    assert math.sqrt(lost.variance) == pytest.approx(0.2 * SpeedFilter().deviation)
+
+
+@pytest.mark.parametrize('interval', [0.02, 0.5])
+def test_without_a_speed_a_pair_is_one_unit_and_any_distance(interval):
+    speed_filter = SpeedFilter()
+    unknown = speed_filter.bridge(interval, Travel(0.0, 0.0, TravelState.UNKNOWN))
+    assert (unknown.distance, unknown.state) == (1.0, TravelState.UNKNOWN)
+    assert math.sqrt(unknown.variance) == pytest.approx(interval * speed_filter.deviation)
+
+
+def test_a_speed_is_as_sure_as_its_measurements():
+    """Against drawn errors of a constant speed; the last one counts by its share."""
+    rng, errors = np.random.default_rng(6), []
+    for _ in range(2000):
+        speed_filter = SpeedFilter()
+        for deviation in (0.5, 0.2, 0.3):
+            speed_filter.add(8.0 + deviation * rng.normal(), deviation ** 2)
+        errors.append((speed_filter.speed - 8.0) / speed_filter.deviation)
+    assert np.std(errors) == pytest.approx(1.0, abs=0.08)

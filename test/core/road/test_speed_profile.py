@@ -95,7 +95,9 @@ def test_it_restarts_without_what_was_before():
     rng, profile = np.random.default_rng(7), SpeedProfile()
     for _ in range(40):
         add(profile, noise(rng) + peak(12.0, 6.0), SEEN, 0.04)
+    assert profile.best is not None
     profile.forget()
+    assert profile.best is None
     for _ in range(3):
         add(profile, noise(rng) + peak(12.0, 6.0), SEEN, 0.04)
         assert profile.best is None
@@ -105,8 +107,10 @@ def test_what_was_before_a_stop_does_not_count():
     rng, profile = np.random.default_rng(7), SpeedProfile()
     for _ in range(40):
         add(profile, noise(rng) + peak(12.0, 6.0), SEEN, 0.04)
+    assert profile.best is not None
     # While the vehicle stands, no pair is added.
     profile.pass_time(3.0)
+    assert profile.best is None
     for _ in range(3):
         add(profile, noise(rng) + peak(12.0, 6.0), SEEN, 0.04)
         assert profile.best is None

@@ -108,3 +108,19 @@ def test_a_value_counts_the_less_the_farther_it_is_off():
     assert moved(2.0) == pytest.approx(2.0 * moved(1.0), rel=0.01)
     assert moved(20.0) < moved(10.0) < moved(4.0)
     assert moved(20.0) == pytest.approx(0.5 * moved(10.0), rel=0.1)
+
+
+@pytest.mark.parametrize('by', ['travel', 'slides'])
+def test_a_single_value_makes_the_pitch_as_sure_as_it_says(by):
+    rng, errors = np.random.default_rng(9), []
+    for _ in range(1500):
+        pitch = np.radians((1.0, 0.4)) @ rng.normal(size=2)
+        tilt = RoadTilt(Horizon(pitch_deviation=math.radians(1.0)))
+        value = pitch + 0.01 * rng.normal()
+        if by == 'travel':
+            tilt.add_travel(-math.tan(value), 0.01 ** 2)
+        else:
+            # The far patch is two heights farther ahead, and both were made with another pitch.
+            tilt.add_slides(math.exp(4.0 * (value - 0.02)), 2.0, 0.04 ** 2, assumed=0.02)
+        errors.append((tilt.pitch - pitch) ** 2 / tilt.deviation ** 2)
+    assert np.mean(errors) == pytest.approx(1.0, abs=0.15)

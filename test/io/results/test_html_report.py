@@ -142,6 +142,25 @@ def test_a_drive_without_turns_or_measurement(tmp_path):
     assert json.loads(read.data)['turns'] == []
 
 
+@pytest.mark.parametrize(('source', 'name'), [('auto', 'the turns'), ('heading', 'the heading')])
+def test_it_tells_what_the_codes_are_from(tmp_path, source, name):
+    report(
+        tmp_path / 'report.html', rolled_frames(),
+        parameters=Parameters(focal_px=200.0, code_source=source))
+    texts = Reader(tmp_path / 'report.html').texts
+    assert texts[texts.index('codes from') + 1] == name
+
+
+def test_it_tells_why_a_calibration_is_not_used(tmp_path):
+    result = replace(
+        replay(rolled_frames(), Parameters(threshold=16.0), source='drive'),
+        unused_calibration='K is zero')
+    picture = tmp_path / 'picture.png'
+    write_trajectory_picture(result, picture)
+    write_report(result, tmp_path / 'report.html', title='drive', picture=picture)
+    assert 'The calibration is not used: K is zero.' in Reader(tmp_path / 'report.html').texts
+
+
 def test_the_page_loads_without_a_complaint_and_loads_nothing(page, page_file):
     assert page.run('document.readyState') == 'complete'
     assert page.complaints() == []

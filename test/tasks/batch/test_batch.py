@@ -136,7 +136,7 @@ def test_the_summary(tmp_path):
             source='x <b>.mp4', folder='x <b>', status=Status.OK, frames=9, turns=1, seconds=1.239,
             route=((0, 0), (4, 0), (4, 4)),
             reliability=Reliability((Reason.MANY_CUTS, Reason.CAMERA_NOT_KNOWN)), way=way,
-            counters=Counters(dropped=3, skipped=2, repeated=1),
+            counters=Counters(dropped=3, skipped=2, repeated=1), missing=4,
             length_unit=LengthUnit.CAMERA_HEIGHT, camera='field of view 75 degrees, assumed'),
         failure(job, 'it is\n<i>bad</i>', seconds=0.5),
         failure(job, 'not done', status=Status.INTERRUPTED),
@@ -148,10 +148,10 @@ def test_the_summary(tmp_path):
         list(COLUMNS),
         ['x <b>.mp4', 'x <b>', 'ok', '9', '1', '1.24', '', 'false',
          'many_cuts camera_not_known', '2.5', 'camera heights',
-         'measured:1 bridged:0 standing:0 given:0 unknown:0', '3', '2', '1',
+         'measured:1 bridged:0 standing:0 given:0 unknown:0', '4', '3', '2', '1',
          'field of view 75 degrees, assumed'],
-        ['bad,"\n.mp4', 'bad', 'failed', '0', '0', '0.50', 'it is <i>bad</i>', *[''] * 9],
-        ['bad,"\n.mp4', 'bad', 'interrupted', '0', '0', '0.00', 'not done', *[''] * 9]]
+        ['bad,"\n.mp4', 'bad', 'failed', '0', '0', '0.50', 'it is <i>bad</i>', *[''] * 10],
+        ['bad,"\n.mp4', 'bad', 'interrupted', '0', '0', '0.00', 'not done', *[''] * 10]]
     assert COLUMNS[:7] == ('source', 'folder', 'status', 'frames', 'turns', 'seconds', 'error')
     page = (tmp_path / 'summary.html').read_text()
     assert '<a href="x%20%3Cb%3E/report.html">x &lt;b&gt;</a>' in page

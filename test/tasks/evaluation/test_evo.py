@@ -138,6 +138,15 @@ def test_evaluate_agrees_with_evo(results):
     assert 0.0 < told['t_rel_percent'] < 2.0 and 0.0 < told['r_rel_deg_per_100m'] < 2.0
 
 
+def test_a_truth_of_a_part_says_how_much_it_covers(results, capsys):
+    truth = results / 'part.tum'
+    poses = (results / 'truth.tum').read_text().splitlines(keepends=True)
+    truth.write_text(''.join(poses[:40]))
+    assert main(['evaluate', str(results / 'out'), '--ground-truth', str(truth)]) == 0
+    frames = len((results / 'out' / 'trajectory.tum').read_text().splitlines())
+    assert f'40 of {frames} frames, ' in capsys.readouterr().out
+
+
 def _poses(lengths, yaws):
     yaw = np.concatenate([[0.0], np.cumsum(yaws)])
     steps = np.stack([lengths * np.cos(yaw[1:]), lengths * np.sin(yaw[1:])], axis=1)

@@ -8,7 +8,7 @@ from html import escape
 from pathlib import Path
 from typing import Any
 
-from phase_traj_ros.core import CodeSeries, Direction, Movement
+from phase_traj_ros.core import CodeSeries, CodeSource, Direction, Movement
 from phase_traj_ros.io.replay.data_health import data_health, DataHealth, LOW_RESPONSE
 from phase_traj_ros.io.replay.overview import Overview, overview, TurnMark
 from phase_traj_ros.io.replay.run import Replay
@@ -105,7 +105,8 @@ def _way(result: Replay) -> list[tuple[str, str]]:
 
 def _threshold(result: Replay) -> list[tuple[str, str]]:
     if result.threshold_px is None:
-        return [('codes from', 'the heading')]
+        auto = result.parameters.codes_from is CodeSource.AUTO
+        return [('codes from', 'the turns' if auto else 'the heading')]
     return [('threshold, px per frame', f'{result.threshold_px:.4g}')]
 
 
@@ -136,6 +137,12 @@ def _trust(result: Replay, left_out: bytes | None) -> Markup:
     """Return the reasons to doubt the result, the cuts, and the areas that are left out."""
     notes = [
         f'<p class="warn">{escape(reason.sentence)}</p>' for reason in result.reliability.reasons]
+    if result.source_frames.problem is not None:
+        notes.append(f'<p class="warn">{escape(result.source_frames.problem)}.</p>')
+    if result.unused_calibration:
+        notes.append(
+            '<p class="warn">The calibration is not used:'
+            f' {escape(str(result.unused_calibration))}.</p>')
     if result.assumes_camera:
         notes.append(
             '<p>No turn has determined the camera: the distance is for the assumed one.</p>')

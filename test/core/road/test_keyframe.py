@@ -1,0 +1,117 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The distances of pairs come from that since a keyframe, and add up to it."""
+
+import math
+
+import numpy as np
+from phase_traj_ros.core.road.keyframe import RoadKeyframe, Turned
+from phase_traj_ros.core.road.speed_filter import SpeedFilter
+import pytest
+
+
+def known(speed=5.0, deviation=0.8):
+    speeds = SpeedFilter()
+    speeds.add(speed, deviation ** 2)
+    return speeds
+
+
+def test_the_pairs_add_up_to_the_way_between_the_keyframes():
+    key, sums = RoadKeyframe(), 0.0
+    for way in (0.4, 1.1, 1.4):
+        sums += key.add(way, 0.02 ** 2, known(), 0.1)[0]
+        assert sums == pytest.approx(key.given)
+    key.bridge(0.5, 0.1 ** 2)
+    assert key.given == pytest.approx(sums + 0.5)
+    key.over = True
+    distance, variance = key.add(2.6, 0.03 ** 2, known(), 0.1)
+    assert sums + 0.5 + distance == pytest.approx(2.6)
+    # What was measured is not made better by what was foreseen.
+    assert variance == pytest.approx(0.03 ** 2)
+
+
+@pytest.mark.parametrize('noise', [0.02, 0.2])
+def test_the_way_scatters_as_it_says(noise):
+    """Speeds and measured ways with drawn errors; the second pair is bridged."""
+    rng, interval, errors, first = np.random.default_rng(3), 0.1, [], []
+    for _ in range(2000):
+        key, way, told = RoadKeyframe(), 0.0, 0.0
+        for pair in range(3):
+            speed = 5.0 + 0.8 * rng.normal()
+            way += speed * interval
+            if pair == 1:
+                key.bridge(5.0 * interval, (0.8 * interval) ** 2)
+                continue
+            told, _ = key.add(way + noise * rng.normal(), noise ** 2, known(), interval)
+            if pair == 0:
+                first.append((key.given - way) ** 2 / key.variance)
+        errors.append((key.given - way) ** 2 / key.variance)
+        assert told == pytest.approx(key.given - key.before)
+    assert np.mean(first) == pytest.approx(1.0, abs=0.15)
+    assert np.mean(errors) == pytest.approx(1.0, abs=0.15)
+
+
+def test_without_a_speed_the_way_is_as_measured():
+    key = RoadKeyframe()
+    assert key.add(0.4, 0.02 ** 2, SpeedFilter(), 0.1) == (0.4, 0.02 ** 2)
+    distance, variance = key.add(1.0, 0.02 ** 2, SpeedFilter(), 0.1)
+    assert distance == pytest.approx(0.6) and variance > 0.0
+
+
+def test_rotations_and_times_of_the_pairs_add_up():
+    key = RoadKeyframe()
+    for _ in range(4):
+        key.turn(0.01, -0.02, 0.03, 0.05, 0.004)
+    turned = key.turned(0.001, key.passing)
+    assert (turned.yaw, turned.pitch, turned.roll, turned.age, turned.passing) == pytest.approx(
+        (0.04, -0.08, 0.12, 0.2, 0.016))
+    assert turned.nodding == 0.001
+
+
+def test_it_goes_on_while_the_newest_pair_passes_at_half_the_rate():
+    key = RoadKeyframe()
+    for interval in (0.1, 0.2, 0.1):
+        key.turn(0.0, 0.0, 0.0, interval, 0.05 * interval)
+        assert key.goes_on
+    key.turn(0.0, 0.0, 0.0, 0.1, 0.001)
+    assert not key.goes_on
+    key.turn(0.0, 0.0, 0.0, 0.1, 0.004)
+    assert key.goes_on
+
+
+def aged(age=0.1, yaw=0.0):
+    key = RoadKeyframe()
+    key.turn(yaw, 0.0, 0.0, age)
+    return key
+
+
+@pytest.mark.parametrize('sign', [-1.0, 1.0])
+def test_a_frame_is_too_far_if_the_next_slide_or_turn_or_time_is(sign):
+    # The next pair slides as this one does: 0.4 becomes 0.8, of 0.75 that are allowed.
+    assert aged().is_far(sign * 0.4, 0.1) and not aged().is_far(sign * 0.35, 0.1)
+    # One fifth as long, it adds a fifth.
+    assert not aged().is_far(sign * 0.6, 0.02)
+    assert aged(yaw=sign * 0.07).is_far(0.0, 0.1) and not aged(yaw=sign * 0.05).is_far(0.0, 0.1)
+    assert aged(0.6).is_far(0.0, 0.1) and not aged(0.4).is_far(0.0, 0.1)
+
+
+def turned(passing, yaw=0.0, age=0.1):
+    return Turned(yaw, 0.0, 0.0, 0.0, age, passing)
+
+
+def test_what_the_blocks_show_tells_how_far_the_road_slides_at_least():
+    stands, creeps, drives = turned(0.001), turned(0.01), turned(0.1)
+    assert not stands.moves and not stands.drives and stands.least == 0.0
+    assert creeps.moves and not creeps.drives and creeps.least == 0.0
+    assert drives.moves and drives.drives
+    # The nearest blocks are farther away than one height, and hardly ever nearer than two.
+    assert 0.1 < drives.least <= 0.2
+    # Blocks that do not agree, as in reverse: it moves, and nobody knows how far.
+    unknown = turned(None)
+    assert unknown.moves and unknown.drives and unknown.least == 0.0
+
+
+@pytest.mark.parametrize('sign', [-1.0, 1.0])
+def test_only_one_that_drives_turns_by_degrees_in_a_second(sign):
+    assert turned(0.0, sign * math.radians(2.0), 0.5).swings
+    assert not turned(0.0, sign * math.radians(1.0), 0.5).swings

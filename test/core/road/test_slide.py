@@ -1,0 +1,112 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Patches of noise that slide by a known number of cells; rows run from far to near."""
+
+import numpy as np
+from phase_traj_ros.core.correlation.windows import Window, window_2d
+from phase_traj_ros.core.road.slide import Slide
+from phase_traj_ros.core.road.tuning import TUNING
+import pytest
+
+SHAPE = 90, 140
+WINDOW = window_2d(Window.SQRT_HANN, SHAPE)
+
+
+def road(seed=0):
+    """Return white noise, limited to what cells can show, that may slide by parts of a cell."""
+    return np.fft.fft2(np.random.default_rng(seed).normal(size=(256, 256)))
+
+
+def patch(road, cells, aside=0.0):
+    """Return the patch of a road that has come nearer by ``cells``."""
+    down, right = np.meshgrid(np.fft.fftfreq(256), np.fft.fftfreq(256), indexing='ij')
+    soft = np.exp(-4.0 * (down ** 2 + right ** 2))
+    moved = np.fft.ifft2(road * soft * np.exp(-2j * np.pi * (down * cells + right * aside))).real
+    return moved[80:80 + SHAPE[0], 50:50 + SHAPE[1]].astype(np.float32)
+
+
+def compared(before, after):
+    slide = Slide(WINDOW)
+    slide.keep(before)
+    slide.compare(after)
+    return slide
+
+
+def test_a_slide_towards_the_vehicle_is_positive_and_as_exact_as_it_says():
+    slide, errors = Slide(WINDOW), []
+    slide.keep(patch(road(), 0.0))
+    for cells in np.arange(-8.0, 50.0, 1.9):
+        slide.compare(patch(road(), cells))
+        errors.append(slide.peak(-10, slide.most).cells - cells)
+    assert np.sqrt(np.mean(np.square(errors))) < TUNING.peak_cells
+    assert abs(np.mean(errors)) < TUNING.peak_cells / 3.0
+
+
+@pytest.mark.parametrize('contrast', [0.01, 100.0])
+def test_noise_stands_out_by_the_best_of_nine_columns(contrast):
+    """The unit of a score is a standard deviation, whatever the contrast is."""
+    told = []
+    for seed in range(6):
+        slide = compared(
+            patch(road(seed), 0.0), np.float32(contrast) * patch(road(seed + 50), 0.0))
+        told.append(slide.scores_at(np.arange(60.0)))
+    best = np.random.default_rng(1).normal(size=(100_000, 9)).max(axis=1)
+    assert np.mean(told) == pytest.approx(best.mean(), rel=0.15)
+    assert np.std(told) == pytest.approx(best.std(), rel=0.25)
+
+
+def test_what_moves_aside_as_well_is_found():
+    slide = compared(patch(road(), 0.0), patch(road(), 10.0, TUNING.aside_cells))
+    assert slide.peak(0, slide.most).cells == pytest.approx(10.0, abs=0.5)
+    slide = compared(patch(road(), 0.0), patch(road(), 10.0, -TUNING.aside_cells))
+    assert slide.peak(0, slide.most).cells == pytest.approx(10.0, abs=0.5)
+
+
+def test_a_peak_is_sought_within_limits_and_a_flank_is_none():
+    slide = compared(patch(road(), 0.0), patch(road(), 12.0) + 0.7 * patch(road(), 30.0))
+    assert slide.peak(0, 20).cells == pytest.approx(12.0, abs=0.5)
+    assert slide.peak(20, 40).cells == pytest.approx(30.0, abs=0.5)
+    for limits in ((0, 11), (13, 29), (31, slide.most)):
+        outside = slide.peak(*limits)
+        assert outside is None or outside.score < TUNING.stands_out
+    assert slide.peak(5, 4) is None
+
+
+def test_the_rival_of_a_slide_is_the_highest_other_one():
+    slide = compared(patch(road(), 0.0), patch(road(), 12.0) + 0.7 * patch(road(), 30.0))
+    strong, weak = slide.peak(0, 20), slide.peak(20, 40)
+    assert strong.score > weak.score > TUNING.stands_out
+    assert slide.rival(None) == slide.rival(weak.cells) == pytest.approx(strong.score)
+    assert slide.rival(strong.cells) == pytest.approx(weak.score)
+    # At the near end of the range as well.
+    alone = compared(patch(road(), 0.0), patch(road(), -10.0))
+    assert alone.rival(alone.peak(-12, 0).cells) < TUNING.stands_out < alone.rival(None)
+
+
+def test_the_height_at_a_slide_is_that_of_its_peak():
+    slide = compared(patch(road(), 0.0), patch(road(), 12.0))
+    peak = slide.peak(0, slide.most)
+    assert slide.scores_at(np.array([12.0]))[0] == pytest.approx(peak.score)
+    assert slide.highest(10.0, 14.0) == slide.highest(-99.0, 99.0) == peak.score
+    assert slide.highest(20.0, 40.0) < TUNING.stands_out
+    # Beyond the range, nothing is known.
+    assert np.isnan(slide.scores_at(np.array([-50.0, 100.0]))).all()
+
+
+def test_a_patch_without_contrast_is_like_none():
+    blank = np.zeros(SHAPE, np.float32)
+    for before, after in ((patch(road(), 0.0), blank), (blank, patch(road(), 0.0))):
+        assert compared(before, after).rival(None) < TUNING.stands_out
+    slide = compared(patch(road(), 0.0), patch(road(), 0.0))
+    slide.keep(blank)
+    slide.compare(patch(road(), 0.0))
+    assert slide.rival(None) < TUNING.stands_out
+
+
+def test_the_kept_patch_stays_for_the_next_comparison():
+    slide = compared(patch(road(), 0.0), patch(road(), 5.0))
+    slide.compare(patch(road(), 11.0))
+    assert slide.peak(0, slide.most).cells == pytest.approx(11.0, abs=0.5)
+    slide.keep(patch(road(), 11.0))
+    slide.compare(patch(road(), 14.0))
+    assert slide.peak(0, slide.most).cells == pytest.approx(3.0, abs=0.5)
