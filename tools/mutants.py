@@ -28,8 +28,8 @@ import tempfile
 ROOT = Path(__file__).resolve().parent.parent
 CORE = Path('phase_traj_ros/core')
 #: What is mutated: rooms, and the state machine.
-TARGETS = ('path', 'road', 'heading', 'codes/from_shift.py', 'codes/from_turns.py',
-           'codes/from_heading.py', 'codes/chain.py', 'judge.py')
+TARGETS = ('path', 'road', 'heading', 'reliability', 'codes/from_shift.py',
+           'codes/from_turns.py', 'codes/from_heading.py', 'codes/chain.py', 'judge.py')
 # Seconds after which the tests of a fault have failed: it has made a loop endless.
 _LONGEST = 600
 
@@ -147,7 +147,9 @@ def tests_of(path: str, *, whole: bool) -> list[list[str]]:
     own = tests / f'test_{module}.py'
     found = [[str(own)]] if (ROOT / own).exists() else []
     if room != CORE:
-        found.append([str(tests)])
+        # A small room has a file of tests instead of a folder.
+        alone = tests.with_name(f'test_{room.name}.py')
+        found.append([str(alone if (ROOT / alone).exists() else tests)])
     core = [str(each.relative_to(ROOT)) for each in sorted((ROOT / 'test/core').glob('test_*.py'))]
     return [*found, core] if whole else found
 

@@ -17,6 +17,8 @@ from phase_traj_ros.core import (
 )
 from phase_traj_ros.core.reliability.monitor import ReliabilityMonitor
 from phase_traj_ros.core.reliability.reason import Evidence, Reason
+from phase_traj_ros.core.reliability.spans import Spans
+from phase_traj_ros.core.reliability.verdict import joined, Reliability, UnreliableSpan
 from phase_traj_ros.synthetic import Camera, plan_drive, render_drive, Straight, Turn
 from phase_traj_ros.synthetic.degradations import night, rain, sensor_noise
 import pytest
@@ -31,8 +33,8 @@ TENTH = SECOND // 10
 class Driven:
     """A monitor, and the stamp of the newest frame."""
 
-    def __init__(self):
-        self.monitor, self.now = ReliabilityMonitor(), 5 * SECOND
+    def __init__(self, start=5 * SECOND):
+        self.monitor, self.now = ReliabilityMonitor(), start
 
     def add(self, name, seconds, *, interval=TENTH, **options):
         for _ in range(round(seconds * SECOND / interval)):
@@ -249,6 +251,119 @@ def test_days_with_a_loose_cable_are_a_bounded_number_of_spans():
     assert 100 < len(spans) <= 600
     assert spans[-1].end_ns == driven.now
     assert all(before.end_ns <= after.start_ns for before, after in pairwise(spans))
+
+
+def test_a_camera_that_repeats_one_stamp_for_more_than_a_second_is_frozen():
+    driven = Driven().add('trusted', 100)
+    driven.monitor.add_same_stamps(9)
+    assert driven.monitor.verdict().reliable and driven.spans == []
+    # Eleven frames of 0.1 s each: nobody knows when they were taken.
+    driven.monitor.add_same_stamps(2)
+    verdict = driven.monitor.verdict()
+    assert verdict.words == ('frozen',)
+    assert (verdict.end_ns - verdict.start_ns) / SECOND == pytest.approx(101.1)
+    assert driven.spans == [(pytest.approx(100), pytest.approx(101.1), ('frozen',))]
+    # The next stamp ends it.
+    driven.add('trusted', 0.1)
+    assert driven.monitor.verdict().reliable
+
+
+def test_a_reset_forgets_the_pairs_before():
+    driven = Driven().add('trusted', 10).add('trusted', 0.1, rivalled=True)
+    driven.monitor.add_cut()
+    driven.monitor.add_same_stamps(20)
+    driven.monitor.reset()
+    # A first pair at a low rate loses nothing, and a single rival is none.
+    driven.add('trusted', 2, interval=2 * SECOND, rivalled=True).add('trusted', 30)
+    verdict = driven.monitor.verdict()
+    assert verdict.reliable and verdict.spans == ()
+    assert (verdict.end_ns - verdict.start_ns) / SECOND == pytest.approx(32)
+
+
+def test_another_motion_on_the_road_counts_if_it_was_there_within_a_second():
+    apart, close = (
+        Driven().add('trusted', 10).add('trusted', 0.1, rivalled=True).add('trusted', seconds)
+        .add('trusted', 0.1, rivalled=True).spans for seconds in (1.2, 0.8))
+    assert apart == []
+    assert close == [(pytest.approx(10.9), pytest.approx(11.0), ('road_unclear',))]
+
+
+def test_each_part_is_judged_by_half_a_minute_on_both_sides():
+    """So the span of a long cover begins and ends where the cover does."""
+    driven = Driven().add('trusted', 120).add('blank', 90).add('trusted', 120)
+    assert driven.spans == [
+        (pytest.approx(120, abs=2), pytest.approx(210, abs=2), ('nothing_to_see',))]
+    # A cover of a quarter of a minute is less than half of any minute.
+    assert Driven().add('trusted', 120).add('blank', 15).add('trusted', 120).spans == []
+
+
+@pytest.mark.parametrize('start', [0, 1_700_000_000 * SECOND])
+def test_a_third_of_the_first_minute_is_not_most_of_it(start):
+    driven = Driven(start).add('blank', 20).add('trusted', 100)
+    assert driven.monitor.verdict().reliable and driven.spans == []
+
+
+def test_after_a_long_gap_the_pairs_before_it_still_tell_why():
+    driven = Driven().add('blank', 20, interval=SECOND).add('blank', 300, interval=300 * SECOND)
+    assert 'nothing_to_see' in driven.monitor.verdict().words
+
+
+def test_what_lasts_counts_by_its_share_of_the_last_minute():
+    """A twentieth of it, 3 s; what was more than a minute ago does not count."""
+    driven = Driven().add('trusted', 200).add('trusted', 2.5, contradicted=True)
+    assert driven.monitor.verdict().reliable
+    driven.add('trusted', 20).add('trusted', 1, contradicted=True)
+    assert driven.monitor.verdict().words == ('direction_contradicts_heading',)
+    driven.add('trusted', 38)
+    assert driven.monitor.verdict().reliable
+    short = Driven().add('trusted', 20).add('trusted', 1.5, contradicted=True)
+    assert not short.monitor.verdict().reliable
+
+
+def test_cuts_count_by_their_share_of_the_pairs():
+    monitor = summed_up(trusted=200)
+    for _ in range(20):
+        monitor.add_cut()
+    assert monitor.verdict().reliable
+    monitor.add_cut()
+    assert monitor.verdict().words == ('many_cuts',)
+
+
+def test_only_far_frames_explain_scattered_blocks():
+    for interval, low in ((0.2, False), (0.3, True)):
+        driven = Driven().add('scattered', 30, interval=round(interval * SECOND))
+        assert ('rate_too_low' in driven.monitor.verdict().words) == low
+
+
+def test_too_many_spans_are_joined_where_they_are_closest():
+    spans = Spans(apart_ns=10)
+    starts = np.cumsum([100] * 600)
+    starts[300:] -= 60
+    for start in starts:
+        spans.add(start, start + 20)
+    kept = spans.of(False, 0, 0)
+    assert len(kept) == 500
+    assert (starts[299], starts[300] + 20) in kept
+    assert (kept[0][0], kept[-1][1]) == (starts[0], starts[-1] + 20)
+
+
+def test_spans_that_are_close_are_one_and_empty_ones_are_none():
+    spans = Spans(apart_ns=10)
+    for start, end in ((0, 20), (30, 40), (51, 60), (70, 70)):
+        spans.add(start, end)
+    assert spans.of(False, 0, 0) == [(0, 40), (51, 60)]
+    assert spans.of(True, 55, 80) == [(0, 40), (51, 80)]
+    assert [spans.within(*part) for part in ((0, 60), (10, 55), (40, 51), (-9, 99))] == [
+        49, 34, 0, 49]
+
+
+def test_spans_of_the_whole_drive_overlap_and_count_once():
+    assert joined([(5, 9), (0, 10), (10, 12), (20, 30), (22, 25)]) == [(0, 12), (20, 30)]
+    both = (Reason.SHAKING, Reason.FROZEN)
+    spans = UnreliableSpan(0, 30, both[:1]), UnreliableSpan(10, 40, both)
+    drive = Reliability((), spans, 0, 1000)
+    # Together they are 40 of 1000, of which 50 are allowed.
+    assert drive.of_drive.reliable
 
 
 def test_each_reason_has_a_word_and_a_sentence():
