@@ -57,7 +57,7 @@ class LocatorSettings:
     null_share: float = 5e-3
     """Probability at the start that the vehicle is on no road of the map: such a road bends..."""
     null_fit_m: float = 250.0
-    """...as the odometry does: it fits as the roads of the map do on average over this way, but..."""
+    """...as the odometry does: it fits as those of the map do on average over this way, but..."""
     null_fit: float = 0.5
     """...its chords have at least this mean likelihood, relative to its peak..."""
     null_turn: float = 1.5
