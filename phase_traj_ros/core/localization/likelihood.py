@@ -48,8 +48,8 @@ class NullRoad:
     The hypothesis that the vehicle is on no road of the map.
 
     Such a road bends as the odometry does, but it has to pay for its turns: a road of the map has
-    them where the map says so. On a straight it fits as well as those of the map, so that a long
-    one does not prove that the vehicle is on the map.
+    them where the map says so. It fits as those of the map do on average: neither a long straight,
+    on which any of them fits, nor a coarse map proves anything.
     """
 
     def __init__(self, settings: LocatorSettings) -> None:

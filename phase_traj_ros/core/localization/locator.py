@@ -31,10 +31,9 @@ from phase_traj_ros.core.localization.seeding import ExpectedPose, Scales, Seedi
 from phase_traj_ros.core.localization.settings import LocatorSettings
 from phase_traj_ros.core.localization.window import Odometer, Stride
 
-# Hypotheses on each piece of road at the start, and at least as many while no place leads.
-_PER_PIECE = 4
-# Most hypotheses on each piece, all together: fewer would miss the right place at its first bend.
-_MOST_PER_PIECE = 5
+# Hypotheses on each piece of road at the start, and at least as many while no place leads: on a
+# small map more, so that the right place has some at its first bend. They need memory and time.
+_PER_PIECE, _MOST_PER_PIECE, _AT_START = 2, 4, 500_000
 # Strides within which a U-turn is one, and how much it may differ from half a circle.
 _U_TURN_STRIDES, _U_TURN = 7, math.radians(30.0)
 # Probability of being on no road above which a vehicle may come back to one.
@@ -93,8 +92,9 @@ class MapLocator:
         self._gate = FixGate(self._settings)
         self._null = NullRoad(self._settings)
         mapped = math.log1p(-self._settings.null_share)
+        self._per_piece = min(max(_AT_START // len(roads), _PER_PIECE), _MOST_PER_PIECE)
         self._them = (
-            self._seeding.anywhere(self._odometer, mapped, copies=_PER_PIECE) if prior is None
+            self._seeding.anywhere(self._odometer, mapped, copies=self._per_piece) if prior is None
             else self._seeding.around(prior, self._odometer, mapped))
         self._way = self._seeded = 0.0
         self._past: deque[_Moment] = deque(maxlen=_U_TURN_STRIDES)
@@ -114,7 +114,7 @@ class MapLocator:
     def _follow(self, stride: Stride) -> None:
         """Move and judge the hypotheses by a stride."""
         settings, metres = self._settings, stride.distance * self._scale.middle
-        most = max(settings.most_hypotheses, _MOST_PER_PIECE * len(self._roads))
+        most = max(settings.most_hypotheses, (self._per_piece + 1) * len(self._roads))
         self._way += metres
         them = self._motion.advance(self._them, stride, most, self._rng)
         self._null.follow(stride, metres, judge(them, stride, settings))
@@ -195,7 +195,7 @@ class MapLocator:
     def _fewest(self) -> int:
         settings = self._settings
         return settings.fewest_hypotheses if self._claim.leads else min(
-            settings.fewest_searching, _PER_PIECE * len(self._roads))
+            settings.fewest_searching, self._per_piece * len(self._roads))
 
     def _estimate(self, stamp_ns: int) -> LocationEstimate:
         place, odometer = self._found[0], self._odometer

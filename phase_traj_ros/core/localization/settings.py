@@ -56,12 +56,12 @@ class LocatorSettings:
 
     null_share: float = 5e-3
     """Probability at the start that the vehicle is on no road of the map: such a road bends..."""
-    null_fit: float = 0.85
-    """...as the odometry does, with this mean likelihood of a chord relative to its peak, or..."""
     null_fit_m: float = 250.0
-    """...with that of the roads of the map over this way, if it is better..."""
-    null_turn: float = 2.3
-    """...but it loses these nats per radian of its turns. The right road of a map loses fewer, and
+    """...as the odometry does: it fits as those of the map do on average over this way, but..."""
+    null_fit: float = 0.5
+    """...its chords have at least this mean likelihood, relative to its peak..."""
+    null_turn: float = 1.5
+    """...and it loses these nats per radian of its turns. The right road of a map loses fewer, and
     the best place of a map where the vehicle is not loses more..."""
     null_straight: float = math.radians(0.5)
     """...beyond this angle per stride."""
@@ -109,7 +109,7 @@ class LocatorSettings:
     """...plus this share of the way since; the others are anywhere."""
     return_hazard: float = 0.05
     """Probability per stride that a lost vehicle is back on a road near the expected pose."""
-    return_anywhere: float = 0.25
+    return_anywhere: float = 0.1
     """Probability that a vehicle on no road is back on any road of the map..."""
     reseed_every_m: float = 100.0
     """...after this way."""
