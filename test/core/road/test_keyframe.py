@@ -33,7 +33,7 @@ def test_the_pairs_add_up_to_the_way_between_the_keyframes():
 @pytest.mark.parametrize('noise', [0.02, 0.2])
 def test_the_way_scatters_as_it_says(noise):
     """Speeds and measured ways with drawn errors; the second pair is bridged."""
-    rng, interval, errors, first = np.random.default_rng(3), 0.1, [], []
+    rng, interval, errors, first, pairs = np.random.default_rng(3), 0.1, [], [], []
     for _ in range(2000):
         key, way, told = RoadKeyframe(), 0.0, 0.0
         for pair in range(3):
@@ -42,13 +42,16 @@ def test_the_way_scatters_as_it_says(noise):
             if pair == 1:
                 key.bridge(5.0 * interval, (0.8 * interval) ** 2)
                 continue
-            told, _ = key.add(way + noise * rng.normal(), noise ** 2, known(), interval)
+            told, variance = key.add(way + noise * rng.normal(), noise ** 2, known(), interval)
             if pair == 0:
                 first.append((key.given - way) ** 2 / key.variance)
+                pairs.append((told - way) ** 2 / variance)
         errors.append((key.given - way) ** 2 / key.variance)
         assert told == pytest.approx(key.given - key.before)
     assert np.mean(first) == pytest.approx(1.0, abs=0.15)
     assert np.mean(errors) == pytest.approx(1.0, abs=0.15)
+    # A pair alone is as sure as the speed, and better where the road is.
+    assert (0.7 if noise > 0.1 else 0.0) < np.mean(pairs) < 1.1
 
 
 def test_without_a_speed_the_way_is_as_measured():

@@ -99,6 +99,23 @@ def test_two_patches_cover_a_near_and_a_far_stretch():
     assert 2.0 < near.begin < far.begin < near.end < far.end <= 10.0
 
 
+@pytest.mark.parametrize('focal', [250.0, 370.0, 600.0])
+def test_a_patch_ends_where_a_row_covers_too_much(focal):
+    """Rows lie at f / z below the horizon, so one covers z**2 / f."""
+    far = stretches(CameraModel.pinhole((480, 640), focal), Horizon())[-1]
+    assert far.end ** 2 / focal == pytest.approx(min(0.13, 10.0 ** 2 / focal), rel=0.02)
+
+
+def test_the_share_of_a_patch_is_what_is_seen_of_it():
+    mask = np.ones(PINHOLE.shape, np.float32)
+    stretch = stretches(PINHOLE, Horizon())[0]
+    whole = GroundPatch(PINHOLE, Horizon(), stretch, mask=mask).share
+    mask[:, :320] = 0.0
+    assert 0.8 < whole <= 1.0
+    assert GroundPatch(PINHOLE, Horizon(), stretch, mask=mask).share == pytest.approx(
+        0.5 * whole, rel=0.1)
+
+
 def test_a_camera_that_sees_no_road_has_none():
     assert stretches(CameraModel.pinhole((60, 640), 1500.0), Horizon()) == ()
     travels = drive(PINHOLE, 0.5, told=-0.5, pitch_known=True)
@@ -266,6 +283,16 @@ def test_a_short_gap_is_bridged_and_a_long_one_is_not_made_up():
     assert long.state is TravelState.UNKNOWN
     assert long.distance < 0.1 * 60.0 * 5.0
     assert math.sqrt(long.variance) > 300.0
+
+
+@pytest.mark.parametrize('step', [0.1, 0.5])
+def test_a_pair_without_a_motion_is_not_counted_twice(step):
+    road, meter = Road(PINHOLE), RoadMeter(PINHOLE, Horizon(), pitch_known=True)
+    meter.start(road.seen(0.0))
+    travels = [
+        meter.update(road.seen(step * index), 0.1, None if index % 4 == 0 else motion())
+        for index in range(1, 24)]
+    assert sum(travel.distance for travel in travels) == pytest.approx(23 * step, rel=0.03)
 
 
 def test_upside_down_is_all_the_same():
@@ -461,6 +488,12 @@ def test_a_road_that_no_pair_shows_surely_is_measured_by_half_a_second():
     # The mean of many pairs is surer than each, but their errors are no larger than told.
     told = math.sqrt(np.mean([travel.variance for travel in measured]))
     assert 0.3 * told < np.std([travel.distance for travel in measured]) < 1.3 * told
+    # After a reset, it takes as long again.
+    meter.forget()
+    meter.start(shown)
+    noisy = road.seen(0.5 * 60) + 60.0 * rng.normal(size=shown.shape)
+    travel = meter.update(np.clip(noisy, 0, 255).astype(np.uint8), 0.04, motion())
+    assert travel.state is TravelState.UNKNOWN
 
 
 def test_a_patch_is_the_same_in_any_light():

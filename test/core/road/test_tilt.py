@@ -124,3 +124,12 @@ def test_a_single_value_makes_the_pitch_as_sure_as_it_says(by):
             tilt.add_slides(math.exp(4.0 * (value - 0.02)), 2.0, 0.04 ** 2, assumed=0.02)
         errors.append((tilt.pitch - pitch) ** 2 / tilt.deviation ** 2)
     assert np.mean(errors) == pytest.approx(1.0, abs=0.15)
+
+
+def test_the_load_of_a_vehicle_changes_the_mounting_by_so_much_and_no_more():
+    deviations = []
+    for seconds in (0.0, 600.0, 36_000.0):
+        tilt = RoadTilt(Horizon(pitch_deviation=0.001))
+        tilt.pass_time(seconds)
+        deviations.append(tilt.common_deviation)
+    assert deviations[0] < deviations[1] == deviations[2]
