@@ -15,8 +15,8 @@ import numpy as np
 _INTRODUCTION = """
     This page shows how soon a drive is [located](../how-to/locate.md) on a road map without
     any prior, how exact the place then is, and how often a place is claimed that is wrong.
-    Drives of several kilometres through a town are located after 0.5 to 1 km, whether the height
-    of the camera is known or not, and drives of a kilometre often not at all. From then on the
+    Drives of several kilometres through a town are mostly located after 0.5 to 1 km, whether the height
+    of the camera is known or not, and some drives of one or two not at all. From then on the
     place is a few metres off along the road. The tuning was chosen on some of these drives, so
     their figures are not those of new drives. The way varies with the random numbers, by a
     hundred metres and more.
