@@ -20,6 +20,11 @@ _INTRODUCTION = """
     the place is a few metres off along the road. The tuning was chosen on some of these drives,
     so their figures are not those of new drives. The way varies with the random numbers, by a
     hundred metres and more.
+
+    The map is an extract of Karlsruhe of about 22 km² with 255 km of road. *Located* is the way
+    until a place is claimed, *claimed* the share of the whole way on which one is. The errors
+    are those while one is claimed; *wrong* is the share of claimed steps more than 50 m off. A
+    drive that is not in a table was not measured in this run.
     """
 _OWN_TEXT = """
     The odometry of this package along rendered KITTI sequences, the calibration of the camera
