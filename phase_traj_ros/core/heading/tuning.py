@@ -36,17 +36,17 @@ class HeadingTuning:
     and its motion along the edge is invisible: in a bend, the kerb does not move in the image."""
     block_deviation_px: float = 0.25
     """Standard deviation of the displacement of a block."""
-    fixed_px: float = 0.3
+    fixed_px: float = 0.4
     """A block that moves by less while the scene must move may be fixed to the camera..."""
-    loose_px: float = 1.0
+    loose_px: float = 1.4
     """...and one that moves by more is not."""
     fixing_share: float = 0.15
     """Share of the doubt that remains by which a block becomes fixed with each such pair..."""
     kept_fixed: float = 0.7
     """...and factor by which it is kept so with each pair in which it moves."""
-    all_move_px: float = 1.2
+    all_move_px: float = 1.7
     """The scene moves in all blocks if the image turns by more..."""
-    road_moves_px: float = 2.0
+    road_moves_px: float = 2.8
     """...and in the blocks on the road if half of all blocks move by more."""
     road_slope: float = 0.1
     """Slope below which a block shows the road: 6 degrees down, about 15 m ahead of a car."""
@@ -104,7 +104,7 @@ class HeadingTuning:
     many pixels per radian."""
     most_shake_px: float = 20.0
     """Largest vertical shift between two frames."""
-    surprise_px: float = 6.0
+    surprise_px: float = 8.0
     """A shift that differs by more from the one that is foreseen is doubted."""
     unmoved_px: float = 0.75
     """A peak within this shift may be that of a pattern that is fixed to the camera, ..."""
@@ -130,9 +130,9 @@ class HeadingTuning:
     # Frames that are foreseen instead of measured.
     foreseen_s: float = 0.11
     """The next frame is measured within this time: 10 Hz are enough for all that is judged."""
-    aside_px: float = 0.5
+    aside_px: float = 0.7
     """The image has moved as foreseen, or by this much less or more."""
-    line_px: int = 7
+    line_px: int = 9
     """Columns over which the line of a picture is averaged: it may move by half of them beyond
     what is foreseen."""
     unexplained_share: float = 0.25
