@@ -28,7 +28,7 @@ _BELOW_DEG = 15.0
 _ASIDE_DEG = 60.0
 # A camera is reduced by the whole number that comes nearest to this many pixels per radian, unless
 # it is a tele camera, which keeps about so many columns: docs/measurements/heading.md.
-_USUAL_PX_PER_RAD = 360.0
+_USUAL_PX_PER_RAD = 330.0
 _LEAST_COLUMNS = 360
 _LEAST_SIDE = 8
 # OpenCV's remap has 16-bit pixel coordinates.
