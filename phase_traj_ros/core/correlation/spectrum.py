@@ -90,14 +90,16 @@ class CrossPhase:
         self._edges = np.zeros_like(self._edges)
 
     def __call__(
-        self, spectrum: NDArray[np.float32], floor: float, *, keep: bool = True,
+        self, spectrum: NDArray[np.float32], floor: float, *, compare: bool = True,
+        keep: bool = True,
     ) -> float:
         """
         Replace the next spectrum, (M, N), by its product with the conjugate of the previous one.
 
         Bins weaker than ``floor`` hold rounding noise: they are divided by the floor and so stay
         weak. Return the mean squared magnitude of the spectrum after the scaling: 1 unless bins
-        were below the floor. Without ``keep``, the previous one stays for the next comparison.
+        were below the floor. Without ``keep``, the previous one stays for the next comparison;
+        without ``compare``, the spectrum is only kept.
         """
         weakest = np.inf
         rows_at_once, columns = self._scratch.shape[1:]
@@ -116,13 +118,14 @@ class CrossPhase:
             weakest = min(weakest, weakest_here)
             np.divide(real, magnitude, out=real)
             np.divide(imaginary, magnitude, out=imaginary)
-            np.multiply(real, before[0], out=cross[0])
-            cross[0] += np.multiply(imaginary, before[1], out=magnitude)
-            np.multiply(imaginary, before[0], out=cross[1])
-            cross[1] -= np.multiply(real, before[1], out=magnitude)
+            if compare:
+                np.multiply(real, before[0], out=cross[0])
+                cross[0] += np.multiply(imaginary, before[1], out=magnitude)
+                np.multiply(imaginary, before[0], out=cross[1])
+                cross[1] -= np.multiply(real, before[1], out=magnitude)
+                cv2.merge(cross, dst=bins)
             if keep:
                 before[0], before[1] = real, imaginary
-            cv2.merge(cross, dst=bins)
         weakest = min(weakest, self._cross_edges(spectrum, floor, keep=keep))
         return 1.0 if weakest >= floor else self._mean_square()
 
