@@ -74,7 +74,7 @@ class HeadingTuning:
     """With a smaller share, the start value is doubted, and others are tried, ..."""
     nearer_share: float = 0.7
     """...with one smaller than this, the previous frame instead of the keyframe."""
-    common_deviation: float = math.radians(0.02)
+    common_deviation: float = math.radians(0.01)
     """Standard deviation of the error of the yaw that all blocks have in common."""
 
     # The direction of travel, and the mounting of the camera.
