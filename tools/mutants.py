@@ -25,7 +25,6 @@ import gc
 import hashlib
 import json
 import math
-from operator import itemgetter
 import os
 from pathlib import Path
 import random
@@ -183,12 +182,14 @@ def finds(fault: Fault, functions: list[FunctionType], tests: list[pytest.Item])
 
 def looks(test: pytest.Item, name: str, file: Path) -> bool:
     """Add to a file how long a test takes and the lines that it executes; return if it fails."""
-    lines: dict[str, set[int]] = {str(ROOT / path): set() for path in modules()}
+    files = {str(ROOT / path): str(path) for path in modules()}
+    lines: dict[str, set[int]] = {path: set() for path in files.values()}
 
     def trace(frame: FrameType, *_: object) -> object:
-        if frame.f_code.co_filename not in lines:
+        path = files.get(frame.f_code.co_filename)
+        if path is None:
             return None
-        lines[frame.f_code.co_filename].add(frame.f_lineno)
+        lines[path].add(frame.f_lineno)
         return trace
 
     begun = time.monotonic()
@@ -217,7 +218,7 @@ def forked(task: Callable[[], bool], longest: float) -> int:
 
 
 def looked_at(tests: list[pytest.Item]) -> list[tuple[pytest.Item, float, dict[str, list[int]]]]:
-    """Return the tests, cheapest first, with how long each takes and its lines by module."""
+    """Return the tests, each with how long it takes, and its lines by module."""
     shared = hashlib.sha256()
     for folder in ('phase_traj_ros', 'test/support'):
         for path in sorted((ROOT / folder).rglob('*.py')):
@@ -232,7 +233,7 @@ def looked_at(tests: list[pytest.Item]) -> list[tuple[pytest.Item, float, dict[s
         if os.waitpid(forked(partial(looks, names[name], name, file), 600), 0)[1]:
             raise SystemExit(f'a test fails without a fault: {names[name].nodeid}')
     found = known(file)
-    return sorted(((test, *found[name]) for name, test in names.items()), key=itemgetter(1))
+    return [(test, *found[name]) for name, test in names.items()]
 
 
 def tried(
@@ -253,9 +254,11 @@ def tried(
             yield running.pop(child), status == 0
         if fault is not None:
             place = range(fault.node.lineno, fault.node.end_lineno + 1)
+            room = Path(fault.path).parent.name
             chosen, total = [], 0.0
+            looked.sort(key=lambda each, room=room: (room not in each[0].nodeid, each[1]))
             for test, takes, lines in looked:
-                executed = lines.get(str(ROOT / fault.path), [])
+                executed = lines.get(fault.path, [])
                 if total < seconds and any(line in place for line in executed):
                     chosen.append(test)
                     total += takes
@@ -269,7 +272,7 @@ def main() -> None:
     parser.add_argument('--seed', type=int, default=18)
     parser.add_argument('--only', default='', metavar='TEXT', help='part of the path of a module')
     parser.add_argument(
-        '--seconds', type=float, default=60.0, help='what the tests of a fault may take')
+        '--seconds', type=float, default=30.0, help='what the tests of a fault may take')
     parser.add_argument('--jobs', type=int, default=1, help='faults that are tried at a time')
     parser.add_argument(
         '--again', action='store_true', help='try those that survived again, with new tests')
