@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 Numbers = NDArray[np.float64]
 
-# Number of rows of a block.
-_BLOCK = 16
+# Multiplications in a block: half of those from which OpenBLAS uses several threads.
+_MOST = 1 << 17
 
 
 def product(left: Numbers, right: Numbers) -> Numbers:
@@ -19,8 +19,9 @@ def product(left: Numbers, right: Numbers) -> Numbers:
 
     The sum is over blocks that are too small to be divided among threads.
     """
-    whole = len(left) // _BLOCK * _BLOCK
-    first, second = (side[:whole].reshape(-1, _BLOCK, side.shape[1]) for side in (left, right))
+    block = max(_MOST // (left.shape[1] * right.shape[1]), 1)
+    whole = len(left) // block * block
+    first, second = (side[:whole].reshape(-1, block, side.shape[1]) for side in (left, right))
     result: Numbers = (first.transpose(0, 2, 1) @ second).sum(axis=0)
     return result + left[whole:].T @ right[whole:]
 
@@ -33,7 +34,7 @@ def times(matrix: Numbers, vector: Numbers) -> Numbers:
 
 def applied(matrices: Numbers, vectors: Numbers) -> Numbers:
     """Return the products of matrices (N, M, 3) and vectors (N, 3), one by one."""
-    result: Numbers = (matrices @ vectors[:, :, None])[:, :, 0]
+    result: Numbers = np.einsum('nij,nj->ni', matrices, vectors)
     return result
 
 

@@ -228,11 +228,11 @@ class _Problem:
         right /= np.linalg.norm(right, axis=1, keepdims=True)
         axes = np.stack([
             ahead / TUNING.speed_deviation, right / TUNING.sideways_deviation,
-            np.cross(ahead, right) / TUNING.sideways_deviation], axis=1)
+            applied(crossed(ahead), right) / TUNING.sideways_deviation], axis=1)
         axes /= self._steps[:, None, None]
         turned = state.attitude[1:] @ state.attitude[:-1].transpose(0, 2, 1)
         off = np.zeros((self._frames - 1, 5))
-        off[:, :3] = applied(axes, np.diff(state.place, axis=0))
+        off[:, :3] = applied(axes, state.place[1:] - state.place[:-1])
         off[:, 0] -= 1.0 / TUNING.speed_deviation
         off[:, 3] = (turned[:, 2, 1] - turned[:, 1, 2]) / (2.0 * TUNING.shake_deviation)
         off[:, 4] = (turned[:, 1, 0] - turned[:, 0, 1]) / (2.0 * TUNING.shake_deviation)
@@ -244,34 +244,36 @@ class _Problem:
         ray, seen = self._directions(state, between, way)
         found = self._places(state, seen)
         error = (found - self._seen) / self._deviation
-        weight = 1.0 / (1.0 + (error * error).sum(axis=1) / 2.0)
-        change = slopes(seen, math.exp(state.log_focal), state.straightness) / self._deviation
+        # The square root of the weight of an observation, per pixel.
+        root = 1.0 / np.sqrt(1.0 + (error * error).sum(axis=1, keepdims=True) / 2.0)
+        error *= root
+        root /= self._deviation
+        change = slopes(seen, math.exp(state.log_focal), state.straightness) * root[:, :, None]
         nearness = state.nearness[self._point]
         others = (
             replace(state, log_focal=state.log_focal + TUNING.delta),
             replace(state, straightness=state.straightness + TUNING.delta),
             replace(state, column=state.column + TUNING.delta))
-        lens = [
-            (self._places(other, self._directions(other, between, way)[1]) - found)
-            / (TUNING.delta * self._deviation) for other in others]
-        # Two rows per observation; per frame, three rotations and three translations.
-        rows = np.zeros((len(self._sights), 2, self._frames, 6))
+        # Two rows per observation; per frame, three rotations and three translations; the error.
+        rows = np.zeros((len(self._sights), 2, self._frames + 1, 6))
         moved = (change @ state.attitude[self._frame]) * nearness[:, None, None]
-        rows[self._sights, :, self._frame, :3] = -change @ crossed(seen)
+        rows[self._sights, :, self._frame, :3] = change @ crossed(-seen)
         rows[self._sights, :, self._base, :3] = change @ between @ crossed(ray)
         rows[self._sights, :, self._frame, 3:] = -moved
         rows[self._sights, :, self._base, 3:] = moved
         # The first frame is fixed: the lens takes the place of its translation.
-        rows[:, :, 0, 3:] = np.stack(lens, axis=2)
-        jacobian = rows.reshape(2 * len(rows), -1)[:, 3:]
+        for lens, other in enumerate(others, start=3):
+            there = self._places(other, self._directions(other, between, way)[1])
+            rows[:, :, 0, lens] = (there - found) * (root / TUNING.delta)
+        rows[:, :, -1, 0] = error
+        jacobian = rows.reshape(2 * len(rows), -1)[:, 3:-5]
         own = applied(change, way)
-        weighted = jacobian * np.repeat(weight, 2)[:, None]
-        sums = product(weighted, np.column_stack([jacobian, error.ravel()]))
+        sums = product(jacobian[:, :-1], jacobian)
         known, known_gradient = self._known_normal(state)
         normal, gradient = sums[:, :-1] + known, sums[:, -1] + known_gradient
-        mixed = np.add.reduceat(weighted * own.reshape(-1, 1), 2 * self._starts)
-        points = np.add.reduceat(weight * (own * own).sum(axis=1), self._starts)
-        toward = np.add.reduceat(weight * (own * error).sum(axis=1), self._starts)
+        mixed = np.add.reduceat(jacobian[:, :-1] * own.reshape(-1, 1), 2 * self._starts)
+        points = np.add.reduceat((own * own).sum(axis=1), self._starts)
+        toward = np.add.reduceat((own * error).sum(axis=1), self._starts)
         behind = TUNING.ahead_weight * (state.nearness < 0.0) + TUNING.nearness ** -2
         return normal, mixed, points + behind, gradient, toward + behind * state.nearness
 

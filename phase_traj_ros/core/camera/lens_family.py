@@ -66,12 +66,14 @@ def rays(places: Numbers, focal_px: float, straightness: float) -> Numbers:
     distance = np.hypot(places[:, 0], places[:, 1]) / focal_px
     angle = angle_at(distance, straightness)
     scale = np.where(distance > 1e-9, np.sin(angle) / np.maximum(distance, 1e-12), 1.0) / focal_px
-    return np.stack([places[:, 0] * scale, places[:, 1] * scale, np.cos(angle)], axis=1)
+    found = np.empty((len(places), 3))
+    found[:, :2], found[:, 2] = places * scale[:, None], np.cos(angle)
+    return found
 
 
 def places(directions: Numbers, focal_px: float, straightness: float) -> Numbers:
     """Return the positions (N, 2) of directions (N, 3), in pixels from the principal point."""
-    return focal_px * directions[:, :2] * _scales(directions, straightness)[-1][:, None]
+    return directions[:, :2] * (focal_px * _scales(directions, straightness)[-1])[:, None]
 
 
 def slopes(directions: Numbers, focal_px: float, straightness: float) -> Numbers:

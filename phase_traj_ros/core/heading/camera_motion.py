@@ -119,8 +119,8 @@ class MotionFit:
         known = np.zeros((_ERROR + 1, 3, len(y)))
         known[_YAW, 0] = -1.0
         sine, cosine, bulge = np.sin(azimuth), np.cos(azimuth), 1.0 + y * y
-        known[_PITCH, :2] = -y * sine, -bulge * cosine
-        known[_ROLL, :2] = -y * cosine, bulge * sine
+        known[_PITCH, 0], known[_PITCH, 1] = -y * sine, -bulge * cosine
+        known[_ROLL, 0], known[_ROLL, 1] = -y * cosine, bulge * sine
         rotations = known[:_B, :2].reshape(_B, -1)
         along, factor = np.empty_like(shift), np.empty((3, len(y)))
         variance = self._deviation ** 2
@@ -134,19 +134,19 @@ class MotionFit:
             np.sin(apart, out=along[0])
             np.subtract(y * ahead, state[_C], out=along[1])
             rest = shift + (state[:_B] @ rotations).reshape(shift.shape)
-            squared = (along * along).sum(axis=0) + self._least
-            near = (rest * along).sum(axis=0) / squared
+            squared = _dot(along, along) + self._least
+            near = _dot(rest, along) / squared
             forwards = near > 0.0
             near *= forwards
             known[_ERROR, :2] = rest - near * along
-            error = (known[_ERROR, :2] * rest).sum(axis=0)
+            error = _dot(known[_ERROR, :2], rest)
             # Cauchy weights: outliers, such as other traffic, have little effect.
             factor[:2] = robust = weight / (1.0 + error / variance)
             # The component along the line determines the distance of the point only.
             np.divide(robust * forwards, -squared, out=factor[2])
-            known[_B, :2] = near * ahead, -near * y * along[0]
+            known[_B, 0], known[_B, 1] = near * ahead, -near * y * along[0]
             known[_C, 1] = near
-            np.einsum('ijk,jk->ik', known[:_ERROR, :2], along, out=known[:_ERROR, 2])
+            known[:_ERROR, 2] = known[:_ERROR, 0] * along[0] + known[:_ERROR, 1] * along[1]
             normal = (known[:_ERROR] * factor).reshape(_ERROR, -1) @ known.reshape(
                 _ERROR + 1, -1).T
             gradient = normal[:, _ERROR] + trust @ (state - prior)
@@ -184,6 +184,12 @@ def better(one: CameraMotion | None, other: CameraMotion | None) -> CameraMotion
     if one is None or (other is not None and other.agreeing > one.agreeing):
         return other
     return one
+
+
+def _dot(one: NDArray[np.float64], other: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the scalar products of vectors, (2, N) each, as ``sum`` does in twice the time."""
+    across, down = one * other
+    return across + down  # type: ignore[no-any-return]
 
 
 def quantile(values: NDArray[np.float64], share: float) -> float:

@@ -111,4 +111,4 @@ class Slide:
             self._map.fill(0.0)
             return 0.0
         self._transforms.forward(self._map, height)
-        return self._cross(self._map, _ROUNDING * norm, keep=keep)
+        return self._cross(self._map, _ROUNDING * norm, compare=not keep, keep=keep)
