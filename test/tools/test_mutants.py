@@ -2,8 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Faults are planted in what decides, not in tuning or messages."""
 
+import ast
 import importlib.util
 from pathlib import Path
+import runpy
 import sys
 
 SPEC = importlib.util.spec_from_file_location(
@@ -26,17 +28,31 @@ def judge(value: float) -> float:
 
 
 def test_each_fault_is_a_module_that_differs_in_one_place():
-    found = list(mutants.faults_in('judge.py', SOURCE))
-    assert {fault.change for fault in found} == {
-        'value < 2.0  ->  value >= 2.0', '2.0  ->  3.0', 'value.forget()  ->  None',
+    found = mutants.faults_in('judge.py', SOURCE)
+    assert {fault.key.partition(': ')[2] for fault in found} == {
+        'value < 2.0  ->  value >= 2.0', '2.0  ->  3.0',
+        'value.forget()  ->  lambda: value.forget()',
         '-value + TUNING * min(value, 5.0)  ->  -value - TUNING * min(value, 5.0)',
         'TUNING * min(value, 5.0)  ->  TUNING / min(value, 5.0)', '-value  ->  +value',
         'min  ->  max', '5.0  ->  6.0'}
-    for fault in found:
-        compile(fault.source, 'judge.py', 'exec')
-        assert 'TUNING = 3.0' in fault.source
-        assert '{1 + 1}' in fault.source
-    assert len({fault.source for fault in found}) == len(found)
+    planted = set()
+    for number in range(len(found)):
+        fault = mutants.faults_in('judge.py', SOURCE)[number]
+        fault.planted()
+        planted.add(ast.unparse(fault.tree))
+    assert len(planted) == len(found)
+    assert all('TUNING = 3.0' in source and '{1 + 1}' in source for source in planted)
+
+
+def test_a_fault_is_planted_in_functions_that_others_hold_already(monkeypatch, tmp_path):
+    (tmp_path / 'judge.py').write_text(SOURCE)
+    monkeypatch.setattr(mutants, 'ROOT', tmp_path)
+    held = runpy.run_path(str(tmp_path / 'judge.py'))['judge']
+    sign = next(fault for fault in mutants.faults_in('judge.py', SOURCE) if '+value' in fault.key)
+    value = type('Value', (float,), {'forget': lambda _: None})(4.0)
+    assert held(value) == -4.0 + 3.0 * 4.0
+    mutants.plant(sign, [held])
+    assert held(value) == 4.0 + 3.0 * 4.0
 
 
 def test_the_rooms_that_measure_and_judge_are_mutated():

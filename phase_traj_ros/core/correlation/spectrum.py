@@ -79,15 +79,17 @@ class CrossPhase:
         # takes twice as long.
         scratch = aligned_zeros((5, rows * columns + 1))
         self._scratch = scratch[:, :-1].reshape(5, rows, columns)
+        # The imaginary parts of the ends of the edges are not stored, and stay 0.
+        self._edge_scratch = aligned_zeros((5, 2, shape[0] // 2 + 1))
         # Of the previous frame, at magnitude 1: real and imaginary part of the bins between the
-        # edges, and the complex bins of the two edges.
+        # edges, and of those of the two edges.
         self._parts = aligned_zeros((2, shape[0], columns))
-        self._edges = np.zeros((2, shape[0] // 2 + 1), np.complex64)
+        self._edges = aligned_zeros((2, 2, shape[0] // 2 + 1))
 
     def clear(self) -> None:
         """Take an empty spectrum."""
         self._parts.fill(0.0)
-        self._edges = np.zeros_like(self._edges)
+        self._edges.fill(0.0)
 
     def __call__(
         self, spectrum: NDArray[np.float32], floor: float, *, compare: bool = True,
@@ -105,49 +107,54 @@ class CrossPhase:
         rows_at_once, columns = self._scratch.shape[1:]
         for first in range(0, len(spectrum), rows_at_once):
             bins = spectrum[first:first + rows_at_once, 1:-1].reshape(-1, columns, 2)
-            before = self._parts[:, first:first + rows_at_once]
+            scratch = self._scratch[:, :len(bins)]
             # OpenCV's and numpy's loops over real numbers are vectorised on every processor,
             # those over complex ones on few. Splitting costs less than the difference.
-            real, imaginary, magnitude, *cross = self._scratch[:, :len(bins)]
-            cv2.split(bins, (real, imaginary))
-            cv2.magnitude(real, imaginary, magnitude=magnitude)
-            # Searching for weak bins costs a fifth of lifting them, and they are rare.
-            weakest_here = float(magnitude.min())
-            if weakest_here < floor:
-                np.maximum(magnitude, floor, out=magnitude)
-            weakest = min(weakest, weakest_here)
-            np.divide(real, magnitude, out=real)
-            np.divide(imaginary, magnitude, out=imaginary)
+            cv2.split(bins, (scratch[0], scratch[1]))
+            weakest = min(weakest, _cross(
+                scratch, self._parts[:, first:first + rows_at_once], floor, compare, keep))
             if compare:
-                np.multiply(real, before[0], out=cross[0])
-                cross[0] += np.multiply(imaginary, before[1], out=magnitude)
-                np.multiply(imaginary, before[0], out=cross[1])
-                cross[1] -= np.multiply(real, before[1], out=magnitude)
-                cv2.merge(cross, dst=bins)
-            if keep:
-                before[0], before[1] = real, imaginary
-        weakest = min(weakest, self._cross_edges(spectrum, floor, keep=keep))
+                cv2.merge((scratch[3], scratch[4]), dst=bins)
+        packed, edges = spectrum[:, ::spectrum.shape[1] - 1].T, self._edge_scratch
+        edges[0, :, 0], edges[0, :, 1:], edges[1, :, 1:-1] = (
+            packed[:, 0], packed[:, 1::2], packed[:, 2::2])
+        weakest = min(weakest, _cross(edges, self._edges, floor, compare, keep))
+        if compare:
+            packed[:, 0], packed[:, 1::2], packed[:, 2::2] = (
+                edges[3, :, 0], edges[3, :, 1:], edges[4, :, 1:-1])
         return 1.0 if weakest >= floor else self._mean_square()
-
-    def _cross_edges(
-        self, spectrum: NDArray[np.float32], floor: float, *, keep: bool,
-    ) -> float:
-        packed, before = spectrum[:, ::spectrum.shape[1] - 1].T, self._edges
-        # Both ends of a column are real: their imaginary parts are not stored.
-        numbers = np.zeros((2, len(spectrum) + 2), np.float32)
-        numbers[:, 0], numbers[:, 2:-1] = packed[:, 0], packed[:, 1:]
-        bins = numbers.view(np.complex64)
-        magnitude = np.abs(bins)
-        numbers /= np.repeat(np.maximum(magnitude, np.float32(floor)), 2, axis=1)
-        if keep:
-            self._edges = bins
-        crossed = (bins * np.conjugate(before)).view(np.float32)
-        packed[:, 0], packed[:, 1:] = crossed[:, 0], crossed[:, 2:-1]
-        return float(magnitude.min())
 
     def _mean_square(self) -> float:
         # A pair stands for two conjugate bins, so it counts twice. The four real numbers of the
         # edges count once.
         parts = cv2.norm(self._parts.reshape(-1, self._parts.shape[2]), cv2.NORM_L2SQR)
-        edges = np.square(np.abs(self._edges), dtype=np.float64)
+        edges = np.square(self._edges, dtype=np.float64).sum(axis=0)
         return (2 * (parts + float(edges.sum())) - float(edges[:, [0, -1]].sum())) / self._size
+
+
+def _cross(
+    scratch: NDArray[np.float32], before: NDArray[np.float32], floor: float, compare: bool,
+    keep: bool,
+) -> float:
+    """
+    Scale bins to magnitude 1 and multiply them; return their least magnitude.
+
+    ``scratch`` (5, m, n) holds real and imaginary parts, and in the end those of the products in
+    its last two; ``before`` (2, m, n) are the bins of the previous frame.
+    """
+    real, imaginary, magnitude, *cross = scratch
+    cv2.magnitude(real, imaginary, magnitude=magnitude)
+    # Searching for weak bins costs a fifth of lifting them, and they are rare.
+    weakest = float(magnitude.min())
+    if weakest < floor:
+        np.maximum(magnitude, floor, out=magnitude)
+    np.divide(real, magnitude, out=real)
+    np.divide(imaginary, magnitude, out=imaginary)
+    if compare:
+        np.multiply(real, before[0], out=cross[0])
+        cross[0] += np.multiply(imaginary, before[1], out=magnitude)
+        np.multiply(imaginary, before[0], out=cross[1])
+        cross[1] -= np.multiply(real, before[1], out=magnitude)
+    if keep:
+        before[0], before[1] = real, imaginary
+    return weakest

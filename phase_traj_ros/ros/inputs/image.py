@@ -78,6 +78,8 @@ class ImageInput:
             to_nanoseconds(message.header.stamp), self._node.get_clock().now().nanoseconds)
         try:
             image = msg_to_frame(message)
+            # Nobody else has this message, so the estimator need not copy its data.
+            image.flags.writeable = False
         except FrameError as error:
             self._on_undecodable()
             self._reject(error)

@@ -6,7 +6,7 @@ import math
 
 from hypothesis import given, settings, strategies as st
 import numpy as np
-from phase_traj_ros.core.heading.camera_motion import MotionFit
+from phase_traj_ros.core.heading.camera_motion import better, MotionFit, quantile
 from phase_traj_ros.core.heading.focus_of_expansion import FocusOfExpansion
 import pytest
 
@@ -143,6 +143,21 @@ def test_weights_count_and_nothing_is_nothing():
     fit = MotionFit(world.azimuths, world.slopes, deviation=DEVIATION)
     assert fit(u, w, weight, FocusOfExpansion()).yaw == pytest.approx(0.02, abs=5e-4)
     assert fit(u, w, np.zeros_like(u), FocusOfExpansion()) is None
+
+
+@given(st.lists(st.floats(-9.0, 9.0), min_size=1, max_size=12), st.floats(0.0, 1.0))
+def test_a_quantile_is_that_of_numpy(values, share):
+    assert quantile(np.array(values), share) == pytest.approx(np.quantile(values, share))
+
+
+def test_the_better_motion_is_the_one_on_which_more_agrees():
+    world = World()
+    most = world.fit(yaw=0.02, step=0.5)
+    world.azimuths, world.slopes, world.distances = (
+        each[:80] for each in (world.azimuths, world.slopes, world.distances))
+    few = world.fit(yaw=0.03, step=0.5)
+    assert better(most, few) is better(few, most) is better(None, most) is better(most, None)
+    assert better(most, few) is most and better(None, None) is None
 
 
 def test_the_direction_of_travel_tends_to_straight_ahead():

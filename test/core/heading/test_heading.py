@@ -133,6 +133,13 @@ def test_a_missing_pair_before_a_jump_that_lasts_gets_the_mean_rate():
     assert tracker.heading == pytest.approx(0.02 + (0.02 + 0.3) / 2 + 0.3 + 0.3)
 
 
+def test_a_wild_pair_in_a_long_gap_is_not_made_up_for():
+    tracker, _ = follow([0.0, *[None] * 8])
+    assert tracker.update(0.9, 0.3).bridged
+    step = tracker.update(-0.3, 0.1)
+    assert not step.bridged and step.yaw == pytest.approx(-0.3)
+
+
 def test_the_deviation_of_the_heading_is_that_of_all_steps():
     tracker = HeadingTracker()
     for _ in range(25):
@@ -146,6 +153,17 @@ def test_the_deviation_of_the_heading_is_that_of_all_steps():
         26 * 0.002 ** 2 + sum(step.variance for step in bridged) + after.missed ** 2))
     tracker.reset()
     assert tracker.deviation == 0.0
+
+
+def test_what_is_foreseen_is_as_uncertain_as_the_newest_pairs():
+    tracker = HeadingTracker()
+    tracker.update(0.02, 0.1, variance=0.002 ** 2)
+    step = tracker.foresee(0.05, 0.001)
+    assert (step.yaw, step.heading, step.rate) == pytest.approx((0.01, 0.03, 0.2))
+    assert step.variance == pytest.approx(0.002 ** 2 / 2) and step.foreseen == 0.001
+    assert tracker.heading == 0.02
+    tracker.reset()
+    assert tracker.foresee(0.05, 0.001).variance == 0.0
 
 
 def test_a_rate_from_before_a_cut_says_nothing_of_what_comes_after_it():

@@ -95,6 +95,25 @@ def test_the_yaws_since_a_keyframe_add_up_to_the_last_one():
     assert key.moved[:, 0].tolist() == [1.0, 2.0, 1.5]
 
 
+def test_what_is_near_counts_for_a_pair_by_its_share_of_the_way():
+    key, nears = Keyframe(PICTURE, FocusOfExpansion()), []
+    for way in (1.0, 2.0, 4.0):
+        blocks = BlockShifts(np.full(3, 0.6 * way), np.full(3, 0.8 * way), np.ones(3))
+        nears.append(key.pair(motion(0.0, 0.01 * way), blocks).near)
+    assert nears == pytest.approx([0.01, 0.01, 0.02])
+
+
+@pytest.mark.parametrize('sign', [-1.0, 1.0])
+def test_a_keyframe_reaches_as_far_as_blocks_can_be_compared(sign):
+    """A tenth of their distance, or 4 degrees, whichever comes first."""
+    key = Keyframe(PICTURE, FocusOfExpansion())
+    key.age = 0.1
+    assert key.reaches(0.4, sign * 0.5, 0.1)
+    assert not key.reaches(0.6, 0.0, 0.1) and not key.reaches(0.0, sign * 0.8, 0.1)
+    key.pair(motion(sign * 0.04, 0.01), BlockShifts(np.ones(3), np.ones(3), np.ones(3)))
+    assert not key.reaches(0.4, sign * 0.5, 0.1) and key.reaches(0.4, -sign * 0.5, 0.1)
+
+
 @pytest.mark.parametrize(('yaw', 'passing', 'age', 'over'), [
     (0.0, 0.001, 0.1, False), (0.0, 0.2, 0.1, True), (0.2, 0.001, 0.1, True),
     (-0.2, 0.001, 0.1, True), (0.0, 0.001, 3.0, True)])

@@ -87,6 +87,49 @@ def test_shift_of_the_picture_is_that_of_its_middle():
     assert update.shift.dx == pytest.approx(camera.fx * math.tan(math.radians(STEPS[4])), abs=0.5)
 
 
+def test_a_foreseen_shift_is_that_of_a_yaw_that_goes_on():
+    camera = CameraModel(width=320, height=240, fx=300.0, fy=200.0, cx=160.0, cy=120.0)
+    compass = VisualCompass(Lens(camera=camera))
+    compass.measure(np.zeros(camera.shape, np.uint8), 0.1)
+    compass.start(0)
+    compass.add(YawMeasurement(Shift(0.0, 0.0, 0.3), 0.02, True, 1.0), TENTH, 0.1)
+    seen = compass.foresee(0.05)
+    assert seen.step.heading == pytest.approx(0.03)
+    assert (seen.shift.dx, seen.shift.dy) == pytest.approx((300.0 * math.tan(0.01), 0.0))
+    assert seen.shift.response == 0.3
+
+
+@pytest.mark.parametrize(('deviation', 'contradicts'), [(0.02, True), (0.6, False)])
+def test_a_direction_contradicts_the_heading_beyond_what_the_lens_explains(
+        deviation, contradicts):
+    """Two bends that are none turns make a right angle."""
+    compass = VisualCompass(Lens(estimate=CameraEstimate(
+        width=160, height=90, focal_px=100.0, focal_deviation=deviation, turns=2)))
+    compass.measure(np.zeros((90, 160), np.uint8), 0.1)
+    compass.start(0)
+    told = []
+    for pair in range(1, 101):
+        yaw = math.radians(50.0) / 20 if pair % 50 < 20 else 0.0
+        told.append(compass.add(
+            YawMeasurement(Shift(0.0, 0.0, 1.0), yaw, True, 1.0), pair * TENTH, 0.1).contradicts)
+    assert not any(told[:60]) and told[-1] is contradicts
+
+
+def test_the_end_of_a_drive_is_told_to_what_is_learned():
+    told, learning = [], SelfCalibration()
+    learning.finish = lambda: told.append(True)
+    VisualCompass(Lens(hfov_deg=75.0, assumed=True), learning=learning).finish()
+    assert told
+
+
+def test_before_the_first_frame_there_is_no_map_and_no_camera():
+    compass = VisualCompass(Lens(hfov_deg=80.0))
+    assert compass.correlation_map().shape == (0, 0)
+    assert compass.camera is None and not compass.foresees(np.zeros((9, 9), np.uint8), 0.1, 0.1)
+    with pytest.raises(ValueError, match='before the first frame'):
+        _ = compass.model
+
+
 def test_what_is_given_counts_before_a_calibration():
     shape = BARREL.shape
     assert Lens(camera=BARREL).camera_for(shape) is BARREL

@@ -260,6 +260,25 @@ def test_a_correction_after_a_covered_lens_is_no_motion(rate_hz, seconds):
     assert seconds > 1.0 or off < 0.05
 
 
+def test_a_foreseen_frame_has_the_errors_of_what_is_foreseen_and_changes_nothing():
+    odometer, other = Odometer(), Odometer()
+    ahead = HeadingStep(0.0, 0.0, 0.0, False, 0.002 ** 2, foreseen=0.01)
+    assert odometer.foresee(ahead, gone(1.0), TENTH, 0.1) is None
+    for each in (odometer, other):
+        newest = each.update(step(0.0, 0.0), gone(1.0), TENTH, 0.1)
+    seen = odometer.foresee(ahead, Travel(0.5, 0.3 ** 2, TravelState.BRIDGED), 2 * TENTH, 0.1)
+    assert (seen.pose.x, seen.pose.y) == pytest.approx((newest.pose.x + 0.5, 0.0))
+    grown = np.array(seen.covariance) - np.array(newest.covariance)
+    assert grown == pytest.approx(np.diag([0.3 ** 2, 0.3 ** 2, 0.002 ** 2 + 0.01 ** 2]))
+    assert seen.position_variance - newest.position_variance == pytest.approx(0.3 ** 2)
+    assert seen.yaw_variance == seen.covariance[2][2]
+    # Off by a hundredth of a radian in a tenth of a second.
+    assert seen.yaw_rate_variance - newest.yaw_rate_variance == pytest.approx(0.1 ** 2)
+    after, expected = (
+        each.update(step(0.0, 0.0), gone(1.0), 2 * TENTH, 0.1) for each in (odometer, other))
+    assert after == expected
+
+
 def test_nothing_that_is_measured_is_exact():
     stood = Travel(0.0, 0.0, TravelState.STANDING)
     found = Odometer().update(step(0.0, 0.0, deviation=0.0), stood, TENTH, 0.1)

@@ -13,6 +13,8 @@ from phase_traj_ros.core.camera.model import CameraModel
 from phase_traj_ros.core.heading.camera_motion import CameraMotion
 from phase_traj_ros.core.heading.focus_of_expansion import FocusOfExpansion
 from phase_traj_ros.core.road.ground import CELL, GroundPatch, rotation, stretches
+from phase_traj_ros.core.road.keyframe import Turned
+from phase_traj_ros.core.road.look import RoadLook
 from phase_traj_ros.core.road.meter import RoadMeter
 from phase_traj_ros.core.road.slide import Slide
 from phase_traj_ros.core.road.travel import TravelState
@@ -322,6 +324,33 @@ def test_a_curve_of_the_road_is_forgotten_at_a_reset():
     one, other = (meter.update(road.seen(0.5), 0.1, motion(passing=0.05)).distance
                   for meter in (fresh, used))
     assert one == pytest.approx(other, rel=0.01)
+
+
+@pytest.mark.parametrize('pitch', [-0.004, 0.004])
+def test_a_pitch_that_goes_on_for_seconds_is_that_of_the_road(pitch):
+    """At first, the springs may have given way."""
+    road, meter = Road(PINHOLE), RoadMeter(PINHOLE, Horizon(), pitch_known=True)
+    meter.start(road.seen(0.0))
+    ways = [meter.update(road.seen(0.5 * index), 0.5, motion(pitch=pitch)).distance
+            for index in range(1, 16)]
+    assert abs(ways[0] - 0.5) > 0.03
+    assert ways[-5:] == pytest.approx([0.5] * 5, rel=0.03)
+
+
+@pytest.mark.parametrize('pitch', [-0.01, 0.01])
+def test_a_picture_that_stays_while_the_camera_nods_is_fixed_to_it(pitch):
+    """With the nod taken out, it slides; what slides to the other side is the road."""
+    frame = Road(PINHOLE).seen(0.0)
+    look = RoadLook(GroundPatch(PINHOLE, Horizon(), stretches(PINHOLE, Horizon())[0]))
+    look.look(frame)
+    look.keep()
+    look.look(frame)
+    look.compare(rotation(0.0, pitch, 0.0))
+    found, other = (
+        look.find(-1.0, 1.0, Turned(0.0, nodded, 0.0, 0.0, 0.1, 0.0), stretched=1.0)
+        for nodded in (pitch, -pitch))
+    assert found.fixed and not other.fixed
+    assert abs(found.raw) > CELL and found.raw * pitch < 0.0
 
 
 def test_a_part_of_the_road_that_stands_is_a_rival_of_the_rest():

@@ -147,10 +147,10 @@ def test_the_last_speed_bridges_seconds_and_no_more():
     assert speed_filter.bridge(2.0, measured).distance == pytest.approx(16.0)
     assert speed_filter.bridge(60.0, measured).distance < 8.0 * 3.0
     speed_filter.pass_time(60.0)
-    lost = speed_filter.bridge(0.2, measured)
+    lost = speed_filter.bridge(0.3, measured)
     # The drawn path goes on, but nobody knows how far.
-    assert lost.state is TravelState.UNKNOWN and lost.distance == pytest.approx(1.6)
-    assert math.sqrt(lost.variance) == pytest.approx(0.2 * SpeedFilter().deviation)
+    assert lost.state is TravelState.UNKNOWN and lost.distance == pytest.approx(2.4)
+    assert math.sqrt(lost.variance) == pytest.approx(0.3 * SpeedFilter().deviation)
 
 
 @pytest.mark.parametrize('interval', [0.02, 0.5])
