@@ -22,9 +22,9 @@ class HeadingTuning:
     """...and the side of a block."""
     pyramid_levels: int = 3
     """Halvings of the picture, with which a block is searched within about 30 pixels."""
-    search_steps: int = 10
+    search_steps: int = 20
     """Most steps of the search per level..."""
-    search_px: float = 0.03
+    search_px: float = 0.003
     """...which ends with a shorter step than this."""
     no_texture: float = 1e-4
     """Smaller eigenvalue of the gradient matrix of a block (per pixel, as scaled by OpenCV) up to
