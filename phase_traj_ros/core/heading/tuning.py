@@ -130,9 +130,9 @@ class HeadingTuning:
     # Frames that are foreseen instead of measured.
     foreseen_s: float = 0.11
     """The next frame is measured within this time: 10 Hz are enough for all that is judged."""
-    aside_px: float = 0.7
+    aside_px: float = 0.5
     """The image has moved as foreseen, or by this much less or more."""
-    line_px: int = 9
+    line_px: int = 7
     """Columns over which the line of a picture is averaged: it may move by half of them beyond
     what is foreseen."""
     unexplained_share: float = 0.25
