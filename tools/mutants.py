@@ -192,12 +192,12 @@ def looks(test: pytest.Item, name: str, file: Path) -> bool:
         lines[path].add(frame.f_lineno)
         return trace
 
-    begun = time.monotonic()
+    begun = time.process_time()
     sys.settrace(trace)
     failed = fails(test)
     sys.settrace(None)
     executed = {path: sorted(those) for path, those in lines.items() if those}
-    keep(file, name, [time.monotonic() - begun, executed])
+    keep(file, name, [time.process_time() - begun, executed])
     return failed
 
 
