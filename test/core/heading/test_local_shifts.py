@@ -57,6 +57,12 @@ def test_edges_say_nothing_as_a_shift_along_them_is_not_seen():
     assert np.median(shifts.weight[~left & (grid.middles[:, 0] > 210)]) > 0.5
 
 
+def test_the_blocks_are_the_same_in_the_mirror():
+    middles = BlockGrid(SHAPE).middles
+    assert middles.mean(axis=0) == pytest.approx(((SHAPE[1] - 1) / 2, (SHAPE[0] - 1) / 2))
+    assert (middles.min(axis=0) > 0.0).all()
+
+
 def test_blocks_that_do_not_count_are_left_out():
     counts = np.ones(SHAPE, np.bool_)
     counts[60:] = False

@@ -11,6 +11,7 @@ from phase_traj_ros.core.camera.model import CameraModel
 from phase_traj_ros.core.camera.projection import CylinderProjection
 from phase_traj_ros.core.codes.from_heading import HeadingCode
 from phase_traj_ros.core.correlation.phase_correlation import Shift
+from phase_traj_ros.core.heading.scanline import Scanline
 from phase_traj_ros.core.heading.tracker import HeadingTracker
 from phase_traj_ros.core.heading.turns import find_turns
 from phase_traj_ros.core.heading.yaw_meter import YawMeasurement, YawMeter
@@ -259,6 +260,12 @@ def test_a_sudden_change_of_the_exposure_moves_nothing(light):
     found = meter.update(cv2.convertScaleAbs(far(0) // 2, alpha=light), 0.1)
     assert found.refined and found.agreement > 0.9
     assert found.yaw == pytest.approx(0.0, abs=1e-4)
+
+
+def test_a_line_tells_to_which_side_the_image_has_moved_farther_than_foreseen():
+    line = Scanline(cylinder((240, 320), LONG_FOCAL), far(0))
+    for moved, foreseen in ((6, 4.0), (2, 4.0), (-5, -3.0), (3, 3.0)):
+        assert line.moved_aside(far(moved), foreseen) == pytest.approx(moved - foreseen, abs=0.3)
 
 
 def test_a_frame_is_foreseen_while_the_image_moves_as_before():

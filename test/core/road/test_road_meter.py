@@ -485,6 +485,18 @@ def test_a_reflection_far_stronger_than_the_road_is_learned_and_taken_out():
     assert missed <= 2
 
 
+def test_an_error_of_the_pitch_counts_by_twice_the_distance_of_the_road():
+    near, far = stretches(PINHOLE, Horizon())
+    road, meter = Road(PINHOLE), RoadMeter(PINHOLE, Horizon())
+    meter.start(road.seen(0.0))
+    travel = meter.update(road.seen(0.5), 0.1, motion())
+    for share, deviation in ((travel.swing, meter.tilt.swing_deviation),
+                             (travel.tilt, meter.tilt.common_deviation)):
+        assert near.begin < share / deviation / 2.0 < far.end
+    # The rest is that of the peak.
+    assert 0.0 < math.sqrt(travel.own_variance) < CELL
+
+
 def test_two_patches_that_disagree_are_not_averaged():
     """As with something else on the far road: the better one counts alone."""
     for split in (190, 200):
