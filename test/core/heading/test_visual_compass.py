@@ -115,6 +115,19 @@ def test_a_direction_contradicts_the_heading_beyond_what_the_lens_explains(
     assert not any(told[:60]) and told[-1] is contradicts
 
 
+def test_a_turn_that_a_cut_ends_is_told_once():
+    compass = VisualCompass(Lens(hfov_deg=75.0))
+    compass.measure(np.zeros((90, 160), np.uint8), 0.1)
+    compass.start(0)
+    turning = YawMeasurement(Shift(0.0, 0.0, 1.0), math.radians(4.0), True, 1.0)
+    for pair in range(1, 21):
+        assert compass.add(turning, pair * TENTH, 0.1).turns == ()
+    compass.cut()
+    told = [compass.add(turning, pair * TENTH, 0.1).turns for pair in (21, 22, 23)]
+    assert [len(turns) for turns in told] == [1, 0, 0]
+    assert told[0][0].angle_deg == pytest.approx(80.0)
+
+
 def test_the_end_of_a_drive_is_told_to_what_is_learned():
     told, learning = [], SelfCalibration()
     learning.finish = lambda: told.append(True)

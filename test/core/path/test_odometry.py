@@ -328,6 +328,22 @@ def test_reset_goes_back_to_the_start():
     assert odometer.update(step(0.1, 0.1), gone(1.0), TENTH, 0.1) == first
 
 
+def test_a_rate_is_the_less_sure_the_longer_nothing_is_measured():
+    odometer, deviations = Odometer(), []
+    for pair in range(1, 31):
+        found = odometer.update(
+            HeadingStep(0.0, 0.0, 0.0, True), Travel(1.0, 0.01, TravelState.BRIDGED),
+            pair * TENTH, 0.1)
+        deviations.append(math.degrees(math.sqrt(found.yaw_rate_variance)))
+    # A car begins a corner with 20 degrees per second squared, and has at most 30 per second.
+    assert np.diff(deviations[:10]) == pytest.approx([2.0] * 9)
+    assert deviations[-1] == pytest.approx(30.0)
+    # A measured pair ends it.
+    odometer.update(step(0.0, 0.0), gone(1.0), 31 * TENTH, 0.1)
+    again = odometer.update(HeadingStep(0.0, 0.0, 0.0, True), gone(1.0), 32 * TENTH, 0.1)
+    assert math.degrees(math.sqrt(again.yaw_rate_variance)) == pytest.approx(deviations[0])
+
+
 @pytest.mark.parametrize('interval', [0.05, 0.5, 2.0])
 def test_the_rate_of_a_bridged_pair_is_its_yaw_over_its_time(interval):
     """The heading went on at 0.2 rad/s; the tracker's own rate may differ, which is uncertain."""
