@@ -161,6 +161,7 @@ def test_what_is_foreseen_is_as_uncertain_as_the_newest_pairs():
     step = tracker.foresee(0.05, 0.001)
     assert (step.yaw, step.heading, step.rate) == pytest.approx((0.01, 0.03, 0.2))
     assert step.variance == pytest.approx(0.002 ** 2 / 2) and step.foreseen == 0.001
+    assert not step.bridged
     assert tracker.heading == 0.02
     tracker.reset()
     assert tracker.foresee(0.05, 0.001).variance == 0.0

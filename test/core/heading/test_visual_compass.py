@@ -128,6 +128,16 @@ def test_a_turn_that_a_cut_ends_is_told_once():
     assert told[0][0].angle_deg == pytest.approx(80.0)
 
 
+def test_a_frame_that_is_forgotten_is_compared_with_none():
+    camera, frames = turning('barrel')
+    compass = VisualCompass(Lens(camera=camera))
+    compass.forget_frame()
+    compass.measure(frames[0], 0.1)
+    compass.forget_frame()
+    assert compass.measure(frames[1], 0.1) is None
+    assert compass.measure(frames[2], 0.1) is not None
+
+
 def test_the_end_of_a_drive_is_told_to_what_is_learned():
     told, learning = [], SelfCalibration()
     learning.finish = lambda: told.append(True)

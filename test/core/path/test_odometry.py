@@ -310,6 +310,18 @@ def test_what_is_not_known_of_the_way_is_an_error_of_the_pose():
     assert math.sqrt(known.position_variance) < 2.0
 
 
+def test_a_pair_that_is_missed_turns_but_goes_nowhere():
+    odometer = Odometer()
+    before = odometer.update(step(0.0, 0.0), gone(1.0), TENTH, 0.1)
+    odometer.miss(step(0.3, 0.3), Travel(5.0, 0.0, TravelState.UNKNOWN), 0.1)
+    after = odometer.update(step(0.0, 0.3), gone(0.0), 3 * TENTH, 0.1)
+    assert (after.pose.x, after.pose.y, after.pose.yaw) == pytest.approx(
+        (before.pose.x, before.pose.y, 0.3))
+    assert np.array(after.covariance)[:2, :2] == pytest.approx(
+        np.array(before.covariance)[:2, :2])
+    assert after.yaw_variance > before.yaw_variance
+
+
 def test_a_vehicle_that_stands_does_not_turn():
     driving, standing = Odometer(), Odometer()
     stood = Travel(0.0, 0.0, TravelState.STANDING)
