@@ -138,6 +138,33 @@ def test_a_frame_that_is_forgotten_is_compared_with_none():
     assert compass.measure(frames[2], 0.1) is not None
 
 
+def test_what_is_fixed_stays_left_out_with_another_lens():
+    camera, frames = turning('barrel')
+    fixed = np.full(frames[0].shape, 255, np.uint8)
+    fixed[:, :240] = 0
+    agreeing = []
+    for weights in (fixed, None):
+        compass = VisualCompass(Lens(focal_px=camera.fx))
+        compass.measure(frames[0], 0.1)
+        compass.leave_out(weights)
+        compass.use_lens(Lens(camera=camera))
+        compass.measure(frames[1], 0.1)
+        agreeing.append(compass.measure(frames[2], 0.1).motion.agreeing)
+    assert agreeing[0] == pytest.approx(agreeing[1] / 2, rel=0.2)
+
+
+def test_a_bend_that_has_ended_is_told_to_what_is_learned():
+    guess, told, learning = Lens(hfov_deg=75.0, assumed=True), [], SelfCalibration()
+    learning.add_turn = lambda angle_deg, *, focal_px: told.append((angle_deg, focal_px))
+    compass = VisualCompass(guess, learning=learning)
+    compass.measure(np.zeros((90, 160), np.uint8), 0.1)
+    compass.start(0)
+    for pair in range(1, 41):
+        yaw = math.radians(-40.0) / 20 if pair <= 20 else 0.0
+        compass.add(YawMeasurement(Shift(0.0, 0.0, 1.0), yaw, True, 1.0), pair * TENTH, 0.1)
+    assert told == [(pytest.approx(-40.0), guess.focal_for(160))]
+
+
 def test_the_end_of_a_drive_is_told_to_what_is_learned():
     told, learning = [], SelfCalibration()
     learning.finish = lambda: told.append(True)
