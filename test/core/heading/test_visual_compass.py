@@ -138,6 +138,17 @@ def test_a_frame_that_is_forgotten_is_compared_with_none():
     assert compass.measure(frames[2], 0.1) is not None
 
 
+@pytest.mark.parametrize('upside_down', [False, True])
+def test_a_camera_is_learned_from_upright_frames(upside_down):
+    frame = np.random.default_rng(0).integers(0, 255, (90, 160)).astype(np.uint8)
+    seen, learning = [], SelfCalibration()
+    learning.update = lambda frame, shift_px, interval: bool(seen.append(frame))
+    compass = VisualCompass(
+        Lens(hfov_deg=75.0, assumed=True), rotate_180=upside_down, learning=learning)
+    compass.measure(frame[::-1, ::-1].copy() if upside_down else frame, 0.1)
+    assert np.array_equal(seen, [frame])
+
+
 def test_what_is_fixed_stays_left_out_with_another_lens():
     camera, frames = turning('barrel')
     fixed = np.full(frames[0].shape, 255, np.uint8)
