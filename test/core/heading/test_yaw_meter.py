@@ -262,8 +262,8 @@ def test_a_sudden_change_of_the_exposure_moves_nothing(light):
     assert found.yaw == pytest.approx(0.0, abs=1e-4)
 
 
-@pytest.mark.parametrize('step', [-8, 2, 8])
-def test_most_of_what_stays_while_the_camera_turns_is_fixed_to_it(step):
+@pytest.mark.parametrize('step', [-2, 2])
+def test_what_stays_while_the_camera_turns_is_fixed_to_it(step):
     """Above the road, too, where far parts of a scene may rest while the vehicle drives ahead."""
     meter = meter_of_far()
     for count in range(12):
@@ -272,7 +272,7 @@ def test_most_of_what_stays_while_the_camera_turns_is_fixed_to_it(step):
         meter.update(frame, 0.1)
     x, y = meter._grid.middles.T
     fixed = meter._grid.fixed
-    assert fixed[(y < 105) & (70 < x) & (x < 220)].mean() > 0.5
+    assert fixed[(y < 105) & (70 < x) & (x < 220)].mean() > 0.9
     assert not fixed[(y > 125) | (x < 50) | (x > 250)].any()
 
 
