@@ -272,7 +272,7 @@ def test_what_stays_while_the_camera_turns_is_fixed_to_it(step):
         meter.update(frame, 0.1)
     x, y = meter._grid.middles.T
     fixed = meter._grid.fixed
-    assert fixed[(y < 105) & (70 < x) & (x < 220)].mean() > 0.9
+    assert fixed[(y < 105) & (x > 70) & (x < 220)].mean() > 0.9
     assert not fixed[(y > 125) | (x < 50) | (x > 250)].any()
 
 
