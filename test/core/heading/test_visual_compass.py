@@ -97,6 +97,7 @@ def test_a_foreseen_shift_is_that_of_a_yaw_that_goes_on():
     assert seen.step.heading == pytest.approx(0.03)
     assert (seen.shift.dx, seen.shift.dy) == pytest.approx((300.0 * math.tan(0.01), 0.0))
     assert seen.shift.response == 0.3
+    assert seen.turns == seen.quarters == () and not seen.contradicts
 
 
 @pytest.mark.parametrize(('deviation', 'contradicts'), [(0.02, True), (0.6, False)])

@@ -262,6 +262,20 @@ def test_a_sudden_change_of_the_exposure_moves_nothing(light):
     assert found.yaw == pytest.approx(0.0, abs=1e-4)
 
 
+@pytest.mark.parametrize('step', [-2, 2])
+def test_what_stays_while_the_camera_turns_is_fixed_to_it(step):
+    """Above the road, too, where far parts of a scene may rest while the vehicle drives ahead."""
+    meter = meter_of_far()
+    for count in range(12):
+        frame = far(step * count)
+        frame[5:115, 60:240] = far(0)[5:115, 60:240]
+        meter.update(frame, 0.1)
+    x, y = meter._grid.middles.T
+    fixed = meter._grid.fixed
+    assert fixed[(y < 105) & (x > 70) & (x < 220)].mean() > 0.9
+    assert not fixed[(y > 125) | (x < 50) | (x > 250)].any()
+
+
 def test_a_line_tells_to_which_side_the_image_has_moved_farther_than_foreseen():
     line = Scanline(cylinder((240, 320), LONG_FOCAL), far(0))
     for moved, foreseen in ((6, 4.0), (2, 4.0), (-5, -3.0), (3, 3.0)):

@@ -296,6 +296,15 @@ def test_an_error_of_the_yaw_of_a_pair_moves_its_end_aside_by_half_its_length():
     assert np.array(found.covariance) == pytest.approx(0.01 ** 2 * np.outer(aside, aside))
 
 
+@pytest.mark.parametrize('yaw', [-1.0, 0.0, 0.6])
+def test_an_error_of_the_distance_lies_along_the_way(yaw):
+    odometer = Odometer()
+    odometer._covariance[:] = 0.0
+    found = odometer.update(step(yaw, yaw, deviation=0.0), gone(3.0), TENTH, 0.1)
+    along = np.array([found.pose.x, found.pose.y, 0.0]) / 3.0
+    assert np.array(found.covariance) == pytest.approx((0.05 * 3.0) ** 2 * np.outer(along, along))
+
+
 def test_what_is_not_known_of_the_way_is_an_error_of_the_pose():
     odometer, sure = Odometer(), Odometer()
     for each in (odometer, sure):
