@@ -24,7 +24,6 @@ from functools import partial
 import gc
 import hashlib
 import json
-import math
 import os
 from pathlib import Path
 import random
@@ -192,23 +191,27 @@ def looks(test: pytest.Item, name: str, file: Path) -> bool:
         lines[path].add(frame.f_lineno)
         return trace
 
-    begun = time.monotonic()
+    begun = time.process_time()
     sys.settrace(trace)
     failed = fails(test)
     sys.settrace(None)
     executed = {path: sorted(those) for path, those in lines.items() if those}
-    keep(file, name, [time.monotonic() - begun, executed])
+    keep(file, name, [time.process_time() - begun, executed])
     return failed
 
 
-def forked(task: Callable[[], bool], longest: float) -> int:
-    """Start a task in a process of its own, which exits with 1 if it returns True, else 0."""
+def forked(task: Callable[[], bool], longest: int) -> int:
+    """
+    Start a task in a process of its own, of so many seconds of computing at most.
+
+    It exits with 1 if the task returns True, with 0 if False.
+    """
     child = os.fork()
     if child:
         return child
     code = 2
     try:
-        signal.alarm(math.ceil(longest))
+        resource.setrlimit(resource.RLIMIT_CPU, (longest, resource.RLIM_INFINITY))
         resource.setrlimit(resource.RLIMIT_AS, (_MEMORY, _MEMORY))
         for stream in (1, 2):
             os.dup2(os.open(os.devnull, os.O_WRONLY), stream)
@@ -248,10 +251,11 @@ def tried(
     for fault in [*faults, *[None] * jobs]:
         if running and (fault is None or len(running) == jobs):
             child, status = os.wait()
+            code = os.waitstatus_to_exitcode(status)
             # A fault that has made a loop endless is found, too.
-            if status not in (0, 1 << 8, signal.SIGALRM):
+            if code not in (0, 1, -signal.SIGXCPU):
                 raise SystemExit(f'cannot be tried: {running[child].key}')
-            yield running.pop(child), status == 0
+            yield running.pop(child), code == 0
         if fault is not None:
             place = range(fault.node.lineno, fault.node.end_lineno + 1)
             room = Path(fault.path).parent.name
@@ -262,7 +266,7 @@ def tried(
                 if total < seconds and any(line in place for line in executed):
                     chosen.append(test)
                     total += takes
-            running[forked(partial(finds, fault, functions, chosen), 60 + 5 * total)] = fault
+            running[forked(partial(finds, fault, functions, chosen), 60 + 5 * int(total))] = fault
 
 
 def main() -> None:

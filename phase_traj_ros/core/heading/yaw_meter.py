@@ -279,7 +279,7 @@ class YawMeter:
         assert key is not None
         pair = key.pair(motion, blocks)
         self._rate = pair.yaw / interval
-        self._passing = max(motion.passing, 0.0) / key.age
+        self._passing = motion.passing / key.age
         if motion.passing > TUNING.moving:
             self.mounting.add(
                 motion.travel.course, motion.travel.course_variance, interval, self._rate)

@@ -40,6 +40,14 @@ def test_it_scatters_as_it_says_at_any_frame_rate(rate_hz):
     assert np.mean([one.deviation for one in found]) < math.radians(0.5)
 
 
+def test_pairs_far_apart_are_independent_of_each_other():
+    rng = np.random.default_rng(3)
+    drawn = rng.normal(0.0, TUNING.mounting_deviation, 400)
+    found = [travelled(rng, mounted=angle, rate_hz=0.25) for angle in drawn]
+    off = [(one.angle - angle) / one.deviation for one, angle in zip(found, drawn)]
+    assert np.mean(np.square(off)) == pytest.approx(1.0, abs=0.3)
+
+
 def test_a_turn_tells_nothing():
     mounting = travelled(np.random.default_rng(1), mounted=0.0, rate_hz=10, turn=0.5)
     assert mounting.angle == 0.0 and mounting.deviation >= TUNING.mounting_deviation

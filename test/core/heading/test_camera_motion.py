@@ -150,6 +150,18 @@ def test_a_quantile_is_that_of_numpy(values, share):
     assert quantile(np.array(values), share) == pytest.approx(np.quantile(values, share))
 
 
+def test_displacements_are_those_of_the_points_and_not_of_the_centres():
+    world = World()
+    u, w = world.displacements(yaw=0.02, pitch=0.003, step=0.5)
+    aside, down = world.rng.normal(0.0, 0.02, (2, len(u)))
+    at_points = MotionFit(world.azimuths, world.slopes, deviation=DEVIATION)
+    at_centres = MotionFit(world.azimuths - aside, world.slopes - down, deviation=DEVIATION)
+    one = at_points(u, w, np.ones_like(u), FocusOfExpansion())
+    other = at_centres(u, w, np.ones_like(u), FocusOfExpansion(), aside=aside, down=down)
+    assert (other.yaw, other.pitch, other.agreement) == pytest.approx(
+        (one.yaw, one.pitch, one.agreement))
+
+
 def test_the_better_motion_is_the_one_on_which_more_agrees():
     world = World()
     most = world.fit(yaw=0.02, step=0.5)

@@ -38,7 +38,9 @@ def test_a_missing_pair_gets_the_mean_rate_of_its_neighbours():
 
 def test_what_is_missing_for_long_fades_out():
     tracker, steps = follow([0.02] + [None] * 100)
-    assert tracker.heading < 0.02 + 0.2 * 1.001
+    # By a factor of e each second, so that all of it is that of a second.
+    assert tracker.heading == pytest.approx(0.02 + 0.2, abs=1e-4)
+    assert steps[11].yaw == pytest.approx(steps[1].yaw / math.e)
     assert abs(steps[-1].yaw) < 1e-4
     # Then nobody knows what has happened; what is measured next is taken as it is.
     before = tracker.heading
@@ -161,6 +163,7 @@ def test_what_is_foreseen_is_as_uncertain_as_the_newest_pairs():
     step = tracker.foresee(0.05, 0.001)
     assert (step.yaw, step.heading, step.rate) == pytest.approx((0.01, 0.03, 0.2))
     assert step.variance == pytest.approx(0.002 ** 2 / 2) and step.foreseen == 0.001
+    assert not step.bridged
     assert tracker.heading == 0.02
     tracker.reset()
     assert tracker.foresee(0.05, 0.001).variance == 0.0

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Keyframes: the heading of a slow vehicle does not depend on the frame rate."""
 
+from dataclasses import replace
 from functools import cache
 import math
 
@@ -93,6 +94,16 @@ def test_the_yaws_since_a_keyframe_add_up_to_the_last_one():
     assert [pair.near for pair in pairs] == [0.01, 0.0, 0.0]
     # A block that is not seen is expected where the others are.
     assert key.moved[:, 0].tolist() == [1.0, 2.0, 1.5]
+
+
+def test_pitch_and_roll_since_a_keyframe_add_up_as_the_yaw_does():
+    key = Keyframe(PICTURE, FocusOfExpansion())
+    blocks = BlockShifts(np.ones(3), np.ones(3), np.ones(3))
+    turned = [(0.001, 0.002), (0.003, -0.001), (0.003, 0.005)]
+    pairs = [key.pair(replace(motion(0.0, 0.01), pitch=pitch, roll=roll), blocks)
+             for pitch, roll in turned]
+    assert np.cumsum([(pair.pitch, pair.roll) for pair in pairs], axis=0) == pytest.approx(
+        np.array(turned))
 
 
 def test_what_is_near_counts_for_a_pair_by_its_share_of_the_way():

@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Displacements of blocks, on textures moved by known fractions of a pixel."""
 
+import math
+
 import cv2
 import numpy as np
 from phase_traj_ros.core.heading.local_shifts import BlockGrid
@@ -55,6 +57,23 @@ def test_edges_say_nothing_as_a_shift_along_them_is_not_seen():
     left = grid.middles[:, 0] < 150
     assert np.median(shifts.weight[left]) == 0.0
     assert np.median(shifts.weight[~left & (grid.middles[:, 0] > 210)]) > 0.5
+
+
+@pytest.mark.parametrize(('share', 'corners'), [(0.07, False), (0.14, True)])
+def test_a_block_shows_a_corner_if_a_tenth_of_its_texture_is_across(share, corners):
+    """Waves of 9 pixels, as long as a block, to the right and down."""
+    rows, columns = np.indices(SHAPE)
+    waves = 128 + 90 * np.sin(columns / 4.5 * np.pi) + (
+        90 * math.sqrt(share) * np.sin(rows / 4.5 * np.pi))
+    for picture in (waves, 255 - waves):
+        found = BlockGrid(SHAPE).take(picture.round().astype(np.uint8)).corners
+        assert (found == corners).mean() > 0.9
+
+
+def test_the_blocks_are_the_same_in_the_mirror():
+    middles = BlockGrid(SHAPE).middles
+    assert middles.mean(axis=0) == pytest.approx(((SHAPE[1] - 1) / 2, (SHAPE[0] - 1) / 2))
+    assert (middles.min(axis=0) > 0.0).all()
 
 
 def test_blocks_that_do_not_count_are_left_out():

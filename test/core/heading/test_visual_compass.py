@@ -97,6 +97,7 @@ def test_a_foreseen_shift_is_that_of_a_yaw_that_goes_on():
     assert seen.step.heading == pytest.approx(0.03)
     assert (seen.shift.dx, seen.shift.dy) == pytest.approx((300.0 * math.tan(0.01), 0.0))
     assert seen.shift.response == 0.3
+    assert seen.turns == seen.quarters == () and not seen.contradicts
 
 
 @pytest.mark.parametrize(('deviation', 'contradicts'), [(0.02, True), (0.6, False)])
@@ -113,6 +114,67 @@ def test_a_direction_contradicts_the_heading_beyond_what_the_lens_explains(
         told.append(compass.add(
             YawMeasurement(Shift(0.0, 0.0, 1.0), yaw, True, 1.0), pair * TENTH, 0.1).contradicts)
     assert not any(told[:60]) and told[-1] is contradicts
+
+
+def test_a_turn_that_a_cut_ends_is_told_once():
+    compass = VisualCompass(Lens(hfov_deg=75.0))
+    compass.measure(np.zeros((90, 160), np.uint8), 0.1)
+    compass.start(0)
+    turning = YawMeasurement(Shift(0.0, 0.0, 1.0), math.radians(4.0), True, 1.0)
+    for pair in range(1, 21):
+        assert compass.add(turning, pair * TENTH, 0.1).turns == ()
+    compass.cut()
+    told = [compass.add(turning, pair * TENTH, 0.1).turns for pair in (21, 22, 23)]
+    assert [len(turns) for turns in told] == [1, 0, 0]
+    assert told[0][0].angle_deg == pytest.approx(80.0)
+
+
+def test_a_frame_that_is_forgotten_is_compared_with_none():
+    camera, frames = turning('barrel')
+    compass = VisualCompass(Lens(camera=camera))
+    compass.forget_frame()
+    compass.measure(frames[0], 0.1)
+    compass.forget_frame()
+    assert compass.measure(frames[1], 0.1) is None
+    assert compass.measure(frames[2], 0.1) is not None
+
+
+@pytest.mark.parametrize('upside_down', [False, True])
+def test_a_camera_is_learned_from_upright_frames(upside_down):
+    frame = np.random.default_rng(0).integers(0, 255, (90, 160)).astype(np.uint8)
+    seen, learning = [], SelfCalibration()
+    learning.update = lambda frame, shift_px, interval: bool(seen.append(frame))
+    compass = VisualCompass(
+        Lens(hfov_deg=75.0, assumed=True), rotate_180=upside_down, learning=learning)
+    compass.measure(frame[::-1, ::-1].copy() if upside_down else frame, 0.1)
+    assert np.array_equal(seen, [frame])
+
+
+def test_what_is_fixed_stays_left_out_with_another_lens():
+    camera, frames = turning('barrel')
+    fixed = np.full(frames[0].shape, 255, np.uint8)
+    fixed[:, :240] = 0
+    agreeing = []
+    for weights in (fixed, None):
+        compass = VisualCompass(Lens(focal_px=camera.fx))
+        compass.measure(frames[0], 0.1)
+        compass.leave_out(weights)
+        compass.use_lens(Lens(camera=camera))
+        compass.measure(frames[1], 0.1)
+        agreeing.append(compass.measure(frames[2], 0.1).motion.agreeing)
+    assert agreeing[0] == pytest.approx(agreeing[1] / 2, rel=0.2)
+
+
+def test_a_bend_that_has_ended_is_told_to_what_is_learned():
+    guess, told, learning = Lens(hfov_deg=75.0, assumed=True), [], SelfCalibration()
+    learning.add_turn = lambda angle_deg, *, focal_px: told.append((angle_deg, focal_px))
+    compass = VisualCompass(guess, learning=learning)
+    compass.measure(np.zeros((90, 160), np.uint8), 0.1)
+    compass.start(0)
+    for pair in range(1, 41):
+        yaw = math.radians(-40.0) / 20 if pair <= 20 else 0.0
+        compass.add(YawMeasurement(Shift(0.0, 0.0, 1.0), yaw, True, 1.0), pair * TENTH, 0.1)
+    assert told == [(pytest.approx(-40.0), guess.focal_for(160))]
 
 
 def test_the_end_of_a_drive_is_told_to_what_is_learned():

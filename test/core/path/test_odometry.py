@@ -287,6 +287,24 @@ def test_nothing_that_is_measured_is_exact():
     assert 0.002 < math.degrees(math.sqrt(found.yaw_rate_variance)) < 0.05
 
 
+def test_an_error_of_the_yaw_of_a_pair_moves_its_end_aside_by_half_its_length():
+    odometer = Odometer()
+    odometer._covariance[:] = 0.0
+    found = odometer.update(
+        step(0.0, 0.0, deviation=0.01), Travel(4.0, 0.0, TravelState.MEASURED), TENTH, 0.1)
+    aside = np.array([0.0, 2.0, 1.0])
+    assert np.array(found.covariance) == pytest.approx(0.01 ** 2 * np.outer(aside, aside))
+
+
+@pytest.mark.parametrize('yaw', [-1.0, 0.0, 0.6])
+def test_an_error_of_the_distance_lies_along_the_way(yaw):
+    odometer = Odometer()
+    odometer._covariance[:] = 0.0
+    found = odometer.update(step(yaw, yaw, deviation=0.0), gone(3.0), TENTH, 0.1)
+    along = np.array([found.pose.x, found.pose.y, 0.0]) / 3.0
+    assert np.array(found.covariance) == pytest.approx((0.05 * 3.0) ** 2 * np.outer(along, along))
+
+
 def test_what_is_not_known_of_the_way_is_an_error_of_the_pose():
     odometer, sure = Odometer(), Odometer()
     for each in (odometer, sure):
@@ -296,7 +314,21 @@ def test_what_is_not_known_of_the_way_is_an_error_of_the_pose():
     lost = odometer.update(step(0.0, 0.0), gone(1.0), 40 * TENTH, 0.1)
     known = sure.update(step(0.0, 0.0), gone(1.0), 2 * TENTH, 0.1)
     assert lost.pose.x == known.pose.x == 2.0
-    assert math.sqrt(lost.position_variance) > 30.0 > 2.0 > math.sqrt(known.position_variance)
+    # It may have been in one direction, in all pairs.
+    assert math.sqrt(lost.position_variance) == pytest.approx(30 * 1.5, rel=0.01)
+    assert math.sqrt(known.position_variance) < 2.0
+
+
+def test_a_pair_that_is_missed_turns_but_goes_nowhere():
+    odometer = Odometer()
+    before = odometer.update(step(0.0, 0.0), gone(1.0), TENTH, 0.1)
+    odometer.miss(step(0.3, 0.3), Travel(5.0, 0.0, TravelState.UNKNOWN), 0.1)
+    after = odometer.update(step(0.0, 0.3), gone(0.0), 3 * TENTH, 0.1)
+    assert (after.pose.x, after.pose.y, after.pose.yaw) == pytest.approx(
+        (before.pose.x, before.pose.y, 0.3))
+    assert np.array(after.covariance)[:2, :2] == pytest.approx(
+        np.array(before.covariance)[:2, :2])
+    assert after.yaw_variance > before.yaw_variance
 
 
 def test_a_vehicle_that_stands_does_not_turn():
@@ -315,6 +347,22 @@ def test_reset_goes_back_to_the_start():
     odometer.update(step(0.1, 0.2), gone(1.0), 2 * TENTH, 0.1)
     odometer.reset()
     assert odometer.update(step(0.1, 0.1), gone(1.0), TENTH, 0.1) == first
+
+
+def test_a_rate_is_the_less_sure_the_longer_nothing_is_measured():
+    odometer, deviations = Odometer(), []
+    for pair in range(1, 31):
+        found = odometer.update(
+            HeadingStep(0.0, 0.0, 0.0, True), Travel(1.0, 0.01, TravelState.BRIDGED),
+            pair * TENTH, 0.1)
+        deviations.append(math.degrees(math.sqrt(found.yaw_rate_variance)))
+    # A car begins a corner with 20 degrees per second squared, and has at most 30 per second.
+    assert np.diff(deviations[:10]) == pytest.approx([2.0] * 9)
+    assert deviations[-1] == pytest.approx(30.0)
+    # A measured pair ends it.
+    odometer.update(step(0.0, 0.0), gone(1.0), 31 * TENTH, 0.1)
+    again = odometer.update(HeadingStep(0.0, 0.0, 0.0, True), gone(1.0), 32 * TENTH, 0.1)
+    assert math.degrees(math.sqrt(again.yaw_rate_variance)) == pytest.approx(deviations[0])
 
 
 @pytest.mark.parametrize('interval', [0.05, 0.5, 2.0])

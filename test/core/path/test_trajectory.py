@@ -87,3 +87,13 @@ def test_a_bounded_path_keeps_the_newest_corners():
     assert (path.tip.x, path.tip.y) == (3, -2)
     path.reset()
     assert (path.tip, path.corners) == (None, ())
+
+
+@pytest.mark.parametrize('limit', [2, 4, 50])
+def test_a_path_is_shown_by_its_newest_corners_and_its_tip(limit):
+    path = ChainPath()
+    assert path.points(limit) == ()
+    for index in range(20):
+        path.append((Direction.FORWARD, Direction.RIGHT)[index % 2], index)
+    every = (*path.corners, path.tip)
+    assert path.points(limit) == every[-limit:] and path.points(limit)[-1] == path.tip

@@ -485,6 +485,31 @@ def test_a_reflection_far_stronger_than_the_road_is_learned_and_taken_out():
     assert missed <= 2
 
 
+def test_a_patch_that_shows_what_is_fixed_leaves_the_way_to_the_other():
+    """A bonnet covers the near road; that the far road slides tells that the vehicle drives."""
+    road, meter, ways = Road(PINHOLE), RoadMeter(PINHOLE, Horizon(), pitch_known=True), []
+    for index in range(6):
+        frame = road.seen(0.5 * index)
+        frame[195:] = NOISE[:45, :640]
+        if index == 0:
+            meter.start(frame)
+        else:
+            ways.append(meter.update(frame, 0.1, motion(passing=0.006)).distance)
+    assert ways == pytest.approx([0.5] * 5, abs=CELL)
+
+
+def test_an_error_of_the_pitch_counts_by_twice_the_distance_of_the_road():
+    near, far = stretches(PINHOLE, Horizon())
+    road, meter = Road(PINHOLE), RoadMeter(PINHOLE, Horizon())
+    meter.start(road.seen(0.0))
+    travel = meter.update(road.seen(0.5), 0.1, motion())
+    for share, deviation in ((travel.swing, meter.tilt.swing_deviation),
+                             (travel.tilt, meter.tilt.common_deviation)):
+        assert near.begin < share / deviation / 2.0 < far.end
+    # The rest is that of the peak.
+    assert 0.0 < math.sqrt(travel.own_variance) < CELL
+
+
 def test_two_patches_that_disagree_are_not_averaged():
     """As with something else on the far road: the better one counts alone."""
     for split in (190, 200):

@@ -103,6 +103,12 @@ def test_a_patch_without_contrast_is_like_none():
     assert slide.rival(None) < TUNING.stands_out
 
 
+def test_the_largest_slide_is_found():
+    most = Slide(WINDOW).most
+    slide = compared(patch(road(), 0.0), patch(road(), most - 1.0))
+    assert slide.peak(most - 5, most).cells == pytest.approx(most - 1.0, abs=0.5)
+
+
 def test_the_kept_patch_stays_for_the_next_comparison():
     slide = compared(patch(road(), 0.0), patch(road(), 5.0))
     slide.compare(patch(road(), 11.0))

@@ -131,5 +131,7 @@ def test_the_load_of_a_vehicle_changes_the_mounting_by_so_much_and_no_more():
     for seconds in (0.0, 600.0, 36_000.0):
         tilt = RoadTilt(Horizon(pitch_deviation=0.001))
         tilt.pass_time(seconds)
+        # The springs forget, the mounting does not.
+        tilt.pass_time(5.0)
         deviations.append(tilt.common_deviation)
-    assert deviations[0] < deviations[1] == deviations[2]
+    assert math.hypot(deviations[0], math.radians(0.2)) < deviations[1] == deviations[2]
