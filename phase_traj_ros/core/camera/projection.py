@@ -26,8 +26,8 @@ from phase_traj_ros.errors import FrameError
 _ABOVE_DEG = 20.0
 _BELOW_DEG = 15.0
 _ASIDE_DEG = 60.0
-# A camera is reduced by the whole number that comes nearest to this many pixels per radian, unless
-# it is a tele camera, which keeps about so many columns: docs/measurements/heading.md.
+# A camera is reduced by the whole number that comes nearest to this many pixels per radian. A tele
+# camera keeps at least about this many columns: docs/measurements/heading.md.
 _USUAL_PX_PER_RAD = 330.0
 _LEAST_COLUMNS = 360
 _LEAST_SIDE = 8
