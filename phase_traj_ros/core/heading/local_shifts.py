@@ -71,11 +71,8 @@ class BlockGrid:
 
         """
         (down, across), (height, width) = TUNING.blocks, shape
-        # Whole pixels: nothing of a block is interpolated.
-        rows, columns = (
-            ((np.arange(count) + 0.5) * side / count).astype(int)
-            for count, side in ((down, height), (across, width)))
-        y, x = (axis.ravel() for axis in np.meshgrid(rows, columns, indexing='ij'))
+        y, x = (axis.ravel() for axis in np.meshgrid(
+            _middles(height, down), _middles(width, across), indexing='ij'))
         if counts is not None:
             seen = counts[y, x]
             y, x = y[seen], x[seen]
@@ -164,3 +161,9 @@ class BlockGrid:
         still = must_move & (distance < TUNING.fixed_px)
         self._fixed[still] += TUNING.fixing_share * (1.0 - self._fixed[still])
         self._fixed[distance > TUNING.loose_px] *= TUNING.kept_fixed
+
+
+def _middles(side: int, count: int) -> NDArray[np.intp]:
+    """Return the places of blocks along a side: whole pixels, and the same in the mirror."""
+    before = ((np.arange(count // 2) + 0.5) * side / count).astype(np.intp)
+    return np.concatenate([before, side - 1 - before[::-1]])
