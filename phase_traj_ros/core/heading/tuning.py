@@ -20,8 +20,8 @@ class HeadingTuning:
     """Rows and columns of blocks..."""
     block_px: int = 9
     """...and the side of a block."""
-    pyramid_levels: int = 3
-    """Halvings of the picture, with which a block is searched within about 30 pixels."""
+    pyramid_levels: int = 4
+    """Halvings of the picture, with which a block is searched within about 60 pixels."""
     search_steps: int = 20
     """Most steps of the search per level..."""
     search_px: float = 0.003
