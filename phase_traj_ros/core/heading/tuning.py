@@ -100,9 +100,8 @@ class HeadingTuning:
     """...and moves above this median of the translation divided by the distance of the blocks."""
 
     # The shift of the image as a whole, by phase correlation.
-    shift_px_per_rad: float = 192.0
-    """The picture is correlated after a reduction by the whole number that comes nearest to this
-    many pixels per radian."""
+    shift_px_per_rad: float = 288.0
+    """A picture with more pixels per radian is correlated at half its size."""
     most_shake_px: float = 20.0
     """Largest vertical shift between two frames."""
     surprise_px: float = 8.0

@@ -94,8 +94,8 @@ class YawMeter:
         self._projection = projection
         self._keyframes = keyframes
         # The shift needs a coarser picture than the blocks.
-        self._coarse = View(decimation=max(
-            round(projection.px_per_rad / TUNING.shift_px_per_rad), 1))
+        self._coarse = View(
+            decimation=2 if projection.px_per_rad > TUNING.shift_px_per_rad else 1)
         mask, counts = self._projected(mask)
         self._grid = BlockGrid(projection.shape, counts=counts)
         if len(self._grid.middles) < TUNING.least_blocks:
@@ -309,7 +309,7 @@ class YawMeter:
             return None, counts
         mask = np.asarray(self._projection(mask), np.float32)
         counts = counts & (cv2.erode(mask, np.ones((TUNING.block_px,) * 2)) > 0.5)
-        return self._coarse.of(mask), counts
+        return np.asarray(self._coarse.of(mask), np.float32), counts
 
     def _change_mask(self, mask: NDArray[np.float32] | None) -> None:
         self._next_mask = None
