@@ -74,10 +74,12 @@ _HOW_TEXT = """
     divided into 160 fixed blocks, each block is tracked from the position that the whole shift
     predicts, and rotation, direction of travel and block distances are fitted to the motions.
 
-    The remaining settings hardly matter. From 16 × 8 to 24 × 10 blocks of 7 to 15 pixels, 250 to
-    360 pixels per radian, 10° to 15° below the horizon and 15° to 30° above, three to ten
-    iterations of the fit, and deviations of 0.15 to 0.8 pixels, all errors per frame lie within 20
-    % of each other. The cheapest settings are used.
+    The resolution matters: with 360 pixels per radian instead of 256, the heading drifts by a
+    third less on drives along KITTI sequences, with 720 by a further fifth, for three times the
+    time. The remaining settings hardly do. From 16 × 8 to 24 × 10 blocks of 7 to 15 pixels, 10° to
+    15° below the horizon and 15° to 30° above, three to ten iterations of the fit, and deviations
+    of 0.15 to 0.8 pixels, all errors per frame lie within 20 % of each other. The cheapest
+    settings are used.
     """
 _REAL_TEXT = """
     The peer tracks 1000 OpenCV corners and estimates an essential matrix with the full

@@ -26,10 +26,10 @@ from phase_traj_ros.errors import FrameError
 _ABOVE_DEG = 20.0
 _BELOW_DEG = 15.0
 _ASIDE_DEG = 60.0
-# Pixels per radian, and columns, beyond which the accuracy does not improve:
-# docs/measurements/heading.md.
-_ENOUGH_PX_PER_RAD = 256.0
-_ENOUGH_COLUMNS = 360
+# A camera is reduced by the whole number that comes nearest to this many pixels per radian. A tele
+# camera keeps at least about this many columns: docs/measurements/heading.md.
+_USUAL_PX_PER_RAD = 330.0
+_LEAST_COLUMNS = 360
 _LEAST_SIDE = 8
 # OpenCV's remap has 16-bit pixel coordinates.
 _MOST_SIDE = 32766
@@ -99,8 +99,8 @@ class CylinderProjection:
             Whether the camera is mounted upside down. The cylinder is always upright; the model
             is that of the frames as received.
         px_per_rad
-            Resolution of the cylinder; by default, the useful resolution. It is limited to that
-            at the centre of the frame, ``camera.fx``.
+            Resolution of the cylinder, up to that at the centre of the frame, ``camera.fx``; by
+            default that of the frame reduced by a whole number.
 
         Raises
         ------
@@ -112,7 +112,8 @@ class CylinderProjection:
         upright = camera.turned_180() if rotate_180 else camera
         left, right, above, below = _extent(upright, Band() if band is None else band)
         if px_per_rad is None:
-            px_per_rad = max(_ENOUGH_PX_PER_RAD, _ENOUGH_COLUMNS / max(right - left, 1e-9))
+            usual = max(_USUAL_PX_PER_RAD, _LEAST_COLUMNS / max(right - left, 1e-9))
+            px_per_rad = camera.fx / max(round(camera.fx / usual), 1)
         self._px_per_rad = min(px_per_rad, camera.fx)
         self._azimuths = self._samples(left, right)
         self._slopes = self._samples(-above, below)

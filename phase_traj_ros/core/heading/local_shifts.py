@@ -71,17 +71,16 @@ class BlockGrid:
 
         """
         (down, across), (height, width) = TUNING.blocks, shape
-        rows = (np.arange(down) + 0.5) * height / down - 0.5
-        columns = (np.arange(across) + 0.5) * width / across - 0.5
-        y, x = (axis.ravel() for axis in np.meshgrid(rows, columns, indexing='ij'))
+        y, x = (axis.ravel() for axis in np.meshgrid(
+            _middles(height, down), _middles(width, across), indexing='ij'))
         if counts is not None:
-            seen = counts[np.rint(y).astype(int), np.rint(x).astype(int)]
+            seen = counts[y, x]
             y, x = y[seen], x[seen]
         self._middles = np.stack([x, y], axis=1).astype(np.float32)
         # Pixels of each block, with a margin for the gradients, in a flattened image.
         reach = np.arange(-(TUNING.block_px // 2) - 1, TUNING.block_px // 2 + 2)
         row, column = (
-            np.clip(np.rint(middle)[:, None].astype(int) + reach, 0, side - 1)
+            np.clip(middle[:, None] + reach, 0, side - 1)
             for middle, side in ((y, height), (x, width)))
         self._pixels = row[:, :, None] * width + column[:, None, :]
         # Place of each pixel within a block without the margin, (81, 2): column, row.
@@ -100,7 +99,7 @@ class BlockGrid:
 
         Return whether at least ``least`` blocks are left; if not, the state is unchanged.
         """
-        columns, rows = np.rint(self._middles).astype(int).T
+        columns, rows = self._middles.astype(int).T
         left = counts[rows, columns]
         if np.count_nonzero(left) < least:
             return False
@@ -162,3 +161,9 @@ class BlockGrid:
         still = must_move & (distance < TUNING.fixed_px)
         self._fixed[still] += TUNING.fixing_share * (1.0 - self._fixed[still])
         self._fixed[distance > TUNING.loose_px] *= TUNING.kept_fixed
+
+
+def _middles(side: int, count: int) -> NDArray[np.intp]:
+    """Return the places of blocks along a side: whole pixels, and the same in the mirror."""
+    before = ((np.arange(count // 2) + 0.5) * side / count).astype(np.intp)
+    return np.concatenate([before, side - 1 - before[::-1]])

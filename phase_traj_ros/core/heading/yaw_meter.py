@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from phase_traj_ros.core.camera.projection import CylinderProjection
 from phase_traj_ros.core.correlation.phase_correlation import PhaseCorrelator, Shift
+from phase_traj_ros.core.correlation.view import View
 from phase_traj_ros.core.heading.camera_motion import better, CameraMotion, MotionFit, quantile
 from phase_traj_ros.core.heading.focus_of_expansion import FocusOfExpansion, Mounting
 from phase_traj_ros.core.heading.keyframe import Keyframe
@@ -92,6 +93,9 @@ class YawMeter:
         """
         self._projection = projection
         self._keyframes = keyframes
+        # The shift needs a coarser picture than the blocks.
+        self._coarse = View(
+            decimation=2 if projection.px_per_rad > TUNING.shift_px_per_rad else 1)
         mask, counts = self._projected(mask)
         self._grid = BlockGrid(projection.shape, counts=counts)
         if len(self._grid.middles) < TUNING.least_blocks:
@@ -179,19 +183,20 @@ class YawMeter:
         if self._next_mask is not None:
             self._change_mask(*self._next_mask)
         projected = cast('NDArray[np.uint8]', self._projection(frame))
-        shift = self._correlator.update(projected)
+        peak = self._correlator.update(self._coarse.of(projected))
         current = self._levelled(projected)
         previous, self._previous = self._previous, current
         self._newest = self._line = None
-        if previous is None or shift is None or interval <= 0.0:
+        if previous is None or peak is None or interval <= 0.0:
             self._key, self._rate = self._keyframe(current, FocusOfExpansion()), 0.0
             return None
         assert self._key is not None
         self._key.age += interval
+        shift = self._coarse.full_shift(peak)
         motion, blocks = self._motion_since_key(previous, current, shift, interval)
         if motion is None or blocks is None or not _believed(motion):
             self._key = self._keyframe(current, self._key.travel)
-            return self._by_shift(shift, motion, interval)
+            return self._by_shift(peak, motion, interval)
         measured = self._by_blocks(shift, motion, blocks, interval)
         if self._keyframes and measured.certain:
             self._newest = frame
@@ -239,7 +244,8 @@ class YawMeter:
         if _doubted(best) or abs(shift.dx - foreseen) > TUNING.surprise_px:
             best, blocks = _better((best, blocks), self._look(key, current, (foreseen, 0.0)))
         if _doubted(best):
-            second = self._correlator.second_peak(apart=TUNING.peak_px)
+            second = self._coarse.full_shift(
+                self._correlator.second_peak(apart=TUNING.peak_px))
             best, blocks = _better((best, blocks), self._look(key, current, (second.dx, 0.0)))
         if best is not None and _believed(best):
             turned = best.yaw * self._projection.px_per_rad
@@ -280,17 +286,17 @@ class YawMeter:
         return YawMeasurement(shift, pair.yaw, True, motion.agreement, pair, interval / key.age)
 
     def _by_shift(
-        self, shift: Shift, motion: CameraMotion | None, interval: float,
+        self, peak: Shift, motion: CameraMotion | None, interval: float,
     ) -> YawMeasurement:
         """Return the measurement of a pair by the shift alone, if it is one of the scene."""
-        peak, yaw = shift, None
-        unmoved = max(abs(shift.dx), abs(shift.dy)) <= TUNING.unmoved_px
+        shift, yaw = self._coarse.full_shift(peak), None
+        unmoved = max(abs(peak.dx), abs(peak.dy)) <= TUNING.unmoved_px
         if unmoved and abs(self._foreseen(interval)) > TUNING.surprise_px / 2:
             # It is that of a pattern that is fixed to the camera.
             peak = self._correlator.second_peak(apart=TUNING.peak_px)
         if (self._correlator.significance(peak) >= TUNING.least_significance
                 and abs(peak.dy) < TUNING.most_shake_px):
-            yaw = self._projection.yaw(peak.dx)
+            yaw = self._projection.yaw(self._coarse.full_shift(peak).dx)
             self._rate = yaw / interval
         return YawMeasurement(shift, yaw, False, 0.0 if motion is None else motion.agreement)
 
@@ -302,7 +308,8 @@ class YawMeter:
         if mask is None:
             return None, counts
         mask = np.asarray(self._projection(mask), np.float32)
-        return mask, counts & (cv2.erode(mask, np.ones((TUNING.block_px,) * 2)) > 0.5)
+        counts = counts & (cv2.erode(mask, np.ones((TUNING.block_px,) * 2)) > 0.5)
+        return np.asarray(self._coarse.of(mask), np.float32), counts
 
     def _change_mask(self, mask: NDArray[np.float32] | None) -> None:
         self._next_mask = None
@@ -311,7 +318,7 @@ class YawMeter:
             return
         self._correlator = PhaseCorrelator(mask=projected)
         if self._previous is not None:
-            self._correlator.update(self._previous)
+            self._correlator.update(self._coarse.of(self._previous))
 
     def _keyframe(self, picture: NDArray[np.uint8], travel: FocusOfExpansion) -> Keyframe:
         return Keyframe(self._grid.take(picture), travel)
