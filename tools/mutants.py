@@ -8,9 +8,10 @@ signs that are wrong, calls that are left out. Constants of a module (tuning) an
 alone.
 
 Each test of the core is run once to see which lines it executes, and for how long. A fault is then
-tried with the tests that execute its line, cheapest first, up to the first that fails. Each run is
-a fork of one process that has collected all tests; the fault replaces the code of the functions
-there. What is found is kept in out/mutants, so a stopped run continues.
+tried with the tests that execute its line, those of its room first and the cheapest first, up to
+the first that fails. Each run is a fork of one process that has collected all tests; the fault
+replaces the code of the functions there. What is found is kept in out/mutants, so a stopped run
+continues.
 """
 
 from __future__ import annotations

@@ -45,8 +45,8 @@ _LIMIT_END, _LIMIT_MAX, _LIMIT_RATIO, _LIMIT_RMS, _LIMIT_FAR = 1.0, 4.0, 0.16, 2
 _INTRODUCTION = """
     This page shows how accurate the heading and the turns are.
 
-    With a known focal length, no turn is invented, and every true turn is found but eight:
-    those with a stop in their middle, a slow one of sequence 08, and one behind dirt. These
+    With a known focal length, no turn is invented, and every true turn is found but seven:
+    those with a stop in their middle, and a slow one of sequence 08. These
     runs give the detector of turns no distance, so it takes time for way. The heading drifts
     by less than half a degree per 100 m, and a pair takes a tenth of the time of tracked
     features. A field of view that is 10 % wrong changes the angles but not the codes of a

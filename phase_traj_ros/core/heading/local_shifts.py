@@ -72,7 +72,7 @@ class BlockGrid:
         """
         (down, across), (height, width) = TUNING.blocks, shape
         y, x = (axis.ravel() for axis in np.meshgrid(
-            _middles(height, down), _middles(width, across), indexing='ij'))
+            _spaced(height, down), _spaced(width, across), indexing='ij'))
         if counts is not None:
             seen = counts[y, x]
             y, x = y[seen], x[seen]
@@ -163,7 +163,7 @@ class BlockGrid:
         self._fixed[distance > TUNING.loose_px] *= TUNING.kept_fixed
 
 
-def _middles(side: int, count: int) -> NDArray[np.intp]:
-    """Return the places of blocks along a side: whole pixels, and the same in the mirror."""
+def _spaced(side: int, count: int) -> NDArray[np.intp]:
+    """Return the centres of blocks along a side: whole pixels, and the same in the mirror."""
     before = ((np.arange(count // 2) + 0.5) * side / count).astype(np.intp)
     return np.concatenate([before, side - 1 - before[::-1]])

@@ -166,7 +166,7 @@ def test_a_turn_on_the_spot_is_one():
 
 @pytest.mark.parametrize(('plan', 'aside'), [
     (CORNER, 0.0), ([(0, 20), (50, 10), (0, 50)], 50.0),
-    # Two bends that are none turns make a right angle.
+    # Two bends of 50 degrees, each too small for a turn, make more than a right angle.
     ([(0, 20), (50, 10), (0, 50), (50, 10), (0, 50)], 100.0),
     ([(0, 20), (130, 10), (0, 50)], 40.0), ([(0, 20), (50, 10)], 0.0)])
 def test_the_direction_may_be_aside_of_the_heading(plan, aside):

@@ -103,7 +103,7 @@ def test_a_foreseen_shift_is_that_of_a_yaw_that_goes_on():
 @pytest.mark.parametrize(('deviation', 'contradicts'), [(0.02, True), (0.6, False)])
 def test_a_direction_contradicts_the_heading_beyond_what_the_lens_explains(
         deviation, contradicts):
-    """Two bends that are none turns make a right angle."""
+    """Two bends of 50 degrees, each too small for a turn, make more than a right angle."""
     compass = VisualCompass(Lens(estimate=CameraEstimate(
         width=160, height=90, focal_px=100.0, focal_deviation=deviation, turns=2)))
     compass.measure(np.zeros((90, 160), np.uint8), 0.1)
