@@ -19,7 +19,8 @@ from phase_traj_ros.core.frames.pixel_weights import PixelWeights
 from phase_traj_ros.core.heading.tracker import HeadingStep, HeadingTracker
 from phase_traj_ros.core.heading.tuning import TUNING
 from phase_traj_ros.core.heading.turns import Turn, TurnDetector
-from phase_traj_ros.core.heading.yaw_meter import YawMeasurement, YawMeter
+from phase_traj_ros.core.yaw.tuning import TUNING as YAW
+from phase_traj_ros.core.yaw.yaw_meter import YawMeasurement, YawMeter
 from phase_traj_ros.errors import FrameError
 
 
@@ -340,8 +341,8 @@ class VisualCompass:
         """Learn the pitch from the direction of travel, straight ahead with a learned camera."""
         motion = measurement.motion
         if (self._learning is not None and self._lens.origin is LensOrigin.DRIVE
-                and motion is not None and motion.passing >= TUNING.moving
-                and abs(step.rate) <= TUNING.straight_rate):
+                and motion is not None and motion.passing >= YAW.moving
+                and abs(step.rate) <= YAW.straight_rate):
             self._learning.add_travel(
                 motion.travel.slope, math.sqrt(motion.travel.slope_variance))
 

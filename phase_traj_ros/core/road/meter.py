@@ -20,7 +20,6 @@ from numpy.typing import NDArray
 from phase_traj_ros.core.camera.horizon import Horizon
 from phase_traj_ros.core.camera.model import CameraModel
 from phase_traj_ros.core.correlation.phase_correlation import Frame
-from phase_traj_ros.core.heading.camera_motion import CameraMotion
 from phase_traj_ros.core.road.ground import CELL, GroundPatch, rotation, stretches
 from phase_traj_ros.core.road.keyframe import RoadKeyframe, Turned
 from phase_traj_ros.core.road.look import RoadLook, RoadSlide
@@ -29,6 +28,7 @@ from phase_traj_ros.core.road.speed_profile import SpeedProfile
 from phase_traj_ros.core.road.tilt import RoadTilt
 from phase_traj_ros.core.road.travel import Travel, TravelState
 from phase_traj_ros.core.road.tuning import TUNING
+from phase_traj_ros.core.yaw.camera_motion import CameraMotion
 
 
 class RoadMeter:

@@ -18,12 +18,12 @@ from numpy.typing import NDArray
 from phase_traj_ros.core.camera.projection import CylinderProjection
 from phase_traj_ros.core.correlation.phase_correlation import PhaseCorrelator, Shift
 from phase_traj_ros.core.correlation.view import View
-from phase_traj_ros.core.heading.camera_motion import better, CameraMotion, MotionFit, quantile
-from phase_traj_ros.core.heading.focus_of_expansion import FocusOfExpansion, Mounting
-from phase_traj_ros.core.heading.keyframe import Keyframe
-from phase_traj_ros.core.heading.local_shifts import BlockGrid, BlockShifts
-from phase_traj_ros.core.heading.scanline import Scanline
-from phase_traj_ros.core.heading.tuning import TUNING
+from phase_traj_ros.core.yaw.camera_motion import better, CameraMotion, MotionFit, quantile
+from phase_traj_ros.core.yaw.focus_of_expansion import FocusOfExpansion, Mounting
+from phase_traj_ros.core.yaw.keyframe import Keyframe
+from phase_traj_ros.core.yaw.local_shifts import BlockGrid, BlockShifts
+from phase_traj_ros.core.yaw.scanline import Scanline
+from phase_traj_ros.core.yaw.tuning import TUNING
 from phase_traj_ros.errors import FrameError
 
 
