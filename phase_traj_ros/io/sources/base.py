@@ -123,25 +123,17 @@ class FrameSource(ABC):
         self, *, description: str, selection: Selection, frame_count: int | None,
         declared: int | None = None,
     ) -> None:
-        self._description = description
+        self.description = description
+        """Short description of the source for reports."""
         self._selection = selection
-        self._frame_count = frame_count
-        self._frames = SourceFrames(declared=declared)
-        self._closed = False
-
-    @property
-    def description(self) -> str:
-        """Return a short description of the source for reports."""
-        return self._description
-
-    @property
-    def frame_count(self) -> int | None:
+        self.frame_count = frame_count
         """
-        Return the number of frames to expect, after selection; None if not known.
+        Number of frames to expect, after selection; None if not known.
 
         It is an estimate for progress bars: videos and broken bags may hold more or fewer.
         """
-        return self._frame_count
+        self._frames = SourceFrames(declared=declared)
+        self._closed = False
 
     @property
     def frames(self) -> SourceFrames:
@@ -178,7 +170,7 @@ class FrameSource(ABC):
 
         """
         raise SourceError(
-            f'{self._description} is not a bag and has no speeds: give the parameter speed')
+            f'{self.description} is not a bag and has no speeds: give the parameter speed')
 
     def __enter__(self: _SourceT) -> _SourceT:
         return self
@@ -211,7 +203,7 @@ class FrameSource(ABC):
 
     def _check_open(self) -> None:
         if self._closed:
-            raise SourceError(f'{self._description} is closed already')
+            raise SourceError(f'{self.description} is closed already')
 
     def _decoded(self) -> Generator[StampedFrame, None, None]:
         with closing(self._selected()) as selected:
@@ -244,11 +236,11 @@ class FrameSource(ABC):
                 self._frames = replace(self._frames, read=number + 1)
         if not selector.used:
             if not selector.seen:
-                raise SourceError(f'{self._description}: no frame could be read')
+                raise SourceError(f'{self.description}: no frame could be read')
             start, duration = self._selection.start, self._selection.duration
             length = '' if duration is None else f', duration {duration:g} s'
             raise SourceError(
-                f'{self._description}: no frame is selected (start {start:g} s{length}); the'
+                f'{self.description}: no frame is selected (start {start:g} s{length}); the'
                 f' last frame read is {selector.span_ns / 1e9:.3f} s after the first')
 
     @abstractmethod
