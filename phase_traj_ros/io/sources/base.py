@@ -6,7 +6,6 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Generator, Iterator
 from contextlib import closing
 from dataclasses import dataclass, replace
-from types import TracebackType
 from typing import Final, TypeAlias, TypeVar
 
 from phase_traj_ros.core.camera.model import CameraModel
@@ -133,7 +132,6 @@ class FrameSource(ABC):
         It is an estimate for progress bars: videos and broken bags may hold more or fewer.
         """
         self._frames = SourceFrames(declared=declared)
-        self._closed = False
 
     @property
     def frames(self) -> SourceFrames:
@@ -175,22 +173,14 @@ class FrameSource(ABC):
     def __enter__(self: _SourceT) -> _SourceT:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
-        self.close()
-
-    def close(self) -> None:
-        """Release the source. It cannot be iterated over afterwards."""
-        self._closed = True
+    def __exit__(self, *_: object) -> None:
+        """Nothing to release: the files are open during an iteration only."""
 
     def __iter__(self) -> Iterator[StampedFrame]:
         """Yield the selected frames."""
-        self._check_open()
-        return self._decoded()
+        with closing(self._selected()) as selected:
+            for number, candidate in selected:
+                yield _decode(candidate, number)
 
     def entries(self) -> Generator[Entry, None, None]:
         """
@@ -198,19 +188,6 @@ class FrameSource(ABC):
 
         Raises SourceError if the source cannot be read, and at the end if there was no frame.
         """
-        self._check_open()
-        return self._readable_or_not()
-
-    def _check_open(self) -> None:
-        if self._closed:
-            raise SourceError(f'{self.description} is closed already')
-
-    def _decoded(self) -> Generator[StampedFrame, None, None]:
-        with closing(self._selected()) as selected:
-            for number, candidate in selected:
-                yield _decode(candidate, number)
-
-    def _readable_or_not(self) -> Generator[Entry, None, None]:
         with closing(self._selected()) as selected:
             for number, candidate in selected:
                 try:
