@@ -22,7 +22,7 @@ FLOORS = {
         'errors topics', 'core', 'parameter_spec', 'parameters', 'io synthetic', 'tasks', 'ros',
         'cli'),
     'core': (
-        'codes', 'correlation', 'frames', 'camera', 'calibration', 'yaw', 'heading', 'road',
+        'codes', 'correlation', 'frames', 'camera', 'calibration', 'rotation', 'heading', 'road',
         'path', 'localization', 'reliability', '*'),
     'io': (
         'outputs params_file images', 'messages', 'sources maps', 'replay', 'results'),

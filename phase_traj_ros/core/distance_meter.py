@@ -14,9 +14,9 @@ from phase_traj_ros.core.path.speed import SpeedTrack
 from phase_traj_ros.core.road.meter import RoadMeter
 from phase_traj_ros.core.road.scale import CameraHeight
 from phase_traj_ros.core.road.travel import Travel, TravelState
+from phase_traj_ros.core.rotation.yaw_meter import YawMeasurement
 from phase_traj_ros.core.settings import EstimatorSettings
 from phase_traj_ros.core.status import PairStatus
-from phase_traj_ros.core.yaw.yaw_meter import YawMeasurement
 
 # Standard deviation of a given speed, as a fraction of it.
 _SPEED = 0.05

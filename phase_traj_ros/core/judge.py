@@ -19,9 +19,9 @@ from phase_traj_ros.core.heading.visual_compass import VisualCompass
 from phase_traj_ros.core.measuring import Comparison
 from phase_traj_ros.core.reliability.reason import Evidence
 from phase_traj_ros.core.road.tuning import TUNING as ROAD
+from phase_traj_ros.core.rotation.yaw_meter import YawMeasurement
 from phase_traj_ros.core.settings import CodeSource
 from phase_traj_ros.core.status import PairStatus
-from phase_traj_ros.core.yaw.yaw_meter import YawMeasurement
 
 # Smallest share of the image to mask out: smaller areas do no harm, and a mask costs time.
 _WORTH_IT = 0.01

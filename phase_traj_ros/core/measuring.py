@@ -16,8 +16,8 @@ from phase_traj_ros.core.correlation.phase_correlation import (
 from phase_traj_ros.core.correlation.quality import GateSettings, PairQuality, Quality
 from phase_traj_ros.core.heading.cuts import CutDetector
 from phase_traj_ros.core.heading.visual_compass import VisualCompass
+from phase_traj_ros.core.rotation.yaw_meter import YawMeasurement
 from phase_traj_ros.core.settings import CodeSource, EstimatorSettings
-from phase_traj_ros.core.yaw.yaw_meter import YawMeasurement
 
 
 # Standard deviations by which a valid shift stands out of noise.

@@ -11,8 +11,8 @@ stamps.
 """
 
 from phase_traj_ros.core.heading.tuning import TUNING
-from phase_traj_ros.core.yaw.tuning import TUNING as YAW
-from phase_traj_ros.core.yaw.yaw_meter import YawMeasurement
+from phase_traj_ros.core.rotation.tuning import TUNING as YAW
+from phase_traj_ros.core.rotation.yaw_meter import YawMeasurement
 
 
 class CutDetector:

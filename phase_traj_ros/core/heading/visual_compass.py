@@ -19,8 +19,8 @@ from phase_traj_ros.core.frames.pixel_weights import PixelWeights
 from phase_traj_ros.core.heading.tracker import HeadingStep, HeadingTracker
 from phase_traj_ros.core.heading.tuning import TUNING
 from phase_traj_ros.core.heading.turns import Turn, TurnDetector
-from phase_traj_ros.core.yaw.tuning import TUNING as YAW
-from phase_traj_ros.core.yaw.yaw_meter import YawMeasurement, YawMeter
+from phase_traj_ros.core.rotation.tuning import TUNING as YAW
+from phase_traj_ros.core.rotation.yaw_meter import YawMeasurement, YawMeter
 from phase_traj_ros.errors import FrameError
 
 

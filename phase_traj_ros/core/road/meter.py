@@ -28,7 +28,7 @@ from phase_traj_ros.core.road.speed_profile import SpeedProfile
 from phase_traj_ros.core.road.tilt import RoadTilt
 from phase_traj_ros.core.road.travel import Travel, TravelState
 from phase_traj_ros.core.road.tuning import TUNING
-from phase_traj_ros.core.yaw.camera_motion import CameraMotion
+from phase_traj_ros.core.rotation.camera_motion import CameraMotion
 
 
 class RoadMeter:

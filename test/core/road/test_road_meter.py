@@ -16,8 +16,8 @@ from phase_traj_ros.core.road.look import RoadLook
 from phase_traj_ros.core.road.meter import RoadMeter
 from phase_traj_ros.core.road.slide import Slide
 from phase_traj_ros.core.road.travel import TravelState
-from phase_traj_ros.core.yaw.camera_motion import CameraMotion
-from phase_traj_ros.core.yaw.focus_of_expansion import FocusOfExpansion
+from phase_traj_ros.core.rotation.camera_motion import CameraMotion
+from phase_traj_ros.core.rotation.focus_of_expansion import FocusOfExpansion
 import pytest
 
 PINHOLE = CameraModel.pinhole((240, 640), 370.0)

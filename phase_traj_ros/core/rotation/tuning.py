@@ -106,9 +106,9 @@ class YawTuning:
     """Largest vertical shift between two frames."""
     surprise_px: float = 8.0
     """A shift that differs by more from the one that is foreseen is doubted."""
-    unmoved_px: float = 0.75
+    unmoved_px: float = 1.5
     """A peak within this shift may be that of a pattern that is fixed to the camera, ..."""
-    peak_px: int = 2
+    peak_px: int = 4
     """...and another peak is farther from it than this."""
     least_significance: float = 8.0
     """Standard deviations by which a shift stands out that no blocks confirm..."""

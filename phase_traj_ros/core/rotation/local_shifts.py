@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from phase_traj_ros.core.yaw.tuning import TUNING
+from phase_traj_ros.core.rotation.tuning import TUNING
 
 _STOP = (
     cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, TUNING.search_steps, TUNING.search_px)
