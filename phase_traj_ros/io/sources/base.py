@@ -173,7 +173,7 @@ class FrameSource(ABC):
     def __enter__(self: _SourceT) -> _SourceT:
         return self
 
-    def __exit__(self, *_: object) -> None:
+    def __exit__(self, *_: object) -> None:  # noqa: B027
         """Nothing to release: the files are open during an iteration only."""
 
     def __iter__(self) -> Iterator[StampedFrame]:
