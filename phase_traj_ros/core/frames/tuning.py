@@ -49,5 +49,11 @@ class FramesTuning:
     converted_frames: int = 20
     """Frames for which a video that repeated a picture is taken to do so again."""
 
+    jitter_intervals: int = 15
+    """Newest intervals from which the jitter of the stamps is estimated, ..."""
+    jitter_share: float = 0.4
+    """...if they differ from their median by less than this share of it. A lost frame doubles an
+    interval."""
+
 
 TUNING = FramesTuning()
