@@ -35,11 +35,13 @@ class StampJitter:
         Return the standard deviation of an interval, in nanoseconds.
 
         It is that of the intervals that are near the median. The others are those of lost frames
-        or of another rate, and are what they seem.
+        or of another rate, and are as long as they seem.
         """
         if not self._intervals_ns:
             return 0.0
         usual = median_low(self._intervals_ns)
+        if len(self._intervals_ns) < TUNING.jitter_least:
+            return TUNING.jitter_usual * usual
         off = np.array(self._intervals_ns) - usual
         near = off[np.abs(off) < TUNING.jitter_share * usual]
         return float(np.sqrt(np.mean(np.square(near, dtype=np.float64))))

@@ -25,7 +25,8 @@ class SpeedFilter:
         self.known = False
         """Whether a speed has been measured since."""
         self._unconfirmed: float | None = None
-        self._blur = 0.0
+        # Relative standard deviation of the newest interval.
+        self._off = 0.0
 
     def pass_time(self, interval: float, *, unsure: float = 0.0) -> None:
         """
@@ -40,13 +41,13 @@ class SpeedFilter:
         # The acceleration is not random: it may continue for a whole gap.
         self.deviation = min(
             self.deviation + TUNING.acceleration * interval, TUNING.any_speed)
-        # The stamps are off, not the speed: the next pair may be off to the other side.
-        self._blur = self.speed * unsure / interval
+        # Not an error of the speed: the next interval may be off to the other side.
+        self._off = unsure / interval
 
     @property
     def seen_deviation(self) -> float:
         """Return the standard deviation of the speed at which the newest pair is seen to move."""
-        return math.hypot(self.deviation, self._blur)
+        return math.hypot(self.deviation, self._off * self.speed)
 
     @property
     def lost(self) -> bool:
@@ -65,11 +66,12 @@ class SpeedFilter:
         if not self.known:
             # Of two frames a moment apart, the noise of a peak is a speed beyond all bounds.
             self.speed = min(max(speed, -TUNING.backwards), TUNING.fastest)
-            self.deviation, self.known = math.sqrt(variance), True
+            self.deviation = math.hypot(math.sqrt(variance), self._off * self.speed)
+            self.known = True
             self._unconfirmed = 0.0
             return
         self._unconfirmed = None
-        variance += self._blur ** 2
+        variance += (self._off * self.speed) ** 2
         gain = self.deviation ** 2 / (self.deviation ** 2 + variance)
         self.speed += gain * (speed - self.speed)
         self.deviation *= math.sqrt(1.0 - gain)
