@@ -42,7 +42,7 @@ ROOT = Path(__file__).resolve().parent.parent
 OUT = ROOT / 'out' / 'mutants'
 CORE = Path('phase_traj_ros/core')
 #: What is mutated: rooms, and the state machine.
-TARGETS = ('path', 'road', 'heading', 'reliability', 'codes/from_shift.py',
+TARGETS = ('path', 'road', 'rotation', 'heading', 'reliability', 'codes/from_shift.py',
            'codes/from_turns.py', 'codes/from_heading.py', 'codes/chain.py', 'judge.py')
 # Memory of a test in bytes: a fault may make a loop endless.
 _MEMORY = 4 << 30

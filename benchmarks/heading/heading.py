@@ -303,7 +303,7 @@ def _shift(ride: Ride, band: Band, window: Window) -> np.ndarray:
     """Return the heading from the shift on the cylinder alone, at the camera's own resolution."""
     projection = CylinderProjection(
         CameraModel.pinhole((ride.camera.height, ride.camera.width), ride.camera.focal), band=band,
-        px_per_rad=ride.camera.focal)
+        reduction=1)
     correlator, headings = PhaseCorrelator(window=window), [0.0]
     for frame in ride.frames():
         shift = correlator.update(projection(frame))

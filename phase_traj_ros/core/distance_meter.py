@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 from phase_traj_ros.core.camera.lens import Lens
 from phase_traj_ros.core.correlation.phase_correlation import Frame
 from phase_traj_ros.core.heading.visual_compass import VisualCompass
-from phase_traj_ros.core.heading.yaw_meter import YawMeasurement
 from phase_traj_ros.core.path.speed import SpeedTrack
 from phase_traj_ros.core.road.meter import RoadMeter
 from phase_traj_ros.core.road.scale import CameraHeight
 from phase_traj_ros.core.road.travel import Travel, TravelState
+from phase_traj_ros.core.rotation.yaw_meter import YawMeasurement
 from phase_traj_ros.core.settings import EstimatorSettings
 from phase_traj_ros.core.status import PairStatus
 

@@ -16,10 +16,10 @@ from phase_traj_ros.core.correlation.fixed_areas import FixedAreas
 from phase_traj_ros.core.correlation.phase_correlation import Frame, Shift
 from phase_traj_ros.core.correlation.quality import Quality
 from phase_traj_ros.core.heading.visual_compass import VisualCompass
-from phase_traj_ros.core.heading.yaw_meter import YawMeasurement
 from phase_traj_ros.core.measuring import Comparison
 from phase_traj_ros.core.reliability.reason import Evidence
 from phase_traj_ros.core.road.tuning import TUNING as ROAD
+from phase_traj_ros.core.rotation.yaw_meter import YawMeasurement
 from phase_traj_ros.core.settings import CodeSource
 from phase_traj_ros.core.status import PairStatus
 

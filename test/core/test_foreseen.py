@@ -17,8 +17,8 @@ from phase_traj_ros.core import (
 )
 from phase_traj_ros.core.camera.projection import CylinderProjection
 from phase_traj_ros.core.correlation import transforms
-from phase_traj_ros.core.heading.scanline import Scanline
 from phase_traj_ros.core.reliability.reason import Reason
+from phase_traj_ros.core.rotation.scanline import Scanline
 from phase_traj_ros.synthetic import Camera, plan_drive, render_drive, Straight, Turn
 import pytest
 

@@ -9,12 +9,12 @@ import cv2
 import numpy as np
 from phase_traj_ros.core import CodeSource, PairStatus, Shift
 from phase_traj_ros.core.correlation.quality import Quality
-from phase_traj_ros.core.heading.camera_motion import CameraMotion
-from phase_traj_ros.core.heading.focus_of_expansion import FocusOfExpansion
-from phase_traj_ros.core.heading.yaw_meter import YawMeasurement
 from phase_traj_ros.core.judge import Judge, judged
 from phase_traj_ros.core.measuring import Comparison
 from phase_traj_ros.core.reliability.reason import Evidence
+from phase_traj_ros.core.rotation.camera_motion import CameraMotion
+from phase_traj_ros.core.rotation.focus_of_expansion import FocusOfExpansion
+from phase_traj_ros.core.rotation.yaw_meter import YawMeasurement
 import pytest
 
 SHIFT = Shift(1.0, 0.0, 0.2)

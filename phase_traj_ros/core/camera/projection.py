@@ -84,7 +84,7 @@ class CylinderProjection:
 
     def __init__(
         self, camera: CameraModel, *, band: Band | None = None, rotate_180: bool = False,
-        px_per_rad: float | None = None,
+        reduction: int | None = None,
     ) -> None:
         """
         Compute the mapping from a frame to the cylinder.
@@ -98,9 +98,9 @@ class CylinderProjection:
         rotate_180
             Whether the camera is mounted upside down. The cylinder is always upright; the model
             is that of the frames as received.
-        px_per_rad
-            Resolution of the cylinder, up to that at the centre of the frame, ``camera.fx``; by
-            default that of the frame reduced by a whole number.
+        reduction
+            Number of columns of the frame that are averaged into one, 1 or more; by default that
+            for a usual resolution of the cylinder.
 
         Raises
         ------
@@ -111,16 +111,26 @@ class CylinderProjection:
         height, width = self._frame_shape = camera.shape
         upright = camera.turned_180() if rotate_180 else camera
         left, right, above, below = _extent(upright, Band() if band is None else band)
-        if px_per_rad is None:
+        if reduction is None:
             usual = max(_USUAL_PX_PER_RAD, _LEAST_COLUMNS / max(right - left, 1e-9))
-            px_per_rad = camera.fx / max(round(camera.fx / usual), 1)
-        self._px_per_rad = min(px_per_rad, camera.fx)
-        self._azimuths = self._samples(left, right)
-        self._slopes = self._samples(-above, below)
-        self._reduction = (self._whole(camera.fy), self._whole(camera.fx))
+            reduction = max(round(camera.fx / usual), 1)
+        self.px_per_rad = camera.fx / reduction
+        """Resolution of the cylinder in pixels per radian, in both directions."""
+        self._reduction = (
+            max(int(min(camera.fy / self.px_per_rad + 1e-9, MOST_FOCAL_PX)), 1), reduction)
+        self.azimuths = self._samples(left, right)
+        """Azimuth of each column in radians, positive to the right."""
+        self.slopes = self._samples(-above, below)
+        """Slope y of each row, positive down."""
         self._check_sizes(camera)
-        sight = _look(upright, self._azimuths, self._slopes)
-        self._inside = sight.seen
+        sight = _look(upright, self.azimuths, self.slopes)
+        self.inside = sight.seen
+        """
+        Which pixels of the cylinder are inside the frame, of size ``shape``.
+
+        Towards the sides, the frame covers fewer rows of the cylinder. Outside of the frame, and
+        of the range of a distortion model, its edge is repeated.
+        """
         columns, rows = sight.columns, sight.rows
         if rotate_180:
             columns, rows = width - 1 - columns, height - 1 - rows
@@ -158,36 +168,11 @@ class CylinderProjection:
     @property
     def shape(self) -> tuple[int, int]:
         """Return the size of the projected frames, (rows, columns)."""
-        return len(self._slopes), len(self._azimuths)
-
-    @property
-    def px_per_rad(self) -> float:
-        """Return the resolution of the cylinder in pixels per radian, in both directions."""
-        return self._px_per_rad
-
-    @property
-    def azimuths(self) -> NDArray[np.float64]:
-        """Return the azimuth of each column in radians, positive to the right."""
-        return self._azimuths
-
-    @property
-    def slopes(self) -> NDArray[np.float64]:
-        """Return the slope y of each row, positive down."""
-        return self._slopes
-
-    @property
-    def inside(self) -> NDArray[np.bool_]:
-        """
-        Return which pixels of the cylinder are inside the frame, of size ``shape``.
-
-        Towards the sides, the frame covers fewer rows of the cylinder. Outside of the frame, and
-        of the range of a distortion model, its edge is repeated.
-        """
-        return self._inside
+        return len(self.slopes), len(self.azimuths)
 
     def yaw(self, dx: float) -> float:
         """Return the yaw in radians, positive to the left, of a shift by ``dx`` pixels."""
-        return dx / self._px_per_rad
+        return dx / self.px_per_rad
 
     def _check_sizes(self, camera: CameraModel) -> None:
         height, width = self._frame_shape
@@ -207,14 +192,10 @@ class CylinderProjection:
 
     def _samples(self, low: float, high: float) -> NDArray[np.float64]:
         # Limited, so that a wrong size is reported before it exhausts the memory.
-        count = int(min(max(0.0, (high - low) * self._px_per_rad), _MOST_SIDE + 1))
-        most = (count - 1) / 2 / self._px_per_rad
+        count = int(min(max(0.0, (high - low) * self.px_per_rad), _MOST_SIDE + 1))
+        most = (count - 1) / 2 / self.px_per_rad
         middle = (low + high) / 2
         return np.linspace(middle - most, middle + most, count)
-
-    def _whole(self, focal_px: float) -> int:
-        """Return the number of pixels of the frame that can be averaged into one."""
-        return max(int(min(focal_px / self._px_per_rad + 1e-9, MOST_FOCAL_PX)), 1)
 
 
 def _look(

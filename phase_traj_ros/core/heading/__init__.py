@@ -1,3 +1,3 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Measures yaw, heading and turns from frames, given the focal length."""
+"""Measures heading and turns from frames, given the focal length."""

@@ -11,7 +11,8 @@ stamps.
 """
 
 from phase_traj_ros.core.heading.tuning import TUNING
-from phase_traj_ros.core.heading.yaw_meter import YawMeasurement
+from phase_traj_ros.core.rotation.tuning import TUNING as YAW
+from phase_traj_ros.core.rotation.yaw_meter import YawMeasurement
 
 
 class CutDetector:
@@ -48,10 +49,10 @@ class CutDetector:
             self.reset()
             return False
         agreement = measured.agreement
-        cut = (self._doubted is not None and agreement >= TUNING.least_agreement
+        cut = (self._doubted is not None and agreement >= YAW.least_agreement
                and self._doubted < TUNING.cut_share * agreement)
         lost = 0.0 < self._interval * TUNING.lost_intervals < interval
-        doubted = (measured.yaw is None and not lost and self._before >= TUNING.least_agreement
+        doubted = (measured.yaw is None and not lost and self._before >= YAW.least_agreement
                    and agreement < TUNING.cut_share * self._before)
         self._doubted = agreement if doubted else None
         self._before, self._interval = agreement, interval

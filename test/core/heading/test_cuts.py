@@ -10,7 +10,7 @@ from phase_traj_ros.core.camera.model import CameraModel
 from phase_traj_ros.core.camera.projection import CylinderProjection
 from phase_traj_ros.core.correlation.phase_correlation import Shift
 from phase_traj_ros.core.heading.cuts import CutDetector
-from phase_traj_ros.core.heading.yaw_meter import YawMeasurement, YawMeter
+from phase_traj_ros.core.rotation.yaw_meter import YawMeasurement, YawMeter
 from phase_traj_ros.synthetic import Camera, plan_drive, render_drive, Straight, Turn
 from phase_traj_ros.synthetic.degradations import fog, gain, sensor_noise
 import pytest

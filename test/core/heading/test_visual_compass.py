@@ -13,10 +13,10 @@ from phase_traj_ros.core.camera.estimate import CameraEstimate
 from phase_traj_ros.core.camera.lens import Lens
 from phase_traj_ros.core.camera.model import CameraModel, Distortion
 from phase_traj_ros.core.correlation.phase_correlation import Shift
-from phase_traj_ros.core.heading.camera_motion import CameraMotion
-from phase_traj_ros.core.heading.focus_of_expansion import FocusOfExpansion
 from phase_traj_ros.core.heading.visual_compass import VisualCompass
-from phase_traj_ros.core.heading.yaw_meter import YawMeasurement
+from phase_traj_ros.core.rotation.camera_motion import CameraMotion
+from phase_traj_ros.core.rotation.focus_of_expansion import FocusOfExpansion
+from phase_traj_ros.core.rotation.yaw_meter import YawMeasurement
 from phase_traj_ros.errors import FrameError
 from phase_traj_ros.synthetic import Camera, plan_drive, render_drive, Straight, Turn
 import pytest

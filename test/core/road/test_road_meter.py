@@ -10,14 +10,14 @@ import numpy as np
 from phase_traj_ros.core.camera.horizon import Horizon
 from phase_traj_ros.core.camera.lens_family import OneNumberLens
 from phase_traj_ros.core.camera.model import CameraModel
-from phase_traj_ros.core.heading.camera_motion import CameraMotion
-from phase_traj_ros.core.heading.focus_of_expansion import FocusOfExpansion
 from phase_traj_ros.core.road.ground import CELL, GroundPatch, rotation, stretches
 from phase_traj_ros.core.road.keyframe import Turned
 from phase_traj_ros.core.road.look import RoadLook
 from phase_traj_ros.core.road.meter import RoadMeter
 from phase_traj_ros.core.road.slide import Slide
 from phase_traj_ros.core.road.travel import TravelState
+from phase_traj_ros.core.rotation.camera_motion import CameraMotion
+from phase_traj_ros.core.rotation.focus_of_expansion import FocusOfExpansion
 import pytest
 
 PINHOLE = CameraModel.pinhole((240, 640), 370.0)

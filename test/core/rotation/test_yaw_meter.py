@@ -11,10 +11,10 @@ from phase_traj_ros.core.camera.model import CameraModel
 from phase_traj_ros.core.camera.projection import CylinderProjection
 from phase_traj_ros.core.codes.from_heading import HeadingCode
 from phase_traj_ros.core.correlation.phase_correlation import Shift
-from phase_traj_ros.core.heading.scanline import Scanline
 from phase_traj_ros.core.heading.tracker import HeadingTracker
 from phase_traj_ros.core.heading.turns import find_turns
-from phase_traj_ros.core.heading.yaw_meter import YawMeasurement, YawMeter
+from phase_traj_ros.core.rotation.scanline import Scanline
+from phase_traj_ros.core.rotation.yaw_meter import YawMeasurement, YawMeter
 from phase_traj_ros.errors import FrameError
 from phase_traj_ros.synthetic import (
     Camera,

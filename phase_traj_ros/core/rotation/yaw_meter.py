@@ -16,14 +16,14 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 from phase_traj_ros.core.camera.projection import CylinderProjection
-from phase_traj_ros.core.correlation.phase_correlation import PhaseCorrelator, Shift
-from phase_traj_ros.core.correlation.view import View
-from phase_traj_ros.core.heading.camera_motion import better, CameraMotion, MotionFit, quantile
-from phase_traj_ros.core.heading.focus_of_expansion import FocusOfExpansion, Mounting
-from phase_traj_ros.core.heading.keyframe import Keyframe
-from phase_traj_ros.core.heading.local_shifts import BlockGrid, BlockShifts
-from phase_traj_ros.core.heading.scanline import Scanline
-from phase_traj_ros.core.heading.tuning import TUNING
+from phase_traj_ros.core.correlation.phase_correlation import Shift
+from phase_traj_ros.core.rotation.camera_motion import better, CameraMotion, MotionFit, quantile
+from phase_traj_ros.core.rotation.focus_of_expansion import FocusOfExpansion, Mounting
+from phase_traj_ros.core.rotation.keyframe import Keyframe
+from phase_traj_ros.core.rotation.local_shifts import BlockGrid, BlockShifts
+from phase_traj_ros.core.rotation.scanline import Scanline
+from phase_traj_ros.core.rotation.tuning import TUNING
+from phase_traj_ros.core.rotation.whole_shift import WholeShift
 from phase_traj_ros.errors import FrameError
 
 
@@ -93,15 +93,12 @@ class YawMeter:
         """
         self._projection = projection
         self._keyframes = keyframes
-        # The shift needs a coarser picture than the blocks.
-        self._coarse = View(
-            decimation=2 if projection.px_per_rad > TUNING.shift_px_per_rad else 1)
         mask, counts = self._projected(mask)
         self._grid = BlockGrid(projection.shape, counts=counts)
         if len(self._grid.middles) < TUNING.least_blocks:
             raise FrameError('the mask covers too much of the frames to measure yaw: give one'
                              ' that covers less')
-        self._correlator = PhaseCorrelator(mask=mask)
+        self._whole = WholeShift(projection, mask)
         # The mask to use from the next frame on, in a tuple; None if it does not change.
         self._next_mask: tuple[NDArray[np.float32] | None] | None = None
         columns, rows = self._grid.middles.T
@@ -114,7 +111,7 @@ class YawMeter:
 
     def reset(self) -> None:
         """Forget everything: the next frame is the first."""
-        self._correlator.reset()
+        self._whole.reset()
         self._grid.forget()
         self._previous: NDArray[np.uint8] | None = None
         self._key: Keyframe | None = None
@@ -140,7 +137,7 @@ class YawMeter:
 
     def correlation_map(self) -> NDArray[np.float32]:
         """Return the map of the newest pair; see ``PhaseCorrelator.correlation_map``."""
-        return self._correlator.correlation_map()
+        return self._whole.correlation_map()
 
     def foresees(self, frame: NDArray[np.uint8], waited: float, interval: float) -> bool:
         """
@@ -183,20 +180,19 @@ class YawMeter:
         if self._next_mask is not None:
             self._change_mask(*self._next_mask)
         projected = cast('NDArray[np.uint8]', self._projection(frame))
-        peak = self._correlator.update(self._coarse.of(projected))
+        shift = self._whole.update(projected)
         current = self._levelled(projected)
         previous, self._previous = self._previous, current
         self._newest = self._line = None
-        if previous is None or peak is None or interval <= 0.0:
+        if previous is None or shift is None or interval <= 0.0:
             self._key, self._rate = self._keyframe(current, FocusOfExpansion()), 0.0
             return None
         assert self._key is not None
         self._key.age += interval
-        shift = self._coarse.full_shift(peak)
         motion, blocks = self._motion_since_key(previous, current, shift, interval)
         if motion is None or blocks is None or not _believed(motion):
             self._key = self._keyframe(current, self._key.travel)
-            return self._by_shift(peak, motion, interval)
+            return self._by_shift(shift, motion, interval)
         measured = self._by_blocks(shift, motion, blocks, interval)
         if self._keyframes and measured.certain:
             self._newest = frame
@@ -244,8 +240,7 @@ class YawMeter:
         if _doubted(best) or abs(shift.dx - foreseen) > TUNING.surprise_px:
             best, blocks = _better((best, blocks), self._look(key, current, (foreseen, 0.0)))
         if _doubted(best):
-            second = self._coarse.full_shift(
-                self._correlator.second_peak(apart=TUNING.peak_px))
+            second = self._whole.second_peak()
             best, blocks = _better((best, blocks), self._look(key, current, (second.dx, 0.0)))
         if best is not None and _believed(best):
             turned = best.yaw * self._projection.px_per_rad
@@ -286,17 +281,17 @@ class YawMeter:
         return YawMeasurement(shift, pair.yaw, True, motion.agreement, pair, interval / key.age)
 
     def _by_shift(
-        self, peak: Shift, motion: CameraMotion | None, interval: float,
+        self, shift: Shift, motion: CameraMotion | None, interval: float,
     ) -> YawMeasurement:
         """Return the measurement of a pair by the shift alone, if it is one of the scene."""
-        shift, yaw = self._coarse.full_shift(peak), None
-        unmoved = max(abs(peak.dx), abs(peak.dy)) <= TUNING.unmoved_px
+        scene, yaw = shift, None
+        unmoved = max(abs(shift.dx), abs(shift.dy)) <= TUNING.unmoved_px
         if unmoved and abs(self._foreseen(interval)) > TUNING.surprise_px / 2:
             # It is that of a pattern that is fixed to the camera.
-            peak = self._correlator.second_peak(apart=TUNING.peak_px)
-        if (self._correlator.significance(peak) >= TUNING.least_significance
-                and abs(peak.dy) < TUNING.most_shake_px):
-            yaw = self._projection.yaw(self._coarse.full_shift(peak).dx)
+            scene = self._whole.second_peak()
+        if (self._whole.significance(scene) >= TUNING.least_significance
+                and abs(scene.dy) < TUNING.most_shake_px):
+            yaw = self._projection.yaw(scene.dx)
             self._rate = yaw / interval
         return YawMeasurement(shift, yaw, False, 0.0 if motion is None else motion.agreement)
 
@@ -309,16 +304,16 @@ class YawMeter:
             return None, counts
         mask = np.asarray(self._projection(mask), np.float32)
         counts = counts & (cv2.erode(mask, np.ones((TUNING.block_px,) * 2)) > 0.5)
-        return np.asarray(self._coarse.of(mask), np.float32), counts
+        return mask, counts
 
     def _change_mask(self, mask: NDArray[np.float32] | None) -> None:
         self._next_mask = None
         projected, counts = self._projected(mask)
         if not self._grid.look_at(counts, least=TUNING.least_blocks):
             return
-        self._correlator = PhaseCorrelator(mask=projected)
+        self._whole = WholeShift(self._projection, projected)
         if self._previous is not None:
-            self._correlator.update(self._coarse.of(self._previous))
+            self._whole.update(self._previous)
 
     def _keyframe(self, picture: NDArray[np.uint8], travel: FocusOfExpansion) -> Keyframe:
         return Keyframe(self._grid.take(picture), travel)

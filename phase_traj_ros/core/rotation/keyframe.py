@@ -14,10 +14,10 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
-from phase_traj_ros.core.heading.camera_motion import CameraMotion, quantile
-from phase_traj_ros.core.heading.focus_of_expansion import FocusOfExpansion, Mounting
-from phase_traj_ros.core.heading.local_shifts import BlockPicture, BlockShifts
-from phase_traj_ros.core.heading.tuning import TUNING
+from phase_traj_ros.core.rotation.camera_motion import CameraMotion, quantile
+from phase_traj_ros.core.rotation.focus_of_expansion import FocusOfExpansion, Mounting
+from phase_traj_ros.core.rotation.local_shifts import BlockPicture, BlockShifts
+from phase_traj_ros.core.rotation.tuning import TUNING
 
 
 class Keyframe:

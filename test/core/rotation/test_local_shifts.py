@@ -6,7 +6,7 @@ import math
 
 import cv2
 import numpy as np
-from phase_traj_ros.core.heading.local_shifts import BlockGrid
+from phase_traj_ros.core.rotation.local_shifts import BlockGrid
 import pytest
 from textures import pair
 

@@ -12,7 +12,7 @@ direction of travel on straights.
 from dataclasses import dataclass
 import math
 
-from phase_traj_ros.core.heading.tuning import TUNING
+from phase_traj_ros.core.rotation.tuning import TUNING
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,8 +6,8 @@ import math
 
 from hypothesis import given, settings, strategies as st
 import numpy as np
-from phase_traj_ros.core.heading.camera_motion import better, MotionFit, quantile
-from phase_traj_ros.core.heading.focus_of_expansion import FocusOfExpansion
+from phase_traj_ros.core.rotation.camera_motion import better, MotionFit, quantile
+from phase_traj_ros.core.rotation.focus_of_expansion import FocusOfExpansion
 import pytest
 
 DEVIATION = 0.25 / 256

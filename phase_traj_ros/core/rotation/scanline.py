@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from phase_traj_ros.core.camera.projection import CylinderProjection
 from phase_traj_ros.core.correlation.phase_correlation import Frame
-from phase_traj_ros.core.heading.tuning import TUNING
+from phase_traj_ros.core.rotation.tuning import TUNING
 
 
 class Scanline:

@@ -29,8 +29,8 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from phase_traj_ros.core.heading.focus_of_expansion import FocusOfExpansion
-from phase_traj_ros.core.heading.tuning import TUNING
+from phase_traj_ros.core.rotation.focus_of_expansion import FocusOfExpansion
+from phase_traj_ros.core.rotation.tuning import TUNING
 
 _YAW, _PITCH, _ROLL, _B, _C, _ERROR = range(6)
 

@@ -12,8 +12,8 @@ from phase_traj_ros.core import (
     Lens,
     TrajectoryEstimator,
 )
-from phase_traj_ros.core.heading.focus_of_expansion import Mounting
-from phase_traj_ros.core.heading.tuning import TUNING
+from phase_traj_ros.core.rotation.focus_of_expansion import Mounting
+from phase_traj_ros.core.rotation.tuning import TUNING
 from phase_traj_ros.synthetic import Camera, plan_drive, pose_drive, render_drive, Straight, Turn
 from phase_traj_ros.synthetic.degradations import sensor_noise
 import pytest

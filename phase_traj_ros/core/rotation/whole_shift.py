@@ -1,0 +1,55 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The shift of the image as a whole on the cylinder, by phase correlation."""
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+from phase_traj_ros.core.camera.projection import CylinderProjection
+from phase_traj_ros.core.correlation.phase_correlation import PhaseCorrelator, Shift
+from phase_traj_ros.core.correlation.view import reduced
+from phase_traj_ros.core.rotation.tuning import TUNING
+
+
+class WholeShift:
+    """
+    Correlates each picture of the cylinder with the previous one.
+
+    The shift needs a coarser picture than the blocks do. All shifts that this class takes and
+    returns are in pixels of the cylinder.
+    """
+
+    def __init__(
+        self, projection: CylinderProjection, mask: NDArray[np.float32] | None,
+    ) -> None:
+        """Make a meter; ``mask`` is the weight of each pixel of the cylinder, 0 to 1, or None."""
+        self._times = 2 if projection.px_per_rad > TUNING.shift_px_per_rad else 1
+        self._correlator = PhaseCorrelator(
+            mask=None if mask is None else reduced(mask, self._times, self._times))
+
+    def reset(self) -> None:
+        """Forget the previous picture: the next one becomes the first of a pair."""
+        self._correlator.reset()
+
+    def update(self, picture: NDArray[np.uint8]) -> Shift | None:
+        """Return the shift from the previous picture to this one; None if there is no pair."""
+        shift = self._correlator.update(reduced(picture, self._times, self._times))
+        return None if shift is None else _scaled(shift, self._times)
+
+    def second_peak(self) -> Shift:
+        """Return the shift of the second peak; see ``PhaseCorrelator.second_peak``."""
+        second = self._correlator.second_peak(apart=TUNING.peak_px // self._times)
+        return _scaled(second, self._times)
+
+    def significance(self, shift: Shift) -> float:
+        """Return how much a shift stands out; see ``PhaseCorrelator.significance``."""
+        return self._correlator.significance(_scaled(shift, 1 / self._times))
+
+    def correlation_map(self) -> NDArray[np.float32]:
+        """Return the map of the newest pair; see ``PhaseCorrelator.correlation_map``."""
+        return self._correlator.correlation_map()
+
+
+def _scaled(shift: Shift, times: float) -> Shift:
+    return replace(shift, dx=times * shift.dx, dy=times * shift.dy)

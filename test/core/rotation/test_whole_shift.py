@@ -1,0 +1,34 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The shift of the image as a whole, at the size of the cylinder and at half of it."""
+
+from phase_traj_ros.core.camera.model import CameraModel
+from phase_traj_ros.core.camera.projection import CylinderProjection
+from phase_traj_ros.core.rotation.tuning import TUNING
+from phase_traj_ros.core.rotation.whole_shift import WholeShift
+import pytest
+from textures import pair
+
+
+@pytest.mark.parametrize('focal_px', [270.0, 360.0])
+def test_shifts_are_in_pixels_of_the_cylinder_at_either_size(focal_px):
+    projection = CylinderProjection(CameraModel.pinhole((240, 320), focal_px))
+    whole = WholeShift(projection, None)
+    first, second = pair(projection.shape, 14.0, -6.0)
+    assert whole.update(first) is None
+    found = whole.update(second)
+    assert (found.dx, found.dy) == (pytest.approx(14.0, abs=0.3), pytest.approx(-6.0, abs=0.3))
+    # The peak stands out at its place only, and the second one is beside it.
+    assert whole.significance(found) > 2 * TUNING.least_significance
+    beside = whole.second_peak()
+    assert max(abs(beside.dx - found.dx), abs(beside.dy - found.dy)) > TUNING.peak_px
+    assert whole.significance(beside) < whole.significance(found) / 2
+
+
+def test_a_new_start_has_no_pair():
+    projection = CylinderProjection(CameraModel.pinhole((240, 320), 360.0))
+    whole = WholeShift(projection, None)
+    first, second = pair(projection.shape, 14.0, -6.0)
+    whole.update(first)
+    whole.reset()
+    assert whole.update(second) is None
