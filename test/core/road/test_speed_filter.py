@@ -1,5 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
+from itertools import pairwise
 import math
 
 import numpy as np
@@ -42,7 +43,7 @@ def test_jitter_of_the_stamps_is_no_change_of_the_speed():
     rng, speed_filter = np.random.default_rng(7), SpeedFilter()
     off = rng.uniform(-0.005, 0.005, 200)
     errors = []
-    for before, after in zip(off, off[1:]):
+    for before, after in pairwise(off):
         interval = 0.033 + after - before
         speed_filter.pass_time(interval, unsure=float(np.std(np.diff(off))))
         low, high = speed_filter.bounds(0.3)
