@@ -57,18 +57,14 @@ class PairMeter:
             The mask is invalid (see ``mask_shares``), or it is empty within the view.
 
         """
-        self._mask = None if mask is None else mask_shares(mask)
+        self.mask = None if mask is None else mask_shares(mask)
+        """Weight of each pixel, (H, W), 0 to 1; None if all count equally."""
         self._settings = settings
         self.check(settings)
         self._form: tuple[tuple[int, ...], str, str] | None = None
         self._cuts = CutDetector()
         self._left_out: NDArray[np.uint8] | None = None
         self._apply()
-
-    @property
-    def mask(self) -> NDArray[np.float32] | None:
-        """Return the weight of each pixel, (H, W), 0 to 1; None if all count equally."""
-        return self._mask
 
     def check(self, settings: EstimatorSettings) -> None:
         """
@@ -80,10 +76,10 @@ class PairMeter:
             The mask is empty within the view.
 
         """
-        if self._mask is None:
+        if self.mask is None:
             return
         try:
-            mask_weights(settings.view.of(self._mask))
+            mask_weights(settings.view.of(self.mask))
         except ValueError:
             raise ValueError(
                 'mask is empty (0 everywhere) within the band of rows and columns: give a wider'
@@ -176,9 +172,8 @@ class PairMeter:
     def _apply(self) -> None:
         settings = self._settings
         self._view_mask: Frame | None = (
-            None if self._mask is None else settings.view.of(self._mask))
-        self._correlator = PhaseCorrelator(
-            mask=self._view_mask)
+            None if self.mask is None else settings.view.of(self.mask))
+        self._correlator = PhaseCorrelator(mask=self._view_mask)
         self._quality = self._make_quality()
 
     def _make_quality(self) -> PairQuality:

@@ -49,14 +49,9 @@ class Route:
             self.links = LinkCode(
                 settings.code_step, connectivity=settings.connectivity,
                 max_runs=settings.max_runs)
-        self._drawn: DrawnPath = self._chain_path
+        self.drawn: DrawnPath = self._chain_path
         if from_heading and self._heading_path is not None:
-            self._drawn = self._heading_path
-
-    @property
-    def drawn(self) -> DrawnPath:
-        """Return the path that is drawn."""
-        return self._drawn
+            self.drawn = self._heading_path
 
     def reset(self) -> None:
         """Go back to the origin."""

@@ -29,26 +29,22 @@ class HeadingSector:
         """
         if connectivity not in CONNECTIVITIES:
             raise ValueError(f'connectivity is {connectivity}: give 4 or 8')
-        self._connectivity = connectivity
+        self.connectivity = connectivity
+        """Number of directions, 4 or 8."""
         self._width = 2.0 * math.pi / connectivity
         self._border = self._width * (0.5 + _HYSTERESIS)
         self.reset()
 
     @property
-    def connectivity(self) -> int:
-        """Return the number of directions, 4 or 8."""
-        return self._connectivity
-
-    @property
     def directions(self) -> type[Direction] | type[Freeman]:
         """Return the type of the directions: the paper's four, or Freeman's eight."""
-        return Freeman if self._connectivity == 8 else Direction
+        return Freeman if self.connectivity == 8 else Direction
 
     @property
     def direction(self) -> AnyDirection:
         """Return the direction of the current sector."""
-        code = Freeman((Freeman.FORWARD + self._number * (8 // self._connectivity)) % 8)
-        return code if self._connectivity == 8 else to_four(code)
+        code = Freeman((Freeman.FORWARD + self._number * (8 // self.connectivity)) % 8)
+        return code if self.connectivity == 8 else to_four(code)
 
     def reset(self) -> None:
         """Go back to ``FORWARD``."""

@@ -77,7 +77,8 @@ class VisualCompass:
         self._meter: YawMeter | None = None
         self._shape: tuple[int, ...] = ()
         self._focal = (0.0, 0.0)
-        self._tracker = HeadingTracker()
+        self.tracker = HeadingTracker()
+        """Tracker, which integrates the yaw."""
         self._turns = TurnDetector()
         # Angle of the widest bend that has ended, in degrees.
         self._widest = 0.0
@@ -90,11 +91,6 @@ class VisualCompass:
         """Return the field of view learned from the turns; None if it is not learned."""
         estimate = self._lens.estimate
         return None if estimate is None else estimate.field_of_view
-
-    @property
-    def tracker(self) -> HeadingTracker:
-        """Return the tracker, which integrates the yaw."""
-        return self._tracker
 
     @property
     def lens(self) -> Lens:
@@ -193,14 +189,14 @@ class VisualCompass:
 
         The heading and the turns are kept; a turn in progress ends.
         """
-        self._tracker.cut()
+        self.tracker.cut()
         self._cut_short += self._turns.cut()
         if self._learning is not None:
             self._learning.cut()
 
     def restart(self) -> None:
         """Restart at heading 0 with the newest frame; a learned camera is kept."""
-        self._tracker.reset()
+        self.tracker.reset()
         self._turns.reset()
         self._widest = 0.0
         self._cut_short.clear()
@@ -258,13 +254,13 @@ class VisualCompass:
     def foresee(self, waited: float) -> HeadingUpdate:
         """Return the update of a frame that is foreseen, ``waited`` seconds after the newest."""
         assert self._meter is not None
-        step = self._tracker.foresee(waited, self._meter.foreseen_deviation)
+        step = self.tracker.foresee(waited, self._meter.foreseen_deviation)
         shift = Shift(self._focal[0] * _tangent(step.yaw * self._lens.tilt), 0.0, self._response)
         return HeadingUpdate(step, shift, (), (), self._focal[0], contradicts=False)
 
     def admits(self, measurement: YawMeasurement | None, interval: float) -> bool:
         """Return whether ``add`` would accept the yaw of a measurement; False without a yaw."""
-        return measurement is not None and measurement.yaw is not None and self._tracker.admits(
+        return measurement is not None and measurement.yaw is not None and self.tracker.admits(
             measurement.yaw / self._lens.tilt, interval, certain=measurement.certain)
 
     def start(self, stamp_ns: int) -> None:
@@ -286,10 +282,10 @@ class VisualCompass:
         if self._learning is not None:
             self._learning.see(stamp_ns)
         if measurement is None:
-            step = self._tracker.update(None, interval)
+            step = self.tracker.update(None, interval)
         else:
             yaw, self._response = measurement.yaw, measurement.shift.response
-            step = self._tracker.update(
+            step = self.tracker.update(
                 None if yaw is None else yaw / self._lens.tilt, interval,
                 certain=measurement.certain, variance=measurement.variance,
                 share=measurement.share)
@@ -314,8 +310,8 @@ class VisualCompass:
 
         ``foreseen`` is the step to the frame before, if that was foreseen.
         """
-        heading = self._tracker.heading if foreseen is None else foreseen.heading
-        step = HeadingStep(0.0, self._tracker.rate, heading, bridged=False)
+        heading = self.tracker.heading if foreseen is None else foreseen.heading
+        step = HeadingStep(0.0, self.tracker.rate, heading, bridged=False)
         return HeadingUpdate(step, None, (), (), self._focal[0], contradicts=False)
 
     def shift_of(self, measurement: YawMeasurement | None) -> Shift | None:
@@ -329,7 +325,7 @@ class VisualCompass:
 
     def _contradicts(self, heading: float) -> bool:
         """Return whether the direction is too far from the heading, beyond what may be wrong."""
-        own = math.hypot(self._lens.focal_deviation * heading, self._tracker.deviation)
+        own = math.hypot(self._lens.focal_deviation * heading, self.tracker.deviation)
         return math.radians(self._turns.aside_deg) > max(
             math.radians(TUNING.turn_deg), TUNING.contradicting_deviations * own)
 
@@ -370,7 +366,7 @@ class VisualCompass:
             return
         width = self._shape[1]
         factor = before.focal_for(width) / lens.focal_for(width) * before.tilt / lens.tilt
-        self._tracker.scale(factor)
+        self.tracker.scale(factor)
         self._turns.scale(factor)
         self._widest *= factor
 

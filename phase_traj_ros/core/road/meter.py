@@ -63,7 +63,8 @@ class RoadMeter:
         self._keyframes = keyframes
         self._camera, self._horizon = camera, horizon
         self._rotate_180, self._mask = rotate_180, mask
-        self._tilt = RoadTilt(horizon, fixed=pitch_known)
+        self.tilt = RoadTilt(horizon, fixed=pitch_known)
+        """Pitch of the camera relative to the road."""
         self.speed_filter = SpeedFilter() if speed_filter is None else speed_filter
         """Speed of the vehicle."""
         self._looks: tuple[RoadLook, ...] | None = None
@@ -73,11 +74,6 @@ class RoadMeter:
         self._measured = Travel(0.0, 0.0, TravelState.UNKNOWN)
         self._key = RoadKeyframe()
         self._profile = SpeedProfile()
-
-    @property
-    def tilt(self) -> RoadTilt:
-        """Return the pitch of the camera relative to the road."""
-        return self._tilt
 
     def use_mask(self, mask: NDArray[np.float32] | None) -> None:
         """Continue with another mask; no pair is lost."""
@@ -122,7 +118,7 @@ class RoadMeter:
 
         """
         self.speed_filter.pass_time(interval, unsure=unsure)
-        self._tilt.pass_time(interval)
+        self.tilt.pass_time(interval)
         self._profile.pass_time(interval)
         if still:
             self.start(frame)
@@ -130,7 +126,7 @@ class RoadMeter:
         if motion is not None:
             driven = self.speed_filter.speed * max(motion.age, interval)
             if not self.speed_filter.known or driven > TUNING.least_slide:
-                self._tilt.add_travel(motion.travel.slope, motion.travel.slope_variance)
+                self.tilt.add_travel(motion.travel.slope, motion.travel.slope_variance)
             self._key.turn(
                 motion.yaw, self._nodded(motion.pitch, interval), motion.roll, interval,
                 motion.near)
@@ -152,11 +148,11 @@ class RoadMeter:
 
         ``turns`` is whether the vehicle turns in it, as only one that drives can.
         """
-        if self._tilt.deviation > TUNING.sure:
+        if self.tilt.deviation > TUNING.sure:
             self._looks = None
         elif self._looks is None or (
                 self._key.age <= interval
-                and abs(self._tilt.mounting - self._assumed) > TUNING.remade):
+                and abs(self.tilt.mounting - self._assumed) > TUNING.remade):
             self._look_anew()
         if not self._looks or self._kept is None:
             self.start(frame)
@@ -288,8 +284,8 @@ class RoadMeter:
         # Both errors come from the same pitch motion, so the mean is hardly better.
         own = min(each.deviation for each in agreeing) ** 2
         depth, key = agreeing[0].middle, self._key
-        swing = 2.0 * depth * self._tilt.swing_deviation
-        tilt = 2.0 * depth * self._tilt.common_deviation
+        swing = 2.0 * depth * self.tilt.swing_deviation
+        tilt = 2.0 * depth * self.tilt.common_deviation
         key.over = not self._keyframes or key.is_far(way, interval)
         distance, variance = key.add(way, own, self.speed_filter, interval)
         # The first speed is the mean one since the keyframe.
@@ -306,7 +302,7 @@ class RoadMeter:
         return [
             each for each in found if abs(each.way - best.way) <= TUNING.differ * math.hypot(
                 each.deviation, best.deviation,
-                2.0 * (each.middle - best.middle) * self._tilt.deviation * best.way)]
+                2.0 * (each.middle - best.middle) * self.tilt.deviation * best.way)]
 
     def _compare(self, near: RoadSlide, far: RoadSlide) -> None:
         """Estimate the pitch from the slides of the near and the far patch."""
@@ -314,14 +310,14 @@ class RoadMeter:
             return
         # A change of the pitch moves the far road more than the near road, in the same direction.
         nod = (far.middle ** 2 - near.middle ** 2) * TUNING.nodding
-        self._tilt.add_slides(
+        self.tilt.add_slides(
             far.raw / near.raw, far.middle - near.middle,
             (nod ** 2 + 2.0 * (TUNING.peak_cells * CELL) ** 2) / near.raw ** 2,
             assumed=self._assumed)
 
     def _stretched(self, middle: float) -> float:
         """Return the factor by which a slide is too large, as the pitch has changed."""
-        return math.exp(2.0 * middle * (self._tilt.pitch - self._assumed))
+        return math.exp(2.0 * middle * (self.tilt.pitch - self._assumed))
 
     def _waiting(self, interval: float) -> Travel:
         """Bridge a pair whose way the keyframe will tell later."""
@@ -333,7 +329,7 @@ class RoadMeter:
 
     def _look_anew(self) -> None:
         """Make the patches with the current tilt."""
-        self._assumed = self._tilt.mounting
+        self._assumed = self.tilt.mounting
         horizon = replace(self._horizon, pitch=self._assumed)
         patches = [
             GroundPatch(self._camera, horizon, stretch, rotate_180=self._rotate_180,

@@ -8,7 +8,6 @@ left are a few markings. The slide of the copies is 0, their side lobes are at e
 kinds of pairs, and noise is anywhere. Only the road has a peak at the same speed in most pairs.
 """
 
-from functools import cached_property
 import math
 
 import numpy as np
@@ -32,14 +31,12 @@ class SpeedProfile:
         self._sum = np.zeros(len(self.speeds))
         self._weight = np.zeros(len(self.speeds))
         self._newest = np.zeros(len(self.speeds))
-        self._change()
 
     def pass_time(self, interval: float) -> None:
         """Let the weight of the earlier pairs decrease by an interval in seconds."""
         kept = math.exp(-interval / TUNING.profile_s)
         self._sum *= kept
         self._weight *= kept
-        self._change()
 
     def add(self, scores: NDArray[np.float64], seen: NDArray[np.bool_]) -> None:
         """
@@ -56,14 +53,13 @@ class SpeedProfile:
         self._sum[seen] += scores[seen]
         self._weight[seen] += 1.0
         self._newest = np.where(seen, scores, 0.0)
-        self._change()
 
     def confirms(self, speed: float) -> bool:
         """Return whether a speed is that of half a second."""
         best = self.best
         return best is not None and abs(best[0] - speed) <= TUNING.profile_width * speed
 
-    @cached_property
+    @property
     def best(self) -> tuple[float, float] | None:
         """Return the speed that stands out from all others, and its score; None if none does."""
         most = float(self._weight.max())
@@ -86,7 +82,3 @@ class SpeedProfile:
         if above[at] < least or newest < TUNING.profile_newest:
             return None
         return speed, float(mean[at])
-
-    def _change(self) -> None:
-        """Compute ``best`` anew when it is asked for."""
-        self.__dict__.pop('best', None)

@@ -76,7 +76,8 @@ class BlockGrid:
         if counts is not None:
             seen = counts[y, x]
             y, x = y[seen], x[seen]
-        self._middles = np.stack([x, y], axis=1).astype(np.float32)
+        self.middles = np.stack([x, y], axis=1).astype(np.float32)
+        """Centres of the blocks in pixels, (N, 2): column, row."""
         # Pixels of each block, with a margin for the gradients, in a flattened image.
         reach = np.arange(-(TUNING.block_px // 2) - 1, TUNING.block_px // 2 + 2)
         row, column = (
@@ -99,17 +100,12 @@ class BlockGrid:
 
         Return whether at least ``least`` blocks are left; if not, the state is unchanged.
         """
-        columns, rows = self._middles.astype(int).T
+        columns, rows = self.middles.astype(int).T
         left = counts[rows, columns]
         if np.count_nonzero(left) < least:
             return False
         self._open = left
         return True
-
-    @property
-    def middles(self) -> NDArray[np.float32]:
-        """Return the centres of the blocks in pixels, (N, 2): column, row."""
-        return self._middles
 
     @property
     def fixed(self) -> NDArray[np.bool_]:
@@ -126,13 +122,13 @@ class BlockGrid:
         ``expected`` (dx, dy), in pixels, is the displacement around which all blocks are searched,
         or (N, 2) that of each block.
         """
-        guess = self._middles + np.asarray(expected, np.float32)
+        guess = self.middles + np.asarray(expected, np.float32)
         found, state, texture = cv2.calcOpticalFlowPyrLK(
-            previous.pixels, current, self._middles, guess,
+            previous.pixels, current, self.middles, guess,
             winSize=(TUNING.block_px, TUNING.block_px), maxLevel=TUNING.pyramid_levels,
             criteria=_STOP, minEigThreshold=TUNING.no_texture,
             flags=cv2.OPTFLOW_USE_INITIAL_FLOW | cv2.OPTFLOW_LK_GET_MIN_EIGENVALS)
-        moved = (found - self._middles).astype(np.float64)
+        moved = (found - self.middles).astype(np.float64)
         weight = np.minimum(texture.ravel() / TUNING.good_texture, 1.0)
         told = (state.ravel() == 1) & self._open & ~self.fixed & previous.corners
         return BlockShifts(moved[:, 0], moved[:, 1], np.where(told, weight, 0.0))

@@ -6,7 +6,6 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Generator, Iterator
 from contextlib import closing
 from dataclasses import dataclass, replace
-from types import TracebackType
 from typing import Final, TypeAlias, TypeVar
 
 from phase_traj_ros.core.camera.model import CameraModel
@@ -123,25 +122,16 @@ class FrameSource(ABC):
         self, *, description: str, selection: Selection, frame_count: int | None,
         declared: int | None = None,
     ) -> None:
-        self._description = description
+        self.description = description
+        """Short description of the source for reports."""
         self._selection = selection
-        self._frame_count = frame_count
-        self._frames = SourceFrames(declared=declared)
-        self._closed = False
-
-    @property
-    def description(self) -> str:
-        """Return a short description of the source for reports."""
-        return self._description
-
-    @property
-    def frame_count(self) -> int | None:
+        self.frame_count = frame_count
         """
-        Return the number of frames to expect, after selection; None if not known.
+        Number of frames to expect, after selection; None if not known.
 
         It is an estimate for progress bars: videos and broken bags may hold more or fewer.
         """
-        return self._frame_count
+        self._frames = SourceFrames(declared=declared)
 
     @property
     def frames(self) -> SourceFrames:
@@ -178,27 +168,19 @@ class FrameSource(ABC):
 
         """
         raise SourceError(
-            f'{self._description} is not a bag and has no speeds: give the parameter speed')
+            f'{self.description} is not a bag and has no speeds: give the parameter speed')
 
     def __enter__(self: _SourceT) -> _SourceT:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
-        self.close()
-
-    def close(self) -> None:
-        """Release the source. It cannot be iterated over afterwards."""
-        self._closed = True
+    def __exit__(self, *_: object) -> None:  # noqa: B027
+        """Nothing to release: the files are open during an iteration only."""
 
     def __iter__(self) -> Iterator[StampedFrame]:
         """Yield the selected frames."""
-        self._check_open()
-        return self._decoded()
+        with closing(self._selected()) as selected:
+            for number, candidate in selected:
+                yield _decode(candidate, number)
 
     def entries(self) -> Generator[Entry, None, None]:
         """
@@ -206,19 +188,6 @@ class FrameSource(ABC):
 
         Raises SourceError if the source cannot be read, and at the end if there was no frame.
         """
-        self._check_open()
-        return self._readable_or_not()
-
-    def _check_open(self) -> None:
-        if self._closed:
-            raise SourceError(f'{self._description} is closed already')
-
-    def _decoded(self) -> Generator[StampedFrame, None, None]:
-        with closing(self._selected()) as selected:
-            for number, candidate in selected:
-                yield _decode(candidate, number)
-
-    def _readable_or_not(self) -> Generator[Entry, None, None]:
         with closing(self._selected()) as selected:
             for number, candidate in selected:
                 try:
@@ -244,11 +213,11 @@ class FrameSource(ABC):
                 self._frames = replace(self._frames, read=number + 1)
         if not selector.used:
             if not selector.seen:
-                raise SourceError(f'{self._description}: no frame could be read')
+                raise SourceError(f'{self.description}: no frame could be read')
             start, duration = self._selection.start, self._selection.duration
             length = '' if duration is None else f', duration {duration:g} s'
             raise SourceError(
-                f'{self._description}: no frame is selected (start {start:g} s{length}); the'
+                f'{self.description}: no frame is selected (start {start:g} s{length}); the'
                 f' last frame read is {selector.span_ns / 1e9:.3f} s after the first')
 
     @abstractmethod

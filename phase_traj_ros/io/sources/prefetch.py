@@ -2,23 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """Reads ahead in a background thread."""
 
+from collections import deque
 from collections.abc import Generator, Iterable
-from dataclasses import dataclass
-from queue import SimpleQueue
-from threading import Event, Semaphore, Thread
-from typing import Generic, TypeVar
+from concurrent.futures import Future, ThreadPoolExecutor
+from typing import Any, Final, TypeVar
 
 ItemT = TypeVar('ItemT')
 
-
-@dataclass(frozen=True, slots=True)
-class _Item(Generic[ItemT]):
-    value: ItemT
-
-
-@dataclass(frozen=True, slots=True)
-class _End:
-    error: BaseException | None
+_END: Final = object()
 
 
 def prefetch(items: Iterable[ItemT], depth: int = 4) -> Generator[ItemT, None, None]:
@@ -34,47 +25,17 @@ def prefetch(items: Iterable[ItemT], depth: int = 4) -> Generator[ItemT, None, N
     """
     if depth < 1:
         raise ValueError(f'depth must be at least 1, not {depth}')
-    queue: SimpleQueue[_Item[ItemT] | _End] = SimpleQueue()
-    free = Semaphore(depth)
-    abandoned = Event()
-
-    def fetch() -> None:
-        error: BaseException | None = None
+    with ThreadPoolExecutor(1, 'prefetch') as thread:
+        iterator = thread.submit(iter, items).result()
+        ahead: deque[Future[Any]] = deque(
+            thread.submit(next, iterator, _END) for _ in range(depth))
         try:
-            iterator = iter(items)
-            try:
-                while True:
-                    free.acquire()
-                    if abandoned.is_set():
-                        break
-                    try:
-                        value = next(iterator)
-                    except StopIteration:
-                        break
-                    queue.put(_Item(value))
-                    del value
-            finally:
-                if isinstance(iterator, Generator):
-                    iterator.close()
-        except BaseException as caught:
-            error = caught
-        queue.put(_End(error))
-
-    # A daemon: a generator that is still alive when the interpreter exits must not keep it
-    # from exiting.
-    thread = Thread(target=fetch, name='prefetch', daemon=True)
-    thread.start()
-    try:
-        while True:
-            entry = queue.get()
-            if isinstance(entry, _End):
-                if entry.error is not None:
-                    raise entry.error
-                return
-            yield entry.value
-            del entry
-            free.release()
-    finally:
-        abandoned.set()
-        free.release()
-        thread.join()
+            while (item := ahead.popleft().result()) is not _END:
+                yield item
+                del item
+                ahead.append(thread.submit(next, iterator, _END))
+        finally:
+            for each in ahead:
+                each.cancel()
+            if isinstance(iterator, Generator):
+                thread.submit(iterator.close).result()

@@ -11,7 +11,7 @@ PATIENCE = 30.0
 
 
 def no_thread_left():
-    return all(thread.name != 'prefetch' for thread in threading.enumerate())
+    return all(not thread.name.startswith('prefetch') for thread in threading.enumerate())
 
 
 @pytest.mark.parametrize('depth', [1, 2, 8])
