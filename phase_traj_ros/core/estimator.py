@@ -4,6 +4,7 @@
 
 from collections import deque
 from dataclasses import replace
+import math
 import time
 
 import numpy as np
@@ -17,6 +18,7 @@ from phase_traj_ros.core.codes.threshold_hint import ThresholdHint
 from phase_traj_ros.core.coding import Coder
 from phase_traj_ros.core.correlation.phase_correlation import Frame, Shift
 from phase_traj_ros.core.distance_meter import DistanceMeter
+from phase_traj_ros.core.frames.jitter import StampJitter
 from phase_traj_ros.core.frames.prepare import prepare
 from phase_traj_ros.core.frames.repeats import RepeatDetector
 from phase_traj_ros.core.heading.turns import Turn
@@ -84,6 +86,7 @@ class TrajectoryEstimator:
         """Time to correlate the last frame, in nanoseconds."""
         self._told: Lens | None = None
         self._repeats = RepeatDetector()
+        self._jitter = StampJitter()
         self._frames = 0
         self._last_stamp_ns: int | None = None
         # Stamps of the newest frame that is not a repeated picture, and of the newest one that was
@@ -411,6 +414,8 @@ class TrajectoryEstimator:
         self._last_stamp_ns = self._steady = self._foreseen = None
 
     def _count(self, stamp_ns: int) -> None:
+        if self._last_stamp_ns is not None:
+            self._jitter.add(stamp_ns - self._last_stamp_ns)
         self._last_stamp_ns = stamp_ns
         self._frames += 1
         self.counters.frames += 1
@@ -443,10 +448,11 @@ class TrajectoryEstimator:
         status = verdict.status.coded(step)
         turned = None if heading is None else heading.step
         # The road shows whether the vehicle moves, even if the rest of the image does not.
+        unsure_ns = math.hypot(self._repeats.unsure_ns, self._jitter.deviation_ns)
         travel = self._distance_meter.update(
-            picture, self._heading, pair.yaw, status, stamp_ns, interval_ns,
-            unsure_ns=self._repeats.unsure_ns)
-        progress = self._route.add(step, turned, travel, stamp_ns, interval_ns)
+            picture, self._heading, pair.yaw, status, stamp_ns, interval_ns, unsure_ns=unsure_ns)
+        progress = self._route.add(
+            step, turned, travel, stamp_ns, interval_ns, unsure_ns=unsure_ns)
         cut = pair.cut and self._guards
         if pair.cut:
             self._monitor.add_cut()
