@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The complete pipeline for one camera, from a frame and its stamp to the result of a pair."""
 
+import math
 import time
 
 import numpy as np
@@ -12,6 +13,7 @@ from phase_traj_ros.core.codes.chain import ChainCode
 from phase_traj_ros.core.codes.links import LinkCode
 from phase_traj_ros.core.codes.threshold_hint import ThresholdHint
 from phase_traj_ros.core.correlation.phase_correlation import Frame
+from phase_traj_ros.core.frames.jitter import StampJitter
 from phase_traj_ros.core.frames.prepare import prepare
 from phase_traj_ros.core.frames.repeats import RepeatDetector
 from phase_traj_ros.core.heading.turns import Turn
@@ -60,6 +62,7 @@ class TrajectoryEstimator:
         self._integration = Integration(self._settings)
         self._judge = Judge(self._settings.code_source)
         self._repeats = RepeatDetector()
+        self._jitter = StampJitter()
         self._width = 0
         self.correlate_ns = 0
         """Time to correlate the last frame, in nanoseconds."""
@@ -303,6 +306,8 @@ class TrajectoryEstimator:
             self._repeats.keep(
                 picture if frame.dtype == np.uint8 else frame.copy(), encoding=encoding)
             self._used_stamp_ns, self._width = stamp_ns, frame.shape[1]
+        if self._last_stamp_ns is not None:
+            self._jitter.add(stamp_ns - self._last_stamp_ns)
         self._last_stamp_ns = stamp_ns
         self._integration.count_frame()
         if repeated:
@@ -320,7 +325,8 @@ class TrajectoryEstimator:
         if verdict.areas_changed:
             self._leave_out()
         return self._integration.add(
-            picture, pair, verdict, stamp_ns, waited_ns, unsure_ns=self._repeats.unsure_ns)
+            picture, pair, verdict, stamp_ns, waited_ns,
+            unsure_ns=math.hypot(self._repeats.unsure_ns, self._jitter.deviation_ns))
 
     def _is_foreseen(
         self, frame: Frame, picture: NDArray[np.uint8], waited_ns: int, interval_ns: int,

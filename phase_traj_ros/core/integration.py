@@ -169,9 +169,9 @@ class Integration:
         turned = None if heading is None else heading.step
         # The road shows whether the vehicle moves, even if the rest of the image does not.
         travel = self.distance_meter.update(
-            picture, self.heading, pair.yaw, status, stamp_ns, interval_ns,
-            unsure_ns=unsure_ns)
-        progress = self.route.add(step, turned, travel, stamp_ns, interval_ns)
+            picture, self.heading, pair.yaw, status, stamp_ns, interval_ns, unsure_ns=unsure_ns)
+        progress = self.route.add(
+            step, turned, travel, stamp_ns, interval_ns, unsure_ns=unsure_ns)
         cut = pair.cut and self._settings.guards
         if pair.cut:
             self._monitor.add_cut()

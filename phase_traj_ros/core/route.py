@@ -68,7 +68,7 @@ class Route:
 
     def add(
         self, step: Step, heading: HeadingStep | None, travel: Travel | None, stamp_ns: int,
-        interval_ns: int,
+        interval_ns: int, *, unsure_ns: float = 0.0,
     ) -> Progress:
         """
         Add a pair of frames, and return its progress.
@@ -85,6 +85,8 @@ class Route:
             Stamp of its second frame.
         interval_ns
             Time since its first frame.
+        unsure_ns
+            Its standard deviation.
 
         """
         if step.appended:
@@ -94,7 +96,8 @@ class Route:
         interval = interval_ns * 1e-9
         self.way.add(travel, interval)
         return Progress(
-            self._go(heading, travel, stamp_ns, interval), self._link(heading, travel))
+            self._go(heading, travel, stamp_ns, interval, unsure_ns * 1e-9),
+            self._link(heading, travel))
 
     def foresee(
         self, step: Step, heading: HeadingStep, travel: Travel | None, stamp_ns: int,
@@ -119,6 +122,7 @@ class Route:
 
     def _go(
         self, heading: HeadingStep, travel: Travel, stamp_ns: int, interval: float,
+        unsure: float,
     ) -> Odometry | None:
         if self._odometer is None:
             if self._heading_path is not None:
@@ -127,7 +131,7 @@ class Route:
         if travel.state is TravelState.UNKNOWN:
             self._odometer.miss(heading, travel, interval)
             return None
-        return self._odometer.update(heading, travel, stamp_ns, interval)
+        return self._odometer.update(heading, travel, stamp_ns, interval, unsure=unsure)
 
     def _link(self, heading: HeadingStep, travel: Travel) -> tuple[AnyDirection, ...]:
         if self.links is None or not travel.known:

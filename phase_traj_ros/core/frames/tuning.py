@@ -49,5 +49,15 @@ class FramesTuning:
     converted_frames: int = 20
     """Frames for which a video that repeated a picture is taken to do so again."""
 
+    jitter_intervals: int = 15
+    """Newest intervals from which the jitter of the stamps is estimated, ..."""
+    jitter_share: float = 0.4
+    """...unless they differ from their median by more than this share of it: a lost frame doubles
+    an interval."""
+    jitter_least: int = 5
+    """With fewer intervals, ..."""
+    jitter_usual: float = 0.15
+    """...they are taken to be off by this share."""
+
 
 TUNING = FramesTuning()

@@ -74,7 +74,8 @@ class Odometer:
         self._newest: Odometry | None = None
 
     def update(
-        self, step: HeadingStep, travel: Travel, stamp_ns: int, interval: float,
+        self, step: HeadingStep, travel: Travel, stamp_ns: int, interval: float, *,
+        unsure: float = 0.0,
     ) -> Odometry:
         """
         Add the next pair of frames; return the odometry after it.
@@ -89,20 +90,24 @@ class Odometer:
             Stamp of its second frame.
         interval
             Seconds since its first frame, above 0.
+        unsure
+            Standard deviation of the interval: rates have its relative error.
 
         """
         self.path.append(step.heading, step.yaw, travel.distance, stamp_ns)
         self._grow(step, travel, interval)
-        rate, rate_variance = self._rate(step, interval)
+        speed, (rate, rate_variance) = travel.distance / interval, self._rate(step, interval)
+        off = (unsure / interval) ** 2
         tip = self.path.tip
         assert tip is not None
         covariance = self._covariance
         self._newest = Odometry(
-            tip, travel.distance / interval, rate,
+            tip, speed, rate,
             position_variance=float(covariance[_X, _X] + covariance[_Y, _Y]) / 2,
             yaw_variance=float(covariance[_YAW, _YAW]),
-            speed_variance=max(travel.variance / interval ** 2, TUNING.least_speed ** 2),
-            yaw_rate_variance=rate_variance,
+            speed_variance=(
+                max(travel.variance / interval ** 2, TUNING.least_speed ** 2) + off * speed ** 2),
+            yaw_rate_variance=rate_variance + off * rate ** 2,
             covariance=_rows(covariance))
         return self._newest
 

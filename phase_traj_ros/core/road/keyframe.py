@@ -99,10 +99,10 @@ class RoadKeyframe:
             self.given, self.variance = way, variance
             return self.given - self.before, variance
         foreseen = self.before + speeds.speed * interval
-        off = self.before_variance + (speeds.deviation * interval) ** 2
+        off = self.before_variance + (speeds.seen_deviation * interval) ** 2
         gain = off / (off + variance)
         self.given, self.variance = foreseen + gain * (way - foreseen), gain * variance
-        return self.given - self.before, (speeds.deviation * interval) ** 2
+        return self.given - self.before, (speeds.seen_deviation * interval) ** 2
 
     def bridge(self, way: float, variance: float) -> None:
         """Add the distance of a pair that is not measured, and its variance."""

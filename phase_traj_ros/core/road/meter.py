@@ -324,7 +324,7 @@ class RoadMeter:
         travel = self.speed_filter.bridge(interval, self._measured)
         if travel.state is TravelState.BRIDGED:
             self._key.bridge(
-                travel.distance, (self.speed_filter.deviation * interval) ** 2)
+                travel.distance, (self.speed_filter.seen_deviation * interval) ** 2)
         return travel
 
     def _look_anew(self) -> None:

@@ -25,6 +25,8 @@ class SpeedFilter:
         self.known = False
         """Whether a speed has been measured since."""
         self._unconfirmed: float | None = None
+        # Relative standard deviation of the newest interval.
+        self._off = 0.0
 
     def pass_time(self, interval: float, *, unsure: float = 0.0) -> None:
         """
@@ -37,8 +39,15 @@ class SpeedFilter:
             if self._unconfirmed > TUNING.confirmed + interval:
                 self.forget()
         # The acceleration is not random: it may continue for a whole gap.
-        grown = self.deviation + TUNING.acceleration * interval
-        self.deviation = min(math.hypot(grown, self.speed * unsure / interval), TUNING.any_speed)
+        self.deviation = min(
+            self.deviation + TUNING.acceleration * interval, TUNING.any_speed)
+        # Not an error of the speed: the next interval may be off to the other side.
+        self._off = unsure / interval
+
+    @property
+    def seen_deviation(self) -> float:
+        """Return the standard deviation of the speed at which the newest pair is seen to move."""
+        return math.hypot(self.deviation, self._off * self.speed)
 
     @property
     def lost(self) -> bool:
@@ -49,7 +58,7 @@ class SpeedFilter:
         """Return the limits between which a speed is measured, with this standard deviation."""
         if self.lost:
             return -TUNING.backwards, TUNING.fastest
-        off = TUNING.gate * math.hypot(self.deviation, deviation)
+        off = TUNING.gate * math.hypot(self.seen_deviation, deviation)
         return max(self.speed - off, -TUNING.backwards), min(self.speed + off, TUNING.fastest)
 
     def add(self, speed: float, variance: float) -> None:
@@ -57,10 +66,12 @@ class SpeedFilter:
         if not self.known:
             # Of two frames a moment apart, the noise of a peak is a speed beyond all bounds.
             self.speed = min(max(speed, -TUNING.backwards), TUNING.fastest)
-            self.deviation, self.known = math.sqrt(variance), True
+            self.deviation = math.hypot(math.sqrt(variance), self._off * self.speed)
+            self.known = True
             self._unconfirmed = 0.0
             return
         self._unconfirmed = None
+        variance += (self._off * self.speed) ** 2
         gain = self.deviation ** 2 / (self.deviation ** 2 + variance)
         self.speed += gain * (speed - self.speed)
         self.deviation *= math.sqrt(1.0 - gain)
@@ -80,7 +91,7 @@ class SpeedFilter:
         ``measured`` is the newest measured distance, ``turns`` whether the vehicle turns in the
         pair, as only one that drives can.
         """
-        off = self.deviation * interval
+        off = self.seen_deviation * interval
         # A turning vehicle moves, even if it was standing when it was last measured.
         if not self.known or (turns and self.speed == 0.0):
             return Travel(1.0, off ** 2, TravelState.UNKNOWN)

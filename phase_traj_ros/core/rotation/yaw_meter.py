@@ -45,6 +45,8 @@ class YawMeasurement:
         Rotation since the previous frame, and direction of travel; None unless the yaw is refined.
     share
         Share of the pair in the time since the keyframe from which it was measured.
+    common
+        Standard deviation of the error that all blocks have in common, in radians.
     """
 
     shift: Shift
@@ -53,12 +55,13 @@ class YawMeasurement:
     agreement: float
     motion: CameraMotion | None = None
     share: float = 1.0
+    common: float = 0.0
 
     @property
     def variance(self) -> float:
         """Return the variance of the yaw in square radians, from the scatter of the blocks."""
         own = TUNING.shift_deviation ** 2 if self.motion is None else self.motion.yaw_variance
-        return self.share * (own + TUNING.common_deviation ** 2)
+        return self.share * (own + self.common ** 2)
 
     @property
     def certain(self) -> bool:
@@ -278,7 +281,9 @@ class YawMeter:
         if motion.passing > TUNING.moving:
             self.mounting.add(
                 motion.travel.course, motion.travel.course_variance, interval, self._rate)
-        return YawMeasurement(shift, pair.yaw, True, motion.agreement, pair, interval / key.age)
+        return YawMeasurement(
+            shift, pair.yaw, True, motion.agreement, pair, interval / key.age,
+            common=TUNING.common_px / self._projection.px_per_rad)
 
     def _by_shift(
         self, shift: Shift, motion: CameraMotion | None, interval: float,

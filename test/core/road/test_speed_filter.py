@@ -1,5 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
+from itertools import pairwise
 import math
 
 import numpy as np
@@ -35,6 +36,23 @@ def test_a_speed_over_an_unsure_time_is_unsure():
     speed_filter.pass_time(0.1, unsure=0.04)
     low, high = speed_filter.bounds(0.0)
     assert low <= 0.0 and high >= 20.0
+
+
+def test_jitter_of_the_stamps_is_no_change_of_the_speed():
+    """Each interval is up to 30 % too long or too short; the speed is constant."""
+    rng, speed_filter = np.random.default_rng(7), SpeedFilter()
+    off = rng.uniform(-0.005, 0.005, 200)
+    errors = []
+    for before, after in pairwise(off):
+        interval = 0.033 + after - before
+        speed_filter.pass_time(interval, unsure=float(np.std(np.diff(off))))
+        low, high = speed_filter.bounds(0.3)
+        seen = 15.0 * 0.033 / interval
+        assert low < seen < high
+        speed_filter.add(seen, 0.3 ** 2)
+        errors.append(speed_filter.speed - 15.0)
+    # The speeds that are seen scatter by 2.
+    assert np.std(errors[20:]) < 0.7
 
 
 def test_after_long_anything_may_be():

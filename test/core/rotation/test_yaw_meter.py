@@ -305,6 +305,19 @@ def test_a_yaw_by_the_shift_alone_is_unsure_by_tenths_of_a_degree():
     assert part.certain and not whole.certain
 
 
+@pytest.mark.parametrize('times', [1, 2, 4])
+def test_the_yaw_errs_by_what_it_says_in_a_coarser_picture_too(times):
+    drive, frames = rendered()
+    reduced = [
+        cv2.resize(frame, None, fx=1 / times, fy=1 / times, interpolation=cv2.INTER_AREA)
+        for frame in frames]
+    meter = YawMeter(cylinder(reduced[0].shape, CAMERA.focal / times))
+    meter.update(reduced[0], 0.1)
+    found = [meter.update(frame, 0.1) for frame in reduced[1:]]
+    errors = [each.yaw for each in found] - np.diff(drive.poses[:, 2])
+    assert 0.4 < np.mean(errors ** 2 / [each.variance for each in found]) < 2.0
+
+
 def test_a_mask_can_change_in_mid_drive_and_no_pair_is_lost():
     """Two text boxes are fixed; from the turn on, they are masked."""
     _, frames = rendered()

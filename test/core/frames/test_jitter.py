@@ -1,0 +1,39 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+import numpy as np
+from phase_traj_ros.core.frames.jitter import StampJitter
+import pytest
+
+_INTERVAL_NS = 33_000_000
+
+
+def _deviations(stamps_ns) -> list[float]:
+    jitter, found = StampJitter(), []
+    for interval_ns in np.diff(stamps_ns).astype(int).tolist():
+        jitter.add(interval_ns)
+        found.append(jitter.deviation_ns)
+    return found
+
+
+def test_the_first_intervals_may_be_off_and_none_cannot():
+    assert StampJitter().deviation_ns == 0.0
+    first = _deviations([0, _INTERVAL_NS])
+    assert 0.1 * _INTERVAL_NS < first[0] < 0.3 * _INTERVAL_NS
+
+
+@pytest.mark.parametrize('share', [0.02, 0.1])
+def test_intervals_are_off_by_the_errors_of_two_stamps(share):
+    off = np.random.default_rng(1).normal(0.0, share * _INTERVAL_NS, 400)
+    found = _deviations(_INTERVAL_NS * np.arange(400) + off)
+    assert np.median(found[20:]) == pytest.approx(np.sqrt(2.0) * share * _INTERVAL_NS, rel=0.15)
+
+
+@pytest.mark.parametrize('kept', [0.5, 0.8])
+def test_a_lost_frame_is_no_error_of_its_stamp(kept):
+    stamps_ns = _INTERVAL_NS * np.flatnonzero(np.random.default_rng(2).random(400) < kept)
+    assert max(_deviations(stamps_ns)[5:]) == 0.0
+
+
+def test_after_another_rate_the_old_one_is_forgotten():
+    stamps_ns = np.cumsum([_INTERVAL_NS] * 30 + [3 * _INTERVAL_NS] * 30)
+    assert max(_deviations(stamps_ns)[5:]) == 0.0
