@@ -17,8 +17,6 @@ from typing import Any, cast, Final
 from phase_traj_ros.core import EstimatorSettings, PAPER_THRESHOLD, View
 from phase_traj_ros.core.camera.lens import Lens
 from phase_traj_ros.core.camera.lens_family import PINHOLE, STRAIGHTNESS_RANGE
-from phase_traj_ros.core.camera.projection import LEAST_HFOV_DEG
-from phase_traj_ros.core.codes.links import LEAST_STEP
 from phase_traj_ros.core.correlation.quality import GateSettings, StillnessSettings
 from phase_traj_ros.core.path.speed import MOST_SPEED
 from phase_traj_ros.core.path.way import LengthUnit
@@ -207,26 +205,13 @@ class Parameters:
             raise ParameterError(
                 f"parameters 'frame_id' and 'child_frame_id' are both {self.child_frame_id!r}:"
                 ' give them different names')
-        if 0 < self.hfov_deg < LEAST_HFOV_DEG:
-            raise ParameterError(
-                f"parameter 'hfov_deg' is {self.hfov_deg}: give {LEAST_HFOV_DEG} or more, or 0 if"
-                ' it is unknown')
-        if 0 < self.code_step < LEAST_STEP:
-            raise ParameterError(
-                f"parameter 'code_step' is {self.code_step}: give {LEAST_STEP} or more, or 0 for"
-                ' no links')
-        try:
-            self._lens()
-        except ValueError as error:
-            raise ParameterError(f'the parameters of the camera are not consistent: {error}') \
-                from None
-        if self.connectivity == 8 and self.codes_from is not CodeSource.HEADING:
-            raise ParameterError(
-                "parameter 'connectivity' is 8: it requires code_source heading; the other code"
-                ' sources give right angles only')
         if self.speed > 0 and self.use_speed_topic:
             raise ParameterError(
                 "parameters 'speed' and 'use_speed_topic' are both set: give one of them")
+        try:
+            self.estimator_settings()
+        except ValueError as error:
+            raise ParameterError(f'the parameters are not consistent: {error}') from None
 
     def with_values(self, values: Mapping[str, object]) -> 'Parameters':
         """

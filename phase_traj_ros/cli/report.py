@@ -67,10 +67,7 @@ def _print_series(name: str, series: CodeSeries[Any]) -> None:
 
 def _warnings(result: Replay) -> Iterator[str]:
     """Yield what is wrong with the data."""
-    if result.source_frames.problem is not None:
-        yield result.source_frames.problem
-    if result.unused_calibration:
-        yield f'the calibration is not used: {result.unused_calibration}'
+    yield from result.problems
     if result.counters.skipped:
         yield f'frames skipped: {result.counters.skipped}; the first: {result.first_skipped}'
     for count, what in (

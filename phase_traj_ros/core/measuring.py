@@ -17,7 +17,7 @@ from phase_traj_ros.core.correlation.quality import GateSettings, PairQuality, Q
 from phase_traj_ros.core.heading.cuts import CutDetector
 from phase_traj_ros.core.heading.visual_compass import VisualCompass
 from phase_traj_ros.core.rotation.yaw_meter import YawMeasurement
-from phase_traj_ros.core.settings import CodeSource, EstimatorSettings
+from phase_traj_ros.core.settings import EstimatorSettings
 
 
 # Standard deviations by which a valid shift stands out of noise.
@@ -127,13 +127,13 @@ class PairMeter:
         """
         view = self._settings.view.of(frame)
         # All checks come first, because an error must leave the state unchanged.
-        if self._correlates or self._quality.looks_at_frames:
+        if not self._settings.by_heading or self._quality.looks_at_frames:
             # The yaw may be measured on a frame that has no valid view.
             check_frame(view)
             if self._view_mask is not None:
                 check_size(view, self._view_mask)
         yaw = None if heading is None else heading.measure(picture, waited)
-        shift = self._correlator.update(view) if self._correlates else None
+        shift = None if self._settings.by_heading else self._correlator.update(view)
         self._quality.update(view)
         form = (frame.shape, frame.dtype.str, encoding)
         alike, self._form = form == self._form, form
@@ -143,10 +143,10 @@ class PairMeter:
             self._cuts.reset()
             return Comparison(gap=gap)
         cut = self._cuts.update(yaw, interval)
-        if cut and self._settings.code_source is CodeSource.AUTO:
+        if cut and self._settings.guards:
             self._quality.interrupt()
         measured = shift
-        if not self._correlates:
+        if self._settings.by_heading:
             measured = None if yaw is None else yaw.shift
         if measured is None:
             return Comparison(shift, yaw, cut=cut)
@@ -159,10 +159,6 @@ class PairMeter:
 
     def _gap(self, interval: float) -> bool:
         return 0.0 < self._settings.max_gap < interval
-
-    @property
-    def _correlates(self) -> bool:
-        return self._settings.code_source is CodeSource.SHIFT
 
     def _agreement(self, shift: Shift | None, yaw: YawMeasurement | None) -> float:
         if yaw is not None:
@@ -179,7 +175,7 @@ class PairMeter:
     def _make_quality(self) -> PairQuality:
         # The yaw is tested separately, and without a correlation map of the view.
         quality = PairQuality(
-            gate=self._settings.gate if self._correlates else None,
+            gate=None if self._settings.by_heading else self._settings.gate,
             stillness=self._settings.stillness, mask=self._view_mask)
         if self._left_out is not None:
             quality.leave_out(self._settings.view.of(self._left_out))

@@ -121,7 +121,7 @@ class EstimatorSettings:
         if self.connectivity not in CONNECTIVITIES:
             raise ValueError(f'connectivity is {self.connectivity}: give 4 or 8')
         if self.connectivity == 8 and self.code_source is not CodeSource.HEADING:
-            raise ValueError('a connectivity of 8 requires the code source heading: the other code'
+            raise ValueError('connectivity is 8: this requires code_source heading; the other code'
                              ' sources give right angles only')
         if self.code_step != 0 and not LEAST_STEP <= self.code_step < math.inf:
             raise ValueError(
@@ -154,6 +154,16 @@ class EstimatorSettings:
                     ' these settings')
 
     @property
+    def by_heading(self) -> bool:
+        """Return whether the codes come from the turns or the heading, not from the shift."""
+        return self.code_source is not CodeSource.SHIFT
+
+    @property
+    def guards(self) -> bool:
+        """Return whether cuts, fixed areas and contradictions are acted on."""
+        return self.code_source is CodeSource.AUTO
+
+    @property
     def threshold_set(self) -> float | None:
         """Return the threshold; None if the codes come from the turns, which need none."""
         return None if self.code_source is CodeSource.AUTO else self.threshold
@@ -162,8 +172,7 @@ class EstimatorSettings:
     def needs_lens(self) -> bool:
         """Return whether a setting requires a lens."""
         return (
-            self.code_source is not CodeSource.SHIFT or self.draws_heading
-            or self.metric or self.code_step > 0)
+            self.by_heading or self.draws_heading or self.metric or self.code_step > 0)
 
     @property
     def learns_lens(self) -> bool:

@@ -8,7 +8,7 @@ from coded import codes, complete, restart, send
 import cv2
 from live import image, stop
 import numpy as np
-from phase_traj_ros.ros.outputs.messages import to_time
+from phase_traj_ros.ros.outputs.messages import MESSAGES
 import pytest
 from rclpy.qos import qos_profile_sensor_data
 from sensor_msgs.msg import CompressedImage, Image
@@ -53,7 +53,7 @@ def test_what_is_correlated_can_change_while_running(shared_live, tuned):
 
 def compressed(frame, stamp_ns, extension='.png', form='mono8; png compressed'):
     message = CompressedImage(format=form)
-    message.header.stamp = to_time(stamp_ns)
+    message.header.stamp = MESSAGES.time(stamp_ns)
     message.data = array('B', cv2.imencode(extension, frame)[1].tobytes())
     return message
 
@@ -122,7 +122,7 @@ def random_image(rng, stamp_ns):
     message = image(
         data.tobytes(), 0, encoding, shape=(height, width), step=step,
         is_bigendian=bool(rng.integers(2)))
-    message.header.stamp = to_time(int(rng.choice([0, 1, stamp_ns, 2**31 * SECOND - 1])))
+    message.header.stamp = MESSAGES.time(int(rng.choice([0, 1, stamp_ns, 2**31 * SECOND - 1])))
     return message
 
 
@@ -135,7 +135,7 @@ def test_random_images_never_stop_the_node(live, run):
         node['camera'].publish(image(frame, START + index * SECOND))
     live.until(
         lambda: len(node['shift']) >= 2
-        and node['shift'][-1].header.stamp == to_time(START + 2 * SECOND),
+        and node['shift'][-1].header.stamp == MESSAGES.time(START + 2 * SECOND),
         process=node['process'])
     assert node['shift'][-1].vector.x == pytest.approx(30, abs=0.2)
     assert 'Traceback' not in live.logs()

@@ -30,7 +30,7 @@ from phase_traj_ros.io.params_file import read_parameters
 from phase_traj_ros.io.replay.run import replay
 from phase_traj_ros.io.sources.base import Speed, StampedFrame
 from phase_traj_ros.parameters import Parameters
-from phase_traj_ros.ros.outputs.messages import to_time
+from phase_traj_ros.ros.outputs.messages import MESSAGES
 from phase_traj_ros.synthetic import named_drive, render_drive
 import pytest
 from rclpy.qos import DurabilityPolicy, QoSProfile
@@ -86,7 +86,7 @@ def calibration(drive, stamp=0):
     camera = drive.camera
     matrix = camera.matrix()
     return CameraInfo(
-        header=Header(stamp=to_time(stamp)), width=camera.width, height=camera.height,
+        header=Header(stamp=MESSAGES.time(stamp)), width=camera.width, height=camera.height,
         distortion_model='plumb_bob', d=[0.0] * 5, k=matrix.ravel(),
         p=np.concatenate([matrix, np.zeros((3, 1))], axis=1).ravel())
 
@@ -124,7 +124,7 @@ def test_calibration_and_speed_come_on_topics(live, drive, tmp_path):
     steps = np.hypot(*np.diff(drive.poses[:, :2], axis=0).T)
     for stamp, way in zip(drive.stamps_ns.tolist(), steps.tolist()):
         speedometer.publish(TwistStamped(
-            header=Header(stamp=to_time(stamp)), twist=Twist(linear=Vector3(x=way / 0.1))))
+            header=Header(stamp=MESSAGES.time(stamp)), twist=Twist(linear=Vector3(x=way / 0.1))))
     assert speedometer.wait_for_all_acked()
     live.call(Trigger, 'phase_traj/reset', Trigger.Request())
     for frame, stamp in zip(frames, drive.stamps_ns.tolist()):
@@ -178,7 +178,7 @@ def test_calibrations_and_speeds_that_change_and_fail(live, drive):
 
     def drive_at(speed, stamp):
         speedometer.publish(TwistStamped(
-            header=Header(stamp=to_time(stamp)), twist=Twist(linear=Vector3(x=speed))))
+            header=Header(stamp=MESSAGES.time(stamp)), twist=Twist(linear=Vector3(x=speed))))
 
     def said(text):
         live.until(lambda: text in live.logs(), process=node)

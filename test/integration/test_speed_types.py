@@ -6,7 +6,7 @@ from geometry_msgs.msg import TwistWithCovarianceStamped
 from live import image
 from nav_msgs.msg import Odometry
 import numpy as np
-from phase_traj_ros.ros.outputs.messages import to_time
+from phase_traj_ros.ros.outputs.messages import MESSAGES
 import pytest
 
 SECOND = 1_000_000_000
@@ -24,7 +24,7 @@ def test_odometry_has_the_speed(live, kind):
         # Who publishes odom may know this subscriber a moment later than it knows the camera.
         nonlocal sent
         message = kind()
-        message.header.stamp = to_time((sent + 10) * SECOND // 10)
+        message.header.stamp = MESSAGES.time((sent + 10) * SECOND // 10)
         message.twist.twist.linear.x = 7.0
         speed.publish(message)
         # The same picture again would be a camera that repeats it, not a pair.

@@ -9,7 +9,7 @@ import sys
 import time
 
 import numpy as np
-from phase_traj_ros.ros.outputs.messages import to_time
+from phase_traj_ros.ros.outputs.messages import MESSAGES
 from phase_traj_ros.ros.playback.children import start_child
 from phase_traj_ros.ros.playback.live_run import lossless_overrides
 from rcl_interfaces.srv import DescribeParameters, ListParameters, SetParameters
@@ -159,6 +159,6 @@ def image(data, stamp_ns, encoding='mono8', *, shape=None, step=None, is_bigendi
     message = Image(
         height=shape[0], width=shape[1], encoding=encoding, step=step,
         is_bigendian=int(is_bigendian), data=array('B', data))
-    message.header.stamp = to_time(stamp_ns)
+    message.header.stamp = MESSAGES.time(stamp_ns)
     message.header.frame_id = 'camera'
     return message

@@ -27,6 +27,8 @@ TEXT_RUNS: Final = 50
 # Variances of unmeasured values, and of the lateral speed, which is close to zero.
 _UNKNOWN = 1e6
 _SIDEWAYS = 0.01
+# Encodings of grey images, by the type of their samples.
+_GREY = {'uint8': 'mono8', 'uint16': 'mono16', 'float32': '32FC1'}
 # Indices of the planar motion in x, y, z, roll, pitch and yaw: x, y and yaw.
 _ON_THE_GROUND = np.ix_((0, 1, 5), (0, 1, 5))
 
@@ -177,12 +179,18 @@ class Messages:
                         for key, value in report.values.items()])
                 for name, report in reports.items()])
 
-    def picture(self, picture: NDArray[np.uint8], header: Any) -> Any:
-        """Return a BGR picture, (H, W, 3), as a sensor_msgs/Image."""
-        height, width, _ = picture.shape
+    def image(self, image: NDArray[Any], header: Any) -> Any:
+        """
+        Return a sensor_msgs/Image.
+
+        ``image`` is grey, (H, W) uint8, uint16 or float32, or BGR, (H, W, 3) uint8.
+        """
+        height, width, *colours = image.shape
+        data = np.ascontiguousarray(image, image.dtype.newbyteorder('<')).reshape(-1)
         return self._types['sensor_msgs/msg/Image'](
-            header=header, height=height, width=width, encoding='bgr8', is_bigendian=0,
-            step=3 * width, data=picture.reshape(-1))
+            header=header, height=height, width=width,
+            encoding='bgr8' if colours else _GREY[image.dtype.name], is_bigendian=0,
+            step=image.nbytes // height, data=data.view(np.uint8))
 
     def shift(self, shift: Shift | None, header: Any) -> Any:
         """Return the raw shift in pixels; NaN if the two frames cannot be compared."""

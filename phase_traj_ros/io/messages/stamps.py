@@ -2,24 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """Selects the time of an image message."""
 
-from typing import Protocol
+from typing import Any
 
 
-class Time(Protocol):
-    """The fields of builtin_interfaces/Time."""
-
-    @property
-    def sec(self) -> int:
-        """Whole seconds."""
-
-    @property
-    def nanosec(self) -> int:
-        """Nanoseconds in addition to them."""
-
-
-def to_nanoseconds(time: Time) -> int:
-    """Return a ROS time in nanoseconds."""
-    return time.sec * 1_000_000_000 + time.nanosec
+def to_nanoseconds(time: Any) -> int:
+    """Return a builtin_interfaces/Time of any library in nanoseconds."""
+    return int(time.sec) * 1_000_000_000 + int(time.nanosec)
 
 
 class StampRule:

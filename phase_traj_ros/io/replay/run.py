@@ -80,6 +80,13 @@ class Replay:
     """The first frame that was skipped, and why; empty if there is none."""
 
     @property
+    def problems(self) -> tuple[str, ...]:
+        """Return what is wrong with the source, in sentences without capital and full stop."""
+        unused = self.unused_calibration and (
+            f'the calibration is not used: {self.unused_calibration}')
+        return tuple(each for each in (self.source_frames.problem, unused) if each)
+
+    @property
     def pairs_without_speed(self) -> int:
         """Return the number of pairs without a speed, given or measured, where one is used."""
         if not self.parameters.use_speed_topic:

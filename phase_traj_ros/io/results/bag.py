@@ -133,7 +133,7 @@ class BagSink(Watcher):
             self._write_diagnostics(stamp_ns)
         if self._debug_images:
             header = self._messages.header(stamp_ns, frame.frame_id)
-            self._write(topic_name(DEBUG_IMAGE), stamp_ns, self._messages.picture(
+            self._write(topic_name(DEBUG_IMAGE), stamp_ns, self._messages.image(
                 draw(frame, update, estimator), header))
 
     def _write(self, topic: str, stamp_ns: int, message: Any) -> None:

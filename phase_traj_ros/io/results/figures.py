@@ -42,31 +42,19 @@ _COLUMNS = 2000
 _PATH_DETAIL = 1 / 4000
 
 
-def write_trajectory_picture(
-    result: Replay, path: Path, *, truth: NDArray[np.float64] | None = None,
-) -> None:
+def write_trajectory_picture(result: Replay, path: Path) -> None:
     """
     Draw the normalised trajectory, and the shift and both codes over time (as in the paper).
 
-    The turns are numbered and shaded. The shift is drawn with lines at +T and -T.
-
-    Parameters
-    ----------
-    result
-        The replay to draw.
-    path
-        The output file, .png or .svg.
-    truth
-        The true trajectory, (n, 2) in any unit, REP 103 axes with the start heading along x. It
-        is drawn below the other, normalised as well.
-
+    The turns are numbered and shaded. The shift is drawn with lines at +T and -T. ``path`` is the
+    output file, .png or .svg.
     """
     shown = overview(result)
     heights = (1.5, 1, 1) if shown.heading_deg is None else (1.5, 1, 1, 1)
     figure = new_figure(12, 2 + 1.3 * len(heights))
     grid = figure.add_gridspec(
         len(heights), 2, width_ratios=(1, 1.5), height_ratios=heights)
-    _draw_trajectory(figure.add_subplot(grid[:, 0]), shown.path, shown.turns, truth)
+    _draw_trajectory(figure.add_subplot(grid[:, 0]), shown.path, shown.turns)
     shift = figure.add_subplot(grid[0, 1])
     plots = [shift] + [
         figure.add_subplot(grid[row, 1], sharex=shift) for row in range(1, len(heights))]
@@ -150,12 +138,8 @@ def require_matplotlib() -> None:
     """
     # Not imported yet: it takes 30 MB, and the frames are gone when it is used.
     if find_spec('matplotlib') is None:
-        raise _missing()
-
-
-def _missing() -> MissingDependencyError:
-    return MissingDependencyError(
-        'pictures need matplotlib: install python3-matplotlib (apt) or matplotlib (pip)')
+        raise MissingDependencyError(
+            'pictures need matplotlib: install python3-matplotlib (apt) or matplotlib (pip)')
 
 
 def new_figure(width: float, height: float) -> Figure:
@@ -168,10 +152,8 @@ def new_figure(width: float, height: float) -> Figure:
         matplotlib is not installed.
 
     """
-    try:
-        from matplotlib.figure import Figure
-    except ImportError:
-        raise _missing() from None
+    require_matplotlib()
+    from matplotlib.figure import Figure
     return Figure(figsize=(width, height), layout='constrained')
 
 
@@ -184,13 +166,9 @@ def write_path_picture(points: NDArray[np.float64], path: Path) -> None:
 
 def _draw_trajectory(
     plot: Plot, path: NDArray[np.float64], turns: Sequence[TurnMark] = (),
-    truth: NDArray[np.float64] | None = None,
 ) -> None:
     """Draw a normalised path (n, 2) in REP 103 axes, its start heading up."""
     points = normalised(to_axes(path, Axes.FIGURE))
-    if truth is not None:
-        true = outline(normalised(to_axes(truth, Axes.FIGURE)), _PATH_DETAIL)
-        plot.plot(true[:, 0], true[:, 1], color=LIGHT.muted, linewidth=4, alpha=0.6, label='truth')
     line = outline(points, _PATH_DETAIL)
     plot.plot(line[:, 0], line[:, 1], color=LIGHT.line, linewidth=2, solid_capstyle='round')
     plot.plot(*points[0], 'o', color=LIGHT.ink, label='start')

@@ -104,11 +104,6 @@ class BagSource(FrameSource):
             frame_count=frame_count,
             declared=self._topic.count or None)
 
-    @property
-    def topic(self) -> str:
-        """Name of the image topic in use."""
-        return self._topic.name
-
     def camera(self, *, rectified: bool) -> CameraModel | None:
         """
         Return the camera model of the first valid CameraInfo for the image topic.

@@ -17,7 +17,7 @@ from phase_traj_ros.core.localization.estimate import Candidate, LocationEstimat
 from phase_traj_ros.core.localization.given import PositionFix
 from phase_traj_ros.core.path.odometry import Odometry
 from phase_traj_ros.io.maps.projection import LocalProjection
-from phase_traj_ros.ros.outputs.messages import MESSAGES, to_time
+from phase_traj_ros.ros.outputs.messages import MESSAGES
 from sensor_msgs.msg import NavSatFix, NavSatStatus
 from std_msgs.msg import ColorRGBA, Header
 from visualization_msgs.msg import Marker, MarkerArray
@@ -40,7 +40,7 @@ def fix_message(
     projection: LocalProjection,
 ) -> NavSatFix:
     """Return the place as a NavSatFix: STATUS_NO_FIX and NaN while it is not known."""
-    message = NavSatFix(header=Header(stamp=to_time(stamp_ns), frame_id=frame_id))
+    message = NavSatFix(header=MESSAGES.header(stamp_ns, frame_id))
     message.altitude = math.nan
     if estimate is None or not estimate.claimed:
         message.status.status = NavSatStatus.STATUS_NO_FIX

@@ -7,7 +7,7 @@ from phase_traj_ros.io.messages.topics import DEBUG_IMAGE
 from phase_traj_ros.io.results.debug_picture import draw
 from phase_traj_ros.io.sources.base import StampedFrame
 from phase_traj_ros.ros.entities import Entities
-from phase_traj_ros.ros.outputs.wire import picture_bytes
+from phase_traj_ros.ros.outputs.messages import MESSAGES
 from rclpy.qos import qos_profile_sensor_data
 from rclpy.qos_overriding_options import QoSOverridingOptions
 from sensor_msgs.msg import Image
@@ -27,5 +27,6 @@ class DebugImage:
         """Draw and publish one pair, if the topic has subscribers."""
         if self._publisher.get_subscription_count() == 0:
             return
-        self._publisher.publish(picture_bytes(
-            draw(frame, update, self._estimator), update.stamp_ns, frame.frame_id))
+        self._publisher.publish(MESSAGES.image(
+            draw(frame, update, self._estimator),
+            MESSAGES.header(update.stamp_ns, frame.frame_id)))

@@ -2,11 +2,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """Makes the messages of the node from the ROS message classes."""
 
+from array import array
+from collections import ChainMap
 from importlib import import_module
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticStatus
+import numpy as np
+from numpy.typing import NDArray
 from phase_traj_ros.io.messages.published import Messages
+from sensor_msgs.msg import Image
 
 
 def _status(*, level: int, **fields: Any) -> DiagnosticStatus:
@@ -14,8 +19,15 @@ def _status(*, level: int, **fields: Any) -> DiagnosticStatus:
     return DiagnosticStatus(level=bytes([level]), **fields)
 
 
+def _image(*, data: NDArray[np.uint8], **fields: Any) -> Image:
+    """Make an image; rclpy converts any other data than an array byte by byte."""
+    samples = array('B')
+    samples.frombytes(data.data)
+    return Image(data=samples, **fields)
+
+
 class _Types(dict[str, Any]):
-    """Constructors of the messages by the names of their types, imported at the first use."""
+    """The classes of messages by the names of their types, imported at the first use."""
 
     def __missing__(self, name: str) -> Any:
         package, _, kind = name.split('/')
@@ -23,10 +35,6 @@ class _Types(dict[str, Any]):
         return self[name]
 
 
-TYPES = _Types({'diagnostic_msgs/msg/DiagnosticStatus': _status})
-MESSAGES = Messages(TYPES)
-
-
-def to_time(stamp_ns: int) -> Any:
-    """Return a stamp in nanoseconds as a builtin_interfaces/Time."""
-    return MESSAGES.time(stamp_ns)
+TYPES = _Types()
+MESSAGES = Messages(ChainMap({
+    'diagnostic_msgs/msg/DiagnosticStatus': _status, 'sensor_msgs/msg/Image': _image}, TYPES))

@@ -1,7 +1,7 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
 """
-Serialises the two large messages, the path and the debug image.
+Serialises the path, the only message with many parts.
 
 rclpy publishes bytes as they are. Converting a path of 1000 poses pose by pose takes many times as
 long as measuring a pair of frames. The format is CDR, little-endian (OMG DDS-XTypes 1.3, 7.4.3).
@@ -12,7 +12,6 @@ import math
 import struct
 
 import numpy as np
-from numpy.typing import NDArray
 from phase_traj_ros.core import Corner
 
 _LITTLE_ENDIAN = b'\x00\x01\x00\x00'
@@ -40,7 +39,7 @@ class _Writer:
         self.add('I', stamp_ns % _NANOSECONDS)
         self.add_text(frame_id)
 
-    def with_rest(self, rest: 'bytes | memoryview') -> bytes:
+    def with_rest(self, rest: bytes) -> bytes:
         return b''.join((self._data, rest))
 
     def _align(self, size: int) -> None:
@@ -67,18 +66,6 @@ def path_bytes(points: Sequence[Corner], stamp_ns: int, frame_id: str) -> bytes:
     poses['text'] = np.void(text)
     poses['pose'] = [_pose(each) for each in rest] or 0
     return writer.with_rest(poses.tobytes())
-
-
-def picture_bytes(picture: NDArray[np.uint8], stamp_ns: int, frame_id: str) -> bytes:
-    """Return a BGR picture, (H, W, 3), as a sensor_msgs/Image, serialised."""
-    height, width, _ = picture.shape
-    writer = _Writer()
-    writer.add_header(stamp_ns, frame_id)
-    writer.add('2I', height, width)
-    writer.add_text('bgr8')
-    writer.add('B', 0)
-    writer.add('2I', 3 * width, picture.size)
-    return writer.with_rest(np.ascontiguousarray(picture).data.cast('B'))
 
 
 def _pose(corner: Corner) -> tuple[float, ...]:

@@ -2,18 +2,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """Publishes recorded frames on ROS topics, with their stamps and a clock."""
 
-from array import array
 from collections.abc import Iterable
 from threading import Event
 import time
-from types import MappingProxyType
 
-import numpy as np
 from phase_traj_ros.core.camera.model import CameraModel
 from phase_traj_ros.errors import OutputError
 from phase_traj_ros.io.messages.camera_info import camera_info_fields
 from phase_traj_ros.io.sources.base import StampedFrame
-from phase_traj_ros.ros.outputs.messages import to_time
+from phase_traj_ros.ros.outputs.messages import MESSAGES
 from phase_traj_ros.ros.playback.matching import wait_until_known
 from phase_traj_ros.topics import camera_info_topic
 from rclpy.duration import Duration
@@ -27,9 +24,6 @@ from std_msgs.msg import Header
 PLAYER_NAME = 'phase_traj_player'
 LOSSLESS = QoSProfile(
     history=HistoryPolicy.KEEP_ALL, depth=1, reliability=ReliabilityPolicy.RELIABLE)
-# Encoding and samples in a message, by the type of the image.
-_ENCODINGS = MappingProxyType({
-    'uint8': ('mono8', 'u1'), 'uint16': ('mono16', '<u2'), 'float32': ('32FC1', '<f4')})
 _POLL_S = 0.05
 _ACKNOWLEDGE_S = 30
 _LONGEST_WAIT_S = 1e9
@@ -150,26 +144,14 @@ class FramePlayer(Node):
             if stop.wait(longest):
                 return True
             if self._ticker is not None:
-                self._ticker.publish(Clock(clock=to_time(stamp_ns - round(left * 1e9 * rate))))
+                self._ticker.publish(Clock(
+                    clock=MESSAGES.time(stamp_ns - round(left * 1e9 * rate))))
         return stop.wait(max(left, 0.0))
 
     def _publish(self, frame: StampedFrame) -> None:
-        stamp = to_time(frame.stamp_ns)
+        header = MESSAGES.header(frame.stamp_ns, 'camera')
         if self._ticker is not None:
-            self._ticker.publish(Clock(clock=stamp))
-        header = Header(stamp=stamp, frame_id='camera')
+            self._ticker.publish(Clock(clock=header.stamp))
         if self._camera is not None:
             self._calibrations.publish(CameraInfo(header=header, **self._camera))
-        self._images.publish(image_message(frame.image, header))
-
-
-def image_message(image: np.ndarray, header: Header) -> Image:
-    """Return a greyscale (H, W) image, uint8, uint16 or float32, as a sensor_msgs/Image."""
-    encoding, sample = _ENCODINGS[image.dtype.name]
-    little = np.ascontiguousarray(image, dtype=sample)
-    data = array('B')
-    data.frombytes(little.data.cast('B'))
-    height, width = image.shape
-    return Image(
-        header=header, height=height, width=width, encoding=encoding,
-        is_bigendian=0, step=width * little.itemsize, data=data)
+        self._images.publish(MESSAGES.image(frame.image, header))

@@ -149,17 +149,16 @@ def test_frames_are_shown_upright_in_eight_bits(bits, rotate):
 def test_the_pictures(watched, tmp_path, suffix):
     result, _ = watched
     trajectory = tmp_path / f'trajectory.{suffix}'
-    truth = np.array([(0.0, 0.0), (30.0, 0.5), (31.0, 40.0), (70.0, 41.0)])
-    write_trajectory_picture(result, trajectory, truth=truth)
+    write_trajectory_picture(result, trajectory)
     if suffix == 'png':
         assert cv2.imread(str(trajectory)).std() > 10
     else:
         texts = svg_texts(trajectory)
-        assert {'start', 'end', 'truth', '+T', '−T', 'backward 3', 'no change 3'} <= {*texts}
+        assert {'start', 'end', '+T', '−T', 'backward 3', 'no change 3'} <= {*texts}
         # Numbered on the path and above the shift.
         assert texts.count('1') == texts.count('2') == 2
         again = tmp_path / 'again.svg'
-        write_trajectory_picture(result, again, truth=truth)
+        write_trajectory_picture(result, again)
         assert again.read_bytes() == trajectory.read_bytes()
 
 

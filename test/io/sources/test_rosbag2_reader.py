@@ -128,7 +128,6 @@ def bag(mcap_maker, tmp_path):
 
 def test_frames_calibration_and_speeds(bag, opened, drive_frame):
     with open_source(bag) as source:
-        assert source.topic == '/camera/image_raw'
         assert source.frame_count == 5
         assert source.camera(rectified=False) is None
         with pytest.raises(SourceError, match='no speed on /speed'):

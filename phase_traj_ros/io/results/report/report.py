@@ -135,20 +135,13 @@ def _turns(turns: Sequence[TurnMark]) -> Markup:
 
 def _trust(result: Replay, left_out: bytes | None) -> Markup:
     """Return the reasons to doubt the result, the cuts, and the areas that are left out."""
-    notes = [
-        f'<p class="warn">{escape(reason.sentence)}</p>' for reason in result.reliability.reasons]
-    if result.source_frames.problem is not None:
-        notes.append(f'<p class="warn">{escape(result.source_frames.problem)}.</p>')
-    if result.unused_calibration:
-        notes.append(
-            '<p class="warn">The calibration is not used:'
-            f' {escape(str(result.unused_calibration))}.</p>')
+    notes = [_warning(reason.sentence) for reason in result.reliability.reasons]
+    notes += [_warning(f'{problem}.') for problem in result.problems]
     if result.assumes_camera:
         notes.append(
             '<p>No turn has determined the camera: the distance is for the assumed one.</p>')
     if result.threshold_hint is not None:
-        hint = result.threshold_hint.sentence
-        notes.append(f'<p class="warn">{escape(hint[0].upper() + hint[1:])}.</p>')
+        notes.append(_warning(f'{result.threshold_hint.sentence}.'))
     cuts = [update.pair for update in result.updates if update.cut]
     if cuts:
         notes.append(f'<p>New scenes start at the frames {", ".join(map(str, cuts))}.</p>')
@@ -157,6 +150,10 @@ def _trust(result: Replay, left_out: bytes | None) -> Markup:
             '<figure><figcaption>Shaded areas are fixed to the camera and left out</figcaption>'
             f'<img alt="Fixed areas" src="{data_uri(left_out, ".jpg")}"></figure>')
     return Markup(''.join(notes) or '<p class="note">No reason to doubt the result.</p>')
+
+
+def _warning(sentence: str) -> str:
+    return f'<p class="warn">{escape(sentence[0].upper() + sentence[1:])}</p>'
 
 
 def _health(result: Replay, health: DataHealth) -> Markup:

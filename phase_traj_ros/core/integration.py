@@ -1,0 +1,229 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Adds judged pairs to the heading, the codes, the distance and the path."""
+
+from collections import deque
+from dataclasses import replace
+
+from phase_traj_ros.core.camera.in_use import CameraInUse
+from phase_traj_ros.core.camera.lens import Lens
+from phase_traj_ros.core.coding import Coder
+from phase_traj_ros.core.correlation.phase_correlation import Frame, Shift
+from phase_traj_ros.core.distance_meter import DistanceMeter
+from phase_traj_ros.core.heading.turns import Turn
+from phase_traj_ros.core.heading.visual_compass import HeadingUpdate, VisualCompass
+from phase_traj_ros.core.judge import judged, Verdict
+from phase_traj_ros.core.measuring import Comparison
+from phase_traj_ros.core.path.trajectory import Corner
+from phase_traj_ros.core.reliability.monitor import ReliabilityMonitor
+from phase_traj_ros.core.reliability.reason import Evidence
+from phase_traj_ros.core.reliability.verdict import Reliability
+from phase_traj_ros.core.route import Route
+from phase_traj_ros.core.settings import EstimatorSettings
+from phase_traj_ros.core.status import PairStatus
+from phase_traj_ros.core.update import Counters, Update
+
+
+class Integration:
+    """
+    What the pairs of a drive add up to.
+
+    Frames that are foreseen or repeat a picture are added, too; the next measured pair covers
+    their time.
+    """
+
+    def __init__(self, settings: EstimatorSettings) -> None:
+        """Start without frames, and without a visual compass."""
+        self._settings = settings
+        self.heading: VisualCompass | None = None
+        """The visual compass; None if no lens is known."""
+        self.coder = Coder(settings)
+        self.route = Route(settings)
+        self.distance_meter = DistanceMeter(settings)
+        self.counters = Counters()
+        self.turns: deque[Turn] = deque(maxlen=settings.max_runs)
+        """The turns that have ended, oldest first."""
+        self.frames = 0
+        """Number of frames since the last reset."""
+        self._monitor = ReliabilityMonitor()
+        self._turned = False
+        self._told: Lens | None = None
+        # Number of the newest measured frame, its update, if that can be trusted, and that of the
+        # newest frame, relative to it, if that was foreseen.
+        self._measured = 0
+        self._steady: Update | None = None
+        self._foreseen: Update | None = None
+
+    @property
+    def reliability(self) -> Reliability:
+        """Return the reliability of the last minute and of the drive."""
+        return self._monitor.verdict(
+            camera_known=not self._settings.by_heading or self._knows_angles)
+
+    def repeat_stamp(self, count: int) -> None:
+        """Count frames with the stamp of the one before, which are not used."""
+        self.counters.repeated += count
+        self._monitor.add_same_stamps(count)
+
+    def reconfigure(self, settings: EstimatorSettings, *, restarts: bool) -> None:
+        """Continue with other settings; ``restarts`` tells whether codes and path start anew."""
+        self._settings = settings
+        self.doubt()
+        self.distance_meter.reconfigure(settings)
+        self.coder.reconfigure(settings)
+        if restarts:
+            self.coder, self.route = Coder(settings), Route(settings)
+
+    def doubt(self) -> None:
+        """Foresee no frame from the newest pair."""
+        self._steady = None
+
+    def reset(self) -> None:
+        """Restart with the next frame: no codes, no path, direction forward."""
+        self.coder.reset()
+        self.turns.clear()
+        if self.heading is not None:
+            self.heading.restart()
+        self._monitor.reset()
+        self._turned = False
+        self.distance_meter.reset()
+        self.route.reset()
+        self.frames = 0
+        self._steady = self._foreseen = None
+
+    def count_frame(self) -> None:
+        """Count a frame; its pair is added next."""
+        self.frames += 1
+        self.counters.frames += 1
+
+    def start(self, picture: Frame, stamp_ns: int) -> None:
+        """Start with the first frame."""
+        self._measured = self.frames
+        self.route.start(stamp_ns)
+        if self.heading is not None:
+            self.heading.start(stamp_ns)
+        self.distance_meter.start(picture, self.heading)
+
+    def begin_scene(self) -> None:
+        """Separate the pair that is added next from those before a cut in the video."""
+        self.distance_meter.reset()
+        if self.heading is not None:
+            self.heading.cut()
+
+    def goes_on(self, later: float) -> bool:
+        """Return whether the motion may be foreseen ``later`` seconds after the newest pair."""
+        return self._steady is not None and self.distance_meter.reaches(later)
+
+    def add(
+        self, picture: Frame, pair: Comparison, verdict: Verdict, stamp_ns: int, interval_ns: int,
+        *, unsure_ns: float,
+    ) -> Update:
+        """
+        Add a judged pair; ``unsure_ns`` is how much its interval may err.
+
+        The update is relative to the newest frame, also if that was foreseen.
+        """
+        whole = self._whole(picture, pair, verdict, stamp_ns, interval_ns, unsure_ns)
+        foreseen, self._foreseen, self._measured = self._foreseen, None, self.frames
+        self._steady = whole if verdict.evidence is Evidence.TRUSTED else None
+        return whole.after(foreseen)
+
+    def foresee(self, stamp_ns: int, waited_ns: int, interval_ns: int) -> Update:
+        """Add a frame that is not measured; the next pair covers its time."""
+        newest, heading = self._steady, self.heading
+        assert newest is not None and heading is not None
+        ahead = heading.foresee(waited_ns * 1e-9)
+        step = self.coder.code(PairStatus.OK, 0.0, ahead, interval_ns * 1e-9)
+        share = waited_ns / newest.interval_ns
+        travel = newest.travel and newest.travel.part(share * newest.travel.distance, share)
+        odometry = self.route.foresee(step, ahead.step, travel, stamp_ns, waited_ns)
+        before, self._foreseen = self._foreseen, replace(
+            newest, pair=self.frames - 2, stamp_ns=stamp_ns, interval_ns=waited_ns,
+            shift=ahead.shift, step=step, status=PairStatus.OK.coded(step), tip=self._tip,
+            heading=ahead.step, turns=(), camera=self._news_of_camera(), cut=False,
+            odometry=odometry, travel=travel, links=())
+        return self._foreseen.after(before)
+
+    def repeat(self, stamp_ns: int, interval_ns: int) -> Update:
+        """Add a frame that repeats a picture; the next pair covers its time."""
+        status, evidence = judged(Comparison(), repeated=True)
+        self.counters.count(status)
+        self._monitor.add(evidence, stamp_ns, interval_ns)
+        heading = None if self.heading is None else self.heading.hold(
+            None if self._foreseen is None else self._foreseen.heading)
+        step = self.coder.code(status, None, heading, interval_ns * 1e-9)
+        return Update(
+            self.frames - 2, stamp_ns, interval_ns, None, step, status, self._tip,
+            None if heading is None else heading.step, camera=self._news_of_camera())
+
+    def _whole(
+        self, picture: Frame, pair: Comparison, verdict: Verdict, stamp_ns: int, interval_ns: int,
+        unsure_ns: float,
+    ) -> Update:
+        interval = interval_ns * 1e-9
+        heading = self._turn(verdict, stamp_ns, interval)
+        self.counters.count(verdict.status)
+        dx = None if pair.used is None else self._settings.view.full_shift(pair.used).dx
+        step = self.coder.code(verdict.status, dx, heading, interval)
+        status = verdict.status.coded(step)
+        turned = None if heading is None else heading.step
+        # The road shows whether the vehicle moves, even if the rest of the image does not.
+        travel = self.distance_meter.update(
+            picture, self.heading, pair.yaw, status, stamp_ns, interval_ns, unsure_ns=unsure_ns)
+        progress = self.route.add(
+            step, turned, travel, stamp_ns, interval_ns, unsure_ns=unsure_ns)
+        cut = pair.cut and self._settings.guards
+        if pair.cut:
+            self._monitor.add_cut()
+        self._monitor.add(
+            verdict.evidence, stamp_ns, interval_ns,
+            contradicted=self._settings.guards and heading is not None and heading.contradicts,
+            measured=not self._settings.metric or travel is None or travel.measured,
+            rivalled=self._settings.metric and travel is not None and travel.rivalled,
+            frames=self.frames - self._measured)
+        known = travel is not None and travel.known
+        return Update(
+            self.frames - 2, stamp_ns, interval_ns, self._shift(pair, heading), step, status,
+            self._tip, turned, () if heading is None else heading.turns, self._news_of_camera(),
+            cut, progress.odometry, travel, progress.links,
+            travel.distance / interval if travel and known else None,
+            travel.variance / interval ** 2 if travel and known else None)
+
+    def _turn(self, verdict: Verdict, stamp_ns: int, interval: float) -> HeadingUpdate | None:
+        """Add the yaw of the pair to the heading, if the heading is measured."""
+        if self.heading is None:
+            return None
+        speed = self.distance_meter.heights_per_second
+        update = self.heading.add(
+            verdict.yaw, stamp_ns, interval, way=None if speed is None else speed * interval,
+            frames=self.frames - self._measured)
+        self.turns.extend(update.turns)
+        self._turned |= bool(update.quarters or update.turns)
+        return update
+
+    @property
+    def _knows_angles(self) -> bool:
+        """Return whether the camera is known well enough for the turns so far."""
+        heading = self.heading
+        if heading is None or heading.camera is None or heading.camera.settled:
+            return True
+        return not (self._turned or heading.bends_may_be_turns)
+
+    @property
+    def _tip(self) -> Corner:
+        tip = self.route.drawn.tip
+        assert tip is not None
+        return tip
+
+    def _news_of_camera(self) -> CameraInUse | None:
+        """Return the camera if it has changed since the last report."""
+        if self.heading is None or self.heading.lens is self._told:
+            return None
+        self._told = self.heading.lens
+        return self.heading.camera
+
+    def _shift(self, pair: Comparison, heading: HeadingUpdate | None) -> Shift | None:
+        """Return the shift to report, in pixels of the full frame."""
+        if self._settings.by_heading:
+            return None if heading is None else heading.shift
+        return None if pair.shift is None else self._settings.view.full_shift(pair.shift)
