@@ -117,11 +117,6 @@ class RoadMap:
         return len(self.length)
 
     @property
-    def total_length(self) -> float:
-        """Return the length of the roads in metres, each counted once."""
-        return float(self.length.sum()) / 2
-
-    @property
     def area(self) -> float:
         """Return the area of the map in square metres: that of its bounding box, at least 1."""
         return float(max(np.ptp(self.starts, axis=0).prod(), 1.0))

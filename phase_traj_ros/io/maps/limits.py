@@ -2,11 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """How large a map may be, and what to do about a larger one."""
 
-from dataclasses import dataclass
+import math
 from pathlib import Path
 from typing import Final
 
-import numpy as np
 from phase_traj_ros.errors import MapError
 
 # The locator keeps all pieces of all roads in memory, and looks for the vehicle on all of them.
@@ -18,21 +17,12 @@ _MOST_NODES: Final = 30_000_000
 _BYTES_PER_NODE: Final = 8
 
 
-@dataclass(frozen=True, slots=True)
-class Box:
-    """A part of the earth between two latitudes and two longitudes, in degrees."""
-
-    south: float
-    west: float
-    north: float
-    east: float
-
-
-def check_box(path: Path, box: Box) -> None:
-    """Raise MapError if the part of the earth that a map covers is too large."""
-    if max(box.north - box.south, _width(box)) > _MOST_DEGREES:
+def check_box(path: Path, south: float, west: float, north: float, east: float) -> None:
+    """Raise MapError if the part of the earth that a map covers, in degrees, is too large."""
+    narrowed = math.cos(math.radians((south + north) / 2))
+    if max(north - south, narrowed * (east - west)) > _MOST_DEGREES:
         raise MapError(_too_large(
-            path, f'covers {box.north - box.south:.1f} by {box.east - box.west:.1f} degrees'))
+            path, f'covers {north - south:.1f} by {east - west:.1f} degrees'))
 
 
 def check_nodes(path: Path, count: int) -> None:
@@ -52,12 +42,6 @@ def check_length(path: Path, metres: float) -> None:
     """Raise MapError if a map has too much road."""
     if metres > _MOST_ROAD_M:
         raise MapError(_too_large(path, f'has {metres / 1e3:.0f} km of road'))
-
-
-def _width(box: Box) -> float:
-    """Return the width in degrees of latitude."""
-    middle = np.radians((box.south + box.north) / 2)
-    return float((box.east - box.west) * np.cos(middle))
 
 
 def _too_large(path: Path, what: str) -> str:

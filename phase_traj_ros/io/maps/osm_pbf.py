@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 from phase_traj_ros.errors import MapError, MissingDependencyError
-from phase_traj_ros.io.maps.limits import Box, check_box, check_bytes
+from phase_traj_ros.io.maps.limits import check_box, check_bytes
 from phase_traj_ros.io.maps.osm_ways import OsmWay
 from phase_traj_ros.io.maps.road_classes import is_road, one_way, Roads
 
@@ -46,8 +46,9 @@ def read_pbf(path: Path, roads: Roads) -> list[OsmWay]:
         box = reader.header().box()
         reader.close()
         if box.valid():
-            check_box(path, Box(
-                box.bottom_left.lat, box.bottom_left.lon, box.top_right.lat, box.top_right.lon))
+            check_box(
+                path, box.bottom_left.lat, box.bottom_left.lon, box.top_right.lat,
+                box.top_right.lon)
         osmium.make_simple_handler(way=take).apply_file(str(path), locations=True)
     except RuntimeError as error:
         raise MapError(

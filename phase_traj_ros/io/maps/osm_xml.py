@@ -12,7 +12,7 @@ import zlib
 
 import numpy as np
 from phase_traj_ros.errors import MapError
-from phase_traj_ros.io.maps.limits import Box, check_box, check_nodes
+from phase_traj_ros.io.maps.limits import check_box, check_nodes
 from phase_traj_ros.io.maps.osm_ways import OsmWay
 from phase_traj_ros.io.maps.road_classes import is_road, one_way, Roads
 
@@ -99,8 +99,8 @@ class _Reader:
         elif name == 'way':
             self._refs, self._tags = [], {}
         elif name == 'bounds':
-            check_box(self._path, Box(*(
-                float(attributes[key]) for key in ('minlat', 'minlon', 'maxlat', 'maxlon'))))
+            check_box(self._path, *(
+                float(attributes[key]) for key in ('minlat', 'minlon', 'maxlat', 'maxlon')))
         elif not self._started and name != 'osm':
             raise ValueError(f'it begins with <{name}>')
         self._started = True

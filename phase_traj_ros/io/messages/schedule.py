@@ -25,27 +25,23 @@ class Pace:
         """Make a pace without content to send."""
         self._period_ns = period_ns
         self._due_ns: int | None = None
-        self._pending = False
+        self.pending = False
+        """Whether there is content that has not been sent."""
 
     def changed(self, *, urgent: bool = False) -> None:
         """Record that there is new content; urgent content does not wait for the period to end."""
-        self._pending = True
+        self.pending = True
         if urgent:
             self._due_ns = None
 
     def sent(self, now_ns: int) -> None:
         """Record that all content has been sent."""
-        self._pending = False
+        self.pending = False
         self._due_ns = now_ns + self._period_ns
-
-    @property
-    def pending(self) -> bool:
-        """Return whether there is content that has not been sent."""
-        return self._pending
 
     def is_due(self, now_ns: int) -> bool:
         """Return whether there is content, and it may be sent now."""
-        return self._pending and (self._due_ns is None or now_ns >= self._due_ns)
+        return self.pending and (self._due_ns is None or now_ns >= self._due_ns)
 
 
 class Schedule:

@@ -14,7 +14,7 @@ from enum import Enum
 from importlib import import_module
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from types import MappingProxyType, TracebackType
+from types import MappingProxyType
 from typing import Any
 
 from phase_traj_ros.errors import SourceError
@@ -50,16 +50,6 @@ class Rosbag2Reader:
         self._linked = ExitStack()
 
     def __enter__(self) -> 'Rosbag2Reader':
-        self.open()
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
-        self.close()
-
-    def open(self) -> None:  # noqa: A003
         """
         Open the bag.
 
@@ -84,8 +74,9 @@ class Rosbag2Reader:
         self._reader.open(
             self._rosbag2.StorageOptions(uri=str(path), storage_id=storage),
             self._rosbag2.ConverterOptions('', ''))
+        return self
 
-    def close(self) -> None:
+    def __exit__(self, *_: object) -> None:
         """Release the bag."""
         self._reader = None
         self._linked.close()

@@ -1,64 +1,25 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What is known of the camera, and the heading of distorted ones."""
+"""The heading of distorted cameras, and frames and lenses that change."""
 
 from dataclasses import replace
-from functools import cache
 import math
 
-from far_scene import barrel, BARREL_COEFFICIENTS, fisheye, FISHEYE_COEFFICIENTS, render
 import numpy as np
-from phase_traj_ros.core.calibration.self_calibration import SelfCalibration
 from phase_traj_ros.core.camera.estimate import CameraEstimate
 from phase_traj_ros.core.camera.lens import Lens
-from phase_traj_ros.core.camera.model import CameraModel, Distortion
+from phase_traj_ros.core.camera.model import CameraModel
 from phase_traj_ros.core.correlation.phase_correlation import Shift
 from phase_traj_ros.core.heading.visual_compass import VisualCompass
-from phase_traj_ros.core.rotation.camera_motion import CameraMotion
-from phase_traj_ros.core.rotation.focus_of_expansion import FocusOfExpansion
 from phase_traj_ros.core.rotation.yaw_meter import YawMeasurement
 from phase_traj_ros.errors import FrameError
-from phase_traj_ros.synthetic import Camera, plan_drive, render_drive, Straight, Turn
 import pytest
-
-TENTH = 100_000_000
-BARREL = CameraModel(
-    width=480, height=360, fx=250.0, fy=250.0, cx=240.0, cy=178.0, distortion=Distortion.BROWN,
-    coefficients=BARREL_COEFFICIENTS)
-FISHEYE = CameraModel(
-    width=480, height=360, fx=157.0, fy=157.0, cx=238.0, cy=181.0, distortion=Distortion.FISHEYE,
-    coefficients=FISHEYE_COEFFICIENTS)
-
-
-# Steered as vehicles are: a yaw rate that jumps is not believed.
-STEPS = (0.0, 0.5, 1.2, 2.0, 2.7, 3.0, 2.7, 2.0, 1.0, 0.0, -0.8, -1.5, -2.0, -1.5)
-HEADINGS = tuple(np.cumsum(STEPS))
-
-
-@cache
-def turning(name):
-    """Return the camera and the frames, of which the heading is HEADINGS in degrees."""
-    camera, radius = {'barrel': (BARREL, barrel), 'fisheye': (FISHEYE, fisheye)}[name]
-    return camera, [
-        render(camera, radius, math.radians(heading)) for heading in HEADINGS]
+from turning_camera import BARREL, follow, HEADINGS, STEPS, TENTH, turning
 
 
 def stepped(index):
     """Return a value to compare with the yaw, in radians, of the frame of that index."""
     return pytest.approx(math.radians(STEPS[index]), abs=0.001)
-
-
-def follow(estimator, frames):
-    """Return the heading in degrees after each of the frames."""
-    headings = []
-    for index, frame in enumerate(frames):
-        measured = estimator.measure(frame, 0.1)
-        if index:
-            estimator.add(measured, index * TENTH, 0.1)
-        else:
-            estimator.start(0)
-        headings.append(math.degrees(estimator.tracker.heading))
-    return np.array(headings)
 
 
 @pytest.mark.parametrize('upside_down', [False, True])
@@ -139,17 +100,6 @@ def test_a_frame_that_is_forgotten_is_compared_with_none():
     assert compass.measure(frames[2], 0.1) is not None
 
 
-@pytest.mark.parametrize('upside_down', [False, True])
-def test_a_camera_is_learned_from_upright_frames(upside_down):
-    frame = np.random.default_rng(0).integers(0, 255, (90, 160)).astype(np.uint8)
-    seen, learning = [], SelfCalibration()
-    learning.update = lambda frame, shift_px, interval: bool(seen.append(frame))
-    compass = VisualCompass(
-        Lens(hfov_deg=75.0, assumed=True), rotate_180=upside_down, learning=learning)
-    compass.measure(frame[::-1, ::-1].copy() if upside_down else frame, 0.1)
-    assert np.array_equal(seen, [frame])
-
-
 def test_what_is_fixed_stays_left_out_with_another_lens():
     camera, frames = turning('barrel')
     fixed = np.full(frames[0].shape, 255, np.uint8)
@@ -163,25 +113,6 @@ def test_what_is_fixed_stays_left_out_with_another_lens():
         compass.measure(frames[1], 0.1)
         agreeing.append(compass.measure(frames[2], 0.1).motion.agreeing)
     assert agreeing[0] == pytest.approx(agreeing[1] / 2, rel=0.2)
-
-
-def test_a_bend_that_has_ended_is_told_to_what_is_learned():
-    guess, told, learning = Lens(hfov_deg=75.0, assumed=True), [], SelfCalibration()
-    learning.add_turn = lambda angle_deg, *, focal_px: told.append((angle_deg, focal_px))
-    compass = VisualCompass(guess, learning=learning)
-    compass.measure(np.zeros((90, 160), np.uint8), 0.1)
-    compass.start(0)
-    for pair in range(1, 41):
-        yaw = math.radians(-40.0) / 20 if pair <= 20 else 0.0
-        compass.add(YawMeasurement(Shift(0.0, 0.0, 1.0), yaw, True, 1.0), pair * TENTH, 0.1)
-    assert told == [(pytest.approx(-40.0), guess.focal_for(160))]
-
-
-def test_the_end_of_a_drive_is_told_to_what_is_learned():
-    told, learning = [], SelfCalibration()
-    learning.finish = lambda: told.append(True)
-    VisualCompass(Lens(hfov_deg=75.0, assumed=True), learning=learning).finish()
-    assert told
 
 
 def test_before_the_first_frame_there_is_no_map_and_no_camera():
@@ -247,44 +178,6 @@ def test_a_frame_of_another_size_that_is_refused_is_as_if_it_had_never_come():
     assert estimator.measure(frames[1], 0.1) == expected.measure(frames[1], 0.1) is not None
 
 
-class _Told(SelfCalibration):
-    """Learns a camera that is known beforehand from the first two frames."""
-
-    def __init__(self, estimate):
-        super().__init__()
-        self._estimate = estimate
-        self.frames = 0
-
-    estimate = property(lambda self: self._estimate)
-    turns = 1
-
-    def update(self, frame, shift_px, interval):
-        self.frames += 1
-        return self.frames == 2
-
-
-FOUND = CameraEstimate(
-    width=480, height=360, focal_px=300.0, focal_deviation=0.02, column_px=24.0)
-
-
-def test_a_lens_that_leaves_nothing_to_measure_is_not_taken():
-    _, frames = turning('barrel')
-    usual = Lens(hfov_deg=75.0, assumed=True)
-    estimator = VisualCompass(usual, learning=_Told(replace(FOUND, focal_px=2.0)))
-    headings = follow(estimator, frames)
-    assert estimator.lens == usual
-    assert np.all(headings == follow(VisualCompass(usual), frames))
-
-
-def test_a_camera_is_learned_once_a_turn_has_told():
-    learning = _Told(FOUND)
-    estimator = VisualCompass(Lens(hfov_deg=75.0, assumed=True), learning=learning)
-    assert estimator.learned == FOUND
-    learning.turns = 0
-    assert estimator.learned is None
-    assert VisualCompass(Lens(hfov_deg=75.0)).learned is None
-
-
 def test_a_restart_forgets_the_heading_and_its_turns_but_not_the_frame():
     camera, frames = turning('barrel')
     estimator = VisualCompass(Lens(camera=camera))
@@ -297,22 +190,6 @@ def test_a_restart_forgets_the_heading_and_its_turns_but_not_the_frame():
     update = estimator.add(estimator.measure(frames[6], 0.1), 7 * TENTH, 0.1)
     assert update.step.heading == stepped(6)
     assert estimator.finish() == [] and not estimator.bends_may_be_turns
-
-
-@pytest.mark.parametrize('upside_down', [False, True])
-def test_a_camera_is_learned_from_what_is_neither_masked_nor_fixed(upside_down):
-    mask, fixed = np.ones((2, 3), np.float32), np.full((2, 3), 255, np.uint8)
-    mask[0, 0], fixed[1, 0] = 0.0, 0
-    learning, masks = SelfCalibration(), []
-    learning.use_mask = masks.append
-    compass = VisualCompass(
-        Lens(hfov_deg=75.0, assumed=True), rotate_180=upside_down, mask=mask, learning=learning)
-    compass.leave_out(fixed)
-    # Points are tracked in the upright frame.
-    upright = slice(None, None, -1) if upside_down else slice(None)
-    seen = [each[upright, upright].tolist() for each in masks]
-    assert seen == [
-        [[0, 255, 255], [255, 255, 255]], [[0, 255, 255], [0, 255, 255]]]
 
 
 def test_a_cut_ends_the_rate_and_keeps_the_heading():
@@ -343,33 +220,6 @@ def test_a_bend_of_an_unknown_camera_may_be_a_turn(angle_deg, may_be):
     assert not unknown.bends_may_be_turns
 
 
-def test_a_lens_that_replaces_a_guess_corrects_what_was_measured_with_it():
-    guess = Lens(hfov_deg=75.0, assumed=True)
-    compass = VisualCompass(guess, learning=SelfCalibration())
-    compass.measure(np.zeros((90, 160), np.uint8), 0.1)
-    compass.start(0)
-    for pair in range(1, 41):
-        yaw = YawMeasurement(Shift(0.0, 0.0, 1.0), 0.05, True, 1.0)
-        compass.add(yaw, pair * TENTH, 0.1)
-    assert compass.tracker.heading == pytest.approx(2.0)
-    # Twice the focal length is half of all angles; the axis of the turns is 30 degrees aside.
-    compass.use_lens(Lens(focal_px=2.0 * guess.focal_for(160), pitch_deg=30.0))
-    angle = 1.0 / math.cos(math.radians(30.0))
-    assert compass.tracker.heading == pytest.approx(angle)
-    assert [math.radians(turn.angle_deg) for turn in compass.finish()] == pytest.approx([angle])
-
-
-def test_a_learned_camera_is_taken_even_if_it_is_what_was_guessed():
-    _, frames = turning('barrel')
-    guess = Lens(hfov_deg=75.0, assumed=True)
-    same = replace(FOUND, focal_px=guess.focal_for(480), column_px=0.0)
-    for learned, settled in ((same, True), (replace(same, focal_deviation=0.2), False)):
-        estimator = VisualCompass(guess, learning=_Told(learned))
-        assert np.isfinite(follow(estimator, frames)).all()
-        assert estimator.lens == Lens(estimate=learned)
-        assert estimator.camera.settled is settled
-
-
 @pytest.mark.parametrize('shape', [(0, 4), (40, 40, 3), (40,)])
 def test_what_is_no_frame(shape):
     with pytest.raises(FrameError, match='give grey frames'):
@@ -390,58 +240,3 @@ def test_another_lens_while_running():
     # The same lens, read anew, changes nothing.
     estimator.use_lens(Lens(camera=replace(camera)))
     assert estimator.measure(frames[7], 0.1).yaw == stepped(7)
-
-
-class Learner(SelfCalibration):
-    """Learns nothing, but keeps what it is told of the motion of the picture."""
-
-    def __init__(self):
-        super().__init__()
-        self.shifts = []
-
-    def update(self, frame, shift_px, interval):
-        self.shifts.append(shift_px)
-        return False
-
-
-def test_what_is_learned_from_is_the_turn_and_not_what_passes_by():
-    camera = Camera.with_field_of_view(320, 180, 130.0)
-    drive = plan_drive(
-        'a bend', [Straight(0.2), Turn(-60, 8)], rate_hz=15.0, speed=12.0, camera=camera, seed=5)
-    learner = Learner()
-    # Taken for a usual camera, as in the beginning.
-    estimator = VisualCompass(Lens(hfov_deg=75.0, assumed=True), learning=learner)
-    for frame in render_drive(drive):
-        estimator.measure(np.asarray(frame), 1 / 15)
-    assert sum(learner.shifts) == pytest.approx(camera.focal * math.radians(-60), rel=0.15)
-
-
-LEARNED = Lens(estimate=CameraEstimate(
-    width=320, height=240, focal_px=250.0, focal_deviation=0.03, turns=2))
-
-
-class Learning(SelfCalibration):
-
-    def __init__(self):
-        super().__init__()
-        self.travels = []
-
-    def add_travel(self, slope, deviation):
-        self.travels.append((slope, deviation))
-
-
-@pytest.mark.parametrize(('lens', 'yaw', 'passing', 'learns'), [
-    (LEARNED, 0.0, 0.05, True),
-    (LEARNED, 0.02, 0.05, False),
-    (LEARNED, 0.0, 0.001, False),
-    (Lens(hfov_deg=75.0, assumed=True), 0.0, 0.05, False)])
-def test_the_direction_of_travel_tells_the_pitch_of_a_learned_camera(lens, yaw, passing, learns):
-    learning = Learning()
-    estimator = VisualCompass(lens, learning=learning)
-    frame = np.random.default_rng(0).integers(0, 255, (240, 320)).astype(np.uint8)
-    estimator.measure(frame, 0.0)
-    motion = CameraMotion(
-        yaw, 0.0, 0.0, FocusOfExpansion(slope=-0.05, slope_variance=0.004 ** 2), 100.0, 1.0,
-        1e-8, passing)
-    estimator.add(YawMeasurement(Shift(0.0, 0.0, 0.1), yaw, True, 1.0, motion), 10**8, 0.1)
-    assert learning.travels == ([(-0.05, pytest.approx(0.004))] if learns else [])

@@ -1,0 +1,98 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The patches of the road that a camera sees, and how they add up."""
+
+import math
+
+import numpy as np
+from phase_traj_ros.core.camera.horizon import Horizon
+from phase_traj_ros.core.camera.model import CameraModel
+from phase_traj_ros.core.road.ground import CELL, GroundPatch, stretches
+from phase_traj_ros.core.road.meter import RoadMeter
+from phase_traj_ros.core.road.travel import TravelState
+from phase_traj_ros.core.rotation.camera_motion import CameraMotion
+from phase_traj_ros.core.rotation.focus_of_expansion import FocusOfExpansion
+import pytest
+from road_scene import drive, motion, PINHOLE, Road
+
+
+def test_two_patches_cover_a_near_and_a_far_stretch():
+    near, far = stretches(PINHOLE, Horizon())
+    assert 2.0 < near.begin < far.begin < near.end < far.end <= 10.0
+
+
+@pytest.mark.parametrize('focal', [250.0, 370.0, 600.0])
+def test_a_patch_ends_where_a_row_covers_too_much(focal):
+    """Rows lie at f / z below the horizon, so one covers z**2 / f."""
+    far = stretches(CameraModel.pinhole((480, 640), focal), Horizon())[-1]
+    assert far.end ** 2 / focal == pytest.approx(min(0.13, 10.0 ** 2 / focal), rel=0.02)
+
+
+def test_the_share_of_a_patch_is_what_is_seen_of_it():
+    mask = np.ones(PINHOLE.shape, np.float32)
+    stretch = stretches(PINHOLE, Horizon())[0]
+    whole = GroundPatch(PINHOLE, Horizon(), stretch, mask=mask).share
+    mask[:, :320] = 0.0
+    assert 0.8 < whole <= 1.0
+    assert GroundPatch(PINHOLE, Horizon(), stretch, mask=mask).share == pytest.approx(
+        0.5 * whole, rel=0.1)
+
+
+def test_a_camera_that_sees_no_road_has_none():
+    assert stretches(CameraModel.pinhole((60, 640), 1500.0), Horizon()) == ()
+    travels = drive(PINHOLE, 0.5, told=-0.5, pitch_known=True)
+    assert {travel.state for travel in travels} == {TravelState.UNKNOWN}
+
+
+def test_the_near_and_the_far_road_tell_the_pitch_as_surely_as_they_say():
+    """Nothing else tells it, and each frame nods by what the blocks do not see."""
+    rng, blind = np.random.default_rng(4), FocusOfExpansion(slope=0.0, slope_variance=4.0)
+    errors = []
+    for pitch in np.radians(np.linspace(-1.5, 1.5, 7)):
+        road = Road(PINHOLE, pitch)
+        meter = RoadMeter(PINHOLE, Horizon(pitch_deviation=math.radians(1.5)))
+        meter.start(road.seen(0.0))
+        for index in range(1, 16):
+            meter.update(
+                road.seen(0.5 * index, pitch=0.0004 * rng.normal()), 0.1,
+                CameraMotion(0.0, 0.0, 0.0, blind, 100.0, 1.0, 1e-8, 0.05, near=0.05))
+        assert meter.tilt.deviation < math.radians(0.5)
+        errors.append((meter.tilt.pitch - pitch) / meter.tilt.deviation)
+    assert 0.2 < np.sqrt(np.mean(np.square(errors))) < 1.5
+
+
+def test_an_error_of_the_pitch_counts_by_twice_the_distance_of_the_road():
+    near, far = stretches(PINHOLE, Horizon())
+    road, meter = Road(PINHOLE), RoadMeter(PINHOLE, Horizon())
+    meter.start(road.seen(0.0))
+    travel = meter.update(road.seen(0.5), 0.1, motion())
+    for share, deviation in ((travel.swing, meter.tilt.swing_deviation),
+                             (travel.tilt, meter.tilt.common_deviation)):
+        assert near.begin < share / deviation / 2.0 < far.end
+    # The rest is that of the peak.
+    assert 0.0 < math.sqrt(travel.own_variance) < CELL
+
+
+def test_two_patches_that_disagree_are_not_averaged():
+    """As with something else on the far road: the better one counts alone."""
+    for split in (190, 200):
+        road, meter = Road(PINHOLE), RoadMeter(PINHOLE, Horizon(), pitch_known=True)
+        for index in range(12):
+            frame = road.seen(0.5 * index)
+            frame[:split] = road.seen(40.0 + 0.25 * index)[:split]
+            if index == 0:
+                meter.start(frame)
+                continue
+            distance = meter.update(frame, 0.1, motion()).distance
+            assert min(abs(distance - 0.5), abs(distance - 0.25)) < CELL
+
+
+def test_a_patch_is_the_same_in_any_light():
+    """Half as bright, with half the contrast, or with a shadow over a part of it."""
+    road = Road(PINHOLE).seen(0.0)
+    patch = GroundPatch(PINHOLE, Horizon(), stretches(PINHOLE, Horizon())[0])
+    bright = patch(road)
+    inner = patch.window > 0.3
+    for light in (0.5, 2.0, np.linspace(0.6, 1.6, road.shape[1])):
+        seen = patch(np.clip(np.float32(40.0) + 0.7 * light * (road - 60.0), 0, 255))
+        assert np.std((seen - bright)[inner]) < 0.15 * np.std(bright[inner])
