@@ -77,10 +77,10 @@ class YawTuning:
     nearer_share: float = 0.7
     """...with one smaller than this, the previous frame instead of the keyframe."""
     common_deviation: float = math.radians(0.01)
-    """Standard deviation of the error of the yaw that all blocks have in common, ..."""
+    """Standard deviation of the error of the yaw that all blocks have in common: this..."""
     common_px: float = 0.06
-    """...and that of its part which is a share of a pixel: as large at 360 pixels per radian, six
-    times as large on the coarsest cameras, and next to nothing with a tele lens."""
+    """...or this share of a pixel, whichever is more. With fewer than 340 pixels per radian, it is
+    the share of a pixel."""
 
     # The direction of travel, and the mounting of the camera.
     course_deviation: float = math.radians(1.0)

@@ -10,7 +10,6 @@ yaw is the part of their displacements that does not depend on their distance.
 """
 
 from dataclasses import dataclass
-import math
 from typing import cast
 
 import cv2
@@ -284,8 +283,7 @@ class YawMeter:
                 motion.travel.course, motion.travel.course_variance, interval, self._rate)
         return YawMeasurement(
             shift, pair.yaw, True, motion.agreement, pair, interval / key.age,
-            common=math.hypot(
-                TUNING.common_deviation, TUNING.common_px / self._projection.px_per_rad))
+            common=max(TUNING.common_deviation, TUNING.common_px / self._projection.px_per_rad))
 
     def _by_shift(
         self, shift: Shift, motion: CameraMotion | None, interval: float,
