@@ -22,8 +22,8 @@ FLOORS = {
         'errors topics', 'core', 'parameter_spec', 'parameters', 'io synthetic', 'tasks', 'ros',
         'cli'),
     'core': (
-        'codes', 'correlation', 'frames', 'camera', 'calibration', 'rotation', 'heading', 'road',
-        'path', 'localization', 'reliability', '*'),
+        'codes', 'correlation', 'frames', 'fixed', 'camera', 'calibration', 'rotation', 'heading',
+        'road', 'path', 'localization', 'reliability', '*'),
     'io': (
         'outputs params_file images', 'messages', 'sources maps', 'replay', 'results'),
     'tasks': ('evaluation', 'location', 'batch'),

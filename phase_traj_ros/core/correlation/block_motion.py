@@ -17,15 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from phase_traj_ros.core.correlation.mask import mask_weights
 from phase_traj_ros.core.correlation.phase_correlation import Frame, Shift
-
-# The frames are reduced to about this many pixels, which averages the sensor's noise away.
-_PIXELS = 8000
-_ROWS, _COLUMNS = 4, 8
-_LEAST_SIDE = 6
-# A block is textured if it has this share of the texture of the tenth-best block.
-_TEXTURE = 0.02
-# Share of a block that the mask has to leave open.
-_OPEN = 0.5
+from phase_traj_ros.core.correlation.tuning import TUNING
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -169,14 +161,14 @@ class BlockMotion:
         if not len(open_ones):
             return self._open
         rank = len(open_ones) * 9 // 10
-        enough: NDArray[np.bool_] = texture > _TEXTURE * np.partition(open_ones, rank)[rank]
+        enough: NDArray[np.bool_] = texture > TUNING.textured * np.partition(open_ones, rank)[rank]
         return self._open & enough
 
     def _allocate(self, shape: tuple[int, int], dtype: np.dtype[Any]) -> None:
         self._form = shape, dtype
         self._primed = False
-        wanted = round(math.log2(max(shape[0] * shape[1] / _PIXELS, 1.0)) / 2)
-        halvings = min(wanted, int(math.log2(min(shape) / (_LEAST_SIDE + 2))))
+        wanted = round(math.log2(max(shape[0] * shape[1] / TUNING.block_pixels, 1.0)) / 2)
+        halvings = min(wanted, int(math.log2(min(shape) / (TUNING.least_block_px + 2))))
         self._scale = 2 ** halvings
         height, width = (side // self._scale for side in shape)
         self._halves = [
@@ -184,8 +176,8 @@ class BlockMotion:
             for left in reversed(range(halvings))]
         # Differences are taken within the frame, so no block contains its border.
         rows, columns = (
-            max(min(most, (side - 2) // _LEAST_SIDE), 1)
-            for most, side in ((_ROWS, height), (_COLUMNS, width)))
+            max(min(most, (side - 2) // TUNING.least_block_px), 1)
+            for most, side in zip(TUNING.blocks, (height, width)))
         tall, wide = (height - 2) // rows, (width - 2) // columns
         self._current = np.empty((height, width), np.float32)
         self._previous = np.empty((height, width), np.float32)
@@ -204,5 +196,6 @@ class BlockMotion:
             if mask is not None:
                 weights = cv2.resize(mask, (width, height), interpolation=cv2.INTER_AREA)
                 inner = weights[1:rows * tall + 1, 1:columns * wide + 1]
-                opened &= inner.reshape(self._split[1:]).mean(axis=(1, 3)).ravel() >= _OPEN
+                share = inner.reshape(self._split[1:]).mean(axis=(1, 3)).ravel()
+                opened &= share >= TUNING.open_share
         return opened

@@ -8,10 +8,8 @@ from typing import Any
 import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from phase_traj_ros.core.correlation.tuning import TUNING
 from phase_traj_ros.errors import FrameError
-
-# Width of the soft edge around masked-out areas, as a share of the frame's diagonal.
-_FEATHER = 1 / 160
 
 
 def mask_shares(mask: ArrayLike) -> NDArray[np.float32]:
@@ -58,7 +56,7 @@ def mask_weights(mask: ArrayLike) -> NDArray[np.float32]:
     if not counts.all():
         distance = cv2.distanceTransform(counts, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
         # Centres of pixels next to a masked-out one are at distance 1: half a pixel from its edge.
-        rise = (distance - 0.5) / (_FEATHER * math.hypot(*weights.shape))
+        rise = (distance - 0.5) / (TUNING.feather * math.hypot(*weights.shape))
         weights *= np.sin(np.pi / 2 * np.clip(rise, 0.0, 1.0)) ** 2
     return weights
 

@@ -17,16 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from phase_traj_ros.core.correlation.block_motion import BlockFlow, BlockMotion
 from phase_traj_ros.core.correlation.phase_correlation import Frame, PhaseCorrelator, Shift
-
-# A peak of at most this shift, in pixels along each axis, may be that of a fixed pattern.
-_AT_ZERO = 0.75
-# Half the side of the square about the peak that is excluded from the search for a second one.
-_APART = 8
-# Share of the blocks that has to move before a stationary vehicle counts as driving again.
-# A vehicle that crosses in front of the camera covers many of them.
-_DRIVEN_OFF = 0.65
-# Common displacement of all blocks that counts as shaking, as a multiple of max_motion.
-_SHAKING = 2.0
+from phase_traj_ros.core.correlation.tuning import TUNING
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -79,8 +70,8 @@ class MeasurementGate:
         """
         significance = correlator.significance(shift)
         if (self._settings.look_past_zero and blocks is not None
-                and max(abs(shift.dx), abs(shift.dy)) <= _AT_ZERO):
-            second = correlator.second_peak(apart=_APART)
+                and max(abs(shift.dx), abs(shift.dy)) <= TUNING.zero_px):
+            second = correlator.second_peak(apart=TUNING.apart_px)
             if self._hides(second, significance, correlator, blocks):
                 return second
         return shift if self._suffices(significance) else None
@@ -156,7 +147,7 @@ class StillnessDetector:
         self._flows.append(flow)
         if len(self._flows) == self._settings.frames:
             moving = self._moving_share(self._settings.max_motion * width)
-            self._still = moving < (_DRIVEN_OFF if self._still else 0.5)
+            self._still = moving < (TUNING.driven_off if self._still else 0.5)
         return self._still
 
     def _moving_share(self, limit: float) -> float:
@@ -166,7 +157,7 @@ class StillnessDetector:
         if not len(mean):
             return 1.0
         shake = np.median(mean, axis=0)
-        if np.hypot(*shake) <= _SHAKING * limit:
+        if np.hypot(*shake) <= TUNING.shaking * limit:
             mean = mean - shake
         return float(np.mean(np.hypot(mean[:, 0], mean[:, 1]) > limit))
 

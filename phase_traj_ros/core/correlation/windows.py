@@ -7,9 +7,7 @@ from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
-
-# Share of a side that the Tukey window tapers, both ends together.
-_TUKEY_TAPER = 0.25
+from phase_traj_ros.core.correlation.tuning import TUNING
 
 
 class Window(Enum):
@@ -30,7 +28,7 @@ class Window(Enum):
         """Return the ``length`` weights of one side, each in (0, 1]."""
         position = (np.arange(length) + 0.5) / length
         if self is Window.TUKEY:
-            position = np.minimum(position, 1.0 - position) / _TUKEY_TAPER
+            position = np.minimum(position, 1.0 - position) / TUNING.tukey_taper
             position = np.minimum(position, 0.5)
         power = 1 if self is Window.SQRT_HANN else 2
         return cast('NDArray[np.float64]', np.sin(np.pi * position) ** power)

@@ -1,3 +1,3 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Prepares the frames: checks, converts and weights them, and recognises repeated ones."""
+"""Prepares the frames: checks, converts and weights them; finds repeated ones and jitter."""

@@ -12,29 +12,8 @@ from dataclasses import dataclass, field
 
 from phase_traj_ros.core.reliability.reason import Evidence, Reason
 from phase_traj_ros.core.reliability.spans import in_order, Spans
-from phase_traj_ros.core.reliability.verdict import MOST_UNRELIABLE, Reliability
-
-# Share of the moving pairs that has to be trusted.
-_LEAST_TRUSTED = 0.5
-# Above this share of pairs spoilt by a fixed pattern, it may have affected the others too.
-_MOST_FIXED = 0.3
-# A cause that spoils this share of the pairs is given as a reason.
-_NAMED = 0.2
-# With fewer pairs, no cause can be given.
-_LEAST_PAIRS = 10
-# Cuts per pair: a scene of a few frames does not show a turn.
-_MOST_CUTS = 0.1
-# Above this interval in seconds, a low frame rate explains why blocks do not agree.
-_LOW_RATE = 0.25
-# The verdict is on this time, which is kept in parts of a second.
-_WINDOW_NS, _PART_NS = 60_000_000_000, 1_000_000_000
-# A camera that repeats one picture for longer is frozen, and a distance that is not measured for
-# longer is unknown: a car may have braked by 8 m/s.
-_FROZEN_NS, _UNMEASURED_NS = 1_000_000_000, 1_000_000_000
-# A road on which another motion stands out more is unclear if that was so this time before, too.
-_UNCLEAR_NS = 1_000_000_000
-# A longer gap than this, and than this many usual intervals, is a lost part of the drive.
-_LOST_NS, _LOST_INTERVALS = 1_000_000_000, 2
+from phase_traj_ros.core.reliability.tuning import TUNING
+from phase_traj_ros.core.reliability.verdict import Reliability
 
 
 class ReliabilityMonitor:
@@ -51,7 +30,7 @@ class ReliabilityMonitor:
     def reset(self) -> None:
         """Start again without pairs."""
         self._parts: deque[_Part] = deque()
-        self._spans = {reason: Spans(apart_ns=_PART_NS) for reason in Reason}
+        self._spans = {reason: Spans(apart_ns=TUNING.part_ns) for reason in Reason}
         self._start_ns = self._newest_ns = self._new_picture_ns = self._judged_ns = 0
         self._measured_ns = 0
         self._rivalled_ns: int | None = None
@@ -91,7 +70,7 @@ class ReliabilityMonitor:
         part = self._parts[-1]
         before, self._newest_ns = self._newest_ns, stamp_ns
         if evidence is Evidence.REPEATED:
-            if stamp_ns - self._new_picture_ns > _FROZEN_NS:
+            if stamp_ns - self._new_picture_ns > TUNING.frozen_ns:
                 self._spans[Reason.FROZEN].add(self._new_picture_ns, stamp_ns)
             return
         self._new_picture_ns = stamp_ns
@@ -100,12 +79,12 @@ class ReliabilityMonitor:
         if contradicted:
             self._spans[Reason.DIRECTION_CONTRADICTS_HEADING].add(before, stamp_ns)
         if rivalled:
-            if self._rivalled_ns is not None and before - self._rivalled_ns < _UNCLEAR_NS:
+            if self._rivalled_ns is not None and before - self._rivalled_ns < TUNING.unclear_ns:
                 self._spans[Reason.ROAD_UNCLEAR].add(before, stamp_ns)
             self._rivalled_ns = stamp_ns
         if measured:
             self._measured_ns = stamp_ns
-        elif stamp_ns - self._measured_ns > _UNMEASURED_NS:
+        elif stamp_ns - self._measured_ns > TUNING.unmeasured_ns:
             self._spans[Reason.DISTANCE_UNKNOWN].add(self._measured_ns, stamp_ns)
         if self._is_lost(evidence, interval_ns):
             self._spans[Reason.FRAMES_LOST].add(before, stamp_ns)
@@ -144,71 +123,71 @@ class ReliabilityMonitor:
     def _make_room(self, stamp_ns: int) -> None:
         """Begin a new part of the window where the last one is over, and drop the oldest."""
         parts = self._parts
-        if parts and stamp_ns - parts[-1].start_ns < _PART_NS:
+        if parts and stamp_ns - parts[-1].start_ns < TUNING.part_ns:
             return
-        if parts and self._newest_ns - parts[0].start_ns >= _WINDOW_NS:
+        if parts and self._newest_ns - parts[0].start_ns >= TUNING.window_ns:
             # The verdict is that on its middle; that on the first one is on all before it as well.
-            until = max(self._newest_ns - _WINDOW_NS // 2, self._judged_ns)
+            until = max(self._newest_ns - TUNING.window_ns // 2, self._judged_ns)
             for reason in self._reasons():
                 self._spans[reason].add(self._judged_ns, until)
             self._judged_ns = until
         parts.append(_Part(stamp_ns))
         pairs = sum(part.counts.total() for part in parts)
-        while (stamp_ns - parts[0].start_ns > _WINDOW_NS
-                and pairs - parts[0].counts.total() >= _LEAST_PAIRS):
+        while (stamp_ns - parts[0].start_ns > TUNING.window_ns
+                and pairs - parts[0].counts.total() >= TUNING.least_pairs):
             pairs -= parts.popleft().counts.total()
 
     def _is_lost(self, evidence: Evidence, interval_ns: int) -> bool:
         """Return whether frames are missing in a pair, other than at a rate that is low anyway."""
-        return self._usual_ns > 0 and interval_ns > _LOST_INTERVALS * self._usual_ns and (
-            evidence is Evidence.APART or interval_ns > _LOST_NS)
+        return self._usual_ns > 0 and interval_ns > TUNING.lost_intervals * self._usual_ns and (
+            evidence is Evidence.APART or interval_ns > TUNING.lost_ns)
 
     @property
     def _unstamped_ns(self) -> int:
         """Return for how long all frames have had one stamp, 0 if not for long."""
         lasted_ns = self._same_stamps * self._usual_ns
-        return lasted_ns if lasted_ns > _FROZEN_NS else 0
+        return lasted_ns if lasted_ns > TUNING.frozen_ns else 0
 
     def _is_against(self, reason: Reason) -> bool:
         """Return whether the spans of a reason take too much of the window, or last."""
         end = self._newest_ns
-        begin = max(self._start_ns, end - _WINDOW_NS)
+        begin = max(self._start_ns, end - TUNING.window_ns)
         if reason is Reason.FROZEN and (
-                self._unstamped_ns or end - self._new_picture_ns > _FROZEN_NS):
+                self._unstamped_ns or end - self._new_picture_ns > TUNING.frozen_ns):
             return True
-        return self._spans[reason].within(begin, end) > MOST_UNRELIABLE * (end - begin)
+        return self._spans[reason].within(begin, end) > TUNING.most_unreliable * (end - begin)
 
     def _reasons(self) -> list[Reason]:
         """Return what is wrong with the pairs of the window."""
         counts: Counter[Evidence] = sum((part.counts for part in self._parts), Counter())
         pairs = counts.total()
-        if pairs < _LEAST_PAIRS:
+        if pairs < TUNING.least_pairs:
             # Too few pairs to name a cause, but enough to see that none is in doubt.
             return [] if pairs and not self._distrust(counts) else [Reason.TOO_SHORT]
         reasons = self._distrust(counts)
-        if sum(part.cuts for part in self._parts) > _MOST_CUTS * pairs:
+        if sum(part.cuts for part in self._parts) > TUNING.most_cuts * pairs:
             reasons.append(Reason.MANY_CUTS)
         return reasons
 
     def _distrust(self, counts: Mapping[Evidence, int]) -> list[Reason]:
         """Return why most pairs cannot be trusted; empty if they can, or if nothing moved."""
         pairs, apart = sum(counts.values()), counts[Evidence.APART]
-        if apart > _LEAST_TRUSTED * pairs:
+        if apart > TUNING.least_trusted * pairs:
             return [Reason.NOT_COMPARED]
         judged = pairs - counts[Evidence.STILL] - apart
         # A few spoilt pairs do not count against a vehicle that is stationary for the rest.
-        if judged < _NAMED * pairs:
+        if judged < TUNING.named * pairs:
             return []
-        if counts[Evidence.TRUSTED] >= _LEAST_TRUSTED * judged:
-            held = counts[Evidence.FIXED] >= _MOST_FIXED * judged
+        if counts[Evidence.TRUSTED] >= TUNING.least_trusted * judged:
+            held = counts[Evidence.FIXED] >= TUNING.most_fixed * judged
             return [Reason.VIEW_BLOCKED] if held else []
         spoilt = {kind: counts[kind] for kind in _REASONS}
         most = max(spoilt.values())
         named = [_REASONS[kind] for kind, count in spoilt.items()
-                 if count == most or count >= _NAMED * judged]
+                 if count == most or count >= TUNING.named * judged]
         scattered = spoilt[Evidence.SCATTERED] + spoilt[Evidence.JERKED]
         seconds = sum(part.seconds for part in self._parts)
-        if scattered >= _NAMED * judged and seconds / pairs >= _LOW_RATE:
+        if scattered >= TUNING.named * judged and seconds / pairs >= TUNING.low_rate_s:
             named.append(Reason.RATE_TOO_LOW)
         return named
 

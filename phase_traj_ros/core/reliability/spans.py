@@ -5,10 +5,8 @@
 from collections.abc import Iterable, Mapping
 
 from phase_traj_ros.core.reliability.reason import Reason
+from phase_traj_ros.core.reliability.tuning import TUNING
 from phase_traj_ros.core.reliability.verdict import joined, UnreliableSpan
-
-# Number of spans that are kept for each reason; then the closest ones are joined.
-_MOST_SPANS = 500
 
 
 class Spans:
@@ -28,7 +26,7 @@ class Spans:
             kept[-1] = kept[-1][0], end_ns
             return
         kept.append((start_ns, end_ns))
-        if len(kept) > _MOST_SPANS:
+        if len(kept) > TUNING.most_spans:
             first = min(range(len(kept) - 1), key=lambda n: kept[n + 1][0] - kept[n][1])
             kept[first:first + 2] = [(kept[first][0], kept[first + 1][1])]
 

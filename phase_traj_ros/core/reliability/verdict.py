@@ -11,9 +11,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from phase_traj_ros.core.reliability.reason import Reason
-
-MOST_UNRELIABLE = 0.05
-"""Share of a drive, or of the window of the monitor, that may be unreliable."""
+from phase_traj_ros.core.reliability.tuning import TUNING
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,7 +64,7 @@ class Reliability:
         """
         if self.end_ns <= self.start_ns:
             return self
-        allowed = MOST_UNRELIABLE * (self.end_ns - self.start_ns)
+        allowed = TUNING.most_unreliable * (self.end_ns - self.start_ns)
         spans = [(span.start_ns, span.end_ns) for span in self.spans]
         if sum(end - start for start, end in joined(spans)) <= allowed:
             return Reliability((), self.spans, self.start_ns, self.end_ns)

@@ -76,9 +76,11 @@ class YawTuning:
     """With a smaller share, the start value is doubted, and others are tried, ..."""
     nearer_share: float = 0.7
     """...with one smaller than this, the previous frame instead of the keyframe."""
+    common_deviation: float = math.radians(0.01)
+    """Standard deviation of the error of the yaw that all blocks have in common: this..."""
     common_px: float = 0.06
-    """Standard deviation of the error that all blocks have in common. Like that of each block, it
-    is a share of a pixel: 0.01 degrees at 360 pixels per radian, 0.02 at 180."""
+    """...or this share of a pixel, whichever is more. With fewer than 340 pixels per radian, it is
+    the share of a pixel."""
 
     # The direction of travel, and the mounting of the camera.
     course_deviation: float = math.radians(1.0)

@@ -283,7 +283,7 @@ class YawMeter:
                 motion.travel.course, motion.travel.course_variance, interval, self._rate)
         return YawMeasurement(
             shift, pair.yaw, True, motion.agreement, pair, interval / key.age,
-            common=TUNING.common_px / self._projection.px_per_rad)
+            common=max(TUNING.common_deviation, TUNING.common_px / self._projection.px_per_rad))
 
     def _by_shift(
         self, shift: Shift, motion: CameraMotion | None, interval: float,

@@ -318,6 +318,15 @@ def test_the_yaw_errs_by_what_it_says_in_a_coarser_picture_too(times):
     assert 0.4 < np.mean(errors ** 2 / [each.variance for each in found]) < 2.0
 
 
+@pytest.mark.parametrize('focal_px', [LONG_FOCAL, 12.0 * LONG_FOCAL])
+def test_no_lens_is_so_long_that_the_yaw_is_sure_to_less_than_a_hundredth_of_a_degree(focal_px):
+    meter = YawMeter(cylinder((240, 320), focal_px), keyframes=False)
+    meter.update(far(0), 0.1)
+    found = meter.update(far(1), 0.1)
+    assert found.refined
+    assert math.sqrt(found.variance) > math.radians(0.01)
+
+
 def test_a_mask_can_change_in_mid_drive_and_no_pair_is_lost():
     """Two text boxes are fixed; from the turn on, they are masked."""
     _, frames = rendered()

@@ -18,42 +18,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 from phase_traj_ros.core.correlation.phase_correlation import Frame, Shift
-from phase_traj_ros.core.correlation.picture_samples import PictureSamples
-
-# Largest weight of a sample in the means, and the number of samples between two searches.
-_SHARE = 0.06
-_RENEWED = 4
-# Share of the gradients that changes if the world moves.
-_MOVING = 0.25
-# The world moves if this share changes in all strips of rows but one (which may be the bonnet).
-# Traffic fills only a few strips. Strips with a small share of all gradients are ignored.
-_STRIPS, _TELLING, _EVERYWHERE = 4, 0.1, 0.1
-# Share of change around a cell at which its gradients start to count, and count fully.
-_LEAST_CHANGE, _FULL_CHANGE = 0.2, 0.6
-# Above this shift between samples, in reduced pixels, all gradients count fully.
-_TURNED = 4.0
-# A shift of at most this, in pixels along each axis, may be that of a fixed pattern.
-_AT_ZERO = 0.75
-# Over this many seconds, a vehicle that drives, however slowly, changes more than the second
-# share of the image, and a stationary one less than the first.
-_LONG = 2.0
-_STANDING, _DRIVING = 0.1, 0.5
-# On a straight road without much texture, only the horizon does not change: of the structure in
-# the lowest part of the image (the road), less than the second share remains, of that above, more
-# than the third, and of this the fourth share is in a band of a sixth of the image's height.
-_ROAD, _ROAD_REMAINS, _FAR_REMAINS, _BAND_HOLDS, _BAND = 0.35, 0.5, 0.25, 0.55, 6
-# Radius of "around a cell", in cells.
-_ABOUT = 2
-# Share of the gradients' energy above which a place is fixed. It is higher where less is known.
-_FIXED, _DOUBT, _LEAST_KNOWN = 0.1, 0.08, 0.3
-# Half the side of the square over which gradients are compared, as a share of the diagonal.
-_NEAR = 0.012
-# Bars are darker than this and vary by less, in grey levels of the scaled samples.
-_DARK, _CONSTANT, _RELAXING = 25.0, 8.0, 0.03
-# Areas are replaced only if they differ in more than this share of the image.
-_SAME = 0.005
-# Share that has to remain of what is not black, and of the whole image.
-_LEAST_LEFT, _LEAST_SEEN = 0.5, 0.1
+from phase_traj_ros.core.fixed.picture_samples import PictureSamples
+from phase_traj_ros.core.fixed.tuning import TUNING
 
 
 class FixedAreas:
@@ -93,7 +59,7 @@ class FixedAreas:
 
         Bars leave a smaller but complete image; drops leave an image with gaps.
         """
-        return self._left >= max(_LEAST_LEFT * (1.0 - self._black), _LEAST_SEEN)
+        return self._left >= max(TUNING.least_left * (1.0 - self._black), TUNING.least_seen)
 
     @property
     def moving(self) -> bool:
@@ -130,9 +96,9 @@ class FixedAreas:
             Whether the blocks of the image agree with the shift; True if they were not examined.
 
         """
-        if abs(shift.dx) > _AT_ZERO or self._far:
+        if abs(shift.dx) > TUNING.zero_px or self._far:
             return False
-        return self._held or (self._changing >= _STANDING and not agreed)
+        return self._held or (self._changing >= TUNING.standing_share and not agreed)
 
     def weights(self) -> NDArray[np.uint8] | None:
         """
@@ -167,13 +133,13 @@ class FixedAreas:
         if not self._samples.take(frame, interval, turned) or not self._learn():
             return False
         self._learned += 1
-        return self._learned % _RENEWED == 0 and self._renew()
+        return self._learned % TUNING.renewed == 0 and self._renew()
 
     def _lay_out(self, shape: tuple[int, int]) -> None:
         """Start again for frames of this shape."""
         self._samples = PictureSamples(shape)
         reduced = self._samples.shape
-        self._near = 2 * max(round(_NEAR * self._samples.diagonal), 1) + 1
+        self._near = 2 * max(round(TUNING.near_share * self._samples.diagonal), 1) + 1
         self._learned = 0
         # Means of the gradients to the right, downwards, of their energy, and of 1 (the amount of
         # evidence).
@@ -191,18 +157,20 @@ class FixedAreas:
         self._watch(closed)
         if not self._moves(changed - changed * closed, energy - energy * closed):
             return False
-        moved = np.full_like(changed, _FULL_CHANGE)
-        if self._samples.turned <= _TURNED:
-            about = (2 * _ABOUT + 1, 2 * _ABOUT + 1)
+        moved = np.full_like(changed, TUNING.full_change)
+        if self._samples.turned <= TUNING.turned_px:
+            about = (2 * TUNING.about_cells + 1, 2 * TUNING.about_cells + 1)
             moved = np.divide(cv2.blur(changed, about), cv2.blur(energy, about) + 1e-6)
-        moved = np.clip((moved - _LEAST_CHANGE) / (_FULL_CHANGE - _LEAST_CHANGE), 0.0, 1.0)
+        full = TUNING.full_change - TUNING.least_change
+        moved = np.clip((moved - TUNING.least_change) / full, 0.0, 1.0)
         height, width = self._samples.shape
-        counts = cv2.resize(_SHARE * moved, (width, height), interpolation=cv2.INTER_LINEAR)
+        counts = cv2.resize(
+            TUNING.newest_share * moved, (width, height), interpolation=cv2.INTER_LINEAR)
         self._means[:3] += counts * (self._samples.gradients - self._means[:3])
         self._means[3] += counts * (1.0 - self._means[3])
         picture = self._samples.picture
-        np.minimum(self._darkest + _RELAXING, picture, out=self._darkest)
-        np.maximum(self._brightest - _RELAXING, picture, out=self._brightest)
+        np.minimum(self._darkest + TUNING.relaxing_levels, picture, out=self._darkest)
+        np.maximum(self._brightest - TUNING.relaxing_levels, picture, out=self._brightest)
         return True
 
     def _watch(self, closed: NDArray[np.float32]) -> None:
@@ -213,9 +181,9 @@ class FixedAreas:
             share = float((changed - changed * closed).sum()) / total if total > 0.0 else 0.0
             self._far = self._only_horizon_remains(closed)
             self._age += self._samples.elapsed
-            if share < _DRIVING and self._age < _LONG:
+            if share < TUNING.driving_share and self._age < TUNING.long_s:
                 return
-            self._held = _STANDING <= share < _DRIVING
+            self._held = TUNING.standing_share <= share < TUNING.driving_share
         self._reference, self._age = self._samples.gradients.copy(), 0.0
 
     def _only_horizon_remains(self, closed: NDArray[np.float32]) -> bool:
@@ -225,13 +193,13 @@ class FixedAreas:
                        for gradients in (self._reference, self._samples.gradients))
         remaining, structure = now.sum(axis=1), before.sum(axis=1)
         rows = len(structure)
-        road = round((1.0 - _ROAD) * rows)
-        if remaining[road:].sum() >= _ROAD_REMAINS * structure[road:].sum():
+        road = round((1.0 - TUNING.road_share) * rows)
+        if remaining[road:].sum() >= TUNING.road_remains * structure[road:].sum():
             return False
         far = remaining[:road]
-        band = np.convolve(far, np.ones(max(rows // _BAND, 1)))
-        return bool(far.sum() > _FAR_REMAINS * structure[:road].sum()
-                    and band.max() > _BAND_HOLDS * far.sum())
+        band = np.convolve(far, np.ones(max(rows // TUNING.bands, 1)))
+        return bool(far.sum() > TUNING.far_remains * structure[:road].sum()
+                    and band.max() > TUNING.band_holds * far.sum())
 
     def _corners(
         self, one: NDArray[np.float32], other: NDArray[np.float32],
@@ -245,11 +213,12 @@ class FixedAreas:
         """Return whether the world moves, and not only traffic in a part of the image."""
         total = float(energy.sum())
         self._changing = min(float(changed.sum()) / total, 1.0) if total > 0.0 else 0.0
-        rows = np.array_split(np.stack([changed.sum(axis=1), energy.sum(axis=1)]), _STRIPS, axis=1)
+        rows = np.array_split(
+            np.stack([changed.sum(axis=1), energy.sum(axis=1)]), TUNING.strips, axis=1)
         strips = np.array([strip.sum(axis=1) for strip in rows])
-        telling = strips[:, 1] > _TELLING * total
-        self._moving = self._changing >= _MOVING and bool(
-            np.count_nonzero(strips[telling, 0] < _EVERYWHERE * strips[telling, 1]) <= 1)
+        telling = strips[:, 1] > TUNING.strip_tells * total
+        self._moving = self._changing >= TUNING.moving_share and bool(
+            np.count_nonzero(strips[telling, 0] < TUNING.strip_changes * strips[telling, 1]) <= 1)
         return self._moving
 
     def _renew(self) -> bool:
@@ -260,7 +229,7 @@ class FixedAreas:
         square = np.ones((3, 3), np.uint8)
         closed = cv2.morphologyEx(fixed, cv2.MORPH_CLOSE, square)
         fixed = np.asarray(cv2.dilate(closed, square), np.uint8)
-        if np.count_nonzero(fixed != self._fixed) <= _SAME * fixed.size:
+        if np.count_nonzero(fixed != self._fixed) <= TUNING.same_share * fixed.size:
             return False
         self._fixed = fixed
         self._share = np.count_nonzero(fixed) / fixed.size
@@ -282,14 +251,14 @@ class FixedAreas:
     def _patterns(self) -> NDArray[np.uint8]:
         """Return the patterns that remain, (h, w): 255 or 0."""
         known = self._means[3]
-        limit = _FIXED + _DOUBT / np.maximum(known, _LEAST_KNOWN)
-        found = (known > _LEAST_KNOWN) & (self._remaining() > limit)
+        limit = TUNING.remains + TUNING.doubt / np.maximum(known, TUNING.least_known)
+        found = (known > TUNING.least_known) & (self._remaining() > limit)
         return np.where(found, np.uint8(255), np.uint8(0))
 
     def _bars(self) -> NDArray[np.uint8]:
         """Return the areas that touch the border and have always been black, (h, w): 255 or 0."""
-        black = ((self._brightest < _DARK) & (
-            self._brightest - self._darkest < _CONSTANT)).astype(np.uint8)
+        black = ((self._brightest < TUNING.dark_levels) & (
+            self._brightest - self._darkest < TUNING.constant_levels)).astype(np.uint8)
         framed = cv2.copyMakeBorder(black, 1, 1, 1, 1, cv2.BORDER_CONSTANT, value=(1,))
         cv2.floodFill(framed, None, (0, 0), (255,))
         return np.where(framed[1:-1, 1:-1] == 255, np.uint8(255), np.uint8(0))

@@ -13,19 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from phase_traj_ros.core.correlation.phase_correlation import Frame
 from phase_traj_ros.core.correlation.view import reduced
-
-# Frames are reduced to about this many pixels. The sampling period is in seconds.
-_PIXELS = 14000
-_PERIOD = 0.35
-_LEAST_SIDE = 8
-# Mean grey level to which each sample is scaled.
-_BRIGHTNESS = 100.0
-# Gradients well above the mean and above the noise are scaled to length 1; weaker ones less.
-_SOFT, _NOISE = 0.25, 2.0
-# Side of a cell, as a share of the diagonal.
-_PLACE = 0.02
-# Averaged over cells, noise keeps less than this share of its contrast. A scene keeps far more.
-_NOISY = 0.4
+from phase_traj_ros.core.fixed.tuning import TUNING
 
 
 class PictureSamples:
@@ -33,12 +21,13 @@ class PictureSamples:
 
     def __init__(self, shape: tuple[int, int]) -> None:
         """Make an empty sampler for frames of ``shape`` (H, W)."""
-        wanted = max(round(math.log2(shape[0] * shape[1] / _PIXELS) / 2), 0)
-        self._halvings = min(wanted, int(math.log2(max(min(shape) / _LEAST_SIDE, 1.0))))
+        wanted = max(round(math.log2(shape[0] * shape[1] / TUNING.pixels) / 2), 0)
+        self._halvings = min(wanted, int(math.log2(max(min(shape) / TUNING.least_side, 1.0))))
         self.shape = height, width = shape[0] >> self._halvings, shape[1] >> self._halvings
         """Size of the reduced images, (h, w)."""
         self.diagonal = math.hypot(height, width)
-        across, down = (max(round(side / (_PLACE * self.diagonal)), 1) for side in (width, height))
+        cell = TUNING.cell_share * self.diagonal
+        across, down = (max(round(side / cell), 1) for side in (width, height))
         self._places = across, down
         self.picture: NDArray[np.float32] = np.zeros((height, width), np.float32)
         """The newest sample, (h, w), scaled to a mean brightness of 100."""
@@ -62,14 +51,15 @@ class PictureSamples:
         """Take the next frame; return whether it completed a new pair of samples."""
         self._waited += interval
         self._turning += turned
-        if self._primed and self._waited < _PERIOD:
+        if self._primed and self._waited < TUNING.period_s:
             return False
         self.turned = abs(self._turning) / (1 << self._halvings)
         self.elapsed, self._waited, self._turning = self._waited, 0.0, 0.0
         self.picture = self._reduced(frame)
         self._before, self.gradients = self.gradients, self._before
         self._differentiate()
-        self.blank = bool(self.by_places(self.picture).std() <= _NOISY * self.picture.std())
+        left = self.by_places(self.picture).std()
+        self.blank = bool(left <= TUNING.noise_share * self.picture.std())
         primed, self._primed = self._primed, True
         return primed
 
@@ -96,8 +86,8 @@ class PictureSamples:
         """Return the frame, reduced and scaled to the common mean brightness."""
         picture = reduced(frame, 1 << self._halvings, 1 << self._halvings)
         level = cv2.mean(picture)[0]
-        return np.multiply(
-            picture, np.float32(_BRIGHTNESS / level if level > 0.0 else 1.0), dtype=np.float32)
+        gain = TUNING.brightness / level if level > 0.0 else 1.0
+        return np.multiply(picture, np.float32(gain), dtype=np.float32)
 
     def _differentiate(self) -> None:
         across, down, energy = self.gradients
@@ -105,7 +95,7 @@ class PictureSamples:
         cv2.Sobel(self.picture, cv2.CV_32F, 0, 1, dst=down, scale=0.125)
         np.multiply(across, across, out=energy)
         energy += down * down
-        soft = _SOFT * cv2.mean(energy)[0] + _NOISE ** 2
+        soft = TUNING.soft_share * cv2.mean(energy)[0] + TUNING.noise_levels ** 2
         length = cv2.sqrt(energy + soft)
         cv2.divide(across, length, dst=across)
         cv2.divide(down, length, dst=down)

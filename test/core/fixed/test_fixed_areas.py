@@ -5,8 +5,8 @@
 import cv2
 import numpy as np
 import overlays
-from phase_traj_ros.core.correlation.fixed_areas import FixedAreas
 from phase_traj_ros.core.correlation.phase_correlation import Shift
+from phase_traj_ros.core.fixed.fixed_areas import FixedAreas
 from phase_traj_ros.synthetic import Camera, plan_drive, render_drive, Straight, Turn
 import pytest
 

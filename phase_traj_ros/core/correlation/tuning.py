@@ -1,0 +1,45 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The tuning of the correlation and of the tests of a shift."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CorrelationTuning:
+    """
+    Tuning of the correlation and of the tests of a shift; nobody has to change it.
+
+    Where no source is given, the value was chosen on the drives of docs/measurements/quality.md.
+    """
+
+    feather: float = 1 / 160
+    """Width of the soft edge around masked-out areas, as a share of the diagonal of the frame."""
+    tukey_taper: float = 0.25
+    """Share of a side that the Tukey window tapers, both ends together."""
+
+    zero_px: float = 0.75
+    """A peak within this shift along each axis may be that of a fixed pattern, ..."""
+    apart_px: int = 8
+    """...and a second peak is farther from it than this along each axis."""
+    driven_off: float = 0.65
+    """Share of the blocks that has to move before a stationary vehicle counts as driving again: a
+    vehicle that crosses in front of the camera covers many of them."""
+    shaking: float = 2.0
+    """Common displacement of all blocks that counts as shaking, as a multiple of
+    ``max_motion``."""
+
+    block_pixels: int = 8000
+    """For the blocks, a frame is reduced to about so many pixels, which averages the noise of the
+    sensor away, ..."""
+    blocks: tuple[int, int] = 4, 8
+    """...and cut into at most these rows and columns of blocks..."""
+    least_block_px: int = 6
+    """...with at least this side."""
+    textured: float = 0.02
+    """A block is textured if it has this share of the texture of the tenth-best block."""
+    open_share: float = 0.5
+    """Share of a block that the mask has to leave open."""
+
+
+TUNING = CorrelationTuning()
