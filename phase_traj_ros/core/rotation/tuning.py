@@ -19,8 +19,8 @@ class YawTuning:
     blocks: tuple[int, int] = 8, 20
     """Rows and columns of blocks..."""
     block_px: int = 11
-    """...and the side of a block. With 9, the heading drifts by a fifth more in noisy or
-    compressed pictures; with 13, a pair takes a seventh longer, and clear ones gain nothing."""
+    """...and the side of a block. With 9, the heading drifts by a fifth more in noisy or compressed
+    pictures; with 13, a pair takes a seventh longer, and clear pictures gain nothing."""
     pyramid_levels: int = 4
     """Halvings of the picture, with which a block is searched within about 60 pixels."""
     search_steps: int = 20
