@@ -18,9 +18,8 @@ class YawTuning:
     # Blocks: least squares on a pyramid (Lucas and Kanade, 1981; Bouguet, 2001).
     blocks: tuple[int, int] = 8, 20
     """Rows and columns of blocks..."""
-    block_px: int = 11
-    """...and the side of a block. With 9, the heading drifts by a fifth more in noisy or compressed
-    pictures; with 13, a pair takes a seventh longer, and clear pictures gain nothing."""
+    block_px: int = 9
+    """...and the side of a block."""
     pyramid_levels: int = 4
     """Halvings of the picture, with which a block is searched within about 60 pixels."""
     search_steps: int = 20
