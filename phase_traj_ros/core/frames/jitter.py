@@ -40,8 +40,6 @@ class StampJitter:
         if not self._intervals_ns:
             return 0.0
         usual = median_low(self._intervals_ns)
-        if len(self._intervals_ns) < TUNING.jitter_least:
-            return TUNING.jitter_usual * usual
         off = np.array(self._intervals_ns) - usual
         near = off[np.abs(off) < TUNING.jitter_share * usual]
         return float(np.sqrt(np.mean(np.square(near, dtype=np.float64))))

@@ -54,10 +54,6 @@ class FramesTuning:
     jitter_share: float = 0.4
     """...unless they differ from their median by more than this share of it: a lost frame doubles
     an interval."""
-    jitter_least: int = 5
-    """With fewer intervals, ..."""
-    jitter_usual: float = 0.15
-    """...they are taken to be off by this share."""
 
 
 TUNING = FramesTuning()

@@ -15,10 +15,8 @@ def _deviations(stamps_ns) -> list[float]:
     return found
 
 
-def test_the_first_intervals_may_be_off_and_none_cannot():
+def test_without_intervals_nothing_is_off():
     assert StampJitter().deviation_ns == 0.0
-    first = _deviations([0, _INTERVAL_NS])
-    assert 0.1 * _INTERVAL_NS < first[0] < 0.3 * _INTERVAL_NS
 
 
 @pytest.mark.parametrize('share', [0.02, 0.1])
