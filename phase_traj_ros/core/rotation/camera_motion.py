@@ -33,6 +33,8 @@ from phase_traj_ros.core.rotation.focus_of_expansion import FocusOfExpansion
 from phase_traj_ros.core.rotation.tuning import TUNING
 
 _YAW, _PITCH, _ROLL, _B, _C, _ERROR = range(6)
+# With a smaller sum of weights, ``TUNING.least_blocks`` blocks would not be enough to agree.
+_LEAST_WEIGHT = TUNING.least_blocks / TUNING.least_agreement
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,7 +49,7 @@ class CameraMotion:
     agreeing: float
     """Sum of the weights of the blocks that agree with this motion."""
     agreement: float
-    """``agreeing`` as a share of all weights, 0 to 1."""
+    """``agreeing`` as a share of all weights, 0 to 1; of a least sum, if they are smaller."""
     yaw_variance: float
     """Variance of the yaw in square radians, from the scatter of the blocks."""
     passing: float
@@ -174,7 +176,7 @@ class MotionFit:
             travel=FocusOfExpansion(
                 float(state[_B]), float(state[_C]),
                 float(covariance[_B, _B]), float(covariance[_C, _C])),
-            agreeing=agreeing, agreement=agreeing / float(weight.sum()),
+            agreeing=agreeing, agreement=agreeing / max(float(weight.sum()), _LEAST_WEIGHT),
             yaw_variance=yaw_variance, passing=quantile(near, 0.5),
             near=quantile(surely[agrees], 0.9))
 

@@ -334,8 +334,7 @@ class YawMeter:
 
 
 def _believed(motion: CameraMotion) -> bool:
-    return (motion.agreement >= TUNING.least_agreement
-            and motion.agreeing >= TUNING.least_blocks)
+    return motion.agreement >= TUNING.least_agreement
 
 
 def _doubted(motion: CameraMotion | None) -> bool:
