@@ -34,13 +34,15 @@ class BlockPicture:
     ``texture`` is the smaller eigenvalue of the sum of the squared gradients (g gᵀ), in grey
     values squared; 0 in a block that shows only an edge. Within a block, near parts move farther:
     the displacement that least squares find is that of a point which is ``aside`` and ``down`` of
-    the centre of the block, in pixels.
+    the centre of the block, in pixels. ``noise`` is the least variance so far of the differences
+    to where a block was found in another picture, in grey values squared; it is updated.
     """
 
     pixels: NDArray[np.uint8]
     texture: NDArray[np.float64]
     aside: NDArray[np.float64]
     down: NDArray[np.float64]
+    noise: NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
@@ -137,23 +139,24 @@ class BlockGrid:
             winSize=(TUNING.block_px, TUNING.block_px), maxLevel=TUNING.pyramid_levels,
             criteria=_STOP, minEigThreshold=TUNING.no_texture, flags=cv2.OPTFLOW_USE_INITIAL_FLOW)
         moved = (found - self.middles).astype(np.float64)
+        found_it = state.ravel() == 1
         # OpenCV leaves the difference of a block undefined that it did not find.
-        told = (state.ravel() == 1) & self._open & ~self.fixed
-        noise = np.square(_DEVIATION_BY_MEAN * np.where(told, difference.ravel(), np.inf))
-        return BlockShifts(moved[:, 0], moved[:, 1], self._weight(previous.texture, noise))
+        noise = np.square(_DEVIATION_BY_MEAN * np.where(found_it, difference.ravel(), np.inf))
+        # What is near grows with the time since, which is not noise.
+        np.minimum(previous.noise, noise, out=previous.noise)
+        told = found_it & self._open & ~self.fixed
+        return BlockShifts(moved[:, 0], moved[:, 1], np.where(told, self._weight(previous), 0.0))
 
-    def _weight(
-        self, texture: NDArray[np.float64], noise: NDArray[np.float64],
-    ) -> NDArray[np.float64]:
+    def _weight(self, picture: BlockPicture) -> NDArray[np.float64]:
         """
-        Return the weight of displacements from the mean squared differences of the found blocks.
+        Return the weights of the displacements of the blocks of a picture, (N,).
 
         The variance of a displacement by least squares is that of the noise divided by the
         texture. Noise looks like texture: a central difference of one picture has a quarter of the
         variance that the difference of two pictures has.
         """
-        noise = np.maximum(noise, _ROUNDING)
-        real = np.maximum(texture - len(self._places) * noise / 4, 0.0)
+        noise = np.maximum(picture.noise, _ROUNDING)
+        real = np.maximum(picture.texture - len(self._places) * noise / 4, 0.0)
         return real / (real + noise / TUNING.block_deviation_px ** 2)
 
     def take(self, picture: NDArray[np.uint8]) -> BlockPicture:
@@ -172,7 +175,8 @@ class BlockGrid:
         return BlockPicture(
             picture, *(each.astype(np.float64) for each in (
                 np.where(corners, half - apart, 0.0),
-                (yy * one - xy * other) / determinant, (xx * other - xy * one) / determinant)))
+                (yy * one - xy * other) / determinant, (xx * other - xy * one) / determinant,
+                np.full(len(xx), np.inf))))
 
     def learn(self, shifts: BlockShifts, must_move: NDArray[np.bool_]) -> None:
         """
