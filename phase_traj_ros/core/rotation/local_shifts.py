@@ -50,13 +50,15 @@ class BlockShifts:
     """
     Displacements of the blocks of a grid, in pixels; all arrays are (N,).
 
-    ``dx`` is positive to the right, ``dy`` down. ``weight`` is from 0 (not measured) to 1 (no
-    noise). It is 0.5 if noise makes the displacement as unsure as ``TUNING.block_deviation_px``.
+    ``dx`` is positive to the right, ``dy`` down. ``weight`` is from 0 (not measured) to 1 (much
+    texture). ``precision`` is from 0 (all texture is noise) to 1 (no noise). It is 0.5 if noise
+    makes the displacement as unsure as ``TUNING.block_deviation_px``.
     """
 
     dx: NDArray[np.float64]
     dy: NDArray[np.float64]
     weight: NDArray[np.float64]
+    precision: NDArray[np.float64]
 
 
 class BlockGrid:
@@ -145,11 +147,13 @@ class BlockGrid:
         # What is near grows with the time since, which is not noise.
         np.minimum(previous.noise, noise, out=previous.noise)
         told = found_it & self._open & ~self.fixed
-        return BlockShifts(moved[:, 0], moved[:, 1], np.where(told, self._weight(previous), 0.0))
+        weight = np.minimum(previous.texture / len(self._places) / TUNING.good_texture, 1.0)
+        return BlockShifts(
+            moved[:, 0], moved[:, 1], np.where(told, weight, 0.0), self._precision(previous))
 
-    def _weight(self, picture: BlockPicture) -> NDArray[np.float64]:
+    def _precision(self, picture: BlockPicture) -> NDArray[np.float64]:
         """
-        Return the weights of the displacements of the blocks of a picture, (N,).
+        Return the precision of the displacements of the blocks of a picture, (N,).
 
         The variance of a displacement by least squares is that of the noise divided by the
         texture. Noise looks like texture: a central difference of one picture has a quarter of the

@@ -19,8 +19,8 @@ class YawTuning:
     blocks: tuple[int, int] = 8, 20
     """Rows and columns of blocks..."""
     block_px: int = 11
-    """...and the side of a block. With 9, noisy and compressed pictures turn the heading by a fifth
-    more; clear ones hardly gain from more than 9."""
+    """...and the side of a block. With 9, noisy and compressed pictures turn the heading by a
+    quarter more, and clear ones by a tenth."""
     pyramid_levels: int = 4
     """Halvings of the picture, with which a block is searched within about 60 pixels."""
     search_steps: int = 20
@@ -31,11 +31,14 @@ class YawTuning:
     no_texture: float = 1e-5
     """Smaller eigenvalue of the gradient matrix of a block (per pixel, as scaled by OpenCV) up to
     which it is not searched: that of a slope by a tenth of a grey value per pixel."""
+    good_texture: float = 3.0
+    """Smaller eigenvalue per pixel, in squares of grey values, from which the weight of a block is
+    1."""
     least_corner: float = 0.1
     """Least ratio of the smaller to the larger eigenvalue. Below it, a block shows only an edge,
     and its motion along the edge is invisible: in a bend, the kerb does not move in the image."""
     block_deviation_px: float = 0.25
-    """Standard deviation of the displacement of a block."""
+    """Standard deviation of the displacement of a block without noise."""
     fixed_px: float = 0.4
     """A block that moves by less while the scene must move may be fixed to the camera..."""
     loose_px: float = 1.4
@@ -69,8 +72,7 @@ class YawTuning:
     least_blocks: float = 10.0
     """Sum of the weights of the blocks that have to agree on a motion..."""
     least_agreement: float = 0.3
-    """...and their share of all. Of 960 pairs of unrelated frames, none has more than 0.1; in noise
-    of 25 grey values, frames of a drive have at least 0.27."""
+    """...and their share of all. For unrelated frames it is 0.06, at most 0.32."""
     doubted_share: float = 0.5
     """With a smaller share, the start value is doubted, and others are tried, ..."""
     nearer_share: float = 0.7
