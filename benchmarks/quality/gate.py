@@ -15,8 +15,8 @@ from benchmarks.shared.report import paragraphs, table
 import numpy as np
 from phase_traj_ros.core import PhaseCorrelator
 from phase_traj_ros.core.correlation.quality import GateSettings
+from phase_traj_ros.core.correlation.tuning import TUNING
 
-_APART = 8
 _STRIDES = (1, 2, 3)
 _GAPS = (10, 20, 40)
 _ACCEPTED = (0.02, 0.01, 0.003)
@@ -75,7 +75,7 @@ def observed(
     correlator.update(frames[0])
     shift = correlator.update(frames[1])
     assert shift is not None
-    second = correlator.second_peak(apart=_APART)
+    second = correlator.second_peak(apart=TUNING.apart_px)
     return Pair(
         source, condition, gap, is_right(shift.dx, truth), shift.response,
         shift.response / max(second.response, 1e-9), correlator.significance(shift))

@@ -25,9 +25,7 @@ import numpy as np
 from phase_traj_ros.core import PhaseCorrelator, Shift
 from phase_traj_ros.core.correlation.block_motion import BlockMotion
 from phase_traj_ros.core.correlation.quality import GateSettings, MeasurementGate
-
-_APART = 8
-_AT_ZERO = 0.75
+from phase_traj_ros.core.correlation.tuning import TUNING
 
 _TEXT = """
     A pattern that is fixed to the camera has a sharp peak at zero. In a turn, motion spreads the
@@ -130,11 +128,11 @@ def locked(
     follower: Follower,
 ) -> Locked:
     """Return a pair seen through a fixed pattern."""
-    second = follower.correlator.second_peak(apart=_APART)
+    second = follower.correlator.second_peak(apart=TUNING.apart_px)
     significance = follower.correlator.significance(second)
     return Locked(
         name, truth, plain[0].dx, plain[1].dx, masked[0].dx, masked[1].dx,
-        max(abs(plain[0].dx), abs(plain[0].dy)) <= _AT_ZERO, second.dx,
+        max(abs(plain[0].dx), abs(plain[0].dy)) <= TUNING.zero_px, second.dx,
         second.response / max(plain[0].response, 1e-9),
         significance, significance - follower.correlator.significance(plain[0]),
         follower.blocks.share_following(second))

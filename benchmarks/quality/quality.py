@@ -25,10 +25,10 @@ import numpy as np
 from phase_traj_ros.core import PhaseCorrelator
 from phase_traj_ros.core.correlation.block_motion import BlockMotion
 from phase_traj_ros.core.correlation.quality import StillnessDetector
+from phase_traj_ros.core.correlation.tuning import TUNING
 
 _DOCUMENT = ROOT / 'docs' / 'measurements' / 'quality.md'
 _FRAMES = 60
-_APART = 8
 
 Result = TypeVar('Result')
 
@@ -71,7 +71,7 @@ def cost_section(clip: Clip) -> str:
             timed('significance', partial(correlator.significance, shift))
             flow = timed('motion of the blocks', blocks.flow)
             timed('stillness', partial(detector.update, flow, frame.shape[1]))
-            second = timed('second peak', partial(correlator.second_peak, apart=_APART))
+            second = timed('second peak', partial(correlator.second_peak, apart=TUNING.apart_px))
             timed('share of the blocks', partial(blocks.share_following, second))
     base = np.median(spent.pop('correlation'))
     at_zero = ('second peak', 'share of the blocks')

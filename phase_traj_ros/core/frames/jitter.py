@@ -21,10 +21,6 @@ class StampJitter:
         """Make an estimate without intervals."""
         self._intervals_ns: deque[int] = deque(maxlen=TUNING.jitter_intervals)
 
-    def forget(self) -> None:
-        """Forget all intervals."""
-        self._intervals_ns.clear()
-
     def add(self, interval_ns: int) -> None:
         """Add the interval between two frames of the stream."""
         self._intervals_ns.append(interval_ns)

@@ -79,21 +79,24 @@ class MotionFit:
         self, u: NDArray[np.float64], w: NDArray[np.float64], weight: NDArray[np.float64],
         travel: FocusOfExpansion, *, aside: NDArray[np.float64] | float = 0.0,
         down: NDArray[np.float64] | float = 0.0,
+        precision: NDArray[np.float64] | float = 1.0,
     ) -> CameraMotion | None:
         """
         Return the motion that fits the displacements, (N,) in radians; None if they are too few.
 
         ``travel`` is the predicted direction of travel. The displacements are those of points that
-        are ``aside`` to the right and ``down`` from the centres of the blocks, in radians.
+        are ``aside`` to the right and ``down`` from the centres of the blocks, in radians. Each
+        counts with its weight for the agreement, and with that and its ``precision`` for the fit.
         """
         used = np.flatnonzero(weight > 0.0)
         if len(used) <= _C:
             return None
+        precise = (precision * weight)[used]
         u, w, weight = u[used], w[used], weight[used]
         # Evaluated half-way along the displacement, so that both directions of time are equal.
         azimuth = (self._azimuths + aside)[used] + u / 2
         y = (self._slopes + down)[used] + w / 2
-        points = np.array([u, w, weight, azimuth, y])
+        points = np.array([u, w, azimuth, y, weight, precise])
         best = self._fitted(points, travel, quantile(u, 0.5))
         if best is None or best.agreement < TUNING.settled_share:
             ahead = (np.abs(azimuth - travel.course) < TUNING.ahead[0]) & (
@@ -113,7 +116,7 @@ class MotionFit:
 
         None as well if no more blocks agree with it than ``least``, the sum of their weights.
         """
-        shift, (weight, azimuth, y) = points[:2], points[2:]
+        shift, (azimuth, y, weight, precise) = points[:2], points[2:]
         # Effect of each unknown on each point, (6, 3, N): to the right, down, and along the line
         # on which the distance of the point moves it. The last row is the residual.
         known = np.zeros((_ERROR + 1, 3, len(y)))
@@ -141,7 +144,7 @@ class MotionFit:
             known[_ERROR, :2] = rest - near * along
             error = _dot(known[_ERROR, :2], rest)
             # Cauchy weights: outliers, such as other traffic, have little effect.
-            factor[:2] = robust = weight / (1.0 + error / variance)
+            factor[:2] = robust = precise / (1.0 + error / variance)
             # The component along the line determines the distance of the point only.
             np.divide(robust * forwards, -squared, out=factor[2])
             known[_B, 0], known[_B, 1] = near * ahead, -near * y * along[0]

@@ -26,7 +26,7 @@ class Keyframe:
     def __init__(self, picture: BlockPicture, travel: FocusOfExpansion) -> None:
         """Begin with a picture and the direction of travel."""
         self.picture = picture
-        self.moved: NDArray[np.float64] = np.zeros((len(picture.corners), 2))
+        self.moved: NDArray[np.float64] = np.zeros((len(picture.texture), 2))
         """Displacement of each block up to the newest frame, in pixels."""
         self.age = 0.0
         """Seconds since."""

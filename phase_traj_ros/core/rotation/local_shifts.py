@@ -9,6 +9,7 @@ or tracking of features: the blocks are always the same.
 """
 
 from dataclasses import dataclass
+import math
 
 import cv2
 import numpy as np
@@ -19,20 +20,29 @@ _STOP = (
     cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, TUNING.search_steps, TUNING.search_px)
 
 
+# Ratio of the standard deviation to the mean absolute value of normal errors...
+_DEVIATION_BY_MEAN = math.sqrt(math.pi / 2)
+# ...and variance of the difference of two pictures with whole grey values.
+_ROUNDING = 1 / 6
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class BlockPicture:
     """
     A picture, (H, W) uint8, and the texture of its blocks; the other arrays are (N,).
 
-    ``corners`` tells which blocks show more than an edge. ``aside`` and ``down`` are the centroid
-    of the texture in pixels, relative to the centre of the block: within a block, near parts move
-    farther, and the displacement is that of the texture.
+    ``texture`` is the smaller eigenvalue of the sum of the squared gradients (g gᵀ), in grey
+    values squared; 0 in a block that shows only an edge. Within a block, near parts move farther:
+    the displacement that least squares find is that of a point which is ``aside`` and ``down`` of
+    the centre of the block, in pixels. ``noise`` is the least variance so far of the differences
+    to where a block was found in another picture, in grey values squared; it is updated.
     """
 
     pixels: NDArray[np.uint8]
-    corners: NDArray[np.bool_]
+    texture: NDArray[np.float64]
     aside: NDArray[np.float64]
     down: NDArray[np.float64]
+    noise: NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,12 +50,15 @@ class BlockShifts:
     """
     Displacements of the blocks of a grid, in pixels; all arrays are (N,).
 
-    ``dx`` is positive to the right, ``dy`` down. ``weight`` is from 0 (not measured) to 1.
+    ``dx`` is positive to the right, ``dy`` down. ``weight`` is from 0 (not measured) to 1 (much
+    texture). ``precision`` is from 0 (all texture is noise) to 1 (no noise). It is 0.5 if noise
+    makes the displacement as unsure as ``TUNING.block_deviation_px``.
     """
 
     dx: NDArray[np.float64]
     dy: NDArray[np.float64]
     weight: NDArray[np.float64]
+    precision: NDArray[np.float64]
 
 
 class BlockGrid:
@@ -84,7 +97,7 @@ class BlockGrid:
             np.clip(middle[:, None] + reach, 0, side - 1)
             for middle, side in ((y, height), (x, width)))
         self._pixels = row[:, :, None] * width + column[:, None, :]
-        # Place of each pixel within a block without the margin, (81, 2): column, row.
+        # Place of each pixel within a block without the margin, (121, 2): column, row.
         self._places = np.stack(
             np.meshgrid(reach[1:-1], reach[1:-1]), axis=-1).reshape(-1, 2).astype(np.float32)
         self._fixed = np.zeros(len(x))
@@ -123,29 +136,51 @@ class BlockGrid:
         or (N, 2) that of each block.
         """
         guess = self.middles + np.asarray(expected, np.float32)
-        found, state, texture = cv2.calcOpticalFlowPyrLK(
+        found, state, difference = cv2.calcOpticalFlowPyrLK(
             previous.pixels, current, self.middles, guess,
             winSize=(TUNING.block_px, TUNING.block_px), maxLevel=TUNING.pyramid_levels,
-            criteria=_STOP, minEigThreshold=TUNING.no_texture,
-            flags=cv2.OPTFLOW_USE_INITIAL_FLOW | cv2.OPTFLOW_LK_GET_MIN_EIGENVALS)
+            criteria=_STOP, minEigThreshold=TUNING.no_texture, flags=cv2.OPTFLOW_USE_INITIAL_FLOW)
         moved = (found - self.middles).astype(np.float64)
-        weight = np.minimum(texture.ravel() / TUNING.good_texture, 1.0)
-        told = (state.ravel() == 1) & self._open & ~self.fixed & previous.corners
-        return BlockShifts(moved[:, 0], moved[:, 1], np.where(told, weight, 0.0))
+        found_it = state.ravel() == 1
+        # OpenCV leaves the difference of a block undefined that it did not find.
+        noise = np.square(_DEVIATION_BY_MEAN * np.where(found_it, difference.ravel(), np.inf))
+        # What is near grows with the time since, which is not noise.
+        np.minimum(previous.noise, noise, out=previous.noise)
+        told = found_it & self._open & ~self.fixed
+        weight = np.minimum(previous.texture / len(self._places) / TUNING.good_texture, 1.0)
+        return BlockShifts(
+            moved[:, 0], moved[:, 1], np.where(told, weight, 0.0), self._precision(previous))
+
+    def _precision(self, picture: BlockPicture) -> NDArray[np.float64]:
+        """
+        Return the precision of the displacements of the blocks of a picture, (N,).
+
+        The variance of a displacement by least squares is that of the noise divided by the
+        texture. Noise looks like texture: a central difference of one picture has a quarter of the
+        variance that the difference of two pictures has.
+        """
+        noise = np.maximum(picture.noise, _ROUNDING)
+        real = np.maximum(picture.texture - len(self._places) * noise / 4, 0.0)
+        return real / (real + noise / TUNING.block_deviation_px ** 2)
 
     def take(self, picture: NDArray[np.uint8]) -> BlockPicture:
         """Return a picture, (H, W), whose blocks can be found in others; it must not change."""
         pixels = picture.ravel()[self._pixels].astype(np.float32)
-        x = (pixels[:, 1:-1, 2:] - pixels[:, 1:-1, :-2]).reshape(len(pixels), -1)
-        y = (pixels[:, 2:, 1:-1] - pixels[:, :-2, 1:-1]).reshape(len(pixels), -1)
-        xx, xy, yy = (np.einsum('ij,ij->i', *pair) for pair in ((x, x), (x, y), (y, y)))
-        # Compares the product of the eigenvalues with the square of their sum.
-        least = TUNING.least_corner
-        corners = (1.0 + least) ** 2 * (xx * yy - xy * xy) > least * (xx + yy) ** 2
-        moments = (x * x + y * y) @ self._places
-        aside, down = moments.T / np.maximum(xx + yy, 1.0)
+        x = (pixels[:, 1:-1, 2:] - pixels[:, 1:-1, :-2]).reshape(len(pixels), -1) / 2
+        y = (pixels[:, 2:, 1:-1] - pixels[:, :-2, 1:-1]).reshape(len(pixels), -1) / 2
+        xx, both, yy = x * x, x * y, y * y
+        across, down = self._places.T
+        one, other = xx @ across + both @ down, both @ across + yy @ down
+        xx, xy, yy = (each.sum(axis=1) for each in (xx, both, yy))
+        half, apart = (xx + yy) / 2, np.hypot((xx - yy) / 2, xy)
+        corners = half - apart > TUNING.least_corner * (half + apart)
+        # The mean place, weighted with the matrices of the gradients, as least squares weigh.
+        determinant = np.where(corners, xx * yy - xy * xy, np.inf)
         return BlockPicture(
-            picture, corners, aside.astype(np.float64), down.astype(np.float64))
+            picture, *(each.astype(np.float64) for each in (
+                np.where(corners, half - apart, 0.0),
+                (yy * one - xy * other) / determinant, (xx * other - xy * one) / determinant,
+                np.full(len(xx), np.inf))))
 
     def learn(self, shifts: BlockShifts, must_move: NDArray[np.bool_]) -> None:
         """

@@ -266,7 +266,7 @@ class YawMeter:
         motion = self._fit(
             blocks.dx / scale, blocks.dy / scale, blocks.weight,
             key.foreseen(self._rate, self.mounting), aside=key.picture.aside / scale,
-            down=key.picture.down / scale)
+            down=key.picture.down / scale, precision=blocks.precision)
         return motion, blocks
 
     def _by_blocks(

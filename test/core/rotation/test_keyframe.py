@@ -25,7 +25,7 @@ import pytest
 CAMERA = Camera.with_field_of_view(480, 270, 80.0)
 MODEL = CameraModel(
     width=480, height=270, fx=CAMERA.focal, fy=CAMERA.focal, cx=CAMERA.cx, cy=CAMERA.cy)
-PICTURE = BlockPicture(np.zeros((8, 8), np.uint8), np.ones(3, np.bool_), np.zeros(3), np.zeros(3))
+PICTURE = BlockPicture(np.zeros((8, 8), np.uint8), *np.zeros((4, 3)))
 
 
 @cache
@@ -86,7 +86,7 @@ def motion(yaw, passing):
 def test_the_yaws_since_a_keyframe_add_up_to_the_last_one():
     key = Keyframe(PICTURE, FocusOfExpansion())
     blocks = BlockShifts(
-        np.array([1.0, 2.0, 9.0]), np.zeros(3), np.array([1.0, 1.0, 0.0]))
+        np.array([1.0, 2.0, 9.0]), np.zeros(3), np.array([1.0, 1.0, 0.0]), np.ones(3))
     yaws = (0.01, 0.025, 0.02)
     pairs = [key.pair(motion(yaw, 0.01), blocks) for yaw in yaws]
     assert np.cumsum([pair.yaw for pair in pairs]) == pytest.approx(yaws)
@@ -98,7 +98,7 @@ def test_the_yaws_since_a_keyframe_add_up_to_the_last_one():
 
 def test_pitch_and_roll_since_a_keyframe_add_up_as_the_yaw_does():
     key = Keyframe(PICTURE, FocusOfExpansion())
-    blocks = BlockShifts(np.ones(3), np.ones(3), np.ones(3))
+    blocks = BlockShifts(*np.ones((4, 3)))
     turned = [(0.001, 0.002), (0.003, -0.001), (0.003, 0.005)]
     pairs = [key.pair(replace(motion(0.0, 0.01), pitch=pitch, roll=roll), blocks)
              for pitch, roll in turned]
@@ -109,7 +109,7 @@ def test_pitch_and_roll_since_a_keyframe_add_up_as_the_yaw_does():
 def test_what_is_near_counts_for_a_pair_by_its_share_of_the_way():
     key, nears = Keyframe(PICTURE, FocusOfExpansion()), []
     for way in (1.0, 2.0, 4.0):
-        blocks = BlockShifts(np.full(3, 0.6 * way), np.full(3, 0.8 * way), np.ones(3))
+        blocks = BlockShifts(np.full(3, 0.6 * way), np.full(3, 0.8 * way), *np.ones((2, 3)))
         nears.append(key.pair(motion(0.0, 0.01 * way), blocks).near)
     assert nears == pytest.approx([0.01, 0.01, 0.02])
 
@@ -121,7 +121,7 @@ def test_a_keyframe_reaches_as_far_as_blocks_can_be_compared(sign):
     key.age = 0.1
     assert key.reaches(0.4, sign * 0.5, 0.1)
     assert not key.reaches(0.6, 0.0, 0.1) and not key.reaches(0.0, sign * 0.8, 0.1)
-    key.pair(motion(sign * 0.04, 0.01), BlockShifts(np.ones(3), np.ones(3), np.ones(3)))
+    key.pair(motion(sign * 0.04, 0.01), BlockShifts(*np.ones((4, 3))))
     assert not key.reaches(0.4, sign * 0.5, 0.1) and key.reaches(0.4, -sign * 0.5, 0.1)
 
 

@@ -61,13 +61,13 @@ def test_edges_say_nothing_as_a_shift_along_them_is_not_seen():
 
 @pytest.mark.parametrize(('share', 'corners'), [(0.07, False), (0.14, True)])
 def test_a_block_shows_a_corner_if_a_tenth_of_its_texture_is_across(share, corners):
-    """Waves of 9 pixels, as long as a block, to the right and down."""
+    """Waves of 11 pixels, as long as a block, to the right and down."""
     rows, columns = np.indices(SHAPE)
-    waves = 128 + 90 * np.sin(columns / 4.5 * np.pi) + (
-        90 * math.sqrt(share) * np.sin(rows / 4.5 * np.pi))
+    waves = 128 + 90 * np.sin(columns / 5.5 * np.pi) + (
+        90 * math.sqrt(share) * np.sin(rows / 5.5 * np.pi))
     for picture in (waves, 255 - waves):
-        found = BlockGrid(SHAPE).take(picture.round().astype(np.uint8)).corners
-        assert (found == corners).mean() > 0.9
+        found = BlockGrid(SHAPE).take(picture.round().astype(np.uint8)).texture
+        assert ((found > 0.0) == corners).mean() > 0.9
 
 
 def test_the_blocks_are_the_same_in_the_mirror():
@@ -112,6 +112,45 @@ def test_what_may_rest_is_not_taken_to_be_fixed():
     assert grid.fixed.all()
     grid.forget()
     assert not grid.fixed.any()
+
+
+def test_a_block_of_noise_is_less_precise_however_strong_its_texture():
+    """The right half shows the scene with the same noise."""
+    rng = np.random.default_rng(3)
+    pictures = []
+    for each in pair(SHAPE, 2.0, 0.0):
+        noisy = np.where(np.arange(SHAPE[1]) < 180, 128.0, each) + rng.normal(0.0, 15.0, SHAPE)
+        pictures.append(np.clip(noisy, 0, 255).astype(np.uint8))
+    grid = BlockGrid(SHAPE)
+    shifts = grid.measure(grid.take(pictures[0]), pictures[1], expected=(2.0, 0.0))
+    noise, scene = grid.middles[:, 0] < 160, grid.middles[:, 0] > 210
+    assert np.median(shifts.weight[noise]) == 1.0
+    assert np.median(shifts.precision[noise]) < 0.6 * np.median(shifts.precision[scene])
+    _, clear = measure(2.0, 0.0, grid=grid)
+    assert np.median(clear.precision) > 0.9
+
+
+def test_in_a_scene_that_grows_a_block_moves_as_a_point_beside_its_centre():
+    """Least squares find the displacement of that point, whatever the direction of the edges."""
+    height, width = 160, 640
+    noise = np.random.default_rng(3).normal(size=(height, width)).astype(np.float32)
+    texture = cv2.GaussianBlur(noise, (0, 0), 4.0)
+    before = np.clip(128 + 40 * texture / texture.std(), 0, 255).astype(np.float32)
+    middle = np.array([(width - 1) / 2, (height - 1) / 2])
+    zoom = cv2.getRotationMatrix2D(middle.tolist(), 0.0, 1.06)
+    after = cv2.warpAffine(before, zoom, (width, height), flags=cv2.INTER_CUBIC)
+    grid = BlockGrid((height, width))
+    picture = grid.take(before.round().astype(np.uint8))
+    centres = grid.middles - middle
+    shifts = grid.measure(
+        picture, after.round().clip(0, 255).astype(np.uint8), expected=0.06 * centres)
+    found = np.stack([shifts.dx, shifts.dy], axis=1)
+    beside = centres + np.stack([picture.aside, picture.down], axis=1)
+    inside = (shifts.weight > 0.0) & (np.abs(1.1 * centres) < middle - 8).all(axis=1)
+    at_centre, at_point = (
+        np.median(np.abs(found - 0.06 * place)[inside]) for place in (centres, beside))
+    assert np.count_nonzero(inside) > 60
+    assert at_point < 0.5 * at_centre
 
 
 def test_the_displacement_of_a_block_is_that_of_its_texture():
