@@ -79,7 +79,8 @@ _HOW_TEXT = """
     time. The remaining settings hardly do. From 16 × 8 to 24 × 10 blocks of 7 to 15 pixels, 10° to
     15° below the horizon and 15° to 30° above, three to ten iterations of the fit, and deviations
     of 0.15 to 0.8 pixels, all errors per frame lie within 20 % of each other. The cheapest
-    settings are used.
+    settings are used, but for the blocks: with 9 pixels instead of 11, noisy and compressed
+    pictures turn the heading by a quarter more.
     """
 _REAL_TEXT = """
     The peer tracks 1000 OpenCV corners and estimates an essential matrix with the full

@@ -97,7 +97,7 @@ class BlockGrid:
             np.clip(middle[:, None] + reach, 0, side - 1)
             for middle, side in ((y, height), (x, width)))
         self._pixels = row[:, :, None] * width + column[:, None, :]
-        # Place of each pixel within a block without the margin, (121, 2): column, row.
+        # Place of each pixel within a block without the margin, (N, 2): column, row.
         self._places = np.stack(
             np.meshgrid(reach[1:-1], reach[1:-1]), axis=-1).reshape(-1, 2).astype(np.float32)
         self._fixed = np.zeros(len(x))

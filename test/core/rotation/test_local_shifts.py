@@ -7,6 +7,7 @@ import math
 import cv2
 import numpy as np
 from phase_traj_ros.core.rotation.local_shifts import BlockGrid
+from phase_traj_ros.core.rotation.tuning import TUNING
 import pytest
 from textures import pair
 
@@ -32,6 +33,16 @@ def test_measures_each_block_to_a_fraction_of_a_pixel(dx, dy):
 def test_finds_what_is_not_quite_where_it_is_expected():
     _, shifts = measure(14.0, 3.0, expected=(0.0, 0.0))
     assert np.median(shifts.dx) == pytest.approx(14.0, abs=0.1)
+
+
+def test_nine_blocks_of_ten_agree_in_compressed_pictures():
+    pictures = [
+        cv2.imdecode(cv2.imencode('.jpg', each, (cv2.IMWRITE_JPEG_QUALITY, 10))[1], 0)
+        for each in pair(SHAPE, 3.4, -1.3)]
+    grid = BlockGrid(SHAPE)
+    shifts = grid.measure(grid.take(pictures[0]), pictures[1], expected=(3.0, 0.0))
+    off = np.hypot(shifts.dx - 3.4, shifts.dy + 1.3)
+    assert (off < TUNING.outlier_deviations * TUNING.block_deviation_px).mean() > 0.9
 
 
 def test_blocks_without_texture_say_nothing():
@@ -61,10 +72,9 @@ def test_edges_say_nothing_as_a_shift_along_them_is_not_seen():
 
 @pytest.mark.parametrize(('share', 'corners'), [(0.07, False), (0.14, True)])
 def test_a_block_shows_a_corner_if_a_tenth_of_its_texture_is_across(share, corners):
-    """Waves of 11 pixels, as long as a block, to the right and down."""
-    rows, columns = np.indices(SHAPE)
-    waves = 128 + 90 * np.sin(columns / 5.5 * np.pi) + (
-        90 * math.sqrt(share) * np.sin(rows / 5.5 * np.pi))
+    """Waves as long as a block, to the right and down."""
+    rows, columns = np.indices(SHAPE) * (2 * math.pi / TUNING.block_px)
+    waves = 128 + 90 * np.sin(columns) + 90 * math.sqrt(share) * np.sin(rows)
     for picture in (waves, 255 - waves):
         found = BlockGrid(SHAPE).take(picture.round().astype(np.uint8)).texture
         assert ((found > 0.0) == corners).mean() > 0.9
