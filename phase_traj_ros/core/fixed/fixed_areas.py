@@ -154,8 +154,9 @@ class FixedAreas:
         """Add the newest sample to the means if the world moves; return whether it does."""
         changed, energy = self._samples.changes()
         closed = self._samples.by_places(self._fixed.astype(np.float32)) / np.float32(255)
+        moves = self._moves(changed - changed * closed, energy - energy * closed)
         self._watch(closed)
-        if not self._moves(changed - changed * closed, energy - energy * closed):
+        if not moves:
             return False
         moved = np.full_like(changed, TUNING.full_change)
         if self._samples.turned <= TUNING.turned_px:
@@ -183,7 +184,10 @@ class FixedAreas:
             self._age += self._samples.elapsed
             if share < TUNING.driving_share and self._age < TUNING.long_s:
                 return
-            self._held = TUNING.standing_share <= share < TUNING.driving_share
+            # It goes on: what a vehicle changed before it stopped tells nothing.
+            goes_on = self._changing * TUNING.long_s >= (
+                TUNING.standing_share * self._samples.elapsed)
+            self._held = goes_on and TUNING.standing_share <= share < TUNING.driving_share
         self._reference, self._age = self._samples.gradients.copy(), 0.0
 
     def _only_horizon_remains(self, closed: NDArray[np.float32]) -> bool:

@@ -154,6 +154,17 @@ def test_a_stationary_vehicle_is_not_doubted(right):
     assert not areas.doubts(Shift(0.0, 0.0, 1.0), agreed=False)
 
 
+@pytest.mark.parametrize('metres', [0.1, 0.2, 0.4])
+def test_a_stop_is_not_doubted_for_what_moved_before_it(metres):
+    drive = plan_drive(
+        'a stop', [Straight(3 * metres)], rate_hz=RATE, camera=CAMERA, speed=RATE * metres)
+    driven = list(render_drive(drive))[:3]
+    areas = FixedAreas()
+    for frame in driven + driven[-1:] * 12:
+        areas.update(frame, 0.5)
+        assert not areas.doubts(Shift(0.2, 0.0, 0.3))
+
+
 def test_zero_is_doubted_where_the_blocks_disagree_and_the_world_moves(right):
     areas = learned(right[:10])
     assert areas.doubts(Shift(0.0, 0.0, 0.3), agreed=False)
