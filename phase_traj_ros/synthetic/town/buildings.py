@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import lru_cache
 
 import numpy as np
 from phase_traj_ros.synthetic.arrays import Floats
@@ -45,10 +46,14 @@ class Town:
     shadows: list[Floats] = field(default_factory=list)
 
     def _any(self, material: Material) -> int:
-        return int(self.rng.choice(self.materials.members[material]))
+        return self._one_of(self.materials.members[material])
 
     def _outline(self, outline: Outline) -> int:
-        return int(self.rng.choice(self.materials.silhouettes.members[outline]))
+        return self._one_of(self.materials.silhouettes.members[outline])
+
+    def _one_of(self, members: Sequence[int]) -> int:
+        # NumPy's choice would make an array of them.
+        return members[int(self.rng.integers(len(members)))]
 
     def lit(self, normal: Floats) -> float:
         """Return the brightness of a wall that faces along ``normal`` (a unit vector)."""
@@ -173,12 +178,17 @@ _CORNERS = np.array([(1, 1), (0, 1), (-1, 1), (-1, -1), (0, -1), (1, -1)], np.fl
 
 def _samples(start: Floats, end: Floats) -> Floats:
     count = int(np.ceil(np.hypot(*(end - start)) / _CHECK)) + 1
-    return start + np.linspace(0.0, 1.0, count)[:, None] * (end - start)
+    return start + _shares(count) * (end - start)
+
+
+@lru_cache(maxsize=256)
+def _shares(count: int) -> Floats:
+    return np.linspace(0.0, 1.0, count)[:, None]
 
 
 def _row_of_houses(town: Town, street: Street, side: float) -> None:
     """Build the houses on one side, with a garden wall or a hedge in the gaps."""
-    (rng, total) = (town.rng, street.lengths()[-1])
+    (rng, total) = (town.rng, street.lengths[-1])
     place = rng.uniform(0.0, 6.0)
     while place < total - _NARROWEST:
         gap = rng.random() < 0.2
@@ -201,7 +211,7 @@ def _row_of_houses(town: Town, street: Street, side: float) -> None:
 
 def _second_row(town: Town, street: Street, side: float) -> None:
     """Put high houses and trees behind the first row, visible through the gaps."""
-    (rng, total) = (town.rng, street.lengths()[-1])
+    (rng, total) = (town.rng, street.lengths[-1])
     place = rng.uniform(0.0, 20.0)
     while place < total:
         left = side * (street.half_width + rng.uniform(16.0, 32.0))
@@ -218,7 +228,7 @@ def _second_row(town: Town, street: Street, side: float) -> None:
 
 def _furniture(town: Town, street: Street, side: float) -> None:
     """Put trees, parked cars and lamps along the road."""
-    (rng, total) = (town.rng, street.lengths()[-1])
+    (rng, total) = (town.rng, street.lengths[-1])
     (trees, cars) = (rng.uniform(9.0, 22.0), rng.uniform(0.25, 0.8))
     place = rng.uniform(0.0, trees)
     while place < total:

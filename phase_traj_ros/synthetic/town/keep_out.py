@@ -4,6 +4,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from phase_traj_ros.synthetic.arrays import Bools, Floats, Ints
 
@@ -22,23 +24,29 @@ class KeepOut:
         self._radii = np.asarray(radii, np.float64)
         self._owners = np.zeros(len(radii), np.int64) if owners is None else owners
         self._reach = float(self._radii.max(initial=1.0))
-        cells = np.floor(self._centers / self._reach).astype(np.int64)
-        self._cells: dict[tuple[int, int], list[int]] = {}
-        for (index, (column, row)) in enumerate(cells.tolist()):
-            self._cells.setdefault((column, row), []).append(index)
+        cells: dict[tuple[int, int], list[int]] = {}
+        for (index, (x, y)) in enumerate(self._centers.tolist()):
+            cells.setdefault((self._cell(x), self._cell(y)), []).append(index)
+        self._cells = {cell: np.array(found) for (cell, found) in cells.items()}
+
+    def _cell(self, place: float) -> int:
+        return math.floor(place / self._reach)
 
     def _near(self, points: Floats) -> Ints:
-        low = np.floor((points.min(axis=0) - self._reach) / self._reach).astype(int)
-        high = np.floor((points.max(axis=0) + self._reach) / self._reach).astype(int)
+        """Return the discs that may reach one of the points."""
+        (west, south), (east, north) = points.min(axis=0).tolist(), points.max(axis=0).tolist()
+        rows = range(self._cell(south) - 1, self._cell(north) + 2)
         found = [
-            index
-            for column in range(low[0], high[0] + 1) for row in range(low[1], high[1] + 1)
-            for index in self._cells.get((column, row), ())]
-        return np.array(found, np.int64)
+            self._cells[column, row]
+            for column in range(self._cell(west) - 1, self._cell(east) + 2) for row in rows
+            if (column, row) in self._cells]
+        return np.concatenate(found) if found else np.zeros(0, np.int64)
 
     def clear(self, points: Floats, *, ignore: int | None = None) -> Bools:
         """Return which of the points (M, 2), close together, are in no disc."""
         near = self._near(points)
+        if not len(near):
+            return np.ones(len(points), np.bool_)
         if ignore is not None:
             near = near[self._owners[near] != ignore]
         (dx, dy) = (points[:, None, :] - self._centers[near]).transpose(2, 0, 1)

@@ -62,7 +62,7 @@ def _tile(rng: np.random.Generator, *, slope: float, contrast: float) -> Bytes:
 
 def _mend(rng: np.random.Generator, area: _Map, picture: Bytes, street: Street) -> None:
     """Draw patches, sealed cracks and the centre marking of the carriageway."""
-    total = street.lengths()[-1]
+    total = street.lengths[-1]
     for _ in range(int(total / 9)):
         (along, left) = (rng.uniform(0, total), rng.uniform(-ROADWAY + 0.6, ROADWAY - 0.6))
         (length, width) = rng.uniform((0.4, 0.4), (5.0, 1.8))
@@ -72,9 +72,7 @@ def _mend(rng: np.random.Generator, area: _Map, picture: Bytes, street: Street) 
         along = rng.uniform(0, total) + np.arange(0.0, rng.uniform(3.0, 25.0), 0.7)
         wander = np.cumsum(rng.normal(0.0, 0.06, len(along)))
         left = rng.uniform(-3.6, 3.6)
-        crack = np.concatenate([
-            street.beside(np.array([place]), left + sway)
-            for (place, sway) in zip(along, np.clip(wander, -0.6, 0.6))])
+        crack = street.beside(along, left + np.clip(wander, -0.6, 0.6))
         area.line(picture, crack, 0.05, rng.uniform(30, 60))
     for along in np.arange(0.0, total, 7.0):
         area.line(picture, street.beside(np.linspace(along, along + 3.0, 4), 1.7), 0.13, 205)

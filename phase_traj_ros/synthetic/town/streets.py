@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
@@ -34,7 +35,7 @@ _SAME_LANE = 6.0
 _REVISIT = 24
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Street:
     """
     A street.
@@ -48,17 +49,20 @@ class Street:
     half_width: float = 8.0
     again: bool = False
 
+    @cached_property
     def lengths(self) -> Floats:
         """Return the length of the street up to each point, (N,)."""
         (dx, dy) = np.diff(self.line, axis=0).T
         return np.concatenate([[0.0], np.cumsum(np.hypot(dx, dy))])
 
-    def beside(self, along: Floats, left: float) -> Floats:
+    @cached_property
+    def _courses(self) -> Floats:
+        """Return x, y and the direction of travel (dx, dy) at each point, (4, N)."""
+        return np.concatenate([self.line, np.gradient(self.line, axis=0)], axis=1).T.copy()
+
+    def beside(self, along: Floats, left: Floats | float) -> Floats:
         """Return the points (M, 2) at ``along`` (M,), ``left`` metres left of the centre."""
-        lengths = self.lengths()
-        ahead = np.gradient(self.line, axis=0)
-        (x, y, dx, dy) = (
-            np.interp(along, lengths, values) for values in (*self.line.T, *ahead.T))
+        (x, y, dx, dy) = (np.interp(along, self.lengths, values) for values in self._courses)
         scale = left / np.maximum(np.hypot(dx, dy), 1e-9)
         return np.stack([x - dy * scale, y + dx * scale], axis=1)
 
