@@ -54,7 +54,7 @@ class BlockShifts:
     Displacements of the blocks of a grid, in pixels; all arrays are (N,).
 
     ``dx`` is positive to the right, ``dy`` down. ``weight`` is from 0 (not measured) to 1 (much
-    texture). ``precision`` is from 0 (all texture is noise) to 1 (no noise). It is 0.5 if noise
+    texture). ``precision`` is from 0 (nothing but noise) to 1 (no noise). It is 0.5 if noise
     makes the displacement as unsure as ``TUNING.block_deviation_px``.
     """
 
@@ -160,10 +160,12 @@ class BlockGrid:
 
         The variance of a displacement by least squares is that of the noise divided by the
         texture. Noise looks like texture: a central difference of one picture has a quarter of the
-        variance that the difference of two pictures has.
+        variance that the difference of two pictures has. A share of the texture is always real: a
+        sharp picture differs from a blurred one by more than the noise of either, in all blocks.
         """
         noise = np.maximum(picture.noise, _ROUNDING)
-        real = np.maximum(picture.texture - len(self._places) * noise / 4, 0.0)
+        real = np.maximum(
+            picture.texture - len(self._places) * noise / 4, TUNING.least_real * picture.texture)
         return real / (real + noise / TUNING.block_deviation_px ** 2)
 
     def take(self, picture: NDArray[np.uint8]) -> BlockPicture:
