@@ -193,7 +193,7 @@ def test_what_tests_ask_for_is_installed_and_pinned(setup_arguments):
         for each in requirements) - {'setuptools'}
     makefile = (ROOT / 'Makefile').read_text()
     pins = (ROOT / 'tools' / 'constraints.txt').read_text().splitlines()
-    for target in ('test', 'test-noble', 'colcon'):
+    for target in ('test', 'noble-environment', 'colcon'):
         [chosen] = re.findall(rf'^{target}:.*\n.* --extras (\S+)', makefile, re.MULTILINE)
         installed = names_of([
             *setup_arguments['install_requires'],

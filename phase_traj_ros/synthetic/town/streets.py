@@ -7,6 +7,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+import math
 
 import numpy as np
 import numpy.typing as npt
@@ -73,16 +74,17 @@ def evenly(points: npt.ArrayLike) -> Floats:
     if not len(given) or not np.isfinite(given).all():
         raise ParameterError('a route needs at least one point, and finite numbers only')
     # A vehicle at rest has no direction; steps below _STILL are skipped.
-    kept = [given[0]]
-    for point in given[1:]:
-        if np.hypot(*(point - kept[-1])) > _STILL:
-            kept.append(point)
+    places = given.tolist()
+    kept = places[:1]
+    for (x, y) in places[1:]:
+        if math.hypot(x - kept[-1][0], y - kept[-1][1]) > _STILL:
+            kept.append([x, y])
     if len(kept) < 2:
-        kept.append(kept[0] + (1.0, 0.0))
-    line = np.stack(kept)
+        kept.append([kept[0][0] + 1.0, kept[0][1]])
+    line = np.array(kept)
     along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(line, axis=0).T))])
-    places = np.linspace(0.0, along[-1], max(round(along[-1]), 1) + 1)
-    return np.stack([np.interp(places, along, values) for values in line.T], axis=1)
+    evenly_along = np.linspace(0.0, along[-1], max(round(along[-1]), 1) + 1)
+    return np.stack([np.interp(evenly_along, along, values) for values in line.T], axis=1)
 
 
 def grid_streets(xs: Sequence[float], ys: Sequence[float]) -> tuple[Street, ...]:
