@@ -26,20 +26,23 @@ _DEVIATION_BY_MEAN = math.sqrt(math.pi / 2)
 _ROUNDING = 1 / 6
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(slots=True, eq=False)
 class BlockPicture:
     """
     A picture, (H, W) uint8, and the texture of its blocks; the other arrays are (N,).
 
     ``texture`` is the smaller eigenvalue of the sum of the squared gradients (g gᵀ), in grey
-    values squared; 0 in a block that shows only an edge. Within a block, near parts move farther:
+    values squared; 0 in a block that shows only an edge. ``weight``, from 0 to 1, follows from it;
+    it is 1 from ``TUNING.good_texture`` per pixel on. Within a block, near parts move farther:
     the displacement that least squares find is that of a point which is ``aside`` and ``down`` of
     the centre of the block, in pixels. ``noise`` is the least variance so far of the differences
-    to where a block was found in another picture, in grey values squared; it is updated.
+    to where a block was found in another picture, in grey values squared; ``BlockGrid.measure``
+    updates it.
     """
 
     pixels: NDArray[np.uint8]
     texture: NDArray[np.float64]
+    weight: NDArray[np.float64]
     aside: NDArray[np.float64]
     down: NDArray[np.float64]
     noise: NDArray[np.float64]
@@ -51,7 +54,7 @@ class BlockShifts:
     Displacements of the blocks of a grid, in pixels; all arrays are (N,).
 
     ``dx`` is positive to the right, ``dy`` down. ``weight`` is from 0 (not measured) to 1 (much
-    texture). ``precision`` is from 0 (all texture is noise) to 1 (no noise). It is 0.5 if noise
+    texture). ``precision`` is from 0 (nothing but noise) to 1 (no noise). It is 0.5 if noise
     makes the displacement as unsure as ``TUNING.block_deviation_px``.
     """
 
@@ -145,11 +148,11 @@ class BlockGrid:
         # OpenCV leaves the difference of a block undefined that it did not find.
         noise = np.square(_DEVIATION_BY_MEAN * np.where(found_it, difference.ravel(), np.inf))
         # What is near grows with the time since, which is not noise.
-        np.minimum(previous.noise, noise, out=previous.noise)
+        previous.noise = np.minimum(previous.noise, noise)
         told = found_it & self._open & ~self.fixed
-        weight = np.minimum(previous.texture / len(self._places) / TUNING.good_texture, 1.0)
         return BlockShifts(
-            moved[:, 0], moved[:, 1], np.where(told, weight, 0.0), self._precision(previous))
+            moved[:, 0], moved[:, 1], np.where(told, previous.weight, 0.0),
+            self._precision(previous))
 
     def _precision(self, picture: BlockPicture) -> NDArray[np.float64]:
         """
@@ -157,10 +160,12 @@ class BlockGrid:
 
         The variance of a displacement by least squares is that of the noise divided by the
         texture. Noise looks like texture: a central difference of one picture has a quarter of the
-        variance that the difference of two pictures has.
+        variance that the difference of two pictures has. A share of the texture is always real: a
+        sharp picture differs from a blurred one by more than the noise of either, in all blocks.
         """
         noise = np.maximum(picture.noise, _ROUNDING)
-        real = np.maximum(picture.texture - len(self._places) * noise / 4, 0.0)
+        real = np.maximum(
+            picture.texture - len(self._places) * noise / 4, TUNING.least_real * picture.texture)
         return real / (real + noise / TUNING.block_deviation_px ** 2)
 
     def take(self, picture: NDArray[np.uint8]) -> BlockPicture:
@@ -174,13 +179,14 @@ class BlockGrid:
         xx, xy, yy = (each.sum(axis=1) for each in (xx, both, yy))
         half, apart = (xx + yy) / 2, np.hypot((xx - yy) / 2, xy)
         corners = half - apart > TUNING.least_corner * (half + apart)
+        texture = np.where(corners, half - apart, 0.0).astype(np.float64)
+        weight = np.minimum(texture / len(self._places) / TUNING.good_texture, 1.0)
         # The mean place, weighted with the matrices of the gradients, as least squares weigh.
         determinant = np.where(corners, xx * yy - xy * xy, np.inf)
+        aside, below = (yy * one - xy * other) / determinant, (xx * other - xy * one) / determinant
         return BlockPicture(
-            picture, *(each.astype(np.float64) for each in (
-                np.where(corners, half - apart, 0.0),
-                (yy * one - xy * other) / determinant, (xx * other - xy * one) / determinant,
-                np.full(len(xx), np.inf))))
+            picture, texture, weight, aside.astype(np.float64), below.astype(np.float64),
+            noise=np.full(len(texture), np.inf))
 
     def learn(self, shifts: BlockShifts, must_move: NDArray[np.bool_]) -> None:
         """

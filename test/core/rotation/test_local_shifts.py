@@ -140,6 +140,16 @@ def test_a_block_of_noise_is_less_precise_however_strong_its_texture():
     assert np.median(clear.precision) > 0.9
 
 
+def test_blocks_count_between_a_blurred_picture_and_a_sharp_one():
+    """They differ by more than the texture of the blurred one, and its texture is no noise."""
+    first, second = pair(SHAPE, 2.0, 0.0)
+    grid = BlockGrid(SHAPE)
+    shifts = grid.measure(grid.take(cv2.blur(first, (15, 1))), second, expected=(2.0, 0.0))
+    seen = shifts.weight > 0.5
+    assert np.count_nonzero(seen) > 40
+    assert shifts.precision[seen].min() > 0.0
+
+
 def test_in_a_scene_that_grows_a_block_moves_as_a_point_beside_its_centre():
     """Least squares find the displacement of that point, whatever the direction of the edges."""
     height, width = 160, 640
