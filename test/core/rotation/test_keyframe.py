@@ -25,7 +25,7 @@ import pytest
 CAMERA = Camera.with_field_of_view(480, 270, 80.0)
 MODEL = CameraModel(
     width=480, height=270, fx=CAMERA.focal, fy=CAMERA.focal, cx=CAMERA.cx, cy=CAMERA.cy)
-PICTURE = BlockPicture(np.zeros((8, 8), np.uint8), *np.zeros((4, 3)))
+PICTURE = BlockPicture(np.zeros((8, 8), np.uint8), *np.zeros((5, 3)))
 
 
 @cache
