@@ -54,7 +54,6 @@ class Keyframe:
             self.moved, self.moved - last))
         share = newest / far if far > newest else 1.0
         before, self._rotation = self._rotation, (motion.yaw, motion.pitch, motion.roll)
-        self.travel = motion.travel
         yaw, pitch, roll = (after - last for after, last in zip(self._rotation, before))
         return replace(motion, yaw=yaw, pitch=pitch, roll=roll, age=self.age,
                        near=share * motion.near)

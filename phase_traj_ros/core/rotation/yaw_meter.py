@@ -200,7 +200,7 @@ class YawMeter:
         if self._keyframes and measured.certain:
             self._newest = frame
         if not self._keyframes or self._key.is_over(motion, interval):
-            self._key = self._keyframe(current, motion.travel)
+            self._key = self._keyframe(current, self._key.travel)
         return measured
 
     def _motion_since_key(
@@ -277,6 +277,10 @@ class YawMeter:
         assert key is not None
         pair = key.pair(motion, blocks)
         self._rate = pair.yaw / interval
+        # In a turn, the direction of travel of blocks that hardly agree would run away.
+        runs_away = _doubted(motion) and abs(self._rate) > TUNING.straight_rate
+        key.travel = (
+            key.foreseen(self._rate, self.mounting) if runs_away else motion.travel)
         self._passing = motion.passing / key.age
         if motion.passing > TUNING.moving:
             self.mounting.add(

@@ -24,6 +24,7 @@ from phase_traj_ros.synthetic import (
     Straight,
     Turn,
 )
+from phase_traj_ros.synthetic.degradations import rain
 import pytest
 
 CAMERA = Camera.with_field_of_view(320, 240, 70.0)
@@ -138,6 +139,16 @@ def test_flicker_of_the_exposure_does_not_matter():
         for index, frame in enumerate(frames)]
     headings, _, _, _ = follow(flickering, drive.stamps_ns.tolist(), CAMERA.focal)
     assert np.abs(headings - np.degrees(drive.poses[:, 2])).max() < 2.5
+
+
+@pytest.mark.parametrize('seed', [2, 3])
+def test_rain_in_a_corner_does_not_turn_the_direction_of_travel(seed):
+    """If it did, the yaw would follow it, by the more the longer the corner lasts."""
+    drive, frames = rendered()
+    wet = [rain(frame, streaks=1000, seed=(seed, number)) for number, frame in enumerate(frames)]
+    headings, _, _, turns = follow(wet, drive.stamps_ns.tolist(), CAMERA.focal)
+    assert np.abs(headings - np.degrees(drive.poses[:, 2])).max() < 8.0
+    assert [turn.quarter_turns for turn in turns] == [1, -1]
 
 
 def test_nothing_to_see_is_no_measurement():
