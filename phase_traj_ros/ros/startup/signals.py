@@ -21,10 +21,15 @@ def stop_on_signals() -> Iterator[Event]:
     a second Ctrl-C must not turn this into a failure.
     """
     stop = Event()
-    handlers = {
-        number: signal.signal(number, lambda *_: stop.set())
-        for number in (signal.SIGINT, signal.SIGTERM)
-    }
+    numbers = (signal.SIGINT, signal.SIGTERM)
+
+    def end(*_: object) -> None:
+        # An event is not re-entrant: a signal while it is set would wait for its lock for ever.
+        for number in numbers:
+            signal.signal(number, signal.SIG_IGN)
+        stop.set()
+
+    handlers = {number: signal.signal(number, end) for number in numbers}
     try:
         yield stop
     finally:

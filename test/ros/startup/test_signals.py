@@ -1,0 +1,44 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Signals set an event, however many arrive."""
+
+import os
+import signal
+
+from phase_traj_ros.ros.startup.signals import stop_on_signals
+import pytest
+
+NUMBERS = (signal.SIGINT, signal.SIGTERM)
+
+
+@pytest.fixture(autouse=True)
+def handlers():
+    """Restore the handlers, which ignore signals once one has arrived."""
+    before = {number: signal.getsignal(number) for number in NUMBERS}
+    yield before
+    for number, handler in before.items():
+        signal.signal(number, handler)
+
+
+@pytest.mark.parametrize('number', NUMBERS)
+def test_a_signal_while_the_event_is_set_is_ignored(number):
+    with stop_on_signals() as stop:
+        finish, begun = stop.set, []
+
+        def interrupted():
+            begun.append(number)
+            for each in NUMBERS:
+                os.kill(os.getpid(), each)
+            finish()
+
+        stop.set = interrupted
+        os.kill(os.getpid(), number)
+        assert stop.is_set()
+        assert begun == [number]
+    assert all(signal.getsignal(each) is signal.SIG_IGN for each in NUMBERS)
+
+
+def test_without_a_signal_the_handlers_are_those_of_before(handlers):
+    with stop_on_signals() as stop:
+        assert not stop.is_set()
+    assert {number: signal.getsignal(number) for number in NUMBERS} == handlers
