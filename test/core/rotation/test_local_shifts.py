@@ -141,7 +141,7 @@ def test_a_block_of_noise_is_less_precise_however_strong_its_texture():
 
 
 def test_blocks_count_between_a_blurred_picture_and_a_sharp_one():
-    """They differ by more than the texture of the blurred one, and its texture is no noise."""
+    """They differ by more than the texture of the blurred one, and its texture is not noise."""
     first, second = pair(SHAPE, 2.0, 0.0)
     grid = BlockGrid(SHAPE)
     shifts = grid.measure(grid.take(cv2.blur(first, (15, 1))), second, expected=(2.0, 0.0))
