@@ -13,6 +13,7 @@ from phase_traj_ros.core import EstimatorSettings, TrajectoryEstimator, View
 from phase_traj_ros.synthetic import KITTI_CAMERA
 
 _TURN_THRESHOLD = 20.0
+_PERIOD_NS = 10 ** 8
 
 INTRODUCTION = paragraphs("""
     These tables run the whole estimator with several settings on the same frames. The error is
@@ -45,7 +46,7 @@ def _measure(clip: Clip) -> dict[str, tuple[Timed, np.ndarray, int]]:
         def update(item):
             index, frame = item
             cv2.setNumThreads(2 if 'threads' in name else 1)
-            result = estimators[name].update(frame, index)
+            result = estimators[name].update(frame, index * _PERIOD_NS)
             cv2.setNumThreads(1)
             return result
         return update
