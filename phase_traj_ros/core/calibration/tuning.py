@@ -104,6 +104,9 @@ class CalibrationTuning:
     """...to the side and up, ..."""
     shake_deviation: float = math.radians(1.5)
     """...and of the rotation about the other axes."""
+    lasting: float = 2.0
+    """Deviation of what is common to all frames of the stretch, relative to the last two values:
+    sideslip of a camera ahead of the rear axle, and a pitched or rolled mounting."""
     nearness: float = 0.3
     """Prior standard deviation of the inverse distance of a point..."""
     start_nearness: float = 0.03

@@ -12,7 +12,9 @@ Hartley and Fitzgibbon, "Bundle adjustment - a modern synthesis", 2000). The dir
 comes from the middle one of the frames that show it.
 
 A prior for the motion of vehicles constrains the solution: a vehicle moves in its viewing
-direction, by similar distances between frames, and turns about one axis.
+direction, by similar distances between frames, and turns about one axis. A deviation that lasts
+throughout the turn is cheaper than one that changes: a camera ahead of the rear axle moves
+sideways in a turn, and a pitched one moves upwards in its image and rolls.
 """
 
 from collections.abc import Sequence
@@ -116,6 +118,8 @@ class _Problem:
         self._steps = np.maximum(steps / steps.mean(), TUNING.least_interval)
         self._frames, self._points = len(tracks.flow), count
         self._sights = np.arange(len(used))
+        # Whitens deviations with a common part: what is removed of their mean.
+        self._common = 1.0 - 1.0 / math.sqrt(1.0 + (self._frames - 1) * TUNING.lasting ** 2)
         self._column = TUNING.column_deviation * width
 
     def search(self, state: _State, iterations: int) -> _State:
@@ -236,6 +240,7 @@ class _Problem:
         off[:, 0] -= 1.0 / TUNING.speed_deviation
         off[:, 3] = (turned[:, 2, 1] - turned[:, 1, 2]) / (2.0 * TUNING.shake_deviation)
         off[:, 4] = (turned[:, 1, 0] - turned[:, 0, 1]) / (2.0 * TUNING.shake_deviation)
+        off[:, 1:] -= self._common * off[:, 1:].mean(axis=0)
         return off, axes
 
     def _normal(self, state: _State) -> tuple[Numbers, Numbers, Numbers, Numbers, Numbers]:
@@ -286,6 +291,7 @@ class _Problem:
         for row, axis in ((3, 0), (4, 2)):
             rows[steps, row, steps + 1, axis] = 1.0 / TUNING.shake_deviation
             rows[steps, row, steps, axis] = -1.0 / TUNING.shake_deviation
+        rows[:, 1:] -= self._common * rows[:, 1:].mean(axis=0)
         jacobian = rows[:, :, 1:].reshape(-1, 6 * (self._frames - 1))
         normal = np.zeros((3 + jacobian.shape[1],) * 2)
         normal[3:, 3:] = product(jacobian, jacobian)

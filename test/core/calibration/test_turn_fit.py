@@ -16,8 +16,12 @@ GUESSES = [(0.23 * WIDTH, 1.0, 0.0), (0.45 * WIDTH, 0.6, 0.0), (0.9 * WIDTH, 0.9
 
 
 def tracks_of(*, focal, straightness=1.0, column=0.0, turned_deg=60.0, pitch_deg=0.0,
-              roll_deg=0.0, noise=0.1, wrong=0.0, steps=11, seed=0):
-    """Return what a camera sees of points all round, on an arc of 8 m radius."""
+              roll_deg=0.0, ahead=0.0, noise=0.1, wrong=0.0, steps=11, seed=0):
+    """
+    Return what a camera sees of points all round, on an arc of 8 m radius.
+
+    The camera is ``ahead`` metres ahead of the rear axle, the point that moves along the arc.
+    """
     rng = np.random.default_rng(seed)
     count = 1500
     (around, away) = (rng.uniform(-math.pi, math.pi, count), rng.uniform(8.0, 60.0, count))
@@ -28,15 +32,16 @@ def tracks_of(*, focal, straightness=1.0, column=0.0, turned_deg=60.0, pitch_deg
     for (frame, yaw) in enumerate(yaws):
         side = math.copysign(8.0, turned_deg)
         place = np.array([abs(side) * math.sin(abs(yaw)), side * (1 - math.cos(yaw)), 0.0])
+        place += ahead * np.array([math.cos(yaw), math.sin(yaw), 0.0])
         tilted = rotation(yaw, math.radians(pitch_deg), math.radians(roll_deg))
         seen = (points - place) @ tilted @ BODY_TO_PICTURE.T
-        ahead = np.flatnonzero(seen[:, 2] > 0.5)
-        at = places(seen[ahead], focal, straightness) + np.array((column, 0.0))
+        visible = np.flatnonzero(seen[:, 2] > 0.5)
+        at = places(seen[visible], focal, straightness) + np.array((column, 0.0))
         inside = (abs(at) < (WIDTH / 2, HEIGHT / 2)).all(axis=1)
         at = at[inside] + noise * rng.standard_normal((inside.sum(), 2))
         strays = rng.random(len(at)) < wrong
         at[strays] += rng.uniform(-30, 30, (strays.sum(), 2))
-        sights.append(np.column_stack([ahead[inside], np.full(len(at), frame), at]))
+        sights.append(np.column_stack([visible[inside], np.full(len(at), frame), at]))
     sights = np.concatenate(sights)
     (names, times) = np.unique(sights[:, 0], return_counts=True)
     kept = names[times >= 3][:100]
@@ -71,6 +76,15 @@ def test_the_axis_of_the_turn_is_the_vertical():
     (right, down, ahead) = fit.down
     assert math.degrees(math.asin(ahead)) == pytest.approx(12.0, abs=1.0)
     assert math.degrees(math.atan2(right, down)) == pytest.approx(-4.0, abs=1.0)
+
+
+def test_neither_a_pitched_camera_nor_one_ahead_of_the_axle_changes_the_focal_length():
+    # As on a model car: it moves 24 degrees sideways in the turn, and rolls as it turns.
+    fits = [fit_turn(
+        tracks_of(focal=150.0, straightness=-0.15, pitch_deg=22.0, ahead=3.5, turned_deg=-75.0,
+                  noise=0.5, seed=seed), GUESSES, width=WIDTH) for seed in range(4)]
+    assert math.exp(np.mean([fit.log_focal for fit in fits])) == pytest.approx(150.0, rel=0.04)
+    assert math.degrees(np.mean([fit.angle for fit in fits])) == pytest.approx(-75.0, abs=3.0)
 
 
 def test_the_principal_point_is_found():
