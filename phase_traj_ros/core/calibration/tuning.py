@@ -122,7 +122,7 @@ class CalibrationTuning:
     straightness_deviation: float = 0.6
     """...and its standard deviation."""
     guesses: tuple[tuple[float, float, float], ...] = (
-        (0.23, 1.0, 0.0), (0.45, 0.6, 0.0), (0.9, 0.9, 0.0))
+        (0.23, 1.0, 0.0), (0.45, 0.6, 0.0), (0.9, 0.9, 0.0), (2.2, 1.0, 0.0))
     """Start values: focal length in widths, straightness, and column in widths..."""
     cropped_guesses: tuple[tuple[float, float, float], ...] = ((0.9, 0.9, -0.45), (0.9, 0.9, 0.45))
     """...and those for cropped images, which are tried if none of the others fits well."""

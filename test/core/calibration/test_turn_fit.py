@@ -5,6 +5,7 @@
 import math
 
 import numpy as np
+from phase_traj_ros.core.calibration.tuning import TUNING
 from phase_traj_ros.core.calibration.turn_fit import fit_turn
 from phase_traj_ros.core.calibration.turn_tracks import TurnTracks
 from phase_traj_ros.core.camera.lens_family import places
@@ -64,6 +65,16 @@ def test_a_turn_tells_focal_length_and_distortion(focal, straightness, turned_de
     assert fit.straightness == pytest.approx(straightness, abs=0.05 if focal < 300 else 0.3)
     assert math.degrees(fit.angle) == pytest.approx(turned_deg, abs=2.5)
     assert fit.cost < 1.0
+
+
+def test_a_narrow_lens_is_found_from_the_start_values_of_wide_ones():
+    # 20 degrees: the view hardly tells its focal length, and the fit says so.
+    guesses = [(focal * WIDTH, straightness, column * WIDTH)
+               for focal, straightness, column in TUNING.guesses]
+    fits = [fit_turn(tracks_of(focal=900.0, turned_deg=10.0, seed=seed), guesses, width=WIDTH)
+            for seed in range(4)]
+    assert math.exp(np.mean([fit.log_focal for fit in fits])) == pytest.approx(900.0, rel=0.12)
+    assert all(0.08 < math.sqrt(fit.covariance[0, 0]) < 0.3 for fit in fits)
 
 
 def test_points_that_go_astray_hardly_count():
