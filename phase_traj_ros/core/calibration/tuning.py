@@ -105,7 +105,7 @@ class CalibrationTuning:
     shake_deviation: float = math.radians(1.5)
     """...and of the rotation about the other axes."""
     lasting: float = 2.0
-    """Deviation of what is common to all frames of the stretch, relative to the last two values:
+    """Deviation of what is common to all frames of the stretch, relative to these two:
     sideslip of a camera ahead of the rear axle, and a pitched or rolled mounting."""
     nearness: float = 0.3
     """Prior standard deviation of the inverse distance of a point..."""
