@@ -52,10 +52,9 @@ def test_two_signals_at_the_same_moment_are_no_error(monkeypatch):
 
 
 def test_a_program_that_a_signal_has_ended_ignores_further_ones():
-    with handled(raise_ended):
-        with stop_on_signals() as stop:
-            os.kill(os.getpid(), signal.SIGINT)
-            assert stop.is_set()
+    with handled(raise_ended), stop_on_signals() as stop:
+        os.kill(os.getpid(), signal.SIGINT)
+        assert stop.is_set()
     assert all(signal.getsignal(each) is signal.SIG_IGN for each in NUMBERS)
 
 
