@@ -59,7 +59,9 @@ def handled(handler: Callable[[int, FrameType | None], None]) -> Iterator[None]:
         raise
     finally:
         for number, earlier in before.items():
-            signal.signal(number, earlier)
+            # Unless a signal inside has ended the program, and further ones are ignored.
+            if signal.getsignal(number) is handler:
+                signal.signal(number, earlier)
 
 
 def status_of(number: int) -> int:

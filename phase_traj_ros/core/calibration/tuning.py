@@ -105,7 +105,7 @@ class CalibrationTuning:
     shake_deviation: float = math.radians(1.5)
     """...and of the rotation about the other axes."""
     lasting: float = 2.0
-    """Deviation of what is common to all frames of the stretch, relative to the last two values:
+    """Deviation of what is common to all frames of the stretch, relative to these two:
     sideslip of a camera ahead of the rear axle, and a pitched or rolled mounting."""
     nearness: float = 0.3
     """Prior standard deviation of the inverse distance of a point..."""
@@ -122,7 +122,7 @@ class CalibrationTuning:
     straightness_deviation: float = 0.6
     """...and its standard deviation."""
     guesses: tuple[tuple[float, float, float], ...] = (
-        (0.23, 1.0, 0.0), (0.45, 0.6, 0.0), (0.9, 0.9, 0.0))
+        (0.23, 1.0, 0.0), (0.45, 0.6, 0.0), (0.9, 0.9, 0.0), (2.2, 1.0, 0.0))
     """Start values: focal length in widths, straightness, and column in widths..."""
     cropped_guesses: tuple[tuple[float, float, float], ...] = ((0.9, 0.9, -0.45), (0.9, 0.9, 0.45))
     """...and those for cropped images, which are tried if none of the others fits well."""

@@ -124,7 +124,7 @@ class _Problem:
 
     def search(self, state: _State, iterations: int) -> _State:
         """Optimise a state by the Levenberg-Marquardt method."""
-        cost, damping = self.cost(state), 1e-3
+        cost, damping = self.cost(state), 1e-5
         for _ in range(iterations):
             normal, mixed, own, gradient, own_gradient = self._normal(state)
             for _ in range(TUNING.damping_tries):

@@ -154,7 +154,9 @@ class FixedAreas:
         """Add the newest sample to the means if the world moves; return whether it does."""
         changed, energy = self._samples.changes()
         closed = self._samples.by_places(self._fixed.astype(np.float32)) / np.float32(255)
-        moves = self._moves(changed - changed * closed, energy - energy * closed)
+        left_changed, left_energy = _outside(closed, changed, energy)
+        self._changing = _share(left_changed, left_energy)
+        moves = self._moves(left_changed, left_energy)
         self._watch(closed)
         if not moves:
             return False
@@ -177,9 +179,7 @@ class FixedAreas:
     def _watch(self, closed: NDArray[np.float32]) -> None:
         """Check whether most of the image has not changed for long while a part of it has."""
         if self._reference is not None:
-            changed, energy = self._samples.changes(self._reference)
-            total = float((energy - energy * closed).sum())
-            share = float((changed - changed * closed).sum()) / total if total > 0.0 else 0.0
+            share = _share(*_outside(closed, *self._samples.changes(self._reference)))
             self._far = self._only_horizon_remains(closed)
             self._age += self._samples.elapsed
             if share < TUNING.driving_share and self._age < TUNING.long_s:
@@ -215,12 +215,10 @@ class FixedAreas:
 
     def _moves(self, changed: NDArray[np.float32], energy: NDArray[np.float32]) -> bool:
         """Return whether the world moves, and not only traffic in a part of the image."""
-        total = float(energy.sum())
-        self._changing = min(float(changed.sum()) / total, 1.0) if total > 0.0 else 0.0
         rows = np.array_split(
             np.stack([changed.sum(axis=1), energy.sum(axis=1)]), TUNING.strips, axis=1)
         strips = np.array([strip.sum(axis=1) for strip in rows])
-        telling = strips[:, 1] > TUNING.strip_tells * total
+        telling = strips[:, 1] > TUNING.strip_tells * float(energy.sum())
         self._moving = self._changing >= TUNING.moving_share and bool(
             np.count_nonzero(strips[telling, 0] < TUNING.strip_changes * strips[telling, 1]) <= 1)
         return self._moving
@@ -266,3 +264,16 @@ class FixedAreas:
         framed = cv2.copyMakeBorder(black, 1, 1, 1, 1, cv2.BORDER_CONSTANT, value=(1,))
         cv2.floodFill(framed, None, (0, 0), (255,))
         return np.where(framed[1:-1, 1:-1] == 255, np.uint8(255), np.uint8(0))
+
+
+def _outside(
+    closed: NDArray[np.float32], *amounts: NDArray[np.float32],
+) -> tuple[NDArray[np.float32], ...]:
+    """Return amounts by places without the share of each place that is closed."""
+    return tuple(each - each * closed for each in amounts)
+
+
+def _share(changed: NDArray[np.float32], energy: NDArray[np.float32]) -> float:
+    """Return the share of the energy that changed, 0 to 1; 0 where there is no energy."""
+    total = float(energy.sum())
+    return min(float(changed.sum()) / total, 1.0) if total > 0.0 else 0.0

@@ -9,7 +9,7 @@ always in one direction. So the azimuth at which the camera is mounted is estima
 direction of travel on straights.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 import math
 
 from phase_traj_ros.core.rotation.tuning import TUNING
@@ -43,6 +43,19 @@ class FocusOfExpansion:
             kept * self.course + (1.0 - kept) * mounted, self.slope,
             share * self.course_variance + (1.0 - share) * course ** 2,
             share * self.slope_variance + (1.0 - share) * TUNING.slope_deviation ** 2)
+
+    def limited(self, yaw_rate: float, mounting: 'Mounting') -> 'FocusOfExpansion':
+        """
+        Return it with the nearest course that is plausible at a yaw rate in radians per second.
+
+        This is that of a vehicle that drives straight ahead, and in a turn one towards its inside:
+        a camera ahead of the rear axle moves there.
+        """
+        aside = TUNING.plausible * math.hypot(TUNING.course_deviation, mounting.deviation)
+        inside = -TUNING.plausible * TUNING.sideslip_s * yaw_rate
+        least = mounting.angle - aside + min(inside, 0.0)
+        most = mounting.angle + aside + max(inside, 0.0)
+        return replace(self, course=min(max(self.course, least), most))
 
 
 class Mounting:

@@ -102,6 +102,9 @@ class YawTuning:
     sideslip_s: float = 0.4
     """Sideslip of the camera per yaw rate: in a turn, a camera ahead of the rear axle moves
     sideways by the yaw rate times its lever arm. The quotient is 1.6 m at 4 m/s."""
+    plausible: float = 2.0
+    """Standard deviations of course and sideslip within which the course of blocks that hardly
+    agree has to be."""
     straight_rate: float = math.radians(3.0)
     """A vehicle drives straight ahead below this yaw rate..."""
     moving: float = 0.01

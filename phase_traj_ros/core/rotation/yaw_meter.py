@@ -277,10 +277,9 @@ class YawMeter:
         assert key is not None
         pair = key.pair(motion, blocks)
         self._rate = pair.yaw / interval
-        # In a turn, the direction of travel of blocks that hardly agree would run away.
-        runs_away = _doubted(motion) and abs(self._rate) > TUNING.straight_rate
-        key.travel = (
-            key.foreseen(self._rate, self.mounting) if runs_away else motion.travel)
+        # The direction of travel of blocks that hardly agree could run away.
+        key.travel = (motion.travel.limited(self._rate, self.mounting) if _doubted(motion)
+                      else motion.travel)
         self._passing = motion.passing / key.age
         if motion.passing > TUNING.moving:
             self.mounting.add(

@@ -23,10 +23,13 @@ def stop_on_signals() -> Iterator[Event]:
     stop = Event()
     numbers = (signal.SIGINT, signal.SIGTERM)
 
+    def ignore(*_: object) -> None:
+        """Do nothing; for SIG_IGN, Python reports an error if a signal has already arrived."""
+
     def end(*_: object) -> None:
         # An event is not re-entrant: a signal while it is set would wait for its lock for ever.
         for number in numbers:
-            signal.signal(number, signal.SIG_IGN)
+            signal.signal(number, ignore)
         stop.set()
 
     handlers = {number: signal.signal(number, end) for number in numbers}

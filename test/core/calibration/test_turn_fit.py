@@ -5,6 +5,7 @@
 import math
 
 import numpy as np
+from phase_traj_ros.core.calibration.tuning import TUNING
 from phase_traj_ros.core.calibration.turn_fit import fit_turn
 from phase_traj_ros.core.calibration.turn_tracks import TurnTracks
 from phase_traj_ros.core.camera.lens_family import places
@@ -66,6 +67,16 @@ def test_a_turn_tells_focal_length_and_distortion(focal, straightness, turned_de
     assert fit.cost < 1.0
 
 
+def test_a_narrow_lens_is_found_from_the_start_values_of_wide_ones():
+    # 20 degrees: the view hardly tells its focal length, and the fit says so.
+    guesses = [(focal * WIDTH, straightness, column * WIDTH)
+               for focal, straightness, column in TUNING.guesses]
+    fits = [fit_turn(tracks_of(focal=900.0, turned_deg=10.0, seed=seed), guesses, width=WIDTH)
+            for seed in range(4)]
+    assert math.exp(np.mean([fit.log_focal for fit in fits])) == pytest.approx(900.0, rel=0.12)
+    assert all(0.08 < math.sqrt(fit.covariance[0, 0]) < 0.3 for fit in fits)
+
+
 def test_points_that_go_astray_hardly_count():
     fit = fit_turn(tracks_of(focal=180.0, wrong=0.1), GUESSES, width=WIDTH)
     assert math.exp(fit.log_focal) == pytest.approx(180.0, rel=0.05)
@@ -82,7 +93,7 @@ def test_neither_a_pitched_camera_nor_one_ahead_of_the_axle_changes_the_focal_le
     # As on a model car: it moves 24 degrees sideways in the turn, and rolls as it turns.
     fits = [fit_turn(
         tracks_of(focal=150.0, straightness=-0.15, pitch_deg=22.0, ahead=3.5, turned_deg=-75.0,
-                  noise=0.5, seed=seed), GUESSES, width=WIDTH) for seed in range(4)]
+                  noise=0.3, seed=seed), GUESSES, width=WIDTH) for seed in range(8)]
     assert math.exp(np.mean([fit.log_focal for fit in fits])) == pytest.approx(150.0, rel=0.04)
     assert math.degrees(np.mean([fit.angle for fit in fits])) == pytest.approx(-75.0, abs=3.0)
 

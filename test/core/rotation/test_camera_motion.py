@@ -7,7 +7,7 @@ import math
 from hypothesis import given, settings, strategies as st
 import numpy as np
 from phase_traj_ros.core.rotation.camera_motion import better, MotionFit, quantile
-from phase_traj_ros.core.rotation.focus_of_expansion import FocusOfExpansion
+from phase_traj_ros.core.rotation.focus_of_expansion import FocusOfExpansion, Mounting
 import pytest
 
 DEVIATION = 0.25 / 256
@@ -193,11 +193,28 @@ def test_a_camera_ahead_of_the_rear_axle_moves_sideways_in_a_turn():
     straight = FocusOfExpansion(course=0.0, course_variance=math.radians(0.5) ** 2)
     world, errors = World(), []
     fit = MotionFit(world.azimuths, world.slopes, deviation=DEVIATION)
-    u, w = world.displacements(yaw=rate * interval, step=0.4, course=1.6 * rate / 4.0)
+    u, w = world.displacements(yaw=rate * interval, step=0.4, course=-1.6 * rate / 4.0)
     for noise in world.rng.normal(0, DEVIATION, (20, 2, len(u))):
         motion = fit(u + noise[0], w + noise[1], np.ones_like(u), straight.after(interval, rate))
         errors.append(motion.yaw - rate * interval)
     assert abs(np.mean(errors)) < math.radians(0.1)
+
+
+@pytest.mark.parametrize('turn', [1.0, -1.0])
+def test_a_doubted_course_is_straight_ahead_or_towards_the_inside_of_the_turn(turn):
+    mounting = Mounting()
+    rate = turn * math.radians(40.0)
+    # 1.6 m ahead at 4 m/s.
+    inside = FocusOfExpansion(course=-1.6 * rate / 4.0, slope=0.1)
+    assert inside.limited(rate, mounting) == inside
+    outside = FocusOfExpansion(course=1.6 * rate / 4.0, slope=0.1).limited(rate, mounting)
+    assert 0.0 < turn * outside.course < math.radians(8.0) and outside.slope == 0.1
+    far = FocusOfExpansion(course=-turn * math.radians(60.0)).limited(rate, mounting)
+    assert math.radians(16.0) < -turn * far.course < math.radians(45.0)
+    # Straight on, only the errors of course and mounting are left.
+    straight = inside.limited(0.0, mounting)
+    assert straight.course == pytest.approx(
+        -turn * 2.0 * math.hypot(math.radians(1.0), mounting.deviation))
 
 
 @pytest.mark.parametrize('seconds', [0.01, 0.1, 3.0])

@@ -5,6 +5,7 @@
 import os
 import signal
 
+from phase_traj_ros.cli.ending import handled, raise_ended
 from phase_traj_ros.ros.startup.signals import stop_on_signals
 import pytest
 
@@ -35,6 +36,25 @@ def test_a_signal_while_the_event_is_set_is_ignored(number):
         os.kill(os.getpid(), number)
         assert stop.is_set()
         assert begun == [number]
+    assert all(signal.getsignal(each) is signal.SIG_IGN for each in NUMBERS)
+
+
+def test_two_signals_at_the_same_moment_are_no_error(monkeypatch):
+    errors = []
+    monkeypatch.setattr('sys.unraisablehook', errors.append)
+    with stop_on_signals() as stop:
+        signal.pthread_sigmask(signal.SIG_BLOCK, NUMBERS)
+        for number in NUMBERS:
+            os.kill(os.getpid(), number)
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, NUMBERS)
+        assert stop.is_set()
+    assert errors == []
+
+
+def test_a_program_that_a_signal_has_ended_ignores_further_ones():
+    with handled(raise_ended), stop_on_signals() as stop:
+        os.kill(os.getpid(), signal.SIGINT)
+        assert stop.is_set()
     assert all(signal.getsignal(each) is signal.SIG_IGN for each in NUMBERS)
 
 
