@@ -21,8 +21,9 @@ DRIVES = {
     'oblique crossings': (
         wide(320, 240, 62.0), 20.0, 0.0,
         [Straight(1), Turn(75, 3, 4.5), Straight(2), Turn(-110, 3.5, 4.5), Straight(1)], 'LR'),
-    'a bend of a wide view': (
-        wide(320, 200, 100.0), 15.0, 0.0, [Straight(1), Turn(-90, 9), Straight(1)], 'R'),
+    'bends of a wide view': (
+        wide(320, 200, 100.0), 15.0, 0.0,
+        [Straight(1), Turn(-90, 9), Straight(1), Turn(90, 9), Straight(1)], 'RL'),
     'a U-turn of a fisheye': (
         wide(240, 180, 130.0, fisheye=EQUIDISTANT), 15.0, 5.0,
         [Straight(1), Turn(-180, 6, 4), Straight(1)], 'RR'),
