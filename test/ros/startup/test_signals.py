@@ -39,7 +39,7 @@ def test_a_signal_while_the_event_is_set_is_ignored(number):
     assert all(signal.getsignal(each) is signal.SIG_IGN for each in NUMBERS)
 
 
-def test_two_signals_at_the_same_moment_are_no_error(monkeypatch):
+def test_two_signals_at_the_same_moment_report_nothing(monkeypatch):
     errors = []
     monkeypatch.setattr('sys.unraisablehook', errors.append)
     with stop_on_signals() as stop:
