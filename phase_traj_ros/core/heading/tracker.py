@@ -58,7 +58,8 @@ class HeadingTracker:
     A missing pair is first given the previous rate, which fades. At the next measurement, the
     heading is corrected as if the rate had changed linearly in between. A jump of the rate that is
     impossible for a vehicle is bridged like a missing pair. If the next pair confirms it, the
-    heading is corrected.
+    heading is corrected. What is possible for an agile vehicle, such as a model car, is learned
+    from the changes of the rate between pairs that are certain.
     """
 
     def __init__(self) -> None:
@@ -76,6 +77,8 @@ class HeadingTracker:
         self._doubted: _Doubted | None = None
         self._interval = 0.0
         self._variance_rate = 0.0
+        # Mean square change of the yaw rate per second.
+        self._process_noise = 0.0
 
     def cut(self) -> None:
         """Keep the heading, and forget the rate: the next pair shows another scene."""
@@ -86,6 +89,7 @@ class HeadingTracker:
         """Multiply all angles so far by a factor, to correct them."""
         self._heading *= factor
         self._filled *= factor
+        self._process_noise *= factor ** 2
         self._rate = None if self._rate is None else self._rate * factor
         self._doubted = None
 
@@ -161,15 +165,16 @@ class HeadingTracker:
             self._bridge(yaw, interval)
         else:
             self._correct(yaw / interval, interval, certain)
+            if certain and self._rate is not None:
+                self._learn(yaw / interval - self._rate, interval)
             self._heading += yaw
             self._rate = yaw / interval
             self._gap = self._filled = 0.0
             self._doubted = None
         self._interval = interval
         if bridged:
-            # The error of the rate lasts as long as nothing is measured.
-            variance = TUNING.bridged_deviation ** 2 * (
-                self._gap ** 2 - (self._gap - interval) ** 2)
+            variance = self._bridged_variance(self._gap) - self._bridged_variance(
+                self._gap - interval)
         self._variance_rate = variance / interval
         missed = missed if blind > TUNING.rate_s and not bridged else 0.0
         self._variance += variance + missed ** 2
@@ -197,12 +202,29 @@ class HeadingTracker:
                 or self._gap > TUNING.rate_s)
 
     def _follows(self, rate: float, interval: float, certain: bool) -> bool:
-        return certain or self._rate is None or _can_be(
+        return certain or self._rate is None or self._can_be(
             self._rate, rate, (self._interval + interval) / 2)
 
     def _repeats(self, rate: float, interval: float) -> bool:
-        return self._doubted is not None and _can_be(
+        return self._doubted is not None and self._can_be(
             self._doubted.rate, rate, (self._interval + interval) / 2)
+
+    def _can_be(self, before: float, after: float, interval: float) -> bool:
+        """Return whether the rate of this vehicle can change like that."""
+        possible = TUNING.most_acceleration * interval + TUNING.rate_error
+        usual = math.sqrt(self._process_noise * interval)
+        return abs(after - before) <= max(possible, TUNING.gate_deviations * usual)
+
+    def _learn(self, change: float, interval: float) -> None:
+        """Learn from a change of the rate between two pairs how agile the vehicle is."""
+        apart = (self._interval + interval) / 2 + self._gap
+        kept = math.exp(-apart / TUNING.process_s)
+        self._process_noise = kept * self._process_noise + (1.0 - kept) * change ** 2 / apart
+
+    def _bridged_variance(self, gap: float) -> float:
+        """Return the variance of the yaw after so many seconds without a measurement."""
+        # The error of the rate lasts, or it grows as a random walk.
+        return max(TUNING.bridged_deviation ** 2, self._process_noise * gap / 3) * gap ** 2
 
     def _correct(self, rate: float, interval: float, certain: bool) -> None:
         """Correct the bridged pairs before an admitted rate."""
@@ -235,7 +257,3 @@ class _Doubted:
 
     rate: float
     filled: float
-
-
-def _can_be(before: float, after: float, interval: float) -> bool:
-    return abs(after - before) <= TUNING.most_acceleration * interval + TUNING.rate_error

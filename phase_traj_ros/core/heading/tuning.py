@@ -19,11 +19,15 @@ class HeadingTuning:
     most_acceleration: float = math.radians(300.0)
     """A faster change of the yaw rate is rejected until the next pair confirms it, ..."""
     rate_error: float = math.radians(5.0)
-    """...in addition to the error of the rate."""
+    """...in addition to the error of the rate, ..."""
+    gate_deviations: float = 3.0
+    """...unless it is within these standard deviations of the changes of the rate so far..."""
+    process_s: float = 10.0
+    """...with this time constant: 1,300 degrees per second squared are common on a model car."""
     rate_s: float = 1.0
     """Time constant with which the yaw rate fades while nothing is measured..."""
     bridged_deviation: float = math.radians(5.0)
-    """...and the standard deviation of the yaw rate meanwhile."""
+    """...and the least standard deviation of the yaw rate meanwhile."""
 
     # Cuts of an edited video.
     cut_share: float = 0.25

@@ -76,6 +76,9 @@ class YawTuning:
     """Sum of the weights of the blocks that have to agree on a motion..."""
     least_agreement: float = 0.3
     """...and their share of all. For unrelated frames it is 0.06, at most 0.32."""
+    confirmed_share: float = 0.15
+    """...or this share, if the shift of the whole image confirms it. With less, the blocks tell
+    nothing, and the shift alone counts."""
     doubted_share: float = 0.5
     """With a smaller share, the start value is doubted, and others are tried, ..."""
     nearer_share: float = 0.7

@@ -194,8 +194,10 @@ class YawMeter:
         self._key.age += interval
         motion, blocks = self._motion_since_key(previous, current, shift, interval)
         if motion is None or blocks is None or not _believed(motion):
-            self._key = self._keyframe(current, self._key.travel)
-            return self._by_shift(shift, motion, interval)
+            scene = self._of_scene(shift, interval)
+            if motion is None or blocks is None or not self._confirms(scene, motion):
+                self._key = self._keyframe(current, self._key.travel)
+                return self._by_shift(shift, scene, motion, interval)
         measured = self._by_blocks(shift, motion, blocks, interval)
         if self._keyframes and measured.certain:
             self._newest = frame
@@ -288,20 +290,30 @@ class YawMeter:
             shift, pair.yaw, True, motion.agreement, pair, interval / key.age,
             common=max(TUNING.common_deviation, TUNING.common_px / self._projection.px_per_rad))
 
-    def _by_shift(
-        self, shift: Shift, motion: CameraMotion | None, interval: float,
-    ) -> YawMeasurement:
-        """Return the measurement of a pair by the shift alone, if it is one of the scene."""
-        scene, yaw = shift, None
+    def _of_scene(self, shift: Shift, interval: float) -> Shift | None:
+        """Return the shift of the scene; None if nothing stands out."""
         unmoved = max(abs(shift.dx), abs(shift.dy)) <= TUNING.unmoved_px
         if unmoved and abs(self._foreseen(interval)) > TUNING.surprise_px / 2:
             # It is that of a pattern that is fixed to the camera.
-            scene = self._whole.second_peak()
-        if (self._whole.significance(scene) >= TUNING.least_significance
-                and abs(scene.dy) < TUNING.most_shake_px):
+            shift = self._whole.second_peak()
+        stands_out = self._whole.significance(shift) >= TUNING.least_significance
+        return shift if stands_out and abs(shift.dy) < TUNING.most_shake_px else None
+
+    def _confirms(self, scene: Shift | None, motion: CameraMotion) -> bool:
+        """Return whether the shift of the scene confirms a motion with which few blocks agree."""
+        return (scene is not None and motion.agreement >= TUNING.confirmed_share
+                and abs(self._projection.yaw(scene.dx) - motion.yaw) <= TUNING.outlier_deviations
+                * TUNING.shift_deviation)
+
+    def _by_shift(
+        self, shift: Shift, scene: Shift | None, motion: CameraMotion | None, interval: float,
+    ) -> YawMeasurement:
+        """Return the measurement of a pair by the shift alone, where the blocks tell nothing."""
+        agreement, yaw = 0.0 if motion is None else motion.agreement, None
+        if scene is not None and agreement < TUNING.confirmed_share:
             yaw = self._projection.yaw(scene.dx)
             self._rate = yaw / interval
-        return YawMeasurement(shift, yaw, False, 0.0 if motion is None else motion.agreement)
+        return YawMeasurement(shift, yaw, False, agreement)
 
     def _projected(
         self, mask: NDArray[np.float32] | None,

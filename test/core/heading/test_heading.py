@@ -197,3 +197,50 @@ def test_what_is_bridged_is_as_uncertain_at_any_frame_rate():
             tracker.update(None, 1.0 / rate_hz).variance for _ in range(2 * rate_hz)))
     assert found == pytest.approx([found[0]] * 3)
     assert math.degrees(math.sqrt(found[0])) > 5.0
+
+
+def agile(rate_hz=20, seconds=40.0):
+    """Return a tracker after swerves of 2 rad/s that begin and end within a tenth of a second."""
+    tracker = HeadingTracker()
+    for number in range(round(rate_hz * seconds)):
+        turns = number / rate_hz % 0.8 > 0.4
+        tracker.update(2.0 * turns / rate_hz, 1.0 / rate_hz, certain=True)
+    tracker.update(0.0, 1.0 / rate_hz, certain=True)
+    return tracker
+
+
+def test_what_an_agile_vehicle_has_done_it_can_do_in_a_doubtful_pair():
+    # 0 to 1.5 rad/s within 0.05 s: 1,700 degrees per second squared.
+    assert not follow([0.0] * 400, interval=0.05)[0].admits(0.075, 0.05)
+    tracker = agile()
+    assert tracker.admits(0.075, 0.05) and not tracker.admits(0.5, 0.05)
+    twin = agile()
+    twin.scale(2.0)
+    assert twin.admits(0.18, 0.05) and not tracker.admits(0.18, 0.05)
+    # It is forgotten after a minute of calm driving, and with a reset.
+    for _ in range(1200):
+        tracker.update(0.0, 0.05, certain=True)
+    assert not tracker.admits(0.075, 0.05)
+    twin.reset()
+    twin.update(0.0, 0.05)
+    assert not twin.admits(0.075, 0.05)
+
+
+def test_doubtful_pairs_do_not_teach_how_agile_the_vehicle_is():
+    tracker = HeadingTracker()
+    for number in range(400):
+        # Each jump lasts for two pairs, so that the second one confirms it.
+        tracker.update(0.1 * (number // 2 % 2), 0.05)
+    tracker.update(0.0, 0.05, certain=True)
+    assert not tracker.admits(0.075, 0.05)
+
+
+@pytest.mark.parametrize('rate_hz', [10, 20, 40])
+def test_an_agile_vehicle_can_turn_far_while_nothing_is_measured(rate_hz):
+    tracker = agile(rate_hz)
+    before = tracker.deviation
+    for _ in range(rate_hz // 2):
+        tracker.update(None, 1.0 / rate_hz)
+    gained = math.degrees(math.sqrt(tracker.deviation ** 2 - before ** 2))
+    # A change of 2 rad/s every 0.4 s, for half a second.
+    assert gained == pytest.approx(math.degrees(math.sqrt(4.0 / 0.4 / 3 * 0.5 ** 3)), rel=0.15)

@@ -14,6 +14,8 @@ from phase_traj_ros.core.correlation.phase_correlation import Shift
 from phase_traj_ros.core.heading.tracker import HeadingTracker
 from phase_traj_ros.core.heading.turns import find_turns
 from phase_traj_ros.core.rotation.scanline import Scanline
+from phase_traj_ros.core.rotation.tuning import TUNING
+from phase_traj_ros.core.rotation.whole_shift import WholeShift
 from phase_traj_ros.core.rotation.yaw_meter import YawMeasurement, YawMeter
 from phase_traj_ros.errors import FrameError
 from phase_traj_ros.synthetic import (
@@ -316,6 +318,43 @@ def test_a_yaw_by_the_shift_alone_is_unsure_by_tenths_of_a_degree():
     assert part.certain and not whole.certain
 
 
+def hidden(moved, share, number):
+    """Return the far scene with a share of its columns hidden by noise, of its own per frame."""
+    frame = far(moved)
+    columns = round(share * frame.shape[1])
+    noise = cv2.GaussianBlur(
+        np.random.default_rng(number).normal(size=(240, columns)).astype(np.float32), (0, 0), 1.5)
+    frame[:, :columns] = np.clip(128 + 50 * noise / noise.std(), 0, 255)
+    return frame
+
+
+@pytest.mark.parametrize('stands_out', [True, False])
+def test_few_blocks_count_if_the_whole_shift_confirms_them(stands_out, monkeypatch):
+    monkeypatch.setattr(
+        WholeShift, 'significance', lambda *_: 1.1 * stands_out * TUNING.least_significance)
+    meter = meter_of_far()
+    meter.update(hidden(0, 0.7, 0), 0.1)
+    found = meter.update(hidden(12, 0.7, 1), 0.1)
+    assert TUNING.confirmed_share <= found.agreement < TUNING.least_agreement
+    assert found.shift.dx == pytest.approx(12, abs=1.0)
+    assert found.refined is stands_out and not found.certain
+    right = pytest.approx(12 / LONG_FOCAL, abs=0.3 / LONG_FOCAL)
+    assert found.yaw == (right if stands_out else None)
+
+
+def test_few_blocks_that_contradict_the_whole_shift_are_no_measurement(monkeypatch):
+    monkeypatch.setattr(WholeShift, 'update', lambda whole, picture: Shift(60.0, 0.0, 0.2))
+    monkeypatch.setattr(WholeShift, 'significance', lambda whole, shift: 20.0)
+    for share, told in ((0.7, False), (0.9, True)):
+        meter = meter_of_far()
+        meter.update(hidden(0, share, 0), 0.1)
+        meter._rate = 12 / LONG_FOCAL / 0.1
+        found = meter.update(hidden(12, share, 1), 0.1)
+        assert not found.refined
+        # Where the blocks tell nothing, the shift alone counts.
+        assert (found.yaw is not None) is told
+
+
 @pytest.mark.parametrize('times', [1, 2, 4])
 def test_the_yaw_errs_by_what_it_says_in_a_coarser_picture_too(times):
     drive, frames = rendered()
@@ -360,7 +399,8 @@ def test_a_mask_can_change_in_mid_drive_and_no_pair_is_lost():
             assert found.shift.dx == pytest.approx(expected.shift.dx, abs=0.3)
             assert found.yaw == pytest.approx(expected.yaw, abs=0.015) and found.refined
             assert found.agreement > spoilt_one.agreement
-            assert abs(found.yaw - expected.yaw) < abs(spoilt_one.yaw - expected.yaw)
+            assert spoilt_one.yaw is None or (
+                abs(found.yaw - expected.yaw) < abs(spoilt_one.yaw - expected.yaw))
     changing.use_mask(None)
     again = changing.update(frames[24], 0.1)
     assert again.yaw is not None
