@@ -131,7 +131,11 @@ class CalibrationTuning:
     fit_steps: int = 14
     """...from the best one..."""
     damping_tries: int = 6
-    """...and values of the damping that are tried in each."""
+    """...and values of the damping that are tried in each, ..."""
+    first_damping: float = 1e-5
+    """...the first one..."""
+    least_damping: float = 1e-6
+    """...and the least: with more, the valleys of narrow lenses count as settled."""
     farthest_focal: float = 0.4
     """Largest change of the log focal length in a step..."""
     farthest_straightness: float = 0.5

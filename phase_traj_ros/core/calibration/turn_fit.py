@@ -124,7 +124,7 @@ class _Problem:
 
     def search(self, state: _State, iterations: int) -> _State:
         """Optimise a state by the Levenberg-Marquardt method."""
-        cost, damping = self.cost(state), 1e-5
+        cost, damping = self.cost(state), TUNING.first_damping
         for _ in range(iterations):
             normal, mixed, own, gradient, own_gradient = self._normal(state)
             for _ in range(TUNING.damping_tries):
@@ -148,7 +148,7 @@ class _Problem:
                 found > cost * (1.0 - TUNING.least_gain)
                 and abs(trial.log_focal - state.log_focal) < TUNING.settled_focal
                 and abs(trial.straightness - state.straightness) < TUNING.settled_straightness)
-            state, cost, damping = trial, found, max(damping / 6.0, 1e-6)
+            state, cost, damping = trial, found, max(damping / 6.0, TUNING.least_damping)
             if settled:
                 break
         return state

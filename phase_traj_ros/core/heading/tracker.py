@@ -10,6 +10,7 @@ not wrapped: after a full circle to the left, it is 2 pi.
 from dataclasses import dataclass, replace
 import math
 
+from phase_traj_ros.core.heading.agility import Agility
 from phase_traj_ros.core.heading.tuning import TUNING
 
 
@@ -57,9 +58,8 @@ class HeadingTracker:
 
     A missing pair is first given the previous rate, which fades. At the next measurement, the
     heading is corrected as if the rate had changed linearly in between. A jump of the rate that is
-    impossible for a vehicle is bridged like a missing pair. If the next pair confirms it, the
-    heading is corrected. What is possible for an agile vehicle, such as a model car, is learned
-    from the changes of the rate between pairs that are certain.
+    impossible for a vehicle, as far as it is known, is bridged like a missing pair. If the next
+    pair confirms it, the heading is corrected.
     """
 
     def __init__(self) -> None:
@@ -77,19 +77,19 @@ class HeadingTracker:
         self._doubted: _Doubted | None = None
         self._interval = 0.0
         self._variance_rate = 0.0
-        # Mean square change of the yaw rate per second.
-        self._process_noise = 0.0
+        self._agility = Agility()
 
     def cut(self) -> None:
         """Keep the heading, and forget the rate: the next pair shows another scene."""
         self._rate = self._doubted = None
         self._gap = self._filled = 0.0
+        self._agility.cut()
 
     def scale(self, factor: float) -> None:
         """Multiply all angles so far by a factor, to correct them."""
         self._heading *= factor
         self._filled *= factor
-        self._process_noise *= factor ** 2
+        self._agility.scale(factor)
         self._rate = None if self._rate is None else self._rate * factor
         self._doubted = None
 
@@ -165,13 +165,12 @@ class HeadingTracker:
             self._bridge(yaw, interval)
         else:
             self._correct(yaw / interval, interval, certain)
-            if certain and self._rate is not None:
-                self._learn(yaw / interval - self._rate, interval)
             self._heading += yaw
             self._rate = yaw / interval
             self._gap = self._filled = 0.0
             self._doubted = None
         self._interval = interval
+        self._agility.add(yaw or 0.0, interval, certain=certain and yaw is not None)
         if bridged:
             variance = self._bridged_variance(self._gap) - self._bridged_variance(
                 self._gap - interval)
@@ -212,19 +211,14 @@ class HeadingTracker:
     def _can_be(self, before: float, after: float, interval: float) -> bool:
         """Return whether the rate of this vehicle can change like that."""
         possible = TUNING.most_acceleration * interval + TUNING.rate_error
-        usual = math.sqrt(self._process_noise * interval)
+        usual = math.sqrt(self._agility.process_noise * interval)
         return abs(after - before) <= max(possible, TUNING.gate_deviations * usual)
-
-    def _learn(self, change: float, interval: float) -> None:
-        """Learn from a change of the rate between two pairs how agile the vehicle is."""
-        apart = (self._interval + interval) / 2 + self._gap
-        kept = math.exp(-apart / TUNING.process_s)
-        self._process_noise = kept * self._process_noise + (1.0 - kept) * change ** 2 / apart
 
     def _bridged_variance(self, gap: float) -> float:
         """Return the variance of the yaw after so many seconds without a measurement."""
-        # The error of the rate lasts, or it grows as a random walk.
-        return max(TUNING.bridged_deviation ** 2, self._process_noise * gap / 3) * gap ** 2
+        # The error of the rate lasts, or it grows as a random walk while the rate fades.
+        walked = self._agility.process_noise * min(gap, TUNING.rate_s) ** 3 / 3
+        return max((TUNING.bridged_deviation * gap) ** 2, walked)
 
     def _correct(self, rate: float, interval: float, certain: bool) -> None:
         """Correct the bridged pairs before an admitted rate."""

@@ -21,9 +21,14 @@ class HeadingTuning:
     rate_error: float = math.radians(5.0)
     """...in addition to the error of the rate, ..."""
     gate_deviations: float = 3.0
-    """...unless it is within these standard deviations of the changes of the rate so far..."""
-    process_s: float = 10.0
-    """...with this time constant: 1,300 degrees per second squared are common on a model car."""
+    """...unless it is within these standard deviations of what the vehicle has done before..."""
+    process_s: float = 20.0
+    """...with this time constant..."""
+    process_least_s: float = 0.04
+    """...by its rates over at least this time. 1,300 degrees per second squared are common on a
+    model car, ..."""
+    process_most: float = math.radians(130.0)
+    """...but a larger change of the rate than this is rather one of the traffic."""
     rate_s: float = 1.0
     """Time constant with which the yaw rate fades while nothing is measured..."""
     bridged_deviation: float = math.radians(5.0)

@@ -52,7 +52,7 @@ class FocusOfExpansion:
         a camera ahead of the rear axle moves there.
         """
         aside = TUNING.plausible * math.hypot(TUNING.course_deviation, mounting.deviation)
-        inside = -TUNING.plausible * TUNING.sideslip_s * yaw_rate
+        inside = -math.atan(TUNING.plausible * TUNING.sideslip_s * yaw_rate)
         least = mounting.angle - aside + min(inside, 0.0)
         most = mounting.angle + aside + max(inside, 0.0)
         return replace(self, course=min(max(self.course, least), most))

@@ -34,6 +34,11 @@ class Keyframe:
         """Direction of travel at the newest frame."""
         self._rotation = (0.0, 0.0, 0.0)
 
+    @property
+    def turned(self) -> float:
+        """Return the yaw since, in radians, up to the newest frame that was compared with it."""
+        return self._rotation[0]
+
     def foreseen(self, yaw_rate: float, mounting: Mounting) -> FocusOfExpansion:
         """
         Return the direction of travel that is foreseen for the comparison with this frame.
@@ -65,7 +70,7 @@ class Keyframe:
         ``passing`` is the median ratio of translation to distance of the blocks, per second.
         """
         return (passing * (self.age + later) <= TUNING.baseline
-                and abs(self._rotation[0] + yaw_rate * later) <= TUNING.most_turned)
+                and abs(self.turned + yaw_rate * later) <= TUNING.most_turned)
 
     def is_over(self, motion: CameraMotion, interval: float) -> bool:
         """

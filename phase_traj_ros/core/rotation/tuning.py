@@ -79,6 +79,8 @@ class YawTuning:
     confirmed_share: float = 0.15
     """...or this share, if the shift of the whole image confirms it. With less, the blocks tell
     nothing, and the shift alone counts."""
+    confirmed_near: float = 0.1
+    """Share of the yaw by which the two may differ, if it is more than their deviations."""
     doubted_share: float = 0.5
     """With a smaller share, the start value is doubted, and others are tried, ..."""
     nearer_share: float = 0.7

@@ -60,7 +60,11 @@ class YawMeasurement:
     @property
     def variance(self) -> float:
         """Return the variance of the yaw in square radians, from the scatter of the blocks."""
-        own = TUNING.shift_deviation ** 2 if self.motion is None else self.motion.yaw_variance
+        if self.motion is None:
+            own = TUNING.shift_deviation ** 2
+        else:
+            # Where few blocks agree, they agree on something wrong, too.
+            own = self.motion.yaw_variance * max(TUNING.doubted_share / self.agreement, 1.0)
         return self.share * (own + self.common ** 2)
 
     @property
@@ -301,9 +305,13 @@ class YawMeter:
 
     def _confirms(self, scene: Shift | None, motion: CameraMotion) -> bool:
         """Return whether the shift of the scene confirms a motion with which few blocks agree."""
+        assert self._key is not None
+        # The shift is that since the previous frame.
+        yaw = motion.yaw - self._key.turned
+        tolerance = max(
+            TUNING.outlier_deviations * TUNING.shift_deviation, TUNING.confirmed_near * abs(yaw))
         return (scene is not None and motion.agreement >= TUNING.confirmed_share
-                and abs(self._projection.yaw(scene.dx) - motion.yaw) <= TUNING.outlier_deviations
-                * TUNING.shift_deviation)
+                and abs(self._projection.yaw(scene.dx) - yaw) <= tolerance)
 
     def _by_shift(
         self, shift: Shift, scene: Shift | None, motion: CameraMotion | None, interval: float,
