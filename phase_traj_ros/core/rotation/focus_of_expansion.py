@@ -52,7 +52,9 @@ class FocusOfExpansion:
         a camera ahead of the rear axle moves there.
         """
         aside = TUNING.plausible * math.hypot(TUNING.course_deviation, mounting.deviation)
-        inside = -math.atan(TUNING.plausible * TUNING.sideslip_s * yaw_rate)
+        # Aside at most: it does not travel backwards.
+        inside = -TUNING.plausible * TUNING.sideslip_s * yaw_rate
+        inside = min(max(inside, -math.pi / 2), math.pi / 2)
         least = mounting.angle - aside + min(inside, 0.0)
         most = mounting.angle + aside + max(inside, 0.0)
         return replace(self, course=min(max(self.course, least), most))

@@ -310,18 +310,18 @@ class YawMeter:
         yaw = motion.yaw - self._key.turned
         tolerance = max(
             TUNING.outlier_deviations * TUNING.shift_deviation, TUNING.confirmed_near * abs(yaw))
-        return (scene is not None and motion.agreement >= TUNING.confirmed_share
+        return (scene is not None and _hints(motion)
                 and abs(self._projection.yaw(scene.dx) - yaw) <= tolerance)
 
     def _by_shift(
         self, shift: Shift, scene: Shift | None, motion: CameraMotion | None, interval: float,
     ) -> YawMeasurement:
         """Return the measurement of a pair by the shift alone, where the blocks tell nothing."""
-        agreement, yaw = 0.0 if motion is None else motion.agreement, None
-        if scene is not None and agreement < TUNING.confirmed_share:
+        yaw = None
+        if scene is not None and not _hints(motion):
             yaw = self._projection.yaw(scene.dx)
             self._rate = yaw / interval
-        return YawMeasurement(shift, yaw, False, agreement)
+        return YawMeasurement(shift, yaw, False, 0.0 if motion is None else motion.agreement)
 
     def _projected(
         self, mask: NDArray[np.float32] | None,
@@ -359,6 +359,12 @@ class YawMeter:
 def _believed(motion: CameraMotion) -> bool:
     return (motion.agreement >= TUNING.least_agreement
             and motion.agreeing >= TUNING.least_blocks)
+
+
+def _hints(motion: CameraMotion | None) -> bool:
+    """Return whether so many blocks agree on a motion that it may be right."""
+    return (motion is not None and motion.agreement >= TUNING.confirmed_share
+            and motion.agreeing >= TUNING.least_blocks / 2)
 
 
 def _doubted(motion: CameraMotion | None) -> bool:
