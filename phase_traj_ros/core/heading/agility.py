@@ -59,7 +59,7 @@ class Agility:
             return
         rate, before = self._turned / self._lasted, self._rate
         if before is not None:
-            change = min(abs(rate - before), TUNING.process_most)
+            change = min(TUNING.process_most, abs(rate - before))
             kept = math.exp(-self._since / TUNING.process_s)
             # Means of a random walk over the time that each of the two rates lasted.
             self.process_noise = kept * self.process_noise + (1.0 - kept) * change ** 2 / (

@@ -216,9 +216,9 @@ class HeadingTracker:
 
     def _bridged_variance(self, gap: float) -> float:
         """Return the variance of the yaw after so many seconds without a measurement."""
-        # The error of the rate lasts, or it grows as a random walk while the rate fades.
+        # The error of the rate lasts, and that of an agile vehicle walks while the rate fades.
         walked = self._agility.process_noise * min(gap, TUNING.rate_s) ** 3 / 3
-        return max((TUNING.bridged_deviation * gap) ** 2, walked)
+        return (TUNING.bridged_deviation * gap) ** 2 + walked
 
     def _correct(self, rate: float, interval: float, certain: bool) -> None:
         """Correct the bridged pairs before an admitted rate."""

@@ -28,11 +28,12 @@ class HeadingTuning:
     """...by its rates over at least this time. 1,300 degrees per second squared are common on a
     model car, ..."""
     process_most: float = math.radians(130.0)
-    """...but a larger change of the rate than this is rather one of the traffic."""
+    """...but a larger change of the rate than this is rather one of the traffic, and counts as
+    this."""
     rate_s: float = 1.0
     """Time constant with which the yaw rate fades while nothing is measured..."""
     bridged_deviation: float = math.radians(5.0)
-    """...and the least standard deviation of the yaw rate meanwhile."""
+    """...and the standard deviation of the yaw rate meanwhile, besides what the vehicle does."""
 
     # Cuts of an edited video.
     cut_share: float = 0.25

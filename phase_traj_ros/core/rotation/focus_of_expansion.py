@@ -52,7 +52,7 @@ class FocusOfExpansion:
         a camera ahead of the rear axle moves there.
         """
         aside = TUNING.plausible * math.hypot(TUNING.course_deviation, mounting.deviation)
-        # Aside at most: it does not travel backwards.
+        # A vehicle slips by a right angle at most.
         inside = -TUNING.plausible * TUNING.sideslip_s * yaw_rate
         inside = min(max(inside, -math.pi / 2), math.pi / 2)
         least = mounting.angle - aside + min(inside, 0.0)

@@ -77,8 +77,8 @@ class YawTuning:
     least_agreement: float = 0.3
     """...and their share of all. For unrelated frames it is 0.06, at most 0.32."""
     confirmed_share: float = 0.15
-    """...or this share, if the shift of the whole image confirms it. With less, the blocks tell
-    nothing, and the shift alone counts."""
+    """...or this share, if the shift of the whole image confirms it. With less, or fewer blocks,
+    they tell nothing, and the shift alone counts."""
     confirmed_near: float = 0.1
     """Share of the yaw by which the two may differ, if it is more than their deviations."""
     doubted_share: float = 0.5

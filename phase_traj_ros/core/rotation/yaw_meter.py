@@ -64,7 +64,8 @@ class YawMeasurement:
             own = TUNING.shift_deviation ** 2
         else:
             # Where few blocks agree, they agree on something wrong, too.
-            own = self.motion.yaw_variance * max(TUNING.doubted_share / self.agreement, 1.0)
+            doubt = max(TUNING.doubted_share / max(self.agreement, TUNING.confirmed_share), 1.0)
+            own = self.motion.yaw_variance * doubt ** 2
         return self.share * (own + self.common ** 2)
 
     @property
@@ -364,7 +365,7 @@ def _believed(motion: CameraMotion) -> bool:
 def _hints(motion: CameraMotion | None) -> bool:
     """Return whether so many blocks agree on a motion that it may be right."""
     return (motion is not None and motion.agreement >= TUNING.confirmed_share
-            and motion.agreeing >= TUNING.least_blocks / 2)
+            and motion.agreeing >= TUNING.least_blocks)
 
 
 def _doubted(motion: CameraMotion | None) -> bool:

