@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Yaw, heading and turns from pictures: rendered drives whose truth is known, and KITTI."""
 
+from dataclasses import replace
 from functools import cache
 import math
 
@@ -13,6 +14,7 @@ from phase_traj_ros.core.codes.from_heading import HeadingCode
 from phase_traj_ros.core.correlation.phase_correlation import Shift
 from phase_traj_ros.core.heading.tracker import HeadingTracker
 from phase_traj_ros.core.heading.turns import find_turns
+from phase_traj_ros.core.rotation import yaw_meter
 from phase_traj_ros.core.rotation.scanline import Scanline
 from phase_traj_ros.core.rotation.tuning import TUNING
 from phase_traj_ros.core.rotation.whole_shift import WholeShift
@@ -353,6 +355,35 @@ def test_few_blocks_that_contradict_the_whole_shift_are_no_measurement(monkeypat
         assert not found.refined
         # Where the blocks tell nothing, the shift alone counts.
         assert (found.yaw is not None) is told
+
+
+def test_a_few_blocks_count_for_nothing_however_well_they_agree(monkeypatch):
+    monkeypatch.setattr(WholeShift, 'significance', lambda *_: 20.0)
+    meter = meter_of_far()
+    meter.update(far(0), 0.1)
+    many = meter.update(far(3), 0.1)
+    assert many.certain
+    for factor, refined in ((0.99, True), (1.5, False)):
+        monkeypatch.setattr(yaw_meter, 'TUNING', replace(
+            TUNING, least_blocks=factor * many.motion.agreeing))
+        meter.reset()
+        meter.update(far(0), 0.1)
+        found = meter.update(far(3), 0.1)
+        assert found.agreement == many.agreement
+        assert (found.refined, found.certain) == (refined, refined)
+        # The shift alone counts.
+        assert found.yaw == pytest.approx(3 / LONG_FOCAL, abs=0.5 / LONG_FOCAL)
+
+
+def test_the_fewer_blocks_agree_the_less_certain_is_the_yaw():
+    meter = meter_of_far()
+    meter.update(far(0), 0.1)
+    motion = meter.update(far(3), 0.1).motion
+    whole, half, fifth = (
+        YawMeasurement(Shift(3.0, 0.0, 0.1), motion.yaw, True, share, motion).variance
+        for share in (1.0, 0.5, 0.2))
+    assert whole == half == pytest.approx(motion.yaw_variance)
+    assert fifth == pytest.approx(2.5 ** 2 * half)
 
 
 @pytest.mark.parametrize('times', [1, 2, 4])
