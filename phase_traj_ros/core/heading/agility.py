@@ -33,23 +33,15 @@ class Agility:
         self._turned *= factor
         self._rate = None if self._rate is None else self._rate * factor
 
-    def add(self, yaw: float, interval: float, *, certain: bool) -> None:
+    def add(self, yaw: float | None, interval: float) -> None:
         """
-        Add the next pair of frames.
+        Add the yaw of the next pair of frames in radians, and its time in seconds, above 0.
 
-        Parameters
-        ----------
-        yaw
-            Yaw in radians.
-        interval
-            Time between the two frames, in seconds, above 0.
-        certain
-            Whether to learn from the pair. What is learned from doubtful pairs would admit more of
-            them.
-
+        The yaw is None if it is missing or in doubt: what is learned from doubtful pairs would
+        admit more of them.
         """
         self._since += interval
-        if not certain:
+        if yaw is None:
             self._turned = self._lasted = 0.0
             return
         self._turned += yaw

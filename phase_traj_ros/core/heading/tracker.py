@@ -170,7 +170,7 @@ class HeadingTracker:
             self._gap = self._filled = 0.0
             self._doubted = None
         self._interval = interval
-        self._agility.add(yaw or 0.0, interval, certain=certain and yaw is not None)
+        self._agility.add(yaw if certain else None, interval)
         if bridged:
             variance = self._bridged_variance(self._gap) - self._bridged_variance(
                 self._gap - interval)

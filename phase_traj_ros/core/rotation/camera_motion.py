@@ -58,6 +58,15 @@ class CameraMotion:
     near: float = 0.0
     """The q that a tenth of the blocks exceed by their errors, as they are near."""
 
+    def holds(self, share: float) -> bool:
+        """Return whether at least this share of the blocks agrees, and enough of them."""
+        return self.agreement >= share and self.agreeing >= TUNING.least_blocks
+
+    @property
+    def certain(self) -> bool:
+        """Return whether most of the blocks agree."""
+        return self.agreement >= TUNING.doubted_share
+
 
 class MotionFit:
     """Fits the model of this module to the displacements of fixed blocks, by least squares."""
@@ -180,13 +189,6 @@ class MotionFit:
             agreeing=agreeing, agreement=agreeing / float(weight.sum()),
             yaw_variance=yaw_variance, passing=quantile(near, 0.5),
             near=quantile(surely[agrees], 0.9))
-
-
-def better(one: CameraMotion | None, other: CameraMotion | None) -> CameraMotion | None:
-    """Return the motion with which more blocks agree."""
-    if one is None or (other is not None and other.agreeing > one.agreeing):
-        return other
-    return one
 
 
 def _dot(one: NDArray[np.float64], other: NDArray[np.float64]) -> NDArray[np.float64]:

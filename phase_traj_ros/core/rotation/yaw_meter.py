@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from phase_traj_ros.core.camera.projection import CylinderProjection
 from phase_traj_ros.core.correlation.phase_correlation import Shift
-from phase_traj_ros.core.rotation.camera_motion import better, CameraMotion, MotionFit, quantile
+from phase_traj_ros.core.rotation.camera_motion import CameraMotion, MotionFit, quantile
 from phase_traj_ros.core.rotation.focus_of_expansion import FocusOfExpansion, Mounting
 from phase_traj_ros.core.rotation.keyframe import Keyframe
 from phase_traj_ros.core.rotation.local_shifts import BlockGrid, BlockShifts
@@ -64,7 +64,7 @@ class YawMeasurement:
             own = TUNING.shift_deviation ** 2
         else:
             # Where few blocks agree, they agree on something wrong, too.
-            doubt = max(TUNING.doubted_share / max(self.agreement, TUNING.confirmed_share), 1.0)
+            doubt = max(TUNING.doubted_share / self.motion.agreement, 1.0)
             own = self.motion.yaw_variance * doubt ** 2
         return self.share * (own + self.common ** 2)
 
@@ -72,6 +72,14 @@ class YawMeasurement:
     def certain(self) -> bool:
         """Return whether most of the blocks agree on the yaw."""
         return self.refined and self.agreement >= TUNING.doubted_share
+
+
+@dataclass(frozen=True, slots=True)
+class _Seen:
+    """A motion, and the displacements of the blocks that it follows from."""
+
+    motion: CameraMotion
+    blocks: BlockShifts
 
 
 class YawMeter:
@@ -197,37 +205,38 @@ class YawMeter:
             return None
         assert self._key is not None
         self._key.age += interval
-        motion, blocks = self._motion_since_key(previous, current, shift, interval)
-        if motion is None or blocks is None or not _believed(motion):
+        seen = self._since_key(previous, current, shift, interval)
+        if seen is None or not seen.motion.holds(TUNING.least_agreement):
             scene = self._of_scene(shift, interval)
-            if motion is None or blocks is None or not self._confirms(scene, motion):
+            if seen is None or not self._confirms(scene, seen.motion):
                 self._key = self._keyframe(current, self._key.travel)
-                return self._by_shift(shift, scene, motion, interval)
-        measured = self._by_blocks(shift, motion, blocks, interval)
+                return self._by_shift(shift, scene, seen, interval)
+        measured = self._by_blocks(shift, seen, interval)
         if self._keyframes and measured.certain:
             self._newest = frame
-        if not self._keyframes or self._key.is_over(motion, interval):
+        if not self._keyframes or self._key.is_over(seen.motion, interval):
             self._key = self._keyframe(current, self._key.travel)
         return measured
 
-    def _motion_since_key(
+    def _since_key(
         self, previous: NDArray[np.uint8], current: NDArray[np.uint8], shift: Shift,
         interval: float,
-    ) -> tuple[CameraMotion | None, BlockShifts | None]:
+    ) -> _Seen | None:
         """Compare a frame with the keyframe, or if too little agrees, with the previous frame."""
         if shift.response <= 0.0:
-            return None, None
+            return None
         key = self._key
         assert key is not None
-        motion, blocks = self._motion(key, current, shift, interval)
-        if key.age > interval and (motion is None or motion.agreement < TUNING.nearer_share):
+        seen = self._search(key, current, shift, interval)
+        if key.age > interval and (seen is None or seen.motion.agreement < TUNING.nearer_share):
             nearer = self._keyframe(previous, key.travel)
             nearer.age = interval
-            other, there = self._motion(nearer, current, shift, interval)
-            if other is not None and (motion is None or other.agreement > motion.agreement):
+            other = self._search(nearer, current, shift, interval)
+            if other is not None and (
+                    seen is None or other.motion.agreement > seen.motion.agreement):
                 self._key = nearer
-                return other, there
-        return motion, blocks
+                return other
+        return seen
 
     def _foreseen(self, interval: float) -> float:
         """Return the shift at the rate of the previous pair, in pixels."""
@@ -235,9 +244,9 @@ class YawMeter:
         foreseen = self._rate * interval * self._projection.px_per_rad
         return min(max(foreseen, -farthest), farthest)
 
-    def _motion(
+    def _search(
         self, key: Keyframe, current: NDArray[np.uint8], shift: Shift, interval: float,
-    ) -> tuple[CameraMotion | None, BlockShifts]:
+    ) -> _Seen | None:
         """
         Search the blocks around the shift, and around other values if the shift is doubted.
 
@@ -246,16 +255,17 @@ class YawMeter:
         """
         foreseen = self._foreseen(interval)
         shaking = min(max(shift.dy, -TUNING.most_shake_px), TUNING.most_shake_px)
-        best, blocks = self._look(key, current, (shift.dx, shaking))
-        if _doubted(best) or abs(shift.dx - foreseen) > TUNING.surprise_px:
-            best, blocks = _better((best, blocks), self._look(key, current, (foreseen, 0.0)))
-        if _doubted(best):
+        best = self._look(key, current, (shift.dx, shaking))
+        if (best is None or not best.motion.certain
+                or abs(shift.dx - foreseen) > TUNING.surprise_px):
+            best = _better(best, self._look(key, current, (foreseen, 0.0)))
+        if best is None or not best.motion.certain:
             second = self._whole.second_peak()
-            best, blocks = _better((best, blocks), self._look(key, current, (second.dx, 0.0)))
-        if best is not None and _believed(best):
-            turned = best.yaw * self._projection.px_per_rad
-            self._grid.learn(blocks, self._must_move(blocks, turned))
-        return best, blocks
+            best = _better(best, self._look(key, current, (second.dx, 0.0)))
+        if best is not None and best.motion.holds(TUNING.least_agreement):
+            turned = best.motion.yaw * self._projection.px_per_rad
+            self._grid.learn(best.blocks, self._must_move(best.blocks, turned))
+        return best
 
     def _must_move(self, blocks: BlockShifts, turned: float) -> NDArray[np.bool_]:
         """Return in which blocks any part of the scene must have moved."""
@@ -267,26 +277,24 @@ class YawMeter:
 
     def _look(
         self, key: Keyframe, current: NDArray[np.uint8], expected: tuple[float, float],
-    ) -> tuple[CameraMotion | None, BlockShifts]:
+    ) -> _Seen | None:
         scale = self._projection.px_per_rad
         blocks = self._grid.measure(key.picture, current, expected=key.moved + np.array(expected))
         motion = self._fit(
             blocks.dx / scale, blocks.dy / scale, blocks.weight,
             key.foreseen(self._rate, self.mounting), aside=key.picture.aside / scale,
             down=key.picture.down / scale, precision=blocks.precision)
-        return motion, blocks
+        return None if motion is None else _Seen(motion, blocks)
 
-    def _by_blocks(
-        self, shift: Shift, motion: CameraMotion, blocks: BlockShifts, interval: float,
-    ) -> YawMeasurement:
+    def _by_blocks(self, shift: Shift, seen: _Seen, interval: float) -> YawMeasurement:
         """Return the measurement of a pair by the motion since the keyframe, and learn from it."""
-        key = self._key
+        key, motion = self._key, seen.motion
         assert key is not None
-        pair = key.pair(motion, blocks)
+        pair = key.pair(motion, seen.blocks)
         self._rate = pair.yaw / interval
         # The direction of travel of blocks that hardly agree could run away.
-        key.travel = (motion.travel.limited(self._rate, self.mounting) if _doubted(motion)
-                      else motion.travel)
+        key.travel = (motion.travel if motion.certain
+                      else motion.travel.limited(self._rate, self.mounting))
         self._passing = motion.passing / key.age
         if motion.passing > TUNING.moving:
             self.mounting.add(
@@ -311,18 +319,19 @@ class YawMeter:
         yaw = motion.yaw - self._key.turned
         tolerance = max(
             TUNING.outlier_deviations * TUNING.shift_deviation, TUNING.confirmed_near * abs(yaw))
-        return (scene is not None and _hints(motion)
+        return (scene is not None and motion.holds(TUNING.confirmed_share)
                 and abs(self._projection.yaw(scene.dx) - yaw) <= tolerance)
 
     def _by_shift(
-        self, shift: Shift, scene: Shift | None, motion: CameraMotion | None, interval: float,
+        self, shift: Shift, scene: Shift | None, seen: _Seen | None, interval: float,
     ) -> YawMeasurement:
         """Return the measurement of a pair by the shift alone, where the blocks tell nothing."""
         yaw = None
-        if scene is not None and not _hints(motion):
+        hinted = seen is not None and seen.motion.holds(TUNING.confirmed_share)
+        if scene is not None and not hinted:
             yaw = self._projection.yaw(scene.dx)
             self._rate = yaw / interval
-        return YawMeasurement(shift, yaw, False, 0.0 if motion is None else motion.agreement)
+        return YawMeasurement(shift, yaw, False, 0.0 if seen is None else seen.motion.agreement)
 
     def _projected(
         self, mask: NDArray[np.float32] | None,
@@ -357,23 +366,8 @@ class YawMeter:
         return cv2.convertScaleAbs(picture, alpha=gain)  # type: ignore[return-value]
 
 
-def _believed(motion: CameraMotion) -> bool:
-    return (motion.agreement >= TUNING.least_agreement
-            and motion.agreeing >= TUNING.least_blocks)
-
-
-def _hints(motion: CameraMotion | None) -> bool:
-    """Return whether so many blocks agree on a motion that it may be right."""
-    return (motion is not None and motion.agreement >= TUNING.confirmed_share
-            and motion.agreeing >= TUNING.least_blocks)
-
-
-def _doubted(motion: CameraMotion | None) -> bool:
-    return motion is None or motion.agreement < TUNING.doubted_share
-
-
-def _better(
-    one: tuple[CameraMotion | None, BlockShifts], other: tuple[CameraMotion | None, BlockShifts],
-) -> tuple[CameraMotion | None, BlockShifts]:
-    """Return the motion with which more blocks agree, and the blocks."""
-    return one if better(one[0], other[0]) is one[0] else other
+def _better(one: _Seen | None, other: _Seen | None) -> _Seen | None:
+    """Return the motion with which more blocks agree."""
+    if one is None or (other is not None and other.motion.agreeing > one.motion.agreeing):
+        return other
+    return one

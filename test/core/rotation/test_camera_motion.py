@@ -2,12 +2,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """Yaw from displacements, against an exact model of a camera that moves through points."""
 
+from dataclasses import replace
 import math
 
 from hypothesis import given, settings, strategies as st
 import numpy as np
-from phase_traj_ros.core.rotation.camera_motion import better, MotionFit, quantile
+from phase_traj_ros.core.rotation import camera_motion
+from phase_traj_ros.core.rotation.camera_motion import MotionFit, quantile
 from phase_traj_ros.core.rotation.focus_of_expansion import FocusOfExpansion, Mounting
+from phase_traj_ros.core.rotation.tuning import TUNING
 import pytest
 
 DEVIATION = 0.25 / 256
@@ -162,14 +165,16 @@ def test_displacements_are_those_of_the_points_and_not_of_the_centres():
         (one.yaw, one.pitch, one.agreement))
 
 
-def test_the_better_motion_is_the_one_on_which_more_agrees():
+def test_a_motion_holds_with_enough_blocks_and_a_share_of_them(monkeypatch):
     world = World()
-    most = world.fit(yaw=0.02, step=0.5)
-    world.azimuths, world.slopes, world.distances = (
-        each[:80] for each in (world.azimuths, world.slopes, world.distances))
-    few = world.fit(yaw=0.03, step=0.5)
-    assert better(most, few) is better(few, most) is better(None, most) is better(most, None)
-    assert better(most, few) is most and better(None, None) is None
+    motion = world.fit(yaw=0.02, step=0.5)
+    assert motion.certain and motion.holds(motion.agreement)
+    assert not motion.holds(motion.agreement + 0.01)
+    for factor, holds in ((0.99, True), (1.01, False)):
+        monkeypatch.setattr(camera_motion, 'TUNING', replace(
+            TUNING, least_blocks=factor * motion.agreeing, doubted_share=1.1))
+        assert motion.holds(0.1) is holds
+        assert not motion.certain
 
 
 def test_the_direction_of_travel_tends_to_straight_ahead():
