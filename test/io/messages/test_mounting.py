@@ -137,7 +137,7 @@ def test_the_origin_drives_where_the_rear_axle_does(lever):
     slopes = []
     for moved in np.eye(3) * 1e-6:
         changed = at_base(replace(camera, pose=Corner(
-            *((*moved, camera.pose.x, camera.pose.y, camera.pose.yaw)), 7))).pose
+            *np.add((camera.pose.x, camera.pose.y, camera.pose.yaw), moved), 7))).pose
         slopes.append(np.subtract(
             (changed.x, changed.y, changed.yaw), (found.pose.x, found.pose.y, found.pose.yaw)))
     change = np.array(slopes).T / 1e-6
