@@ -128,9 +128,6 @@ class Route:
             if self._heading_path is not None:
                 self._heading_path.append(heading.heading, heading.yaw, travel.distance, stamp_ns)
             return None
-        if travel.state is TravelState.UNKNOWN:
-            self._odometer.miss(heading, travel, interval)
-            return None
         return self._odometer.update(heading, travel, stamp_ns, interval, unsure=unsure)
 
     def _link(self, heading: HeadingStep, travel: Travel) -> tuple[AnyDirection, ...]:
