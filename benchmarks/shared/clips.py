@@ -42,6 +42,18 @@ class Clip:
             yield self.frames[cycle[number % len(cycle)]]
 
 
+#: How far KITTI's cameras are ahead of the rear axle, in metres, by the drawing of its vehicle;
+#: over 103 stretches of 15 s of sequences 00, 02, 06, 08 and 10, the poses say 1.0 m.
+KITTI_LEVER_M = 1.03
+
+
+def at_axle(poses: np.ndarray, lever: float) -> np.ndarray:
+    """Return poses x, y, yaw, ..., (N, 3) or more, of the axle that is ``lever`` m behind."""
+    moved = poses.copy()
+    moved[:, :2] -= lever * np.stack([np.cos(poses[:, 2]), np.sin(poses[:, 2])], axis=1)
+    return moved
+
+
 def kitti_root() -> Path | None:
     """Return the folder of the KITTI clips, or None if there is none."""
     beside = Path(__file__).resolve().parents[3] / 'shared' / 'kitti'

@@ -70,7 +70,9 @@ class Odometer:
         self._covariance: NDArray[np.float64] = np.zeros((_STATES, _STATES))
         self._covariance[_ASKEW, _ASKEW] = TUNING.mounting_deviation ** 2
         self._covariance[_ANGLES, _ANGLES] = TUNING.angle_share ** 2
-        self._lost = self._blind = 0.0
+        # Standard deviation of the distance of missed pairs, and that of those since the newest
+        # speed, with their time.
+        self._lost = self._unseen = self._unseen_s = self._blind = 0.0
         self._newest: Odometry | None = None
 
     def update(
@@ -95,8 +97,9 @@ class Odometer:
 
         """
         self.path.append(step.heading, step.yaw, travel.distance, stamp_ns)
-        self._grow(step, travel, interval)
         speed, (rate, rate_variance) = travel.distance / interval, self._rate(step, interval)
+        self._bound(abs(speed))
+        self._grow(step, travel, interval)
         off = (unsure / interval) ** 2
         tip = self.path.tip
         assert tip is not None
@@ -144,9 +147,24 @@ class Odometer:
         self._grow(step, replace(travel, distance=0.0, variance=0.0), interval)
         self._rate(step, interval)
         self._newest = None
-        before, self._lost = self._lost, self._lost + math.sqrt(travel.variance)
-        self._covariance[_X, _X] += self._lost ** 2 - before ** 2
-        self._covariance[_Y, _Y] += self._lost ** 2 - before ** 2
+        self._unseen_s += interval
+        self._lose(self._unseen + math.sqrt(travel.variance))
+
+    def _bound(self, speed: float) -> None:
+        """Bound the error of the missed pairs by the speed after them."""
+        if self._unseen_s > 0.0:
+            farthest = (speed + TUNING.acceleration * self._unseen_s) * self._unseen_s
+            self._lose(min(self._unseen, farthest))
+            self._lost += self._unseen
+            self._unseen = self._unseen_s = 0.0
+
+    def _lose(self, unseen: float) -> None:
+        """Set the standard deviation of the distance of the newest missed pairs."""
+        # All that is missing is missing in the same direction.
+        grown = (self._lost + unseen) ** 2 - (self._lost + self._unseen) ** 2
+        self._covariance[_X, _X] += grown
+        self._covariance[_Y, _Y] += grown
+        self._unseen = unseen
 
     def _rate(self, step: HeadingStep, interval: float) -> tuple[float, float]:
         """Return the yaw rate of a pair and its variance."""

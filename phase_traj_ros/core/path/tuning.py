@@ -40,6 +40,9 @@ class PathTuning:
     most_blind_rate: float = math.radians(30.0)
     """...and at most."""
 
+    acceleration: float = 3.0
+    """Acceleration in m/s^2 up to which the speed after a gap tells the distance in it."""
+
     least_speed: float = 0.01
     """Least standard deviations that are published, as nothing measured is exact: of the speed, in
     metres per second, ..."""

@@ -78,10 +78,16 @@ class Mount:
         return values.with_values(found), tuple(found)
 
     def at_base(self, update: Update) -> Update:
-        """Return ``update`` with the odometry of the vehicle's origin instead of the camera's."""
+        """
+        Return ``update`` with the odometry of the vehicle's origin instead of the camera's.
+
+        The pose moves along the heading, as the point of the vehicle does that never slips
+        sideways, such as the middle of the rear axle. The origin is taken to be there: a camera
+        ahead of it changes nothing, and one to the left of it drives a shorter arc to the left.
+        """
         if update.odometry is None:
             return update
-        return replace(update, odometry=_at_origin(update.odometry, self.x, self.y))
+        return replace(update, odometry=_at_origin(update.odometry, self.y))
 
 
 class StaticFrames:
@@ -139,17 +145,16 @@ class StaticFrames:
         return frame, pose
 
 
-def _at_origin(odometry: Odometry, x: float, y: float) -> Odometry:
+def _at_origin(odometry: Odometry, left: float) -> Odometry:
     pose, covariance = odometry.pose, np.array(odometry.covariance)
-    cosine, sine = math.cos(pose.yaw), math.sin(pose.yaw)
-    lever_x, lever_y = cosine * x - sine * y, sine * x + cosine * y
-    change = np.array([[1.0, 0.0, lever_y], [0.0, 1.0, -lever_x], [0.0, 0.0, 1.0]])
+    along, across = left * math.sin(pose.yaw), left * (1.0 - math.cos(pose.yaw))
+    change = np.array([[1.0, 0.0, left - across], [0.0, 1.0, along], [0.0, 0.0, 1.0]])
     moved = (change @ covariance @ change.T).tolist()
     return replace(
         odometry,
-        pose=Corner(pose.x + x - lever_x, pose.y + y - lever_y, pose.yaw, pose.stamp_ns),
-        speed=odometry.speed + odometry.yaw_rate * y,
-        speed_variance=odometry.speed_variance + y * y * odometry.yaw_rate_variance,
+        pose=Corner(pose.x + along, pose.y + across, pose.yaw, pose.stamp_ns),
+        speed=odometry.speed + odometry.yaw_rate * left,
+        speed_variance=odometry.speed_variance + left * left * odometry.yaw_rate_variance,
         position_variance=(moved[0][0] + moved[1][1]) / 2,
         covariance=(tuple(moved[0]), tuple(moved[1]), tuple(moved[2])))
 

@@ -319,6 +319,22 @@ def test_what_is_not_known_of_the_way_is_an_error_of_the_pose():
     assert math.sqrt(known.position_variance) < 2.0
 
 
+def test_the_speed_after_a_gap_tells_how_far_a_vehicle_may_have_gone_in_it():
+    """A robot that drives 0.3 m/s was not 15 m/s fast a tenth of a second before."""
+    odometer, deviations = Odometer(), []
+    for speed, gap in ((0.3, 0.1), (0.3, 0.1), (0.3, 2.0), (-10.0, 0.1)):
+        missed = Travel(0.0, (15.0 * gap) ** 2, TravelState.UNKNOWN)
+        odometer.miss(step(0.0, 0.0, deviation=0.0), missed, gap)
+        found = odometer.update(
+            step(0.0, 0.0, deviation=0.0), gone(0.1 * speed, share=0.0), TENTH, 0.1)
+        deviations.append(math.sqrt(found.position_variance))
+    # What is missing is missing in one direction, so that gaps add up.
+    once, twice, long, fast = np.diff([0.0, *deviations])
+    assert 0.03 < once < 0.1 and twice == pytest.approx(once, rel=0.01)
+    assert 2 * 0.3 + 3.0 < long < 15.0 * 2.0
+    assert 1.0 < fast < 1.5
+
+
 def test_a_pair_that_is_missed_turns_but_goes_nowhere():
     odometer = Odometer()
     before = odometer.update(step(0.0, 0.0), gone(1.0), TENTH, 0.1)

@@ -102,14 +102,26 @@ def test_parameters_win_and_what_cannot_be_is_left_out():
     assert values.camera_roll_deg == pytest.approx(-2)
 
 
+def along(speeds, yaw_rates, interval):
+    """Return where a point that never slips sideways drives to, and its heading."""
+    yaws = np.cumsum(yaw_rates) * interval
+    ahead = yaws - np.multiply(yaw_rates, interval) / 2
+    ways = np.multiply(speeds, interval)
+    return float(ways @ np.cos(ahead)), float(ways @ np.sin(ahead)), float(yaws[-1])
+
+
 @pytest.mark.parametrize('lever', [(1.5, 0.0), (0.0, -0.4), (1.5, 0.4)])
-def test_the_lever_arm_of_a_turn(lever):
-    """A camera that drives along a circle carries the vehicle with it."""
+def test_the_origin_drives_where_the_rear_axle_does(lever):
+    """The road slides towards the camera as fast as its part of the vehicle moves ahead."""
     mount = frames(transform('base_link', 'cam', (*lever, 1.6))).mount('base_link', 'cam')
-    yaw, yaw_rate, speed, radius = math.radians(90), 0.5, 5.0, 10.0
+    yaw_rates = np.concatenate([np.full(400, 0.4), np.full(300, -0.7), np.zeros(100)])
+    speeds = np.linspace(3.0, 6.0, len(yaw_rates))
+    x, y, yaw = along(speeds, yaw_rates, 0.01)
+    # The camera only moves sideways as well if it is ahead, which is not measured.
+    seen = speeds - yaw_rates * lever[1]
     covariance = np.diag([0.01, 0.02, 0.001])
     camera = Odometry(
-        Corner(radius, radius, yaw, 7), speed, yaw_rate, position_variance=0.015,
+        Corner(*along(seen, yaw_rates, 0.01), 7), seen[-1], 0.5, position_variance=0.015,
         yaw_variance=0.001, speed_variance=0.1, yaw_rate_variance=0.01,
         covariance=tuple(map(tuple, covariance.tolist())))
 
@@ -117,21 +129,22 @@ def test_the_lever_arm_of_a_turn(lever):
         return mount.at_base(result(odometry)).odometry
 
     found = at_base(camera)
-    # Turned to the left by 90 degrees: what was ahead is to the left, what was left is behind.
-    assert (found.pose.x, found.pose.y, found.pose.yaw) == pytest.approx(
-        (radius + lever[0] + lever[1], radius + lever[1] - lever[0], yaw))
-    assert found.speed == pytest.approx(speed + yaw_rate * lever[1])
+    assert (found.pose.x, found.pose.y, found.pose.yaw) == pytest.approx((x, y, yaw), abs=1e-3)
+    assert found.speed == pytest.approx(camera.speed + 0.5 * lever[1])
+    assert found.speed_variance == pytest.approx(0.1 + 0.01 * lever[1] ** 2)
     assert found.yaw_variance == camera.yaw_variance
     # By differences, as it is linear for small errors.
     slopes = []
     for moved in np.eye(3) * 1e-6:
         changed = at_base(replace(camera, pose=Corner(
-            radius + moved[0], radius + moved[1], yaw + moved[2], 7))).pose
+            *np.add((camera.pose.x, camera.pose.y, camera.pose.yaw), moved), 7))).pose
         slopes.append(np.subtract(
             (changed.x, changed.y, changed.yaw), (found.pose.x, found.pose.y, found.pose.yaw)))
     change = np.array(slopes).T / 1e-6
     assert np.array(found.covariance) == pytest.approx(
         change @ covariance @ change.T, abs=1e-6)
+    assert found.position_variance == pytest.approx(
+        (found.covariance[0][0] + found.covariance[1][1]) / 2)
 
 
 def test_before_the_vehicle_has_moved_it_is_at_the_origin():
