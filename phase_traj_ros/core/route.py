@@ -12,7 +12,7 @@ from phase_traj_ros.core.path.heading_path import HeadingPath
 from phase_traj_ros.core.path.odometry import Odometer, Odometry
 from phase_traj_ros.core.path.trajectory import ChainPath, DrawnPath
 from phase_traj_ros.core.path.way import Way
-from phase_traj_ros.core.road.travel import Travel, TravelState
+from phase_traj_ros.core.road.travel import Travel
 from phase_traj_ros.core.settings import EstimatorSettings
 
 

@@ -205,7 +205,7 @@ class Odometer:
         self._covariance = change @ self._covariance @ change.T + noise @ noise.T
 
     def _rescale(self, scale: float) -> None:
-        """Set the deviation of the scale of all angles; a lens that is learned corrects the yaw."""
+        """Set the deviation of the scale of all angles; a camera that is learned mends the yaw."""
         if scale == self._scale:
             return
         self._scale, before = scale, self._covariance[_ANGLES, _ANGLES]

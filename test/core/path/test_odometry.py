@@ -358,7 +358,7 @@ def test_the_yaw_is_as_certain_as_the_camera_and_a_turn_that_determines_it_corre
     assert math.sqrt(assumed.yaw_variance) == pytest.approx(0.3 * 1.0, rel=0.05)
     assert math.sqrt(assumed.yaw_rate_variance) == pytest.approx(0.3 * 1.0, rel=0.05)
     assert math.sqrt(learned.yaw_variance) == pytest.approx(0.03 * 2.0, rel=0.1)
-    assert math.sqrt(learned.yaw_rate_variance) == pytest.approx(0.03 * 1.0, rel=0.1)
+    assert math.sqrt(learned.yaw_rate_variance) == pytest.approx(math.hypot(0.03, 0.01), rel=0.1)
     # The heading is corrected, but not the places before.
     across = [each.covariance[1][1] for each in odometry]
     assert across[19] > across[9] > 0.1
