@@ -12,6 +12,7 @@ from phase_traj_ros.core.localization.estimate import Candidate, LocationEstimat
 from phase_traj_ros.core.localization.fixes import (
     FixGate,
     log_likelihood,
+    log_likelihood_off_road,
     radius_of,
     Verdict,
 )
@@ -251,11 +252,10 @@ class MapLocator:
         """Weigh the hypotheses by a fix; its errors are as correlated as those of chords."""
         settings, them = self._settings, self._them
         now = them.places + self._odometer.since * np.exp(them.log_scale + 1j * them.turned)
-        there = np.array([complex(fix.x, fix.y)])
         fit = log_likelihood(fix, now, self._area, settings)
-        null = log_likelihood(fix, there, self._area, settings)[0] + math.log(settings.null_fit)
         them.log_weight = them.log_weight + settings.tempering * fit
-        self._null.log_weight += settings.tempering * float(null)
+        self._null.take(
+            settings.tempering * log_likelihood_off_road(fix, self._area, settings))
 
     def _start_again_at(self, fix: PositionFix) -> None:
         """Believe that the vehicle is where a fix is, but for a doubt."""
