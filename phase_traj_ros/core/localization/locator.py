@@ -248,7 +248,7 @@ class MapLocator:
         Take a position; return whether it was used.
 
         It is compared with the place at its stamp. A stamp that is more than 5 s older than the
-        newest pose, before the last interruption, or more than 0.5 s ahead, is not used.
+        newest pose, before the last interruption, or more than 1 s ahead, is not used.
 
         A fix that contradicts the place that leads, its own covariance and the odometry since is
         not used, unless the next ones agree with it. A fix that comes less than 5 m after the last

@@ -13,7 +13,7 @@ from phase_traj_ros.core.localization.given import OdometryStep
 
 KEPT_NS = 5_000_000_000
 """A position may be this much older than the newest pose of the odometry..."""
-AHEAD_NS = 500_000_000
+AHEAD_NS = 1_000_000_000
 """...or this much newer."""
 
 

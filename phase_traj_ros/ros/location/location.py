@@ -181,7 +181,7 @@ class Location:
             raise ValueError(
                 f'its stamp is {abs(age) * 1e-9:.1f} s {"before" if age > 0 else "after"} that of'
                 f' the newest frame: at most {KEPT_NS * 1e-9:.0f} s before and'
-                f' {AHEAD_NS * 1e-9:.1f} s after are used, on the clock of the images')
+                f' {AHEAD_NS * 1e-9:.0f} s after are used, on the clock of the images')
 
     def _publish_placed(self) -> None:
         if self._worker.failure is not None and not self._failed:
