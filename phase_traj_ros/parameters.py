@@ -17,6 +17,7 @@ from typing import Any, cast, Final
 from phase_traj_ros.core import EstimatorSettings, PAPER_THRESHOLD, View
 from phase_traj_ros.core.camera.lens import Lens
 from phase_traj_ros.core.camera.lens_family import PINHOLE, STRAIGHTNESS_RANGE
+from phase_traj_ros.core.camera.model import CameraModel
 from phase_traj_ros.core.correlation.quality import GateSettings, StillnessSettings
 from phase_traj_ros.core.path.speed import MOST_SPEED
 from phase_traj_ros.core.path.way import LengthUnit
@@ -100,8 +101,8 @@ class Parameters:
         0.0, 'Pitch of the camera, positive down. 0: estimated from the drive.', unit='deg',
         minimum=-60.0, maximum=60.0, read_only=True)
     camera_roll_deg: float = parameter(
-        0.0, 'Roll of the camera, positive right side down. Used with focal_px or hfov_deg.',
-        unit='deg', minimum=-60.0, maximum=60.0, read_only=True)
+        0.0, 'Roll of the camera, positive right side down. Used with a focal length or a'
+        ' calibration.', unit='deg', minimum=-60.0, maximum=60.0, read_only=True)
     camera_height: float = parameter(
         0.0, 'Height of the camera above the road. With it, the distance measured on the road is'
         ' in metres, and so are odom, speed and a path from the heading. Requires a focal length.'
@@ -291,9 +292,14 @@ class Parameters:
         return self.estimator_settings().learns_lens
 
     @property
+    def gives_speed(self) -> bool:
+        """Return whether the speed of the vehicle is given, constant or on a topic."""
+        return self.speed > 0 or self.use_speed_topic
+
+    @property
     def metric(self) -> bool:
         """Return whether a speed or the camera's height gives odometry in metres."""
-        return self.speed > 0 or self.use_speed_topic or self.camera_height > 0
+        return self.gives_speed or self.camera_height > 0
 
     @property
     def length_unit(self) -> LengthUnit:
@@ -353,6 +359,11 @@ class Parameters:
             nominal_period=self.shift_nominal_period,
             confirm_frames=self.shift_confirm_frames,
             release_frames=self.shift_release_frames)
+
+    def calibrated(self, camera: CameraModel) -> Lens:
+        """Return the lens of a calibrated camera that is mounted as the parameters say."""
+        return Lens(
+            camera=camera, pitch_deg=self.camera_pitch_deg, roll_deg=self.camera_roll_deg)
 
     def _lens(self) -> Lens | None:
         if self.focal_px == 0.0 and self.hfov_deg == 0.0:

@@ -9,28 +9,16 @@ import numpy as np
 from numpy.typing import NDArray
 from phase_traj_ros.core.camera.lens import Lens
 from phase_traj_ros.core.correlation.phase_correlation import Frame
+from phase_traj_ros.core.heading.tuning import TUNING as HEADING
 from phase_traj_ros.core.heading.visual_compass import VisualCompass
 from phase_traj_ros.core.path.speed import SpeedTrack
 from phase_traj_ros.core.road.meter import RoadMeter
 from phase_traj_ros.core.road.scale import CameraHeight
 from phase_traj_ros.core.road.travel import Travel, TravelState
+from phase_traj_ros.core.road.tuning import TUNING
 from phase_traj_ros.core.rotation.yaw_meter import YawMeasurement
 from phase_traj_ros.core.settings import EstimatorSettings
 from phase_traj_ros.core.status import PairStatus
-
-# Standard deviation of a given speed, as a fraction of it.
-_SPEED = 0.05
-# Least speed, in camera heights per second, at which the camera height is estimated.
-_DRIVING = 2.0
-# Error of the speed after the lens was replaced, as a fraction of the speed.
-_OTHER_LENS = 0.3
-# Height of a camera in metres where only the speed is known, to compare ways.
-_USUAL_HEIGHT = 1.6
-# Longest slide of the road, in camera heights, over which a frame is waited for: the patches end
-# about 10 ahead, and what remains in view changes its size.
-_REACH = 1.0
-# Standard deviation of an unknown speed, in metres per second.
-_ANY_SPEED = 15.0
 
 
 class DistanceMeter:
@@ -111,22 +99,23 @@ class DistanceMeter:
         given = self._given(status, stamp_ns, interval_ns)
         if given is not None:
             self.heights_per_second = abs(given) / (
-                interval * (self._height.metres or _USUAL_HEIGHT))
+                interval * (self._height.metres or HEADING.camera_height))
             if by_road is not None and by_road.state is TravelState.MEASURED:
                 self._calibrate(given, by_road, interval)
             return Travel(
-                given, (_SPEED * given) ** 2, TravelState.GIVEN, scale=_SPEED)
+                given, (TUNING.given_speed * given) ** 2, TravelState.GIVEN,
+                scale=TUNING.given_speed)
         height = self._height.metres
         if by_road is None or height is None or by_road.state is TravelState.UNKNOWN:
             return Travel(
-                0.0, (_ANY_SPEED * interval) ** 2, TravelState.UNKNOWN,
+                0.0, (TUNING.any_metric_speed * interval) ** 2, TravelState.UNKNOWN,
                 rivalled=by_road is not None and by_road.rivalled)
         return by_road.scaled(height, self._height.deviation)
 
     def reaches(self, seconds: float) -> bool:
         """Return whether the road will be near enough to be compared after ``seconds``."""
         return (self._meter is None or self.heights_per_second is None
-                or self.heights_per_second * seconds <= _REACH)
+                or self.heights_per_second * seconds <= TUNING.awaited)
 
     @property
     def _by_road(self) -> bool:
@@ -142,7 +131,7 @@ class DistanceMeter:
         return 0.0 if status is PairStatus.STILL else self._settings.speed * interval_ns * 1e-9
 
     def _calibrate(self, metres: float, by_road: Travel, interval: float) -> None:
-        if metres > 0.0 and by_road.distance > _DRIVING * interval:
+        if metres > 0.0 and by_road.distance > TUNING.calibrating * interval:
             self._height.add(metres, by_road.distance, interval)
 
     def _look_for(self, frame: Frame, heading: VisualCompass) -> bool:
@@ -155,7 +144,7 @@ class DistanceMeter:
             return False
         speeds = None if self._meter is None else self._meter.speed_filter
         if speeds is not None:
-            speeds.deviation += _OTHER_LENS * abs(speeds.speed)
+            speeds.deviation += TUNING.other_lens * abs(speeds.speed)
         self._camera, self._mask = camera, heading.counting
         lens = heading.lens
         horizon, given = lens.horizon, math.radians(self._settings.camera_pitch_deg)

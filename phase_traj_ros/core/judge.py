@@ -15,21 +15,15 @@ from numpy.typing import NDArray
 from phase_traj_ros.core.correlation.phase_correlation import Frame, Shift
 from phase_traj_ros.core.correlation.quality import Quality
 from phase_traj_ros.core.fixed.fixed_areas import FixedAreas
+from phase_traj_ros.core.fixed.tuning import TUNING as FIXED
 from phase_traj_ros.core.heading.visual_compass import VisualCompass
 from phase_traj_ros.core.measuring import Comparison
 from phase_traj_ros.core.reliability.reason import Evidence
+from phase_traj_ros.core.reliability.tuning import TUNING as RELIABILITY
 from phase_traj_ros.core.road.tuning import TUNING as ROAD
 from phase_traj_ros.core.rotation.yaw_meter import YawMeasurement
 from phase_traj_ros.core.settings import CodeSource
 from phase_traj_ros.core.status import PairStatus
-
-# Smallest share of the image to mask out: smaller areas do no harm, and a mask costs time.
-_WORTH_IT = 0.01
-# Share of the blocks that have to agree in a trusted pair.
-_AGREEING = 0.3
-# The scene passes by if the median ratio of the translation to the distance of the blocks is above
-# this; the noise of a pattern that does not move is 0.002.
-_PASSING = 0.005
 
 
 def judged(
@@ -70,7 +64,7 @@ def judged(
         return status, Evidence.BLANK
     if fixed:
         return status, Evidence.FIXED
-    if pair.agreement < _AGREEING:
+    if pair.agreement < RELIABILITY.agreeing:
         return status, Evidence.SCATTERED
     return status, Evidence.JERKED if implausible else Evidence.TRUSTED
 
@@ -183,10 +177,10 @@ class Judge:
     def _only_fixed_agree(self, yaw: YawMeasurement, shift: Shift) -> bool:
         """Return whether only what is fixed to the camera may agree on the yaw."""
         # What passes by is not fixed, however little of the rest of the image moves.
-        passes = yaw.certain and yaw.motion is not None and yaw.motion.passing > _PASSING
+        passes = yaw.certain and yaw.motion is not None and yaw.motion.passing > FIXED.passing
         return self._guards and (not self._areas.sufficient or (
             not passes and self._areas.doubts(shift, agreed=yaw.refined)))
 
     @property
     def _leaves_out(self) -> bool:
-        return self._areas.share >= _WORTH_IT
+        return self._areas.share >= FIXED.least_masked

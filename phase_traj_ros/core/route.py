@@ -12,7 +12,7 @@ from phase_traj_ros.core.path.heading_path import HeadingPath
 from phase_traj_ros.core.path.odometry import Odometer, Odometry
 from phase_traj_ros.core.path.trajectory import ChainPath, DrawnPath
 from phase_traj_ros.core.path.way import Way
-from phase_traj_ros.core.road.travel import Travel, TravelState
+from phase_traj_ros.core.road.travel import Travel
 from phase_traj_ros.core.settings import EstimatorSettings
 
 
@@ -127,9 +127,6 @@ class Route:
         if self._odometer is None:
             if self._heading_path is not None:
                 self._heading_path.append(heading.heading, heading.yaw, travel.distance, stamp_ns)
-            return None
-        if travel.state is TravelState.UNKNOWN:
-            self._odometer.miss(heading, travel, interval)
             return None
         return self._odometer.update(heading, travel, stamp_ns, interval, unsure=unsure)
 

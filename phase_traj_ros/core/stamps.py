@@ -6,16 +6,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Generic, TypeVar
 
-_FrameT = TypeVar('_FrameT')
+from phase_traj_ros.core.frames.tuning import TUNING
 
-# A jump of more than this is doubtful until the next stamp confirms it. Below it are swapped
-# neighbours and the steps of a clock that NTP corrects; a gap in a recording is usually longer.
-_JUMP_NS = 1_000_000_000
-# A clock that is set after the first frame jumps by more than this, and no recording pauses so
-# long: the first stamp was not a time.
-_AGES_NS = 86_400_000_000_000
-# A forward jump within this multiple of the last interval is the frame rate of a slow stream.
-_STEADY = 2
+_FrameT = TypeVar('_FrameT')
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,13 +103,13 @@ class StampGate(Generic[_FrameT]):
         step_ns = next_.stamp_ns - self._newest_ns
         if step_ns == 0:
             self.counts.repeated += 1
-        elif step_ns < -_JUMP_NS:
+        elif step_ns < -TUNING.jump_ns:
             self._held = Passed(next_.frame, next_.stamp_ns, restarts=True)
         elif step_ns < 0:
             self.counts.late += 1
-        elif step_ns > max(_JUMP_NS, _STEADY * self._interval_ns):
+        elif step_ns > max(TUNING.jump_ns, TUNING.slow_intervals * self._interval_ns):
             first = self._interval_ns == 0
-            self._held = replace(next_, restarts=first and step_ns > _AGES_NS)
+            self._held = replace(next_, restarts=first and step_ns > TUNING.ages_ns)
         else:
             yield self._use(next_)
 

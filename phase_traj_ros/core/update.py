@@ -45,7 +45,7 @@ class Update:
     cut: bool = False
     """Whether a new scene starts at the first frame of the pair, after a cut in the video."""
     odometry: Odometry | None = None
-    """Pose and motion in metres; None if the distance is not known in metres."""
+    """Pose and motion in metres; None without a height or a speed, which give metres."""
     travel: Travel | None = None
     """Distance of the pair; None if no distance is measured."""
     links: tuple[AnyDirection, ...] = ()

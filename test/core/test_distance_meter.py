@@ -139,9 +139,18 @@ def test_a_height_is_learned_from_speeds_at_any_frame_rate(rate_hz):
 def test_without_a_speed_or_a_height_nothing_is_made_up_in_metres():
     _, updates = driven(settings(awaits_speeds=True))
     assert {update.travel.state for update in updates} == {TravelState.UNKNOWN}
-    assert {update.odometry for update in updates} == {None}
     assert total(updates) == 0.0
     assert updates[-1].tip.x == 0.0
+    for update in updates:
+        pose, odometry = update.odometry.pose, update.odometry
+        assert (pose.x, pose.y, odometry.speed) == (0.0, 0.0, 0.0)
+        # The heading goes on, and what is unknown says so.
+        assert pose.yaw == update.heading.heading
+        assert odometry.yaw_rate == pytest.approx(update.heading.rate)
+        assert odometry.speed_variance == pytest.approx(15.0 ** 2)
+    assert abs(updates[-1].odometry.pose.yaw) > 0.5
+    deviations = [math.sqrt(update.odometry.position_variance) for update in updates]
+    assert deviations == sorted(deviations) and deviations[-1] > 10.0 * len(updates) / 10
 
 
 def test_a_constant_speed_leaves_nothing_to_ask():

@@ -20,6 +20,7 @@ from phase_traj_ros.core.calibration.turn_tracks import TurnFollower, TurnTracks
 from phase_traj_ros.core.camera.estimate import CameraEstimate
 from phase_traj_ros.core.camera.horizon import HorizonEstimator
 from phase_traj_ros.core.camera.lens_family import PINHOLE, STRAIGHTNESS_RANGE
+from phase_traj_ros.core.camera.tuning import TUNING as CAMERA
 from phase_traj_ros.core.correlation.phase_correlation import Frame
 
 # The grid: logarithms of the focal length in image widths, and straightnesses.
@@ -169,7 +170,7 @@ class SelfCalibration:
         height, width = shape
         return CameraEstimate(
             width=width, height=height, focal_px=math.exp(focal) * width,
-            focal_deviation=math.hypot(focal_deviation, TUNING.common_error),
+            focal_deviation=math.hypot(focal_deviation, CAMERA.common_error),
             straightness=straight, straightness_deviation=straight_deviation,
             column_px=column * width,
             column_deviation_px=column_deviation * width,

@@ -33,8 +33,6 @@ class CalibrationTuning:
     """Standard deviation of the column of the principal point, in widths, ..."""
     cropped_share: float = 0.02
     """...unless the images are cropped: the share of such cameras."""
-    common_error: float = 0.02
-    """Relative error of the focal length that is common to all drives of a camera."""
 
     # Points that are tracked through a turn, by least squares (Lucas and Kanade, 1981).
     tracked_px: int = 480

@@ -9,14 +9,10 @@ import math
 from phase_traj_ros.core.camera.horizon import combined as combined_horizon, Horizon
 from phase_traj_ros.core.camera.lens_family import OneNumberLens, PINHOLE
 from phase_traj_ros.core.camera.model import CameraModel
+from phase_traj_ros.core.camera.tuning import TUNING
 
 # A normal distribution has 90 % within this many standard deviations.
 _NINETY = 1.645
-# Relative error that is common to all drives of a camera: the principal point is not exactly at
-# the centre, and the lens is not exactly of the family.
-_COMMON = 0.02
-# Relative error for which ``probability`` is given.
-_NEAR = 0.05
 
 
 @dataclass(frozen=True, slots=True)
@@ -126,7 +122,7 @@ class CameraEstimate:
         """Return the probability that the focal length is correct within 5 %, 0 to 1."""
         if self.focal_deviation == 0.0:
             return 1.0
-        return math.erf(math.log1p(_NEAR) / (self.focal_deviation * math.sqrt(2.0)))
+        return math.erf(math.log1p(0.05) / (self.focal_deviation * math.sqrt(2.0)))
 
 
 def combined(estimates: Sequence[CameraEstimate]) -> CameraEstimate:
@@ -152,10 +148,11 @@ def combined(estimates: Sequence[CameraEstimate]) -> CameraEstimate:
                 f'pictures of {other.width}x{other.height} and of {first.width}x{first.height}'
                 ' pixels are not of one camera: give recordings of one')
     logs = [math.log(one.focal_px * first.width / one.width) for one in estimates]
-    log_focal, deviation = _mean(logs, [one.focal_deviation for one in estimates], _COMMON)
+    log_focal, deviation = _mean(
+        logs, [one.focal_deviation for one in estimates], TUNING.common_error)
     straightness, straightness_deviation = _mean(
         [one.straightness for one in estimates],
-        [one.straightness_deviation for one in estimates], _COMMON)
+        [one.straightness_deviation for one in estimates], TUNING.common_error)
     column, column_deviation = _mean(
         [one.column_px * first.width / one.width for one in estimates],
         [one.column_deviation_px * first.width / one.width for one in estimates],

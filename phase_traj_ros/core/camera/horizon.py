@@ -18,14 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 from phase_traj_ros.core.camera.lens_family import OneNumberLens, radius
 from phase_traj_ros.core.camera.robust_mean import RobustMean
-
-# Prior standard deviations in radians: most cameras are mounted nearly level.
-_PITCH, _ROLL = math.radians(8.0), math.radians(3.0)
-# Standard deviations of the axis of a turn from the vertical: vehicles and roads lean.
-_TURN_PITCH, _TURN_ROLL = math.radians(1.0), math.radians(2.0)
-# Standard deviation of the direction of travel, and the number of consecutive pairs that count as
-# one measurement.
-_TRAVEL, _ALIKE = math.radians(0.5), 30.0
+from phase_traj_ros.core.camera.tuning import TUNING
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,8 +34,8 @@ class Horizon:
 
     pitch: float = 0.0
     roll: float = 0.0
-    pitch_deviation: float = _PITCH
-    roll_deviation: float = _ROLL
+    pitch_deviation: float = TUNING.pitch_deviation
+    roll_deviation: float = TUNING.roll_deviation
 
     def row(self, lens: OneNumberLens, height: int) -> float:
         """Return the row of the horizon at the centre column of images with ``height`` rows."""
@@ -68,7 +61,8 @@ class HorizonEstimator:
 
     def __init__(self) -> None:
         """Start with the prior."""
-        self._pitch, self._roll = RobustMean(_PITCH), RobustMean(_ROLL)
+        self._pitch = RobustMean(TUNING.pitch_deviation)
+        self._roll = RobustMean(TUNING.roll_deviation)
 
     def add_turn(self, down: NDArray[np.float64], deviation: float = 0.0) -> None:
         """
@@ -83,9 +77,10 @@ class HorizonEstimator:
 
         """
         self._pitch.add(
-            math.asin(min(max(float(down[2]), -1.0), 1.0)), math.hypot(_TURN_PITCH, deviation))
+            math.asin(min(max(float(down[2]), -1.0), 1.0)),
+            math.hypot(TUNING.turn_pitch, deviation))
         self._roll.add(
-            math.atan2(float(down[0]), float(down[1])), math.hypot(_TURN_ROLL, deviation))
+            math.atan2(float(down[0]), float(down[1])), math.hypot(TUNING.turn_roll, deviation))
 
     def add_travel(self, slope: float, deviation: float) -> None:
         """
@@ -100,7 +95,8 @@ class HorizonEstimator:
 
         """
         self._pitch.add(
-            -math.atan(slope), math.hypot(_TRAVEL, deviation) * math.sqrt(_ALIKE))
+            -math.atan(slope),
+            math.hypot(TUNING.travel_deviation, deviation) * math.sqrt(TUNING.alike_pairs))
 
     @property
     def horizon(self) -> Horizon:
@@ -111,7 +107,7 @@ class HorizonEstimator:
 
 def combined(horizons: list[Horizon]) -> Horizon:
     """Combine the estimates of several recordings of one camera."""
-    pitch, roll = RobustMean(_PITCH), RobustMean(_ROLL)
+    pitch, roll = RobustMean(TUNING.pitch_deviation), RobustMean(TUNING.roll_deviation)
     for horizon in horizons:
         pitch.add(horizon.pitch, horizon.pitch_deviation)
         roll.add(horizon.roll, horizon.roll_deviation)

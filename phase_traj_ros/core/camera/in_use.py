@@ -6,12 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from phase_traj_ros.core.camera.lens import Lens, LensOrigin
-
-
-# Largest ratio of the limits of the focal length with which quarter turns can be counted.
-_WIDEST = 1.5
-# Factor by which the angles of an unknown camera may be too small.
-_FAR_OFF = 1.5
+from phase_traj_ros.core.camera.tuning import TUNING
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -66,13 +61,14 @@ class CameraInUse:
         """Return whether the focal length is known well enough to count quarter turns."""
         if self.origin is LensOrigin.ASSUMED:
             return False
-        return self.interval_px is None or self.interval_px[1] < _WIDEST * self.interval_px[0]
+        return self.interval_px is None or (
+            self.interval_px[1] < TUNING.widest_interval * self.interval_px[0])
 
     @property
     def most_angle(self) -> float:
         """Return the largest likely ratio of true angles to measured angles."""
         if self.origin is LensOrigin.ASSUMED:
-            return _FAR_OFF
+            return TUNING.far_off
         return 1.0 if self.interval_px is None else self.focal_px / self.interval_px[0]
 
     def __str__(self) -> str:

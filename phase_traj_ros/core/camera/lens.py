@@ -16,18 +16,15 @@ from phase_traj_ros.core.camera.lens_family import (
 )
 from phase_traj_ros.core.camera.model import CameraModel
 from phase_traj_ros.core.camera.projection import LEAST_HFOV_DEG
+from phase_traj_ros.core.camera.tuning import TUNING
 from phase_traj_ros.errors import FrameError
 
 MOST_TILT_DEG = 60.0
 """Largest pitch and roll that are accepted, in degrees."""
-# Relative standard deviation of the focal length of an unknown camera.
-_ASSUMED_DEVIATION = 0.3
 ASSUMED_HFOV_DEG = 75.0
 """Assumed horizontal field of view of an unknown camera, in degrees."""
 # Smallest focal length in image widths, where no lens has the given field of view.
 _LEAST_FOCAL = 1e-3
-# Lenses are equal if their focal lengths (relative) and straightnesses differ by less than this.
-_SAME_FOCAL, _SAME_STRAIGHTNESS = 0.01, 0.05
 
 
 class LensOrigin(Enum):
@@ -145,7 +142,7 @@ class Lens:
     def focal_deviation(self) -> float:
         """Return the relative standard deviation of the focal length; 0 if it is given."""
         if self.assumed:
-            return _ASSUMED_DEVIATION
+            return TUNING.assumed_deviation
         return 0.0 if self.estimate is None else self.estimate.focal_deviation
 
     @property
@@ -181,10 +178,10 @@ class Lens:
     def is_close_to(self, other: 'Lens', width: int) -> bool:
         """Return whether another lens is nearly equal for frames ``width`` pixels wide."""
         return (
-            abs(math.log(self.focal_for(width) / other.focal_for(width))) < _SAME_FOCAL
-            and abs(self.straightness - other.straightness) < _SAME_STRAIGHTNESS
-            and abs(self.offset - other.offset) < _SAME_FOCAL
-            and abs(self.tilt / other.tilt - 1.0) < _SAME_FOCAL)
+            abs(math.log(self.focal_for(width) / other.focal_for(width))) < TUNING.same_lens
+            and abs(self.straightness - other.straightness) < TUNING.same_straightness
+            and abs(self.offset - other.offset) < TUNING.same_lens
+            and abs(self.tilt / other.tilt - 1.0) < TUNING.same_lens)
 
     def camera_for(self, shape: tuple[int, int]) -> CameraModel:
         """

@@ -16,12 +16,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 from phase_traj_ros.core.camera.lens_family import check_focal, OneNumberLens, PINHOLE, radius
+from phase_traj_ros.core.camera.tuning import TUNING
 
-# Number of rays from the optical axis on which the range of a model is searched, and of steps of
-# 0.18 degrees on each ray, up to 90 degrees.
-_RAYS, _STEPS = 72, 500
-# Number of steps of a tenth of a degree for the field of view.
-_ACROSS = 1800
 # Limit of pixel coordinates, far outside of any calibrated image.
 _FAR = 1e6
 # Indices of the coefficients (p1, p2, thin prism, tilt) whose sign depends on the orientation of
@@ -29,10 +25,6 @@ _FAR = 1e6
 _DIRECTED = (2, 3, 8, 9, 10, 11, 12, 13)
 
 Numbers = NDArray[np.float64]
-# Tolerances for calibrations that vary with the autofocus: relative focal length, and pixels.
-_SAME_FOCAL, _SAME_CENTRE = 0.001, 0.25
-# Below this difference of the straightness from a pinhole, distortion has no effect on the yaw.
-_STRAIGHT = 0.02
 
 
 class Distortion(Enum):
@@ -149,7 +141,7 @@ class CameraModel:
         """
         centred = cls.pinhole(shape, lens.focal_px)
         pinhole = replace(centred, cx=centred.cx + column)
-        if abs(lens.straightness - PINHOLE) < _STRAIGHT:
+        if abs(lens.straightness - PINHOLE) < TUNING.straight:
             return pinhole
         return replace(
             pinhole, distortion=Distortion.ONE_NUMBER, coefficients=(lens.straightness,))
@@ -175,9 +167,10 @@ class CameraModel:
             (self.shape, self.distortion, self.coefficients)
             == (other.shape, other.distortion, other.coefficients))
         return (
-            alike and abs(self.fx / other.fx - 1.0) < _SAME_FOCAL
-            and abs(self.fy / other.fy - 1.0) < _SAME_FOCAL
-            and abs(self.cx - other.cx) < _SAME_CENTRE and abs(self.cy - other.cy) < _SAME_CENTRE)
+            alike and abs(self.fx / other.fx - 1.0) < TUNING.same_calibration
+            and abs(self.fy / other.fy - 1.0) < TUNING.same_calibration
+            and abs(self.cx - other.cx) < TUNING.same_centre_px
+            and abs(self.cy - other.cy) < TUNING.same_centre_px)
 
     def turned_180(self) -> 'CameraModel':
         """Return the model of the same camera for images rotated by 180 degrees."""
@@ -217,19 +210,20 @@ class CameraModel:
 
     def _limit(self, ray: Numbers) -> Numbers:
         """Return the largest angle from the axis, in radians, at which the model is valid."""
-        angles = np.linspace(0, math.pi / 2, _STEPS, endpoint=False)
-        rays = np.linspace(0, 2 * math.pi, _RAYS, endpoint=False)
+        count, steps = TUNING.range_rays, TUNING.range_steps
+        angles = np.linspace(0, math.pi / 2, steps, endpoint=False)
+        rays = np.linspace(0, 2 * math.pi, count, endpoint=False)
         radius = np.tan(angles)
         columns, rows = self._distorted(
             np.outer(np.cos(rays), radius), np.outer(np.sin(rays), radius))
         distance = np.hypot((columns - self.cx) / self.fx, (rows - self.cy) / self.fy)
         growing = np.diff(distance) > 0
         # The first angle at which the distance stops increasing, else the last angle.
-        last = np.where(growing.all(axis=1), _STEPS - 1, growing.argmin(axis=1))
+        last = np.where(growing.all(axis=1), steps - 1, growing.argmin(axis=1))
         limits = angles[last]
         # Between two rays, the smaller limit is used.
-        index = np.floor(ray / (2 * math.pi) * _RAYS).astype(np.intp)
-        return np.minimum(limits[index % _RAYS], limits[(index + 1) % _RAYS])
+        index = np.floor(ray / (2 * math.pi) * count).astype(np.intp)
+        return np.minimum(limits[index % count], limits[(index + 1) % count])
 
     def _distorted(self, x: Numbers, y: Numbers) -> tuple[Numbers, Numbers]:
         """Return columns and rows of the directions (x, y, 1), without a check of the range."""
@@ -254,7 +248,7 @@ def _degrees_across(camera: CameraModel) -> float:
     if camera.distortion is Distortion.NONE:
         aside = (camera.cx + 0.5, camera.width - 0.5 - camera.cx)
         return math.degrees(sum(math.atan(each / camera.fx) for each in aside))
-    angles = np.radians(np.linspace(-90.0, 90.0, _ACROSS, endpoint=False)[1:])
+    angles = np.radians(np.linspace(-90.0, 90.0, TUNING.hfov_steps, endpoint=False)[1:])
     row = np.full_like(angles, 0.0)
     seen = angles[camera.project(np.tan(angles), row, row + 1.0).seen]
     return math.degrees(float(np.ptp(seen))) if seen.size else 0.0

@@ -17,28 +17,13 @@ import numpy as np
 from numpy.typing import NDArray
 from phase_traj_ros.core.camera.lens_family import MOST_FOCAL_PX
 from phase_traj_ros.core.camera.model import CameraModel, Distortion, Sight
-from phase_traj_ros.core.correlation.phase_correlation import Frame
+from phase_traj_ros.core.camera.tuning import TUNING
+from phase_traj_ros.core.correlation.phase_correlation import Frame, LEAST_SIDE
 from phase_traj_ros.core.correlation.view import reduced
 from phase_traj_ros.errors import FrameError
 
-# Extent of the band in degrees from the optical axis. Above it are the sky and the tops of near
-# buildings; below it the road passes too fast, and the bonnet does not move.
-_ABOVE_DEG = 20.0
-_BELOW_DEG = 15.0
-_ASIDE_DEG = 60.0
-# A camera is reduced by the whole number that comes nearest to this many pixels per radian. A tele
-# camera keeps at least about this many columns: docs/measurements/heading.md.
-_USUAL_PX_PER_RAD = 330.0
-_LEAST_COLUMNS = 360
-_LEAST_SIDE = 8
 # OpenCV's remap has 16-bit pixel coordinates.
 _MOST_SIDE = 32766
-# Number of directions (slopes, azimuths) in which a distorted image is searched, and number along
-# each of the two lines to its edges: 0.03 degrees are less than a tenth of a pixel.
-_SEARCHED = (65, 241)
-_ALONG = 4001
-# Every so many rows of the cylinder are averaged to its scanline.
-_SCANNED = 4
 
 LEAST_HFOV_DEG = 0.1
 """Smallest field of view in degrees, below that of any camera on a vehicle."""
@@ -53,9 +38,9 @@ class Band:
     for any camera. It is limited by the edges of the image.
     """
 
-    above: float = _ABOVE_DEG
-    below: float = _BELOW_DEG
-    aside: float = _ASIDE_DEG
+    above: float = TUNING.above_deg
+    below: float = TUNING.below_deg
+    aside: float = TUNING.aside_deg
     """To either side."""
 
     def __post_init__(self) -> None:
@@ -112,7 +97,8 @@ class CylinderProjection:
         upright = camera.turned_180() if rotate_180 else camera
         left, right, above, below = _extent(upright, Band() if band is None else band)
         if reduction is None:
-            usual = max(_USUAL_PX_PER_RAD, _LEAST_COLUMNS / max(right - left, 1e-9))
+            usual = max(
+                TUNING.usual_px_per_rad, TUNING.least_columns / max(right - left, 1e-9))
             reduction = max(round(camera.fx / usual), 1)
         self.px_per_rad = camera.fx / reduction
         """Resolution of the cylinder in pixels per radian, in both directions."""
@@ -134,9 +120,9 @@ class CylinderProjection:
         columns, rows = sight.columns, sight.rows
         if rotate_180:
             columns, rows = width - 1 - columns, height - 1 - rows
+        scanned = slice(None, None, TUNING.scanned_rows)
         self._scanned = cv2.convertMaps(
-            columns[::_SCANNED].astype(np.float32), rows[::_SCANNED].astype(np.float32),
-            cv2.CV_16SC2)
+            columns[scanned].astype(np.float32), rows[scanned].astype(np.float32), cv2.CV_16SC2)
         self._maps = cv2.convertMaps(
             _reduced(columns, self._reduction[1]), _reduced(rows, self._reduction[0]),
             cv2.CV_16SC2)
@@ -177,10 +163,10 @@ class CylinderProjection:
     def _check_sizes(self, camera: CameraModel) -> None:
         height, width = self._frame_shape
         down, across = self._reduction
-        if min(width, height) < _LEAST_SIDE:
+        if min(width, height) < LEAST_SIDE:
             raise FrameError(
-                f'frame is {width}x{height} pixels: give at least {_LEAST_SIDE}x{_LEAST_SIDE}')
-        if min(self.shape) < _LEAST_SIDE:
+                f'frame is {width}x{height} pixels: give at least {LEAST_SIDE}x{LEAST_SIDE}')
+        if min(self.shape) < LEAST_SIDE:
             raise FrameError(
                 f'with a focal length of {camera.fx:.6g} pixels, frames of {width}x{height} pixels'
                 ' show too little to measure yaw: give the right focal_px or hfov_deg')
@@ -222,15 +208,15 @@ def _extent(camera: CameraModel, band: Band) -> tuple[float, float, float, float
             min((camera.cy + 0.5) / camera.fy, highest),
             min((camera.height - 0.5 - camera.cy) / camera.fy, lowest))
     # A cropped image may not contain the optical axis: use the point nearest to it.
-    slopes = np.linspace(-highest, lowest, _SEARCHED[0])
-    azimuths = np.linspace(-aside, aside, _SEARCHED[1])
+    slopes = np.linspace(-highest, lowest, TUNING.searched[0])
+    azimuths = np.linspace(-aside, aside, TUNING.searched[1])
     distance = np.hypot(slopes[:, None], azimuths)
     distance[~_look(camera, azimuths, slopes).seen] = math.inf
     row, column = np.unravel_index(distance.argmin(), distance.shape)
     if math.isinf(distance[row, column]):
         return 0.0, 0.0, 0.0, 0.0
-    middle, azimuths = azimuths[[column]], np.linspace(-aside, aside, _ALONG)
-    level, slopes = slopes[[row]], np.linspace(-highest, lowest, _ALONG)
+    middle, azimuths = azimuths[[column]], np.linspace(-aside, aside, TUNING.searched_along)
+    level, slopes = slopes[[row]], np.linspace(-highest, lowest, TUNING.searched_along)
     left, right = _run(azimuths, _look(camera, azimuths, level).seen[0], middle)
     above, below = _run(slopes, _look(camera, middle, slopes).seen[:, 0], level)
     return left, right, -above, below

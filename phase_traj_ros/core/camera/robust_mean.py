@@ -2,8 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A robust weighted mean."""
 
-# The weight of a value decreases beyond this many standard deviations.
-_FAR = 2.0
+from phase_traj_ros.core.camera.tuning import TUNING
 
 
 class RobustMean:
@@ -27,6 +26,6 @@ class RobustMean:
         """Add a value with its standard deviation, above 0."""
         variance = deviation * deviation
         off = (value - self.mean) ** 2 / (variance + 1.0 / self._weight)
-        weight = 1.0 / (variance * max(1.0, off / _FAR ** 2))
+        weight = 1.0 / (variance * max(1.0, off / TUNING.far ** 2))
         self._weight += weight
         self._sum += weight * value

@@ -3,20 +3,17 @@
 """The base of all chain codes: the two series of codes, and how they grow."""
 
 from dataclasses import dataclass
-import math
 from typing import Any
 
 from phase_traj_ros.core.codes.codes import Direction, Movement
 from phase_traj_ros.core.codes.freeman import AnyDirection, Freeman
 from phase_traj_ros.core.codes.series import CodeSeries
-
-# Yaw rate above which the vehicle counts as yawing, in radians per second.
-_YAWING = math.radians(5.0)
+from phase_traj_ros.core.codes.tuning import TUNING
 
 
 def yawing(rate: float) -> Movement | None:
     """Return the side to which a vehicle yaws at ``rate``, in rad/s; None if it does not yaw."""
-    if abs(rate) <= _YAWING:
+    if abs(rate) <= TUNING.yawing:
         return None
     return Movement.LEFT if rate > 0 else Movement.RIGHT
 

@@ -6,12 +6,9 @@ import math
 
 from phase_traj_ros.core.codes.codes import Direction
 from phase_traj_ros.core.codes.freeman import AnyDirection, Freeman, to_four
+from phase_traj_ros.core.codes.tuning import TUNING
 
 CONNECTIVITIES = (4, 8)
-# How far the heading has to pass the border of its sector to leave it, in sectors: 6 degrees of
-# 90. If the field of view is 10 % too narrow, three right angles to the same side are measured 36
-# degrees too small. They are still three, as 36 degrees and the hysteresis are below 45.
-_HYSTERESIS = 6.0 / 90.0
 
 
 class HeadingSector:
@@ -32,7 +29,7 @@ class HeadingSector:
         self.connectivity = connectivity
         """Number of directions, 4 or 8."""
         self._width = 2.0 * math.pi / connectivity
-        self._border = self._width * (0.5 + _HYSTERESIS)
+        self._border = self._width * (0.5 + TUNING.hysteresis)
         self.reset()
 
     @property

@@ -11,18 +11,7 @@ from dataclasses import dataclass
 from enum import Enum
 from statistics import median
 
-# Smallest number of pairs that a turn lasts.
-_LASTING = 5
-# A lasting shift counts as a turn if it crosses this share of the width per second. A camera of
-# 130 degrees that turns by 20 degrees per second sees that much.
-_TURNING = 0.08
-# Share of the pairs beyond the threshold that is too much for turns.
-_MOST_BEYOND = 0.4
-# The codes flicker if there are this many turns and this share of them lasts at most two pairs.
-_FLICKERS, _SHORT, _MOST_SHORT = 6, 2, 0.5
-# A good threshold, as a share of the largest lasting shift.
-_FITTING = 0.5
-_LEAST_PAIRS = 20
+from phase_traj_ros.core.codes.tuning import TUNING
 
 
 class Misfit(Enum):
@@ -80,7 +69,7 @@ class ShiftSummary:
 
     def reset(self) -> None:
         """Start again without pairs."""
-        self._newest: deque[float] = deque(maxlen=_LASTING)
+        self._newest: deque[float] = deque(maxlen=TUNING.lasting_pairs)
         self._pairs = self._beyond = self._turns = self._short = self._length = 0
         self._threshold = self._largest = self._fastest = 0.0
 
@@ -101,7 +90,7 @@ class ShiftSummary:
         self._pairs += 1
         self._threshold = threshold
         self._newest.append(dx)
-        if len(self._newest) == _LASTING:
+        if len(self._newest) == TUNING.lasting_pairs:
             lasting = abs(median(self._newest))
             self._largest = max(self._largest, lasting)
             self._fastest = max(self._fastest, lasting / interval)
@@ -119,21 +108,21 @@ class ShiftSummary:
     def _end_turn(self) -> None:
         if self._length:
             self._turns += 1
-            self._short += self._length <= _SHORT
+            self._short += self._length <= TUNING.short_pairs
         self._length = 0
 
     def hint(self, width: int) -> ThresholdHint | None:
         """Return the hint for frames ``width`` pixels wide; None if the threshold may fit."""
-        if self._pairs < _LEAST_PAIRS:
+        if self._pairs < TUNING.least_pairs:
             return None
-        turned = self._fastest >= _TURNING * width
-        fitting = self._largest * _FITTING if turned else None
+        turned = self._fastest >= TUNING.turning * width
+        fitting = self._largest * TUNING.fitting if turned else None
         if turned and self._largest < self._threshold:
             return self._made(Misfit.TOO_HIGH, fitting)
-        if self._beyond >= _MOST_BEYOND * self._pairs:
+        if self._beyond >= TUNING.most_beyond * self._pairs:
             higher = fitting is not None and fitting > self._threshold
             return self._made(Misfit.TOO_LOW, fitting if higher else None)
-        if self._turns >= _FLICKERS and self._short >= _MOST_SHORT * self._turns:
+        if self._turns >= TUNING.flickers and self._short >= TUNING.most_short * self._turns:
             return self._made(Misfit.FLICKERING, fitting)
         return None
 

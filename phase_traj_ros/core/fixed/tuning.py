@@ -64,6 +64,10 @@ class FixedTuning:
     bands: int = 6
     """...this part of the image's height."""
 
+    passing: float = 0.005
+    """What passes by is not fixed: the median ratio of the translation to the distance of the
+    blocks is above this; the noise of a pattern that does not move is 0.002."""
+
     # The means of the gradients.
     newest_share: float = 0.06
     """Largest weight of a sample in the means."""
@@ -100,6 +104,8 @@ class FixedTuning:
     """Share that has to remain of what is not black..."""
     least_seen: float = 0.1
     """...and of the whole image."""
+    least_masked: float = 0.01
+    """Smallest share of the image to mask out: smaller areas do no harm, and a mask costs time."""
 
 
 TUNING = FixedTuning()

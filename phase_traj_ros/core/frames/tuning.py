@@ -54,6 +54,16 @@ class FramesTuning:
     jitter_share: float = 0.4
     """...unless they differ from their median by more than this share of it: a lost frame doubles
     an interval."""
+    jump_ns: int = 1_000_000_000
+    """A jump of the stamps of more than this is doubtful until the next stamp confirms it. Below
+    it are swapped neighbours and the steps of a clock that NTP corrects; a gap in a recording is
+    usually longer."""
+    slow_intervals: int = 2
+    """A forward jump within this multiple of the last interval is the frame rate of a slow
+    stream."""
+    ages_ns: int = 86_400_000_000_000
+    """A clock that is set after the first frame jumps by more than this, and no recording pauses
+    so long: the first stamp was not a time."""
 
 
 TUNING = FramesTuning()

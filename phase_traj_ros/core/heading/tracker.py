@@ -36,6 +36,8 @@ class HeadingStep:
         heading is not corrected.
     foreseen
         Standard deviation in radians of a heading that is foreseen; 0 if it is measured.
+    scale
+        Relative standard deviation of all yaws since the start, from that of the focal length.
     """
 
     yaw: float
@@ -46,6 +48,7 @@ class HeadingStep:
     share: float = 1.0
     missed: float = 0.0
     foreseen: float = 0.0
+    scale: float = 0.0
 
     def part(self, yaw: float, share: float) -> 'HeadingStep':
         """Return a part of the step with this yaw, and a share of its variance."""

@@ -62,6 +62,8 @@ class HeadingTuning:
     """Heights per second where the way is unknown: a car at 30 km/h..."""
     least_speed: float = 0.02
     """...and at least, as a turn ends some time after a stop."""
+    camera_height: float = 1.6
+    """Height of a camera in metres where only the metres are known, to compare ways."""
     kept_bends: int = 20
     """Bends that are kept, in case all headings are corrected by a factor later."""
     contradicting_deviations: float = 2.0

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Measures the heading and the turns from the frames of a camera with a known focal length."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 import math
 
 import numpy as np
@@ -254,7 +254,9 @@ class VisualCompass:
     def foresee(self, waited: float) -> HeadingUpdate:
         """Return the update of a frame that is foreseen, ``waited`` seconds after the newest."""
         assert self._meter is not None
-        step = self.tracker.foresee(waited, self._meter.foreseen_deviation)
+        step = replace(
+            self.tracker.foresee(waited, self._meter.foreseen_deviation),
+            scale=self._lens.focal_deviation)
         shift = Shift(self._focal[0] * _tangent(step.yaw * self._lens.tilt), 0.0, self._response)
         return HeadingUpdate(step, shift, (), (), self._focal[0], contradicts=False)
 
@@ -290,6 +292,7 @@ class VisualCompass:
                 certain=measurement.certain, variance=measurement.variance,
                 share=measurement.share)
             self._learn_from_travel(measurement, step)
+        step = replace(step, scale=self._lens.focal_deviation)
         turns = (*self._cut_short, *self._turns.update(
             stamp_ns, step.heading, way, frames=frames))
         self._cut_short.clear()

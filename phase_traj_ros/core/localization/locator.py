@@ -33,14 +33,6 @@ from phase_traj_ros.core.localization.seeding import ExpectedPose, Scales, Seedi
 from phase_traj_ros.core.localization.settings import LocatorSettings
 from phase_traj_ros.core.localization.window import Odometer, Stride, Track
 
-# Hypotheses on each piece of road at the start, and at least as many while no place leads: on a
-# small map more, so that the right place has some at its first bend. They need memory and time.
-_PER_PIECE, _MOST_PER_PIECE, _AT_START = 2, 4, 500_000
-# Strides within which a U-turn is one, and how much it may differ from half a circle.
-_U_TURN_STRIDES, _U_TURN = 7, math.radians(30.0)
-# Probability of being on no road above which a vehicle may come back to one.
-_AWAY = 0.5
-
 
 class MapLocator:
     """
@@ -94,13 +86,15 @@ class MapLocator:
         self._gate = FixGate(self._settings)
         self._null = NullRoad(self._settings)
         mapped = math.log1p(-self._settings.null_share)
-        self._per_piece = min(max(_AT_START // len(roads), _PER_PIECE), _MOST_PER_PIECE)
+        self._per_piece = min(
+            max(self._settings.most_at_start // len(roads), self._settings.per_piece),
+            self._settings.most_per_piece)
         self._them = (
             self._seeding.anywhere(self._odometer, mapped, copies=self._per_piece) if prior is None
             else self._seeding.around(prior, self._odometer, mapped))
         self._track = Track()
         self._way = self._seeded = 0.0
-        self._past: deque[_Moment] = deque(maxlen=_U_TURN_STRIDES)
+        self._past: deque[_Moment] = deque(maxlen=self._settings.u_turn_strides)
         self._found = self._places.best(self._them, self._log_total())
 
     def update(self, step: OdometryStep) -> LocationEstimate:
@@ -158,7 +152,7 @@ class MapLocator:
             self._seed(self._seeding.expected(
                 self._astray.expected(self._odometer.place, self._way), self._odometer,
                 returning + math.log(settings.reseed_near)))
-        if share > _AWAY and self._way - self._seeded > settings.reseed_every_m:
+        if share > settings.away and self._way - self._seeded > settings.reseed_every_m:
             self._seeded = self._way
             returning = null.log_weight + math.log(settings.return_anywhere)
             self._seed(self._seeding.anywhere(self._odometer, returning))
@@ -180,7 +174,7 @@ class MapLocator:
         if before is None or before.them is None or not len(before.them):
             return them
         turned = abs(abs(stride.heading - before.heading) - math.pi)
-        if turned > _U_TURN or stride.bend > math.pi / 2:
+        if turned > settings.u_turn or stride.bend > math.pi / 2:
             return them
         self._past.clear()
         back = self._motion.turned_back(before.them, odometer.place - before.place, most)

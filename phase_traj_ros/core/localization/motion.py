@@ -13,8 +13,6 @@ from phase_traj_ros.core.localization.seeding import spread_of
 from phase_traj_ros.core.localization.settings import LocatorSettings
 from phase_traj_ros.core.localization.window import Stride
 
-# At a junction, a turn below the first angle leads straight on; above the second it is sharp.
-_STRAIGHT, _SHARP = math.radians(30.0), math.radians(120.0)
 _HUNDRED_M = 100.0
 # Multiples of it cover the unit interval evenly, however many.
 _GOLDEN = (math.sqrt(5.0) - 1.0) / 2
@@ -30,7 +28,7 @@ class Motion:
         self._settings = settings
         turn = _turns(roads)
         self._log_chance = np.log(_chances(roads, turn, settings))
-        self._saved = settings.corner_m * _saved(turn)
+        self._saved = settings.corner_m * _saved(turn, settings.sharp)
 
     def advance(
         self, them: Hypotheses, stride: Stride, most: int, rng: np.random.Generator,
@@ -161,15 +159,15 @@ def _chances(
 ) -> NDArray[np.float64]:
     """Return the probability of each successor."""
     owner = _owners(roads)
-    chance = np.where(turn < _STRAIGHT, settings.straight_on, np.where(
-        turn > _SHARP, settings.sharp_turn, 1.0))
+    chance = np.where(turn < settings.straight, settings.straight_on, np.where(
+        turn > settings.sharp, settings.sharp_turn, 1.0))
     chance = np.where(roads.against[roads.successors], settings.wrong_way * chance, chance)
     chance /= np.bincount(owner, chance, len(roads))[owner]
     back = roads.successors == roads.reverse[owner]
     return np.where(back, settings.road_ends, chance)
 
 
-def _saved(turn: NDArray[np.float64]) -> NDArray[np.float64]:
+def _saved(turn: NDArray[np.float64], sharp: float) -> NDArray[np.float64]:
     """Return the way that an arc saves at a corner of so many radians, per metre of its radius."""
-    angle = np.where(turn > _SHARP, 0.0, turn)
+    angle = np.where(turn > sharp, 0.0, turn)
     return 2.0 * np.tan(angle / 2) - angle

@@ -19,11 +19,6 @@ from phase_traj_ros.core.localization.roads import RoadMap
 from phase_traj_ros.core.localization.seeding import ExpectedPose
 from phase_traj_ros.core.localization.settings import LocatorSettings
 
-# Cells whose hypotheses are looked at, and the least probability of a place.
-_CELLS, _LEAST = 64, 1e-3
-# Sectors of headings of the cells.
-_SECTORS = 8
-
 
 @dataclass(frozen=True, slots=True)
 class Place:
@@ -58,9 +53,10 @@ class Places:
         self._settings = settings
         columns, rows = np.floor(roads.middles.T / settings.mode_m).astype(np.int64)
         columns, rows = columns - columns.min(), rows - rows.min()
-        sector = np.floor(roads.direction / (2 * np.pi / _SECTORS)).astype(np.int64) % _SECTORS
+        count = settings.sectors
+        sector = np.floor(roads.direction / (2 * np.pi / count)).astype(np.int64) % count
         _, cell = np.unique(
-            (columns * (rows.max() + 1) + rows) * _SECTORS + sector, return_inverse=True)
+            (columns * (rows.max() + 1) + rows) * count + sector, return_inverse=True)
         self._cell = cell.reshape(-1)
         self._cells = int(self._cell.max()) + 1
 
@@ -70,13 +66,14 @@ class Places:
 
         ``log_total`` is the logarithm of the total weight, with that of the null hypothesis.
         """
+        settings = self._settings
         weight = np.exp(them.log_weight - log_total)
         cell = self._cell[them.piece]
         mass = np.bincount(cell, weight, self._cells)
         # Once the place is known, few of the cells have any hypothesis.
         top = np.flatnonzero(np.bincount(cell))
-        if len(top) > _CELLS:
-            top = top[mass[top].argpartition(-_CELLS)[-_CELLS:]]
+        if len(top) > settings.most_cells:
+            top = top[mass[top].argpartition(-settings.most_cells)[-settings.most_cells:]]
         top = top[np.argsort(-mass[top])]
         chosen = np.zeros(self._cells, bool)
         chosen[top] = True
@@ -84,8 +81,8 @@ class Places:
         those, weight, cell = them.take(members), weight[members], cell[members]
         found: list[Place] = []
         free = np.ones(len(those), bool)
-        for each in top[:self._settings.most_candidates]:
-            if found and mass[each] < _LEAST:
+        for each in top[:settings.most_candidates]:
+            if found and mass[each] < settings.least_candidate:
                 break
             seed = free & (cell == each)
             if seed.any():

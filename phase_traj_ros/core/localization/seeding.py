@@ -21,13 +21,6 @@ from phase_traj_ros.core.localization.roads import RoadMap
 from phase_traj_ros.core.localization.settings import LocatorSettings
 from phase_traj_ros.core.localization.window import Odometer, Stride
 
-# Hypotheses around a point, at least: several on each piece of road.
-_FEWEST = 4_000
-# Deviation of a heading that counts as unknown, in radians.
-_UNKNOWN_HEADING = math.radians(60.0)
-
-# A turn is over when the chord bends less than this; it was one if it turned by so much in all.
-_STRAIGHT, _TURN = math.radians(12.0), math.radians(40.0)
 _HUNDRED_M = 100.0
 # A scale that is given exactly has this deviation.
 _LEAST_SPREAD = 1e-6
@@ -75,11 +68,11 @@ class Scales:
         """
         settings = self._settings
         self._since += metres
-        if stride.bend > _STRAIGHT:
+        if stride.bend > settings.turn_over:
             self._turned += stride.turned
             return 1
         turned, self._turned = abs(self._turned), 0.0
-        if turned < _TURN or not len(them):
+        if turned < settings.least_turn or not len(them):
             return 1
         noise = settings.position_noise_m ** 2 * self._since / _HUNDRED_M
         share = noise / (noise + settings.turn_m ** 2)
@@ -130,7 +123,8 @@ class Seeding:
                 f' {apart.min():.0f} m away: move the prior, enlarge its radius, or use another'
                 ' map')
         them = self._on(
-            np.repeat(near, math.ceil(_FEWEST / len(near))), odometer, log_total)
+            np.repeat(near, math.ceil(self._settings.fewest_around / len(near))), odometer,
+            log_total)
         if prior.heading is not None:
             off = np.angle(np.exp(1j * (them.turned + odometer.heading - prior.heading)))
             them.log_weight = them.log_weight - (off / prior.heading_deviation) ** 2 / 2
@@ -144,7 +138,7 @@ class Seeding:
         roads, settings = self._roads, self._settings
         near = np.flatnonzero(
             roads.distances_to(pose.place.real, pose.place.imag) <= pose.radius)
-        known = pose.deviation < _UNKNOWN_HEADING
+        known = pose.deviation < settings.unknown_heading
         if known:
             off = roads.direction[near] - odometer.heading - pose.turned
             near = near[np.abs(np.angle(np.exp(1j * off))) <= (

@@ -23,12 +23,18 @@ class LocatorSettings:
     """Noise of the distance along the road, per root of 100 m; the odometry's is added."""
     turn_m: float = 4.0
     """Error of the place of a turn along the road, from which the scale follows."""
+    least_turn: float = math.radians(40.0)
+    """Angle from which on a turn is one, ..."""
+    turn_over: float = math.radians(12.0)
+    """...which is over when the chord bends less than this."""
     scale_noise: float = 0.01
     """Drift of the scale, per root of 100 m; its prior bounds it."""
     heading_noise: float = math.radians(1.0)
     """Drift of the heading per root of 100 m; the odometry's is added."""
     start_heading: float = math.radians(10.0)
     """Deviation of the direction of the vehicle from that of its road, at the start."""
+    unknown_heading: float = math.radians(60.0)
+    """Deviation from which on an expected heading counts as unknown."""
 
     corner_m: float = 5.5
     """Radius with which a vehicle cuts the corners of the map."""
@@ -44,13 +50,21 @@ class LocatorSettings:
     """Weight of a chord: successive chords overlap, and so do their errors."""
 
     straight_on: float = 3.0
-    """Chance to go straight on at a junction (below 30 degrees), against 1 for a turn..."""
+    """Chance to go straight on at a junction, ..."""
+    straight: float = math.radians(30.0)
+    """...which is to turn by less than this, against 1 for a turn..."""
     sharp_turn: float = 0.3
-    """...and this for one above 120 degrees."""
+    """...and this for a sharp one, which does not cut the corner, ..."""
+    sharp: float = math.radians(120.0)
+    """...above this angle."""
     wrong_way: float = 0.1
     """Factor of the chance to drive against a one-way street."""
     turn_back: float = 0.02
-    """Chance that a U-turn is one on the road."""
+    """Chance that a U-turn is one on the road..."""
+    u_turn_strides: int = 7
+    """...if it takes at most so many strides..."""
+    u_turn: float = math.radians(30.0)
+    """...and differs by at most this from half a circle."""
     road_ends: float = 0.3
     """Chance to turn back where the road ends."""
 
@@ -72,10 +86,20 @@ class LocatorSettings:
     """Hypotheses this many nats below the best are dropped."""
     most_hypotheses: int = 120_000
     """Most hypotheses."""
+    most_at_start: int = 500_000
+    """Most of them at the start without a prior, as they need memory and time, with..."""
+    most_per_piece: int = 4
+    """...at most so many on each piece of road, so that on a small map the right place has some at
+    its first bend, ..."""
+    per_piece: int = 2
+    """...and at least so many."""
+    fewest_around: int = 4_000
+    """Fewest hypotheses around a point: several on each piece of road."""
     fewest_hypotheses: int = 1_500
     """Below this number, hypotheses are split, ..."""
     fewest_searching: int = 30_000
-    """...and below this one, or two per piece of road, while no place leads."""
+    """...and below this one, or as many per piece of road as at the start, while no place
+    leads."""
     merge_m: float = 1.5
     """Hypotheses on one piece this close, ..."""
     merge_scale: float = 0.01
@@ -85,9 +109,15 @@ class LocatorSettings:
     mode_m: float = 35.0
     """Radius of a place, ..."""
     mode_heading: float = math.radians(25.0)
-    """...and its range of headings."""
+    """...and its range of headings. It is looked for in..."""
+    most_cells: int = 64
+    """...so many cells of the map at most, squares of ``mode_m`` with..."""
+    sectors: int = 8
+    """...so many sectors of headings."""
     most_candidates: int = 20
-    """Candidates in an estimate."""
+    """Candidates in an estimate..."""
+    least_candidate: float = 1e-3
+    """...and the least probability of one besides the first."""
     claim_above: float = 0.99
     """A place is claimed when its probability has been above this..."""
     claim_after_m: float = 20.0
@@ -112,7 +142,9 @@ class LocatorSettings:
     return_anywhere: float = 0.1
     """Probability that a vehicle on no road is back on any road of the map..."""
     reseed_every_m: float = 100.0
-    """...after this way."""
+    """...after this way, ..."""
+    away: float = 0.5
+    """...if it is on no road with a probability above this."""
     spread_from: int = 100
     """Hypotheses that stand for all when the odometry is interrupted."""
 

@@ -70,6 +70,7 @@ class Odometer:
         self._covariance: NDArray[np.float64] = np.zeros((_STATES, _STATES))
         self._covariance[_ASKEW, _ASKEW] = TUNING.mounting_deviation ** 2
         self._covariance[_ANGLES, _ANGLES] = TUNING.angle_share ** 2
+        self._scale = 0.0
         # Standard deviation of the distance of missed pairs, and that of those since the newest
         # speed, with their time.
         self._lost = self._unseen = self._unseen_s = self._blind = 0.0
@@ -81,6 +82,9 @@ class Odometer:
     ) -> Odometry:
         """
         Add the next pair of frames; return the odometry after it.
+
+        Where the distance is unknown, the heading goes on and the position stays. What the vehicle
+        may have travelled is added to its error, in all directions.
 
         Parameters
         ----------
@@ -96,10 +100,16 @@ class Odometer:
             Standard deviation of the interval: rates have its relative error.
 
         """
-        self.path.append(step.heading, step.yaw, travel.distance, stamp_ns)
-        speed, (rate, rate_variance) = travel.distance / interval, self._rate(step, interval)
-        self._bound(abs(speed))
+        distance, speed_variance = travel.distance, travel.variance / interval ** 2
+        if travel.known:
+            self._bound(abs(distance) / interval)
+        else:
+            self._unseen_s += interval
+            self._lose(self._unseen + math.sqrt(travel.variance))
+            distance, travel = 0.0, replace(travel, distance=0.0, variance=0.0)
+        self.path.append(step.heading, step.yaw, distance, stamp_ns)
         self._grow(step, travel, interval)
+        speed, (rate, rate_variance) = distance / interval, self._rate(step, interval)
         off = (unsure / interval) ** 2
         tip = self.path.tip
         assert tip is not None
@@ -108,8 +118,7 @@ class Odometer:
             tip, speed, rate,
             position_variance=float(covariance[_X, _X] + covariance[_Y, _Y]) / 2,
             yaw_variance=float(covariance[_YAW, _YAW]),
-            speed_variance=(
-                max(travel.variance / interval ** 2, TUNING.least_speed ** 2) + off * speed ** 2),
+            speed_variance=max(speed_variance, TUNING.least_speed ** 2) + off * speed ** 2,
             yaw_rate_variance=rate_variance + off * rate ** 2,
             covariance=_rows(covariance))
         return self._newest
@@ -120,7 +129,7 @@ class Odometer:
         """
         Return the odometry of a frame that is not measured; the next pair replaces it.
 
-        None if the newest pair has none. ``step`` and ``travel`` are those since the newest pair,
+        None before the first pair. ``step`` and ``travel`` are those since the newest pair,
         ``interval`` seconds before.
         """
         if self._newest is None:
@@ -136,19 +145,6 @@ class Odometer:
             position_variance=self._newest.position_variance + travel.variance,
             yaw_variance=float(covariance[_YAW, _YAW]),
             yaw_rate_variance=self._newest.yaw_rate_variance + (step.foreseen / interval) ** 2)
-
-    def miss(self, step: HeadingStep, travel: Travel, interval: float) -> None:
-        """
-        Add a pair whose distance is unknown.
-
-        The position does not change. The distance that the vehicle may have travelled is added to
-        its error, in all directions.
-        """
-        self._grow(step, replace(travel, distance=0.0, variance=0.0), interval)
-        self._rate(step, interval)
-        self._newest = None
-        self._unseen_s += interval
-        self._lose(self._unseen + math.sqrt(travel.variance))
 
     def _bound(self, speed: float) -> None:
         """Bound the error of the missed pairs by the speed after them."""
@@ -170,7 +166,8 @@ class Odometer:
         """Return the yaw rate of a pair and its variance."""
         if not step.bridged:
             self._blind = 0.0
-            return step.rate, max(step.variance / interval ** 2, TUNING.least_rate ** 2)
+            own = max(step.variance / interval ** 2, TUNING.least_rate ** 2)
+            return step.rate, own + self._covariance[_ANGLES, _ANGLES] * step.rate ** 2
         self._blind += interval
         rate = step.yaw / interval
         # It may be what it was before, or the vehicle may have been steered since.
@@ -183,6 +180,7 @@ class Odometer:
         self._renew(_SWINGS, travel.swing, math.exp(-interval / TUNING.swing_s))
         self._renew(_TILTS, travel.tilt, math.exp(-interval / TUNING.tilt_s))
         self._renew(_SCALES, travel.scale, 1.0)
+        self._rescale(step.scale)
         turn = step.variance / 2
         if travel.state is TravelState.STANDING:
             turn = min(turn, TUNING.standing_deviation ** 2)
@@ -205,6 +203,17 @@ class Odometer:
         noise[:_YAW, 1] = math.sqrt(turn) * travel.distance / 2 * across
         noise[_YAW, 1] = math.sqrt(turn)
         self._covariance = change @ self._covariance @ change.T + noise @ noise.T
+
+    def _rescale(self, scale: float) -> None:
+        """Set the deviation of the scale of all angles; a camera that is learned mends the yaw."""
+        if scale == self._scale:
+            return
+        self._scale, before = scale, self._covariance[_ANGLES, _ANGLES]
+        kept = math.hypot(TUNING.angle_share, scale) / math.sqrt(before)
+        change = np.eye(_STATES)
+        change[_YAW, _ANGLES] = (kept - 1.0) * self._covariance[_YAW, _ANGLES] / before
+        change[_ANGLES, _ANGLES] = kept
+        self._covariance = change @ self._covariance @ change.T
 
     def _renew(self, state: int, deviation: float, kept: float) -> None:
         """Set the deviation of an error, of which the share ``kept`` remains from before."""

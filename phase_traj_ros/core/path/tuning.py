@@ -28,7 +28,8 @@ class PathTuning:
     """Standard deviation of the yaw of the mounted camera: the axes of the first frame are those
     of the camera, while the path follows the vehicle."""
     angle_share: float = 0.01
-    """Standard deviation of the scale of all yaws, from the error of the calibration."""
+    """Standard deviation of the scale of all yaws, from the error of a calibration that is given:
+    that of a learned camera is added."""
     standing_deviation: float = math.radians(0.01)
     """Standard deviation of the yaw of a standing vehicle."""
 

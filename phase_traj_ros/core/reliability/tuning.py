@@ -15,6 +15,8 @@ class ReliabilityTuning:
     """...which is kept in parts of this length."""
     least_pairs: int = 10
     """With fewer pairs, no cause can be given."""
+    agreeing: float = 0.3
+    """Share of the blocks that has to agree in a trusted pair."""
     least_trusted: float = 0.5
     """Share of the moving pairs that has to be trusted."""
     named: float = 0.2

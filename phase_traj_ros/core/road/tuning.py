@@ -141,18 +141,29 @@ class RoadTuning:
     backwards: float = 3.0
     """...in reverse."""
     any_speed: float = 10.0
-    """Standard deviation of an unknown speed."""
+    """Standard deviation of an unknown speed, and..."""
+    any_metric_speed: float = 15.0
+    """...the same in metres per second."""
+    other_lens: float = 0.3
+    """Error of the speed after the lens was replaced, as a fraction of the speed."""
     confirmed: float = 0.5
     """A first speed that no second one confirms within so many seconds was none."""
     holds: float = 2.5
     """Longest time, in seconds, for which the last speed bridges a gap."""
+    awaited: float = 1.0
+    """Longest slide of the road over which a frame is waited for: the patches end about 10 ahead,
+    and what remains in view changes its size."""
 
     usual_height: float = 1.5
     """Prior of an unknown camera height in metres, and..."""
     height_spread: float = 0.5
     """...its relative standard deviation."""
+    calibrating: float = 2.0
+    """Least speed, in camera heights per second, at which the height is estimated."""
+    given_speed: float = 0.05
+    """Standard deviation of a given speed, as a fraction of it, and..."""
     speedometer: float = 0.02
-    """Least relative deviation of a height from given speeds: the error of a speedometer."""
+    """...least relative deviation of a height from given speeds: the error of a speedometer."""
     pair: float = 0.1
     """Relative deviation between the two distances of a pair, and..."""
     pair_time: float = 1.0

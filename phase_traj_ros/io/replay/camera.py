@@ -40,7 +40,7 @@ def known_lens(source: FrameSource, parameters: Parameters) -> tuple[Lens | None
         if settings.learns_lens:
             return None, str(error)
         raise
-    return None if camera is None else Lens(camera=camera), ''
+    return None if camera is None else parameters.calibrated(camera), ''
 
 
 def learned_lens(

@@ -92,7 +92,8 @@ class Replay:
         if not self.parameters.use_speed_topic:
             return 0
         return sum(
-            update.odometry is None and update.status is not PairStatus.REPEATED
+            update.status is not PairStatus.REPEATED
+            and not (update.travel is not None and update.travel.known)
             for update in self.updates)
 
     @property

@@ -118,6 +118,8 @@ class PhaseTrajNode(LifecycleNode):
             return
         self.get_logger().info(
             f'/tf_static: {mount}; from there: {", ".join((*used, "the lever arm of odom"))}')
+        for doubt in mount.doubts(self._live.values):
+            self.get_logger().warning(f'/tf_static: {doubt}')
         self._drop_work()
         self._work = self._make_work(mount)
         self._work.start()

@@ -59,5 +59,5 @@ class Warnings:
             known = f'the newest is {abs(apart_s):.3f} s {"older" if apart_s > 0 else "newer"}'
         self._node.get_logger().warning(
             f'no speed on {topic} for the stamp of an image ({known}):'
-            f' {"odom stops" if update.odometry is None else "it is measured on the road"}',
+            f' {"it is measured on the road" if travel and travel.known else "it is unknown"}',
             throttle_duration_sec=_THROTTLE_S)

@@ -10,7 +10,6 @@ import cv2
 from phase_traj_ros.core import (
     CodeSource,
     FrameStream,
-    Lens,
     Measured,
     Outcome,
     Restarted,
@@ -229,7 +228,7 @@ class Work:
 
     def _publish_update(self, frame: StampedFrame, update: Update, estimated_ns: int) -> None:
         began = time.perf_counter_ns()
-        if self._mount is not None:
+        if self._mount is not None and not self._values.gives_speed:
             update = self._mount.at_base(update)
         if update.camera is not None:
             self._node.get_logger().info(f'camera: {update.camera}')
@@ -262,7 +261,7 @@ class Work:
         return f'shift, threshold {values.threshold_px:g} px/frame'
 
     def _on_camera(self, camera: CameraModel) -> None:
-        self._estimator.use_lens(Lens(camera=camera))
+        self._estimator.use_lens(self._values.calibrated(camera))
 
     def _on_reset(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         frames = self._estimator.frames

@@ -19,8 +19,6 @@ _MARGIN_DEG = 5.0
 # Tolerance of the time of a turn, in nanoseconds.
 _TOLERANCE_NS = 1_000_000_000
 _STRETCH_M = 100.0
-# Height of a camera in metres, to compare the ways of turns.
-_USUAL_HEIGHT = 1.6
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,7 +66,7 @@ class HeadingError:
 def true_turns(true: MatchedTruth) -> list[Turn]:
     """Return the true turns, including those slightly below the smallest angle of a turn."""
     moved = np.hypot(*np.diff(true.positions, axis=0).T)
-    ways = np.concatenate([[0.0], np.cumsum(moved)]) / _USUAL_HEIGHT
+    ways = np.concatenate([[0.0], np.cumsum(moved)]) / TUNING.camera_height
     return find_turns(
         true.stamps_ns.tolist(), true.headings.tolist(), ways.tolist(),
         min_angle_deg=TUNING.turn_deg - _MARGIN_DEG)

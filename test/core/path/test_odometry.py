@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The way from speeds, and the odometry from heading and way."""
 
+from dataclasses import replace
 import math
 
 from hypothesis import given, strategies as st
@@ -310,7 +311,8 @@ def test_what_is_not_known_of_the_way_is_an_error_of_the_pose():
     for each in (odometer, sure):
         each.update(step(0.0, 0.0), gone(1.0), TENTH, 0.1)
     for _ in range(30):
-        odometer.miss(step(0.0, 0.0), Travel(0.0, 1.5 ** 2, TravelState.UNKNOWN), 0.1)
+        odometer.update(
+            step(0.0, 0.0), Travel(0.0, 1.5 ** 2, TravelState.UNKNOWN), TENTH, 0.1)
     lost = odometer.update(step(0.0, 0.0), gone(1.0), 40 * TENTH, 0.1)
     known = sure.update(step(0.0, 0.0), gone(1.0), 2 * TENTH, 0.1)
     assert lost.pose.x == known.pose.x == 2.0
@@ -324,7 +326,7 @@ def test_the_speed_after_a_gap_tells_how_far_a_vehicle_may_have_gone_in_it():
     odometer, deviations = Odometer(), []
     for speed, gap in ((0.3, 0.1), (0.3, 0.1), (0.3, 2.0), (-10.0, 0.1)):
         missed = Travel(0.0, (15.0 * gap) ** 2, TravelState.UNKNOWN)
-        odometer.miss(step(0.0, 0.0, deviation=0.0), missed, gap)
+        odometer.update(step(0.0, 0.0, deviation=0.0), missed, TENTH, gap)
         found = odometer.update(
             step(0.0, 0.0, deviation=0.0), gone(0.1 * speed, share=0.0), TENTH, 0.1)
         deviations.append(math.sqrt(found.position_variance))
@@ -338,13 +340,28 @@ def test_the_speed_after_a_gap_tells_how_far_a_vehicle_may_have_gone_in_it():
 def test_a_pair_that_is_missed_turns_but_goes_nowhere():
     odometer = Odometer()
     before = odometer.update(step(0.0, 0.0), gone(1.0), TENTH, 0.1)
-    odometer.miss(step(0.3, 0.3), Travel(5.0, 0.0, TravelState.UNKNOWN), 0.1)
+    odometer.update(step(0.3, 0.3), Travel(5.0, 0.0, TravelState.UNKNOWN), 2 * TENTH, 0.1)
     after = odometer.update(step(0.0, 0.3), gone(0.0), 3 * TENTH, 0.1)
     assert (after.pose.x, after.pose.y, after.pose.yaw) == pytest.approx(
         (before.pose.x, before.pose.y, 0.3))
     assert np.array(after.covariance)[:2, :2] == pytest.approx(
         np.array(before.covariance)[:2, :2])
     assert after.yaw_variance > before.yaw_variance
+
+
+def test_the_yaw_is_as_certain_as_the_camera_and_a_turn_that_determines_it_corrects_it():
+    odometer, odometry = Odometer(), []
+    for pair, scale in enumerate([0.3] * 10 + [0.03] * 10):
+        turned = replace(step(0.1, 0.1 * (pair + 1)), scale=scale)
+        odometry.append(odometer.update(turned, gone(1.0), (pair + 1) * TENTH, 0.1))
+    assumed, learned = odometry[9], odometry[19]
+    assert math.sqrt(assumed.yaw_variance) == pytest.approx(0.3 * 1.0, rel=0.05)
+    assert math.sqrt(assumed.yaw_rate_variance) == pytest.approx(0.3 * 1.0, rel=0.05)
+    assert math.sqrt(learned.yaw_variance) == pytest.approx(0.03 * 2.0, rel=0.1)
+    assert math.sqrt(learned.yaw_rate_variance) == pytest.approx(math.hypot(0.03, 0.01), rel=0.1)
+    # The heading is corrected, but not the places before.
+    across = [each.covariance[1][1] for each in odometry]
+    assert across[19] > across[9] > 0.1
 
 
 def test_a_vehicle_that_stands_does_not_turn():

@@ -67,6 +67,37 @@ def test_the_height_is_that_above_the_ground_where_it_is_known():
     assert frames(*tree).mount('base_link', 'cam').height == pytest.approx(1.65)
 
 
+def test_the_ground_below_one_of_several_vehicles_has_its_prefix():
+    tree = [transform('r1/base_link', 'r1/cam', (1.5, 0.0, 1.3)),
+            transform('r1/base_footprint', 'r1/base_link', (0.0, 0.0, 0.35))]
+    assert frames(*tree).mount('r1/base_link', 'r1/cam').height == pytest.approx(1.65)
+
+
+@pytest.mark.parametrize('pitch', [0.0, 30.0, 55.0, -50.0])
+def test_an_optical_frame_is_known_by_its_name_however_steep_it_looks_down(pitch):
+    body = transform('base_link', 'cam', (1.0, 0.0, 1.5), (0.0, pitch, 0.0))
+    optical = transform('cam', 'cam_optical', (0.0, 0.0, 0.0), (-90.0, 0.0, -90.0))
+    mount = frames(body, optical).mount('base_link', 'cam_optical')
+    assert (mount.pitch_deg, mount.roll_deg, mount.yaw_deg) == pytest.approx(
+        (pitch, 0.0, 0.0), abs=1e-6)
+    # Some name the housing so.
+    level = frames(transform('base_link', 'cam_optical', (1.0, 0.0, 1.5)))
+    assert level.mount('base_link', 'cam_optical').pitch_deg == pytest.approx(0.0)
+
+
+def test_what_a_camera_cannot_be_used_for_is_said():
+    def doubts(angles, **values):
+        mount = frames(transform('base_link', 'cam', (0, 0, 1.5), angles)).mount(
+            'base_link', 'cam')
+        return list(mount.doubts(Parameters(**values)))
+
+    assert not doubts((3.0, 20.0, 10.0)) and not doubts((178.0, 0.0, 0.0), rotate_180=True)
+    upside_down, = doubts((178.0, 0.0, 0.0))
+    assert 'set rotate_180' in upside_down
+    right, = doubts((0.0, 0.0, -30.0))
+    assert 'looks 30 degrees to the right' in right
+
+
 @pytest.mark.parametrize('tree', [
     [], [transform('base_link', 'lidar')], [transform('map', 'cam')],
     [transform('a', 'cam'), transform('cam', 'a')]])

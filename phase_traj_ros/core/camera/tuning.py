@@ -1,0 +1,89 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The tuning of the camera and of its projection, in physical units."""
+
+from dataclasses import dataclass
+import math
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CameraTuning:
+    """
+    Tuning of the camera and of its projection; nobody has to change it.
+
+    Angles are in radians, except where a name ends with ``_deg``.
+    """
+
+    # The projection onto the cylinder.
+    above_deg: float = 20.0
+    """Extent of the band above the optical axis: higher are the sky and the tops of near
+    buildings, ..."""
+    below_deg: float = 15.0
+    """...below it: lower, the road passes too fast, and the bonnet does not move, ..."""
+    aside_deg: float = 60.0
+    """...and to either side."""
+    usual_px_per_rad: float = 330.0
+    """A camera is reduced by the whole number that comes nearest to this many pixels per radian,
+    ..."""
+    least_columns: int = 360
+    """...and a tele camera keeps at least about this many columns:
+    docs/measurements/heading.md."""
+    scanned_rows: int = 4
+    """Every so many rows of the cylinder are averaged to its scanline."""
+    searched: tuple[int, int] = 65, 241
+    """Slopes and azimuths in which a distorted image is searched, ..."""
+    searched_along: int = 4001
+    """...and directions along each of the two lines to its edges: 0.03 degrees are less than a
+    tenth of a pixel."""
+
+    # A calibrated camera.
+    range_rays: int = 72
+    """Rays from the optical axis on which the range of a model is searched, ..."""
+    range_steps: int = 500
+    """...and steps of 0.18 degrees on each ray, up to 90 degrees."""
+    hfov_steps: int = 1800
+    """Steps of a tenth of a degree for the field of view."""
+    straight: float = 0.02
+    """Below this difference of the straightness from a pinhole, distortion has no effect on the
+    yaw."""
+    same_calibration: float = 0.001
+    """Tolerances for calibrations that vary with the autofocus: relative focal length, ..."""
+    same_centre_px: float = 0.25
+    """...and principal point."""
+
+    # The lens in use.
+    assumed_deviation: float = 0.3
+    """Relative standard deviation of the focal length of an unknown camera, ..."""
+    far_off: float = 1.5
+    """...and factor by which its angles may be too small."""
+    same_lens: float = 0.01
+    """Lenses are equal if their focal lengths (relative), offsets (in widths) and tilts (cosine)
+    differ by less than this..."""
+    same_straightness: float = 0.05
+    """...and their straightnesses by less than this."""
+    widest_interval: float = 1.5
+    """Largest ratio of the limits of the focal length with which quarter turns can be counted."""
+
+    # A camera that is learned from drives.
+    common_error: float = 0.02
+    """Relative error of the focal length, and error of the straightness, that is common to all
+    drives of a camera: the principal point is not exactly at the centre, and the lens is not
+    exactly of the family."""
+    pitch_deviation: float = math.radians(8.0)
+    """Prior standard deviation of the pitch, as most cameras are mounted nearly level, ..."""
+    roll_deviation: float = math.radians(3.0)
+    """...and of the roll."""
+    turn_pitch: float = math.radians(1.0)
+    """Standard deviations of the axis of a turn from the vertical, as vehicles and roads lean: in
+    pitch, ..."""
+    turn_roll: float = math.radians(2.0)
+    """...and in roll."""
+    travel_deviation: float = math.radians(0.5)
+    """Standard deviation of the direction of travel..."""
+    alike_pairs: float = 30.0
+    """...and number of consecutive pairs that count as one measurement of it."""
+    far: float = 2.0
+    """The weight of a pitch or roll decreases beyond this many standard deviations."""
+
+
+TUNING = CameraTuning()
