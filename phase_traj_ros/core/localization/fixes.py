@@ -105,8 +105,26 @@ def log_likelihood(
     covariance = covariance_of(fix, settings.fix_road_m)
     off = np.stack([places.real - fix.x, places.imag - fix.y])
     squared = (off * np.linalg.solve(covariance, off)).sum(axis=0)
+    return _log_mixture(covariance, np.exp(-squared / 2), area, settings)
+
+
+def log_likelihood_off_road(fix: PositionFix, area: float, settings: LocatorSettings) -> float:
+    """
+    Return the logarithm of the likelihood of being on no road by a fix.
+
+    Such a vehicle is near the fix, but not at it: it fits as one on a road does on average, that
+    is 1 nat below the peak. Only the fixes before tell where it is, and they err as much as this
+    one. So the variances are doubled, and the peak is half.
+    """
+    fit = np.array([math.exp(-1.0) / 2])
+    return float(_log_mixture(covariance_of(fix, settings.fix_road_m), fit, area, settings)[0])
+
+
+def _log_mixture(
+    covariance: Floats, fit: Floats, area: float, settings: LocatorSettings,
+) -> Floats:
+    """Return the logarithm of likelihoods that are relative to the peak, with the outliers."""
     peak = 1.0 / (2 * math.pi * math.sqrt(float(np.linalg.det(covariance))))
     likelihood: Floats = np.log(
-        (1.0 - settings.fix_outliers) * peak * np.exp(-squared / 2)
-        + settings.fix_outliers / area)
+        (1.0 - settings.fix_outliers) * peak * fit + settings.fix_outliers / area)
     return likelihood

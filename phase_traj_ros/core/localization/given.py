@@ -152,7 +152,7 @@ class Prior:
 @dataclass(frozen=True, slots=True)
 class PositionFix:
     """
-    A measured position, such as that of a GPS receiver, at the newest pose of the odometry.
+    A measured position, such as that of a GPS receiver.
 
     x, y
         Position in metres of the map.
@@ -160,6 +160,9 @@ class PositionFix:
         Variances in square metres.
     covariance_xy
         Covariance of x and y in square metres.
+    stamp_ns
+        When the vehicle was there, in nanoseconds on the clock of the odometry; None for the
+        newest pose.
     """
 
     x: float
@@ -167,6 +170,7 @@ class PositionFix:
     variance_x: float
     variance_y: float
     covariance_xy: float = 0.0
+    stamp_ns: int | None = None
 
     def __post_init__(self) -> None:
         """

@@ -69,6 +69,11 @@ class NullRoad:
         """Return what its weight would be if it had been the only one: nobody came or left."""
         return self.log_fit - self._settings.null_turn * self.turned
 
+    def take(self, log_fit: float) -> None:
+        """Weigh the null hypothesis by a measurement of so much likelihood, in nats."""
+        self.log_fit += log_fit
+        self.log_weight += log_fit
+
     def follow(self, stride: Stride, metres: float, fit: float) -> None:
         """Weigh the null hypothesis by a stride of so many metres; ``fit`` is that of the map."""
         settings = self._settings
@@ -81,7 +86,7 @@ class NullRoad:
         turned = max(abs(stride.turned) - settings.null_straight, 0.0)
         log_fit = settings.tempering * math.log(
             fitting + settings.outlier_share / (2 * math.pi))
-        self.log_fit += log_fit
+        self.take(log_fit)
         self.turned += turned
-        self.log_weight += log_fit - settings.null_turn * turned
+        self.log_weight -= settings.null_turn * turned
         self._variance *= 1.0 - self._variance / (self._variance + noise / settings.tempering)

@@ -12,11 +12,13 @@ from phase_traj_ros.core.localization.estimate import Candidate, LocationEstimat
 from phase_traj_ros.core.localization.fixes import (
     FixGate,
     log_likelihood,
+    log_likelihood_off_road,
     radius_of,
     Verdict,
 )
 from phase_traj_ros.core.localization.given import OdometryStep, PositionFix, Prior, ScaleRange
 from phase_traj_ros.core.localization.hypotheses import (
+    Complexes,
     Hypotheses,
     merged,
     pruned,
@@ -29,7 +31,7 @@ from phase_traj_ros.core.localization.places import Astray, Claim, Place, Places
 from phase_traj_ros.core.localization.roads import PIECE_M, RoadMap
 from phase_traj_ros.core.localization.seeding import ExpectedPose, Scales, Seeding
 from phase_traj_ros.core.localization.settings import LocatorSettings
-from phase_traj_ros.core.localization.window import Odometer, Stride
+from phase_traj_ros.core.localization.window import Odometer, Stride, Track
 
 
 class MapLocator:
@@ -90,6 +92,7 @@ class MapLocator:
         self._them = (
             self._seeding.anywhere(self._odometer, mapped, copies=self._per_piece) if prior is None
             else self._seeding.around(prior, self._odometer, mapped))
+        self._track = Track()
         self._way = self._seeded = 0.0
         self._past: deque[_Moment] = deque(maxlen=self._settings.u_turn_strides)
         self._found = self._places.best(self._them, self._log_total())
@@ -103,7 +106,14 @@ class MapLocator:
         stride = self._odometer.add(step)
         if stride is not None:
             self._follow(stride)
+        self._track.add(step.stamp_ns, *self._newest)
         return self._estimate(step.stamp_ns)
+
+    @property
+    def _newest(self) -> tuple[complex, float]:
+        """Return the newest place of the odometry, in its axes and unit, and the metres driven."""
+        since = self._odometer.since
+        return self._odometer.place + since, self._way + abs(since) * self._scale.middle
 
     def _follow(self, stride: Stride) -> None:
         """Move and judge the hypotheses by a stride."""
@@ -205,10 +215,20 @@ class MapLocator:
             candidates=tuple(map(self._candidate, self._found)),
             off_road=math.exp(self._null.log_weight - self._log_total()))
 
-    def _now(self, place: Place) -> complex:
-        """Return where a place of the last stride is at the newest pose."""
-        return place.middle + self._odometer.since * cmath.exp(
+    def _now(self, place: Place, ago: complex = 0j) -> complex:
+        """
+        Return where a place of the last stride is at the newest pose.
+
+        ``ago`` is the displacement of the odometry since an earlier pose, to return that one.
+        """
+        return place.middle + (self._odometer.since - ago) * cmath.exp(
             complex(place.log_scale, place.turned))
+
+    def _all_at(self, them: Hypotheses, ago: complex) -> Complexes:
+        """Return the places of hypotheses at the pose of so much displacement ago."""
+        places: Complexes = them.places + (self._odometer.since - ago) * np.exp(
+            them.log_scale + 1j * them.turned)
+        return places
 
     def _candidate(self, place: Place) -> Candidate:
         middle = self._now(place)
@@ -219,50 +239,58 @@ class MapLocator:
 
     def fix(self, fix: PositionFix) -> bool:
         """
-        Take a position at the newest pose; return whether it was used.
+        Take a position; return whether it was used.
+
+        It is compared with the place at its stamp. A stamp that is more than 5 s older than the
+        newest pose, before the last interruption, or more than 1 s ahead, is not used.
 
         A fix that contradicts the place that leads, its own covariance and the odometry since is
         not used, unless the next ones agree with it. A fix that comes less than 5 m after the last
         one is not used either: successive fixes share their errors. One that agrees proves the
         place, if it is exact enough to tell it from others.
         """
+        then = self._newest if fix.stamp_ns is None else self._track.at(fix.stamp_ns)
+        if then is None:
+            return False
+        ago, way = self._newest[0] - then[0], then[1]
         place = self._found[0]
-        way = self._way + abs(self._odometer.since) * self._scale.middle
         verdict = self._gate.judge(
-            fix, way, self._now(place) if self._claim.leads else None, place.covariance[:2, :2])
+            fix, way, self._now(place, ago) if self._claim.leads else None,
+            place.covariance[:2, :2])
         if verdict is Verdict.IGNORED:
             return False
         if verdict is Verdict.TRUSTED:
-            self._start_again_at(fix)
+            self._start_again_at(fix, ago)
         else:
-            self._weigh(fix)
+            self._weigh(fix, ago)
             if radius_of(fix) < self._settings.mode_m:
                 self._claim.prove()
         self._found = self._places.best(self._them, self._log_total())
         return True
 
-    def _weigh(self, fix: PositionFix) -> None:
+    def _weigh(self, fix: PositionFix, ago: complex) -> None:
         """Weigh the hypotheses by a fix; its errors are as correlated as those of chords."""
         settings, them = self._settings, self._them
-        now = them.places + self._odometer.since * np.exp(them.log_scale + 1j * them.turned)
-        there = np.array([complex(fix.x, fix.y)])
-        fit = log_likelihood(fix, now, self._area, settings)
-        null = log_likelihood(fix, there, self._area, settings)[0] + math.log(settings.null_fit)
+        fit = log_likelihood(fix, self._all_at(them, ago), self._area, settings)
         them.log_weight = them.log_weight + settings.tempering * fit
-        self._null.log_weight += settings.tempering * float(null)
+        self._null.take(
+            settings.tempering * log_likelihood_off_road(fix, self._area, settings))
 
-    def _start_again_at(self, fix: PositionFix) -> None:
-        """Believe that the vehicle is where a fix is, but for a doubt."""
+    def _start_again_at(self, fix: PositionFix, ago: complex) -> None:
+        """Believe that the vehicle was where a fix is, but for a doubt."""
         settings = self._settings
         total, doubt = self._log_total(), math.log(settings.fix_outliers)
         self._them.log_weight = self._them.log_weight + doubt
         self._null.log_weight = total + doubt
-        prior = Prior(fix.x, fix.y, 3.0 * math.hypot(radius_of(fix), settings.fix_road_m))
+        # Nothing tells in which direction it has moved since.
+        moved = abs(ago) * self._scale.middle
+        prior = Prior(
+            fix.x, fix.y, 3.0 * math.hypot(radius_of(fix), settings.fix_road_m) + moved)
         if self._roads.distance_to(fix.x, fix.y) <= prior.radius:
             near = self._seeding.around(
                 prior, self._odometer, total)
             near.log_weight = near.log_weight + log_likelihood(
-                fix, near.places, self._area, settings)
+                fix, self._all_at(near, ago), self._area, settings)
             near.log_weight += total - near.log_total
             self._them = self._them.joined(near)
         self._claim.drop()
@@ -294,6 +322,7 @@ class MapLocator:
         self._odometer.begin_again()
         self._past.clear()
         self._gate.forget()
+        self._track.forget()
         self._astray.forget()
         # Some hypotheses stand for all. Each spreads over the roads that it may have reached.
         some = resampled(self._them, settings.spread_from, self._rng)

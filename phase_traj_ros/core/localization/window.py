@@ -1,13 +1,20 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The last strides of the odometer: what the hypotheses are compared with."""
+"""The last strides of the odometer, and its last seconds: what is compared with the map."""
 
+from bisect import bisect_left
 import cmath
+from collections import deque
 from dataclasses import dataclass
 from itertools import pairwise
 import math
 
 from phase_traj_ros.core.localization.given import OdometryStep
+
+KEPT_NS = 5_000_000_000
+"""A position may be this much older than the newest pose of the odometry..."""
+AHEAD_NS = 1_000_000_000
+"""...or this much newer."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,3 +113,48 @@ class Odometer:
         return sum(
             abs(cmath.phase(after * before.conjugate()))
             for before, after in pairwise(parts))
+
+
+class Track:
+    """The last seconds of the odometry: where the vehicle was at a stamp."""
+
+    def __init__(self) -> None:
+        """Know nothing."""
+        self._past: deque[tuple[int, complex, float]] = deque()
+
+    def forget(self) -> None:
+        """Know nothing again: the odometry was interrupted."""
+        self._past.clear()
+
+    def add(self, stamp_ns: int, place: complex, way: float) -> None:
+        """Take a place of the odometry, and the metres travelled until there."""
+        past = self._past
+        if past and stamp_ns < past[-1][0]:
+            past.clear()
+        if past and stamp_ns == past[-1][0]:
+            past.pop()
+        past.append((stamp_ns, place, way))
+        while len(past) > 1 and stamp_ns - past[1][0] >= KEPT_NS:
+            past.popleft()
+
+    def at(self, stamp_ns: int) -> tuple[complex, float] | None:
+        """
+        Return the place and the metres travelled at a stamp; None if it is too old or too new.
+
+        From the newest pose on, the vehicle goes on as it has come there.
+        """
+        past = self._past
+        if not past:
+            return None
+        newest, place, way = past[-1]
+        if stamp_ns > newest:
+            before = self.at(2 * newest - stamp_ns) if stamp_ns <= newest + AHEAD_NS else None
+            return None if before is None else (2 * place - before[0], 2 * way - before[1])
+        if not max(past[0][0], newest - KEPT_NS) <= stamp_ns:
+            return None
+        after = bisect_left(past, stamp_ns, key=lambda moment: moment[0])
+        if past[after][0] == stamp_ns:
+            return past[after][1:]
+        (since, start, from_way), (until, end, to_way) = past[after - 1], past[after]
+        share = (stamp_ns - since) / (until - since)
+        return start + share * (end - start), from_way + share * (to_way - from_way)

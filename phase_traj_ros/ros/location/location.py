@@ -10,7 +10,9 @@ from typing import Final
 
 from nav_msgs.msg import Odometry as OdometryMessage
 from phase_traj_ros.core import Update
+from phase_traj_ros.core.localization.given import PositionFix
 from phase_traj_ros.core.localization.locator import MapLocator
+from phase_traj_ros.core.localization.window import AHEAD_NS, KEPT_NS
 from phase_traj_ros.errors import ParameterError
 from phase_traj_ros.io.maps.projection import LocalProjection
 from phase_traj_ros.io.maps.road_classes import Roads
@@ -83,6 +85,7 @@ class Location:
         self._values = values
         self._motions = Motions()
         self._newest: Placed | None = None
+        self._stamp_ns: int | None = None
         self._failed = False
         self._roads = read_roads(
             Path(values.map_file).expanduser(), Roads(values.map_roads),
@@ -115,12 +118,14 @@ class Location:
         """Locate a pair of frames, and publish what has been located since the last one."""
         pair = MovedPair.of(update)
         if pair is not None:
+            self._stamp_ns = update.stamp_ns
             self._worker.add(Moved(update.stamp_ns, self._motions.of(pair), update.odometry))
         self._publish_placed()
 
     def interrupt(self, stamp_ns: int) -> None:
         """Report that a new drive starts: the movement in the meantime is unknown."""
         self._motions = Motions()
+        self._stamp_ns = stamp_ns
         self._worker.add(Moved(stamp_ns, (_BETWEEN_DRIVES,)))
 
     def close(self) -> None:
@@ -151,12 +156,32 @@ class Location:
     def _on_fix(self, message: NavSatFix) -> None:
         try:
             fix = position_fix(message, self._roads.projection)
+            self._check_stamp(fix)
         except ValueError as error:
             self._node.get_logger().error(
                 f'skipped a fix: {error}', throttle_duration_sec=_THROTTLE_S)
             return
         if fix is not None:
             self._worker.fix(fix)
+
+    def _check_stamp(self, fix: PositionFix | None) -> None:
+        """
+        Check that the odometry tells where the vehicle was at the stamp of a fix.
+
+        Raises
+        ------
+        ValueError
+            The stamp is too old, or too far ahead.
+
+        """
+        if fix is None or fix.stamp_ns is None or self._stamp_ns is None:
+            return
+        age = self._stamp_ns - fix.stamp_ns
+        if not -AHEAD_NS <= age <= KEPT_NS:
+            raise ValueError(
+                f'its stamp is {abs(age) * 1e-9:.1f} s {"before" if age > 0 else "after"} that of'
+                f' the newest frame: at most {KEPT_NS * 1e-9:.0f} s before and'
+                f' {AHEAD_NS * 1e-9:.0f} s after are used, on the clock of the images')
 
     def _publish_placed(self) -> None:
         if self._worker.failure is not None and not self._failed:

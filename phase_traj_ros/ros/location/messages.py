@@ -17,6 +17,7 @@ from phase_traj_ros.core.localization.estimate import Candidate, LocationEstimat
 from phase_traj_ros.core.localization.given import PositionFix
 from phase_traj_ros.core.path.odometry import Odometry
 from phase_traj_ros.io.maps.projection import LocalProjection
+from phase_traj_ros.io.messages.stamps import to_nanoseconds
 from phase_traj_ros.ros.outputs.messages import MESSAGES
 from sensor_msgs.msg import NavSatFix, NavSatStatus
 from std_msgs.msg import ColorRGBA, Header
@@ -61,6 +62,8 @@ def position_fix(message: NavSatFix, projection: LocalProjection) -> PositionFix
     """
     Return a NavSatFix in metres of the map; None if it has no position there.
 
+    A stamp of 0 is that of the newest pair.
+
     Raises
     ------
     ValueError
@@ -72,10 +75,12 @@ def position_fix(message: NavSatFix, projection: LocalProjection) -> PositionFix
     x, y = projection.to_metres(message.latitude, message.longitude).tolist()
     if not (math.isfinite(x) and math.isfinite(y)):
         return None
+    stamp_ns = to_nanoseconds(message.header.stamp) or None
     if message.position_covariance_type == NavSatFix.COVARIANCE_TYPE_UNKNOWN:
-        return PositionFix(x, y, _UNTOLD ** 2, _UNTOLD ** 2)
+        return PositionFix(x, y, _UNTOLD ** 2, _UNTOLD ** 2, stamp_ns=stamp_ns)
     covariance = message.position_covariance
-    return PositionFix(x, y, float(covariance[0]), float(covariance[4]), float(covariance[1]))
+    return PositionFix(
+        x, y, float(covariance[0]), float(covariance[4]), float(covariance[1]), stamp_ns)
 
 
 def odometry_message(

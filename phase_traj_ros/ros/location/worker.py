@@ -64,7 +64,7 @@ class LocatorWorker:
         self.fixes_used = 0
         """Position fixes that the locator has used."""
         self.fixes_refused = 0
-        """Position fixes that contradict what is known."""
+        """Position fixes that contradict what is known, or that it cannot place in time."""
         self.left_out = 0
         """Pairs that were left out because too many were waiting."""
         self.failure: Exception | None = None
@@ -89,7 +89,7 @@ class LocatorWorker:
         self._tasks.put(moved)
 
     def fix(self, fix: PositionFix) -> None:
-        """Pass a position at the newest pair to the locator."""
+        """Pass a position to the locator, after the pairs so far."""
         if self.waiting < _MOST_WAITING:
             self._tasks.put(fix)
 

@@ -79,6 +79,17 @@ def test_a_fix_without_a_covariance_has_ten_metres():
     assert position_fix(message, PLANE).variance_x == 100.0
 
 
+@pytest.mark.parametrize('kind', [
+    NavSatFix.COVARIANCE_TYPE_KNOWN, NavSatFix.COVARIANCE_TYPE_UNKNOWN])
+def test_a_fix_has_its_stamp(kind):
+    message = received(position_covariance=np.eye(3).reshape(-1), position_covariance_type=kind)
+
+    # Some drivers leave it 0: then it is that of the newest pair.
+    assert position_fix(message, PLANE).stamp_ns is None
+    message.header = HEADER
+    assert position_fix(message, PLANE).stamp_ns == 5_000_000_007
+
+
 def test_what_is_no_fix_is_left_out():
     message = received()
     message.status.status = NavSatStatus.STATUS_NO_FIX

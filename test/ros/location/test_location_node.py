@@ -177,6 +177,30 @@ def test_fixes_reach_the_locator(made):
     assert (fix.x, fix.y) == (pytest.approx(0.0, abs=1e-6), pytest.approx(0.0, abs=1e-6))
 
 
+@pytest.mark.parametrize(('age', 'told'), [
+    (6.0, '6.0 s before that of the newest frame'), (-2.0, '2.0 s after that of')])
+def test_a_fix_of_another_time_is_refused_and_said(made, monkeypatch, age, told):
+    location, _, locator = made()
+    said = []
+    monkeypatch.setattr(location, '_node', SimpleNamespace(get_logger=lambda: SimpleNamespace(
+        error=lambda line, **_: said.append(line))))
+    drive_by = list(updates(drive()[:100]))
+    for update in drive_by:
+        location.add(update)
+    newest = drive_by[-1].stamp_ns
+    for stamp_ns in (newest - round(age * 1e9), newest):
+        location._on_fix(NavSatFix(
+            latitude=PLANE.latitude, longitude=PLANE.longitude,
+            header=MESSAGES.header(stamp_ns, 'gps'),
+            status=NavSatStatus(status=NavSatStatus.STATUS_FIX)))
+    while not locator.fixes:
+        pass
+
+    [fix], [line] = locator.fixes, said
+    assert fix.stamp_ns == newest
+    assert told in line
+
+
 @pytest.mark.parametrize(('values', 'error', 'message'), [
     ({'threshold': 16.0}, ParameterError, 'it needs the measured heading and distance'),
     ({'map_datum': 'here'}, ParameterError, 'give LAT,LON in degrees'),
