@@ -144,7 +144,7 @@ def test_an_error_leaves_nothing_behind(folder, tmp_path, capsys):
     (['--svg'], 'svg writes into the output folder'),
     (['--bag-out', 'x.bag'], 'its name has to end in .mcap'),
     (['--bag-debug-images'], 'bag_debug_images needs a bag to write them to'),
-    (['{folder}'], 'several sources, and --dask, need --output DIR'),
+    (['{folder}'], 'several sources need --output DIR'),
     (['{folder}', '--output', '{out}', '--bag-out', 'a/x.mcap'], 'a name without a folder'),
     (['{folder}', '--output', '{out}', '--bag-out', 'x.bag'], 'has to end in .mcap'),
     (['{folder}', '--output', '{out}', '--jobs', '0'], "'0' is not a number of sources"),

@@ -2,10 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """The node with a camera whose place is on /tf_static."""
 
+import math
 from types import SimpleNamespace
 
 from nav_msgs.msg import Odometry
 import numpy as np
+from phase_traj_ros.core.camera.model import CameraModel
 from phase_traj_ros.io.sources.base import StampedFrame
 from phase_traj_ros.ros.nodes.node import PhaseTrajNode
 import pytest
@@ -93,6 +95,46 @@ def test_what_cannot_be_used_is_said_and_the_node_goes_on(made, capfd):
         executor.spin_once(timeout_sec=0)
     assert "not used: parameters 'frame_id' and 'child_frame_id'" in capfd.readouterr().err
     assert not has_odometry(node) and node._work._estimator.frames == 2
+
+
+def test_a_calibrated_camera_is_tilted_as_it_is_mounted(made, capfd):
+    """Of a turn, a camera that looks down by 25 degrees sees the cosine."""
+    node, executor = made()
+    half = math.radians(25.0) / 2
+    steep = SimpleNamespace(
+        header=SimpleNamespace(frame_id='base_link'), child_frame_id='camera',
+        transform=SimpleNamespace(
+            translation=SimpleNamespace(x=1.2, y=0.0, z=1.65),
+            rotation=SimpleNamespace(x=0.0, y=math.sin(half), z=0.0, w=math.cos(half))))
+    tell(node, steep)
+    show(node, 1)
+    for _ in range(5):
+        executor.spin_once(timeout_sec=0)
+    work = node._work
+    work._on_camera(CameraModel.pinhole((96, 160), 120.0))
+    show(node, 2)
+    lens = work._estimator.heading.lens
+    assert lens.calibrated and lens.tilt == pytest.approx(math.cos(math.radians(25.0)))
+    work._on_camera(CameraModel.pinhole((96, 160), 140.0))
+    assert work._estimator.heading.lens.tilt == lens.tilt
+    assert 'looks' not in capfd.readouterr().err
+
+
+def test_a_given_speed_is_that_of_the_vehicle_wherever_the_camera_is(made, monkeypatch):
+    node, executor = made('-p', 'speed:=5.0', '-p', 'hfov_deg:=60.0')
+    aside = SimpleNamespace(**vars(CAMERA))
+    aside.transform = SimpleNamespace(
+        translation=SimpleNamespace(x=1.2, y=0.6, z=1.65), rotation=CAMERA.transform.rotation)
+    tell(node, aside)
+    show(node, 1)
+    for _ in range(5):
+        executor.spin_once(timeout_sec=0)
+    seen = []
+    monkeypatch.setattr(
+        node._work._outputs, 'publish', lambda _, update: seen.append(update.odometry))
+    show(node, 6)
+    assert len(seen) == 5 and abs(seen[-1].yaw_rate) > 0.1
+    assert {each.speed for each in seen} == {5.0}
 
 
 def test_a_parameter_wins(made, capfd):

@@ -53,8 +53,8 @@ def replay_many(request: ReplayRequest, options: Namespace) -> int | None:
     """Replay all sources; return the exit status, None for success."""
     root, sources = request.output, options.sources
     if root is None:
-        raise ParameterError(
-            'several sources, and --dask, need --output DIR, with a folder for each source')
+        what = 'several sources need' if options.dask is None else '--dask needs'
+        raise ParameterError(f'{what} --output DIR, with a folder for each source')
     require_matplotlib()
     if options.dask is not None:
         # The workers have other working directories.

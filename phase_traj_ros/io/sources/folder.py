@@ -55,8 +55,9 @@ class FolderSource(FrameSource):
         else:
             self._stamps = stamps_of_pictures(self._pictures, times)
             origin = f'stamps from {times}'
+        pictures = f'{len(self._pictures)} picture{"s" if len(self._pictures) > 1 else ""}'
         super().__init__(
-            description=f'{folder} ({len(self._pictures)} pictures, {origin})',
+            description=f'{folder} ({pictures}, {origin})',
             selection=selection,
             frame_count=selected_count(self._stamps, selection),
             declared=len(self._pictures))

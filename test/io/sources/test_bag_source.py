@@ -330,6 +330,14 @@ def test_no_calibration(tmp_path, maker, drive_frame):
         assert source.camera(rectified=False) is None
 
 
+def test_a_calibrated_camera_is_tilted_as_the_parameters_say(tmp_path, maker, drive_frame):
+    path = calibrated(maker, tmp_path / 'bag', drive_frame, [maker.camera_info()])
+    with open_source(path) as source:
+        lens, _ = known_lens(source, Parameters(camera_pitch_deg=20.0, camera_roll_deg=-5.0))
+    assert lens.calibrated and (lens.pitch_deg, lens.roll_deg) == (20.0, -5.0)
+    assert lens.tilt == pytest.approx(np.cos(np.radians(20.0)) * np.cos(np.radians(5.0)))
+
+
 def test_calibration_that_cannot_be_used(tmp_path, maker, drive_frame):
     info = maker.camera_info(focal=0.0, width=0, height=0)
     path = calibrated(maker, tmp_path / 'bag', drive_frame, [info])
