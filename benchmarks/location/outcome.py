@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 import time
 
@@ -13,6 +14,7 @@ from phase_traj_ros.core import (
     LocatorSettings,
     MapLocator,
     OdometryStep,
+    PositionFix,
     RoadMap,
     ScaleRange,
 )
@@ -43,16 +45,20 @@ def follow(
     name: str, steps: list[OdometryStep], roads: RoadMap, truth: np.ndarray | None,
     way: np.ndarray, *, seed: int = 0, scale: ScaleRange | None = None,
     settings: LocatorSettings | None = None, poses: np.ndarray | None = None,
+    fixes: Mapping[int, PositionFix] | None = None,
 ) -> Row:
     """
     Follow a drive, and return what came of it.
 
     ``truth`` and ``way`` are (N + 1, 3) and (N + 1,) for N steps; without truth, the ``poses``
-    of a drive that is on the map, (N + 1, 3), tell whether the claims are right.
+    of a drive that is on the map, (N + 1, 3), tell whether the claims are right. ``fixes`` are
+    those that come just before a step, by its number.
     """
     locator = MapLocator(roads, scale=scale, settings=settings, seed=seed)
     found, spent = [], []
-    for step in steps:
+    for number, step in enumerate(steps):
+        if fixes is not None and number in fixes:
+            locator.fix(fixes[number])
         before = time.process_time()
         estimate = locator.update(step)
         spent.append(time.process_time() - before)

@@ -68,6 +68,12 @@ _LARGE_TEXT = """
     True poses with noise as above, on one map of 110 km² with 1,020 km of road: Karlsruhe,
     Kaiserslautern, and the mirror images of both.
     """
+_GPS_TEXT = """
+    True poses with noise as above and a fix each second, with noise of 2, 5 or 10 m, which it
+    states. *Aside* is a constant error to the north-east that it does not state: up to about 8 m
+    the road is still that of the fixes, with 15 m nothing should be claimed. The last rows have
+    the same on maps without the roads that were driven, or of a mirrored town.
+    """
 _CODES_TEXT = """
     From the bare code of equal links alone, as `locate` reads it: links of 10 m in eight
     directions, three bits per 10 m. That the drive is on the map is assumed: so coarse a drive
@@ -85,7 +91,7 @@ def page(rows_of: Callable[[str], list[Row]]) -> Iterator[str]:
             ('noise', 'True poses with noise', _NOISE_TEXT),
             ('false', 'Where nothing may be claimed', _FALSE_TEXT),
             ('worse', 'More noise', _WORSE_TEXT), ('large', 'A large map', _LARGE_TEXT),
-            ('codes', 'Bare codes', _CODES_TEXT)):
+            ('gps', 'With GPS', _GPS_TEXT), ('codes', 'Bare codes', _CODES_TEXT)):
         rows = rows_of(part)
         if rows:
             yield f'## {title}'

@@ -37,7 +37,7 @@ from benchmarks.location.drives import (
 from benchmarks.location.outcome import follow, Row
 from benchmarks.shared.report import ROOT
 import numpy as np
-from phase_traj_ros.core import LocatorSettings, ScaleRange
+from phase_traj_ros.core import LocatorSettings, PositionFix, ScaleRange
 
 _OWN, _LEARNED, _OWN_SEEDS = ('00', '02', '08'), ('00',), 3
 # What the height of a camera on a car may be, in metres.
@@ -45,6 +45,9 @@ _HEIGHTS = ScaleRange(1.1, 2.2)
 # Metres of the parts of drives, and the drives without which it was chosen what may be claimed.
 _PART_M = 1500
 _HELD_OUT = ('02', '10')
+# Drives with GPS: their noise and what is constant of their errors, in metres.
+_GPS = ('00', '02')
+_RECEIVERS = ((2.0, 0.0), (5.0, 0.0), (10.0, 0.0), (2.0, 8.0), (2.0, 15.0))
 # Metres of a drive with turns, and of the straight way after them, that no road of the map is.
 _FIRST_M, _STRAIGHT_M = 700.0, 3000.0
 
@@ -140,6 +143,34 @@ def _noisy(
                 poses=true_poses(sequence) if here else None)
 
 
+def with_gps(seeds: int) -> Iterator[Row]:
+    """Locate the true poses with noise and a fix each second, on the right map and on others."""
+    for sequence, (noise, bias) in product(_GPS, _RECEIVERS):
+        told = f'{noise:.0f} m' + (f', {bias:.0f} m aside' if bias else '')
+        truth = on_map(sequence)
+        assert truth is not None
+        for seed in range(seeds):
+            yield follow(
+                f'{sequence}, {told}', noisy(sequence, seed), town(HERE).roads, truth,
+                way_of(true_poses(sequence)), seed=seed, fixes=_fixes(truth, noise, bias, seed))
+    truth = on_map(_GPS[0])
+    assert truth is not None
+    for (noise, bias), roads in product(_RECEIVERS, (
+            (MISSING, without_driven(truth)), (MIRRORED, town(MIRRORED).roads))):
+        name, there = roads
+        yield follow(
+            f'{_GPS[0]}, {noise:.0f} m, {bias:.0f} m aside, {name}', noisy(_GPS[0], 0), there,
+            truth, way_of(true_poses(_GPS[0])), fixes=_fixes(truth, noise, bias, 0))
+
+
+def _fixes(truth: np.ndarray, noise: float, bias: float, seed: int) -> dict[int, PositionFix]:
+    """Return a fix each second, its noise stated, and an error to the north-east that is not."""
+    rng = np.random.default_rng(seed)
+    off = rng.normal(0.0, noise, (len(truth), 2)) + bias * np.sqrt(0.5)
+    return {number: PositionFix(*(truth[number, :2] + off[number]), noise ** 2, noise ** 2)
+            for number in range(10, len(truth) - 1, 10)}
+
+
 def from_codes(_: int) -> Iterator[Row]:
     """Locate bare codes of equal links."""
     for sequence in ('00', '02', '08', '09', '10'):
@@ -179,4 +210,4 @@ def on_large(seeds: int) -> Iterator[Row]:
 
 PARTS: dict[str, Callable[[int], Iterator[Row]]] = {
     'own': with_own, 'noise': noisily, 'false': falsely, 'worse': worse, 'many': many,
-    'codes': from_codes, 'large': on_large, 'loading': loading}
+    'gps': with_gps, 'codes': from_codes, 'large': on_large, 'loading': loading}
