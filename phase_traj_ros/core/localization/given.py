@@ -10,6 +10,9 @@ counter-clockwise from the east.
 from dataclasses import dataclass
 import math
 
+# Variance of a position in square metres, above which it says nothing about a place on Earth.
+_MOST_VARIANCE = 1e12
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class OdometryStep:
@@ -179,14 +182,16 @@ class PositionFix:
         Raises
         ------
         ValueError
-            A number is not finite, or the covariance is not positive definite.
+            A number is not finite, or the covariance is not positive definite, or a variance is
+            above 1e12.
 
         """
         numbers = (self.x, self.y, self.variance_x, self.variance_y, self.covariance_xy)
         if not all(map(math.isfinite, numbers)):
             raise ValueError(f'the fix is {numbers}: give finite numbers, or leave out the fix')
         if (min(self.variance_x, self.variance_y) <= 0.0
+                or max(self.variance_x, self.variance_y) > _MOST_VARIANCE
                 or self.covariance_xy ** 2 >= self.variance_x * self.variance_y):
             raise ValueError(
-                f'the covariance of the fix is {numbers[2:]}: give positive variances, and a'
-                ' covariance below the root of their product')
+                f'the covariance of the fix is {numbers[2:]}: give positive variances up to'
+                f' {_MOST_VARIANCE:g}, and a covariance below the root of their product')

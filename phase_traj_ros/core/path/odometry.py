@@ -70,7 +70,7 @@ class Odometer:
         self._covariance: NDArray[np.float64] = np.zeros((_STATES, _STATES))
         self._covariance[_ASKEW, _ASKEW] = TUNING.mounting_deviation ** 2
         self._covariance[_ANGLES, _ANGLES] = TUNING.angle_share ** 2
-        self._scale = 0.0
+        self._scale, self._least = 0.0, math.inf
         # Standard deviation of the distance of missed pairs, and that of those since the newest
         # speed, with their time.
         self._lost = self._unseen = self._unseen_s = self._blind = 0.0
@@ -179,7 +179,12 @@ class Odometer:
         """Propagate the covariance by a pair and add its errors."""
         self._renew(_SWINGS, travel.swing, math.exp(-interval / TUNING.swing_s))
         self._renew(_TILTS, travel.tilt, math.exp(-interval / TUNING.tilt_s))
-        self._renew(_SCALES, travel.scale, 1.0)
+        if 0.0 < travel.scale < self._least:
+            # The camera or its height has been learned; a speedometer may come and go.
+            self._least = travel.scale
+            self._improve(_SCALES, travel.scale)
+        else:
+            self._renew(_SCALES, travel.scale, 1.0)
         self._rescale(step.scale)
         turn = step.variance / 2
         if travel.state is TravelState.STANDING:
@@ -206,14 +211,25 @@ class Odometer:
 
     def _rescale(self, scale: float) -> None:
         """Set the deviation of the scale of all angles; a camera that is learned mends the yaw."""
-        if scale == self._scale:
-            return
-        self._scale, before = scale, self._covariance[_ANGLES, _ANGLES]
-        kept = math.hypot(TUNING.angle_share, scale) / math.sqrt(before)
-        change = np.eye(_STATES)
-        change[_YAW, _ANGLES] = (kept - 1.0) * self._covariance[_YAW, _ANGLES] / before
-        change[_ANGLES, _ANGLES] = kept
-        self._covariance = change @ self._covariance @ change.T
+        if scale != self._scale:
+            self._scale = scale
+            self._improve(_ANGLES, math.hypot(TUNING.angle_share, scale))
+
+    def _improve(self, state: int, deviation: float) -> None:
+        """
+        Set the deviation of a lasting error of which more, or less, is known from now on.
+
+        The yaw so far is mended by what is learned of the angles, the places are not. The errors
+        of an estimate and of a better one after it have the variance of the latter in common.
+        """
+        before, after = self._covariance[state, state], deviation ** 2
+        kept = min(after / before, 1.0) if before > 0.0 else 1.0
+        turned = self._covariance[_YAW, state] / before if state == _ANGLES else 0.0
+        change, news = np.eye(_STATES), np.zeros(_STATES)
+        change[_YAW, state], change[state, state] = (kept - 1.0) * turned, kept
+        news[_YAW], news[state] = turned, 1.0
+        self._covariance = change @ self._covariance @ change.T + (
+            after - kept * kept * before) * np.outer(news, news)
 
     def _renew(self, state: int, deviation: float, kept: float) -> None:
         """Set the deviation of an error, of which the share ``kept`` remains from before."""

@@ -28,6 +28,8 @@ _MOST_HEIGHT_M = 100.0
 # With 10 degrees, a rendered drive of 131 m has 1 to 2 % less distance and ends 1.4 m off; with 20
 # degrees, 7 % and 7 m.
 _MOST_ASIDE_DEG = 15.0
+# Sines of the pitches of a steep camera, up to somewhat more than can be used.
+_STEEP = 0.5, 0.9
 # A chain of frames that is longer is a circle.
 _LONGEST_CHAIN = 100
 # From the axes of a body (x ahead, y left, z up) to those of a picture (z ahead, x right, y down).
@@ -113,7 +115,7 @@ class StaticFrames:
         self._above: dict[str, tuple[str, _Pose]] = {}
 
     def add(self, transform: Any) -> None:
-        """Add a geometry_msgs/TransformStamped; one without a rotation is left out."""
+        """Add a geometry_msgs/TransformStamped; one that is not a pose is left out."""
         part = transform.transform
         rotation = _rotation(part.rotation)
         if rotation is None:
@@ -121,6 +123,8 @@ class StaticFrames:
         pose = np.eye(4)
         pose[:3, :3] = rotation
         pose[:3, 3] = part.translation.x, part.translation.y, part.translation.z
+        if not np.isfinite(pose).all():
+            return
         self._above[_bare(transform.child_frame_id)] = _bare(transform.header.frame_id), pose
 
     def mount(self, base: str, camera: str) -> Mount | None:
@@ -128,21 +132,14 @@ class StaticFrames:
         pose = self._between(_bare(base), _bare(camera))
         if pose is None:
             return None
-        # The frame of an image is an optical one (REP 103), but some drivers give that of the
-        # housing, whose z axis is upright. The name decides about a steep one.
-        axes = pose[:3, :3]
-        steepest = MOST_TILT_DEG if 'optical' in camera else 45.0
-        is_body = abs(axes[2, 2]) > math.sin(math.radians(steepest))
-        optical = axes @ _OPTICAL_IN_BODY if is_body else axes
-        right, down, ahead = optical[2, 0], optical[2, 1], optical[:, 2]
+        optical = _optical(pose[:3, :3])
         prefix = _bare(base).rpartition('/')[0]
         ground = self._between(f'{prefix}/{FOOTPRINT}'.lstrip('/'), _bare(camera))
         return Mount(
             _bare(base), _bare(camera), float(pose[0, 3]), float(pose[1, 3]),
             float((pose if ground is None else ground)[2, 3]),
-            pitch_deg=math.degrees(math.asin(float(np.clip(-ahead[2], -1.0, 1.0)))),
-            roll_deg=math.degrees(math.atan2(-right, -down)),
-            yaw_deg=math.degrees(math.atan2(ahead[1], ahead[0])))
+            pitch_deg=math.degrees(math.asin(float(np.clip(-optical[2, 2], -1.0, 1.0)))),
+            roll_deg=_roll_deg(optical), yaw_deg=_yaw_deg(optical))
 
     def _between(self, base: str, camera: str) -> _Pose | None:
         """Return the pose of ``camera`` in ``base``, (4, 4); None if they are not connected."""
@@ -160,6 +157,29 @@ class StaticFrames:
             frame, step = self._above[frame]
             pose = step @ pose
         return frame, pose
+
+
+def _optical(axes: _Pose) -> _Pose:
+    """
+    Return the axes of a picture from those of its frame, (3, 3) each.
+
+    The frame of an image is an optical one (REP 103), but some drivers give that of the housing,
+    whose z axis is upright. A steep one is read so that it looks ahead, with a roll of 0 or 180
+    degrees.
+    """
+    housing, upright = axes @ _OPTICAL_IN_BODY, abs(axes[2, 2])
+    if not _STEEP[0] < upright < _STEEP[1]:
+        return axes if upright < math.sqrt(0.5) else housing
+    return min((axes, housing), key=lambda each: abs(
+        math.remainder(_roll_deg(each), 180.0)) + abs(_yaw_deg(each)))
+
+
+def _roll_deg(optical: _Pose) -> float:
+    return math.degrees(math.atan2(-optical[2, 0], -optical[2, 1]))
+
+
+def _yaw_deg(optical: _Pose) -> float:
+    return math.degrees(math.atan2(optical[1, 2], optical[0, 2]))
 
 
 def _at_origin(odometry: Odometry, left: float) -> Odometry:

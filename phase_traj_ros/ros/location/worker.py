@@ -64,7 +64,8 @@ class LocatorWorker:
         self.fixes_used = 0
         """Position fixes that the locator has used."""
         self.fixes_refused = 0
-        """Position fixes that contradict what is known, or that it cannot place in time."""
+        """Position fixes that contradict what is known, follow another too closely, or that it
+        cannot place in time."""
         self.left_out = 0
         """Pairs that were left out because too many were waiting."""
         self.failure: Exception | None = None

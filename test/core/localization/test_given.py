@@ -41,6 +41,7 @@ def test_the_scale_is_between_its_bounds():
     lambda: Prior(0.0, 0.0, 5.0, heading=0.0, heading_deviation=0.0),
     lambda: PositionFix(0.0, math.nan, 1.0, 1.0),
     lambda: PositionFix(0.0, 0.0, 0.0, 1.0),
+    lambda: PositionFix(0.0, 0.0, 1.0, 1.7e308),
     lambda: PositionFix(0.0, 0.0, 1.0, 1.0, 1.0)])
 def test_what_is_no_value_is_refused(wrong):
     with pytest.raises(ValueError, match='give'):

@@ -8,7 +8,7 @@ import math
 from hypothesis import given, strategies as st
 import numpy as np
 from phase_traj_ros.core.heading.tracker import HeadingStep, HeadingTracker
-from phase_traj_ros.core.path.odometry import Odometer
+from phase_traj_ros.core.path.odometry import _ANGLES, Odometer
 from phase_traj_ros.core.path.speed import SpeedTrack
 from phase_traj_ros.core.road.travel import Travel, TravelState
 import pytest
@@ -362,6 +362,38 @@ def test_the_yaw_is_as_certain_as_the_camera_and_a_turn_that_determines_it_corre
     # The heading is corrected, but not the places before.
     across = [each.covariance[1][1] for each in odometry]
     assert across[19] > across[9] > 0.1
+
+
+@pytest.mark.parametrize('learned', ['angles', 'distances'])
+def test_what_was_learned_on_the_way_does_not_mend_the_places_before(learned):
+    """Left, learned, left about and back: the errors before and after hardly cancel."""
+    yaws = np.repeat([0.0, 0.1, 0.0, 0.1, 0.0], [20, 16, 20, 31, 60])
+    pairs, before, after, at = len(yaws), 0.08, 0.02, 56
+    rng = np.random.default_rng(0)
+    one = rng.normal(0.0, before, 4000)
+    # By Bayes: their covariance is the variance of the better one.
+    kept = (after / before) ** 2
+    two = kept * one + rng.normal(0.0, after * math.sqrt(1.0 - kept), 4000)
+    wrong = np.where(np.arange(pairs) < at, one[:, None], two[:, None])
+    heading = np.cumsum(yaws)
+    if learned == 'angles':
+        turned = heading * (1.0 + wrong) - yaws / 2
+        found = np.exp(1j * turned).sum(axis=1)
+    else:
+        found = (np.exp(1j * (heading - yaws / 2)) * (1.0 + wrong)).sum(axis=1)
+    odometer = Odometer()
+    odometer._covariance[:] = 0.0
+    if learned == 'angles':
+        odometer._covariance[_ANGLES, _ANGLES] = before ** 2
+        odometer._scale = before
+    for pair, (yaw, ahead) in enumerate(zip(yaws, heading)):
+        known = before if pair < at else after
+        angles, distances = (known, 0.0) if learned == 'angles' else (0.0, known)
+        newest = odometer.update(
+            replace(step(yaw, ahead, deviation=0.0), scale=angles),
+            Travel(1.0, 0.0, TravelState.MEASURED, scale=distances), pair * TENTH, 0.1)
+    told = np.sqrt(np.diag(newest.covariance)[:2])
+    assert told == pytest.approx([found.real.std(), found.imag.std()], rel=0.15)
 
 
 def test_a_vehicle_that_stands_does_not_turn():

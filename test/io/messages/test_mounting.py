@@ -74,15 +74,13 @@ def test_the_ground_below_one_of_several_vehicles_has_its_prefix():
 
 
 @pytest.mark.parametrize('pitch', [0.0, 30.0, 55.0, -50.0])
-def test_an_optical_frame_is_known_by_its_name_however_steep_it_looks_down(pitch):
-    body = transform('base_link', 'cam', (1.0, 0.0, 1.5), (0.0, pitch, 0.0))
-    optical = transform('cam', 'cam_optical', (0.0, 0.0, 0.0), (-90.0, 0.0, -90.0))
-    mount = frames(body, optical).mount('base_link', 'cam_optical')
-    assert (mount.pitch_deg, mount.roll_deg, mount.yaw_deg) == pytest.approx(
-        (pitch, 0.0, 0.0), abs=1e-6)
-    # Some name the housing so.
-    level = frames(transform('base_link', 'cam_optical', (1.0, 0.0, 1.5)))
-    assert level.mount('base_link', 'cam_optical').pitch_deg == pytest.approx(0.0)
+def test_the_frame_of_a_picture_or_its_housing_is_known_however_steep_it_is(pitch):
+    body = transform('base_link', 'housing', (1.0, 0.0, 1.5), (0.0, pitch, 0.0))
+    picture = transform('housing', 'picture', (0.0, 0.0, 0.0), OPTICAL)
+    for name in ('housing', 'picture'):
+        mount = frames(body, picture).mount('base_link', name)
+        assert (mount.pitch_deg, mount.roll_deg, mount.yaw_deg) == pytest.approx(
+            (pitch, 0.0, 0.0), abs=1e-6)
 
 
 def test_what_a_camera_cannot_be_used_for_is_said():
@@ -106,10 +104,12 @@ def test_what_is_not_connected_is_unknown(tree):
     assert frames(*tree).mount('cam', 'cam') is None
 
 
-def test_a_transform_without_a_rotation_is_left_out():
+def test_a_transform_that_is_not_a_pose_is_left_out():
     broken = transform('base_link', 'cam')
     broken.transform.rotation = SimpleNamespace(x=0.0, y=0.0, z=0.0, w=0.0)
     assert frames(broken).mount('base_link', 'cam') is None
+    nowhere = transform('base_link', 'cam', (1.0, math.nan, 1.5))
+    assert frames(nowhere).mount('base_link', 'cam') is None
 
 
 def test_parameters_win_and_what_cannot_be_is_left_out():
