@@ -70,7 +70,7 @@ class Odometer:
         self._covariance: NDArray[np.float64] = np.zeros((_STATES, _STATES))
         self._covariance[_ASKEW, _ASKEW] = TUNING.mounting_deviation ** 2
         self._covariance[_ANGLES, _ANGLES] = TUNING.angle_share ** 2
-        self._scale, self._least = 0.0, math.inf
+        self._scale = 0.0
         # Standard deviation of the distance of missed pairs, and that of those since the newest
         # speed, with their time.
         self._lost = self._unseen = self._unseen_s = self._blind = 0.0
@@ -179,13 +179,12 @@ class Odometer:
         """Propagate the covariance by a pair and add its errors."""
         self._renew(_SWINGS, travel.swing, math.exp(-interval / TUNING.swing_s))
         self._renew(_TILTS, travel.tilt, math.exp(-interval / TUNING.tilt_s))
-        if 0.0 < travel.scale < self._least:
-            # The camera or its height has been learned; a speedometer may come and go.
-            self._least = travel.scale
-            self._improve(_SCALES, travel.scale)
-        else:
-            self._renew(_SCALES, travel.scale, 1.0)
-        self._rescale(step.scale)
+        if step.scale != self._scale:
+            self._scale = step.scale
+            self._improve(_ANGLES, math.hypot(TUNING.angle_share, step.scale))
+            if 0.0 < travel.scale ** 2 < self._covariance[_SCALES, _SCALES]:
+                self._improve(_SCALES, travel.scale)
+        self._renew(_SCALES, travel.scale, 1.0)
         turn = step.variance / 2
         if travel.state is TravelState.STANDING:
             turn = min(turn, TUNING.standing_deviation ** 2)
@@ -209,21 +208,15 @@ class Odometer:
         noise[_YAW, 1] = math.sqrt(turn)
         self._covariance = change @ self._covariance @ change.T + noise @ noise.T
 
-    def _rescale(self, scale: float) -> None:
-        """Set the deviation of the scale of all angles; a camera that is learned mends the yaw."""
-        if scale != self._scale:
-            self._scale = scale
-            self._improve(_ANGLES, math.hypot(TUNING.angle_share, scale))
-
     def _improve(self, state: int, deviation: float) -> None:
         """
-        Set the deviation of a lasting error of which more, or less, is known from now on.
+        Set the deviation of a lasting error, as another camera is used from now on.
 
         The yaw so far is mended by what is learned of the angles, the places are not. The errors
         of an estimate and of a better one after it have the variance of the latter in common.
         """
         before, after = self._covariance[state, state], deviation ** 2
-        kept = min(after / before, 1.0) if before > 0.0 else 1.0
+        kept = min(after / before, 1.0)
         turned = self._covariance[_YAW, state] / before if state == _ANGLES else 0.0
         change, news = np.eye(_STATES), np.zeros(_STATES)
         change[_YAW, state], change[state, state] = (kept - 1.0) * turned, kept

@@ -365,35 +365,46 @@ def test_the_yaw_is_as_certain_as_the_camera_and_a_turn_that_determines_it_corre
 
 
 @pytest.mark.parametrize('learned', ['angles', 'distances'])
-def test_what_was_learned_on_the_way_does_not_mend_the_places_before(learned):
-    """Left, learned, left about and back: the errors before and after hardly cancel."""
+def test_a_camera_that_is_learned_on_the_way_does_not_mend_the_places_before(learned):
+    """Left, learned, left about and back, or in reverse: the errors hardly cancel."""
     yaws = np.repeat([0.0, 0.1, 0.0, 0.1, 0.0], [20, 16, 20, 31, 60])
-    pairs, before, after, at = len(yaws), 0.08, 0.02, 56
-    rng = np.random.default_rng(0)
+    ways, at = np.ones(len(yaws)), 56
+    if learned == 'distances':
+        yaws, ways = np.zeros(len(yaws)), np.where(np.arange(len(yaws)) < at, 1.0, -1.0)
+    rng, before, after = np.random.default_rng(0), 0.08, 0.02
     one = rng.normal(0.0, before, 4000)
     # By Bayes: their covariance is the variance of the better one.
     kept = (after / before) ** 2
     two = kept * one + rng.normal(0.0, after * math.sqrt(1.0 - kept), 4000)
-    wrong = np.where(np.arange(pairs) < at, one[:, None], two[:, None])
+    wrong = 1.0 + np.where(np.arange(len(yaws)) < at, one[:, None], two[:, None])
     heading = np.cumsum(yaws)
-    if learned == 'angles':
-        turned = heading * (1.0 + wrong) - yaws / 2
-        found = np.exp(1j * turned).sum(axis=1)
-    else:
-        found = (np.exp(1j * (heading - yaws / 2)) * (1.0 + wrong)).sum(axis=1)
+    turned, gone_too_far = (wrong, 1.0) if learned == 'angles' else (1.0, wrong)
+    found = (ways * gone_too_far * np.exp(1j * (heading * turned - yaws / 2))).sum(axis=1)
     odometer = Odometer()
     odometer._covariance[:] = 0.0
-    if learned == 'angles':
-        odometer._covariance[_ANGLES, _ANGLES] = before ** 2
-        odometer._scale = before
-    for pair, (yaw, ahead) in enumerate(zip(yaws, heading)):
+    odometer._covariance[_ANGLES, _ANGLES], odometer._scale = before ** 2, before
+    for pair, (yaw, ahead, way) in enumerate(zip(yaws, heading, ways)):
         known = before if pair < at else after
-        angles, distances = (known, 0.0) if learned == 'angles' else (0.0, known)
         newest = odometer.update(
-            replace(step(yaw, ahead, deviation=0.0), scale=angles),
-            Travel(1.0, 0.0, TravelState.MEASURED, scale=distances), pair * TENTH, 0.1)
+            replace(step(yaw, ahead, deviation=0.0), scale=known), Travel(
+                way, 0.0, TravelState.MEASURED, scale=known * (learned == 'distances')),
+            pair * TENTH, 0.1)
     told = np.sqrt(np.diag(newest.covariance)[:2])
-    assert told == pytest.approx([found.real.std(), found.imag.std()], rel=0.15)
+    assert told == pytest.approx([found.real.std(), found.imag.std()], rel=0.15, abs=1e-9)
+
+
+def test_speeds_that_come_and_go_do_not_make_the_height_certain():
+    """Their errors and that of the height last, each on its own."""
+    odometer = Odometer()
+    for pair in range(420):
+        given = pair % 21 == 20
+        # The height is learned a little from each speed.
+        scale = 0.05 if given else 0.04 * 0.995 ** (pair // 21)
+        found = odometer.update(
+            step(0.0, 0.0, deviation=0.0), Travel(
+                1.0, 0.0, TravelState.GIVEN if given else TravelState.MEASURED, scale=scale),
+            pair * TENTH, 0.1)
+    assert math.sqrt(found.covariance[0][0]) > 0.036 * 400.0
 
 
 def test_a_vehicle_that_stands_does_not_turn():
