@@ -30,6 +30,7 @@ from phase_traj_ros.errors import (
 from phase_traj_ros.io.images.decoding import GreyImage
 from phase_traj_ros.io.messages.camera_info import camera_from_info, CAMERA_INFO_TYPE
 from phase_traj_ros.io.messages.image import encoding_of, msg_to_frame
+from phase_traj_ros.io.messages.mounting import Mount, STATIC_TOPIC, StaticFrames, TF_TYPE
 from phase_traj_ros.io.messages.speed import SPEED_OF
 from phase_traj_ros.io.messages.stamps import StampRule, to_nanoseconds
 from phase_traj_ros.io.sources import rosbag2_reader
@@ -122,6 +123,20 @@ class BagSource(FrameSource):
         if unusable is None:
             return None
         raise CalibrationError(f'{self._path}, topic {topic}: {unusable}') from unusable
+
+    def mount(self, base_frame: str) -> Mount | None:
+        """
+        Return how the frame of the first image is mounted, by /tf_static; None if that is unknown.
+
+        Raises SourceError if a message cannot be read.
+        """
+        frames = StaticFrames()
+        with closing(self._messages_of(STATIC_TOPIC, [TF_TYPE])) as messages:
+            for message, _ in messages:
+                frames.add(message)
+        with closing(self._messages_of(self._topic.name, IMAGE_TYPES)) as images:
+            first = next(images, None)
+        return first and frames.mount(base_frame, first[0].header.frame_id)
 
     def speeds(self, topic: str) -> Iterator[Speed]:
         """
