@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The data that figures and reports show of a replay, computed once for all of them."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import pairwise
 import math
 
 import cv2
@@ -28,8 +29,6 @@ class TurnMark:
     """Time of the first frame of ``pair``, in seconds since the first frame."""
     end_s: float
     """Time of the second frame of ``end_pair``."""
-    corner: tuple[float, float]
-    """Position on the drawn path, in its unit, REP 103 axes."""
     angle_deg: float | None = None
     """Angle by which the camera turned, positive to the left; None if it was not measured."""
 
@@ -107,13 +106,6 @@ def extremes(values: NDArray[np.float64], columns: int) -> NDArray[np.intp]:
     return np.union1d(lowest, highest)
 
 
-def _angle(result: Replay, frame: int) -> float | None:
-    """Return the angle of the measured turn that a frame belongs to."""
-    return next((
-        turn.angle_deg for turn in result.turns if turn.start_frame <= frame <= turn.end_frame),
-        None)
-
-
 def turn_marks(result: Replay) -> tuple[TurnMark, ...]:
     """
     Return the turns, oldest first.
@@ -122,42 +114,33 @@ def turn_marks(result: Replay) -> tuple[TurnMark, ...]:
     changes of the direction and one turn. Otherwise they are those of the movement codes.
     """
     if result.parameters.codes_from_heading:
-        return _marks_of_heading(result)
-    updates = result.updates
+        return tuple(
+            TurnMark(
+                number, Movement.LEFT if turn.angle_deg > 0 else Movement.RIGHT,
+                turn.start_frame, turn.end_frame - 1, _seconds(result, turn.start_ns),
+                _seconds(result, turn.end_ns), turn.angle_deg)
+            for number, turn in enumerate(result.turns, 1))
     marks: list[TurnMark] = []
-    for pair, update in enumerate(updates):
-        if update.step.movement not in (Movement.LEFT, Movement.RIGHT):
-            continue
-        end = pair
-        # During a turn there may be pairs that could not be judged.
-        for later in range(pair + 1, len(updates)):
-            if updates[later].step.appended:
-                break
-            if updates[later].status is PairStatus.TURNING:
-                end = later
-        before = updates[pair - 1]
-        marks.append(TurnMark(
-            len(marks) + 1, update.step.movement, pair, end, _seconds(result, before.stamp_ns),
-            _seconds(result, updates[end].stamp_ns), (before.tip.x, before.tip.y),
-            _angle(result, pair + 1)))
+    turning = False
+    for before, update in pairwise(result.updates):
+        end_s = _seconds(result, update.stamp_ns)
+        if update.step.appended:
+            turning = update.step.movement is not Movement.FORWARD
+            if turning:
+                marks.append(TurnMark(
+                    len(marks) + 1, update.step.movement, update.pair, update.pair,
+                    _seconds(result, before.stamp_ns), end_s, _angle(result, update.pair + 1)))
+        elif turning and update.status is PairStatus.TURNING:
+            # So pairs before it that could not be judged belong to the turn.
+            marks[-1] = replace(marks[-1], end_pair=update.pair, end_s=end_s)
     return tuple(marks)
 
 
-def _marks_of_heading(result: Replay) -> tuple[TurnMark, ...]:
-    return tuple(
-        TurnMark(
-            number, Movement.LEFT if turn.angle_deg > 0 else Movement.RIGHT, turn.start_frame,
-            turn.end_frame - 1, _seconds(result, turn.start_ns), _seconds(result, turn.end_ns),
-            _place(result, turn.start_frame), turn.angle_deg)
-        for number, turn in enumerate(result.turns, 1))
-
-
-def _place(result: Replay, frame: int) -> tuple[float, float]:
-    """Return where on the drawn path a frame is."""
-    if frame == 0:
-        return 0.0, 0.0
-    tip = result.updates[frame - 1].tip
-    return tip.x, tip.y
+def _angle(result: Replay, frame: int) -> float | None:
+    """Return the angle of the measured turn that a frame belongs to."""
+    return next((
+        turn.angle_deg for turn in result.turns if turn.start_frame <= frame <= turn.end_frame),
+        None)
 
 
 def _seconds(result: Replay, stamp_ns: int) -> float:

@@ -45,10 +45,8 @@ def test_overview(watched):
     assert len(shown.path) == len(SHIFTS) + 1
     left, right = shown.turns
     assert (left.number, left.side, left.pair, left.end_pair) == (1, Movement.LEFT, 3, 5)
-    assert (left.start_s, left.end_s, left.corner) == (
-        pytest.approx(0.3), pytest.approx(0.6), (3, 0))
+    assert (left.start_s, left.end_s) == (pytest.approx(0.3), pytest.approx(0.6))
     assert (right.number, right.side, right.pair, right.end_pair) == (2, Movement.RIGHT, 9, 10)
-    assert right.corner == (3, 4)
 
 
 def test_the_text_of_the_debug_image_has_an_outline_of_equal_width():
