@@ -27,8 +27,6 @@ def make_estimator(parameters: Parameters, *, keep_all: bool = False) -> Traject
         settings = replace(settings, max_runs=None, max_speeds=None)
     try:
         return TrajectoryEstimator(settings, mask=read_mask(parameters))
-    except ParameterError:
-        raise
     except ValueError as error:
         raise ParameterError(str(error)) from None
 
