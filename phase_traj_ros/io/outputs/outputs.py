@@ -8,6 +8,7 @@ from collections.abc import Collection, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 import fcntl
+from itertools import chain
 import os
 from pathlib import Path
 import shutil
@@ -47,13 +48,9 @@ class _Staged:
     """What is there from earlier runs; None for a single file."""
     adds: bool = False
 
-    def tops(self) -> dict[str, Path]:
-        """Return what was made, by name."""
-        return {path.name: path for path in sorted(self._made.iterdir())}
-
-    @property
-    def _made(self) -> Path:
-        return self.staging / 'made'
+    def made(self) -> list[Path]:
+        """Return the files and folders that were made."""
+        return sorted((self.staging / 'made').iterdir())
 
 
 @dataclass(slots=True)
@@ -173,29 +170,26 @@ class Outputs:
         commit(moves)
 
     def _moves(self, each: _Staged) -> Iterator[Move]:
-        tops = each.tops()
+        made = each.made()
         removed: list[str] = []
         if each.manifest is not None:
-            for name in tops:
-                refuse_foreign(each.manifest, name, force=self.force)
-            beside = {
-                name: path for other in self._staged
-                if other.manifest is None and other.folder == each.folder
-                for name, path in other.tops().items()}
-            new = Manifest.made_of(each.folder, {**tops, **beside})
-            kept = each.manifest.without([*tops, *beside])
-            if each.adds:
-                new = kept.merged(new)
-            else:
+            for path in made:
+                refuse_foreign(each.manifest, path.name, force=self.force)
+            # A named file in the folder belongs to its results.
+            results = [*made, *chain.from_iterable(
+                other.made() for other in self._staged
+                if other.manifest is None and other.folder == each.folder)]
+            if not each.adds:
+                names = {MANIFEST, *(path.name for path in results)}
                 removed = [
-                    name for name in kept.owned
-                    if name != MANIFEST and not is_input(each.folder / name, self.inputs)]
-            new.write(each.staging / MANIFEST)
-            tops[MANIFEST] = each.staging / MANIFEST
+                    name for name in each.manifest.owned
+                    if name not in names and not is_input(each.folder / name, self.inputs)]
+            made.append(each.staging / MANIFEST)
+            each.manifest.followed_by(results, adds=each.adds).write(made[-1])
         aside = each.staging / 'aside'
         aside.mkdir()
-        for name, path in tops.items():
-            yield Move(path, each.folder / name, aside / name)
+        for path in made:
+            yield Move(path, each.folder / path.name, aside / path.name)
         for name in removed:
             yield Move(None, each.folder / name, aside / name)
 
