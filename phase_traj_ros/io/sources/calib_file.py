@@ -7,7 +7,7 @@ from typing import Final
 
 from phase_traj_ros.core.camera.model import CameraModel
 from phase_traj_ros.errors import reading, SourceError
-from phase_traj_ros.io.images.picture_file import read_picture
+from phase_traj_ros.io.images.decoding import read_picture
 from phase_traj_ros.io.sources.times_file import both_ways
 
 CALIBRATION_FILE: Final = 'calib.txt'

@@ -9,7 +9,7 @@ import re
 
 from phase_traj_ros.core.camera.model import CameraModel
 from phase_traj_ros.errors import reading, SourceError
-from phase_traj_ros.io.images.picture_file import PICTURE_SUFFIXES, read_picture
+from phase_traj_ros.io.images.decoding import PICTURE_SUFFIXES, read_picture
 from phase_traj_ros.io.outputs.manifest import Manifest
 from phase_traj_ros.io.sources.base import (
     Candidate,
@@ -98,15 +98,9 @@ def _pictures_in(folder: Path) -> list[Path]:
 
 def _find_pictures(path: Path) -> tuple[Path, list[Path]]:
     """Return the folder that holds the pictures, and the pictures."""
-    pictures = _pictures_in(path)
-    if pictures:
-        return path, pictures
-    for camera in KITTI_CAMERAS:
-        folder = path / camera
-        if folder.is_dir():
-            pictures = _pictures_in(folder)
-            if pictures:
-                return folder, pictures
+    for folder in (path, *(path / camera for camera in KITTI_CAMERAS)):
+        if folder.is_dir() and (pictures := _pictures_in(folder)):
+            return folder, pictures
     bags = [entry for entry in path.iterdir() if entry.suffix in _BAG_SUFFIXES]
     if bags:
         raise SourceError(

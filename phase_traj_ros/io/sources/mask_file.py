@@ -6,8 +6,7 @@ from pathlib import Path
 
 from phase_traj_ros.core.correlation.mask import mask_shares
 from phase_traj_ros.errors import ParameterError, SourceError
-from phase_traj_ros.io.images.decoding import GreyImage
-from phase_traj_ros.io.images.picture_file import read_picture
+from phase_traj_ros.io.images.decoding import GreyImage, read_picture
 from phase_traj_ros.parameters import Parameters
 
 
