@@ -14,7 +14,6 @@ from phase_traj_ros.io.outputs.outputs import output_directory
 from phase_traj_ros.io.results.camera_file import CAMERA_FILE, write_camera
 from phase_traj_ros.io.results.content import (
     camera_content,
-    links_content,
     reliability_content,
     run_pairs,
     turn_list,
@@ -92,8 +91,7 @@ def _content(estimator: TrajectoryEstimator, source: str) -> dict[str, Any]:
         'turns': turn_list(estimator.turns),
         **({} if estimator.heading is None else _heading_content(estimator.heading)),
         'versions': versions(),
-        **way_content(estimator.way, unit=settings.length_unit),
-        **links_content(estimator.links, unit=settings.length_unit),
+        **way_content(estimator.way, estimator.links, unit=settings.length_unit),
     }
 
 
