@@ -207,18 +207,13 @@ def _types() -> Any:
 
 def _qos(*, latched: bool) -> Qos:
     """Return the quality of service of the node, so that ros2 bag play offers the same."""
-    from rosbags.interfaces import (
-        Qos,
-        QosDurability,
-        QosHistory,
-        QosLiveliness,
-        QosReliability,
-        QosTime,
-    )
-    endless = QosTime(9_223_372_036, 854_775_807)
-    return Qos(
-        history=QosHistory.KEEP_LAST, depth=1 if latched else 100,
-        reliability=QosReliability.RELIABLE,
-        durability=QosDurability.TRANSIENT_LOCAL if latched else QosDurability.VOLATILE,
-        deadline=endless, lifespan=endless, liveliness=QosLiveliness.AUTOMATIC,
+    from rosbags import interfaces
+    endless = interfaces.QosTime(9_223_372_036, 854_775_807)
+    return interfaces.Qos(
+        history=interfaces.QosHistory.KEEP_LAST, depth=1 if latched else 100,
+        reliability=interfaces.QosReliability.RELIABLE,
+        durability=(
+            interfaces.QosDurability.TRANSIENT_LOCAL if latched
+            else interfaces.QosDurability.VOLATILE),
+        deadline=endless, lifespan=endless, liveliness=interfaces.QosLiveliness.AUTOMATIC,
         liveliness_lease_duration=endless, avoid_ros_namespace_conventions=False)

@@ -46,9 +46,9 @@ def reliability_content(found: Reliability) -> dict[str, Any]:
     }
 
 
-def camera_content(camera: CameraInUse) -> dict[str, Any]:
-    """Return the camera in use in the form of the files."""
-    return {**asdict(camera), 'origin': camera.origin.value}
+def camera_content(camera: CameraInUse | None) -> dict[str, Any] | None:
+    """Return the camera in use in the form of the files; None if there is none."""
+    return None if camera is None else {**asdict(camera), 'origin': camera.origin.value}
 
 
 def turn_list(turns: Iterable[Turn]) -> list[dict[str, float]]:

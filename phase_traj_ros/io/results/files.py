@@ -95,7 +95,7 @@ def _heading_content(result: Replay) -> dict[str, Any]:
         'connectivity': result.parameters.connectivity,
         'path_from': result.parameters.drawn_from.value,
         'focal_px': result.focal_px,
-        'camera': None if result.camera is None else camera_content(result.camera),
+        'camera': camera_content(result.camera),
         'speed': result.parameters.speed,
         'heading_deg': [
             0.0, *(round(each, 4) for each in np.degrees(headings[:, 0]).tolist())],
