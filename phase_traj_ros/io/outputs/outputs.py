@@ -117,9 +117,9 @@ class Outputs:
             the names that no earlier run wrote.
 
         """
-        check_directory(target, names=names, inputs=self.inputs, force=self.force)
-        folder = real(target)
-        return self._stage(target, folder, Manifest.of(folder), adds=adds)
+        manifest = check_directory(
+            target, names=names, inputs=self.inputs, force=self.force)
+        return self._stage(target, manifest.folder, manifest, adds=adds)
 
     def file(self, target: Path) -> Path:
         """

@@ -11,7 +11,7 @@ from typing import Final, TypeAlias
 from phase_traj_ros.core.camera.model import CameraModel
 from phase_traj_ros.errors import FrameError, SourceError
 from phase_traj_ros.io.images.decoding import GreyImage
-from phase_traj_ros.io.sources.selection import Choice, Selection, Selector
+from phase_traj_ros.io.sources.selection import Selection, Selector
 
 DEFAULT_FPS: Final = 10.0
 """Frames per second, if neither the source nor the user gives a rate."""
@@ -198,11 +198,10 @@ class FrameSource(ABC):
             number = -1
             for candidate in candidates:
                 number = number + 1 if candidate.number is None else candidate.number
-                choice = selector.judge(candidate.stamp_ns)
-                if choice is Choice.STOP:
-                    break
-                if choice is Choice.USE:
+                if selector.judge(candidate.stamp_ns):
                     yield number, candidate
+                elif selector.over:
+                    break
             else:
                 self.frames = replace(self.frames, read=number + 1)
         if not selector.used:
@@ -230,12 +229,3 @@ def _decode(candidate: Candidate, number: int) -> StampedFrame:
 def index_stamp_ns(index: int, fps: float) -> int:
     """Return the stamp in nanoseconds of the frame with that index, at a constant rate."""
     return round(index * 1_000_000_000 / fps)
-
-
-def selected_count(stamps_ns: list[int], selection: Selection) -> int:
-    """Return how many frames with the given stamps are selected."""
-    selector = Selector(selection)
-    for stamp_ns in stamps_ns:
-        if selector.judge(stamp_ns) is Choice.STOP:
-            break
-    return selector.used

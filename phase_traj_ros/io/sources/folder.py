@@ -11,15 +11,9 @@ from phase_traj_ros.core.camera.model import CameraModel
 from phase_traj_ros.errors import reading, SourceError
 from phase_traj_ros.io.images.decoding import PICTURE_SUFFIXES, read_picture
 from phase_traj_ros.io.outputs.manifest import Manifest
-from phase_traj_ros.io.sources.base import (
-    Candidate,
-    DEFAULT_FPS,
-    FrameSource,
-    index_stamp_ns,
-    selected_count,
-)
+from phase_traj_ros.io.sources.base import Candidate, DEFAULT_FPS, FrameSource, index_stamp_ns
 from phase_traj_ros.io.sources.calib_file import kitti_camera, KITTI_CAMERAS
-from phase_traj_ros.io.sources.selection import EVERYTHING, Selection
+from phase_traj_ros.io.sources.selection import EVERYTHING, Selection, Selector
 from phase_traj_ros.io.sources.times_file import find_times, stamps_of_pictures
 
 _BAG_SUFFIXES = ('.mcap', '.db3')
@@ -59,7 +53,7 @@ class FolderSource(FrameSource):
         super().__init__(
             description=f'{folder} ({pictures}, {origin})',
             selection=selection,
-            frame_count=selected_count(self._stamps, selection),
+            frame_count=sum(map(Selector(selection).judge, self._stamps)),
             declared=len(self._pictures))
 
     def camera(self, *, rectified: bool) -> CameraModel | None:
