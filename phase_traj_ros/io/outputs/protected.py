@@ -76,10 +76,8 @@ def _identity(path: Path) -> tuple[int, int] | None:
 
 def _links_in(folder: Path) -> list[Path]:
     """Return the symbolic links in a folder; the pictures of a sequence may be elsewhere."""
-    if not folder.is_dir():
-        return []
-    with os.scandir(folder) as entries:
-        return [Path(entry.path) for entry in entries if entry.is_symlink()]
+    found = folder.iterdir() if folder.is_dir() else ()
+    return [path for path in found if path.is_symlink()]
 
 
 def refuse_foreign(manifest: Manifest, name: str, *, force: bool) -> None:

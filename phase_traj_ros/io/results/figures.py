@@ -50,28 +50,29 @@ def write_trajectory_picture(result: Replay, path: Path) -> None:
     output file, .png or .svg.
     """
     shown = overview(result)
-    heights = (1.5, 1, 1) if shown.heading_deg is None else (1.5, 1, 1, 1)
-    figure = new_figure(12, 2 + 1.3 * len(heights))
-    grid = figure.add_gridspec(
-        len(heights), 2, width_ratios=(1, 1.5), height_ratios=heights)
-    _draw_trajectory(figure.add_subplot(grid[:, 0]), shown.path, shown.turns)
-    shift = figure.add_subplot(grid[0, 1])
-    plots = [shift] + [
-        figure.add_subplot(grid[row, 1], sharex=shift) for row in range(1, len(heights))]
-    _draw_shift(shift, shown, result.threshold_px)
-    _draw_codes(plots[1], shown.seconds, result.movement, Movement, 'movement')
+    rows = ['shift', 'movement', 'direction', *['heading'] * (shown.heading_deg is not None)]
+    figure = new_figure(12, 2 + 1.3 * len(rows))
+    plots = figure.subplot_mosaic(
+        [['path', row] for row in rows], width_ratios=(1, 1.5),
+        height_ratios=(1.5, *[1] * (len(rows) - 1)))
+    _draw_trajectory(plots.pop('path'), shown.path, shown.turns)
+    _draw_shift(plots['shift'], shown, result.threshold_px)
+    _draw_codes(plots['movement'], shown.seconds, result.movement, Movement, 'movement')
     appended = [update.step.appended for update in result.updates]
     _draw_codes(
-        plots[2], shown.seconds[appended], result.direction, result.codes.directions, 'direction')
+        plots['direction'], shown.seconds[appended], result.direction, result.codes.directions,
+        'direction')
     if shown.heading_deg is not None:
-        _draw_curve(plots[3], shown.seconds, shown.heading_deg)
-        _title(plots[3], 'heading (degrees, left positive)')
-    _number_times(shift, shown.turns)
-    for plot in plots:
+        _draw_curve(plots['heading'], shown.seconds, shown.heading_deg)
+        _title(plots['heading'], 'heading (degrees, left positive)')
+    _number_times(plots['shift'], shown.turns)
+    for row, plot in plots.items():
+        if row != 'shift':
+            plot.sharex(plots['shift'])
         for mark in shown.turns:
             plot.axvspan(mark.start_s, mark.end_s, color=LIGHT.line, alpha=0.10, linewidth=0)
-        plot.tick_params(labelbottom=plot is plots[-1], labelsize=8)
-    plots[-1].set_xlabel('seconds since the first frame', fontsize=9)
+        plot.tick_params(labelbottom=row == rows[-1], labelsize=8)
+    plots[rows[-1]].set_xlabel('seconds since the first frame', fontsize=9)
     save(figure, path)
 
 

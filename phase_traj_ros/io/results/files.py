@@ -53,7 +53,8 @@ def write_chain_code(result: Replay, path: Path) -> None:
         'movement_runs': run_pairs(result.codes.movement.runs),
         'direction_runs': run_pairs(result.codes.direction.runs),
         'movement_packed': pack(result.movement).hex(),
-        **_direction_packed(result),
+        **({'direction_packed': pack(result.direction).hex()}
+           if result.codes.directions is Direction else {}),
         'status': [update.status.value for update in result.updates],
         **reliability_content(result.reliability),
         'cuts': [update.pair for update in result.updates if update.cut],
@@ -73,13 +74,6 @@ def write_chain_code(result: Replay, path: Path) -> None:
     if result.links is not None:
         content['links'] = [int(code) for code in result.links.series]
     write_json(content, path)
-
-
-def _direction_packed(result: Replay) -> dict[str, str]:
-    """Return the packed direction codes, two bits each; empty for eight directions."""
-    if result.codes.directions is not Direction:
-        return {}
-    return {'direction_packed': pack(result.direction).hex()}
 
 
 def _heading_content(result: Replay) -> dict[str, Any]:

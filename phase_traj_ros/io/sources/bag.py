@@ -81,16 +81,14 @@ class BagSource(FrameSource):
         self._ros = 1 if path.suffix.lower() == '.bag' and not path.is_dir() else 2
         self._reader, self._deserialise = _access(self._ros)
         with self._errors_explained(), self._reader(path) as reader:
-            topics = _topics_of(reader.connections)
-        self._topic = _choose_topic(path, topics, topic)
-        frame_count = None
-        if selection.is_everything and self._topic.count > 0:
-            frame_count = -(-self._topic.count // selection.every)
+            self._topics = _topics_of(reader.connections)
+        self._topic = _choose_topic(path, self._topics, topic)
+        declared = self._topic.count or None
         super().__init__(
             description=f'{path} (ROS {self._ros} bag, topic {self._topic.name})',
-            selection=selection,
-            frame_count=frame_count,
-            declared=self._topic.count or None)
+            selection=selection, declared=declared,
+            frame_count=-(-declared // selection.every)
+            if declared and selection.is_everything else None)
 
     def camera(self, *, rectified: bool) -> CameraModel | None:
         """
@@ -119,8 +117,7 @@ class BagSource(FrameSource):
         of metres per second) are skipped. Raises SourceError.
         """
         name = topic if topic.startswith('/') else f'/{topic}'
-        with self._errors_explained(), self._reader(self._path) as reader:
-            there = [each for each in _topics_of(reader.connections) if each.msgtype in SPEED_OF]
+        there = [each for each in self._topics if each.msgtype in SPEED_OF]
         types = [each.msgtype for each in there if each.name == name]
         if not types:
             raise SourceError(
