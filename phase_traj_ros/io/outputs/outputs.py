@@ -13,7 +13,6 @@ import os
 from pathlib import Path
 import shutil
 import tempfile
-import time
 from types import TracebackType
 from typing import Final
 
@@ -30,9 +29,6 @@ from phase_traj_ros.io.outputs.protected import (
 
 STAGING: Final = '.phase_traj-'
 """Beginning of the names of the folders for unfinished outputs."""
-
-# A folder that a run has just made may not be locked yet.
-_FRESH_S = 60.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -246,8 +242,8 @@ def _remove_abandoned(folder: Path) -> None:
             lock = os.open(staging, os.O_RDONLY)
             try:
                 fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-                if ((staging / 'made').is_dir() and not any(staging.glob('aside/*'))
-                        and time.time() - staging.stat().st_mtime > _FRESH_S):
+                # What a run makes after it has locked the folder.
+                if (staging / 'made').is_dir() and not any(staging.glob('aside/*')):
                     shutil.rmtree(staging)
             finally:
                 os.close(lock)

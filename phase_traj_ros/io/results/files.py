@@ -138,8 +138,10 @@ def shift_row(update: Update) -> dict[str, object]:
         row['distance_state'] = travel.state.value
         if update.speed is not None:
             row |= {
-                'distance': f'{travel.distance:.5f}', 'distance_variance': f'{travel.variance:.3e}',
-                'speed': f'{update.speed:.4f}', 'speed_variance': f'{update.speed_variance:.3e}'}
+                'distance': f'{travel.distance:.5f}',
+                'distance_variance': f'{travel.variance:.3e}',
+                'speed': f'{update.speed:.4f}',
+                'speed_variance': f'{update.speed_variance:.3e}'}
     return row
 
 
