@@ -321,9 +321,9 @@ def test_the_path_is_the_one_that_is_written(browser, turned, tmp_path, values):
 def test_pieces_of_pages():
     assert filled('{{a}}{{b}}', {'a': '{{b}}<', 'b': Markup('<i>')}) == '{{b}}&lt;<i>'
     assert '<td>&lt;x&gt;</td><td class=number>1</td>' in table(
-        [('<x>', '1')], numbers=(1,)).html
+        [('<x>', '1')], numbers=(1,))
     hostile = {'</script><!--': '&\u2028'}
-    text = script_json(hostile).html
+    text = script_json(hostile)
     assert not set(text) & set('<>&') and json.loads(text) == hostile
 
 

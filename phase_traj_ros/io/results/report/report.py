@@ -171,11 +171,12 @@ def _health(result: Replay, shown: Overview) -> Markup:
 def _settings(result: Replay) -> Markup:
     parameters, changed = result.parameters, result.parameters.changed
     camera = '' if result.camera is None else f'<p>Camera: {escape(str(result.camera))}.</p>'
-    note = Markup('<p>All parameters have their defaults.</p>')
-    every = _setting_rows(parameters, specs())
+    rows = (
+        _setting_rows(parameters, changed) if changed
+        else '<p>All parameters have their defaults.</p>')
     return Markup(
-        camera + (_setting_rows(parameters, changed) if changed else note).html
-        + f'<details><summary>All parameters</summary>{every.html}</details>')
+        f'{camera}{rows}<details><summary>All parameters</summary>'
+        f'{_setting_rows(parameters, specs())}</details>')
 
 
 def _setting_rows(parameters: Parameters, listed: Sequence[Spec]) -> Markup:
