@@ -39,24 +39,11 @@ def write_report(
     thumbnails: Sequence[Thumbnail] = (), left_out: bytes | None = None,
 ) -> None:
     """
-    Write the report.
+    Write the report, headed by ``title``.
 
-    Parameters
-    ----------
-    result
-        The replay.
-    path
-        The file to write.
-    title
-        Heading of the report, such as the name of the source.
-    picture
-        File of the picture to embed, .png or .svg.
-    thumbnails
-        Frames to show at the cursor.
-    left_out
-        JPEG picture of the areas that were left out as fixed to the camera; None if there are
-        none.
-
+    ``picture`` is the file of the picture to embed, .png or .svg. ``thumbnails`` are frames to
+    show at the cursor. ``left_out`` is a JPEG picture of the areas that were left out as fixed to
+    the camera; None if there are none.
     """
     shown = overview(result)
     content = filled(template('report.html'), {
