@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Writes the results of a replay as JSON, CSV, TUM and a picture."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 import csv
 from dataclasses import asdict
 from decimal import Decimal
@@ -38,7 +38,10 @@ def write_results(result: Replay, directory: Path) -> None:
     """Write all files into ``directory``."""
     write_chain_code(result, directory / 'chain_code.json')
     write_shifts(result, directory / 'shifts.csv')
-    write_tum(result, directory / 'trajectory.tum')
+    first = (result.first_stamp_ns, Corner(0, 0, 0.0, result.first_stamp_ns))
+    write_tum(
+        chain([first], ((update.stamp_ns, update.tip) for update in result.updates)),
+        directory / 'trajectory.tum')
     write_trajectory_picture(result, directory / 'trajectory.png')
 
 
@@ -145,24 +148,17 @@ def shift_row(update: Update) -> dict[str, object]:
     return row
 
 
-def write_tum(result: Replay, path: Path) -> None:
-    """Write the drawn trajectory in the TUM format, one pose per frame; see ``tum_lines``."""
-    first = (result.first_stamp_ns, Corner(0, 0, 0.0, result.first_stamp_ns))
-    with path.open('w', encoding='utf-8') as file:
-        file.writelines(tum_lines(
-            chain([first], ((update.stamp_ns, update.tip) for update in result.updates))))
-
-
-def tum_lines(poses: Iterable[tuple[int, Corner]]) -> Iterator[str]:
+def write_tum(poses: Iterable[tuple[int, Corner]], path: Path) -> None:
     """
-    Yield stamped corners as lines ``stamp x y z qx qy qz qw``.
+    Write stamped corners in the TUM format, as lines ``stamp x y z qx qy qz qw``.
 
     REP 103 axes, in metres if they are known, else in camera heights or in unitless steps.
     """
-    for stamp_ns, tip in poses:
-        half = tip.yaw / 2
-        orientation = f'0 0 {math.sin(half):.6f} {math.cos(half):.6f}'
-        yield f'{seconds_text(stamp_ns)} {tip.x:.9g} {tip.y:.9g} 0 {orientation}\n'
+    with path.open('w', encoding='utf-8') as file:
+        for stamp_ns, tip in poses:
+            half = tip.yaw / 2
+            orientation = f'0 0 {math.sin(half):.6f} {math.cos(half):.6f}'
+            file.write(f'{seconds_text(stamp_ns)} {tip.x:.9g} {tip.y:.9g} 0 {orientation}\n')
 
 
 def seconds_text(nanoseconds: int) -> str:

@@ -21,7 +21,7 @@ from phase_traj_ros.io.results.content import (
     write_json,
 )
 from phase_traj_ros.io.results.figures import write_path_picture
-from phase_traj_ros.io.results.files import tum_lines
+from phase_traj_ros.io.results.files import write_tum
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,9 +62,9 @@ class Snapshot:
         """
         with output_directory(directory) as staging:
             write_json(self.content, staging / 'chain_code.json')
-            (staging / 'trajectory.tum').write_text(
-                ''.join(tum_lines((corner.stamp_ns, corner) for corner in self.corners)),
-                encoding='utf-8')
+            write_tum(
+                ((corner.stamp_ns, corner) for corner in self.corners),
+                staging / 'trajectory.tum')
             points = np.array(
                 [(corner.x, corner.y) for corner in self.corners] or [(0, 0)], np.float64)
             write_path_picture(points, staging / 'trajectory.png')

@@ -79,7 +79,7 @@ class BagSource(FrameSource):
         self._path = path
         # A ROS 2 bag is a directory, whatever its suffix; a ROS 1 bag is a file.
         self._ros = 1 if path.suffix.lower() == '.bag' and not path.is_dir() else 2
-        self._reader, self._deserialise = _access(self._ros)
+        self._reader, self._deserialise = _access(path, self._ros)
         with self._errors_explained(), self._reader(path) as reader:
             self._topics = _topics_of(reader.connections)
         self._topic = _choose_topic(path, self._topics, topic)
@@ -202,7 +202,9 @@ class BagSource(FrameSource):
         return f'if the recording was cut off, `{repair}` may repair it'
 
 
-def _access(ros: int) -> tuple[Callable[[Path], Any], Callable[[bytes, str], Any]]:
+def _access(
+    path: Path, ros: int,
+) -> tuple[Callable[[Path], Any], Callable[[bytes, str], Any]]:
     """Return what opens a bag of ROS 1 or 2, and what deserialises, given bytes and type name."""
     try:
         from rosbags.typesys import get_typestore, Stores
@@ -210,8 +212,9 @@ def _access(ros: int) -> tuple[Callable[[Path], Any], Callable[[bytes, str], Any
             from rosbags.rosbag1 import Reader as Reader1
             return Reader1, get_typestore(Stores.ROS1_NOETIC).deserialize_ros1
         from rosbags.rosbag2 import Reader as Reader2
-        # Since it has this, it reads single files.
-        from rosbags.rosbag2.reader import DirectoryReader  # noqa: F401
+        if not path.is_dir():
+            # Since it has this, it reads single files.
+            from rosbags.rosbag2.reader import DirectoryReader  # noqa: F401
         return Reader2, get_typestore(Stores.ROS2_JAZZY).deserialize_cdr
     except ImportError as error:
         if ros == 2 and find_spec('rosbag2_py') is not None:

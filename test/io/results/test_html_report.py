@@ -16,7 +16,7 @@ from phase_traj_ros.core import Axes, normalised, to_axes
 from phase_traj_ros.io.replay.overview import overview
 from phase_traj_ros.io.replay.run import replay
 from phase_traj_ros.io.results.figures import write_trajectory_picture
-from phase_traj_ros.io.results.files import write_tum
+from phase_traj_ros.io.results.files import write_results
 from phase_traj_ros.io.results.report import report as html_report
 from phase_traj_ros.io.results.report.page import filled, Markup, script_json, table
 from phase_traj_ros.io.results.report.report import write_report
@@ -298,7 +298,7 @@ def test_the_path_is_the_one_that_is_written(browser, turned, tmp_path, values):
     camera, frames = turned
     result = report(
         tmp_path / 'report.html', frames, parameters=Parameters(focal_px=camera.fx, **values))
-    write_tum(result, tmp_path / 'trajectory.tum')
+    write_results(result, tmp_path)
     written = np.loadtxt(tmp_path / 'trajectory.tum')[:, 1:3]
     written = normalised(to_axes(written, Axes.FIGURE))
     page = browser.page(tmp_path / 'report.html', before=NOTE_LINES)
