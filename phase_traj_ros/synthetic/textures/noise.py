@@ -2,6 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Noise with the spectrum of natural textures, the base of all surfaces."""
 
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
 import numpy as np
 from phase_traj_ros.synthetic.arrays import Singles
 
@@ -42,3 +47,25 @@ class NoiseBank:
         columns = np.arange(left, left + width) % self._size
         patch: Singles = self._noises[slope][np.ix_(rows, columns)]
         return patch
+
+
+@dataclass(frozen=True, slots=True)
+class Sheet:
+    """A surface to be drawn: its size in metres, pixels per metre, and the sources of chance."""
+
+    rng: np.random.Generator
+    bank: NoiseBank
+    length: float
+    height: float
+    density: float
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Return the number of rows and columns."""
+        return (round(self.height * self.density), round(self.length * self.density))
+
+    def noise(self, slope: float, *, down: int = 1, across: int = 1) -> Singles:
+        """Return noise of the whole sheet, stretched by these factors."""
+        (rows, columns) = self.shape
+        patch = self.bank.patch(rows // down, columns // across, slope=slope)
+        return patch if down == across else np.asarray(cv2.resize(patch, (columns, rows)))
