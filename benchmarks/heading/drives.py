@@ -115,12 +115,12 @@ def rendered(name: str, camera: str) -> Ride:
     (lens, rate_hz) = CAMERAS[camera]
     drive = plan_drive(
         name, PLANS[name], rate_hz=rate_hz, speed=_SPEED, camera=lens, seed=17)
-    return _streamed(drive)
+    return streamed(drive)
 
 
 def named(name: str) -> Ride:
     """Return one of the package's named drives."""
-    return _streamed(named_drive(name))
+    return streamed(named_drive(name))
 
 
 def full_rides() -> list[Ride]:
@@ -131,11 +131,12 @@ def full_rides() -> list[Ride]:
     rides = []
     for sequence in FULL:
         poses = poses_from_kitti(np.loadtxt(root / 'poses' / f'{sequence}.txt'))
-        rides.append(_streamed(pose_drive(f'along KITTI {sequence}', poses, seed=1)))
+        rides.append(streamed(pose_drive(f'along KITTI {sequence}', poses, seed=1)))
     return rides
 
 
-def _streamed(drive: Drive) -> Ride:
+def streamed(drive: Drive) -> Ride:
+    """Return a drive as a ride whose frames are rendered on demand."""
     return Ride(
         drive.name, drive.camera, drive.stamps_ns.tolist(), np.unwrap(drive.poses[:, 2]),
         drive.poses[:, :2], lambda: render_drive(drive))

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import cv2
 import numpy as np
+from phase_traj_ros.core.camera.model import CameraModel, Distortion
 from phase_traj_ros.io.sources.folder import FolderSource
 from phase_traj_ros.synthetic import Camera, KITTI_CAMERA, named_drive, poses_from_kitti, render
 
@@ -67,6 +68,15 @@ def kitti_camera(source: FolderSource) -> Camera:
     return replace(
         KITTI_CAMERA, width=model.width, height=model.height, focal=model.fx, cx=model.cx,
         cy=model.cy)
+
+
+def model_of(camera: Camera) -> CameraModel:
+    """Return the calibration of a camera."""
+    return CameraModel(
+        width=camera.width, height=camera.height, fx=camera.focal, fy=camera.focal, cx=camera.cx,
+        cy=camera.cy,
+        distortion=Distortion.NONE if camera.fisheye is None else Distortion.FISHEYE,
+        coefficients=camera.fisheye or ())
 
 
 def kitti_clip(sequence: str, *, first: int = 0, count: int | None = None) -> Clip | None:
