@@ -61,11 +61,10 @@ def selection_of(options: Namespace) -> Selection:
     return Selection(start=options.start, duration=options.duration, every=options.every)
 
 
-def source_of(options: Namespace, source: Path | None = None) -> FrameSource:
-    """Open the source given by the options of ``add_source``, or ``source`` with these options."""
+def source_of(options: Namespace, source: Path) -> FrameSource:
+    """Open a source with the options of ``add_source``."""
     return open_source(
-        options.source if source is None else source, topic=options.topic,
-        selection=selection_of(options), fps=options.fps)
+        source, topic=options.topic, selection=selection_of(options), fps=options.fps)
 
 
 def add_parameters(parser: ArgumentParser) -> None:
