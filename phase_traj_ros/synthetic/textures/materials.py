@@ -7,7 +7,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import auto, Enum
-from functools import lru_cache
+from functools import cache
 
 import numpy as np
 from phase_traj_ros.synthetic.arrays import Bytes, Singles
@@ -63,10 +63,10 @@ class Materials:
     silhouettes: Silhouettes
 
 
-@lru_cache(maxsize=2)
-def materials(seed: int) -> Materials:
-    """Return the materials of this seed; they are shared and must not be changed."""
-    rng = np.random.default_rng((seed, 1))
+@cache
+def materials() -> Materials:
+    """Return the materials of all scenes; they are shared and must not be changed."""
+    rng = np.random.default_rng((0, 1))
     noise = NoiseBank(rng)
     pictures: list[Bytes] = []
     densities: list[float] = []

@@ -10,6 +10,9 @@ import cv2
 import numpy as np
 from phase_traj_ros.synthetic.arrays import Singles
 
+#: Size of a noise image of the bank, in pixels.
+_SIZE = 1024
+
 
 def spectral_noise(
     rng: np.random.Generator, height: int, width: int, *, slope: float,
@@ -33,18 +36,18 @@ def spectral_noise(
 class NoiseBank:
     """A few large noise images, generated once, from which patches are cut."""
 
-    def __init__(self, rng: np.random.Generator, *, size: int = 1024) -> None:
+    def __init__(self, rng: np.random.Generator) -> None:
         """Generate the noise images: white, fine (slope 0.5), natural (1) and soft (2)."""
         self._rng = rng
-        self._size = size
         self._noises = {
-            slope: spectral_noise(rng, size, size, slope=slope) for slope in (0.0, 0.5, 1.0, 2.0)}
+            slope: spectral_noise(rng, _SIZE, _SIZE, slope=slope)
+            for slope in (0.0, 0.5, 1.0, 2.0)}
 
     def patch(self, height: int, width: int, *, slope: float) -> Singles:
         """Return a random patch of shape (height, width); it repeats if larger than the bank."""
-        (top, left) = self._rng.integers(self._size, size=2)
-        rows = np.arange(top, top + height) % self._size
-        columns = np.arange(left, left + width) % self._size
+        (top, left) = self._rng.integers(_SIZE, size=2)
+        rows = np.arange(top, top + height) % _SIZE
+        columns = np.arange(left, left + width) % _SIZE
         patch: Singles = self._noises[slope][np.ix_(rows, columns)]
         return patch
 

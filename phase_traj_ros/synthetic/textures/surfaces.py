@@ -35,26 +35,21 @@ def roof(sheet: Sheet) -> Singles:
 
 
 def masonry(sheet: Sheet) -> Singles:
-    """Return a garden wall of rough stones, or a fence of boards."""
+    """Return a garden wall of rough stones."""
     (rng, density, columns) = (sheet.rng, sheet.density, sheet.shape[1])
     values = np.full(sheet.shape, rng.uniform(70, 180), np.float32)
-    if rng.random() < 0.5:
-        edges = np.cumsum(rng.uniform(0.09, 0.2, 400)) * density
-        board = np.searchsorted(edges, np.arange(columns))
-        values *= rng.normal(1.0, 0.16, 401).astype(np.float32)[board]
-        gaps = np.round(edges[edges < columns - 1]).astype(int)
-        values[:, gaps] *= 0.4
-    else:
-        z = 0.0
-        while z < sheet.height:
-            step = rng.uniform(0.15, 0.4)
-            (top, bottom) = (round(z * density), round((z + step) * density))
-            edges = np.cumsum(rng.uniform(0.2, 0.7, 120)) * density
-            stone = np.searchsorted(edges, np.arange(columns))
-            values[top:bottom] *= rng.normal(1.0, 0.16, 121).astype(np.float32)[stone]
-            values[top:top + 1] *= 0.5
-            values[top:bottom, np.round(edges[edges < columns - 1]).astype(int)] *= 0.5
-            z += step
+    # Not used, but drawn: the textures after it stay as they are.
+    rng.random()
+    z = 0.0
+    while z < sheet.height:
+        step = rng.uniform(0.15, 0.4)
+        (top, bottom) = (round(z * density), round((z + step) * density))
+        edges = np.cumsum(rng.uniform(0.2, 0.7, 120)) * density
+        stone = np.searchsorted(edges, np.arange(columns))
+        values[top:bottom] *= rng.normal(1.0, 0.16, 121).astype(np.float32)[stone]
+        values[top:top + 1] *= 0.5
+        values[top:bottom, np.round(edges[edges < columns - 1]).astype(int)] *= 0.5
+        z += step
     values *= 1.0 + 0.12 * sheet.noise(0.5)
     values[:round(0.08 * density)] = rng.uniform(90, 220)
     return values

@@ -37,7 +37,7 @@ def _scene(streets: Sequence[Street], clear_of: Floats, seed: int) -> Scene:
     angle = rng.uniform(0.0, 2 * np.pi)
     lines = [street.line for street in streets]
     town = Town(
-        rng=rng, materials=materials(0), poses=KeepOut([clear_of], CLEARANCE + _BETWEEN),
+        rng=rng, materials=materials(), poses=KeepOut([clear_of], CLEARANCE + _BETWEEN),
         corridors=KeepOut(lines, HALF_WIDTH - _INTO), roadways=KeepOut(lines, ROADWAY),
         sun=np.array([np.cos(angle), np.sin(angle)]))
     build(town, streets)
