@@ -28,12 +28,9 @@ SOURCE is one of
 
 def add_source(parser: ArgumentParser, *, several: bool = False) -> None:
     """Add SOURCE, or several of them, and the options that select frames."""
-    if several:
-        parser.add_argument(
-            'sources', metavar='SOURCE', type=Path, nargs='+', help='source of the frames')
-    else:
-        parser.add_argument(
-            'source', metavar='SOURCE', type=Path, help='source of the frames')
+    parser.add_argument(
+        'sources' if several else 'source', metavar='SOURCE', type=Path,
+        nargs='+' if several else None, help='source of the frames')
     parser.add_argument(
         '--topic', metavar='TOPIC', help='image topic of the bag, if it has several')
     parser.add_argument(
