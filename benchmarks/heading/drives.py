@@ -8,10 +8,9 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
-from benchmarks.shared.clips import kitti_camera, kitti_root
+from benchmarks.shared.clips import kitti, kitti_root
 import cv2
 import numpy as np
-from phase_traj_ros.io.sources.folder import FolderSource
 from phase_traj_ros.synthetic import (
     Camera,
     Drive,
@@ -92,16 +91,12 @@ class Ride:
 
 def real_rides() -> list[Ride]:
     """Return the real clips and their mirror images; empty if they are not available."""
-    root = kitti_root()
-    if root is None:
-        return []
     rides = []
     for sequence in REAL:
-        folder = root / sequence
-        source = FolderSource(folder / 'image_0')
-        taken = list(source)
-        camera = kitti_camera(source)
-        poses = poses_from_kitti(np.loadtxt(folder / 'poses.txt'))
+        there = kitti(sequence)
+        if there is None:
+            return []
+        camera, taken, poses = there
         frames = [frame.image for frame in taken]
         ride = Ride(
             f'KITTI {sequence}', camera, [frame.stamp_ns for frame in taken], poses[:, 2],
