@@ -11,7 +11,7 @@ import numpy as np
 from phase_traj_ros.synthetic.arrays import as_bytes, Bytes, Floats, Ints, Singles
 from phase_traj_ros.synthetic.camera import Camera, level_view, Pose
 from phase_traj_ros.synthetic.scene.scene import Scene
-from phase_traj_ros.synthetic.textures.atlas import level_of
+from phase_traj_ros.synthetic.textures.atlas import in_ripmap, level_of
 from phase_traj_ros.synthetic.view.panorama import draw_fisheye
 from phase_traj_ros.synthetic.view.visibility import cut, Strips, visible
 
@@ -72,11 +72,13 @@ def _draw_panels(scene: Scene, camera: Camera, strips: Strips) -> tuple[Bytes, B
     across = level_of(strips.stretch[strip] * density)
     upwards = level_of(depth / camera.focal * density)
     offset = np.clip(panels.offset[panel] + along, 0.0, atlas.length[texture])
-    columns = atlas.columns(atlas.left[texture] + offset * density, across)
+    columns = in_ripmap(
+        atlas.left[texture] + offset * density, across, atlas.image.shape[1])
     # The row in the atlas is linear in the row of the image.
     (step, at_horizon) = (depth / camera.focal, camera.above_ground - panels.base[panel])
-    top = atlas.rows(
-        atlas.bottom[texture] - (at_horizon + camera.cy * step) * density, upwards)
+    top = in_ripmap(
+        atlas.bottom[texture] - (at_horizon + camera.cy * step) * density, upwards,
+        atlas.image.shape[0])
     slope = step * density * 0.5 ** upwards
 
     rows = _spread(slope, length, camera)
