@@ -115,6 +115,9 @@ class BagMaker:
         typesys = pytest.importorskip('rosbags.typesys')
         store = typesys.Stores.ROS1_NOETIC if kind == 'ros1' else typesys.Stores.ROS2_JAZZY
         self.typestore = typesys.get_typestore(store)
+        if kind == 'ros1':
+            self.typestore.register(typesys.get_types_from_msg(
+                'geometry_msgs/TransformStamped[] transforms', 'tf2_msgs/msg/TFMessage'))
 
     def header(self, stamp_ns: int, frame_id: str = 'camera') -> Any:
         """Return a std_msgs/Header."""

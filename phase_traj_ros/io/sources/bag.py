@@ -222,10 +222,14 @@ def _access(
 ) -> tuple[Callable[[Path], Any], Callable[[bytes, str], Any]]:
     """Return what opens a bag of ROS 1 or 2, and what deserialises, given bytes and type name."""
     try:
-        from rosbags.typesys import get_typestore, Stores
+        from rosbags.typesys import get_types_from_msg, get_typestore, Stores
         if ros == 1:
             from rosbags.rosbag1 import Reader as Reader1
-            return Reader1, get_typestore(Stores.ROS1_NOETIC).deserialize_ros1
+            store = get_typestore(Stores.ROS1_NOETIC)
+            # It lacks this type.
+            store.register(get_types_from_msg(
+                'geometry_msgs/TransformStamped[] transforms', TF_TYPE))
+            return Reader1, store.deserialize_ros1
         from rosbags.rosbag2 import Reader as Reader2
         if not path.is_dir():
             # Since it has this, it reads single files.

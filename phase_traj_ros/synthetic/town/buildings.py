@@ -14,7 +14,7 @@ from phase_traj_ros.synthetic.scene.panels import Panel
 from phase_traj_ros.synthetic.textures.materials import Material, Materials
 from phase_traj_ros.synthetic.textures.silhouettes import Outline
 from phase_traj_ros.synthetic.town.keep_out import KeepOut
-from phase_traj_ros.synthetic.town.streets import Street
+from phase_traj_ros.synthetic.town.streets import HALF_WIDTH, Street
 
 #: Half the width of the carriageway, in metres.
 ROADWAY = 4.4
@@ -193,7 +193,7 @@ def _row_of_houses(town: Town, street: Street, side: float) -> None:
     while place < total - _NARROWEST:
         gap = rng.random() < 0.2
         width = min(rng.uniform(3.0, 8.0) if gap else rng.uniform(8.0, 15.0), total - place)
-        setback = street.half_width + rng.uniform(0.0, 1.6)
+        setback = HALF_WIDTH + rng.uniform(0.0, 1.6)
         (start, end) = street.beside(np.array([place, place + width]), side * setback)
         away = side * np.array([-(end - start)[1], (end - start)[0]])
         away /= max(float(np.hypot(*away)), 1e-9)
@@ -214,7 +214,7 @@ def _second_row(town: Town, street: Street, side: float) -> None:
     (rng, total) = (town.rng, street.lengths[-1])
     place = rng.uniform(0.0, 20.0)
     while place < total:
-        left = side * (street.half_width + rng.uniform(16.0, 32.0))
+        left = side * (HALF_WIDTH + rng.uniform(16.0, 32.0))
         (start, end) = street.beside(np.array([place, place + rng.uniform(10.0, 22.0)]), left)
         if rng.random() < 0.4:
             free = town.free_stretch(start, end)
@@ -232,7 +232,7 @@ def _furniture(town: Town, street: Street, side: float) -> None:
     (trees, cars) = (rng.uniform(9.0, 22.0), rng.uniform(0.25, 0.8))
     place = rng.uniform(0.0, trees)
     while place < total:
-        left = side * (street.half_width - rng.uniform(0.6, 1.2))
+        left = side * (HALF_WIDTH - rng.uniform(0.6, 1.2))
         town.tree(street.beside(np.array([place]), left)[0], size=rng.uniform(1.4, 2.1))
         place += trees * rng.uniform(0.6, 1.5)
     place = rng.uniform(0.0, 10.0)

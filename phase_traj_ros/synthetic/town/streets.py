@@ -14,6 +14,8 @@ import numpy.typing as npt
 from phase_traj_ros.errors import ParameterError
 from phase_traj_ros.synthetic.arrays import Floats, Ints
 
+#: Distance of the fronts of the houses from the middle of a street, in metres.
+HALF_WIDTH = 8.0
 #: How far a street extends beyond the end of a route or the last crossing, in metres.
 BEYOND = 100.0
 #: Length and distance of side streets, in metres.
@@ -41,13 +43,11 @@ class Street:
     """
     A street.
 
-    ``line``: its centre line, (N, 2) in metres, with points about a metre apart; ``half_width``:
-    distance to the fronts of the houses; ``again``: it repeats another street, so it is kept free
-    and paved, but nothing is built along it.
+    ``line``: its centre line, (N, 2) in metres, with points about a metre apart; ``again``: it
+    repeats another street, so it is kept free and paved, but nothing is built along it.
     """
 
     line: Floats
-    half_width: float = 8.0
     again: bool = False
 
     @cached_property

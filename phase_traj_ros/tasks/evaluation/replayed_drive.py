@@ -83,22 +83,19 @@ class ReplayedDrive:
         return Freeman if self.connectivity == 8 else Direction
 
     @property
+    def _appended(self) -> NDArray[np.int64]:
+        """Return how many directions there are up to each frame, (n,)."""
+        steps = [movement is not Movement.NO_CHANGE for movement in self.movement]
+        return np.cumsum([0, *steps])
+
+    @property
     def direction_at(self) -> NDArray[np.int64]:
         """Return the direction at each frame, (n,)."""
-        appended = iter(self.direction)
-        current: AnyDirection = self.directions.FORWARD
-        found = [current]
-        for movement in self.movement:
-            if movement is not Movement.NO_CHANGE:
-                current = next(appended)
-            found.append(current)
-        return np.array(found, np.int64)
+        return np.array([self.directions.FORWARD, *self.direction])[self._appended]
 
     def drawn_from_codes(self) -> NDArray[np.float64]:
         """Return the path drawn from the codes, as the position at each frame, (n, 2)."""
-        steps = np.array([movement is not Movement.NO_CHANGE for movement in self.movement])
-        reached = np.concatenate([[0], np.cumsum(steps)])
-        return np.asarray(vertices(self.direction, codes=self.directions)[reached])
+        return np.asarray(vertices(self.direction, codes=self.directions)[self._appended])
 
     def drawn_from_heading(self) -> NDArray[np.float64] | None:
         """Return the path with a unit step along the measured heading, (n, 2), REP 103 axes."""
