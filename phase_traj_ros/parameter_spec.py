@@ -54,13 +54,13 @@ class Spec:
     """Name of the field of ``Parameters``."""
     default: Value
     description: str
-    unit: str
-    minimum: float | None
-    maximum: float | None
-    step: int
-    choices: tuple[str, ...]
-    read_only: bool
-    group: Group
+    unit: str = ''
+    minimum: float | None = None
+    maximum: float | None = None
+    step: int = 1
+    choices: tuple[str, ...] = ()
+    read_only: bool = False
+    group: Group = Group.REST
 
     def check(self, value: object) -> None:
         """
@@ -129,12 +129,6 @@ class Spec:
             and (self.step == 1 or (value - self.minimum) % self.step == 0))
 
 
-def parameter(
-    default: Value, description: str, *, unit: str = '', minimum: float | None = None,
-    maximum: float | None = None, step: int = 1, choices: tuple[str, ...] = (),
-    read_only: bool = False, group: Group = Group.REST,
-) -> Any:
-    """Return the field of a dataclass that declares a parameter, see ``Spec``."""
-    return field(default=default, metadata={
-        'description': description, 'unit': unit, 'minimum': minimum, 'maximum': maximum,
-        'step': step, 'choices': choices, 'read_only': read_only, 'group': group})
+def parameter(default: Value, description: str, **details: Any) -> Any:
+    """Return the field of a dataclass that declares a parameter; for the details, see ``Spec``."""
+    return field(default=default, metadata={'description': description, **details})

@@ -28,7 +28,7 @@ def file(tmp_path):
 def test_paper_yaml_is_the_papers_rule():
     parameters = read_parameters(CONFIG / 'paper.yaml')
     assert parameters == Parameters(code_source='shift', threshold=16.0)
-    assert parameters.estimator_settings() == replace(
+    assert parameters.settings == replace(
         EstimatorSettings(), max_runs=100_000, max_speeds=10_000, max_corners=999)
 
 
@@ -41,9 +41,8 @@ def test_paper_yaml_is_the_papers_rule():
     ({'threshold': 9.0, 'path_from': 'heading'}, 'shift', 'heading'),
 ])
 def test_a_threshold_asks_for_the_papers_rule(values, codes_from, drawn_from):
-    parameters = Parameters(**values)
-    assert (parameters.codes_from.value, parameters.drawn_from.value) == (codes_from, drawn_from)
-    assert parameters.estimator_settings().code_source is parameters.codes_from
+    settings = Parameters(**values).settings
+    assert (settings.code_source.value, settings.drawn_from.value) == (codes_from, drawn_from)
 
 
 @pytest.mark.parametrize(
@@ -180,8 +179,8 @@ def test_the_papers_rule_has_its_own_group(file):
     assert unused.notices == (
         'no effect with code_source auto: shift.decimation, shift.confirm_frames, which belong to'
         " the paper's rule (code_source shift)",)
-    assert unused.estimator_settings() == Parameters().estimator_settings()
+    assert unused.settings == Parameters().settings
     used = unused.with_values({'threshold': 16.0})
     assert used.notices == ()
-    settings = used.estimator_settings()
+    settings = used.settings
     assert (settings.view.decimation, settings.confirm_frames) == (2, 3)

@@ -144,7 +144,7 @@ class Messages:
         if topic == LINKS:
             assert estimator.links is not None
             return self._types['std_msgs/msg/String'](data=str(describe_links(
-                estimator.links, unit=parameters.length_unit.value,
+                estimator.links, unit=parameters.settings.length_unit.value,
                 max_runs=TEXT_RUNS)))
         return self.path(
             estimator.path.points(MAX_PATH_POSES),

@@ -180,7 +180,7 @@ class Work:
         self._outputs.parameters = values
         coded_from = self._estimator.settings.code_source
         self._warnings.threshold_changed()
-        self._estimator.reconfigure(values.estimator_settings())
+        self._estimator.reconfigure(values.settings)
         if self._estimator.settings.code_source is not coded_from:
             self._outputs.publish_state()
             self._node.get_logger().info(f'restarted, with codes from the {self._coded_from()}')
@@ -228,7 +228,8 @@ class Work:
 
     def _publish_update(self, frame: StampedFrame, update: Update, estimated_ns: int) -> None:
         began = time.perf_counter_ns()
-        if self._mount is not None and not self._values.gives_speed:
+        settings = self._estimator.settings
+        if self._mount is not None and not (settings.speed or settings.awaits_speeds):
             update = self._mount.at_base(update)
         if update.camera is not None:
             self._node.get_logger().info(f'camera: {update.camera}')
@@ -253,12 +254,12 @@ class Work:
         return values if self._mount is None else self._mount.fill_in(values)[0]
 
     def _coded_from(self) -> str:
-        values = self._values
-        if values.codes_from is CodeSource.AUTO:
+        settings = self._estimator.settings
+        if settings.code_source is CodeSource.AUTO:
             return 'turns'
-        if values.codes_from_heading:
-            return f'heading, in {values.connectivity} directions'
-        return f'shift, threshold {values.threshold_px:g} px/frame'
+        if settings.by_heading:
+            return f'heading, in {settings.connectivity} directions'
+        return f'shift, threshold {settings.threshold:g} px/frame'
 
     def _on_camera(self, camera: CameraModel) -> None:
         self._estimator.use_lens(self._values.calibrated(camera))

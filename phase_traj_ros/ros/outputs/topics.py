@@ -54,7 +54,7 @@ class Outputs:
         self._debug_image = DebugImage(node, estimator)
         self._transform = TransformOutput(node) if parameters.publish_tf else None
         # Two poses in one frame would contradict each other: the transform uses the metric one.
-        self._placed_by = ODOMETRY.name if parameters.metric else 'pose'
+        self._placed_by = ODOMETRY.name if parameters.settings.metric else 'pose'
         self._schedule = Schedule(parameters)
         # A steady clock: a paused simulated time must not delay the last path.
         self._clock = Clock(clock_type=ClockType.STEADY_TIME)

@@ -81,7 +81,7 @@ def run_request(request: ReplayRequest, progress: Progress) -> Outcome:
         frames=result.frames, turns=len(turn_marks(result)), reliability=result.reliability,
         seconds=time.monotonic() - began, route=_route(result), way=result.way,
         counters=result.counters, missing=result.source_frames.missing,
-        length_unit=result.parameters.length_unit,
+        length_unit=result.parameters.settings.length_unit,
         camera='' if result.camera is None else str(result.camera))
 
 
@@ -101,7 +101,7 @@ def folder_of(request: ReplayRequest) -> str:
 
 def _replay(request: ReplayRequest, progress: Progress) -> Replay:
     with request.opened() as source:
-        passes = 2 if request.parameters.learns_camera and not request.one_pass else 1
+        passes = 2 if request.parameters.settings.learns_lens and not request.one_pass else 1
         total = None if source.frame_count is None else passes * source.frame_count
         done = count()
 

@@ -97,7 +97,7 @@ def test_the_same_messages(frames, tmp_path, values):
             stored[connection.topic.replace('/phase_traj/', '')].append(bytes(data))
 
     node = Node()
-    estimator = TrajectoryEstimator(parameters.estimator_settings())
+    estimator = TrajectoryEstimator(parameters.settings)
     outputs = Outputs(node, estimator, parameters)
     texts, movement = [], None
     for frame in frames:
@@ -113,7 +113,7 @@ def test_the_same_messages(frames, tmp_path, values):
     for topic in (*PER_PAIR, *more, 'debug_image'):
         assert node.publishers[topic].data == stored[topic], topic
         assert stored[topic]
-    for topic in ('odom', 'pose_with_covariance', 'speed') if parameters.metric else ():
+    for topic in ('odom', 'pose_with_covariance', 'speed') if parameters.settings.metric else ():
         assert node.publishers[topic].data == stored[topic], topic
         assert stored[topic] or 'speed' not in values
     assert len(stored['movement']) == len(frames) - 1
@@ -152,7 +152,7 @@ def test_the_timer_runs_while_there_is_news_that_waits(frames):
         def create_timer(self, *args, **kwargs):
             return timer
 
-    estimator = TrajectoryEstimator(Parameters().estimator_settings())
+    estimator = TrajectoryEstimator(Parameters().settings)
     outputs = Outputs(OneTimer(), estimator, Parameters())
     outputs.publish_state()
     assert timer.runs is False
@@ -186,7 +186,7 @@ def test_nothing_is_made_for_nobody(frames, monkeypatch):
             return Timer()
 
     node, parameters = Lonely(), Parameters()
-    estimator = TrajectoryEstimator(parameters.estimator_settings())
+    estimator = TrajectoryEstimator(parameters.settings)
     outputs = Outputs(node, estimator, parameters)
     for frame in frames:
         update = estimator.update(frame.image, frame.stamp_ns, encoding=frame.encoding)

@@ -98,14 +98,14 @@ def _facts(
 def _way(result: Replay) -> list[tuple[str, str]]:
     if not result.way.pairs:
         return []
-    unit = result.parameters.length_unit.value
+    unit = result.parameters.settings.length_unit.value
     links = [] if result.links is None else [('links', str(len(result.links.series)))]
     return [(f'distance, {unit}', f'{result.way.distance:.1f}'), *links]
 
 
 def _threshold(result: Replay) -> list[tuple[str, str]]:
     if result.threshold_px is None:
-        auto = result.parameters.codes_from is CodeSource.AUTO
+        auto = result.parameters.settings.code_source is CodeSource.AUTO
         return [('codes from', 'the turns' if auto else 'the heading')]
     return [('threshold, px per frame', f'{result.threshold_px:.4g}')]
 
@@ -209,7 +209,7 @@ def _codes(result: Replay) -> Markup:
 def _links(result: Replay) -> str:
     if result.links is None:
         return ''
-    series, unit = result.links.series, result.parameters.length_unit.value
+    series, unit = result.links.series, result.parameters.settings.length_unit.value
     return (
         f'<p class="runs">links of {result.links.step:g} {escape(unit)} ({len(series)}):'
         f' {_runs(series)}</p>')
