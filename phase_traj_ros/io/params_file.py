@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Reads the parameters of the node from a ROS parameter file, without ROS."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 import re
 from typing import Any
@@ -58,19 +58,9 @@ def read_parameters(path: Path) -> Parameters:
         gives a parameter that is unknown or not allowed.
 
     """
-    merged: dict[str, object] = {}
-    try:
-        sections = [values for node, values in _sections(path) if _is_meant(node)]
-        for section in sections:
-            merged.update(_flatten(section))
-    except RecursionError:
-        raise ParameterError(
-            f"{path} is nested without end: write '/**:' over '{_VALUES}:'") from None
-    if not sections:
-        raise ParameterError(
-            f'{path} has no parameters for the node {NODE_NAME!r}: put them under'
-            f" '/**:' or '{NODE_NAME}:', in '{_VALUES}:'")
-    own = {name: value for name, value in merged.items()
+    values = _values(path, NODE_NAME, lambda pattern: pattern.rpartition('/')[2] in (
+        NODE_NAME, '**', '*'))
+    own = {name: value for name, value in values.items()
            if name.split('.')[0] not in _OF_EVERY_NODE}
     try:
         return Parameters().with_values(own)
@@ -88,8 +78,7 @@ def check_syntax(path: Path) -> None:
         The file cannot be read, or is not a ROS parameter file.
 
     """
-    for _ in _sections(path):
-        pass
+    _sections(path)
 
 
 def values_for(path: Path, full_name: str) -> dict[str, object]:
@@ -105,13 +94,18 @@ def values_for(path: Path, full_name: str) -> dict[str, object]:
         The file cannot be read, is not a ROS parameter file, or has nothing for this node.
 
     """
-    sections = list(_sections(path))
-    own = [values for name, values in sections if _names_node(name, full_name)]
+    return _values(path, full_name, lambda pattern: _names_node(pattern, full_name))
+
+
+def _values(path: Path, node: str, is_meant: Callable[[str], bool]) -> dict[str, object]:
+    """Return the values of the sections that are meant; the last one applies."""
+    sections = _sections(path)
+    own = [values for pattern, values in sections if is_meant(pattern)]
     if not own:
-        others = ', '.join(name for name, _ in sections) or 'no node'
+        others = ', '.join(pattern for pattern, _ in sections) or 'no node'
         raise ParameterError(
-            f"{path} has parameters for {others}, not for {full_name}: put them under '/**:' or"
-            f" '{full_name}:', in '{_VALUES}:'")
+            f"{path} has parameters for {others}, not for {node}: put them under '/**:' or"
+            f" '{node}:', in '{_VALUES}:'")
     return {name: value for values in own for name, value in _flatten(values)}
 
 
@@ -128,7 +122,7 @@ def _config_folder() -> Path:
 
 def _is_for_node(path: Path) -> bool:
     try:
-        return any(_names_node(node, f'/{NODE_NAME}') for node, _ in _sections(path))
+        return bool(values_for(path, f'/{NODE_NAME}'))
     except ParameterError:
         return False
 
@@ -174,26 +168,24 @@ def _loaded(text: str) -> Any:
     return yaml.load(text, Loader=_Loader)
 
 
-def _is_meant(node: str) -> bool:
-    return node.rstrip('/').split('/')[-1] in (NODE_NAME, '**', '*')
-
-
-def _sections(path: Path) -> Iterator[tuple[str, Mapping[object, object]]]:
-    """Yield each node's name and values, in the order of the file."""
+def _sections(path: Path) -> list[tuple[str, Mapping[object, object]]]:
+    """Return each node's name and values, in the order of the file."""
     try:
         with path.open('rb') as file:
             text = file.read(_MOST_BYTES + 1)
         if len(text) > _MOST_BYTES:
             raise ParameterError(
                 f'{path} is larger than {_MOST_BYTES >> 10} KiB: give a ROS parameter file')
-        content = _loaded(text.decode('utf-8'))
+        return list(_find_sections(path, '', _loaded(text.decode('utf-8'))))
     except (OSError, UnicodeDecodeError) as error:
         reason = error.strerror if isinstance(error, OSError) else 'not a text file'
         raise ParameterError(f'cannot read the parameter file {path}: {reason}') from None
     except _NO_YAML as error:
         reason = ' '.join(str(error).split())
         raise ParameterError(f'{path} is not YAML: {reason}') from None
-    yield from _find_sections(path, '', content)
+    except RecursionError:
+        raise ParameterError(
+            f"{path} is nested without end: write '/**:' over '{_VALUES}:'") from None
 
 
 def _find_sections(

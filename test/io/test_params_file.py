@@ -82,7 +82,7 @@ camera:
     ('/**:\n  ros__parameters: {threshold: 2026-13-45}', 'is not YAML'),
     ('&all\n/**: *all\n', 'an alias'),
     ('[' * 5000, 'nested without end'),
-    ('camera:\n  ros__parameters: {exposure: 3}', 'no parameters for the node'),
+    ('camera:\n  ros__parameters: {exposure: 3}', 'for /camera, not for phase_traj: put'),
     ('/**:\n  ros__parameters: 3', 'holds no parameters'),
     ('/**:\n  ros_parameters: {threshold: 3.0}', "write 'ros__parameters', with two"),
     ('/**:\n  ros__parameters: {treshold: 3.0}', "did you mean 'threshold'"),

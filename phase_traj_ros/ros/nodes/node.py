@@ -7,7 +7,7 @@ from typing import Any, Final
 
 from phase_traj_ros.errors import PhaseTrajError
 from phase_traj_ros.io.messages.mounting import Mount
-from phase_traj_ros.parameter_spec import Group, Spec
+from phase_traj_ros.parameter_spec import Spec
 from phase_traj_ros.parameters import NODE_NAME, Parameters
 from phase_traj_ros.ros.declare import declare
 from phase_traj_ros.ros.nodes.bond import keep_bond
@@ -16,11 +16,9 @@ from phase_traj_ros.ros.nodes.work import Work
 from phase_traj_ros.ros.spin import names_explained
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
-
 _AUTOSTART: Final = Spec(
-    field='autostart', default=True,
-    description='Whether the node configures and activates itself at its start.', unit='',
-    minimum=None, maximum=None, step=1, choices=(), read_only=True, group=Group.REST)
+    field='autostart', default=True, read_only=True,
+    description='Whether the node configures and activates itself at its start.')
 
 
 class PhaseTrajNode(LifecycleNode):
