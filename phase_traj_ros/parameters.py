@@ -79,7 +79,7 @@ class Parameters:
         choices=tuple(each.value for each in CodeSource), read_only=True, group=Group.VEHICLE)
     connectivity: int = parameter(
         4, 'Number of directions of the direction code: 4 as in the paper, or 8 (Freeman). 8'
-        ' requires code_source heading.', minimum=4, maximum=8, step=4, read_only=True)
+        ' requires code_source heading.', choices=(4, 8), read_only=True)
     focal_px: float = parameter(
         0.0, 'Focal length of the camera in pixels of the full image. The heading and the turns'
         ' are measured with it. 0 if unknown.', unit='px', minimum=0.0, maximum=1e6,

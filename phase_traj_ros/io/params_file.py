@@ -154,7 +154,11 @@ def parse_assignment(text: str) -> tuple[str, object]:
 
 
 class _Loader(yaml.SafeLoader):  # type: ignore[misc]
-    """Refuses aliases, as ROS does: nested ones describe contents without bounds."""
+    """
+    Reads what ROS reads: no aliases, and floats of the form 1e1.
+
+    Nested aliases describe contents without bounds.
+    """
 
     def compose_node(self, parent: yaml.Node | None, index: int) -> yaml.Node | None:
         if self.check_event(yaml.AliasEvent):
@@ -162,6 +166,11 @@ class _Loader(yaml.SafeLoader):  # type: ignore[misc]
             raise yaml.composer.ComposerError(
                 None, None, 'an alias (*name): write its content in full', mark)
         return super().compose_node(parent, index)
+
+
+_Loader.add_implicit_resolver(
+    'tag:yaml.org,2002:float', re.compile(r'[-+]?(\d+\.?\d*|\.\d+)[eE][-+]?\d+$'),
+    list('-+.0123456789'))
 
 
 def _loaded(text: str) -> Any:

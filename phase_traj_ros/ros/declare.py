@@ -7,7 +7,7 @@ from typing import Any
 
 from phase_traj_ros.parameter_spec import Spec
 from phase_traj_ros.parameters import Parameters, specs
-from phase_traj_ros.ros.startup.overrides import initial_values, PREFIX
+from phase_traj_ros.ros.startup.overrides import initial_values
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
@@ -58,13 +58,6 @@ def changed(parameters: Parameters, updates: Iterable[Parameter]) -> Parameters:
         {update.name: update.value for update in updates if update.name in known})
 
 
-def unknown_overrides(node: Node) -> list[str]:
-    """Return the names of initial values that are not declared, and are probably misspelt."""
-    return sorted(
-        name for name in initial_values(node)
-        if not node.has_parameter(name) and not name.startswith(PREFIX))
-
-
 def _descriptor(spec: Spec) -> ParameterDescriptor:
     descriptor: Any = ParameterDescriptor(
         description=f'{spec.description} [{spec.unit}]' if spec.unit else spec.description,
@@ -77,6 +70,5 @@ def _descriptor(spec: Spec) -> ParameterDescriptor:
                 from_value=spec.minimum, to_value=spec.maximum)]
         else:
             descriptor.integer_range = [IntegerRange(
-                from_value=int(spec.minimum), to_value=int(spec.maximum),
-                step=spec.step)]
+                from_value=int(spec.minimum), to_value=int(spec.maximum), step=1)]
     return descriptor
