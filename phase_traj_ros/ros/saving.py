@@ -55,7 +55,7 @@ class Saving:
     def end_drive(self) -> None:
         """Save the drive, if it has frames and files are written; call it before a reset."""
         if self._folders is not None and self._estimator.frames:
-            self._save(self._log)
+            self._save(self._folders, self._log)
         self._folder = None
 
     def close(self) -> None:
@@ -63,21 +63,15 @@ class Saving:
         self.end_drive()
         self._writer.shutdown()
 
-    def _folder_of_drive(self) -> Path:
-        assert self._folders is not None
-        if self._folder is None:
-            self._folder = self._folders.make()
-        return self._folder
-
-    def _save(self, on_done: Callable[[bool, str], None]) -> None:
+    def _save(self, folders: 'DriveFolders', on_done: Callable[[bool, str], None]) -> None:
         """Write the present state, and pass on whether that worked, and where or why not."""
         try:
-            folder = self._folder_of_drive()
+            self._folder = self._folder or folders.make()
         except OutputError as error:
             on_done(False, str(error))
             return
         snapshot = Snapshot.of(self._estimator, source=self._source())
-        self._writer.submit(_write, snapshot, folder, on_done)
+        self._writer.submit(_write, snapshot, self._folder, on_done)
 
     def _log(self, success: bool, message: str) -> None:
         log = self._node.get_logger()
@@ -93,7 +87,7 @@ class Saving:
             response.message = 'the parameter output_dir is not set: start the node with one'
             return response
         done: Future = Future(executor=self._node.executor)
-        self._save(lambda *result: done.set_result(result))
+        self._save(self._folders, lambda *result: done.set_result(result))
         response.success, response.message = await done
         self._log(response.success, response.message)
         return response

@@ -48,44 +48,28 @@ class _Layout:
         return self.channels * self.bits // 8
 
 
-def _colour(channels: int, bits: int, code: int) -> _Layout:
-    return _Layout(channels, bits, _Conversion.COLOUR, code)
-
-
-def _mosaic(bits: int, code: int) -> _Layout:
-    return _Layout(1, bits, _Conversion.MOSAIC, code)
-
-
+_BGR = _Conversion.COLOUR, cv2.COLOR_BGR2GRAY
 _UYVY = _Layout(2, 8, _Conversion.LUMA, 1)
 _YUY2 = _Layout(2, 8, _Conversion.LUMA, 0)
 _NV = _Layout(1, 8, _Conversion.PLANE)
 
 # ROS names a mosaic by its first two rows from the corner on; OpenCV's original names start at the
-# second pixel of the second row. Hence rggb is BG here, and so on.
+# second pixel of the second row.
+_MOSAICS = {'rggb': 'BG', 'bggr': 'RG', 'gbrg': 'GR', 'grbg': 'GB'}
 _LAYOUTS = {
     'mono8': _Layout(1, 8),
     '8UC1': _Layout(1, 8),
     'mono16': _Layout(1, 16),
     '16UC1': _Layout(1, 16),
-    'rgb8': _colour(3, 8, cv2.COLOR_RGB2GRAY),
-    'bgr8': _colour(3, 8, cv2.COLOR_BGR2GRAY),
-    '8UC3': _colour(3, 8, cv2.COLOR_BGR2GRAY),
-    'rgba8': _colour(4, 8, cv2.COLOR_RGBA2GRAY),
-    'bgra8': _colour(4, 8, cv2.COLOR_BGRA2GRAY),
-    '8UC4': _colour(4, 8, cv2.COLOR_BGRA2GRAY),
-    'rgb16': _colour(3, 16, cv2.COLOR_RGB2GRAY),
-    'bgr16': _colour(3, 16, cv2.COLOR_BGR2GRAY),
-    '16UC3': _colour(3, 16, cv2.COLOR_BGR2GRAY),
-    'rgba16': _colour(4, 16, cv2.COLOR_RGBA2GRAY),
-    'bgra16': _colour(4, 16, cv2.COLOR_BGRA2GRAY),
-    'bayer_rggb8': _mosaic(8, cv2.COLOR_BayerBG2GRAY),
-    'bayer_bggr8': _mosaic(8, cv2.COLOR_BayerRG2GRAY),
-    'bayer_gbrg8': _mosaic(8, cv2.COLOR_BayerGR2GRAY),
-    'bayer_grbg8': _mosaic(8, cv2.COLOR_BayerGB2GRAY),
-    'bayer_rggb16': _mosaic(16, cv2.COLOR_BayerBG2GRAY),
-    'bayer_bggr16': _mosaic(16, cv2.COLOR_BayerRG2GRAY),
-    'bayer_gbrg16': _mosaic(16, cv2.COLOR_BayerGR2GRAY),
-    'bayer_grbg16': _mosaic(16, cv2.COLOR_BayerGB2GRAY),
+    **{f'{name}{bits}': _Layout(
+        len(name), bits, _Conversion.COLOUR, getattr(cv2, f'COLOR_{name.upper()}2GRAY'))
+       for bits in (8, 16) for name in ('rgb', 'bgr', 'rgba', 'bgra')},
+    '8UC3': _Layout(3, 8, *_BGR),
+    '8UC4': _Layout(4, 8, _Conversion.COLOUR, cv2.COLOR_BGRA2GRAY),
+    '16UC3': _Layout(3, 16, *_BGR),
+    **{f'bayer_{name}{bits}': _Layout(
+        1, bits, _Conversion.MOSAIC, getattr(cv2, f'COLOR_Bayer{code}2GRAY'))
+       for bits in (8, 16) for name, code in _MOSAICS.items()},
     'yuv422': _UYVY,
     'uyvy': _UYVY,
     'yuv422_yuy2': _YUY2,
