@@ -10,7 +10,6 @@ This module does not use rclpy. ``phase_traj_ros.ros.declare`` declares the tabl
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 from difflib import get_close_matches
-from enum import Enum
 from functools import cache, cached_property
 from typing import Any, cast, Final
 
@@ -44,13 +43,6 @@ _MAX_RUNS = 100_000
 _MAX_SPEEDS = 10_000
 
 
-class Transport(Enum):
-    """Transport of the images."""
-
-    RAW = 'raw'
-    COMPRESSED = 'compressed'
-
-
 @dataclass(frozen=True, kw_only=True)
 class Parameters:
     """
@@ -64,9 +56,8 @@ class Parameters:
     """
 
     image_transport: str = parameter(
-        Transport.RAW.value, 'Images to subscribe to: raw images on image, or compressed images'
-        ' on image/compressed.', choices=tuple(each.value for each in Transport),
-        read_only=True, group=Group.VEHICLE)
+        'raw', 'Images to subscribe to: raw images on image, or compressed images on'
+        ' image/compressed.', choices=('raw', 'compressed'), read_only=True, group=Group.VEHICLE)
     threshold: float = parameter(
         0.0, 'Horizontal shift between two frames from which a pair is a turn, as in the paper.'
         f' 0 leaves the choice to code_source; with code_source shift, 0 is {PAPER_THRESHOLD:g}.',

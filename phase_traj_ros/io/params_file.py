@@ -22,6 +22,17 @@ _OF_EVERY_NODE = (
     'use_sim_time', 'qos_overrides', 'start_type_description_service', 'autostart')
 
 
+def config_folder() -> Path:
+    """Return the folder ``config`` of the package: installed, or of a checkout."""
+    package = Path(__file__).resolve().parents[1]
+    # PREFIX/lib/pythonX/site-packages/phase_traj_ros
+    for prefix in package.parents[3:4]:
+        installed = prefix / 'share' / package.name / 'config'
+        if installed.is_dir():
+            return installed
+    return package.parent / 'config'
+
+
 def find_params_file(given: str | Path) -> Path:
     """
     Return the file of that path, or else the file of that name in the package's ``config/``.
@@ -34,7 +45,7 @@ def find_params_file(given: str | Path) -> Path:
         There is no such file.
 
     """
-    config = _config_folder()
+    config = config_folder()
     for path in (Path(given).expanduser(), config / given):
         if path.exists() and not path.is_dir():
             return path
@@ -107,17 +118,6 @@ def _values(path: Path, node: str, is_meant: Callable[[str], bool]) -> dict[str,
             f"{path} has parameters for {others}, not for {node}: put them under '/**:' or"
             f" '{node}:', in '{_VALUES}:'")
     return {name: value for values in own for name, value in _flatten(values)}
-
-
-def _config_folder() -> Path:
-    """Return the folder with the package's parameter files: installed, or of a checkout."""
-    package = Path(__file__).resolve().parents[1]
-    # PREFIX/lib/pythonX/site-packages/phase_traj_ros
-    for prefix in package.parents[3:4]:
-        installed = prefix / 'share' / package.name / 'config'
-        if installed.is_dir():
-            return installed
-    return package.parent / 'config'
 
 
 def _is_for_node(path: Path) -> bool:

@@ -4,6 +4,7 @@
 
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 from itertools import count
 from pathlib import Path
 import tempfile
@@ -29,10 +30,10 @@ class Saving:
 
     def __init__(
         self, node: Node, entities: Entities, parameters: Parameters,
-        estimator: TrajectoryEstimator, source: Callable[[], str],
+        estimator: TrajectoryEstimator, source: str,
     ) -> None:
         """
-        Offer ``~/save`` on ``node``; ``source`` returns the name of the image topic.
+        Offer ``~/save`` on ``node``; ``source`` is the name of the image topic.
 
         Raises
         ------
@@ -70,7 +71,7 @@ class Saving:
         except OutputError as error:
             on_done(False, str(error))
             return
-        snapshot = Snapshot.of(self._estimator, source=self._source())
+        snapshot = Snapshot.of(self._estimator, source=self._source)
         self._writer.submit(_write, snapshot, self._folder, on_done)
 
     def _log(self, success: bool, message: str) -> None:
@@ -124,14 +125,12 @@ class DriveFolders:
 
         """
         with writing_to(self._parent):
-            for number in count(1):
-                folder = self._parent / f'{self._name}_{number}'
-                try:
+            numbers = count(1)
+            while True:
+                folder = self._parent / f'{self._name}_{next(numbers)}'
+                with suppress(FileExistsError):
                     folder.mkdir(parents=True)
-                except FileExistsError:
-                    continue
-                return folder
-        raise AssertionError
+                    return folder
 
 
 def _write(snapshot: Snapshot, folder: Path, on_done: Callable[[bool, str], None]) -> None:

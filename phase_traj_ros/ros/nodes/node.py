@@ -72,16 +72,10 @@ class PhaseTrajNode(LifecycleNode):
         return self._attempt(self._deactivate)
 
     def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Destroy topics and services."""
+        """Destroy topics and services; after an error, the node can be configured again."""
         return self._attempt(self._clean_up)
 
-    def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Destroy topics and services, in any state."""
-        return self._attempt(self._clean_up)
-
-    def on_error(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Destroy topics and services, so that the node can be configured again."""
-        return self._attempt(self._clean_up)
+    on_shutdown = on_error = on_cleanup
 
     def destroy_node(self) -> None:
         """Destroy the node with its topics and services."""

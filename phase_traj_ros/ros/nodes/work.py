@@ -97,8 +97,7 @@ class Work:
         with self._offered as offered:
             self._outputs = Outputs(offered, self._estimator, values)
             self._saving = Saving(
-                node, offered, values, self._estimator,
-                lambda: image_topic(node, self._values))
+                node, offered, values, self._estimator, image_topic(node, values))
             offered.create_service(Trigger, '~/reset', self._on_reset)
             if values.map_file:
                 self._location = Location(node, offered, values)
@@ -148,8 +147,7 @@ class Work:
 
     def restart(self) -> None:
         """Save the drive, reset the estimator and publish its state."""
-        self._saving.end_drive()
-        self._interrupt_location()
+        self._end_drive()
         self._stream.reset()
         self._outputs.publish_state()
 
@@ -215,8 +213,7 @@ class Work:
     def _publish(self, outcome: Outcome[StampedFrame], estimated_ns: int = 0) -> None:
         match outcome:
             case Restarted(newest_ns, stamp_ns):
-                self._saving.end_drive()
-                self._interrupt_location()
+                self._end_drive()
                 went = 'back' if stamp_ns < newest_ns else 'on'
                 self._node.get_logger().warning(
                     f'time went {went} by {abs(newest_ns - stamp_ns) / 1e9:.3f} s, from'
@@ -246,7 +243,8 @@ class Work:
         self._health.took(Stage.CODE, estimated_ns - correlate_ns)
         self._health.took(Stage.PUBLISH, time.perf_counter_ns() - began)
 
-    def _interrupt_location(self) -> None:
+    def _end_drive(self) -> None:
+        self._saving.end_drive()
         if self._location is not None:
             self._location.interrupt(self._estimator.last_stamp_ns or 0)
 

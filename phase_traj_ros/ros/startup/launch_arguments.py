@@ -12,7 +12,7 @@ from typing import Final
 
 from phase_traj_ros.errors import ParameterError
 from phase_traj_ros.io.params_file import find_params_file, parse_assignment, values_for
-from phase_traj_ros.parameters import NODE_NAME, Parameters, specs, Transport
+from phase_traj_ros.parameters import NODE_NAME, Parameters, specs
 from phase_traj_ros.ros.spin import names_explained
 from phase_traj_ros.ros.startup.overrides import check_override, PREFIX
 from rclpy.expand_topic_name import expand_topic_name
@@ -30,7 +30,7 @@ ARGUMENTS: Final = {
     'camera_info': (
         '', 'Topic of its calibration. Empty: the one next to the image topic.'),
     'image_transport': (
-        Transport.RAW.value, 'raw, or compressed for the images on IMAGE/compressed.'),
+        'raw', 'raw, or compressed for the images on IMAGE/compressed.'),
     'speed': (
         '', "Topic of the vehicle's speed, or a constant speed in m/s. Empty: none."),
     'params_file': (
@@ -115,7 +115,7 @@ def node_start(
     if flags['reliable']:
         topic = _full_topic(
             {'image': 'image', **remappings, **remapped}['image'], name, namespace)
-        compressed = values.get('image_transport') == Transport.COMPRESSED.value
+        compressed = values.get('image_transport') == 'compressed'
         prefix = f'{PREFIX}{topic}{"/compressed" if compressed else ""}.subscription'
         own |= {f'{prefix}.reliability': 'reliable', f'{prefix}.history': 'keep_all'}
     ros_arguments = [part for origin, topic in remapped.items()
