@@ -206,9 +206,8 @@ class Work:
             began = time.perf_counter_ns()
         self._warnings.of_stamps()
         if unusable is not None:
-            if self._camera is not None and self._estimator.settings.awaits_lens:
-                self._camera.require()
-            raise FrameError(unusable)
+            awaited = self._camera if self._estimator.settings.awaits_lens else None
+            raise FrameError((awaited and awaited.missing) or unusable)
 
     def _publish(self, outcome: Outcome[StampedFrame], estimated_ns: int = 0) -> None:
         match outcome:
