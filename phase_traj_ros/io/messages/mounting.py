@@ -3,8 +3,9 @@
 """
 How the camera is mounted on the vehicle, from the transforms on /tf_static.
 
-This module does not need ROS: it accepts any object with the fields of tf2_msgs/TFMessage. Sources: REP 103 (axes of bodies and of optical frames), REP 105
-(base_link) and REP 120 (base_footprint).
+This module does not need ROS: it accepts any object with the fields of tf2_msgs/TFMessage.
+Sources: REP 103 (axes of bodies and of optical frames), REP 105 (base_link) and REP 120
+(base_footprint).
 """
 
 from collections.abc import Iterator

@@ -3,8 +3,8 @@
 """
 Frames from ROS 2 and ROS 1 bags, without ROS: read by rosbags, or else by rosbag2_py.
 
-Only images, the CameraInfo of their camera and speeds are deserialised, with the standard ROS
-definitions of these types. So a bag opens whatever other types it contains.
+Only images, the CameraInfo of their camera, speeds and /tf_static are deserialised, with the
+standard ROS definitions of these types. So a bag opens whatever other types it contains.
 """
 
 from collections.abc import Callable, Collection, Generator, Iterable, Iterator

@@ -79,7 +79,7 @@ def test_a_bag_with_its_transforms_is_replayed_in_metres(tmp_path, mcap_maker):
         '/tf_static': (TF, [(int(drive.stamps_ns[0]), mcap_maker.transforms(
             ('base_link', 'camera', (1.0, 0.0, 1.5), AHEAD)))])})
     with open_source(path) as source:
-        result = replay_source(source, ReplayRequest(path))
-    assert result.parameters.length_unit is LengthUnit.METRE
+        result = replay_source(source, ReplayRequest(source=path))
+    assert result.parameters.settings.length_unit is LengthUnit.METRE
     assert result.way.distance == pytest.approx(18.0, rel=0.03)
     assert result.problems == ()

@@ -71,7 +71,8 @@ def _facts(result: Replay, shown: Overview) -> Iterator[tuple[str, str]]:
     yield 'movement codes', f'{len(result.movement)}'
     yield 'direction codes', f'{len(result.direction)}'
     if result.way.pairs:
-        yield f'distance, {result.parameters.settings.length_unit.value}', f'{result.way.distance:.1f}'
+        unit = result.parameters.settings.length_unit.value
+        yield f'distance, {unit}', f'{result.way.distance:.1f}'
         if result.links is not None:
             yield 'links', f'{len(result.links.series)}'
     if result.threshold_px is not None:
