@@ -166,7 +166,6 @@ class SelfCalibration:
         focal, focal_deviation = _moments(density.sum(axis=1), _FOCALS)
         straight, straight_deviation = _moments(density.sum(axis=0), _STRAIGHTS)
         column, column_deviation = _moments(_density(self._column), _COLUMNS)
-        horizon = self._horizon.horizon
         height, width = shape
         return CameraEstimate(
             width=width, height=height, focal_px=math.exp(focal) * width,
@@ -174,10 +173,7 @@ class SelfCalibration:
             straightness=straight, straightness_deviation=straight_deviation,
             column_px=column * width,
             column_deviation_px=column_deviation * width,
-            pitch_deg=math.degrees(horizon.pitch),
-            pitch_deviation_deg=math.degrees(horizon.pitch_deviation),
-            roll_deg=math.degrees(horizon.roll),
-            roll_deviation_deg=math.degrees(horizon.roll_deviation), turns=self._fits)
+            **self._horizon.horizon.degrees(), turns=self._fits)
 
     def _learn(self, tracks: TurnTracks | None) -> bool:
         """Fit a part of a turn, if there is one, and add the result."""

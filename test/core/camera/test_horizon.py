@@ -6,7 +6,6 @@ import math
 
 import numpy as np
 from phase_traj_ros.core.camera.horizon import combined, Horizon, HorizonEstimator
-from phase_traj_ros.core.camera.lens_family import OneNumberLens
 from phase_traj_ros.synthetic.camera import BODY_TO_PICTURE, rotation
 import pytest
 
@@ -27,13 +26,6 @@ def test_levelling_makes_down_point_down_and_keeps_ahead_ahead():
     (right, _, ahead) = level @ (0, 0, 1)
     assert right == pytest.approx(0.0, abs=1e-12)
     assert ahead > 0.9
-
-
-def test_a_camera_that_looks_down_sees_the_horizon_above_its_middle():
-    lens = OneNumberLens(200.0)
-    assert Horizon().row(lens, 240) == 119.5
-    assert Horizon(PITCH).row(lens, 240) == pytest.approx(119.5 - 200 * math.tan(PITCH))
-    assert Horizon(-PITCH).row(lens, 240) == pytest.approx(119.5 + 200 * math.tan(PITCH))
 
 
 def test_the_axes_of_turns_tell_pitch_and_roll():
