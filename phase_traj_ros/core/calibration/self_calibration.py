@@ -3,17 +3,16 @@
 """
 Learns the camera from the drive: from frames to an estimate of lens and horizon.
 
-The main evidence is the motion of points through the image in a turn (``turn_fit``). A prior over
-cameras and, with a small weight, the right angles of streets are added. The evidence is collected
-as the probability of each focal length and straightness on a grid, so a wrong fit is outvoted, and
-the memory is constant.
+The evidence is the motion of points through the image in a turn (``turn_fit``), and a prior over
+cameras. It is collected as the probability of each focal length and straightness on a grid, so a
+wrong fit is outvoted, and the memory is constant.
 """
 
 import math
 
 import numpy as np
 from numpy.typing import NDArray
-from phase_traj_ros.core.calibration.right_angles import RightAngles
+from phase_traj_ros.core.calibration.algebra import Numbers
 from phase_traj_ros.core.calibration.tuning import TUNING
 from phase_traj_ros.core.calibration.turn_fit import fit_turn, TurnFit
 from phase_traj_ros.core.calibration.turn_tracks import TurnFollower, TurnTracks
@@ -37,9 +36,9 @@ class SelfCalibration:
     Deterministic: the same frames give the same estimate.
     """
 
-    def __init__(self, *, mask: NDArray[np.uint8] | None = None) -> None:
-        """Make an estimator before the first frame; pixels with ``mask`` (H, W) 0 are ignored."""
-        self._follower = TurnFollower(mask=mask)
+    def __init__(self) -> None:
+        """Make an estimator before the first frame."""
+        self._follower = TurnFollower()
         self._shape: tuple[int, int] | None = None
         # First and last stamp of all frames.
         self._seen_ns: tuple[int, int] | None = None
@@ -49,19 +48,16 @@ class SelfCalibration:
     def forget(self) -> None:
         """Restart with the prior."""
         self._follower.cut()
-        usual = -0.5 * ((_FOCALS - math.log(TUNING.usual_focal)) / TUNING.focal_spread) ** 2
-        pinholes = TUNING.pinhole_share
-        kinds = pinholes / TUNING.pinhole_deviation * _bell(
-            _STRAIGHTS, PINHOLE, TUNING.pinhole_deviation)
-        kinds += (1.0 - pinholes) / TUNING.fisheye_deviation * _bell(
-            _STRAIGHTS, TUNING.fisheye_straightness, TUNING.fisheye_deviation)
-        self._log: NDArray[np.float64] = usual[:, None] + np.log(kinds)
-        self._angles = RightAngles(_FOCALS, weight=TUNING.right_angles_weight)
+        usual = _normal(_FOCALS, math.log(TUNING.usual_focal), TUNING.focal_spread)
+        pinholes = _normal(_STRAIGHTS, PINHOLE, TUNING.pinhole_deviation)
+        fisheyes = _normal(_STRAIGHTS, TUNING.fisheye_straightness, TUNING.fisheye_deviation)
+        share, cropped = TUNING.pinhole_share, TUNING.cropped_share
+        self._log: Numbers = np.log(
+            usual[:, None] * (share * pinholes + (1.0 - share) * fisheyes))
+        whole = _normal(_COLUMNS, 0.0, TUNING.column_deviation)
+        self._column: Numbers = np.log(
+            (1.0 - cropped) * whole + cropped / np.ptp(_COLUMNS))
         self._horizon = HorizonEstimator()
-        aside, cropped = TUNING.column_deviation, TUNING.cropped_share
-        self._column: NDArray[np.float64] = np.log(
-            (1.0 - cropped) / (aside * math.sqrt(2.0 * math.pi)) * _bell(_COLUMNS, 0.0, aside)
-            + cropped / np.ptp(_COLUMNS))
         self._frames, self._tried, self._fits = 0, 0, 0
         self._estimate: CameraEstimate | None = None
 
@@ -116,22 +112,6 @@ class SelfCalibration:
         """Use the turn in progress at the end; return whether the estimate has changed."""
         return self._learn(self._follower.finish())
 
-    def add_turn(self, angle_deg: float, *, focal_px: float) -> None:
-        """
-        Add the angle of a turn, measured with a focal length, as evidence of right angles.
-
-        Raises
-        ------
-        ValueError
-            The angle is not finite, or the focal length is not a finite number above 0.
-
-        """
-        if self._again:
-            return
-        width = 1 if self._shape is None else self._shape[1]
-        self._angles.add(angle_deg, focal=focal_px / width)
-        self._estimate = None
-
     def add_travel(self, slope: float, deviation: float) -> None:
         """Add the direction of travel on a straight; see ``HorizonEstimator.add_travel``."""
         if self._again:
@@ -162,17 +142,16 @@ class SelfCalibration:
         return self._estimate
 
     def _found(self, shape: tuple[int, int]) -> CameraEstimate:
-        density = _density(self._log + self._angles.log_likelihood[:, None])
+        density = _density(self._log)
         focal, focal_deviation = _moments(density.sum(axis=1), _FOCALS)
         straight, straight_deviation = _moments(density.sum(axis=0), _STRAIGHTS)
-        column, column_deviation = _moments(_density(self._column), _COLUMNS)
+        column, column_deviation = _moments(_density(self._column), _COLUMNS * shape[1])
         height, width = shape
         return CameraEstimate(
             width=width, height=height, focal_px=math.exp(focal) * width,
             focal_deviation=math.hypot(focal_deviation, CAMERA.common_error),
             straightness=straight, straightness_deviation=straight_deviation,
-            column_px=column * width,
-            column_deviation_px=column_deviation * width,
+            column_px=column, column_deviation_px=column_deviation,
             **self._horizon.horizon.degrees(), turns=self._fits)
 
     def _learn(self, tracks: TurnTracks | None) -> bool:
@@ -219,29 +198,28 @@ class SelfCalibration:
         return fit if math.sqrt(fit.covariance[0, 0]) < TUNING.most_deviation else None
 
 
-def _bell(
-    values: NDArray[np.float64], mean: float, deviation: float,
-) -> NDArray[np.float64]:
-    return np.asarray(np.exp(-0.5 * ((values - mean) / deviation) ** 2), np.float64)
+def _normal(values: Numbers, mean: float, deviation: float) -> Numbers:
+    scaled = np.exp(-0.5 * ((values - mean) / deviation) ** 2)
+    return np.asarray(scaled / (deviation * math.sqrt(2.0 * math.pi)), np.float64)
 
 
-def _density(log: NDArray[np.float64]) -> NDArray[np.float64]:
+def _density(log: Numbers) -> Numbers:
     density = np.exp(log - log.max())
     return np.asarray(density / density.sum(), np.float64)
 
 
-def _student(distance: NDArray[np.float64], dimensions: int) -> NDArray[np.float64]:
+def _student(distance: Numbers, dimensions: int) -> Numbers:
     """Return the log of Student's distribution at squared distances, in standard deviations."""
     return np.asarray(
         -(TUNING.freedom + dimensions) / 2.0 * np.log1p(distance / TUNING.freedom), np.float64)
 
 
-def _moments(density: NDArray[np.float64], values: NDArray[np.float64]) -> tuple[float, float]:
+def _moments(density: Numbers, values: Numbers) -> tuple[float, float]:
     mean = float(density @ values)
     return mean, math.sqrt(float(density @ (values - mean) ** 2))
 
 
-def _log_likelihood(fit: TurnFit, width: int) -> NDArray[np.float64]:
+def _log_likelihood(fit: TurnFit, width: int) -> Numbers:
     """Return the log-likelihood of a fit for each focal length and straightness of the grid."""
     covariance = TUNING.unsure ** 2 * max(fit.cost, 1.0) * fit.covariance[:2, :2]
     covariance = covariance + np.diag(np.square((TUNING.wrong_focal, TUNING.wrong_straightness)))

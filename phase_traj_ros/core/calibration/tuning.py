@@ -176,24 +176,5 @@ class CalibrationTuning:
     """Change of pitch and roll of a vehicle between the ends of a turn, in radians. The smaller
     the turn, the larger is its effect on the axis."""
 
-    # Right angles of streets, in degrees.
-    right_angles_weight: float = 0.25
-    """Weight of the angle of a turn: turns of one place are similar, right angles or not."""
-    least_turn_deg: float = 30.0
-    """Least turn whose angle is used."""
-    right_shares: tuple[float, ...] = (0.05, 0.15, 0.3, 0.45, 0.6, 0.75, 0.9)
-    """Possible shares of right angles among the turns, equally probable."""
-    angle_deviation_deg: float = 7.0
-    """Standard deviation of a right angle, ..."""
-    u_turn_share: float = 0.08
-    """...of which these are U-turns."""
-    mean_bend_deg: float = 40.0
-    """Mean angle of the other turns, of which small ones are more frequent."""
-    odd_share: float = 0.05
-    """Share of turns that fit none of these, such as on ramps of car parks: they must not favour
-    any scale..."""
-    odd_decades: float = 5.0
-    """...within this range of it, as a natural logarithm."""
-
 
 TUNING = CalibrationTuning()

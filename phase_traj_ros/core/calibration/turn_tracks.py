@@ -15,14 +15,13 @@ import math
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from phase_traj_ros.core.calibration.algebra import Numbers
 from phase_traj_ros.core.calibration.tuning import TUNING
 from phase_traj_ros.core.correlation.phase_correlation import Frame
 from phase_traj_ros.core.correlation.view import reduced
 
 Bytes = NDArray[np.uint8]
 Places = NDArray[np.float32]
-Numbers = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 _STOP = (
     cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, TUNING.search_steps, TUNING.search_px)
@@ -47,8 +46,8 @@ class TurnTracks:
         Number of pixels along a side that were averaged into one for the tracking.
     """
 
-    point: Indices
-    frame: Indices
+    point: NDArray[np.int64]
+    frame: NDArray[np.int64]
     place: Numbers
     flow: Numbers
     seconds: Numbers
@@ -65,10 +64,10 @@ class TurnTracks:
 class TurnFollower:
     """Tracks points through turns; it stores one stretch at a time."""
 
-    def __init__(self, *, mask: NDArray[np.uint8] | None = None) -> None:
-        """Make a tracker; pixels with ``mask`` (H, W) 0 are ignored."""
-        self.mask: NDArray[np.uint8] | None = mask
-        """Mask for stretches that start from now on."""
+    def __init__(self) -> None:
+        """Make a tracker before the first frame."""
+        self.mask: NDArray[np.uint8] | None = None
+        """Mask (H, W) for stretches that start from now on; pixels with 0 are ignored."""
         self.cut()
 
     def cut(self) -> None:
@@ -131,7 +130,7 @@ class _Stretch:
         self._first, self._mask = first, mask
         self._points, self._names = np.zeros((0, 2), np.float32), np.zeros(0, np.int64)
         self._count = 0
-        self._sights: list[NDArray[np.float64]] = []
+        self._sights: list[Numbers] = []
         self._flow, self._seconds = [0.0], [0.0]
         # Since the points were last tracked, and since the last step.
         self._moved, self._since = 0.0, 0.0
@@ -168,22 +167,18 @@ class _Stretch:
                 or abs(self._flow[-1]) < TUNING.least_stretch * self._width):
             return None
         sights = np.concatenate(self._sights)
-        names = sights[:, 0].astype(np.int64)
-        times = np.bincount(names, minlength=self._count)
-        order = np.argsort(-times, kind='stable')[:TUNING.kept_points]
-        kept = np.zeros(self._count, np.bool_)
-        kept[order[times[order] >= 3]] = True
-        sights = sights[kept[names]]
         sights = sights[np.lexsort((sights[:, 1], sights[:, 0]))]
-        points, point = np.unique(sights[:, 0], return_inverse=True)
-        if len(points) < TUNING.least_points or len(sights) < TUNING.least_sights:
-            return None
+        point, frame = sights[:, :2].astype(np.int64).T
         # The reduced image may lack the last pixels of the full one; their centres nearly agree.
         middle = (np.array([self._width, self._height]) - 1.0) / 2.0
-        return TurnTracks(
-            point.astype(np.int64), sights[:, 1].astype(np.int64),
-            (sights[:, 2:] - middle) * self._reduction, np.array(self._flow) * self._reduction,
-            np.array(self._seconds), self._reduction)
+        times = np.bincount(point)
+        best = np.argsort(-times, kind='stable')[:TUNING.kept_points]
+        tracks = TurnTracks(
+            point, frame, (sights[:, 2:] - middle) * self._reduction,
+            np.array(self._flow) * self._reduction, np.array(self._seconds), self._reduction,
+        ).of((times >= 3) & np.isin(np.arange(len(times)), best))
+        enough = len(tracks.point) >= TUNING.least_sights
+        return tracks if enough and tracks.point[-1] + 1 >= TUNING.least_points else None
 
     def _seen(self) -> Bytes:
         """Return a mask that is 255 where points may be, else 0."""

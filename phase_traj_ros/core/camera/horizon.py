@@ -83,8 +83,8 @@ class HorizonEstimator:
         """
         Add the direction of travel of one pair while the vehicle drives straight ahead.
 
-        ``slope`` is the tangent of its angle below the optical axis, and ``deviation`` the standard
-        deviation of the measurement, in radians.
+        ``slope`` is the tangent of its angle below the optical axis, and ``deviation`` the
+        standard deviation of the measurement, in radians.
         """
         self._pitch.add(
             -math.atan(slope),

@@ -72,8 +72,11 @@ class CylinderProjection:
         usual = max(tuning.usual_px_per_rad, tuning.least_columns / max(right - left, 1e-9))
         reduction = max(round(camera.fx / usual), 1)
         self.px_per_rad = camera.fx / reduction
-        """Resolution of the cylinder in pixels per radian, in both directions. A shift to the right
-        divided by it is the yaw in radians, positive to the left."""
+        """
+        Resolution of the cylinder in pixels per radian, in both directions.
+
+        A shift to the right divided by it is the yaw in radians, positive to the left.
+        """
         self._reduction = (
             max(int(min(camera.fy / self.px_per_rad + 1e-9, MOST_FOCAL_PX)), 1), reduction)
         self.azimuths = self._samples(left, right)
@@ -165,8 +168,9 @@ def _extent(camera: CameraModel, band: CameraTuning) -> tuple[float, float, floa
     Return the visible part of the band: azimuths left and right, slopes above and below.
 
     The band is given in angles and not in fractions of the image, so it is the same part of the
-    scene for any camera. They are those of the edges of the image to the left, right, above and below of the optical
-    axis. Towards the corners, the edges depend on the lens.
+    scene for any camera. Where it reaches beyond the image, they are those of the edges to the
+    left, right, above and below of the optical axis. Towards the corners, the edges depend on the
+    lens.
     """
     aside = math.radians(band.aside_deg)
     highest, lowest = (

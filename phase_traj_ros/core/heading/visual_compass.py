@@ -298,8 +298,6 @@ class VisualCompass:
         self._cut_short.clear()
         for angle_deg in self._turns.bends_deg:
             self._widest = max(self._widest, abs(angle_deg))
-            if self._learning is not None:
-                self._learning.add_turn(angle_deg, focal_px=self._focal[0])
         update = HeadingUpdate(
             step, self.shift_of(measurement), turns, self._turns.quarters,
             self._focal[0], self._contradicts(step.heading))

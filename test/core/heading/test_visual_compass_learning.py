@@ -30,18 +30,6 @@ def test_a_camera_is_learned_from_upright_frames(upside_down):
     assert np.array_equal(seen, [frame])
 
 
-def test_a_bend_that_has_ended_is_told_to_what_is_learned():
-    guess, told, learning = Lens(hfov_deg=75.0, assumed=True), [], SelfCalibration()
-    learning.add_turn = lambda angle_deg, *, focal_px: told.append((angle_deg, focal_px))
-    compass = VisualCompass(guess, learning=learning)
-    compass.measure(np.zeros((90, 160), np.uint8), 0.1)
-    compass.start(0)
-    for pair in range(1, 41):
-        yaw = math.radians(-40.0) / 20 if pair <= 20 else 0.0
-        compass.add(YawMeasurement(Shift(0.0, 0.0, 1.0), yaw, True, 1.0), pair * TENTH, 0.1)
-    assert told == [(pytest.approx(-40.0), guess.focal_for(160))]
-
-
 def test_the_end_of_a_drive_is_told_to_what_is_learned():
     told, learning = [], SelfCalibration()
     learning.finish = lambda: told.append(True)
