@@ -21,13 +21,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 import math
 
+import cv2
 import numpy as np
 from phase_traj_ros.core.calibration.algebra import (
     applied,
     crossed,
     Numbers,
     product,
-    rotation_vector,
     rotations,
     times,
 )
@@ -160,7 +160,7 @@ class _Problem:
         except np.linalg.LinAlgError:
             return None
         covariance = np.asarray(inverse[:3, :3], np.float64)
-        axis = rotation_vector(state.attitude[-1] @ state.attitude[0].T)
+        axis = cv2.Rodrigues(state.attitude[-1] @ state.attitude[0].T)[0][:, 0]
         angle = math.copysign(float(np.linalg.norm(axis)), float(axis[1]))
         if angle == 0.0 or not (np.isfinite(covariance).all() and covariance[0, 0] > 0.0):
             return None

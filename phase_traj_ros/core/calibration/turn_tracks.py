@@ -89,7 +89,7 @@ class TurnFollower:
         Parameters
         ----------
         frame
-            (H, W); it must not change afterwards.
+            (H, W), of the size of the last one; it must not change afterwards.
         shift_px
             Shift of the image to the right since the last frame, in pixels.
         interval
@@ -100,7 +100,7 @@ class TurnFollower:
         """
         last, self._last = self._last, frame
         width = frame.shape[1]
-        if last is None or last.shape != frame.shape or interval <= 0.0:
+        if last is None or interval <= 0.0:
             self._stretch, self._rate = None, 0.0
             return None
         if not abs(shift_px) < TUNING.farthest * width:
