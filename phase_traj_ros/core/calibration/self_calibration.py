@@ -84,18 +84,11 @@ class SelfCalibration:
 
     def update(self, frame: Frame, shift_px: float, interval: float) -> bool:
         """
-        Add the next frame; return whether the estimate has changed.
+        Add the next frame, (H, W) and upright; return whether the estimate has changed.
 
-        Parameters
-        ----------
-        frame
-            (H, W), upright; it must not change afterwards. A frame of another size is from another
-            camera.
-        shift_px
-            Shift of the image to the right since the last frame, in pixels; 0 if it is unknown.
-        interval
-            Seconds since the last frame; 0 for the first.
-
+        The frame must not change afterwards; one of another size is from another camera.
+        ``shift_px`` is the shift of the image to the right since the last frame, 0 if it is
+        unknown, and ``interval`` the time since in seconds, 0 for the first frame.
         """
         if self._again:
             return False

@@ -75,17 +75,7 @@ class BlockGrid:
     def __init__(
         self, shape: tuple[int, int], *, counts: NDArray[np.bool_] | None = None,
     ) -> None:
-        """
-        Make the grid.
-
-        Parameters
-        ----------
-        shape
-            Shape of the frames, (H, W).
-        counts
-            (H, W). Blocks whose centre is False are left out.
-
-        """
+        """Make the grid for frames (H, W), without blocks whose centre in ``counts`` is False."""
         (down, across), (height, width) = TUNING.blocks, shape
         y, x = (axis.ravel() for axis in np.meshgrid(
             _spaced(height, down), _spaced(width, across), indexing='ij'))
@@ -189,11 +179,7 @@ class BlockGrid:
             noise=np.full(len(texture), np.inf))
 
     def learn(self, shifts: BlockShifts, must_move: NDArray[np.bool_]) -> None:
-        """
-        Learn which blocks are fixed to the camera.
-
-        ``must_move`` (N,) is True for blocks in which any part of the scene would have moved.
-        """
+        """Learn which blocks are fixed, of those (N,) in which any scene must have moved."""
         distance = np.hypot(shifts.dx, shifts.dy)
         still = must_move & (distance < TUNING.fixed_px)
         self._fixed[still] += TUNING.fixing_share * (1.0 - self._fixed[still])

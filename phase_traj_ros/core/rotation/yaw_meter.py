@@ -93,14 +93,8 @@ class YawMeter:
         """
         Make a meter for frames of the size of ``projection``.
 
-        Parameters
-        ----------
-        projection
-            Projection of frames onto the cylinder.
-        mask
-            Weight of each pixel of the frames, (H, W), 0 to 1; None if all count equally.
-        keyframes
-            Whether a frame may be compared with an earlier one than its predecessor.
+        ``mask`` is the weight of each pixel of the frames, (H, W), 0 to 1; None if all count
+        equally. Without ``keyframes``, each frame is compared with its predecessor.
 
         Raises
         ------
@@ -179,14 +173,10 @@ class YawMeter:
 
     def update(self, frame: NDArray[np.uint8], interval: float) -> YawMeasurement | None:
         """
-        Return the yaw from the previous frame to ``frame``, or None for the first frame.
+        Return the yaw from the previous frame to ``frame``, (H, W), or None for the first frame.
 
-        Parameters
-        ----------
-        frame
-            (H, W), of the size of the projection.
-        interval
-            Seconds since the previous frame, above 0; not used for the first frame.
+        ``interval`` is the time since the previous frame in seconds, above 0; it is not used for
+        the first frame.
 
         Raises
         ------
