@@ -39,7 +39,8 @@ class SelfCalibration:
     def __init__(self) -> None:
         """Make an estimator before the first frame."""
         self._follower = TurnFollower()
-        self._shape: tuple[int, int] | None = None
+        # That of the frames; (0, 0) before the first.
+        self._shape = (0, 0)
         # First and last stamp of all frames.
         self._seen_ns: tuple[int, int] | None = None
         self._again = False
@@ -77,9 +78,9 @@ class SelfCalibration:
         the stamps are within the range already seen.
         """
         first, last = self._seen_ns or (stamp_ns, stamp_ns - 1)
-        again, self._again = self._again, first <= stamp_ns <= last
+        self._again = first <= stamp_ns <= last
         self._seen_ns = min(first, stamp_ns), max(last, stamp_ns)
-        if self._again and not again:
+        if self._again:
             self._follower.cut()
 
     def update(self, frame: Frame, shift_px: float, interval: float) -> bool:
@@ -101,9 +102,9 @@ class SelfCalibration:
         wanted = self._frames >= TUNING.waiting_frames * further ** 2
         return self._learn(self._follower.update(frame, shift_px, interval, wanted=wanted))
 
-    def finish(self) -> bool:
-        """Use the turn in progress at the end; return whether the estimate has changed."""
-        return self._learn(self._follower.finish())
+    def finish(self) -> None:
+        """Use the turn in progress at the end."""
+        self._learn(self._follower.finish())
 
     def add_travel(self, slope: float, deviation: float) -> None:
         """Add the direction of travel on a straight; see ``HorizonEstimator.add_travel``."""
@@ -128,35 +129,33 @@ class SelfCalibration:
             It is called before the first frame.
 
         """
-        if self._shape is None:
+        height, width = self._shape
+        if not width:
             raise ValueError('the camera is unknown before the first frame: give one first')
-        if self._estimate is None:
-            self._estimate = self._found(self._shape)
-        return self._estimate
-
-    def _found(self, shape: tuple[int, int]) -> CameraEstimate:
+        if self._estimate is not None:
+            return self._estimate
         density = _density(self._log)
         focal, focal_deviation = _moments(density.sum(axis=1), _FOCALS)
         straight, straight_deviation = _moments(density.sum(axis=0), _STRAIGHTS)
-        column, column_deviation = _moments(_density(self._column), _COLUMNS * shape[1])
-        height, width = shape
-        return CameraEstimate(
+        column, column_deviation = _moments(_density(self._column), _COLUMNS * width)
+        self._estimate = CameraEstimate(
             width=width, height=height, focal_px=math.exp(focal) * width,
             focal_deviation=math.hypot(focal_deviation, CAMERA.common_error),
             straightness=straight, straightness_deviation=straight_deviation,
             column_px=column, column_deviation_px=column_deviation,
             **self._horizon.horizon.degrees(), turns=self._fits)
+        return self._estimate
 
     def _learn(self, tracks: TurnTracks | None) -> bool:
         """Fit a part of a turn, if there is one, and add the result."""
-        if tracks is None or self._shape is None:
+        if tracks is None:
             return False
         self._tried += 1
-        fit = self._fit(tracks, self._shape[1])
+        width = self._shape[1]
+        fit = self._fit(tracks, width)
         if fit is None:
             return False
         self._fits += 1
-        width = self._shape[1]
         self._log += _log_likelihood(fit, width)
         own = TUNING.unsure ** 2 * float(fit.covariance[2, 2]) / width ** 2
         variance = TUNING.wrong_column ** 2 + own
