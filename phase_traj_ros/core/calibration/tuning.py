@@ -43,9 +43,7 @@ class CalibrationTuning:
     kept_points: int = 100
     """...in a stretch, ..."""
     least_points: int = 30
-    """...at least in one, ..."""
-    least_sights: int = 120
-    """...and their observations."""
+    """...and at least in one."""
     corner_quality: float = 0.005
     """Least quality of a corner, as OpenCV has it, relative to the best (Shi and Tomasi, 1994)."""
     apart_px: int = 6

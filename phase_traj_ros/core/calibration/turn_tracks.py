@@ -167,8 +167,7 @@ class _Stretch:
             point, frame, (sights[:, 2:] - middle) * self._reduction,
             flow * self._reduction, seconds, self._reduction,
         ).of((times >= 3) & np.isin(np.arange(len(times)), best))
-        enough = len(tracks.point) >= TUNING.least_sights
-        return tracks if enough and tracks.point[-1] + 1 >= TUNING.least_points else None
+        return tracks if len(np.unique(tracks.point)) >= TUNING.least_points else None
 
     def _seen(self) -> Bytes:
         """Return a mask that is 255 where points may be, else 0."""

@@ -197,11 +197,13 @@ class YawMeter:
             return None
         key.age += interval
         seen = self._since_key(key, previous, current, shift, interval)
-        if seen is None or not seen.motion.holds(TUNING.least_agreement):
-            scene = self._of_scene(shift, interval)
-            if seen is None or not self._confirms(scene, seen):
-                self._key = self._keyframe(current, key.travel)
-                return self._by_shift(shift, scene, seen, interval)
+        if seen is None or not seen.motion.holds(TUNING.confirmed_share):
+            self._key = self._keyframe(current, key.travel)
+            return self._by_shift(shift, self._of_scene(shift, interval), seen, interval)
+        if not (seen.motion.holds(TUNING.least_agreement)
+                or self._confirms(self._of_scene(shift, interval), seen)):
+            self._key = self._keyframe(current, key.travel)
+            return self._by_shift(shift, None, seen, interval)
         measured = self._by_blocks(shift, seen, interval)
         if self._keyframes and measured.certain:
             self._newest = frame
@@ -246,10 +248,10 @@ class YawMeter:
         best = self._look(key, current, (shift.dx, shaking))
         if (best is None or not best.motion.certain
                 or abs(shift.dx - foreseen) > TUNING.surprise_px):
-            best = _better(best, self._look(key, current, (foreseen, 0.0)))
+            best = _best(best, self._look(key, current, (foreseen, 0.0)))
         if best is None or not best.motion.certain:
             second = self._whole.second_peak()
-            best = _better(best, self._look(key, current, (second.dx, 0.0)))
+            best = _best(best, self._look(key, current, (second.dx, 0.0)))
         if best is not None and best.motion.holds(TUNING.least_agreement):
             turned = best.motion.yaw * self._projection.px_per_rad
             self._grid.learn(best.blocks, self._must_move(best.blocks, turned))
@@ -305,16 +307,15 @@ class YawMeter:
         yaw = seen.motion.yaw - seen.key.turned
         tolerance = max(
             TUNING.outlier_deviations * TUNING.shift_deviation, TUNING.confirmed_near * abs(yaw))
-        return (scene is not None and seen.motion.holds(TUNING.confirmed_share)
-                and abs(scene.dx / self._projection.px_per_rad - yaw) <= tolerance)
+        return scene is not None and (
+            abs(scene.dx / self._projection.px_per_rad - yaw) <= tolerance)
 
     def _by_shift(
         self, shift: Shift, scene: Shift | None, seen: _Seen | None, interval: float,
     ) -> YawMeasurement:
         """Return the measurement of a pair by the shift alone, where the blocks tell nothing."""
         yaw = None
-        hinted = seen is not None and seen.motion.holds(TUNING.confirmed_share)
-        if scene is not None and not hinted:
+        if scene is not None:
             yaw = scene.dx / self._projection.px_per_rad
             self._rate = yaw / interval
         return YawMeasurement(shift, yaw, False, 0.0 if seen is None else seen.motion.agreement)
@@ -352,8 +353,6 @@ class YawMeter:
         return cv2.convertScaleAbs(picture, alpha=gain)  # type: ignore[return-value]
 
 
-def _better(one: _Seen | None, other: _Seen | None) -> _Seen | None:
-    """Return the motion with which more blocks agree."""
-    if one is None or (other is not None and other.motion.agreeing > one.motion.agreeing):
-        return other
-    return one
+def _best(*seen: _Seen | None) -> _Seen | None:
+    """Return the motion with which most blocks agree."""
+    return max(filter(None, seen), key=lambda each: each.motion.agreeing, default=None)
