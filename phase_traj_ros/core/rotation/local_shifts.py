@@ -72,16 +72,13 @@ class BlockGrid:
     bonnet, have weight 0 until they move.
     """
 
-    def __init__(
-        self, shape: tuple[int, int], *, counts: NDArray[np.bool_] | None = None,
-    ) -> None:
-        """Make the grid for frames (H, W), without blocks whose centre in ``counts`` is False."""
-        (down, across), (height, width) = TUNING.blocks, shape
+    def __init__(self, counts: NDArray[np.bool_]) -> None:
+        """Make the grid, of blocks whose centre is True in ``counts``, of the size of frames."""
+        (down, across), (height, width) = TUNING.blocks, counts.shape
         y, x = (axis.ravel() for axis in np.meshgrid(
             _spaced(height, down), _spaced(width, across), indexing='ij'))
-        if counts is not None:
-            seen = counts[y, x]
-            y, x = y[seen], x[seen]
+        seen = counts[y, x]
+        y, x = y[seen], x[seen]
         self.middles = np.stack([x, y], axis=1).astype(np.float32)
         """Centres of the blocks in pixels, (N, 2): column, row."""
         # Pixels of each block, with a margin for the gradients, in a flattened image.

@@ -105,7 +105,7 @@ class YawMeter:
         self._projection = projection
         self._keyframes = keyframes
         mask, counts = self._projected(mask)
-        self._grid = BlockGrid(projection.shape, counts=counts)
+        self._grid = BlockGrid(counts)
         if len(self._grid.middles) < TUNING.least_blocks:
             raise FrameError('the mask covers too much of the frames to measure yaw: give one'
                              ' that covers less')
