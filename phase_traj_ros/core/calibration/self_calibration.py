@@ -106,13 +106,6 @@ class SelfCalibration:
         """Use the turn in progress at the end."""
         self._learn(self._follower.finish())
 
-    def add_travel(self, slope: float, deviation: float) -> None:
-        """Add the direction of travel on a straight; see ``HorizonEstimator.add_travel``."""
-        if self._again:
-            return
-        self._horizon.add_travel(slope, deviation)
-        self._estimate = None
-
     @property
     def turns(self) -> int:
         """Return the number of parts of turns that were used."""

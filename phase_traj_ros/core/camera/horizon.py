@@ -4,8 +4,7 @@
 Pitch and roll of the camera relative to the road, which give the horizon.
 
 A vehicle turns about the vertical axis, so the axis of a turn, as seen by the camera, gives both.
-A vehicle that drives straight ahead moves along the road, so the direction of travel also gives
-the pitch. The body of a vehicle leans in a turn, to opposite sides in left and right turns.
+The body of a vehicle leans in a turn, to opposite sides in left and right turns.
 
 Image axes are x to the right, y down, z forward. Pitch is positive down and roll is positive right
 side down (REP 103).
@@ -55,7 +54,7 @@ class Horizon:
 
 
 class HorizonEstimator:
-    """Estimates the tilt from turns and straight driving, with constant memory."""
+    """Estimates the tilt from turns, with constant memory."""
 
     def __init__(self) -> None:
         """Start with the prior."""
@@ -78,17 +77,6 @@ class HorizonEstimator:
         self.add(Horizon(
             math.asin(min(max(z, -1.0), 1.0)), math.atan2(x, y),
             math.hypot(TUNING.turn_pitch, deviation), math.hypot(TUNING.turn_roll, deviation)))
-
-    def add_travel(self, slope: float, deviation: float) -> None:
-        """
-        Add the direction of travel of one pair while the vehicle drives straight ahead.
-
-        ``slope`` is the tangent of its angle below the optical axis, and ``deviation`` the
-        standard deviation of the measurement, in radians.
-        """
-        self._pitch.add(
-            -math.atan(slope),
-            math.hypot(TUNING.travel_deviation, deviation) * math.sqrt(TUNING.alike_pairs))
 
     @property
     def horizon(self) -> Horizon:

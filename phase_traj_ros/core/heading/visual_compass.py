@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from phase_traj_ros.core.calibration.self_calibration import SelfCalibration
 from phase_traj_ros.core.camera.estimate import CameraEstimate, FieldOfView
 from phase_traj_ros.core.camera.in_use import CameraInUse
-from phase_traj_ros.core.camera.lens import Lens, LensOrigin
+from phase_traj_ros.core.camera.lens import Lens
 from phase_traj_ros.core.camera.model import CameraModel
 from phase_traj_ros.core.camera.projection import CylinderProjection
 from phase_traj_ros.core.correlation.mask import check_size
@@ -19,7 +19,6 @@ from phase_traj_ros.core.frames.pixel_weights import PixelWeights
 from phase_traj_ros.core.heading.tracker import HeadingStep, HeadingTracker
 from phase_traj_ros.core.heading.tuning import TUNING
 from phase_traj_ros.core.heading.turns import Turn, TurnDetector
-from phase_traj_ros.core.rotation.tuning import TUNING as YAW
 from phase_traj_ros.core.rotation.yaw_meter import YawMeasurement, YawMeter
 from phase_traj_ros.errors import FrameError
 
@@ -291,7 +290,6 @@ class VisualCompass:
                 None if yaw is None else yaw / self._lens.tilt, interval,
                 certain=measurement.certain, variance=measurement.variance,
                 share=measurement.share)
-            self._learn_from_travel(measurement, step)
         step = replace(step, scale=self._lens.focal_deviation)
         turns = (*self._cut_short, *self._turns.update(
             stamp_ns, step.heading, way, frames=frames))
@@ -333,15 +331,6 @@ class VisualCompass:
     def _mask_learning(self) -> None:
         if self._learning is not None:
             self._learning.use_mask(self._weights.as_seen(rotate_180=self._rotate_180))
-
-    def _learn_from_travel(self, measurement: YawMeasurement, step: HeadingStep) -> None:
-        """Learn the pitch from the direction of travel, straight ahead with a learned camera."""
-        motion = measurement.motion
-        if (self._learning is not None and self._lens.origin is LensOrigin.DRIVE
-                and motion is not None and motion.passing >= YAW.moving
-                and abs(step.rate) <= YAW.straight_rate):
-            self._learning.add_travel(
-                motion.travel.slope, math.sqrt(motion.travel.slope_variance))
 
     def _adopt(self) -> None:
         """Continue with the camera learned from the drive, if it differs or is known better."""
