@@ -48,17 +48,10 @@ class CylinderProjection:
         self, camera: CameraModel, *, rotate_180: bool = False, tuning: CameraTuning = TUNING,
     ) -> None:
         """
-        Compute the mapping from a frame to the cylinder.
+        Compute the mapping from the frames of a camera to the cylinder, which is always upright.
 
-        Parameters
-        ----------
-        camera
-            Model of the camera, for the size of the frames.
-        rotate_180
-            Whether the camera is mounted upside down. The cylinder is always upright; the model
-            is that of the frames as received.
-        tuning
-            Band of the view that is used, and resolution of the cylinder.
+        The model is that of the frames as received, also of a camera that is mounted upside down
+        (``rotate_180``). ``tuning`` gives the band of the view and the resolution of the cylinder.
 
         Raises
         ------
