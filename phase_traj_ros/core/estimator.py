@@ -21,7 +21,7 @@ from phase_traj_ros.core.heading.visual_compass import VisualCompass
 from phase_traj_ros.core.integration import Integration
 from phase_traj_ros.core.judge import Judge
 from phase_traj_ros.core.measuring import PairMeter
-from phase_traj_ros.core.path.trajectory import DrawnPath
+from phase_traj_ros.core.path.heading_path import DrawnPath
 from phase_traj_ros.core.path.way import Way
 from phase_traj_ros.core.reliability.verdict import Reliability
 from phase_traj_ros.core.settings import CodeSource, EstimatorSettings

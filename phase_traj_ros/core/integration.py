@@ -170,7 +170,7 @@ class Integration:
         # The road shows whether the vehicle moves, even if the rest of the image does not.
         travel = self.distance_meter.update(
             picture, self.heading, pair.yaw, status, stamp_ns, interval_ns, unsure_ns=unsure_ns)
-        progress = self.route.add(
+        odometry, links = self.route.add(
             step, turned, travel, stamp_ns, interval_ns, unsure_ns=unsure_ns)
         cut = pair.cut and self._settings.guards
         if pair.cut:
@@ -185,7 +185,7 @@ class Integration:
         return Update(
             self.frames - 2, stamp_ns, interval_ns, self._shift(pair, heading), step, status,
             self._tip, turned, () if heading is None else heading.turns, self._news_of_camera(),
-            cut, progress.odometry, travel, progress.links,
+            cut, odometry, travel, links,
             travel.distance / interval if travel and known else None,
             travel.variance / interval ** 2 if travel and known else None)
 
