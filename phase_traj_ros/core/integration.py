@@ -173,14 +173,12 @@ class Integration:
         odometry, links = self.route.add(
             step, turned, travel, stamp_ns, interval_ns, unsure_ns=unsure_ns)
         cut = pair.cut and self._settings.guards
-        if pair.cut:
-            self._monitor.add_cut()
         self._monitor.add(
             verdict.evidence, stamp_ns, interval_ns,
             contradicted=self._settings.guards and heading is not None and heading.contradicts,
             measured=not self._settings.metric or travel is None or travel.measured,
             rivalled=self._settings.metric and travel is not None and travel.rivalled,
-            frames=self.frames - self._measured)
+            cut=pair.cut, frames=self.frames - self._measured)
         known = travel is not None and travel.known
         return Update(
             self.frames - 2, stamp_ns, interval_ns, self._shift(pair, heading), step, status,

@@ -17,7 +17,7 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import NDArray
 from phase_traj_ros.core.codes.codes import Direction
-from phase_traj_ros.core.codes.freeman import AnyDirection, Freeman, from_four
+from phase_traj_ros.core.codes.freeman import AnyDirection, Freeman, freeman
 
 
 class Axes(Enum):
@@ -44,17 +44,13 @@ _REP103_STEPS = MappingProxyType({
 
 def unit_step(direction: AnyDirection) -> tuple[float, float]:
     """Return the step (x, y) of length 1 along ``direction``, in REP 103 axes."""
-    return _REP103_STEPS[_freeman(direction)]
+    return _REP103_STEPS[freeman(direction)]
 
 
 def yaw(direction: AnyDirection) -> float:
     """Return the yaw of ``direction`` in radians, positive to the left, 0 for forward."""
-    eighths = (_freeman(direction) - Freeman.FORWARD + 3) % 8 - 3
+    eighths = (freeman(direction) - Freeman.FORWARD + 3) % 8 - 3
     return eighths * math.pi / 4
-
-
-def _freeman(direction: AnyDirection) -> Freeman:
-    return from_four(direction) if isinstance(direction, Direction) else direction
 
 
 def vertices(
