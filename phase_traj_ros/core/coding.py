@@ -68,18 +68,20 @@ class Coder:
         dx
             Shift in pixels of the full frame, positive to the right; None if it was not measured.
         heading
-            What the pair adds to the heading; None if the heading is not measured.
+            What the pair adds to the heading; None if that is nothing, or it is not measured.
         interval
             Seconds between the two frames.
 
         """
         codes = self._codes
-        measured = status is PairStatus.OK and dx is not None
+        if status is not PairStatus.OK:
+            if status is not PairStatus.REPEATED:
+                self._shifts.miss()
+            if isinstance(codes, TurnCode) and heading is not None:
+                codes.expect(heading.quarters)
+            return codes.skip(end_turn=status.ends_turn)
         if isinstance(codes, DynamicChainCode):
-            if not measured or dx is None:
-                if status is not PairStatus.REPEATED:
-                    self._shifts.miss()
-                return codes.skip(end_turn=status.ends_turn)
+            assert dx is not None
             self._shifts.add(dx, codes.threshold, interval=interval)
             if self._nominal_period > 0:
                 # After a dropped frame, the shift is that of two periods.
@@ -87,9 +89,5 @@ class Coder:
             return codes.update(dx)
         assert heading is not None
         if isinstance(codes, HeadingCode):
-            return codes.update(heading.step.heading, heading.step.rate) if measured else (
-                codes.skip(end_turn=status.ends_turn))
-        if measured:
-            return codes.update(heading.quarters, heading.step.rate)
-        codes.expect(heading.quarters)
-        return codes.skip(end_turn=status.ends_turn)
+            return codes.update(heading.step.heading, heading.step.rate)
+        return codes.update(heading.quarters, heading.step.rate)

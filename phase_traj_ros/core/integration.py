@@ -149,12 +149,15 @@ class Integration:
         status, evidence = judged(Comparison(), repeated=True)
         self.counters.count(status)
         self._monitor.add(evidence, stamp_ns, interval_ns)
-        heading = None if self.heading is None else self.heading.hold(
-            None if self._foreseen is None else self._foreseen.heading)
-        step = self.coder.code(status, None, heading, interval_ns * 1e-9)
+        heading = None
+        if self.heading is not None:
+            heading = self.heading.tracker.foresee(0.0, 0.0)
+            if self._foreseen is not None and self._foreseen.heading is not None:
+                heading = replace(heading, heading=self._foreseen.heading.heading)
+        step = self.coder.code(status, None, None, interval_ns * 1e-9)
         return Update(
-            self.frames - 2, stamp_ns, interval_ns, None, step, status, self._tip,
-            None if heading is None else heading.step, camera=self._news_of_camera())
+            self.frames - 2, stamp_ns, interval_ns, None, step, status, self._tip, heading,
+            camera=self._news_of_camera())
 
     def _whole(
         self, picture: Frame, pair: Comparison, verdict: Verdict, stamp_ns: int, interval_ns: int,

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Measures the heading and the turns from the frames of a camera with a known focal length."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 import math
 
 import numpy as np
@@ -31,13 +31,11 @@ class HeadingUpdate:
     step: HeadingStep
     shift: Shift | None
     """Shift at the centre of the image, in pixels of the full frame; None if not comparable."""
-    turns: tuple[Turn, ...]
+    turns: tuple[Turn, ...] = ()
     """Turns whose end was detected with this pair."""
-    quarters: tuple[int, ...]
+    quarters: tuple[int, ...] = ()
     """Quarter turns that count from this pair on, in order: 1 to the left, -1 to the right."""
-    focal_px: float
-    """Focal length with which the yaw was measured, in pixels of the full frame."""
-    contradicts: bool
+    contradicts: bool = False
     """Whether the direction that the quarter turns give contradicts the heading."""
 
 
@@ -67,7 +65,8 @@ class VisualCompass:
 
         """
         self._keyframes = keyframes
-        self._lens = lens
+        self.lens = lens
+        """Lens in use; ``use_lens`` changes it."""
         self._learning = learning
         self._learned = False
         # The newest frame, for a new meter.
@@ -79,23 +78,16 @@ class VisualCompass:
         self._focal = (0.0, 0.0)
         self.tracker = HeadingTracker()
         """Tracker, which integrates the yaw."""
+        self.tracker.scale_deviation = lens.focal_deviation
         self._turns = TurnDetector()
-        # Angle of the widest bend that has ended, in degrees.
-        self._widest = 0.0
-        self._cut_short: list[Turn] = []
         self._response = 0.0
         self._mask_learning()
 
     @property
     def field_of_view(self) -> FieldOfView | None:
         """Return the field of view learned from the turns; None if it is not learned."""
-        estimate = self._lens.estimate
+        estimate = self.lens.estimate
         return None if estimate is None else estimate.field_of_view
-
-    @property
-    def lens(self) -> Lens:
-        """Return the lens in use."""
-        return self._lens
 
     @property
     def learned(self) -> CameraEstimate | None:
@@ -112,7 +104,7 @@ class VisualCompass:
     @property
     def camera(self) -> CameraInUse | None:
         """Return the camera in use; None before the first frame."""
-        return CameraInUse.of(self._lens, self._shape[1]) if self._shape else None
+        return CameraInUse.of(self.lens, self._shape[1]) if self._shape else None
 
     @property
     def model(self) -> CameraModel:
@@ -127,8 +119,8 @@ class VisualCompass:
         """
         if not self._shape:
             raise ValueError('the camera model is unknown before the first frame: give one first')
-        camera = self._lens.camera_for((self._shape[0], self._shape[1]))
-        return camera.turned_180() if self._rotate_180 and self._lens.calibrated else camera
+        camera = self.lens.camera_for((self._shape[0], self._shape[1]))
+        return camera.turned_180() if self._rotate_180 and self.lens.calibrated else camera
 
     @property
     def counting(self) -> NDArray[np.float32] | None:
@@ -139,7 +131,7 @@ class VisualCompass:
     def bends_may_be_turns(self) -> bool:
         """Return whether a bend so far may be a turn, given the uncertainty of the camera."""
         camera = self.camera
-        return camera is not None and self._widest * camera.most_angle >= TUNING.turn_deg
+        return camera is not None and self._turns.widest_deg * camera.most_angle >= TUNING.turn_deg
 
     def use_lens(self, lens: Lens) -> None:
         """
@@ -148,14 +140,9 @@ class VisualCompass:
         The heading is kept, and corrected if the previous lens was a guess. The next frame becomes
         the first of a pair.
         """
-        if lens == self._lens:
-            return
-        if self._learning is not None:
-            # The previous lens was a guess.
-            self._correct(self._lens, lens)
-            self._learning = self._newest = None
-        self._lens = lens
-        self._meter = None
+        if lens != self.lens:
+            self._change(lens)
+            self._meter = self._learning = self._newest = None
 
     def turn_180(self, upside_down: bool) -> None:
         """Continue with the camera mounted this way up; the next frame is the first of a pair."""
@@ -190,7 +177,7 @@ class VisualCompass:
         The heading and the turns are kept; a turn in progress ends.
         """
         self.tracker.cut()
-        self._cut_short += self._turns.cut()
+        self._turns.cut()
         if self._learning is not None:
             self._learning.cut()
 
@@ -198,8 +185,6 @@ class VisualCompass:
         """Restart at heading 0 with the newest frame; a learned camera is kept."""
         self.tracker.reset()
         self._turns.reset()
-        self._widest = 0.0
-        self._cut_short.clear()
 
     def forget_frame(self) -> None:
         """Make the next frame the first of a pair; the heading is kept."""
@@ -228,14 +213,14 @@ class VisualCompass:
             The frame cannot be used. The state is unchanged.
 
         """
-        if (self._meter is not None and self._lens.focal_px
+        if (self._meter is not None and self.lens.focal_px
                 and frame.shape[1:] != self._shape[1:]):
             raise FrameError(
                 f'frames of {frame.shape[1]}x{frame.shape[0]} pixels after frames of'
                 f' {self._shape[1]}x{self._shape[0]}, but focal_px is for one size: give hfov_deg'
                 ' instead, or use_lens with the focal length for the new size')
         if self._meter is None or frame.shape != self._shape:
-            self._meter = self._make_meter(frame)
+            self._meter = self._make_meter(frame, self.lens)
         measurement = self._meter.update(frame, interval)
         if self._learning is not None:
             self._newest = frame
@@ -254,16 +239,14 @@ class VisualCompass:
     def foresee(self, waited: float) -> HeadingUpdate:
         """Return the update of a frame that is foreseen, ``waited`` seconds after the newest."""
         assert self._meter is not None
-        step = replace(
-            self.tracker.foresee(waited, self._meter.foreseen_deviation),
-            scale=self._lens.focal_deviation)
-        shift = Shift(self._focal[0] * _tangent(step.yaw * self._lens.tilt), 0.0, self._response)
-        return HeadingUpdate(step, shift, (), (), self._focal[0], contradicts=False)
+        step = self.tracker.foresee(waited, self._meter.foreseen_deviation)
+        return HeadingUpdate(step, Shift(
+            self._focal[0] * _tangent(step.yaw * self.lens.tilt), 0.0, self._response))
 
     def admits(self, measurement: YawMeasurement | None, interval: float) -> bool:
         """Return whether ``add`` would accept the yaw of a measurement; False without a yaw."""
         return measurement is not None and measurement.yaw is not None and self.tracker.admits(
-            measurement.yaw / self._lens.tilt, interval, certain=measurement.certain)
+            measurement.yaw / self.lens.tilt, interval, certain=measurement.certain)
 
     def start(self, stamp_ns: int) -> None:
         """Record the stamp of the first frame."""
@@ -288,34 +271,20 @@ class VisualCompass:
         else:
             yaw, self._response = measurement.yaw, measurement.shift.response
             step = self.tracker.update(
-                None if yaw is None else yaw / self._lens.tilt, interval,
+                None if yaw is None else yaw / self.lens.tilt, interval,
                 certain=measurement.certain, variance=measurement.variance,
                 share=measurement.share)
             self._learn_from_travel(measurement, step)
-        step = replace(step, scale=self._lens.focal_deviation)
-        turns = (*self._cut_short, *self._turns.update(
-            stamp_ns, step.heading, way, frames=frames))
-        self._cut_short.clear()
-        for angle_deg in self._turns.bends_deg:
-            self._widest = max(self._widest, abs(angle_deg))
-            if self._learning is not None:
+        turns = self._turns.update(stamp_ns, step.heading, way, frames=frames)
+        if self._learning is not None:
+            for angle_deg in self._turns.bends_deg:
                 self._learning.add_turn(angle_deg, focal_px=self._focal[0])
         update = HeadingUpdate(
-            step, self.shift_of(measurement), turns, self._turns.quarters,
-            self._focal[0], self._contradicts(step.heading))
+            step, self.shift_of(measurement), tuple(turns), self._turns.quarters,
+            self._contradicts(step.heading))
         if self._learned:
             self._adopt()
         return update
-
-    def hold(self, foreseen: HeadingStep | None = None) -> HeadingUpdate:
-        """
-        Return the update of a pair without any change, such as of a repeated picture.
-
-        ``foreseen`` is the step to the frame before, if that was foreseen.
-        """
-        heading = self.tracker.heading if foreseen is None else foreseen.heading
-        step = HeadingStep(0.0, self.tracker.rate, heading, bridged=False)
-        return HeadingUpdate(step, None, (), (), self._focal[0], contradicts=False)
 
     def shift_of(self, measurement: YawMeasurement | None) -> Shift | None:
         """Return the shift at the centre of the image, in pixels of the full frame."""
@@ -328,7 +297,7 @@ class VisualCompass:
 
     def _contradicts(self, heading: float) -> bool:
         """Return whether the direction is too far from the heading, beyond what may be wrong."""
-        own = math.hypot(self._lens.focal_deviation * heading, self.tracker.deviation)
+        own = math.hypot(self.lens.focal_deviation * heading, self.tracker.deviation)
         return math.radians(self._turns.aside_deg) > max(
             math.radians(TUNING.turn_deg), TUNING.contradicting_deviations * own)
 
@@ -339,7 +308,7 @@ class VisualCompass:
     def _learn_from_travel(self, measurement: YawMeasurement, step: HeadingStep) -> None:
         """Learn the pitch from the direction of travel, straight ahead with a learned camera."""
         motion = measurement.motion
-        if (self._learning is not None and self._lens.origin is LensOrigin.DRIVE
+        if (self._learning is not None and self.lens.origin is LensOrigin.DRIVE
                 and motion is not None and motion.passing >= YAW.moving
                 and abs(step.rate) <= YAW.straight_rate):
             self._learning.add_travel(
@@ -350,36 +319,32 @@ class VisualCompass:
         self._learned = False
         if self._learning is None or self._newest is None or self.camera is None:
             return
-        before, lens = self._lens, Lens(estimate=self._learning.estimate)
-        if self.camera.settled and lens.is_close_to(before, self._newest.shape[1]):
+        lens = Lens(estimate=self._learning.estimate)
+        if self.camera.settled and lens.is_close_to(self.lens, self._newest.shape[1]):
             return
-        self._lens = lens
         try:
-            self._meter = self._make_meter(self._newest)
+            self._meter = self._make_meter(self._newest, lens)
         except FrameError:
             # The frames cannot be measured with this lens: keep the guess.
-            self._lens = before
             return
-        self._correct(before, lens)
+        self._change(lens)
         self._meter.update(self._newest, 0.0)
 
-    def _correct(self, before: Lens, lens: Lens) -> None:
-        """Correct all angles that were measured with the lens ``before``."""
-        if not self._shape:
-            return
-        width = self._shape[1]
-        factor = before.focal_for(width) / lens.focal_for(width) * before.tilt / lens.tilt
-        self.tracker.scale(factor)
-        self._turns.scale(factor)
-        self._widest *= factor
+    def _change(self, lens: Lens) -> None:
+        """Use another lens; correct all angles that were measured with a guess."""
+        if self._learning is not None and self._shape:
+            before, width = self.lens, self._shape[1]
+            factor = before.focal_for(width) / lens.focal_for(width) * before.tilt / lens.tilt
+            self.tracker.scale(factor)
+            self._turns.scale(factor)
+        self.lens = lens
+        self.tracker.scale_deviation = lens.focal_deviation
 
-    def _make_meter(self, frame: NDArray[np.uint8]) -> YawMeter:
-        if frame.ndim != 2 or min(frame.shape) < 1:
-            raise FrameError(f'frame has shape {frame.shape}: give grey frames (H, W)')
+    def _make_meter(self, frame: NDArray[np.uint8], lens: Lens) -> YawMeter:
         if self._weights.mask is not None:
             check_size(frame, self._weights.mask)
-        camera = self._lens.camera_for((frame.shape[0], frame.shape[1]))
-        if self._rotate_180 and not self._lens.calibrated:
+        camera = lens.camera_for((frame.shape[0], frame.shape[1]))
+        if self._rotate_180 and not lens.calibrated:
             # Numbers and estimates describe the upright image, calibrations the frames.
             camera = camera.turned_180()
         projection = CylinderProjection(camera, rotate_180=self._rotate_180)

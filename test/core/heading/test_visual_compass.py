@@ -220,12 +220,6 @@ def test_a_bend_of_an_unknown_camera_may_be_a_turn(angle_deg, may_be):
     assert not unknown.bends_may_be_turns
 
 
-@pytest.mark.parametrize('shape', [(0, 4), (40, 40, 3), (40,)])
-def test_what_is_no_frame(shape):
-    with pytest.raises(FrameError, match='give grey frames'):
-        VisualCompass(Lens(hfov_deg=80.0)).measure(np.zeros(shape, np.uint8), 0.1)
-
-
 def test_another_lens_while_running():
     camera, frames = turning('barrel')
     estimator = VisualCompass(Lens(focal_px=camera.fx))
