@@ -164,10 +164,9 @@ class TurnDetector:
             self._waiting += self._turns(side.scale(factor))
 
     def finish(self) -> list[Turn]:
-        """Return the turn in progress if it has reached the minimum angle; forget everything."""
+        """Return the turns that end with the newest frame, which is the last one."""
         self.cut()
-        turns = self._waiting
-        self.reset()
+        turns, self._waiting = self._waiting, []
         return turns
 
     def _turns(self, ended: Iterable[Bend | None]) -> list[Turn]:
