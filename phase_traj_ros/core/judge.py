@@ -5,7 +5,8 @@ Judges each pair of frames, once: what its measurement is worth, and why.
 
 ``judged`` is the only place that decides it; ``Judge`` collects what it needs to know: whether the
 vehicle stands (``_stands``) and whether only what is fixed to the camera agrees
-(``_only_fixed_agree``). The distance of a pair that stands is 0; of others, the road decides.
+(``_only_fixed_agree``). The distance of a pair that stands is 0; of others, the road decides. A
+frame that repeats a picture or is foreseen has no measurement to judge.
 """
 
 from dataclasses import dataclass, replace
@@ -27,8 +28,8 @@ from phase_traj_ros.core.status import PairStatus
 
 
 def judged(
-    pair: Comparison, *, repeated: bool = False, blank: bool = False, fixed: bool = False,
-    implausible: bool = False, by_yaw: bool = True,
+    pair: Comparison, *, blank: bool = False, fixed: bool = False, implausible: bool = False,
+    by_yaw: bool = True,
 ) -> tuple[PairStatus, Evidence]:
     """
     Return the status of a pair before it is coded, and what it is worth for the result.
@@ -37,8 +38,6 @@ def judged(
     ----------
     pair
         Its measurements.
-    repeated
-        Whether both frames show one picture.
     blank
         Whether the image holds only noise.
     fixed
@@ -49,8 +48,6 @@ def judged(
         Whether the pair is coded by its yaw.
 
     """
-    if repeated:
-        return PairStatus.REPEATED, Evidence.REPEATED
     if pair.gap:
         return PairStatus.GAP, Evidence.APART
     if pair.quality is None:

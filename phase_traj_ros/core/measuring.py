@@ -151,7 +151,11 @@ class PairMeter:
         if measured is None:
             return Comparison(shift, yaw, cut=cut)
         quality, used = self._quality.judge(measured, self._correlator)
-        return Comparison(shift, yaw, quality, used, self._agreement(shift, yaw), cut=cut)
+        if yaw is not None:
+            agreement = yaw.agreement
+        else:
+            agreement = float(self._correlator.significance(measured) >= _STANDS_OUT)
+        return Comparison(shift, yaw, quality, used, agreement, cut=cut)
 
     def correlation_map(self) -> NDArray[np.float32]:
         """Return the correlation map of the newest pair, see ``PhaseCorrelator``."""
@@ -159,11 +163,6 @@ class PairMeter:
 
     def _gap(self, interval: float) -> bool:
         return 0.0 < self._settings.max_gap < interval
-
-    def _agreement(self, shift: Shift | None, yaw: YawMeasurement | None) -> float:
-        if yaw is not None:
-            return yaw.agreement
-        return float(shift is not None and self._correlator.significance(shift) >= _STANDS_OUT)
 
     def _apply(self) -> None:
         settings = self._settings

@@ -171,8 +171,7 @@ class EstimatorSettings:
     @property
     def needs_lens(self) -> bool:
         """Return whether a setting requires a lens."""
-        return (
-            self.by_heading or self.draws_heading or self.metric or self.code_step > 0)
+        return self.by_heading or self.measures_distance
 
     @property
     def learns_lens(self) -> bool:
@@ -213,8 +212,7 @@ class EstimatorSettings:
     @property
     def measures_distance(self) -> bool:
         """Return whether the distance of each pair is measured or given."""
-        return self.measures_heading and (
-            self.draws_heading or self.metric or self.code_step > 0)
+        return self.draws_heading or self.metric or self.code_step > 0
 
     @property
     def length_unit(self) -> LengthUnit:
