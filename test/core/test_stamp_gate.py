@@ -9,7 +9,7 @@ _EPOCH_S = 1_700_000_000.0
 
 
 def _run(stamps_s: list[float]) -> tuple[list[float], list[int], tuple[int, int]]:
-    """Return the stamps used, the positions of the restarts among them, and (repeated, dropped)."""
+    """Return the stamps used, the places of restarts among them, and (repeated, dropped)."""
     gate: StampGate[float] = StampGate()
     passed = [
         each for stamp in stamps_s for each in gate.push(stamp, round(stamp * 1e9))]
