@@ -59,19 +59,11 @@ class Coder:
         self, status: PairStatus, dx: float | None, heading: HeadingUpdate | None, interval: float,
     ) -> Step:
         """
-        Code a measured pair, or skip another one; a quarter that this completes is coded later.
+        Code a pair of status OK, or skip another one, whose quarters are coded later.
 
-        Parameters
-        ----------
-        status
-            Status of the pair; OK if it was measured.
-        dx
-            Shift in pixels of the full frame, positive to the right; None if it was not measured.
-        heading
-            What the pair adds to the heading; None if that is nothing, or it is not measured.
-        interval
-            Seconds between the two frames.
-
+        ``dx`` is the shift in pixels of the full frame, positive to the right, None if it was not
+        measured; ``heading`` what the pair adds to the heading, None if nothing; ``interval`` the
+        seconds between the two frames.
         """
         codes = self._codes
         if status is not PairStatus.OK:

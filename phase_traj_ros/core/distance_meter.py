@@ -58,25 +58,11 @@ class DistanceMeter:
         status: PairStatus, stamp_ns: int, interval_ns: int, *, unsure_ns: float = 0.0,
     ) -> Travel | None:
         """
-        Add the next frame, and return the distance of its pair; None if it is not measured.
+        Add the next frame, (H, W), and return the distance of its pair; None if it has none.
 
-        Parameters
-        ----------
-        frame
-            (H, W); it must not change afterwards.
-        heading
-            The visual compass; without it, no distance is measured.
-        measured
-            Yaw measurement of the pair; None if the frames cannot be compared.
-        status
-            Status of the pair.
-        stamp_ns
-            Stamp of the frame.
-        interval_ns
-            Time since the previous frame.
-        unsure_ns
-            Its standard deviation.
-
+        The frame must not change afterwards. Without the visual compass, ``heading``, no distance
+        is measured; ``measured`` is None if the frames cannot be compared. ``unsure_ns`` is the
+        standard deviation of the time since the previous frame, ``interval_ns``.
         """
         if heading is None or not self._settings.measures_distance:
             return None

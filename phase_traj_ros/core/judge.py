@@ -34,19 +34,9 @@ def judged(
     """
     Return the status of a pair before it is coded, and what it is worth for the result.
 
-    Parameters
-    ----------
-    pair
-        Its measurements.
-    blank
-        Whether the image holds only noise.
-    fixed
-        Whether only fixed areas may have agreed, or too little else is left.
-    implausible
-        Whether the yaw was not measured, or no vehicle turns like that.
-    by_yaw
-        Whether the pair is coded by its yaw.
-
+    ``blank``: the image holds only noise. ``fixed``: only fixed areas may have agreed, or too
+    little else is left. ``implausible``: the yaw was not measured, or no vehicle turns like that.
+    ``by_yaw``: the pair is coded by its yaw.
     """
     if pair.gap:
         return PairStatus.GAP, Evidence.APART
@@ -106,19 +96,10 @@ class Judge:
         self, picture: Frame, pair: Comparison, heading: VisualCompass | None, interval: float,
     ) -> Verdict:
         """
-        Judge the next pair.
+        Judge the next pair, whose second frame is ``picture``, (H, W).
 
-        Parameters
-        ----------
-        picture
-            Its second frame, (H, W).
-        pair
-            Its measurements.
-        heading
-            The heading so far, from which the yaw has to follow; None if it is not measured.
-        interval
-            Time between the two frames in seconds.
-
+        Its yaw has to follow from the ``heading`` so far, None if that is not measured.
+        ``interval`` is the time between the two frames in seconds.
         """
         shift = None if heading is None else heading.shift_of(pair.yaw)
         if pair.cut:

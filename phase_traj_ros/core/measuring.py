@@ -145,9 +145,7 @@ class PairMeter:
         cut = self._cuts.update(yaw, interval)
         if cut and self._settings.guards:
             self._quality.interrupt()
-        measured = shift
-        if self._settings.by_heading:
-            measured = None if yaw is None else yaw.shift
+        measured = yaw.shift if self._settings.by_heading and yaw is not None else shift
         if measured is None:
             return Comparison(shift, yaw, cut=cut)
         quality, used = self._quality.judge(measured, self._correlator)

@@ -50,26 +50,10 @@ class Route:
         interval_ns: int, *, unsure_ns: float = 0.0,
     ) -> tuple[Odometry | None, tuple[AnyDirection, ...]]:
         """
-        Add a pair of frames.
+        Add a pair of frames: its codes, and its heading and distance if they are measured.
 
         Return its odometry, None if the distance is not known in metres, and the directions of
-        the equal links that end with it.
-
-        Parameters
-        ----------
-        step
-            The codes of the pair.
-        heading
-            Its change of the heading; None if the heading is not measured.
-        travel
-            Its distance; None if no distance is measured.
-        stamp_ns
-            Stamp of its second frame.
-        interval_ns
-            Time since its first frame.
-        unsure_ns
-            Its standard deviation.
-
+        the equal links that end with it. ``unsure_ns`` is the deviation of ``interval_ns``.
         """
         if step.appended:
             self._chain_path.append(step.direction, stamp_ns)

@@ -45,15 +45,8 @@ class StampGate(Generic[_FrameT]):
         """
         Take the next frame; yield the frames to use now, none to two, in order.
 
-        The iterator has to be exhausted before the next call.
-
-        Parameters
-        ----------
-        frame
-            Anything that belongs to the stamp; it is passed on as it is.
-        stamp_ns
-            Time of the exposure in nanoseconds.
-
+        The iterator has to be exhausted before the next call. The frame may be anything that
+        belongs to the stamp, the time of the exposure in nanoseconds.
         """
         held, self._held = self._held, None
         if held is not None:

@@ -39,13 +39,8 @@ class TurnCode(ChainCode):
         """
         Judge the next pair of frames.
 
-        Parameters
-        ----------
-        quarters
-            Quarter turns completed since the last pair, in order: 1 left, -1 right.
-        rate
-            Yaw rate of the pair in radians per second, positive to the left.
-
+        ``quarters`` are the quarter turns completed since the last pair, in order: 1 left, -1
+        right; ``rate`` is the yaw rate of the pair in radians per second, positive to the left.
         """
         self.expect(quarters)
         self.turn = yawing(rate)

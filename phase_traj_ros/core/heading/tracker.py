@@ -117,22 +117,12 @@ class HeadingTracker:
         variance: float = 0.0, share: float = 1.0,
     ) -> HeadingStep:
         """
-        Add the next pair of frames.
+        Add the next pair of frames, ``interval`` seconds apart, more than 0.
 
-        Parameters
-        ----------
-        yaw
-            Yaw in radians, positive to the left; None if it was not measured.
-        interval
-            Time between the two frames, in seconds, above 0.
-        certain
-            Whether to accept the yaw even if the rate jumps. The rate jumps if a frame was lost
-            and the stamps do not show it.
-        variance
-            Variance of the yaw in square radians.
-        share
-            Share of the pair in the time over which its yaw was measured.
-
+        ``yaw`` is in radians, positive to the left, None if it was not measured; ``variance`` in
+        square radians; ``share`` that of the pair in the time over which it was measured. A
+        ``certain`` yaw is accepted even if the rate jumps, as it does if a frame was lost and the
+        stamps do not show it.
         """
         before = self.heading
         self.pairs += 1

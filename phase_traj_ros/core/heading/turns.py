@@ -115,18 +115,9 @@ class TurnDetector:
         """
         Add the next frame; return the turns that have ended, a dip or more before it.
 
-        Parameters
-        ----------
-        stamp_ns
-            Stamp of the frame, later than the previous one.
-        heading
-            Heading at this frame in radians, positive to the left, not wrapped.
-        way
-            Way since the previous frame, in heights of the camera above the road, 0 or more; None
-            if it is unknown.
-        frames
-            Number of this frame minus that of the previous one.
-
+        ``heading`` is in radians, positive to the left, not wrapped. ``way`` is that since the
+        previous frame, in heights of the camera above the road, 0 or more, None if unknown.
+        ``frames`` is the number of this frame minus that of the previous one.
         """
         before = self._last
         if before is None:

@@ -124,12 +124,8 @@ class YawCamera:
         """
         Continue without the areas that are fixed to the camera; no pair is lost.
 
-        Parameters
-        ----------
-        weights
-            Weight of each pixel of the frames in addition to the mask, (H, W), 0 to 255; None if
-            all count equally.
-
+        ``weights`` are those of the pixels of the frames in addition to the mask, (H, W), 0 to
+        255; None if all count equally.
         """
         self._weights.use(weights)
         self._mask_learning()

@@ -45,19 +45,11 @@ class HeadingPath:
 
     def append(self, heading: float, yaw: float, length: float, stamp_ns: int) -> Corner:
         """
-        Append one step; return the pose at its end.
+        Append one step; return the pose at its end, which is that of a frame.
 
-        Parameters
-        ----------
-        heading
-            Heading at the end of the step in radians, positive to the left, not wrapped.
-        yaw
-            Change of the heading during the step.
-        length
-            Length of the step in the unit of the path; 0 changes the heading only.
-        stamp_ns
-            Stamp of the frame at the end of the step.
-
+        ``heading`` is that at the end of the step in radians, positive to the left, not wrapped;
+        ``yaw`` its change during the step; ``length`` is in the unit of the path, 0 changes the
+        heading only.
         """
         if length != 0.0:
             # A standing vehicle must not displace earlier poses.

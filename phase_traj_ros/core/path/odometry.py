@@ -89,21 +89,9 @@ class Odometer:
         Add the next pair of frames; return the odometry after it.
 
         Where the distance is unknown, the heading goes on and the position stays. What the vehicle
-        may have travelled is added to its error, in all directions.
-
-        Parameters
-        ----------
-        step
-            Its change of the heading.
-        travel
-            Its distance, in metres.
-        stamp_ns
-            Stamp of its second frame.
-        interval
-            Seconds since its first frame, above 0.
-        unsure
-            Standard deviation of the interval: rates have its relative error.
-
+        may have travelled is added to its error, in all directions. ``travel`` is in metres,
+        ``interval`` in seconds, above 0; rates have the relative error of its standard deviation,
+        ``unsure``.
         """
         speed_variance = travel.variance / interval ** 2
         if travel.known:

@@ -42,27 +42,13 @@ class ReliabilityMonitor:
         measured: bool = True, rivalled: bool = False, cut: bool = False, frames: int = 1,
     ) -> None:
         """
-        Take the next pair.
+        Take the next pair, what it is worth and what else is wrong with it.
 
-        Parameters
-        ----------
-        evidence
-            What it is worth.
-        stamp_ns
-            Stamp of its second frame.
-        interval_ns
-            Time since its first frame.
-        contradicted
-            Whether the direction code contradicts the heading.
-        measured
-            Whether its distance is measured or given, if one is wanted in metres.
-        rivalled
-            Whether another motion of the road stands out more than the one that it is measured by.
-        cut
-            Whether the scene changed in the pair before.
-        frames
-            Number of its second frame minus that of its first one: it stands for so many pairs.
-
+        ``contradicted``: the direction code contradicts the heading. ``measured``: its distance is
+        measured or given, or none is wanted in metres. ``rivalled``: another motion of the road
+        stands out more than the one that it is measured by. ``cut``: the scene changed in the pair
+        before. ``frames``: number of its second frame minus that of its first one; it stands for
+        so many pairs.
         """
         if not self._parts:
             self._start_ns = self._judged_ns = stamp_ns - interval_ns
