@@ -86,8 +86,9 @@ class DistanceMeter:
         if given is not None:
             self.heights_per_second = abs(given) / (
                 interval * (self._height.metres or HEADING.camera_height))
-            if by_road is not None and by_road.state is TravelState.MEASURED:
-                self._calibrate(given, by_road, interval)
+            if (given > 0.0 and by_road is not None and by_road.state is TravelState.MEASURED
+                    and by_road.distance > TUNING.calibrating * interval):
+                self._height.add(given, by_road.distance, interval)
             return Travel(
                 given, (TUNING.given_speed * given) ** 2, TravelState.GIVEN,
                 scale=TUNING.given_speed)
@@ -115,10 +116,6 @@ class DistanceMeter:
         if self._settings.speed == 0.0:
             return None
         return 0.0 if status is PairStatus.STILL else self._settings.speed * interval_ns * 1e-9
-
-    def _calibrate(self, metres: float, by_road: Travel, interval: float) -> None:
-        if metres > 0.0 and by_road.distance > TUNING.calibrating * interval:
-            self._height.add(metres, by_road.distance, interval)
 
     def _look_for(self, frame: Frame, heading: VisualCompass) -> bool:
         """Use the current camera and mask; return whether the camera has changed."""

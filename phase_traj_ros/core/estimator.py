@@ -33,6 +33,7 @@ class TrajectoryEstimator:
     """
     Measures each pair of frames of a camera, codes it, and draws the path.
 
+    ``update`` takes a frame through all steps: it is prepared, measured, judged and integrated.
     The node and the offline replay use the same class, so their codes are the same.
     """
 

@@ -176,6 +176,7 @@ class Integration:
         self._monitor.add(Evidence.REPEATED, stamp_ns, interval_ns)
         heading = None
         if self.heading is not None:
+            # It does not turn since the frame before, which may be a foreseen one.
             heading = self.heading.tracker.foresee(0.0, 0.0)
             if self._foreseen is not None and self._foreseen.heading is not None:
                 heading = replace(heading, heading=self._foreseen.heading.heading)
