@@ -92,7 +92,7 @@ class PairMeter:
         if (settings.view, settings.code_source) != (before.view, before.code_source):
             self._apply()
         elif (settings.gate, settings.stillness) != (before.gate, before.stillness):
-            self._quality = self._make_quality()
+            self._make_quality()
 
     def reset(self) -> None:
         """Forget the newest frame: the next one becomes the first of a pair."""
@@ -167,13 +167,11 @@ class PairMeter:
         self._view_mask: Frame | None = (
             None if self.mask is None else settings.view.of(self.mask))
         self._correlator = PhaseCorrelator(mask=self._view_mask)
-        self._quality = self._make_quality()
+        self._make_quality()
 
-    def _make_quality(self) -> PairQuality:
+    def _make_quality(self) -> None:
         # The yaw is tested separately, and without a correlation map of the view.
-        quality = PairQuality(
+        self._quality = PairQuality(
             gate=None if self._settings.by_heading else self._settings.gate,
             stillness=self._settings.stillness, mask=self._view_mask)
-        if self._left_out is not None:
-            quality.leave_out(self._settings.view.of(self._left_out))
-        return quality
+        self.leave_out(self._left_out)
