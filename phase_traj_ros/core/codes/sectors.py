@@ -8,8 +8,6 @@ from phase_traj_ros.core.codes.codes import Direction
 from phase_traj_ros.core.codes.freeman import AnyDirection, Freeman, to_four
 from phase_traj_ros.core.codes.tuning import TUNING
 
-CONNECTIVITIES = (4, 8)
-
 
 class HeadingSector:
     """Follows a heading from sector to sector, starting with that of ``FORWARD``."""
@@ -24,7 +22,7 @@ class HeadingSector:
             The connectivity is neither 4 nor 8.
 
         """
-        if connectivity not in CONNECTIVITIES:
+        if connectivity not in (4, 8):
             raise ValueError(f'connectivity is {connectivity}: give 4 or 8')
         self._connectivity = connectivity
         self.directions: type[Direction] | type[Freeman] = (
