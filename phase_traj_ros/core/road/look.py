@@ -82,17 +82,10 @@ class RoadLook:
         self, least: float, most: float, key: RoadKeyframe, *, stretched: float,
     ) -> RoadSlide | None:
         """
-        Return the slide that stands out most; None if none does.
+        Return the slide since the keyframe ``key`` that stands out most; None if none does.
 
-        Parameters
-        ----------
-        least, most
-            Range in which it is searched, in camera heights since the keyframe.
-        key
-            The keyframe, and the motion since.
-        stretched
-            Factor by which slides of this patch are too large, as the pitch has changed.
-
+        It is searched from ``least`` to ``most`` camera heights. ``stretched`` is the factor by
+        which slides of this patch are too large, as the pitch has changed.
         """
         least, most = least * stretched / CELL, min(most * stretched / CELL, self._slide.most)
         # Where the rotation takes a pattern that is fixed to the camera, and around it.

@@ -42,23 +42,11 @@ class RoadMeter:
         """
         Make a meter that waits for its first frame.
 
-        Parameters
-        ----------
-        camera
-            Camera model of the upright image.
-        horizon
-            Prior tilt of the camera relative to the road.
-        pitch_known
-            Whether the pitch of ``horizon`` is exact.
-        rotate_180
-            Whether the frames are upside down.
-        mask
-            Weight of each pixel of the frames, (H, W), 0 to 1.
-        speed_filter
-            Prior speed; None if it is unknown.
-        keyframes
-            Whether a frame may be compared with an earlier one than its predecessor.
-
+        ``camera`` is the model of the upright image, ``horizon`` its prior tilt relative to the
+        road, the pitch of which is exact if ``pitch_known``. The frames are upside down with
+        ``rotate_180``, and ``mask`` is the weight of each of their pixels, (H, W), 0 to 1.
+        ``speed_filter`` holds the prior speed. With ``keyframes``, a frame may be compared with
+        an earlier one than its predecessor.
         """
         self._keyframes = keyframes
         self._camera, self._horizon = camera, horizon
@@ -98,24 +86,12 @@ class RoadMeter:
         yaw: float | None = None, still: bool = False, unsure: float = 0.0,
     ) -> Travel:
         """
-        Add the next frame, and return the distance of its pair in camera heights.
+        Add the next frame, (H, W), and return the distance of its pair in camera heights.
 
-        Parameters
-        ----------
-        frame
-            (H, W); it must not change afterwards.
-        interval
-            Seconds since the previous frame, above 0.
-        motion
-            Rotation of the camera since then; None if the blocks do not agree, such as in
-            reverse.
-        yaw
-            Yaw in radians, used if ``motion`` is None; None if it is unknown.
-        still
-            Whether the vehicle is known to stand.
-        unsure
-            Standard deviation of the interval.
-
+        The frame must not change afterwards. ``interval`` is the time since the previous one, in
+        seconds, above 0, ``unsure`` its standard deviation, and ``motion`` that of the camera;
+        it is None if the blocks do not agree, such as in reverse. Then the ``yaw`` in radians
+        counts, if it is known. ``still`` is whether the vehicle is known to stand.
         """
         self.speed_filter.pass_time(interval, unsure=unsure)
         self.tilt.pass_time(interval)
@@ -140,11 +116,7 @@ class RoadMeter:
             turns=motion is not None and abs(motion.yaw) > TUNING.turning * interval)
 
     def _measure(self, frame: Frame, interval: float, *, turns: bool) -> Travel:
-        """
-        Compare the road with that of the keyframe, or bridge the pair.
-
-        ``turns`` is whether the vehicle turns in it, as only one that drives can.
-        """
+        """Compare the road with that of the keyframe, or bridge the pair; see ``bridge``."""
         key = self._key
         if self.tilt.deviation > TUNING.sure:
             self._looks = None
