@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from phase_traj_ros.core.correlation.mask import mask_weights
 from phase_traj_ros.core.correlation.phase_correlation import Frame, Shift
 from phase_traj_ros.core.correlation.tuning import TUNING
+from phase_traj_ros.core.correlation.view import halvings
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -126,16 +127,13 @@ class BlockMotion:
         moved = cv2.warpAffine(
             self._previous, matrix, (width, height), flags=cv2.INTER_LINEAR,
             borderMode=cv2.BORDER_CONSTANT, borderValue=(math.nan,) * 4)
-        parts = self._parts
-        down, right = (slice(1, side + 1) for side in parts.shape[1:])
-        np.subtract(self._current[down, right], self._previous[down, right], out=parts[0])
-        np.subtract(self._current[down, right], moved[down, right], out=parts[1])
         # The level is subtracted so that the sums of squares keep their precision.
-        np.subtract(self._current[down, right], self._current.mean(), out=parts[2])
-        seen = np.isfinite(parts[1], out=parts[3])
-        parts[:3] *= seen
-        np.nan_to_num(parts[:3], copy=False)
-        split = parts.reshape(self._split)
+        parts = np.stack([
+            self._current - self._previous, self._current - moved,
+            self._current - self._current.mean(), np.ones_like(moved)])
+        parts = np.where(np.isfinite(moved), parts, np.float32(0))
+        rows, columns = self._parts.shape[1:]
+        split = parts[:, 1:rows + 1, 1:columns + 1].reshape(self._split)
         squares = np.square(split[:3]).sum(axis=(2, 4))
         sums = split.sum(axis=(2, 4))
         count = np.maximum(sums[3], 1.0)
@@ -167,13 +165,12 @@ class BlockMotion:
     def _allocate(self, shape: tuple[int, int], dtype: np.dtype[Any]) -> None:
         self._form = shape, dtype
         self._primed = False
-        wanted = round(math.log2(max(shape[0] * shape[1] / TUNING.block_pixels, 1.0)) / 2)
-        halvings = min(wanted, int(math.log2(min(shape) / (TUNING.least_block_px + 2))))
-        self._scale = 2 ** halvings
+        times = halvings(shape, pixels=TUNING.block_pixels, least=TUNING.least_block_px + 2)
+        self._scale = 2 ** times
         height, width = (side // self._scale for side in shape)
         self._halves = [
             np.empty((height << left, width << left), dtype)
-            for left in reversed(range(halvings))]
+            for left in reversed(range(times))]
         # Differences are taken within the frame, so no block contains its border.
         rows, columns = (
             max(min(most, (side - 2) // TUNING.least_block_px), 1)
