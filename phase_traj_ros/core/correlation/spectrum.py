@@ -9,24 +9,18 @@ Column 0 and column N-1 hold the frequencies 0 and N/2, which are spectra of rea
 number in the first and the last row, and pairs down the column between them.
 """
 
+from itertools import count
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 from phase_traj_ros.core.correlation.aligned import aligned_zeros
 
-_FACTORS = (2, 3, 5)
 _MULTIPLE = 8
 _LEAST_PADDING = 4
 _CRAMPED, _CROWDED = 256, 1024
 # Bins whitened at a time: few enough to fit a core's own cache, enough to hide call overhead.
 _BLOCK_BINS = 1 << 16
-
-
-def _is_smooth(number: int) -> bool:
-    for factor in _FACTORS:
-        while number % factor == 0:
-            number //= factor
-    return number == 1
 
 
 def padded_side(length: int) -> int:
@@ -45,14 +39,11 @@ def padded_side(length: int) -> int:
 
     ``make bench`` compares the rule with its alternatives.
     """
-    side = length
-    while not _suits(side, length):
-        side += 1
-    return side
+    return next(side for side in count(length) if _suits(side, length))
 
 
 def _suits(side: int, length: int) -> bool:
-    if side % _MULTIPLE or not _is_smooth(side) or side % _CROWDED == 0:
+    if side % _MULTIPLE or side % _CROWDED == 0 or cv2.getOptimalDFTSize(side) != side:
         return False
     return side == length or (side - length >= _LEAST_PADDING and side % _CRAMPED != 0)
 
