@@ -60,8 +60,7 @@ class BlockMotion:
         self._form: tuple[tuple[int, ...], np.dtype[Any]] | None = None
         self._primed = False
         # The newest and the previous frame, reduced.
-        self._current: NDArray[np.float32] = np.empty((0, 0), np.float32)
-        self._previous: NDArray[np.float32] = np.empty((0, 0), np.float32)
+        self._current = self._previous = np.empty((0, 0), np.float32)
 
     def reset(self) -> None:
         """Forget the previous frame."""
@@ -100,7 +99,7 @@ class BlockMotion:
         Changes of a block's brightness and contrast are allowed for. Displacements are valid up to
         about a pixel of the reduced frames. Larger ones give wrong vectors, but rarely small ones.
         """
-        parts = self._parts
+        parts, blocks = self._parts, self._blocks
         height, width = parts.shape[1:]
         both = np.add(self._current, self._previous, out=self._both)
         down, right = slice(1, height + 1), slice(1, width + 1)
@@ -109,7 +108,6 @@ class BlockMotion:
         np.subtract(both[2:height + 2, right], both[:height, right], out=parts[1])
         parts[2] = both[down, right]
         np.subtract(self._current[down, right], self._previous[down, right], out=parts[3])
-        blocks = self._blocks
         blocks[...] = parts.reshape(self._split).transpose(1, 3, 0, 2, 4)
         samples = blocks.reshape(-1, 4, blocks.shape[3] * blocks.shape[4])
         samples -= samples.mean(axis=2, keepdims=True)
@@ -176,9 +174,7 @@ class BlockMotion:
             max(min(most, (side - 2) // TUNING.least_block_px), 1)
             for most, side in zip(TUNING.blocks, (height, width)))
         tall, wide = (height - 2) // rows, (width - 2) // columns
-        self._current = np.empty((height, width), np.float32)
-        self._previous = np.empty((height, width), np.float32)
-        self._both = np.empty((height, width), np.float32)
+        self._current, self._previous, self._both = np.empty((3, height, width), np.float32)
         self._parts = np.empty((4, rows * tall, columns * wide), np.float32)
         self._split = (4, rows, tall, columns, wide)
         self._blocks = np.empty((rows, columns, 4, tall, wide), np.float32)

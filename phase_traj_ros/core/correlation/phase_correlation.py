@@ -68,14 +68,8 @@ class PhaseCorrelator:
         """
         Make a correlator; it takes the size of the frames from the first one.
 
-        Parameters
-        ----------
-        window
-            Taper of the frames.
-        mask
-            Weight of each pixel, (H, W), 0 to 1 or 0 to 255; None weights all pixels equally.
-        transform
-            Which library computes the transforms.
+        ``window`` is the taper of the frames, ``mask`` the weight of each of their pixels, (H, W),
+        0 to 1 or 0 to 255, and ``transform`` the library that computes the transforms.
 
         Raises
         ------
@@ -88,7 +82,7 @@ class PhaseCorrelator:
         self._transforms = find_transform(transform)
         self._window_form = window
         self._mask = None if mask is None else mask_weights(mask)
-        self._shape: tuple[int, int] | None = None
+        self._shape = (0, 0)
         self._primed = False
         # All steps of a pair are done in place: this array holds the tapered frame, its spectrum,
         # the cross-phase spectrum and the map, in this order.
@@ -109,12 +103,8 @@ class PhaseCorrelator:
         Return the shift from the previous frame to ``frame``, or None if there is no pair.
 
         There is no pair at the first frame, after a reset, and when the size of the frames
-        changes. The frame given is then the first of the next pair.
-
-        Parameters
-        ----------
-        frame
-            (H, W) uint8, uint16 or float32, at least 8 x 8, of any scale and offset.
+        changes. The frame given is then the first of the next pair. It is (H, W) uint8, uint16 or
+        float32, at least 8 x 8, of any scale and offset.
 
         Raises
         ------
@@ -130,12 +120,10 @@ class PhaseCorrelator:
         if frame.shape != self._shape:
             self._allocate(frame.shape)
         energy = self._transform(frame, mean, deviation)
-        highest = math.sqrt(self._energy * energy)
+        primed, self._primed = self._primed, True
+        self._highest = math.sqrt(self._energy * energy) if primed else 0.0
         self._energy = energy
-        if self._primed:
-            return self._correlate(highest)
-        self._primed, self._highest = True, 0.0
-        return None
+        return self._correlate() if primed else None
 
     def correlation_map(self) -> NDArray[np.float32]:
         """
@@ -185,15 +173,12 @@ class PhaseCorrelator:
             return Shift(0.0, 0.0, 0.0)
         return self._shift_at(row, column)
 
-    def _near(
-        self, place: tuple[int, int], reach: int,
-    ) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    def _near(self, place: tuple[int, int], reach: int) -> tuple[NDArray[np.intp], ...]:
         """Return the index of the square about ``place`` (row, column) in the cyclic map."""
-        rows, columns = (
+        reaches = (min(reach, side // 2 - 1) for side in self._map.shape)
+        return np.ix_(*(
             np.arange(middle - most, middle + most + 1) % side
-            for middle, side in zip(place, self._map.shape)
-            for most in (min(reach, side // 2 - 1),))
-        return rows[:, None], columns[None, :]
+            for middle, most, side in zip(place, reaches, self._map.shape)))
 
     def _allocate(self, shape: tuple[int, int]) -> None:
         padded = padded_shape(shape)
@@ -209,10 +194,10 @@ class PhaseCorrelator:
 
     def _transform(self, frame: Frame, mean: float, deviation: float) -> float:
         """Replace the map by the cross-phase spectrum of ``frame``; return its energy."""
-        height, width = frame.shape
-        spectrum = self._map
         if deviation == 0.0:
             return self._nothing()
+        height, width = frame.shape
+        spectrum = self._map
         tapered = spectrum[:height, :width]
         spectrum[height:] = 0.0
         spectrum[:height, width:] = 0.0
@@ -238,10 +223,9 @@ class PhaseCorrelator:
         self._cross.clear()
         return 0.0
 
-    def _correlate(self, highest: float) -> Shift:
+    def _correlate(self) -> Shift:
         """Turn the cross-phase spectrum into the map; find its peak (eqs. 2 and 3)."""
-        self._highest = highest
-        if highest == 0.0:
+        if self._highest == 0.0:
             self._map.fill(0.0)
             return Shift(0.0, 0.0, 0.0)
         self._unit = self._transforms.inverse(self._map)

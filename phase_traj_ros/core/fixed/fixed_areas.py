@@ -81,9 +81,8 @@ class FixedAreas:
         if self.share == 0.0:
             return None
         height, width = self._shape
-        weights = cv2.resize(
-            255 - self._fixed, (width, height), interpolation=cv2.INTER_NEAREST)
-        return weights  # type: ignore[return-value]
+        return cv2.resize(  # type: ignore[return-value]
+            255 - 255 * self._fixed, (width, height), interpolation=cv2.INTER_NEAREST)
 
     def update(self, frame: Frame, interval: float, *, turned: float = 0.0) -> bool:
         """
@@ -111,7 +110,9 @@ class FixedAreas:
         self._means: NDArray[np.float32] = np.zeros((4, *reduced), np.float32)
         self._darkest = np.full(reduced, np.inf, np.float32)
         self._brightest = np.full(reduced, -np.inf, np.float32)
+        # 1 where fixed, and the share of each cell that is not.
         self._fixed: NDArray[np.uint8] = np.zeros(reduced, np.uint8)
+        self._open = self._samples.by_places(np.ones(reduced, np.float32))
         self.share = 0.0
         """Share of the image that is fixed, 0 to 1."""
         self._left, self._black = 1.0, 0.0
@@ -120,11 +121,10 @@ class FixedAreas:
     def _learn(self) -> bool:
         """Add the newest sample to the means if the world moves; return whether it does."""
         changed, energy = self._samples.changes()
-        closed = self._samples.by_places(self._fixed.astype(np.float32)) / np.float32(255)
-        left_changed, left_energy = _outside(closed, changed, energy)
+        left_changed, left_energy = self._open * changed, self._open * energy
         self._changing = _share(left_changed, left_energy)
         self.moving = self._moves(left_changed, left_energy)
-        self._watch(closed)
+        self._watch()
         if not self.moving:
             return False
         moved = np.full_like(changed, TUNING.full_change)
@@ -143,11 +143,12 @@ class FixedAreas:
         np.maximum(self._brightest - TUNING.relaxing_levels, picture, out=self._brightest)
         return True
 
-    def _watch(self, closed: NDArray[np.float32]) -> None:
+    def _watch(self) -> None:
         """Check whether most of the image has not changed for long while a part of it has."""
         if self._reference is not None:
-            share = _share(*_outside(closed, *self._samples.changes(self._reference)))
-            self.far = self._only_horizon_remains(closed)
+            share = _share(*(
+                self._open * each for each in self._samples.changes(self._reference)))
+            self.far = self._only_horizon_remains(self._reference)
             self._age += self._samples.elapsed
             if share < TUNING.driving_share and self._age < TUNING.long_s:
                 return
@@ -157,11 +158,10 @@ class FixedAreas:
             self._held = goes_on and TUNING.standing_share <= share < TUNING.driving_share
         self._reference, self._age = self._samples.gradients.copy(), 0.0
 
-    def _only_horizon_remains(self, closed: NDArray[np.float32]) -> bool:
-        assert self._reference is not None
+    def _only_horizon_remains(self, since: NDArray[np.float32]) -> bool:
         # Edges do not count: along a straight road, lane markings do not move either.
-        before, now = ((1.0 - closed) * self._corners(self._reference, gradients)
-                       for gradients in (self._reference, self._samples.gradients))
+        before, now = (self._open * self._corners(since, gradients)
+                       for gradients in (since, self._samples.gradients))
         remaining, structure = now.sum(axis=1), before.sum(axis=1)
         rows = len(structure)
         road = round((1.0 - TUNING.road_share) * rows)
@@ -187,12 +187,12 @@ class FixedAreas:
             for amount in (changed, energy))
         stays = (energies > TUNING.strip_tells * energies.sum()) & (
             changes < TUNING.strip_changes * energies)
-        return self._changing >= TUNING.moving_share and np.count_nonzero(stays) <= 1
+        return self._changing >= TUNING.moving_share and bool(np.count_nonzero(stays) <= 1)
 
     def _renew(self) -> bool:
         """Find the areas again; return whether they have changed."""
         black = self._bars()
-        fixed = self._patterns() | black
+        fixed = (self._patterns() | black).astype(np.uint8)
         # A pattern extends beyond its gradients, and the middle of a drop has none.
         square = np.ones((3, 3), np.uint8)
         closed = cv2.morphologyEx(fixed, cv2.MORPH_CLOSE, square)
@@ -200,43 +200,31 @@ class FixedAreas:
         if np.count_nonzero(fixed != self._fixed) <= TUNING.same_share * fixed.size:
             return False
         self._fixed = fixed
+        self._open = 1.0 - self._samples.by_places(fixed.astype(np.float32))
         self.share = np.count_nonzero(fixed) / fixed.size
         self._black = np.count_nonzero(black) / black.size
         # A narrow strip between two fixed areas is not usable.
         self._left = 1.0 - np.count_nonzero(cv2.dilate(fixed, square)) / fixed.size
         return True
 
-    def _remaining(self) -> NDArray[np.float32]:
-        """Return the share of the gradients' energy that remains, along the weaker direction."""
+    def _patterns(self) -> NDArray[np.bool_]:
+        """Return where patterns remain, (h, w)."""
         across, down, energy, known = self._means
         near = (self._near, self._near)
         xx, yy, xy = (cv2.blur(product, near) for product in (
             across * across, down * down, across * down))
         weaker = xx + yy - np.sqrt(np.square(xx - yy) + 4.0 * np.square(xy))
-        remaining: NDArray[np.float32] = weaker / (cv2.blur(energy * known, near) + 1e-4)
-        return remaining
-
-    def _patterns(self) -> NDArray[np.uint8]:
-        """Return the patterns that remain, (h, w): 255 or 0."""
-        known = self._means[3]
+        remaining = weaker / (cv2.blur(energy * known, near) + 1e-4)
         limit = TUNING.remains + TUNING.doubt / np.maximum(known, TUNING.least_known)
-        found = (known > TUNING.least_known) & (self._remaining() > limit)
-        return np.where(found, np.uint8(255), np.uint8(0))
+        return np.asarray((known > TUNING.least_known) & (remaining > limit))
 
-    def _bars(self) -> NDArray[np.uint8]:
-        """Return the areas that touch the border and have always been black, (h, w): 255 or 0."""
+    def _bars(self) -> NDArray[np.bool_]:
+        """Return the areas that touch the border and have always been black, (h, w)."""
         black = ((self._brightest < TUNING.dark_levels) & (
             self._brightest - self._darkest < TUNING.constant_levels)).astype(np.uint8)
         framed = cv2.copyMakeBorder(black, 1, 1, 1, 1, cv2.BORDER_CONSTANT, value=(1,))
         cv2.floodFill(framed, None, (0, 0), (255,))
-        return np.where(framed[1:-1, 1:-1] == 255, np.uint8(255), np.uint8(0))
-
-
-def _outside(
-    closed: NDArray[np.float32], *amounts: NDArray[np.float32],
-) -> tuple[NDArray[np.float32], ...]:
-    """Return amounts by places without the share of each place that is closed."""
-    return tuple(each - each * closed for each in amounts)
+        return np.asarray(framed[1:-1, 1:-1] == 255)
 
 
 def _share(changed: NDArray[np.float32], energy: NDArray[np.float32]) -> float:
