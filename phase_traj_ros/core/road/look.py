@@ -93,10 +93,7 @@ class RoadLook:
         below = min(pattern, 0.0) - TUNING.fixed_cells
         above = max(pattern, 0.0) + TUNING.fixed_cells
         peak = self._peak(least, most, below, above, key)
-        if not key.moves and (peak is None or peak.score < TUNING.stands_out):
-            # Whatever its speed was, it may stand.
-            peak = self._slide.peak(below, above)
-        if peak is None or peak.score < TUNING.stands_out:
+        if peak is None:
             return None
         raw = peak.cells * CELL
         # Next to the copies of an encoder are their side lobes.
@@ -114,25 +111,22 @@ class RoadLook:
 
     def is_rivalled(self, found: RoadSlide | None) -> bool:
         """Return whether another slide stands out, and more than the one that was found."""
-        if found is None:
-            return self._slide.rival(None) > TUNING.stands_out
-        return self._slide.rival(found.raw / CELL) > max(TUNING.stands_out, found.score)
+        cells, score = (None, 0.0) if found is None else (found.raw / CELL, found.score)
+        return self._slide.rival(cells) > max(TUNING.stands_out, score)
 
     def _peak(
         self, least: float, most: float, below: float, above: float, key: RoadKeyframe,
     ) -> Peak | None:
         """Return the highest peak; what slides is the road, even if a fixed pattern is higher."""
         if not key.moves:
-            return self._slide.peak(least, most)
-        slowest = key.least / CELL if key.drives else above
-        places = [(max(least, above, slowest), most)]
+            # Whatever its speed was, it may stand.
+            return self._slide.peak(least, most) or self._slide.peak(below, above)
+        places = [(max(least, above, key.least / CELL), most)]
         if not key.drives or not key.agreed or most <= 0.0:
             places.append((least, min(most, below)))
         peaks = filter(None, [self._slide.peak(*place) for place in places])
         peak = max(peaks, key=lambda each: each.score, default=None)
-        if not key.drives and (peak is None or peak.score < TUNING.stands_out):
-            return self._slide.peak(least, most)
-        return peak
+        return peak if peak or key.drives else self._slide.peak(least, most)
 
     @property
     def _without_fixed(self) -> NDArray[np.float32]:

@@ -64,14 +64,15 @@ class Slide:
         self._scores = best / noise
 
     def peak(self, least: float, most: float) -> Peak | None:
-        """Return the highest peak from ``least`` to ``most`` cells; None if there is no peak."""
+        """Return the highest peak from ``least`` to ``most`` cells; None if none stands out."""
         first = max(math.floor(least) + self._back, 1)
         last = min(math.ceil(most) + self._back, len(self._scores) - 2)
         if last < first:
             return None
         # The flank of a peak outside does not count, however high it is.
         before, scores, after = (self._scores[first + by:last + 1 + by] for by in (-1, 0, 1))
-        peaks = np.flatnonzero((before < scores) & (scores >= after))
+        peaks = np.flatnonzero(
+            (before < scores) & (scores >= after) & (scores >= TUNING.stands_out))
         if not len(peaks):
             return None
         at = int(peaks[scores[peaks].argmax()])
