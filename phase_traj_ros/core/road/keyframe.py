@@ -20,9 +20,7 @@ class RoadKeyframe:
     passing: float = 0.0
     """Sum of the ratios of translation to distance of the near blocks."""
     agreed: bool = False
-    """Whether the blocks agree on the motion of the newest pair, ..."""
-    goes_on: bool = False
-    """...and it passes at half of the mean rate or more, so the vehicle drives."""
+    """Whether the blocks agree on the motion of the newest pair."""
     given: float = 0.0
     """Sum of the distances of the pairs since."""
     variance: float = 0.0
@@ -37,13 +35,11 @@ class RoadKeyframe:
     ) -> None:
         """Add the rotation of a pair, and its ratio of translation to distance, if it has one."""
         self.agreed = near is not None
-        near = near or 0.0
-        self.passing += near
+        self.passing += near or 0.0
         self.yaw += yaw
         self.pitch += pitch
         self.roll += roll
         self.age += interval
-        self.goes_on = near * self.age > 0.5 * self.passing * interval
 
     @property
     def nodding(self) -> float:

@@ -133,7 +133,7 @@ class RoadMeter:
             look.compare(turn)
         self._add_to_profile()
         found = self._search(interval)
-        travel = self._judged([each for each in found if each is not None], interval)
+        travel = self._judged(list(filter(None, found)), interval)
         if travel is None or key.over:
             self._renew(frame)
         rivalled = key.agreed and key.drives and all(
@@ -151,7 +151,7 @@ class RoadMeter:
         if self.speed_filter.known and self.speed_filter.speed == 0.0 and self._key.least > 0.0:
             # All patches agree on a slide that no vehicle reaches from standing: the picture was
             # frozen. (While it drives, an encoder or the pattern of the markings may do the same.)
-            anywhere = [each for each in self._slides(interval, SpeedFilter()) if each]
+            anywhere = list(filter(None, self._slides(interval, SpeedFilter())))
             if 1 < len(anywhere) == len(found) == len(self._agreeing(anywhere, anywhere[0])):
                 self.speed_filter.forget()
                 self._key.age = interval
@@ -170,7 +170,7 @@ class RoadMeter:
 
     def _by_profile(self, interval: float) -> RoadSlide | None:
         """Return the slide at the speed that half a second tells; None if it tells none."""
-        best = self._profile.best if self._key.drives and self._key.goes_on else None
+        best = self._profile.best if self._key.drives else None
         if best is None:
             return None
         (speed, score), speeds, near = best, self.speed_filter, (self._looks or ())[0]

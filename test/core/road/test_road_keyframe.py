@@ -74,17 +74,6 @@ def test_rotations_and_times_of_the_pairs_add_up():
     assert (key.yaw, key.age, key.passing) == pytest.approx((0.05, 0.25, 0.016))
 
 
-def test_it_goes_on_while_the_newest_pair_passes_at_half_the_rate():
-    key = RoadKeyframe()
-    for interval in (0.1, 0.2, 0.1):
-        key.turn(0.0, 0.0, 0.0, interval, 0.05 * interval)
-        assert key.goes_on
-    key.turn(0.0, 0.0, 0.0, 0.1, 0.001)
-    assert not key.goes_on
-    key.turn(0.0, 0.0, 0.0, 0.1, 0.004)
-    assert key.goes_on
-
-
 def aged(age=0.1, yaw=0.0):
     key = RoadKeyframe()
     key.turn(yaw, 0.0, 0.0, age)
