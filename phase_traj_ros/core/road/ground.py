@@ -42,11 +42,9 @@ def stretches(camera: CameraModel, horizon: Horizon) -> tuple[Stretch, ...]:
     sight = _seen(camera, horizon, np.zeros_like(ahead), ahead)
     rows = np.abs(np.diff(sight.rows))
     sharp = sight.seen[1:] & sight.seen[:-1] & (rows > CELL / TUNING.coarsest)
-    if not sharp.any():
-        return ()
+    sharp = np.append(sharp, False)
     first = int(sharp.argmax())
-    after = np.flatnonzero(~sharp[first:])
-    last = first + (int(after[0]) if after.size else len(sharp) - first)
+    last = first + int(sharp[first:].argmin())
     begin, length = float(ahead[first]), float(ahead[last] - ahead[first])
     if length < TUNING.shortest:
         return ()
