@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from phase_traj_ros.core.correlation.aligned import aligned_zeros
 from phase_traj_ros.core.correlation.mask import check_size, mask_weights
 from phase_traj_ros.core.correlation.peak import refine
-from phase_traj_ros.core.correlation.spectrum import CrossPhase, padded_shape
+from phase_traj_ros.core.correlation.spectrum import CrossPhase, padded_shape, ROUNDING
 from phase_traj_ros.core.correlation.transforms import find_transform, TransformLibrary
 from phase_traj_ros.core.correlation.windows import Window, window_2d
 from phase_traj_ros.errors import FrameError
@@ -27,8 +27,6 @@ Frame = NDArray[np.uint8] | NDArray[np.uint16] | NDArray[np.float32]
 LEAST_SIDE = 8
 """Number of rows and columns that a frame has at least."""
 _DTYPES = (np.uint8, np.uint16, np.float32)
-# Rounding noise of a float32 transform, as a share of the spectrum's root mean square.
-_ROUNDING = 1e-6
 # Half the side of the square over which forward motion spreads a peak, as a share of the
 # frame's size (the root of its area): 4 pixels for a frame of 376 x 1241.
 _REACH = 1 / 170
@@ -211,12 +209,12 @@ class PhaseCorrelator:
             # The mean of the unmasked part differs, and the mask may leave nothing else.
             rest = cv2.sumElems(tapered)[0] / self._window_sum
             cv2.scaleAdd(self._window, -rest, tapered, dst=tapered)
-            if cv2.norm(tapered) <= _ROUNDING * spectrum_rms:
+            if cv2.norm(tapered) <= ROUNDING * spectrum_rms:
                 return self._nothing()
         self._transforms.forward(spectrum, height)
         # Eq. 1 conjugates the current spectrum and so peaks at minus the displacement. Here the
         # previous one is conjugated, so the peak is at the displacement itself.
-        return self._cross(spectrum, _ROUNDING * spectrum_rms)
+        return self._cross(spectrum, spectrum_rms)
 
     def _nothing(self) -> float:
         """Take a frame without content; return its energy."""

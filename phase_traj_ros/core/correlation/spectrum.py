@@ -16,6 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 from phase_traj_ros.core.correlation.aligned import aligned_zeros
 
+ROUNDING = 1e-6
+"""Rounding noise of a float32 transform, as a share of the spectrum's root mean square."""
+# Keeps a spectrum without content 0.
+_LEAST = float(np.finfo(np.float32).tiny)
 _MULTIPLE = 8
 _LEAST_PADDING = 4
 _CRAMPED, _CROWDED = 256, 1024
@@ -83,18 +87,18 @@ class CrossPhase:
         self._edges.fill(0.0)
 
     def __call__(
-        self, spectrum: NDArray[np.float32], floor: float, *, compare: bool = True,
+        self, spectrum: NDArray[np.float32], rms: float, *, compare: bool = True,
         keep: bool = True,
     ) -> float:
         """
         Replace the next spectrum, (M, N), by its product with the conjugate of the previous one.
 
-        Bins weaker than ``floor`` hold rounding noise: they are divided by the floor and so stay
-        weak. Return the mean squared magnitude of the spectrum after the scaling: 1 unless bins
-        were below the floor. Without ``keep``, the previous one stays for the next comparison;
-        without ``compare``, the spectrum is only kept.
+        Bins below ``ROUNDING`` times its root mean square, ``rms``, hold rounding noise: they are
+        divided by this floor and so stay weak. Return the mean squared magnitude of the spectrum
+        after the scaling: 1 unless bins were below the floor. Without ``keep``, the previous one
+        stays for the next comparison; without ``compare``, the spectrum is only kept.
         """
-        weakest = np.inf
+        weakest, floor = np.inf, max(ROUNDING * rms, _LEAST)
         rows_at_once, columns = self._scratch.shape[1:]
         for first in range(0, len(spectrum), rows_at_once):
             bins = spectrum[first:first + rows_at_once, 1:-1].reshape(-1, columns, 2)

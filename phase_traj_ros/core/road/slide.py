@@ -13,11 +13,6 @@ from phase_traj_ros.core.correlation.spectrum import CrossPhase, padded_shape
 from phase_traj_ros.core.correlation.transforms import find_transform
 from phase_traj_ros.core.road.tuning import TUNING
 
-# Bins weaker than this share of the root mean square hold rounding noise, ...
-_ROUNDING = 1e-6
-# ...and all of a patch without contrast do.
-_LEAST = float(np.finfo(np.float32).tiny)
-
 
 @dataclass(frozen=True, slots=True)
 class Peak:
@@ -103,6 +98,7 @@ class Slide:
         self._map[height:] = 0.0
         self._map[:height, width:] = 0.0
         np.multiply(patch, self._window, out=self._map[:height, :width])
-        floor = max(_ROUNDING * cv2.norm(self._map), _LEAST)
+        # By Parseval's theorem, the norm is the root mean square of the spectrum.
+        norm = cv2.norm(self._map)
         self._transforms.forward(self._map, height)
-        return self._cross(self._map, floor, compare=not keep, keep=keep)
+        return self._cross(self._map, norm, compare=not keep, keep=keep)
