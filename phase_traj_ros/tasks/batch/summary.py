@@ -85,7 +85,7 @@ def _write_html(outcomes: Sequence[Outcome], directory: Path, path: Path) -> Non
         numbers=(4, 5, 6, 10, 13, 14, 15, 16), kind='routes')
     write_page(
         path, title='Trajectories', facts=[(name, str(count)) for name, count in facts.items()],
-        content=Markup(f'<main class="card">\n{rows.html}\n</main>'))
+        content=Markup(f'<main class="card">\n{rows}\n</main>'))
 
 
 def _cells(outcome: Outcome, directory: Path) -> list[Cell]:
