@@ -95,7 +95,7 @@ class DistanceMeter:
         height = self._height.metres
         if by_road is None or height is None or by_road.state is TravelState.UNKNOWN:
             return Travel(
-                0.0, (TUNING.any_metric_speed * interval) ** 2, TravelState.UNKNOWN,
+                0.0, (TUNING.any_speed * TUNING.usual_height * interval) ** 2, TravelState.UNKNOWN,
                 rivalled=by_road is not None and by_road.rivalled)
         return by_road.scaled(height, self._height.deviation)
 
