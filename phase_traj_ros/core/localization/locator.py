@@ -249,10 +249,12 @@ class MapLocator:
         one is not used either: successive fixes share their errors. One that agrees proves the
         place, if it is exact enough to tell it from others.
         """
-        then = self._newest if fix.stamp_ns is None else self._track.at(fix.stamp_ns)
-        if then is None:
+        newest = self._newest
+        try:
+            then, way = newest if fix.stamp_ns is None else self._track.at(fix.stamp_ns)
+        except ValueError:
             return False
-        ago, way = self._newest[0] - then[0], then[1]
+        ago = newest[0] - then
         place = self._found[0]
         verdict = self._gate.judge(
             fix, way, self._now(place, ago) if self._claim.leads else None,

@@ -53,7 +53,7 @@ class RoadMap:
 
     @classmethod
     def from_ways(
-        cls, nodes: ArrayLike, ways: Sequence[Sequence[int]],
+        cls, nodes: ArrayLike, ways: Sequence[ArrayLike],
         one_way: Sequence[int] | None = None,
     ) -> 'RoadMap':
         """
@@ -109,8 +109,7 @@ class RoadMap:
         nodes, index = np.unique(
             np.concatenate([np.empty((0, 2)), *lines]), axis=0, return_inverse=True)
         ends = np.cumsum([len(line) for line in lines])
-        ways = np.split(index.reshape(-1), ends[:-1]) if lines else []
-        return cls.from_ways(nodes, [way.tolist() for way in ways], one_way)
+        return cls.from_ways(nodes, np.split(index.reshape(-1), ends[:-1]), one_way)
 
     def __len__(self) -> int:
         """Return the number of directed pieces."""

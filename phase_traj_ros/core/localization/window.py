@@ -11,10 +11,8 @@ import math
 
 from phase_traj_ros.core.localization.given import OdometryStep
 
-KEPT_NS = 5_000_000_000
-"""A position may be this much older than the newest pose of the odometry..."""
-AHEAD_NS = 1_000_000_000
-"""...or this much newer."""
+# A position may be so much older than the newest pose of the odometry, or so much newer.
+_KEPT_NS, _AHEAD_NS = 5_000_000_000, 1_000_000_000
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,6 +113,23 @@ class Odometer:
             for before, after in pairwise(parts))
 
 
+def check_age(age_ns: int) -> None:
+    """
+    Check the age of a position, from its stamp to that of the newest pose of the odometry.
+
+    Raises
+    ------
+    ValueError
+        It is too old, or too far ahead.
+
+    """
+    if not -_AHEAD_NS <= age_ns <= _KEPT_NS:
+        raise ValueError(
+            f'its stamp is {abs(age_ns) * 1e-9:.1f} s {"before" if age_ns > 0 else "after"} that'
+            f' of the newest frame: at most {_KEPT_NS * 1e-9:.0f} s before and'
+            f' {_AHEAD_NS * 1e-9:.0f} s after are used, on the clock of the images')
+
+
 class Track:
     """The last seconds of the odometry: where the vehicle was at a stamp."""
 
@@ -134,24 +149,31 @@ class Track:
         if past and stamp_ns == past[-1][0]:
             past.pop()
         past.append((stamp_ns, place, way))
-        while len(past) > 1 and stamp_ns - past[1][0] >= KEPT_NS:
+        while len(past) > 1 and stamp_ns - past[1][0] >= _KEPT_NS:
             past.popleft()
 
-    def at(self, stamp_ns: int) -> tuple[complex, float] | None:
+    def at(self, stamp_ns: int) -> tuple[complex, float]:
         """
-        Return the place and the metres travelled at a stamp; None if it is too old or too new.
+        Return the place and the metres travelled at a stamp.
 
         From the newest pose on, the vehicle goes on as it has come there.
+
+        Raises
+        ------
+        ValueError
+            The stamp is too old or too new, or nothing is known of so long ago.
+
         """
         past = self._past
         if not past:
-            return None
+            raise ValueError('there is no pose yet')
         newest, place, way = past[-1]
+        check_age(newest - stamp_ns)
         if stamp_ns > newest:
-            before = self.at(2 * newest - stamp_ns) if stamp_ns <= newest + AHEAD_NS else None
-            return None if before is None else (2 * place - before[0], 2 * way - before[1])
-        if not max(past[0][0], newest - KEPT_NS) <= stamp_ns:
-            return None
+            before, way_before = self.at(2 * newest - stamp_ns)
+            return 2 * place - before, 2 * way - way_before
+        if stamp_ns < past[0][0]:
+            raise ValueError('its stamp is before the first pose')
         after = bisect_left(past, stamp_ns, key=lambda moment: moment[0])
         if past[after][0] == stamp_ns:
             return past[after][1:]

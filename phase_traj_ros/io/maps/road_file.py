@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Final
 
@@ -30,7 +31,7 @@ ATTRIBUTION: Final = '© OpenStreetMap contributors, openstreetmap.org/copyright
 """The words that the licence of the data asks for beside what is drawn from it."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class RoadFile:
     """
     The roads of a map, in metres.
@@ -76,10 +77,10 @@ class RoadFile:
             float(latitude.min()), float(longitude.min()), float(latitude.max()),
             float(longitude.max()))
 
+    @cached_property
     def road_map(self) -> RoadMap:
         """Return the roads as the locator takes them."""
-        return RoadMap.from_ways(
-            self.nodes, [way.tolist() for way in self.ways], self.one_way)
+        return RoadMap.from_ways(self.nodes, self.ways, self.one_way)
 
 
 def read_roads(

@@ -37,13 +37,13 @@ _RED = ColorRGBA(r=0.82, g=0.29, b=0.36, a=0.8)
 
 
 def fix_message(
-    estimate: LocationEstimate | None, stamp_ns: int, frame_id: str,
+    estimate: LocationEstimate, stamp_ns: int, frame_id: str,
     projection: LocalProjection,
 ) -> NavSatFix:
     """Return the place as a NavSatFix: STATUS_NO_FIX and NaN while it is not known."""
     message = NavSatFix(header=MESSAGES.header(stamp_ns, frame_id))
     message.altitude = math.nan
-    if estimate is None or not estimate.claimed:
+    if not estimate.claimed:
         message.status.status = NavSatStatus.STATUS_NO_FIX
         message.latitude = message.longitude = math.nan
         return message
