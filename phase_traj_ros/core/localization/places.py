@@ -9,13 +9,8 @@ import math
 
 import numpy as np
 from numpy.typing import NDArray
-from phase_traj_ros.core.localization.hypotheses import (
-    Complexes,
-    Floats,
-    Hypotheses,
-    wrapped,
-)
-from phase_traj_ros.core.localization.roads import RoadMap
+from phase_traj_ros.core.localization.hypotheses import carried, Hypotheses, wrapped
+from phase_traj_ros.core.localization.roads import Complexes, Floats, RoadMap
 from phase_traj_ros.core.localization.seeding import ExpectedPose
 from phase_traj_ros.core.localization.settings import LocatorSettings
 
@@ -43,6 +38,10 @@ class Place:
     covariance: Floats
     log_scale: float
     scale_deviation: float
+
+    def carried(self, by: complex) -> complex:
+        """Return where a displacement of the odometry leads from here."""
+        return complex(carried(self.middle, by, self.log_scale, self.turned))
 
 
 class Places:
@@ -239,12 +238,11 @@ class Astray:
         settings, before = self._settings, self._before
         assert before is not None
         place, metres = before.place, way - before.way
-        moved = (odometry - before.odometry) * cmath.exp(complex(place.log_scale, place.turned))
         deviation = math.hypot(
             math.sqrt(place.covariance[2, 2]),
             settings.heading_noise * math.sqrt(metres / 100.0))
         return ExpectedPose(
-            place.middle + moved, place.turned, deviation,
+            place.carried(odometry - before.odometry), place.turned, deviation,
             settings.reseed_m + settings.reseed_growth * metres, place.log_scale,
             place.scale_deviation)
 

@@ -12,16 +12,11 @@ import math
 
 import numpy as np
 from phase_traj_ros.core.localization.given import Prior, ScaleRange
-from phase_traj_ros.core.localization.hypotheses import (
-    Hypotheses,
-    Ints,
-    places_on,
-)
-from phase_traj_ros.core.localization.roads import RoadMap
+from phase_traj_ros.core.localization.hypotheses import carried, Hypotheses
+from phase_traj_ros.core.localization.roads import Ints, RoadMap
 from phase_traj_ros.core.localization.settings import LocatorSettings
 from phase_traj_ros.core.localization.window import Odometer, Stride
 
-_HUNDRED_M = 100.0
 # A scale that is given exactly has this deviation.
 _LEAST_SPREAD = 1e-6
 
@@ -74,7 +69,7 @@ class Scales:
         turned, self._turned = abs(self._turned), 0.0
         if turned < settings.least_turn or not len(them):
             return 1
-        noise = settings.position_noise_m ** 2 * self._since / _HUNDRED_M
+        noise = settings.position_noise_m ** 2 * self._since / 100.0
         share = noise / (noise + settings.turn_m ** 2)
         self._since = 0.0
         first = np.isinf(them.known_variance)
@@ -133,8 +128,8 @@ class Seeding:
 
     def expected(
         self, pose: ExpectedPose, odometer: Odometer, log_total: float,
-    ) -> Hypotheses | None:
-        """Return hypotheses on the roads near an expected pose; None if there are none."""
+    ) -> Hypotheses:
+        """Return hypotheses on the roads near an expected pose; none if there are no roads."""
         roads, settings = self._roads, self._settings
         near = np.flatnonzero(
             roads.distances_to(pose.place.real, pose.place.imag) <= pose.radius)
@@ -143,8 +138,6 @@ class Seeding:
             off = roads.direction[near] - odometer.heading - pose.turned
             near = near[np.abs(np.angle(np.exp(1j * off))) <= (
                 2 * settings.mode_heading + 2 * pose.deviation)]
-        if not len(near):
-            return None
         them = self._on(near, odometer, log_total)
         if known:
             them.turned[:] = pose.turned + pose.deviation * self._rng.standard_normal(len(near))
@@ -167,9 +160,9 @@ class Seeding:
 
     def retraced(self, them: Hypotheses, odometer: Odometer) -> Hypotheses:
         """Return the hypotheses with the trail of the odometer to where they are."""
-        turn = np.exp(them.log_scale + 1j * them.turned)
-        places = places_on(self._roads, them.piece, them.offset)
-        them.trail = places + np.array(odometer.trail)[:, None] * turn
+        them.trail = carried(
+            self._roads.places(them.piece, them.offset), odometer.trail[:, None], them.log_scale,
+            them.turned)
         return them
 
 

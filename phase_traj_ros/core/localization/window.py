@@ -6,10 +6,11 @@ from bisect import bisect_left
 import cmath
 from collections import deque
 from dataclasses import dataclass
-from itertools import pairwise
 import math
 
+import numpy as np
 from phase_traj_ros.core.localization.given import OdometryStep
+from phase_traj_ros.core.localization.roads import Complexes, Floats
 
 # A position may be so much older than the newest pose of the odometry, or so much newer.
 _KEPT_NS, _AHEAD_NS = 5_000_000_000, 1_000_000_000
@@ -24,29 +25,24 @@ class Stride:
         Distance along the path, in the unit of the odometry.
     distance_variance, yaw_variance
         Variances of the distance and of the change of the heading since the last stride.
-    heading
-        Heading at the end, in radians.
-    trail
-        The ends of the last strides and the start of the first, the oldest first, as complex
-        numbers, relative to the newest.
-    chord, bend
-        Direction of the chord from the first to the last of the trail, and how much the trail
-        bends, in radians.
-    turned
-        Change of the direction since the chord before.
     scale_variance
         Variance of the change of the logarithm of the scale since the last stride.
+    heading
+        Heading at the end, in radians.
+    chord, bend
+        Direction of the chord over the last strides, and how much they bend, in radians.
+    turned
+        Change of the direction since the chord before.
     """
 
     distance: float
     distance_variance: float
     yaw_variance: float
+    scale_variance: float
     heading: float
-    trail: tuple[complex, ...]
     chord: float
     bend: float
     turned: float
-    scale_variance: float = 0.0
 
 
 class Odometer:
@@ -62,13 +58,15 @@ class Odometer:
         """Place at the last stride, in the axes and the unit of the odometry."""
         self.since = 0j
         """Displacement since then."""
+        self.trail: Complexes
+        """Ends of the last strides and start of the first, the oldest first, from the newest."""
         self.begin_again()
 
     def begin_again(self) -> None:
         """Forget the trail and the stride: what came before does not belong to what follows."""
         self.place += self.since
-        along = cmath.rect(self._stride, self.heading)
-        self._trail = [-along * (self._strides - number) for number in range(self._strides + 1)]
+        along = np.complex128(cmath.rect(self._stride, self.heading))
+        self.trail = along * np.arange(-self._strides, 1)
         self._chord = self.heading
         self._begin_stride()
 
@@ -76,11 +74,6 @@ class Odometer:
         self.since = 0j
         self._distance = self._distance_variance = 0.0
         self._yaw_variance = self._scale_variance = 0.0
-
-    @property
-    def trail(self) -> tuple[complex, ...]:
-        """Return the ends of the last strides, the oldest first, relative to the newest."""
-        return tuple(self._trail)
 
     def add(self, step: OdometryStep) -> Stride | None:
         """Take the next step; return the stride that ends with it, if one does."""
@@ -92,25 +85,25 @@ class Odometer:
         self._scale_variance += step.scale_variance
         if self._distance < self._stride:
             return None
-        newest = self._trail[-1] + self.since
         self.place += self.since
-        self._trail = [*(place - newest for place in self._trail[1:]), 0j]
-        across = -self._trail[0]
+        self.trail = np.append(self.trail[1:], self.since) - self.since
+        across = complex(-self.trail[0])
         # A vehicle that has gone back and forth may be where it was.
         chord = cmath.phase(across) if across else self._chord
         turned = math.remainder(chord - self._chord, math.tau)
         self._chord = chord
         stride = Stride(
-            self._distance, self._distance_variance, self._yaw_variance, self.heading,
-            tuple(self._trail), chord, self._bend(), turned, self._scale_variance)
+            self._distance, self._distance_variance, self._yaw_variance, self._scale_variance,
+            self.heading, chord, float(bend_of(self.trail)), turned)
         self._begin_stride()
         return stride
 
-    def _bend(self) -> float:
-        parts = [after - before for before, after in pairwise(self._trail)]
-        return sum(
-            abs(cmath.phase(after * before.conjugate()))
-            for before, after in pairwise(parts))
+
+def bend_of(trail: Complexes) -> Floats:
+    """Return how much trails bend in all, in radians; the first axis is that of their places."""
+    parts = np.diff(trail, axis=0)
+    bend: Floats = np.abs(np.angle(parts[1:] * parts[:-1].conj())).sum(axis=0)
+    return bend
 
 
 def check_age(age_ns: int) -> None:
