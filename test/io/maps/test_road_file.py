@@ -45,9 +45,11 @@ def written(tmp_path):
 
 @pytest.fixture
 def cross(tmp_path):
-    """Return an .osm of two roads that cross."""
-    write_osm(CROSS, tmp_path / 'cross.osm', projection=PLANE, one_way=(True, False))
-    return tmp_path / 'cross.osm'
+    """Return an .osm of two roads that cross, of which the first is one-way."""
+    path = tmp_path / 'cross.osm'
+    write_osm(CROSS, path, projection=PLANE)
+    path.write_text(path.read_text().replace('</way>', '<tag k="oneway" v="yes"/></way>', 1))
+    return path
 
 
 def test_what_is_written_is_read_again(cross):
