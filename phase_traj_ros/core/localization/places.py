@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The places where hypotheses gather: when the best one counts as known, and when as left."""
 
-import cmath
 from collections import deque
 from dataclasses import dataclass
 import math
@@ -10,7 +9,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 from phase_traj_ros.core.localization.hypotheses import carried, Hypotheses, wrapped
-from phase_traj_ros.core.localization.roads import Complexes, Floats, RoadMap
+from phase_traj_ros.core.localization.roads import Floats, RoadMap
 from phase_traj_ros.core.localization.seeding import ExpectedPose
 from phase_traj_ros.core.localization.settings import LocatorSettings
 
@@ -97,10 +96,8 @@ class Places:
         """Return which hypotheses are at the place around some of them."""
         settings, places = self._settings, those.places
         for _ in range(2):
-            part = weight[near]
-            total = max(float(part.sum()), 1e-300)
-            apart = places - (part * places[near]).sum() / total
-            mean = cmath.phase((part * _ahead(those.turned[near])).sum())
+            _, middle, mean = _mean(those, weight, near)
+            apart = places - middle
             after = (apart.real ** 2 + apart.imag ** 2 <= settings.mode_m ** 2) & (
                 np.abs(wrapped(those.turned - mean)) <= settings.mode_heading)
             if not after.any():
@@ -109,21 +106,22 @@ class Places:
         return near
 
 
-def _ahead(angle: Floats) -> Complexes:
-    """Return the complex numbers of length 1 in these directions."""
-    ahead = np.empty(len(angle), np.complex128)
-    np.cos(angle, out=ahead.real)
-    np.sin(angle, out=ahead.imag)
-    return ahead
+def _mean(
+    those: Hypotheses, weight: Floats, near: NDArray[np.bool_],
+) -> tuple[Floats, complex, float]:
+    """Return the shares of some hypotheses in their weight, mean place and mean rotation."""
+    weight, turned = weight[near], those.turned[near]
+    total = float(weight.sum())
+    share = weight / total if total > 0.0 else np.full(len(weight), 1.0 / len(weight))
+    middle = complex((share * those.places[near]).sum())
+    # Faster than the exponential of complex numbers.
+    mean = math.atan2((share * np.sin(turned)).sum(), (share * np.cos(turned)).sum())
+    return share, middle, mean
 
 
 def _summary(those: Hypotheses, weight: Floats, near: NDArray[np.bool_]) -> Place:
-    weight = weight[near]
-    total = float(weight.sum())
-    share = weight / total if total > 0.0 else np.full(len(weight), 1.0 / len(weight))
+    share, middle, mean = _mean(those, weight, near)
     places = those.places[near]
-    middle = complex((share * places).sum())
-    mean = cmath.phase((share * _ahead(those.turned[near])).sum())
     off = wrapped(those.turned[near] - mean)
     apart = np.stack([places.real - middle.real, places.imag - middle.imag, off])
     covariance = (share * apart) @ apart.T
@@ -131,7 +129,7 @@ def _summary(those: Hypotheses, weight: Floats, near: NDArray[np.bool_]) -> Plac
     log_scale = those.log_scale[near]
     mean_scale = float((share * log_scale).sum())
     return Place(
-        middle, mean, total, covariance, mean_scale,
+        middle, mean, float(weight[near].sum()), covariance, mean_scale,
         math.sqrt(float((share * (
             (log_scale - mean_scale) ** 2 + those.scale_variance[near])).sum())))
 
