@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The last strides of the odometer, and its last seconds: what is compared with the map."""
 
-from bisect import bisect_left
 import cmath
 from collections import deque
 from dataclasses import dataclass
@@ -167,9 +166,8 @@ class Track:
             return 2 * place - before, 2 * way - way_before
         if stamp_ns < past[0][0]:
             raise ValueError('its stamp is before the first pose')
-        after = bisect_left(past, stamp_ns, key=lambda moment: moment[0])
-        if past[after][0] == stamp_ns:
-            return past[after][1:]
-        (since, start, from_way), (until, end, to_way) = past[after - 1], past[after]
-        share = (stamp_ns - since) / (until - since)
-        return start + share * (end - start), from_way + share * (to_way - from_way)
+        stamps, places, ways = zip(*past)
+        # Stamps have more digits than floats.
+        ages = [stamp - newest for stamp in stamps]
+        return (complex(np.interp(stamp_ns - newest, ages, places)),
+                float(np.interp(stamp_ns - newest, ages, ways)))

@@ -64,13 +64,12 @@ class View:
         """Return a line through points (N, 2); ``kind`` is its class in the style sheet."""
         return f'<path class="{kind}" d="{_path(self.place(points))}"/>'
 
-    def dot(self, x: float, y: float, kind: str, *, radius: float, hint: str = '') -> str:
+    def dot(self, x: float, y: float, kind: str, *, radius: float, hint: str) -> str:
         """Return a dot; ``radius`` is a share of the view."""
         (left, top), = self.place(np.array([[x, y]]))
-        title = f'<title>{hint}</title>' if hint else ''
         return (
             f'<circle class="{kind}" cx="{left:.1f}" cy="{top:.1f}"'
-            f' r="{radius * self.size:.1f}">{title}</circle>')
+            f' r="{radius * self.size:.1f}"><title>{hint}</title></circle>')
 
     def roads(self, lines: Iterable[Points]) -> str:
         """Return those of the roads that may be seen in this view."""
@@ -103,7 +102,9 @@ class View:
 
 def draw_track(located: Located) -> str:
     """Return the roads, and over them the track, with the way to where it became known."""
-    tracks = [_positions(track) for track in located.tracks]
+    tracks = [
+        np.array([(pose.estimate.x, pose.estimate.y) for pose in track])
+        for track in located.tracks]
     way = way_before(located)
     view = View.around(np.concatenate([*tracks, way]) if tracks else located.roads.extent)
     content = [view.roads(located.roads.lines)]
@@ -158,10 +159,6 @@ def way_before(located: Located) -> Points:
         heading -= motion.yaw
         points.append((x, y))
     return np.array(points[::-1])
-
-
-def _positions(track: Sequence[LocatedPose]) -> Points:
-    return np.array([(pose.estimate.x, pose.estimate.y) for pose in track])
 
 
 def _path(points: Points) -> str:
