@@ -65,11 +65,6 @@ class RoadFile:
         return sum(float(np.hypot(*np.diff(line, axis=0).T).sum()) for line in self.lines)
 
     @property
-    def extent(self) -> NDArray[np.float64]:
-        """Return the corners of the roads, (2, 2): the least x and y, and the largest."""
-        return np.stack([self.nodes.min(axis=0), self.nodes.max(axis=0)])
-
-    @property
     def bounds(self) -> tuple[float, float, float, float]:
         """Return the least latitude and longitude of the roads, and the largest, in degrees."""
         latitude, longitude = self.projection.to_degrees(*self.nodes.T)

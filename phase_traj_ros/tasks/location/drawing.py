@@ -106,7 +106,7 @@ def draw_track(located: Located) -> str:
         np.array([(pose.estimate.x, pose.estimate.y) for pose in track])
         for track in located.tracks]
     way = way_before(located)
-    view = View.around(np.concatenate([*tracks, way]) if tracks else located.roads.extent)
+    view = View.around(np.concatenate([*tracks, way]) if tracks else located.roads.nodes)
     content = [view.roads(located.roads.lines)]
     if tracks:
         content += [view.line(way, 'before'), *(view.line(track, 'track') for track in tracks)]
@@ -121,7 +121,7 @@ def draw_track(located: Located) -> str:
 
 def draw_candidates(located: Located, pose: LocatedPose) -> str:
     """Return the whole map with the candidates at a pose."""
-    view = View.around(located.roads.extent)
+    view = View.around(located.roads.nodes)
     return view.svg(
         [view.roads(located.roads.lines), view.candidates(pose.estimate.candidates),
          view.scale_bar()], label='Candidates')

@@ -61,7 +61,6 @@ def test_what_is_written_is_read_again(cross):
         assert read == pytest.approx(line, abs=1e-3)
     assert found.one_way == (1, 0)
     assert found.length == pytest.approx(300.0, abs=1e-2)
-    assert found.extent == pytest.approx(np.array([[-100, -50], [100, 50]]), abs=1e-3)
     # Roads that meet share a node.
     assert found.ways[0][1] == found.ways[1][1]
 
