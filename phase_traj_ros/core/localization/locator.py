@@ -27,7 +27,7 @@ from phase_traj_ros.core.localization.likelihood import judge, NullRoad
 from phase_traj_ros.core.localization.motion import Motion
 from phase_traj_ros.core.localization.places import Astray, Claim, Place, Places
 from phase_traj_ros.core.localization.roads import PIECE_M, RoadMap
-from phase_traj_ros.core.localization.seeding import ExpectedPose, Seeding
+from phase_traj_ros.core.localization.seeding import Seeding
 from phase_traj_ros.core.localization.settings import LocatorSettings
 from phase_traj_ros.core.localization.window import Odometer, Stride, Track
 
@@ -129,14 +129,10 @@ class MapLocator:
             self._null.log_weight = float(np.logaddexp(
                 self._null.log_weight, self._them.log_total + math.log(settings.null_hazard)))
         self._found = self._places.best(self._them, self._log_total())
-        if self._claim.follow(self._found[0], metres, turned=self._null.turned):
-            self._watch()
-
-    def _watch(self) -> None:
-        """Notice when the vehicle leaves the roads: then it may be on none as well."""
-        evidence = self._them.log_total - self._null.log_alone
-        if self._astray.follow(
-                self._found[0], self._odometer.place, self._way, evidence):
+        self._claim.follow(self._found[0], metres, turned=self._null.turned)
+        if self._claim.leads and self._astray.follow(
+                self._way, self._them.log_total - self._null.log_alone):
+            # The vehicle may be on no road as well as on these.
             self._null.log_weight = max(self._null.log_weight, self._them.log_total)
             self._seeded = self._way
             self._claim.drop()
@@ -145,20 +141,11 @@ class MapLocator:
         """Let vehicles on no road of the map come back to one."""
         settings, null = self._settings, self._null
         share = math.exp(null.log_weight - self._log_total())
-        if self._astray.is_lost:
-            returning = null.log_weight + math.log(settings.return_hazard)
-            self._seed(self._seeding.expected(
-                self._astray.expected(self._odometer.place, self._way), self._odometer,
-                returning + math.log(settings.reseed_near)))
         if share > settings.away and self._way - self._seeded > settings.reseed_every_m:
             self._seeded = self._way
             returning = null.log_weight + math.log(settings.return_anywhere)
-            self._seed(self._seeding.anywhere(self._odometer, returning))
-
-    def _seed(self, new: Hypotheses) -> None:
-        """Add hypotheses that take their weight from the null hypothesis."""
-        self._them = self._them.joined(new)
-        self._null.log_weight += math.log1p(-math.exp(new.log_total - self._null.log_weight))
+            self._them = self._them.joined(self._seeding.anywhere(self._odometer, returning))
+            null.log_weight += math.log1p(-settings.return_anywhere)
 
     def _turned_back(self, them: Hypotheses, stride: Stride, most: int) -> Hypotheses:
         """Return the hypotheses and, after a U-turn, also those that turned back on their road."""
@@ -293,16 +280,9 @@ class MapLocator:
         self._track.forget()
         self._astray.forget()
         # Some hypotheses stand for all. Each spreads over the roads that it may have reached.
-        some = resampled(self._them, settings.spread_from, self._rng)
-        spread = some.take(np.arange(0)).joined(*(
-            self._seeding.expected(
-                ExpectedPose(
-                    complex(place), float(some.turned[number]),
-                    math.hypot(turn, math.sqrt(some.variance[number])),
-                    distance + PIECE_M, float(some.log_scale[number]),
-                    math.sqrt(some.scale_variance[number])),
-                self._odometer, float(some.log_weight[number]))
-            for number, place in enumerate(some.carried(since))))
+        spread = self._seeding.spread(
+            resampled(self._them, settings.spread_from, self._rng), since, distance + PIECE_M,
+            turn, self._odometer)
         if len(spread):
             self._them = resampled(
                 merged(spread, settings, self._rng), settings.most_hypotheses, self._rng)

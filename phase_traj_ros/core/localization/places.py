@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 from phase_traj_ros.core.localization.hypotheses import carried, Hypotheses, wrapped
 from phase_traj_ros.core.localization.roads import Floats, RoadMap
-from phase_traj_ros.core.localization.seeding import ExpectedPose
 from phase_traj_ros.core.localization.settings import LocatorSettings
 
 
@@ -157,9 +156,9 @@ class Claim:
         self._on_map = True
         self.held = self.leads
 
-    def follow(self, place: Place, metres: float, *, turned: float) -> bool:
+    def follow(self, place: Place, metres: float, *, turned: float) -> None:
         """
-        Take the best place after a way of so many metres; return whether it leads.
+        Take the best place after a way of so many metres.
 
         ``turned`` is the angle turned since the start, left and right. A place that jumps is
         another one.
@@ -176,12 +175,11 @@ class Claim:
             self.drop()
         self.leads = self.leads or self._sure_m >= settings.claim_after_m
         self.held = self.leads and (self._on_map or turned >= settings.claim_turned)
-        return self.leads
 
 
 class Astray:
     """
-    Notices when the vehicle leaves the roads of the map, and expects it where the odometry leads.
+    Notices when the vehicle leaves the roads of the map.
 
     While a place leads, the evidence is that its roads bend as the odometry does. When it
     falls too much within a short way, the vehicle has been off the roads since before.
@@ -190,28 +188,18 @@ class Astray:
     def __init__(self, settings: LocatorSettings) -> None:
         """Start on the roads."""
         self._settings = settings
-        self.forget()
+        self._past: deque[tuple[float, float]] = deque()
 
     def forget(self) -> None:
         """Start again: what was known is not true any more."""
-        self._past: deque[_Moment] = deque()
-        self._before: _Moment | None = None
+        self._past.clear()
 
-    @property
-    def is_lost(self) -> bool:
-        """Return whether the vehicle has left the roads, and is not found again."""
-        return self._before is not None
-
-    def follow(self, place: Place, odometry: complex, way: float, evidence: float) -> bool:
+    def follow(self, way: float, evidence: float) -> bool:
         """
-        Take a place that leads; return whether the vehicle has just left the roads.
+        Take the evidence for a place that leads; return whether the roads have just been left.
 
         Parameters
         ----------
-        place
-            The place.
-        odometry
-            Place in the axes and the unit of the odometry.
         way
             Metres travelled so far.
         evidence
@@ -219,37 +207,10 @@ class Astray:
             that on a road that fits.
 
         """
-        settings = self._settings
-        self._before = None
-        self._past.append(_Moment(place, odometry, way, evidence))
-        while way - self._past[0].way > settings.lost_within_m:
+        self._past.append((way, evidence))
+        while way - self._past[0][0] > self._settings.lost_within_m:
             self._past.popleft()
-        best = max(self._past, key=lambda moment: moment.evidence)
-        if best.evidence - evidence < settings.lost_nats:
+        if max(before for _, before in self._past) - evidence < self._settings.lost_nats:
             return False
-        self._before = self._past[0]
         self._past.clear()
         return True
-
-    def expected(self, odometry: complex, way: float) -> ExpectedPose:
-        """Return the pose that the odometry leads to; only while the vehicle is lost."""
-        settings, before = self._settings, self._before
-        assert before is not None
-        place, metres = before.place, way - before.way
-        deviation = math.hypot(
-            math.sqrt(place.covariance[2, 2]),
-            settings.heading_noise * math.sqrt(metres / 100.0))
-        return ExpectedPose(
-            place.carried(odometry - before.odometry), place.turned, deviation,
-            settings.reseed_m + settings.reseed_growth * metres, place.log_scale,
-            place.scale_deviation)
-
-
-@dataclass(frozen=True, slots=True)
-class _Moment:
-    """A place that leads, and what was known then."""
-
-    place: Place
-    odometry: complex
-    way: float
-    evidence: float

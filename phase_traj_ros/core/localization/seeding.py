@@ -1,8 +1,7 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Makes hypotheses: anywhere on the map, near a point, or near an expected pose."""
+"""Makes hypotheses: anywhere on the map, near a point, or around others."""
 
-from dataclasses import dataclass
 import math
 
 import numpy as np
@@ -11,29 +10,6 @@ from phase_traj_ros.core.localization.hypotheses import carried, Hypotheses
 from phase_traj_ros.core.localization.roads import Ints, RoadMap
 from phase_traj_ros.core.localization.settings import LocatorSettings
 from phase_traj_ros.core.localization.window import Odometer
-
-
-@dataclass(frozen=True, slots=True)
-class ExpectedPose:
-    """
-    Pose that the odometry leads to from the last known place.
-
-    place
-        As a complex number in metres.
-    turned, deviation
-        Rotation from the axes of the odometry to those of the map, and its standard deviation.
-    radius
-        Distance that the place may be off.
-    log_scale, scale_deviation
-        Natural logarithm of the metres per unit of the odometry, and its standard deviation.
-    """
-
-    place: complex
-    turned: float
-    deviation: float
-    radius: float
-    log_scale: float
-    scale_deviation: float
 
 
 class Seeding:
@@ -80,24 +56,43 @@ class Seeding:
             them.log_weight += log_total - them.log_total
         return them
 
-    def expected(
-        self, pose: ExpectedPose, odometer: Odometer, log_total: float,
+    def spread(
+        self, them: Hypotheses, since: complex, radius: float, turn: float, odometer: Odometer,
     ) -> Hypotheses:
-        """Return hypotheses on the roads near an expected pose; none if there are no roads."""
-        roads, settings = self._roads, self._settings
-        near = np.flatnonzero(
-            roads.distances_to(pose.place.real, pose.place.imag) <= pose.radius)
-        known = pose.deviation < settings.unknown_heading
-        if known:
-            off = roads.direction[near] - odometer.heading - pose.turned
-            near = near[np.abs(np.angle(np.exp(1j * off))) <= (
-                2 * settings.mode_heading + 2 * pose.deviation)]
-        them = self._on(near, odometer, log_total)
-        if known:
-            them.turned[:] = pose.turned + pose.deviation * self._rng.standard_normal(len(near))
-            them.variance[:] = settings.start_heading ** 2
-        them.log_scale[:], them.scale_variance[:] = pose.log_scale, pose.scale_deviation ** 2
-        return self.retraced(them, odometer)
+        """
+        Return hypotheses on the roads around each of others, after an unseen motion.
+
+        Parameters
+        ----------
+        them
+            The others.
+        since
+            Displacement of the odometry since they were moved.
+        radius
+            Metres that the vehicle may have moved.
+        turn
+            Standard deviation of the unseen change of the heading in radians.
+        odometer
+            The odometer.
+
+        """
+        roads, settings, found = self._roads, self._settings, []
+        for number, place in enumerate(them.carried(since)):
+            near = np.flatnonzero(roads.distances_to(place.real, place.imag) <= radius)
+            deviation = math.hypot(turn, math.sqrt(them.variance[number]))
+            known = deviation < settings.unknown_heading
+            if known:
+                off = roads.direction[near] - odometer.heading - them.turned[number]
+                near = near[np.abs(np.angle(np.exp(1j * off))) <= (
+                    2 * settings.mode_heading + 2 * deviation)]
+            new = self._on(near, odometer, float(them.log_weight[number]))
+            if known:
+                new.turned[:] = them.turned[number] + deviation * (
+                    self._rng.standard_normal(len(near)))
+            new.log_scale[:] = them.log_scale[number]
+            new.scale_variance[:] = them.scale_variance[number]
+            found.append(self.retraced(new, odometer))
+        return found[0].joined(*found[1:])
 
     def _on(self, piece: Ints, odometer: Odometer, log_total: float) -> Hypotheses:
         roads, count = self._roads, len(piece)
