@@ -117,11 +117,6 @@ class ScaleRange:
         """Return half of the width of the range, in natural logarithms."""
         return math.log(self.most / self.least) / 2
 
-    @property
-    def deviation(self) -> float:
-        """Return the standard deviation of the natural logarithm; 1e-6 for an exact scale."""
-        return max(self.half_width / 1.96, 1e-6)
-
 
 @dataclass(frozen=True, slots=True)
 class Prior:

@@ -21,6 +21,8 @@ class Hypotheses:
     log_scale, scale_variance
         Natural logarithm of the metres per unit of the odometry, and its variance, given the way
         so far.
+    known_variance
+        The variance at the last turn; infinite before the first one.
     turned, variance
         Rotation from the axes of the odometry to those of the map, in radians, and its variance.
     trail
@@ -33,6 +35,7 @@ class Hypotheses:
     offset: Floats
     log_scale: Floats
     scale_variance: Floats
+    known_variance: Floats
     turned: Floats
     variance: Floats
     trail: Complexes

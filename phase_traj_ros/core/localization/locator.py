@@ -27,7 +27,7 @@ from phase_traj_ros.core.localization.likelihood import judge, NullRoad
 from phase_traj_ros.core.localization.motion import Motion
 from phase_traj_ros.core.localization.places import Astray, Claim, Place, Places
 from phase_traj_ros.core.localization.roads import PIECE_M, RoadMap
-from phase_traj_ros.core.localization.seeding import Seeding
+from phase_traj_ros.core.localization.seeding import Scales, Seeding
 from phase_traj_ros.core.localization.settings import LocatorSettings
 from phase_traj_ros.core.localization.window import Odometer, Stride, Track
 
@@ -72,7 +72,8 @@ class MapLocator:
         self._scale = scale or ScaleRange()
         self._roads = roads
         self._rng = np.random.default_rng(seed)
-        self._seeding = Seeding(roads, self._scale, self._settings, self._rng)
+        self._scales = Scales(self._scale, self._settings)
+        self._seeding = Seeding(roads, self._scales, self._settings, self._rng)
         self._motion = Motion(roads, self._scale, self._settings)
         self._places = Places(roads, self._settings)
         self._odometer = Odometer(
@@ -122,7 +123,8 @@ class MapLocator:
         self._seed_sometimes()
         them = merged(pruned(self._them, settings), settings, self._rng)
         them = resampled(them, most, self._rng)
-        self._them = split(them, self._fewest())
+        copies = self._scales.after(them, stride, metres)
+        self._them = split(them, min(copies * self._fewest(), settings.most_hypotheses))
         if self._claim.leads:
             # Some vehicles leave the roads of the map. While no place leads, most hypotheses are
             # wrong, and the null hypothesis would inherit what all of them gain on straights.

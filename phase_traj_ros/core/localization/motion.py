@@ -9,6 +9,7 @@ import numpy as np
 from phase_traj_ros.core.localization.given import ScaleRange
 from phase_traj_ros.core.localization.hypotheses import carried, Hypotheses
 from phase_traj_ros.core.localization.roads import Floats, parts_of, RoadMap
+from phase_traj_ros.core.localization.seeding import spread_of
 from phase_traj_ros.core.localization.settings import LocatorSettings
 from phase_traj_ros.core.localization.window import Stride
 
@@ -56,7 +57,7 @@ class Motion:
         self, log_scale: Floats, variance: Floats, share: float,
     ) -> tuple[Floats, Floats]:
         """Return scales and variances after a drift that keeps the spread of the prior."""
-        middle, spread = math.log(self._scale.middle), self._scale.deviation
+        middle, spread = math.log(self._scale.middle), spread_of(self._scale)
         noise = self._settings.scale_noise * math.sqrt(share)
         kept = math.sqrt(max(1.0 - (noise / spread) ** 2, 0.0))
         noise = min(noise, spread)

@@ -1,6 +1,11 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Makes hypotheses: anywhere on the map, near a point, or around others."""
+"""
+Makes hypotheses: anywhere on the map, near a point, or around others.
+
+Also spreads their scales after each turn. There, the place along the road is known within metres,
+so that the way to the next turn tells the scale.
+"""
 
 import math
 
@@ -9,18 +14,59 @@ from phase_traj_ros.core.localization.given import Prior, ScaleRange
 from phase_traj_ros.core.localization.hypotheses import carried, Hypotheses
 from phase_traj_ros.core.localization.roads import Ints, RoadMap
 from phase_traj_ros.core.localization.settings import LocatorSettings
-from phase_traj_ros.core.localization.window import Odometer
+from phase_traj_ros.core.localization.window import Odometer, Stride
+
+# A scale that is given exactly has this deviation.
+_LEAST_SPREAD = 1e-6
+
+
+class Scales:
+    """Knows the prior of the scale, and what the turns leave open of it."""
+
+    def __init__(self, scale: ScaleRange, settings: LocatorSettings) -> None:
+        """Start on a straight way."""
+        self.middle, self.spread = math.log(scale.middle), spread_of(scale)
+        self._settings = settings
+        self._turned = self._since = 0.0
+
+    def after(self, them: Hypotheses, stride: Stride, metres: float) -> int:
+        """
+        Widen the scales at the end of a turn; return how many copies cover each, 1 elsewhere.
+
+        The place of a turn errs by some metres, for lanes and cut corners, so the way since the
+        last one told less than its noise says. The way to the first one told nothing: it may have
+        begun anywhere.
+        """
+        settings = self._settings
+        self._since += metres
+        if stride.bend > settings.turn_over:
+            self._turned += stride.turned
+            return 1
+        turned, self._turned = abs(self._turned), 0.0
+        if turned < settings.least_turn or not len(them):
+            return 1
+        noise = settings.position_noise_m ** 2 * self._since / 100.0
+        share = noise / (noise + settings.turn_m ** 2)
+        self._since = 0.0
+        first = np.isinf(them.known_variance)
+        told = np.maximum(1.0 / them.scale_variance - 1.0 / them.known_variance, 0.0)
+        known = np.where(first, self.spread ** 2, them.known_variance)
+        them.log_scale = np.where(first, self.middle, them.log_scale)
+        them.scale_variance = known / (1.0 + np.where(first, 0.0, share * told) * known)
+        them.known_variance = them.scale_variance
+        deviation = math.sqrt(float(np.median(them.scale_variance)))
+        return max(round(deviation / settings.merge_scale), 1)
 
 
 class Seeding:
     """Makes hypotheses on a map that have seen the newest strides of an odometer."""
 
     def __init__(
-        self, roads: RoadMap, scale: ScaleRange, settings: LocatorSettings,
+        self, roads: RoadMap, scales: Scales, settings: LocatorSettings,
         rng: np.random.Generator,
     ) -> None:
         """Prepare a map."""
-        self._roads, self._scale, self._settings, self._rng = roads, scale, settings, rng
+        self._roads, self._scales, self._settings, self._rng = roads, scales, settings, rng
         self._log_chance = np.log(
             roads.length * np.where(roads.against, settings.wrong_way, 1.0))
 
@@ -91,6 +137,7 @@ class Seeding:
                     self._rng.standard_normal(len(near)))
             new.log_scale[:] = them.log_scale[number]
             new.scale_variance[:] = them.scale_variance[number]
+            new.known_variance[:] = new.scale_variance
             found.append(self.retraced(new, odometer))
         return found[0].joined(*found[1:])
 
@@ -99,8 +146,8 @@ class Seeding:
         offset = roads.length[piece] * self._rng.random(count)
         turned = roads.direction[piece] - odometer.heading
         them = Hypotheses(
-            piece, offset, np.full(count, math.log(self._scale.middle)),
-            np.full(count, self._scale.deviation ** 2), turned,
+            piece, offset, np.full(count, self._scales.middle),
+            np.full(count, self._scales.spread ** 2), np.full(count, np.inf), turned,
             np.full(count, self._settings.start_heading ** 2),
             np.empty((0, count), np.complex128), self._log_chance[piece])
         them.log_weight = them.log_weight + (log_total - them.log_total)
@@ -112,3 +159,8 @@ class Seeding:
             self._roads.places(them.piece, them.offset), odometer.trail[:, None], them.log_scale,
             them.turned)
         return them
+
+
+def spread_of(scale: ScaleRange) -> float:
+    """Return the standard deviation of the logarithm of the scale."""
+    return max(scale.half_width / 1.96, _LEAST_SPREAD)

@@ -21,6 +21,12 @@ class LocatorSettings:
 
     position_noise_m: float = 2.0
     """Noise of the distance along the road, per root of 100 m; the odometry's is added."""
+    turn_m: float = 4.0
+    """Error of the place of a turn along the road, from which the scale follows."""
+    least_turn: float = math.radians(40.0)
+    """Angle from which on a turn is one, ..."""
+    turn_over: float = math.radians(12.0)
+    """...which is over when the chord bends less than this."""
     scale_noise: float = 0.01
     """Drift of the scale, per root of 100 m; its prior bounds it."""
     heading_noise: float = math.radians(1.0)
@@ -156,5 +162,5 @@ class LocatorSettings:
         return cls(
             stride_m=1.99 * metres, mode_m=50.0, chord_error=math.radians(9.0),
             dead_band=math.radians(6.0), bend_error=0.35, position_noise_m=3.0,
-            start_heading=math.radians(15.0), tempering=1.0, null_share=1e-100,
+            start_heading=math.radians(15.0), turn_m=metres, tempering=1.0, null_share=1e-100,
             null_hazard=1e-100)

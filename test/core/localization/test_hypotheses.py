@@ -20,7 +20,7 @@ def some(log_weight, piece=None, offset=0.5):
     count = len(log_weight)
     return Hypotheses(
         np.arange(count) if piece is None else np.asarray(piece), np.full(count, offset),
-        *np.zeros((3, count)), np.ones(count), np.zeros((5, count), complex),
+        *np.zeros((4, count)), np.ones(count), np.zeros((5, count), complex),
         np.asarray(log_weight, float))
 
 
