@@ -37,7 +37,7 @@ def estimate(*, claimed=True, x=30.0, y=40.0, heading=1.0):
 
 def odometry(x=10.0, y=-5.0, yaw=0.25):
     return Odometry(
-        Corner(x, y, yaw, 5_000_000_007), 8.0, 0.1, 1.0, 0.01, 0.04, 0.001,
+        Corner(x, y, yaw, 5_000_000_007), 8.0, 0.1, 0.04, 0.001,
         ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 0.01)))
 
 
