@@ -4,8 +4,9 @@
 Build the sdist and the wheel into out/dist, and install them as users do, in new environments.
 
 The packages installed with pip (from the wheel, the checkout and the sdist), uv and pipx have to
-convert images to the right codes, and report in one line what the demo lacks. With the extra
-``ros`` the demo has to run. Needs an environment with the extra ``dist``, in a shell without ROS.
+convert images to the right codes. Without the extra ``ros``, one line has to say what the demo
+lacks; with it, the demo has to run. Needs an environment with the extra ``dist``, in a shell
+without ROS.
 """
 
 from __future__ import annotations
@@ -109,27 +110,21 @@ def check_pip(what: object, name: str, venv: Path, *options: str) -> None:
     check_demo_is_refused(venv / 'bin' / 'phase_traj', venv.parent)
 
 
-def check_node(wheel: Path, venv: Path, workspace: Path) -> None:
-    """Install the extra ``ros`` into the environment, and run the demo."""
-    say('the extra ros')
-    run(venv / 'bin' / 'python', '-m', 'pip', '-qq', '--no-input', 'install',
-        '--constraint', CONSTRAINTS, f'{wheel}[ros]')
-    run(venv / 'bin' / 'phase_traj', 'demo', '--output', workspace / 'demo',
-        environment=clean_environment(ROS_LOG_DIR=str(workspace / 'ros_log')))
-
-
 def check_tools(wheel: Path, workspace: Path) -> None:
-    """Install with `uv tool` and with pipx."""
+    """Install with `uv tool` and the extra ``ros``, and run the demo; install with pipx."""
     scripts = Path(sys.executable).parent
-    say('uv tool install')
+    say('uv tool install, with the extra ros')
     uv = workspace / 'uv'
     run(scripts / 'uv', '--system-certs', 'tool', 'install', '--quiet',
-        '--python', sys.executable, '--constraints', CONSTRAINTS, wheel,
+        '--python', sys.executable, '--constraints', CONSTRAINTS,
+        f'{PACKAGE}[ros] @ {wheel.as_uri()}',
         environment=clean_environment(
             UV_TOOL_DIR=str(uv / 'tools'), UV_TOOL_BIN_DIR=str(uv / 'bin')))
+    program = uv / 'bin' / 'phase_traj'
     check_replay(
-        uv / 'bin' / 'phase_traj', uv / 'tools' / 'phase-traj-ros' / 'bin' / 'python',
-        workspace / 'uv_replay')
+        program, uv / 'tools' / 'phase-traj-ros' / 'bin' / 'python', workspace / 'uv_replay')
+    run(program, 'demo', '--output', workspace / 'demo',
+        environment=clean_environment(ROS_LOG_DIR=str(workspace / 'ros_log')))
 
     say('pipx install')
     pipx = workspace / 'pipx'
@@ -157,7 +152,6 @@ def main() -> int:
             again = '--force-reinstall', '--no-deps'
             check_pip(source, 'checkout', venv, *again)
             check_pip(sdist, 'sdist', venv, *again)
-            check_node(wheel, venv, workspace)
             check_tools(wheel, workspace)
         except CheckError as error:
             print(f'error: {error}', file=sys.stderr)

@@ -14,11 +14,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 import numpy as np
 from phase_traj_ros.core import (
-    ChainPath,
     DynamicChainCode,
     Movement,
     PhaseCorrelator,
     Shift,
+    vertices,
 )
 from phase_traj_ros.io.results.palette import LIGHT
 from phase_traj_ros.synthetic import Drive, named_drive, render_drive
@@ -115,14 +115,9 @@ def draw_trajectory(drive: Drive, codes: DynamicChainCode) -> Figure:
     figure = Figure(figsize=(7.2, 3.0), layout='constrained')
     plots = figure.subplots(1, 3)
     draw_directions(plots[0])
-    path = ChainPath()
-    path.start(0)
-    for number, direction in enumerate(codes.direction):
-        path.append(direction, number + 1)
-    assert path.tip is not None
-    corners = [(corner.x, corner.y) for corner in (*path.corners, path.tip)]
+    drawn = vertices(codes.direction)
     for plot, points, title in (
-            (plots[1], np.array(corners), 'drawn'), (plots[2], drive.poses[:, :2], 'true')):
+            (plots[1], drawn, 'drawn'), (plots[2], drive.poses[:, :2], 'true')):
         # Up is forward, and left is left: x of REP 103 goes up, y to the left.
         x, y = -points[:, 1], points[:, 0]
         longer = max(np.ptp(x), np.ptp(y))

@@ -86,6 +86,22 @@ class Environment:
             f'pip {arguments[0]}',
             [str(self.python), '-m', 'pip', '-qq', '--no-input', *arguments])
 
+    def install(self, *arguments: str) -> None:
+        """
+        Install with uv, which takes a fifth of pip's time.
+
+        uv does not read pip's configuration, such as that of a mirror: where it fails, pip
+        installs, and says what is wrong.
+        """
+        self.pip('install', '--constraint', str(ROOT / 'tools' / 'constraints.txt'), 'uv')
+        done = subprocess.run(
+            [str(self.python), '-m', 'uv', '--system-certs', '--quiet', 'pip', 'install',
+             '--python', str(self.python), *arguments],
+            cwd=ROOT, env=child_environment(), stdin=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL, check=False)
+        if done.returncode:
+            self.pip('install', *arguments)
+
     def output(self, program: str, *arguments: str) -> str:
         """Return the output of a Python program run in the environment."""
         done = subprocess.run(
@@ -146,9 +162,7 @@ def install(
         install_beside_ros(environment, extras)
     else:
         wanted = f'[{",".join(sorted(extras))}]' if extras else ''
-        environment.pip(
-            'install', '--use-pep517', '--constraint', str(constraints),
-            '--editable', f'.{wanted}')
+        environment.install('--constraint', str(constraints), '--editable', f'.{wanted}')
     if without_package:
         environment.pip('uninstall', '--yes', PACKAGE)
 

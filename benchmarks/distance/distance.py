@@ -21,7 +21,7 @@ import zlib
 
 from benchmarks.distance import drives
 from benchmarks.heading.drives import bonnet, Ride
-from benchmarks.shared.clips import at_axle, kitti_clip, KITTI_LEVER_M
+from benchmarks.shared.clips import at_axle, kitti_clip, KITTI_LEVER_M, model_of
 from benchmarks.shared.report import disturbance, machine, paragraphs, ROOT, table, verdict
 from benchmarks.shared.timing import bystanders, prepare, take_turns
 import cv2
@@ -33,9 +33,8 @@ from phase_traj_ros.core import (
     PathSource,
     TrajectoryEstimator,
 )
-from phase_traj_ros.core.camera.model import CameraModel, Distortion
 from phase_traj_ros.tasks.evaluation.odometry_errors import distance_error, relative_errors
-from phase_traj_ros.tasks.evaluation.scores import shape_error
+from phase_traj_ros.tasks.evaluation.scores import shape_error, way_along
 
 _DOCUMENT = ROOT / 'docs' / 'measurements' / 'distance.md'
 _KEPT = ROOT / 'out' / 'distance'
@@ -198,7 +197,7 @@ def breaks(_: int | None) -> Iterator[Row]:
     for wrong in (-1.0, 1.0):
         given = math.degrees(drives.MOUNTED) + wrong
         # Zero means that the pitch is not known.
-        lens = Lens(camera=model_of(plain), pitch_deg=given or 1e-3)
+        lens = Lens(camera=model_of(plain.camera), pitch_deg=given or 1e-3)
         yield follow(
             replace(plain, name=f'pitch given {wrong:+.0f}° wrong'), rendered=True, lens=lens)
 
@@ -221,7 +220,7 @@ def follow(ride: Ride, *, rendered: bool = False, lens: Lens | None = None) -> R
     off, askew = (rng.normal(size=2) if rendered else np.zeros(2))
     height = _HEIGHT * (1.0 + _DEVIATION * off)
     estimator = TrajectoryEstimator(EstimatorSettings(
-        lens=lens or Lens(camera=model_of(ride)), code_source=CodeSource.AUTO,
+        lens=lens or Lens(camera=model_of(ride.camera)), code_source=CodeSource.AUTO,
         camera_height=height))
     poses, covariances, states = [(0.0, 0.0, 0.0)], [np.zeros((3, 3))], Counter[str]()
     for frame, stamp_ns in zip(ride.frames(), ride.stamps_ns):
@@ -253,24 +252,11 @@ def follow(ride: Ride, *, rendered: bool = False, lens: Lens | None = None) -> R
         shape_error(found[:, :2], true[:, :2]) or 0.0, dict(states), nees, exact)
 
 
-def model_of(ride: Ride) -> CameraModel:
-    """Return the calibration of a ride's camera."""
-    camera = ride.camera
-    fisheye = camera.fisheye is not None
-    return CameraModel(
-        width=camera.width, height=camera.height, fx=camera.focal, fy=camera.focal, cx=camera.cx,
-        cy=camera.cy, distortion=Distortion.FISHEYE if fisheye else Distortion.NONE,
-        coefficients=camera.fisheye or ())
-
-
 def time_per_frame() -> list[str]:
     """Return the time for the distance, in addition to the heading and compared with OpenCV."""
     clip = kitti_clip('00')
     assert clip is not None
-    camera = clip.camera
-    lens = Lens(camera=CameraModel(
-        width=camera.width, height=camera.height, fx=camera.focal, fy=camera.focal,
-        cx=camera.cx, cy=camera.cy))
+    lens = Lens(camera=model_of(clip.camera))
     estimators = {
         name: TrajectoryEstimator(EstimatorSettings(
             lens=lens, code_source=CodeSource.AUTO, **values))
@@ -298,7 +284,7 @@ def _nees(
     found: np.ndarray, covariances: list[np.ndarray], true: np.ndarray, askew: float,
 ) -> list[float]:
     """Return the normalised squared errors from 20 m on; ``askew`` is the camera's yaw in rad."""
-    way = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(true[:, :2], axis=0).T))])
+    way = way_along(true[:, :2])
     turned = true[0, 2] + askew
     cosine, sine = math.cos(turned), math.sin(turned)
     there = (true[:, :2] - true[0, :2]) @ np.array([[cosine, -sine], [sine, cosine]])

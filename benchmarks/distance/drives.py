@@ -7,7 +7,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 
-from benchmarks.heading.drives import Frame, real_rides, Ride
+from benchmarks.heading.drives import Frame, real_rides, Ride, streamed
 from benchmarks.shared.clips import kitti_root
 import cv2
 import numpy as np
@@ -17,11 +17,11 @@ from phase_traj_ros.synthetic import (
     plan_drive,
     pose_drive,
     poses_from_kitti,
-    render_drive,
     Straight,
     Turn,
 )
 from phase_traj_ros.synthetic.camera import EQUIDISTANT
+from phase_traj_ros.tasks.evaluation.scores import way_along
 
 #: Sequences along whose poses whole drives are rendered.
 SEQUENCES = ('00', '02', '08', '10')
@@ -55,7 +55,7 @@ def along_kitti(sequence: str, frames: int | None = None) -> Ride:
     matrices = np.loadtxt(root / 'poses' / f'{sequence}.txt')[:frames]
     poses = poses_from_kitti(matrices)
     height = -matrices.reshape(-1, 3, 4)[:, 1, 3]
-    way = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(poses[:, :2], axis=0).T))])
+    way = way_along(poses[:, :2])
     before, after = way - _ROAD_M / 2, way + _ROAD_M / 2
     climbed = np.interp(after, way, height) - np.interp(before, way, height)
     run = np.clip(after, 0, way[-1]) - np.clip(before, 0, way[-1])
@@ -64,7 +64,7 @@ def along_kitti(sequence: str, frames: int | None = None) -> Ride:
     poses[:, 3] = np.clip(pitch - np.median(pitch), -_SPRINGS, _SPRINGS) + MOUNTED
     poses[:, 4] -= [
         poses[(way >= low) & (way <= high), 4].mean() for low, high in zip(before, after)]
-    return _streamed(pose_drive(f'along KITTI {sequence}', poses, seed=1))
+    return streamed(pose_drive(f'along KITTI {sequence}', poses, seed=1))
 
 
 def motorway(speed: float) -> Ride:
@@ -133,7 +133,7 @@ def crest(frames: int = 200) -> Ride:
     way = 1.5 * np.arange(len(poses))
     # On a road that bends down, the camera seems to look up by the slope about 5 m ahead.
     poses[:, 3] = MOUNTED - (5.0 / 500.0) * ((way > way[-1] / 3) & (way < 2 * way[-1] / 3))
-    return _streamed(replace(drive, poses=poses))
+    return streamed(replace(drive, poses=poses))
 
 
 SPOILT: dict[str, Callable[[Frame], Frame]] = {
@@ -147,10 +147,4 @@ def _planned(
     drive = plan_drive(name, plan, rate_hz=rate_hz, speed=speed, camera=camera, seed=17)
     poses = drive.poses.copy()
     poses[:, 3] += MOUNTED
-    return _streamed(replace(drive, poses=poses))
-
-
-def _streamed(drive) -> Ride:
-    return Ride(
-        drive.name, drive.camera, drive.stamps_ns.tolist(), np.unwrap(drive.poses[:, 2]),
-        drive.poses[:, :2], lambda: render_drive(drive))
+    return streamed(replace(drive, poses=poses))

@@ -21,16 +21,16 @@ import re
 import time
 
 from benchmarks.distance.frame_rate_drives import DRIVES, FILMED, Filmed, Material, QUICK
-from benchmarks.shared.clips import at_axle, KITTI_LEVER_M
+from benchmarks.shared.clips import at_axle, KITTI_LEVER_M, model_of
 from benchmarks.shared.report import machine, paragraphs, ROOT, table
 from benchmarks.shared.timing import prepare
 import cv2
 import numpy as np
 from phase_traj_ros.core import CodeSource, EstimatorSettings, Lens, TrajectoryEstimator
-from phase_traj_ros.core.camera.model import CameraModel, Distortion
 from phase_traj_ros.core.heading.tuning import TUNING
 from phase_traj_ros.core.heading.turns import find_turns
-from phase_traj_ros.synthetic import Camera, Drive
+from phase_traj_ros.synthetic import Drive
+from phase_traj_ros.tasks.evaluation.scores import way_along
 
 _DOCUMENT = ROOT / 'docs' / 'measurements' / 'frame_rate.md'
 _KEPT = ROOT / 'out' / 'frame_rate'
@@ -224,7 +224,7 @@ def _nees(
 
     One drawn height or mounting makes all poses of a drive right or wrong alike.
     """
-    way = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(true[:, :2], axis=0).T))])
+    way = way_along(true[:, :2])
     chosen = np.flatnonzero((way >= _FROM * above) & np.isfinite(covariances).all(axis=(1, 2)))
     if not len(chosen):
         return None
@@ -240,13 +240,6 @@ def _nees(
     low, high = _BAND
     below = sum(value <= low for value in values) / len(values)
     return sum(low < value < high for value in values) / len(values), below
-
-
-def model_of(camera: Camera) -> CameraModel:
-    """Return the calibration of a camera."""
-    return CameraModel(
-        width=camera.width, height=camera.height, fx=camera.focal, fy=camera.focal, cx=camera.cx,
-        cy=camera.cy, distortion=Distortion.NONE, coefficients=())
 
 
 def page(rows: list[Row]) -> Iterator[str]:

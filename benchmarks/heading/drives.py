@@ -8,10 +8,9 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
-from benchmarks.shared.clips import kitti_camera, kitti_root
+from benchmarks.shared.clips import kitti, kitti_root
 import cv2
 import numpy as np
-from phase_traj_ros.io.sources.folder import FolderSource
 from phase_traj_ros.synthetic import (
     Camera,
     Drive,
@@ -92,16 +91,12 @@ class Ride:
 
 def real_rides() -> list[Ride]:
     """Return the real clips and their mirror images; empty if they are not available."""
-    root = kitti_root()
-    if root is None:
-        return []
     rides = []
     for sequence in REAL:
-        folder = root / sequence
-        source = FolderSource(folder / 'image_0')
-        taken = list(source)
-        camera = kitti_camera(source)
-        poses = poses_from_kitti(np.loadtxt(folder / 'poses.txt'))
+        there = kitti(sequence)
+        if there is None:
+            return []
+        camera, taken, poses = there
         frames = [frame.image for frame in taken]
         ride = Ride(
             f'KITTI {sequence}', camera, [frame.stamp_ns for frame in taken], poses[:, 2],
@@ -115,12 +110,12 @@ def rendered(name: str, camera: str) -> Ride:
     (lens, rate_hz) = CAMERAS[camera]
     drive = plan_drive(
         name, PLANS[name], rate_hz=rate_hz, speed=_SPEED, camera=lens, seed=17)
-    return _streamed(drive)
+    return streamed(drive)
 
 
 def named(name: str) -> Ride:
     """Return one of the package's named drives."""
-    return _streamed(named_drive(name))
+    return streamed(named_drive(name))
 
 
 def full_rides() -> list[Ride]:
@@ -131,11 +126,12 @@ def full_rides() -> list[Ride]:
     rides = []
     for sequence in FULL:
         poses = poses_from_kitti(np.loadtxt(root / 'poses' / f'{sequence}.txt'))
-        rides.append(_streamed(pose_drive(f'along KITTI {sequence}', poses, seed=1)))
+        rides.append(streamed(pose_drive(f'along KITTI {sequence}', poses, seed=1)))
     return rides
 
 
-def _streamed(drive: Drive) -> Ride:
+def streamed(drive: Drive) -> Ride:
+    """Return a drive as a ride whose frames are rendered on demand."""
     return Ride(
         drive.name, drive.camera, drive.stamps_ns.tolist(), np.unwrap(drive.poses[:, 2]),
         drive.poses[:, :2], lambda: render_drive(drive))

@@ -19,6 +19,7 @@ from phase_traj_ros.core import LinkCode, OdometryStep, RoadMap
 from phase_traj_ros.io.maps.projection import LocalProjection
 from phase_traj_ros.io.maps.road_file import read_roads
 from phase_traj_ros.synthetic import poses_from_kitti
+from phase_traj_ros.tasks.evaluation.scores import way_along
 from phase_traj_ros.tasks.location.odometry import steps_of_links
 
 SEQUENCES = ('00', '02', '04', '06', '08', '09', '10')
@@ -118,7 +119,7 @@ def true_poses(sequence: str) -> np.ndarray:
 
 def way_of(poses: np.ndarray) -> np.ndarray:
     """Return the metres travelled at each pose, (N,)."""
-    return np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(poses[:, :2], axis=0).T))])
+    return way_along(poses[:, :2])
 
 
 def on_map(sequence: str, name: str = HERE) -> np.ndarray | None:

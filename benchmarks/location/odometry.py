@@ -15,7 +15,7 @@ import sys
 import zlib
 
 from benchmarks.distance import drives
-from benchmarks.distance.distance import model_of
+from benchmarks.shared.clips import model_of
 import numpy as np
 from phase_traj_ros.core import CodeSource, EstimatorSettings, Lens, TrajectoryEstimator
 from phase_traj_ros.io.replay.camera import learned_lens
@@ -29,7 +29,7 @@ def record(sequence: str, file: Path, frames: int | None = None) -> None:
     """Follow the drive along a sequence with the height of its camera 4 % wrong (1 sigma)."""
     number, _, camera = sequence.partition('-')
     ride = drives.along_kitti(number, frames)
-    lens = Lens(camera=model_of(ride)) if not camera else learned_lens(
+    lens = Lens(camera=model_of(ride.camera)) if not camera else learned_lens(
         map(StampedFrame, ride.frames(), ride.stamps_ns), Parameters(), ride.name)
     if lens is None:
         raise SystemExit(f'{sequence}: no turn of this drive tells the camera')

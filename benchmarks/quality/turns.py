@@ -61,8 +61,10 @@ class Score:
     right: bool
 
 
-def turns(shifts: Iterable[float | None], threshold: float, way: Way) -> list[Movement]:
-    """Return the turns that the chain code finds; None is a pair that is skipped."""
+def turns(
+    shifts: Iterable[float | None], threshold: float, way: Way = _WAYS['paper'],
+) -> list[Movement]:
+    """Return the turns that the chain code finds in shifts in pixels; None is skipped."""
     codes = DynamicChainCode(
         threshold, confirm_frames=way.confirm_frames, release_frames=way.release_frames)
     steps = [codes.skip() if dx is None else codes.update(dx) for dx in shifts]

@@ -11,6 +11,8 @@ from pathlib import Path
 
 import cv2
 import numpy as np
+from phase_traj_ros.core.camera.model import CameraModel, Distortion
+from phase_traj_ros.io.sources.base import StampedFrame
 from phase_traj_ros.io.sources.folder import FolderSource
 from phase_traj_ros.synthetic import Camera, KITTI_CAMERA, named_drive, poses_from_kitti, render
 
@@ -61,26 +63,43 @@ def kitti_root() -> Path | None:
     return root if (root / '00' / 'image_0').is_dir() else None
 
 
-def kitti_camera(source: FolderSource) -> Camera:
-    """Return the calibrated camera of a clip, to render with."""
-    model = source.camera(rectified=True)
-    return replace(
-        KITTI_CAMERA, width=model.width, height=model.height, focal=model.fx, cx=model.cx,
-        cy=model.cy)
+def kitti(sequence: str) -> tuple[Camera, list[StampedFrame], np.ndarray] | None:
+    """
+    Return a clip of the KITTI odometry benchmark; None if it is not available.
 
-
-def kitti_clip(sequence: str, *, first: int = 0, count: int | None = None) -> Clip | None:
-    """Return a clip of the KITTI odometry benchmark; None if it is not available."""
+    That is its calibrated camera, to render with, its frames, and their poses x, y, yaw, pitch and
+    roll, (N, 5).
+    """
     root = kitti_root()
     if root is None:
         return None
-    folder = root / sequence
-    source = FolderSource(folder / 'image_0')
-    frames = [frame.image for frame in source]
-    camera = kitti_camera(source)
-    yaw = poses_from_kitti(np.loadtxt(folder / 'poses.txt'))[:, 2]
+    source = FolderSource(root / sequence / 'image_0')
+    model = source.camera(rectified=True)
+    camera = replace(
+        KITTI_CAMERA, width=model.width, height=model.height, focal=model.fx, cx=model.cx,
+        cy=model.cy)
+    poses = poses_from_kitti(np.loadtxt(root / sequence / 'poses.txt'))
+    return camera, list(source), poses
+
+
+def model_of(camera: Camera) -> CameraModel:
+    """Return the calibration of a camera."""
+    return CameraModel(
+        width=camera.width, height=camera.height, fx=camera.focal, fy=camera.focal, cx=camera.cx,
+        cy=camera.cy,
+        distortion=Distortion.NONE if camera.fisheye is None else Distortion.FISHEYE,
+        coefficients=camera.fisheye or ())
+
+
+def kitti_clip(sequence: str, *, first: int = 0, count: int | None = None) -> Clip | None:
+    """Return a part of a clip of the KITTI odometry benchmark; None if it is not available."""
+    there = kitti(sequence)
+    if there is None:
+        return None
+    camera, frames, poses = there
     chosen = slice(first, None if count is None else first + count)
-    return Clip(f'KITTI {sequence}', camera, frames[chosen], yaw[chosen])
+    return Clip(
+        f'KITTI {sequence}', camera, [frame.image for frame in frames[chosen]], poses[chosen, 2])
 
 
 def rendered_clip(camera: Camera, *, first: int = _DEMO_TURN, count: int) -> Clip:

@@ -36,38 +36,20 @@ class Condition:
     """Takes a clip and a seed; returns another clip and leaves the first unchanged."""
 
 
-def _noise(frame: np.ndarray, seed: tuple[int, int], *, sigma: float) -> np.ndarray:
-    return sensor_noise(frame, sigma=sigma, seed=seed)
-
-
-def _blur(frame: np.ndarray, _: tuple[int, int], *, sigma: float) -> np.ndarray:
-    return blur(frame, sigma=sigma)
-
-
-def _gain(frame: np.ndarray, _: tuple[int, int], *, factor: float) -> np.ndarray:
-    return gain(frame, factor=factor)
-
-
-def _flicker(frame: np.ndarray, seed: tuple[int, int]) -> np.ndarray:
-    return gain(frame, factor=np.random.default_rng(seed).uniform(*_FLICKER))
-
-
-def _night(frame: np.ndarray, seed: tuple[int, int], *, exposure: float) -> np.ndarray:
-    return night(frame, exposure=exposure, seed=seed)
-
-
-def _rain(frame: np.ndarray, seed: tuple[int, int], *, streaks: int) -> np.ndarray:
-    return rain(frame, streaks=streaks, seed=seed)
-
-
-def _each(spoil: Callable[..., np.ndarray], **options: float) -> Callable[[Clip, int], Clip]:
+def _each(
+    spoil: Callable[..., np.ndarray], *, seeded: bool = False, **options: float,
+) -> Callable[[Clip, int], Clip]:
     """Return the degradation of a clip that applies ``spoil`` to each frame."""
     def spoil_all(clip: Clip, seed: int) -> Clip:
+        seeds = ({'seed': (seed, number)} if seeded else {} for number in count())
         return replace(clip, frames=[
-            spoil(frame, (seed, number), **options)
-            for frame, number in zip(clip.frames, count())])
+            spoil(frame, **options, **drawn) for frame, drawn in zip(clip.frames, seeds)])
 
     return spoil_all
+
+
+def _flicker(frame: np.ndarray, *, seed: tuple[int, int]) -> np.ndarray:
+    return gain(frame, factor=np.random.default_rng(seed).uniform(*_FLICKER))
 
 
 def _fog(clip: Clip, _: int, *, visibility: float) -> Clip:
@@ -99,15 +81,17 @@ def _tilted(frame: np.ndarray, camera: Camera, pitch: float, roll: float) -> np.
 
 CONDITIONS = (
     Condition('as they are', lambda clip, _: clip),
-    *(Condition(f'noise, σ = {sigma}', _each(_noise, sigma=sigma)) for sigma in (10, 20, 30, 50)),
-    *(Condition(f'blur, σ = {sigma} px', _each(_blur, sigma=sigma)) for sigma in (1.5, 4)),
-    Condition('overexposed, gain 1.8', _each(_gain, factor=1.8)),
-    Condition('gain 0.6–1.4 by chance', _each(_flicker)),
-    *(Condition(f'night, {100 * exposure:g} % of the light', _each(_night, exposure=exposure))
+    *(Condition(f'noise, σ = {sigma}', _each(sensor_noise, seeded=True, sigma=sigma))
+      for sigma in (10, 20, 30, 50)),
+    *(Condition(f'blur, σ = {sigma} px', _each(blur, sigma=sigma)) for sigma in (1.5, 4)),
+    Condition('overexposed, gain 1.8', _each(gain, factor=1.8)),
+    Condition('gain 0.6–1.4 by chance', _each(_flicker, seeded=True)),
+    *(Condition(f'night, {100 * exposure:g} % of the light',
+                _each(night, seeded=True, exposure=exposure))
       for exposure in (0.06, 0.02)),
     *(Condition(f'fog, {visibility} m', partial(_fog, visibility=visibility))
       for visibility in (30, 10)),
-    *(Condition(f'rain, {streaks} streaks', _each(_rain, streaks=streaks))
+    *(Condition(f'rain, {streaks} streaks', _each(rain, seeded=True, streaks=streaks))
       for streaks in (400, 2000)),
     *(Condition(f'vibration, {degrees}°', partial(_vibrate, degrees=degrees))
       for degrees in (0.2, 0.5)),

@@ -53,9 +53,9 @@ class Memory:
     growth: int
 
 
-def resident() -> int:
-    """Return the resident memory of this process, in bytes."""
-    return int(Path('/proc/self/statm').read_text().split()[1]) * _PAGE
+def resident(process: int | str = 'self') -> int:
+    """Return the resident memory of this or another process, in bytes."""
+    return int(Path(f'/proc/{process}/statm').read_text().split()[1]) * _PAGE
 
 
 def peak_of_a_step(peer: Peer, clip: Clip) -> int:

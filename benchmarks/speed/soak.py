@@ -6,13 +6,12 @@ Check that memory stays constant: 20,000 frames over DDS, 10 million updates of 
 Run it by hand: python -m benchmarks.speed.soak
 """
 
-import os
-from pathlib import Path
 import random
 import subprocess
 import sys
 import time
 
+from benchmarks.speed.memory import resident
 import numpy as np
 from phase_traj_ros.core import DynamicChainCode
 from phase_traj_ros.io import StampedFrame
@@ -27,12 +26,6 @@ _SHAPE = (376, 1241)
 _RATE_HZ = 150.0
 
 
-def resident_mib(pid):
-    """Return the resident memory of a process in MiB."""
-    pages = int(Path(f'/proc/{pid}/statm').read_text().split()[1])
-    return pages * os.sysconf('SC_PAGE_SIZE') / 2**20
-
-
 def soak_state_machine():
     """Feed the state machine shifts that flicker between all states."""
     generator = random.Random(0)
@@ -41,7 +34,7 @@ def soak_state_machine():
     for index in range(_UPDATES):
         codes.update(shifts[index % len(shifts)])
         if (index + 1) % (_UPDATES // 10) == 0:
-            print(f'{index + 1:>9} updates: {resident_mib(os.getpid()):6.1f} MiB', flush=True)
+            print(f'{index + 1:>9} updates: {resident() / 2**20:6.1f} MiB', flush=True)
 
 
 def soak_node():
@@ -58,13 +51,13 @@ def soak_node():
         def stream():
             for index in range(_FRAMES):
                 if index % (_FRAMES // 10) == 0:
-                    print(f'{index:>9} frames: {resident_mib(node.pid):6.1f} MiB', flush=True)
+                    print(f'{index:>9} frames: {resident(node.pid) / 2**20:6.1f} MiB', flush=True)
                 yield StampedFrame(frames[index % len(frames)], index * 10**9)
 
         player.play(stream(), stop, rate=_RATE_HZ)
         player.wait_for_acknowledgement()
         time.sleep(2)
-        print(f'{_FRAMES:>9} frames: {resident_mib(node.pid):6.1f} MiB')
+        print(f'{_FRAMES:>9} frames: {resident(node.pid) / 2**20:6.1f} MiB')
         player.destroy_node()
     node.terminate()
     node.wait()

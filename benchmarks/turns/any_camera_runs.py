@@ -12,7 +12,7 @@ from pathlib import Path
 import re
 import time
 
-from benchmarks.shared.clips import kitti_root
+from benchmarks.shared.clips import kitti
 from benchmarks.shared.report import ROOT
 from benchmarks.turns.any_camera_drives import BETWEEN, ride, right_order, ways
 import cv2
@@ -29,9 +29,7 @@ from phase_traj_ros.core import (
 from phase_traj_ros.core.heading.turns import find_turns, Turn
 from phase_traj_ros.io.replay.run import Replay, Watcher
 from phase_traj_ros.io.sources.base import Candidate, FrameSource, StampedFrame
-from phase_traj_ros.io.sources.folder import FolderSource
 from phase_traj_ros.io.sources.selection import EVERYTHING
-from phase_traj_ros.synthetic import poses_from_kitti
 from phase_traj_ros.tasks.batch.job import replay_source
 from phase_traj_ros.tasks.batch.request import ReplayRequest
 
@@ -284,14 +282,10 @@ def variants(drive: Drive) -> Iterator[Drive]:
 
 def real(sequence: str) -> Drive | None:
     """Return a clip of KITTI without its calibration; None where it is not at hand."""
-    root = kitti_root()
-    if root is None:
+    there = kitti(sequence)
+    if there is None:
         return None
-    source = FolderSource(root / sequence / 'image_0')
-    frames = list(source)
-    model = source.camera(rectified=True)
-    assert model is not None
-    poses = poses_from_kitti(np.loadtxt(root / sequence / 'poses.txt'))
+    camera, frames, poses = there
     return Drive(
         f'KITTI {sequence}', 'as it is', [each.image for each in frames],
-        [each.stamp_ns for each in frames], np.unwrap(poses[:, 2]), model.fx)
+        [each.stamp_ns for each in frames], np.unwrap(poses[:, 2]), camera.focal)

@@ -10,7 +10,7 @@ in their order. Takes ten minutes on two cores; writes docs/measurements/robustn
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from functools import lru_cache
@@ -18,13 +18,14 @@ from itertools import product
 import multiprocessing
 import sys
 
+from benchmarks.quality.turns import turns
 from benchmarks.shared.clips import Clip, kitti_clip, mirrored
 from benchmarks.shared.conditions import CONDITIONS
 from benchmarks.shared.peers import Heading, Klt, Orb, Ours, Peer
 from benchmarks.shared.report import paragraphs, ROOT, table, versions
 import cv2
 import numpy as np
-from phase_traj_ros.core import DynamicChainCode, Movement
+from phase_traj_ros.core import Movement
 from phase_traj_ros.synthetic import Camera, DRIVES, named_drive, render_drive
 
 _THRESHOLD_PX = 20.0
@@ -101,17 +102,10 @@ class Score:
     """Error of the yaw of each pair; infinite without an answer."""
 
 
-def turns(shifts: Iterable[float | None]) -> list[Movement]:
-    """Return the turns that the chain code finds in shifts in pixels; None is a missing answer."""
-    codes = DynamicChainCode(_THRESHOLD_PX)
-    steps = [codes.skip() if dx is None else codes.update(dx) for dx in shifts]
-    return [step.movement for step in steps
-            if step.movement in (Movement.LEFT, Movement.RIGHT)]
-
-
 def true_turns(clip: Clip) -> list[Movement]:
     """Return the turns that the chain code finds in the true yaw of a clip."""
-    return turns((clip.camera.focal * np.tan(np.diff(clip.yaw))).tolist())
+    shifts = clip.camera.focal * np.tan(np.diff(clip.yaw))
+    return turns(shifts.tolist(), _THRESHOLD_PX)
 
 
 def clip_names() -> tuple[str, ...]:
@@ -146,8 +140,8 @@ def score(task: tuple[int, int]) -> list[Score]:
         found = np.array([np.inf if dx is None else dx for dx in shifts])
         yaw = np.degrees(np.arctan(found / spoiled.camera.focal))
         errors = np.where(np.isinf(found), np.inf, np.abs(yaw - truth))
-        scores.append(Score(
-            name, condition.name, method, turns(shifts) == true_turns(clean), errors))
+        right = turns(shifts, _THRESHOLD_PX) == true_turns(clean)
+        scores.append(Score(name, condition.name, method, right, errors))
     return scores
 
 

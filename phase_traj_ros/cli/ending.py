@@ -15,6 +15,9 @@ import threading
 from types import FrameType
 from typing import Final, TextIO
 
+EXIT_BAD_INPUT: Final = 2
+"""Exit status after a wrong call, or an input that cannot be used."""
+
 SIGNALS: Final = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 _WORDS = {signal.SIGINT: 'interrupted', signal.SIGTERM: 'terminated', signal.SIGHUP: 'hung up'}

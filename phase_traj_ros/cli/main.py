@@ -9,6 +9,7 @@ import sys
 
 from phase_traj_ros.cli.ending import (
     Ended,
+    EXIT_BAD_INPUT,
     handled,
     leave_at_once,
     line_of,
@@ -20,9 +21,6 @@ from phase_traj_ros.cli.ending import (
 )
 from phase_traj_ros.cli.escaping import escaped, escaped_output
 from phase_traj_ros.errors import ForeignFileError, PhaseTrajError
-
-EXIT_OK = 0
-EXIT_BAD_INPUT = 2
 
 # Broken videos and images are reported in one line by this program. Without these settings, the
 # libraries of OpenCV would add their own messages. They read them when they are loaded.
@@ -70,7 +68,7 @@ def _status(arguments: Sequence[str] | None) -> int:
         status = status_of(number)
     except SystemExit as end:
         # The parser has printed the help, or what is wrong with the call.
-        status = end.code if isinstance(end.code, int) else EXIT_OK
+        status = end.code if isinstance(end.code, int) else 0
     except OSError as error:
         # An error of a file has its name; this one is of the standard output.
         if error.filename is not None:
@@ -78,7 +76,7 @@ def _status(arguments: Sequence[str] | None) -> int:
         write_error(sys.stdout)
         return _unheard(error)
     failed = write_error(sys.stdout)
-    return (status or EXIT_OK) if failed is None else _unheard(failed)
+    return (status or 0) if failed is None else _unheard(failed)
 
 
 def _unheard(error: OSError) -> int:

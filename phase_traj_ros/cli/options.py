@@ -28,12 +28,9 @@ SOURCE is one of
 
 def add_source(parser: ArgumentParser, *, several: bool = False) -> None:
     """Add SOURCE, or several of them, and the options that select frames."""
-    if several:
-        parser.add_argument(
-            'sources', metavar='SOURCE', type=Path, nargs='+', help='source of the frames')
-    else:
-        parser.add_argument(
-            'source', metavar='SOURCE', type=Path, help='source of the frames')
+    parser.add_argument(
+        'sources' if several else 'source', metavar='SOURCE', type=Path,
+        nargs='+' if several else None, help='source of the frames')
     parser.add_argument(
         '--topic', metavar='TOPIC', help='image topic of the bag, if it has several')
     parser.add_argument(
@@ -61,11 +58,10 @@ def selection_of(options: Namespace) -> Selection:
     return Selection(start=options.start, duration=options.duration, every=options.every)
 
 
-def source_of(options: Namespace, source: Path | None = None) -> FrameSource:
-    """Open the source given by the options of ``add_source``, or ``source`` with these options."""
+def source_of(options: Namespace, source: Path) -> FrameSource:
+    """Open a source with the options of ``add_source``."""
     return open_source(
-        options.source if source is None else source, topic=options.topic,
-        selection=selection_of(options), fps=options.fps)
+        source, topic=options.topic, selection=selection_of(options), fps=options.fps)
 
 
 def add_parameters(parser: ArgumentParser) -> None:

@@ -17,14 +17,12 @@ from phase_traj_ros.cli.commands import (
     play,
     replay,
 )
+from phase_traj_ros.cli.ending import EXIT_BAD_INPUT
 from phase_traj_ros.core.correlation.transforms import (
     find_transform,
     transform_hint,
     TransformLibrary,
 )
-
-EXIT_OK = 0
-EXIT_BAD_INPUT = 2
 
 TASKS: tuple[tuple[str, tuple[Command, ...]], ...] = (
     ('code a recording', (replay.COMMAND, inspect_frames.COMMAND)),
@@ -62,7 +60,7 @@ class _Version(Action):
         hint = transform_hint()
         if hint:
             print(hint)
-        parser.exit(EXIT_OK)
+        parser.exit()
 
 
 def program_parser() -> ArgumentParser:

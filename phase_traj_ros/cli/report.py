@@ -5,7 +5,7 @@
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-from phase_traj_ros.core import ChainCode, CodeSeries, Turn
+from phase_traj_ros.core import CodeSeries, Turn
 from phase_traj_ros.io.replay.run import Replay
 
 # What is printed of a long drive; chain_code.json has all of it.
@@ -14,7 +14,8 @@ _MOST_TURNS, _MOST_RUNS = 12, 50
 
 def print_result(result: Replay) -> None:
     """Print codes, turns, camera and distance."""
-    _print_codes(result.codes)
+    _print_series('movement ', result.codes.movement)
+    _print_series('direction', result.codes.direction)
     _print_turns(result.turns)
     if result.camera is not None:
         print(f'camera: {result.camera}')
@@ -29,12 +30,6 @@ def print_doubts(result: Replay) -> None:
         print(f'hint: {result.threshold_hint.sentence}')
     for warning in _warnings(result):
         print(f'warning: {warning}')
-
-
-def _print_codes(codes: ChainCode) -> None:
-    """Print both codes in run-length form."""
-    _print_series('movement ', codes.movement)
-    _print_series('direction', codes.direction)
 
 
 def _print_turns(turns: Sequence[Turn]) -> None:
@@ -60,6 +55,7 @@ def _print_way(result: Replay) -> None:
 
 
 def _print_series(name: str, series: CodeSeries[Any]) -> None:
+    """Print codes in run-length form."""
     runs = [f'{int(run.code)}x{run.count}' for run in series.runs]
     more = ['...'] if len(runs) > _MOST_RUNS else []
     print(f'{name} ({len(series)}):', *runs[:_MOST_RUNS], *more)

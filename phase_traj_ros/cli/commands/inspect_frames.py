@@ -9,7 +9,7 @@ from typing import Any
 from phase_traj_ros.cli.command import Command
 from phase_traj_ros.core import PhaseCorrelator
 from phase_traj_ros.errors import ForeignFileError, FrameError, OutputError, SourceError
-from phase_traj_ros.io.images.picture_file import PICTURE_SUFFIXES, read_picture
+from phase_traj_ros.io.images.decoding import PICTURE_SUFFIXES, read_picture
 from phase_traj_ros.io.outputs.outputs import output_file
 from phase_traj_ros.io.results.figures import require_matplotlib, write_correlation_picture
 

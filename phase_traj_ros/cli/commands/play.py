@@ -95,7 +95,7 @@ def run(options: Namespace) -> None:
         raise MissingDependencyError(
             f'playing needs rclpy ({error}): source a ROS 2 installation, or install'
             ' phase_traj_ros[ros]') from None
-    with (source_of(options) as source, stop_on_signals() as stop,
+    with (source_of(options, options.source) as source, stop_on_signals() as stop,
             ros_context(['--ros-args', *options.ros_args])):
         with names_explained():
             player = FramePlayer(

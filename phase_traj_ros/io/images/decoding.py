@@ -1,17 +1,22 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Decodes compressed images to greyscale."""
+"""Decodes compressed images and image files to greyscale."""
 
+from pathlib import Path
 from typing import cast, Final, TypeAlias
 
 import cv2
 import numpy as np
 import numpy.typing as npt
-from phase_traj_ros.errors import FrameError
+from phase_traj_ros.errors import FrameError, reading, SourceError
 from phase_traj_ros.io.images.header import PictureHeader, read_header, SIGNATURES
 
 GreyImage: TypeAlias = npt.NDArray[np.uint8] | npt.NDArray[np.uint16] | npt.NDArray[np.float32]
 """A greyscale image, (H, W), uint8, uint16 or float32."""
+
+PICTURE_SUFFIXES: Final = (
+    '.png', '.jpg', '.jpeg', '.bmp', '.tif', '.tiff', '.pgm', '.ppm', '.webp')
+"""Suffixes of image files, in any case."""
 
 DEFAULT_MAX_PIXELS: Final = 2 ** 26
 """Default limit of the size of a decoded image: 67 million pixels."""
@@ -34,15 +39,20 @@ def decode_picture(
     return _decode(data), header
 
 
-def decode_picture_file(data: bytes) -> GreyImage:
+def read_picture(path: Path) -> GreyImage:
     """
-    Decode the content of an image file of any format that OpenCV reads.
+    Return an image file of any format that OpenCV reads as greyscale, (H, W).
 
-    JPEG and PNG are checked as in decode_picture. Raises FrameError.
+    JPEG and PNG are checked as in decode_picture. Raises SourceError if it cannot be read.
     """
-    if not data:
-        raise FrameError('it is empty')
-    return decode_picture(data)[0] if data.startswith(SIGNATURES) else _decode(data)
+    with reading(path):
+        data = path.read_bytes()
+    try:
+        if not data:
+            raise FrameError('it is empty')
+        return decode_picture(data)[0] if data.startswith(SIGNATURES) else _decode(data)
+    except FrameError as error:
+        raise SourceError(f'{path} cannot be used: {error}') from error
 
 
 def _decode(data: bytes) -> GreyImage:

@@ -7,6 +7,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 import hashlib
+from itertools import chain
 import json
 from pathlib import Path
 from typing import Any, Final
@@ -38,40 +39,26 @@ class Manifest:
         if found.get('program') != _PROGRAM or not isinstance(listed, dict):
             return cls(folder)
         digests = {name: found for name, found in listed.items() if isinstance(found, str)}
-        return cls(folder, {**digests, **_digests(folder, (MANIFEST,))})
-
-    @classmethod
-    def made_of(cls, folder: Path, staged: Mapping[str, Path]) -> Manifest:
-        """Return the manifest of staged files and folders, by their names in ``folder``."""
-        return cls(folder, {
-            f'{name}{inside}': _digest(path)
-            for name, top in staged.items() for inside, path in _files_below(top)})
+        return cls(folder, {**digests, MANIFEST: _digest(folder / MANIFEST)})
 
     def owns(self, name: str) -> bool:
         """Return whether a file, or all files of a folder, are still as they were written."""
-        path = self.folder / name
-        if path.is_dir() and not path.is_symlink():
-            files = list(_files_below(path))
-            return bool(files) and all(
-                self._owns_file(f'{name}{inside}') for inside, _ in files)
-        return self._owns_file(name)
+        digests = dict(_digests(self.folder / name))
+        return (
+            bool(digests) and all(digests.values()) and digests.items() <= self.digests.items())
 
     @property
     def owned(self) -> tuple[str, ...]:
         """Return the names of the owned files and folders at the top of the folder."""
-        tops = dict.fromkeys(name.split('/')[0] for name in self.digests)
-        return tuple(
-            name for name in tops if (self.folder / name).exists() and self.owns(name))
+        return tuple(filter(self.owns, dict.fromkeys(map(_top, self.digests))))
 
-    def merged(self, other: Manifest) -> Manifest:
-        """Return this manifest with the entries of another one, which take precedence."""
-        return Manifest(self.folder, {**self.digests, **other.digests})
-
-    def without(self, names: Iterable[str]) -> Manifest:
-        """Return the manifest without some files and folders at the top of the folder."""
-        gone = set(names)
-        return Manifest(self.folder, {
-            name: found for name, found in self.digests.items() if name.split('/')[0] not in gone})
+    def followed_by(self, made: Iterable[Path], *, adds: bool) -> Manifest:
+        """Return the manifest with new files and folders, beside the others or alone."""
+        names = {path.name for path in made}
+        kept = {
+            name: digest for name, digest in self.digests.items()
+            if adds and _top(name) not in names}
+        return Manifest(self.folder, kept | dict(chain.from_iterable(map(_digests, made))))
 
     def write(self, path: Path) -> None:
         """Write the manifest as JSON."""
@@ -80,35 +67,29 @@ class Manifest:
             'program': _PROGRAM, 'version': phase_traj_ros.__version__, 'files': files,
         }, indent=2) + '\n', encoding='utf-8')
 
-    def _owns_file(self, name: str) -> bool:
-        return name in self.digests and (
-            _digests(self.folder, (name,)) == {name: self.digests[name]})
+
+def _top(name: str) -> str:
+    """Return the file or folder at the top that a file is or belongs to."""
+    return name.partition('/')[0]
+
+
+def _digests(top: Path) -> Iterator[tuple[str, str]]:
+    """Yield a file, or the files below a folder: their names from there on, and digests."""
+    inside = top.is_dir() and not top.is_symlink()
+    for path in sorted(top.rglob('*')) if inside else [top]:
+        if path.is_symlink() or not path.is_dir():
+            yield path.relative_to(top.parent).as_posix(), _digest(path)
 
 
 def _digest(path: Path) -> str:
+    """Return the SHA-256 of a regular file; empty for anything else."""
+    if path.is_symlink() or not path.is_file():
+        return ''
     digest = hashlib.sha256()
     with path.open('rb') as file:
         while block := file.read(1 << 20):
             digest.update(block)
     return digest.hexdigest()
-
-
-def _digests(folder: Path, names: Iterable[str]) -> dict[str, str]:
-    """Return the digests of those that are regular files, by name."""
-    paths = {name: folder / name for name in names}
-    return {
-        name: _digest(path) for name, path in paths.items()
-        if path.is_file() and not path.is_symlink()}
-
-
-def _files_below(path: Path) -> Iterator[tuple[str, Path]]:
-    """Yield what is to be appended to the name of a file or folder, and the file."""
-    if not path.is_dir():
-        yield '', path
-        return
-    for file in sorted(path.rglob('*')):
-        if file.is_symlink() or not file.is_dir():
-            yield f'/{file.relative_to(path).as_posix()}', file
 
 
 def _content(path: Path) -> dict[str, Any]:

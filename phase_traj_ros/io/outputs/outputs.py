@@ -8,11 +8,11 @@ from collections.abc import Collection, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 import fcntl
+from itertools import chain
 import os
 from pathlib import Path
 import shutil
 import tempfile
-import time
 from types import TracebackType
 from typing import Final
 
@@ -30,9 +30,6 @@ from phase_traj_ros.io.outputs.protected import (
 STAGING: Final = '.phase_traj-'
 """Beginning of the names of the folders for unfinished outputs."""
 
-# A folder that a run has just made may not be locked yet.
-_FRESH_S = 60.0
-
 
 @dataclass(frozen=True, slots=True)
 class _Staged:
@@ -47,13 +44,9 @@ class _Staged:
     """What is there from earlier runs; None for a single file."""
     adds: bool = False
 
-    def tops(self) -> dict[str, Path]:
-        """Return what was made, by name."""
-        return {path.name: path for path in sorted(self._made.iterdir())}
-
-    @property
-    def _made(self) -> Path:
-        return self.staging / 'made'
+    def made(self) -> list[Path]:
+        """Return the files and folders that were made."""
+        return sorted((self.staging / 'made').iterdir())
 
 
 @dataclass(slots=True)
@@ -120,9 +113,9 @@ class Outputs:
             the names that no earlier run wrote.
 
         """
-        check_directory(target, names=names, inputs=self.inputs, force=self.force)
-        folder = real(target)
-        return self._stage(target, folder, Manifest.of(folder), adds=adds)
+        manifest = check_directory(
+            target, names=names, inputs=self.inputs, force=self.force)
+        return self._stage(target, manifest.folder, manifest, adds=adds)
 
     def file(self, target: Path) -> Path:
         """
@@ -173,29 +166,26 @@ class Outputs:
         commit(moves)
 
     def _moves(self, each: _Staged) -> Iterator[Move]:
-        tops = each.tops()
+        made = each.made()
         removed: list[str] = []
         if each.manifest is not None:
-            for name in tops:
-                refuse_foreign(each.manifest, name, force=self.force)
-            beside = {
-                name: path for other in self._staged
-                if other.manifest is None and other.folder == each.folder
-                for name, path in other.tops().items()}
-            new = Manifest.made_of(each.folder, {**tops, **beside})
-            kept = each.manifest.without([*tops, *beside])
-            if each.adds:
-                new = kept.merged(new)
-            else:
+            for path in made:
+                refuse_foreign(each.manifest, path.name, force=self.force)
+            # A named file in the folder belongs to its results.
+            results = [*made, *chain.from_iterable(
+                other.made() for other in self._staged
+                if other.manifest is None and other.folder == each.folder)]
+            if not each.adds:
+                names = {MANIFEST, *(path.name for path in results)}
                 removed = [
-                    name for name in kept.owned
-                    if name != MANIFEST and not is_input(each.folder / name, self.inputs)]
-            new.write(each.staging / MANIFEST)
-            tops[MANIFEST] = each.staging / MANIFEST
+                    name for name in each.manifest.owned
+                    if name not in names and not is_input(each.folder / name, self.inputs)]
+            made.append(each.staging / MANIFEST)
+            each.manifest.followed_by(results, adds=each.adds).write(made[-1])
         aside = each.staging / 'aside'
         aside.mkdir()
-        for name, path in tops.items():
-            yield Move(path, each.folder / name, aside / name)
+        for path in made:
+            yield Move(path, each.folder / path.name, aside / path.name)
         for name in removed:
             yield Move(None, each.folder / name, aside / name)
 
@@ -252,8 +242,8 @@ def _remove_abandoned(folder: Path) -> None:
             lock = os.open(staging, os.O_RDONLY)
             try:
                 fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-                if ((staging / 'made').is_dir() and not any(staging.glob('aside/*'))
-                        and time.time() - staging.stat().st_mtime > _FRESH_S):
+                # What a run makes after it has locked the folder.
+                if (staging / 'made').is_dir() and not any(staging.glob('aside/*')):
                     shutil.rmtree(staging)
             finally:
                 os.close(lock)

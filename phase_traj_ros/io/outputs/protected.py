@@ -15,9 +15,11 @@ from phase_traj_ros.io.outputs.manifest import MANIFEST, Manifest
 
 def check_directory(
     target: Path, *, names: Iterable[str], inputs: Collection[Path] = (), force: bool = False,
-) -> None:
+) -> Manifest:
     """
-    Raise an error if files of these names must not be written into the folder ``target``.
+    Check that files of these names may be written into the folder ``target``.
+
+    Return what earlier runs wrote there.
 
     Raises
     ------
@@ -34,6 +36,7 @@ def check_directory(
             if is_input(folder / name, inputs):
                 raise OutputError(f'{target / name} is an input: choose another output')
             refuse_foreign(manifest, name, force=force)
+        return manifest
 
 
 def real(target: Path) -> Path:
@@ -73,10 +76,8 @@ def _identity(path: Path) -> tuple[int, int] | None:
 
 def _links_in(folder: Path) -> list[Path]:
     """Return the symbolic links in a folder; the pictures of a sequence may be elsewhere."""
-    if not folder.is_dir():
-        return []
-    with os.scandir(folder) as entries:
-        return [Path(entry.path) for entry in entries if entry.is_symlink()]
+    found = folder.iterdir() if folder.is_dir() else ()
+    return [path for path in found if path.is_symlink()]
 
 
 def refuse_foreign(manifest: Manifest, name: str, *, force: bool) -> None:

@@ -62,10 +62,9 @@ def learned_lens(
     estimator = make_estimator(replace(
         parameters, path_from='codes', speed=0.0, use_speed_topic=False, camera_height=0.0,
         code_step=0.0))
-    if not estimator.settings.learns_lens:
-        return None
     heading = estimator.heading
-    assert heading is not None
+    if heading is None or not estimator.settings.learns_lens:
+        return None
     for outcome in outcomes(estimator, _thinned(frames), source=source, strict=strict):
         camera = outcome.update.camera if isinstance(outcome, Measured) else None
         if camera is not None and (camera.turns or 0) >= _ENOUGH_TURNS:

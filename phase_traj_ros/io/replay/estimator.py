@@ -4,11 +4,12 @@
 
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
+from pathlib import Path
 
 from phase_traj_ros.core import FrameStream, Outcome, Skipped, TrajectoryEstimator
 from phase_traj_ros.errors import ParameterError, SourceError
+from phase_traj_ros.io.images.decoding import read_picture
 from phase_traj_ros.io.sources.base import Entry, StampedFrame, UnreadableFrame
-from phase_traj_ros.io.sources.mask_file import read_mask
 from phase_traj_ros.parameters import Parameters
 
 
@@ -19,16 +20,19 @@ def make_estimator(parameters: Parameters, *, keep_all: bool = False) -> Traject
     Raises
     ------
     ParameterError
-        The mask cannot be read, or it is empty within the band of rows and columns.
+        The mask cannot be read, or it is empty: black everywhere.
 
     """
     settings = parameters.settings
     if keep_all:
         settings = replace(settings, max_runs=None, max_speeds=None)
+    mask = None
     try:
-        return TrajectoryEstimator(settings, mask=read_mask(parameters))
-    except ParameterError:
-        raise
+        if parameters.mask_file:
+            mask = read_picture(Path(parameters.mask_file).expanduser())
+        return TrajectoryEstimator(settings, mask=mask)
+    except SourceError as error:
+        raise ParameterError(f'mask_file: {error}') from None
     except ValueError as error:
         raise ParameterError(str(error)) from None
 

@@ -1,15 +1,23 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The data that figures and reports show of a replay, computed once for all of them."""
+"""The data that figures and reports show of a replay, and the quality of these data."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import pairwise
 import math
+from typing import Final
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 from phase_traj_ros.core import Movement, PairStatus, Update
 from phase_traj_ros.io.replay.run import Replay
+
+LOW_RESPONSE: Final = 0.02
+"""Unrelated frames reach a response of 0.014 to 0.021 at 1241 x 376 pixels."""
+
+# An interval of this many usual ones lacks a frame.
+_LONG = 1.5
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,8 +36,6 @@ class TurnMark:
     """Time of the first frame of ``pair``, in seconds since the first frame."""
     end_s: float
     """Time of the second frame of ``end_pair``."""
-    corner: tuple[float, float]
-    """Position on the drawn path, in its unit, REP 103 axes."""
     angle_deg: float | None = None
     """Angle by which the camera turned, positive to the left; None if it was not measured."""
 
@@ -52,6 +58,33 @@ class Overview:
     turns: tuple[TurnMark, ...]
     heading_deg: NDArray[np.float64] | None = None
     speed: NDArray[np.float64] | None = None
+
+    @property
+    def intervals(self) -> NDArray[np.float64]:
+        """Return the times between two frames."""
+        return np.diff(self.seconds, prepend=0.0)
+
+    @property
+    def interval_s(self) -> float:
+        """Return the median time between two frames."""
+        return float(np.median(self.intervals))
+
+    @property
+    def missing(self) -> int:
+        """Return the number of missing frames, one or more for each long interval."""
+        late = self.intervals[self.intervals >= _LONG * self.interval_s]
+        return int((np.rint(late / self.interval_s) - 1).clip(1).sum())
+
+    @property
+    def median_response(self) -> float:
+        """Return the median response; NaN if nothing was measured."""
+        measured = self.response[np.isfinite(self.response)]
+        return float(np.median(measured)) if len(measured) else math.nan
+
+    @property
+    def low_responses(self) -> int:
+        """Return the number of pairs with a response below ``LOW_RESPONSE``."""
+        return int((self.response < LOW_RESPONSE).sum())
 
 
 def overview(result: Replay) -> Overview:
@@ -107,13 +140,6 @@ def extremes(values: NDArray[np.float64], columns: int) -> NDArray[np.intp]:
     return np.union1d(lowest, highest)
 
 
-def _angle(result: Replay, frame: int) -> float | None:
-    """Return the angle of the measured turn that a frame belongs to."""
-    return next((
-        turn.angle_deg for turn in result.turns if turn.start_frame <= frame <= turn.end_frame),
-        None)
-
-
 def turn_marks(result: Replay) -> tuple[TurnMark, ...]:
     """
     Return the turns, oldest first.
@@ -122,42 +148,33 @@ def turn_marks(result: Replay) -> tuple[TurnMark, ...]:
     changes of the direction and one turn. Otherwise they are those of the movement codes.
     """
     if result.parameters.settings.by_heading:
-        return _marks_of_heading(result)
-    updates = result.updates
+        return tuple(
+            TurnMark(
+                number, Movement.LEFT if turn.angle_deg > 0 else Movement.RIGHT,
+                turn.start_frame, turn.end_frame - 1, _seconds(result, turn.start_ns),
+                _seconds(result, turn.end_ns), turn.angle_deg)
+            for number, turn in enumerate(result.turns, 1))
     marks: list[TurnMark] = []
-    for pair, update in enumerate(updates):
-        if update.step.movement not in (Movement.LEFT, Movement.RIGHT):
-            continue
-        end = pair
-        # During a turn there may be pairs that could not be judged.
-        for later in range(pair + 1, len(updates)):
-            if updates[later].step.appended:
-                break
-            if updates[later].status is PairStatus.TURNING:
-                end = later
-        before = updates[pair - 1]
-        marks.append(TurnMark(
-            len(marks) + 1, update.step.movement, pair, end, _seconds(result, before.stamp_ns),
-            _seconds(result, updates[end].stamp_ns), (before.tip.x, before.tip.y),
-            _angle(result, pair + 1)))
+    turning = False
+    for before, update in pairwise(result.updates):
+        end_s = _seconds(result, update.stamp_ns)
+        if update.step.appended:
+            turning = update.step.movement is not Movement.FORWARD
+            if turning:
+                marks.append(TurnMark(
+                    len(marks) + 1, update.step.movement, update.pair, update.pair,
+                    _seconds(result, before.stamp_ns), end_s, _angle(result, update.pair + 1)))
+        elif turning and update.status is PairStatus.TURNING:
+            # So pairs before it that could not be judged belong to the turn.
+            marks[-1] = replace(marks[-1], end_pair=update.pair, end_s=end_s)
     return tuple(marks)
 
 
-def _marks_of_heading(result: Replay) -> tuple[TurnMark, ...]:
-    return tuple(
-        TurnMark(
-            number, Movement.LEFT if turn.angle_deg > 0 else Movement.RIGHT, turn.start_frame,
-            turn.end_frame - 1, _seconds(result, turn.start_ns), _seconds(result, turn.end_ns),
-            _place(result, turn.start_frame), turn.angle_deg)
-        for number, turn in enumerate(result.turns, 1))
-
-
-def _place(result: Replay, frame: int) -> tuple[float, float]:
-    """Return where on the drawn path a frame is."""
-    if frame == 0:
-        return 0.0, 0.0
-    tip = result.updates[frame - 1].tip
-    return tip.x, tip.y
+def _angle(result: Replay, frame: int) -> float | None:
+    """Return the angle of the measured turn that a frame belongs to."""
+    return next((
+        turn.angle_deg for turn in result.turns if turn.start_frame <= frame <= turn.end_frame),
+        None)
 
 
 def _seconds(result: Replay, stamp_ns: int) -> float:

@@ -198,10 +198,10 @@ def replay(
     if not updates:
         raise SourceError(f'{source}: {_too_few(estimator, first_skipped)}')
     heading = estimator.heading
-    under_way = [] if heading is None else sorted(heading.finish(), key=_start_frame)
+    under_way = [] if heading is None else heading.finish()
     found = Replay(
         source, parameters, first_stamp_ns, updates, estimator.codes, estimator.counters,
-        tuple(sorted([*turns, *under_way], key=_start_frame)),
+        tuple(sorted([*turns, *under_way], key=lambda turn: turn.start_frame)),
         reliability=estimator.reliability.of_drive, threshold_hint=estimator.threshold_hint,
         way=estimator.way, links=estimator.links,
         frame_numbers=None if _UNKNOWN in numbers else numbers,
@@ -223,7 +223,3 @@ def _too_few(estimator: TrajectoryEstimator, first_skipped: str) -> str:
     return (
         f'{used} frame{"" if used == 1 else "s"} to use{"".join(f", {each}" for each in unused)},'
         ' but a trajectory needs at least two, with different stamps')
-
-
-def _start_frame(turn: Turn) -> int:
-    return turn.start_frame

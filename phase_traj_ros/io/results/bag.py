@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from pathlib import Path
 import shutil
@@ -24,12 +24,12 @@ from phase_traj_ros.io.sources.base import StampedFrame
 from phase_traj_ros.parameters import NODE_NAME, Parameters
 
 if TYPE_CHECKING:
-    from rosbags.interfaces import Connection, Qos
+    from rosbags.interfaces import Qos
 
 SUFFIX: Final = '.mcap'
 DIAGNOSTICS: Final = '/diagnostics'
 
-_DIAGNOSTICS_TYPE = 'diagnostic_msgs/msg/DiagnosticArray'
+_DIAGNOSTICS = Topic('diagnostics', 'diagnostic_msgs/msg/DiagnosticArray')
 _RESPONSES = 1000
 # builtin_interfaces/Time counts seconds in 32 bits, with a sign that rosbag2 cannot store.
 _STAMPS_NS = range(2**31 * 10**9)
@@ -94,9 +94,11 @@ class BagSink(Watcher):
         """Start a bag; it replaces an unfinished one."""
         if self._file is not None:
             self._file.discard()
-        self._file = _BagFile(self._target, self._types, (
+        topics = [
             *pair_topics(self._parameters), *whole_topics(self._parameters),
-            *([DEBUG_IMAGE] if self._debug_images else [])))
+            *([DEBUG_IMAGE] if self._debug_images else [])]
+        self._file = _BagFile(self._target, self._types, {
+            **{topic_name(topic): topic for topic in topics}, DIAGNOSTICS: _DIAGNOSTICS})
         self._estimator = estimator
         self._schedule = Schedule(self._parameters)
         self._diagnosed = Pace(DIAGNOSTICS_PERIOD_NS)
@@ -159,7 +161,7 @@ class BagSink(Watcher):
 class _BagFile:
     """A bag with a single file."""
 
-    def __init__(self, target: Path, types: Any, topics: Iterable[Topic]) -> None:
+    def __init__(self, target: Path, types: Any, topics: Mapping[str, Topic]) -> None:
         from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
         self.types = types
         self._target = target
@@ -170,10 +172,11 @@ class _BagFile:
         # Consecutive paths are nearly equal, so compression is effective.
         self._writer.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)
         self._writer.open()
-        self._connections: dict[str, Connection] = {}
-        for topic in topics:
-            self._connect(topic_name(topic), topic.type, latched=topic.latched)
-        self._connect(DIAGNOSTICS, _DIAGNOSTICS_TYPE, latched=False)
+        self._connections = {
+            name: self._writer.add_connection(
+                name, topic.type, typestore=types,
+                offered_qos_profiles=[_qos(latched=topic.latched)])
+            for name, topic in topics.items()}
 
     def write(self, topic: str, stamp_ns: int, message: Any) -> None:
         data = self.types.serialize_cdr(message, message.__msgtype__)
@@ -190,10 +193,6 @@ class _BagFile:
             self._writer.close()
         shutil.rmtree(self._parts, ignore_errors=True)
 
-    def _connect(self, topic: str, kind: str, *, latched: bool) -> None:
-        self._connections[topic] = self._writer.add_connection(
-            topic, kind, typestore=self.types, offered_qos_profiles=[_qos(latched=latched)])
-
 
 def _types() -> Any:
     try:
@@ -207,18 +206,13 @@ def _types() -> Any:
 
 def _qos(*, latched: bool) -> Qos:
     """Return the quality of service of the node, so that ros2 bag play offers the same."""
-    from rosbags.interfaces import (
-        Qos,
-        QosDurability,
-        QosHistory,
-        QosLiveliness,
-        QosReliability,
-        QosTime,
-    )
-    endless = QosTime(9_223_372_036, 854_775_807)
-    return Qos(
-        history=QosHistory.KEEP_LAST, depth=1 if latched else 100,
-        reliability=QosReliability.RELIABLE,
-        durability=QosDurability.TRANSIENT_LOCAL if latched else QosDurability.VOLATILE,
-        deadline=endless, lifespan=endless, liveliness=QosLiveliness.AUTOMATIC,
+    from rosbags import interfaces
+    endless = interfaces.QosTime(9_223_372_036, 854_775_807)
+    return interfaces.Qos(
+        history=interfaces.QosHistory.KEEP_LAST, depth=1 if latched else 100,
+        reliability=interfaces.QosReliability.RELIABLE,
+        durability=(
+            interfaces.QosDurability.TRANSIENT_LOCAL if latched
+            else interfaces.QosDurability.VOLATILE),
+        deadline=endless, lifespan=endless, liveliness=interfaces.QosLiveliness.AUTOMATIC,
         liveliness_lease_duration=endless, avoid_ros_namespace_conventions=False)

@@ -18,27 +18,21 @@ from phase_traj_ros.core.heading.turns import Turn
 from phase_traj_ros.core.reliability.verdict import Reliability
 
 
-def way_content(way: Way, *, unit: LengthUnit) -> dict[str, Any]:
-    """Return the distance in the form of the files; empty if no distance is measured."""
-    if not way.pairs:
-        return {}
-    return {
-        'distance': round(way.distance, 4),
-        'distance_unit': unit.value,
-        'distance_states': {state.value: count for state, count in way.states.items()},
-    }
-
-
-def links_content(links: LinkCode | None, *, unit: LengthUnit) -> dict[str, Any]:
-    """Return runs and totals of the equal links in the form of the files; empty without links."""
-    if links is None:
-        return {}
-    return {
-        'code_step': links.step,
-        'code_step_unit': unit.value,
-        'links_runs': run_pairs(links.series.runs),
-        'links_totals': links.series.totals_of(links.directions),
-    }
+def way_content(way: Way, links: LinkCode | None, *, unit: LengthUnit) -> dict[str, Any]:
+    """Return distance and equal links in the form of the files, as far as there are any."""
+    content: dict[str, Any] = {}
+    if way.pairs:
+        content = {
+            'distance': round(way.distance, 4),
+            'distance_unit': unit.value,
+            'distance_states': {state.value: count for state, count in way.states.items()}}
+    if links is not None:
+        content |= {
+            'code_step': links.step,
+            'code_step_unit': unit.value,
+            'links_runs': run_pairs(links.series.runs),
+            'links_totals': links.series.totals_of(links.directions)}
+    return content
 
 
 def reliability_content(found: Reliability) -> dict[str, Any]:
@@ -52,9 +46,9 @@ def reliability_content(found: Reliability) -> dict[str, Any]:
     }
 
 
-def camera_content(camera: CameraInUse) -> dict[str, Any]:
-    """Return the camera in use in the form of the files."""
-    return {**asdict(camera), 'origin': camera.origin.value}
+def camera_content(camera: CameraInUse | None) -> dict[str, Any] | None:
+    """Return the camera in use in the form of the files; None if there is none."""
+    return None if camera is None else {**asdict(camera), 'origin': camera.origin.value}
 
 
 def turn_list(turns: Iterable[Turn]) -> list[dict[str, float]]:
@@ -85,11 +79,9 @@ def versions() -> dict[str, str]:
 
 def write_json(content: Mapping[str, object], path: Path) -> None:
     """Write an object as JSON, one line per key, so that long lists stay readable."""
-    lines = (f'  {json.dumps(key)}: {json.dumps(value)}' for key, value in content.items())
-    with path.open('w', encoding='utf-8') as file:
-        file.write('{\n' + next(lines, ''))
-        file.writelines(f',\n{line}' for line in lines)
-        file.write('\n}\n')
+    lines = ',\n'.join(
+        f'  {json.dumps(key)}: {json.dumps(value)}' for key, value in content.items())
+    path.write_text(f'{{\n{lines}\n}}\n', encoding='utf-8')
 
 
 def run_pairs(runs: Sequence[Run[Any]]) -> list[tuple[int, int]]:

@@ -11,12 +11,11 @@ from numpy.typing import NDArray
 from phase_traj_ros.core import LengthUnit, PAPER_THRESHOLD, TrajectoryEstimator, Update
 from phase_traj_ros.core.frames.prepare import prepare
 from phase_traj_ros.io.images.decoding import GreyImage
-from phase_traj_ros.io.results.palette import bgr, DARK, LIGHT, Rgb
+from phase_traj_ros.io.results.palette import bgr, DARK, LIGHT
 from phase_traj_ros.io.sources.base import StampedFrame
 
 _SHIFT, _THRESHOLD, _BAND = bgr(DARK.line), bgr(DARK.accent), bgr(LIGHT.line)
 _TEXT, _RIM = (255, 255, 255), (0, 0, 0)
-_FONT = cv2.FONT_HERSHEY_SIMPLEX
 _INSET_SHARE = 0.28
 _FIXED, _SHADE = bgr(DARK.warn), 0.5
 
@@ -112,9 +111,11 @@ def _draw_text(picture: Picture, update: Update, unit: LengthUnit) -> None:
     for index, line in enumerate(lines):
         column, row = 8, round((index + 1) * 34 * scale)
         # Moved, not thicker: since OpenCV 5, thicker letters are wider.
-        for right, down in ((-1, -1), (-1, 1), (1, -1), (1, 1)):
-            _write(picture, line, (column + right, row + down), scale, _RIM)
-        _write(picture, line, (column, row), scale, _TEXT)
+        for right, down, colour in (
+                (-1, -1, _RIM), (-1, 1, _RIM), (1, -1, _RIM), (1, 1, _RIM), (0, 0, _TEXT)):
+            cv2.putText(
+                picture, line, (column + right, row + down), cv2.FONT_HERSHEY_SIMPLEX, scale,
+                colour, 1, cv2.LINE_AA)
 
 
 def _distance_line(update: Update, unit: LengthUnit) -> str:
@@ -125,9 +126,3 @@ def _distance_line(update: Update, unit: LengthUnit) -> str:
     return (
         f'distance {travel.distance:.2f} +- {math.sqrt(travel.variance):.2f} {unit.value}'
         f' {travel.state.value}   speed {speed:.2f} {unit.value}/s')
-
-
-def _write(
-    picture: Picture, line: str, place: tuple[int, int], scale: float, colour: Rgb,
-) -> None:
-    cv2.putText(picture, line, place, _FONT, scale, colour, 1, cv2.LINE_AA)

@@ -50,33 +50,29 @@ def write_trajectory_picture(result: Replay, path: Path) -> None:
     output file, .png or .svg.
     """
     shown = overview(result)
-    heights = (1.5, 1, 1) if shown.heading_deg is None else (1.5, 1, 1, 1)
-    figure = new_figure(12, 2 + 1.3 * len(heights))
-    grid = figure.add_gridspec(
-        len(heights), 2, width_ratios=(1, 1.5), height_ratios=heights)
-    _draw_trajectory(figure.add_subplot(grid[:, 0]), shown.path, shown.turns)
-    shift = figure.add_subplot(grid[0, 1])
-    plots = [shift] + [
-        figure.add_subplot(grid[row, 1], sharex=shift) for row in range(1, len(heights))]
-    _draw_shift(shift, shown, result.threshold_px)
-    _draw_codes(plots[1], shown.seconds, result.movement, _names(Movement))
-    _title(plots[1], f'movement: {len(result.movement)} codes')
-    appended = [index for index, update in enumerate(result.updates) if update.step.appended]
+    rows = ['shift', 'movement', 'direction', *['heading'] * (shown.heading_deg is not None)]
+    figure = new_figure(12, 2 + 1.3 * len(rows))
+    plots = figure.subplot_mosaic(
+        [['path', row] for row in rows], width_ratios=(1, 1.5),
+        height_ratios=(1.5, *[1] * (len(rows) - 1)))
+    _draw_trajectory(plots.pop('path'), shown.path, shown.turns)
+    _draw_shift(plots['shift'], shown, result.threshold_px)
+    _draw_codes(plots['movement'], shown.seconds, result.movement, Movement, 'movement')
+    appended = [update.step.appended for update in result.updates]
     _draw_codes(
-        plots[2], shown.seconds[appended], result.direction, _names(result.codes.directions))
-    _title(plots[2], f'direction: {len(result.direction)} codes')
+        plots['direction'], shown.seconds[appended], result.direction, result.codes.directions,
+        'direction')
     if shown.heading_deg is not None:
-        seen = extremes(shown.heading_deg, _COLUMNS)
-        plots[3].plot(
-            shown.seconds[seen], shown.heading_deg[seen], color=LIGHT.line, linewidth=1)
-        plots[3].grid(axis='y', color=LIGHT.muted, alpha=0.3)
-        _title(plots[3], 'heading (degrees, left positive)')
-    _number_times(shift, shown.turns)
-    for plot in plots:
+        _draw_curve(plots['heading'], shown.seconds, shown.heading_deg)
+        _title(plots['heading'], 'heading (degrees, left positive)')
+    _number_times(plots['shift'], shown.turns)
+    for row, plot in plots.items():
+        if row != 'shift':
+            plot.sharex(plots['shift'])
         for mark in shown.turns:
             plot.axvspan(mark.start_s, mark.end_s, color=LIGHT.line, alpha=0.10, linewidth=0)
-        plot.tick_params(labelbottom=plot is plots[-1], labelsize=8)
-    plots[-1].set_xlabel('seconds since the first frame', fontsize=9)
+        plot.tick_params(labelbottom=row == rows[-1], labelsize=8)
+    plots[rows[-1]].set_xlabel('seconds since the first frame', fontsize=9)
     save(figure, path)
 
 
@@ -197,13 +193,19 @@ def _draw_shift(plot: Plot, shown: Overview, threshold: float | None) -> None:
     plot.axhline(0, color=LIGHT.muted, linewidth=0.6)
     if threshold is not None:
         _draw_threshold(plot, threshold)
-    seen = extremes(shown.dx, _COLUMNS)
-    plot.plot(shown.seconds[seen], shown.dx[seen], color=LIGHT.line, linewidth=1)
-    plot.grid(axis='y', color=LIGHT.muted, alpha=0.3)
+    _draw_curve(plot, shown.seconds, shown.dx)
     # Space for the numbers of the turns.
     plot.margins(y=0.16)
     known = '' if threshold is None else f', T = {threshold:.3g}'
     _title(plot, f'shift (px per frame, positive in a left turn){known}')
+
+
+def _draw_curve(
+    plot: Plot, seconds: NDArray[np.float64], values: NDArray[np.float64],
+) -> None:
+    seen = extremes(values, _COLUMNS)
+    plot.plot(seconds[seen], values[seen], color=LIGHT.line, linewidth=1)
+    plot.grid(axis='y', color=LIGHT.muted, alpha=0.3)
 
 
 def _draw_threshold(plot: Plot, threshold: float) -> None:
@@ -223,8 +225,9 @@ def _number_times(plot: Plot, turns: Sequence[TurnMark]) -> None:
 
 
 def _draw_codes(
-    plot: Plot, seconds: NDArray[np.float64], codes: Sequence[int], names: Sequence[str],
+    plot: Plot, seconds: NDArray[np.float64], codes: Sequence[int], kind: type[Code], title: str,
 ) -> None:
+    names = [f'{code.label} {int(code)}' for code in sorted(kind)]
     values = np.asarray(codes)
     many = len(values) > _MANY
     # Of each column, one dot for each code.
@@ -238,6 +241,7 @@ def _draw_codes(
     plot.set_yticks(range(len(names)), names)
     plot.set_ylim(-0.4, len(names) - 0.6)
     plot.grid(axis='y', color=LIGHT.muted, alpha=0.3)
+    _title(plot, f'{title}: {len(codes)} codes')
 
 
 def _every(turns: Sequence[TurnMark]) -> int:
@@ -247,7 +251,3 @@ def _every(turns: Sequence[TurnMark]) -> int:
 
 def _title(plot: Plot, text: str) -> None:
     plot.set_title(text, loc='left', fontsize=9)
-
-
-def _names(codes: type[Code]) -> list[str]:
-    return [f'{code.label} {int(code)}' for code in sorted(codes)]

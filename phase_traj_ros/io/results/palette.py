@@ -3,9 +3,7 @@
 """The colours of figures, debug images and HTML pages."""
 
 from dataclasses import asdict, dataclass
-from typing import Final, TypeAlias
-
-Rgb: TypeAlias = tuple[int, int, int]
+from typing import Final
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -55,7 +53,7 @@ DARK: Final = Palette(
 """For dark backgrounds and camera images."""
 
 
-def bgr(colour: str) -> Rgb:
+def bgr(colour: str) -> tuple[int, int, int]:
     """Return a colour #rrggbb in OpenCV's order: blue, green and red, 0 to 255."""
     red, green, blue = bytes.fromhex(colour[1:])
     return blue, green, red

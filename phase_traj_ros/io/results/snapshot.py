@@ -9,12 +9,10 @@ from typing import Any
 
 import numpy as np
 from phase_traj_ros.core import CameraEstimate, Corner, Movement, TrajectoryEstimator
-from phase_traj_ros.core.heading.visual_compass import VisualCompass
 from phase_traj_ros.io.outputs.outputs import output_directory
 from phase_traj_ros.io.results.camera_file import CAMERA_FILE, write_camera
 from phase_traj_ros.io.results.content import (
     camera_content,
-    links_content,
     reliability_content,
     run_pairs,
     turn_list,
@@ -23,7 +21,7 @@ from phase_traj_ros.io.results.content import (
     write_json,
 )
 from phase_traj_ros.io.results.figures import write_path_picture
-from phase_traj_ros.io.results.files import tum_lines
+from phase_traj_ros.io.results.files import write_tum
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,9 +62,9 @@ class Snapshot:
         """
         with output_directory(directory) as staging:
             write_json(self.content, staging / 'chain_code.json')
-            (staging / 'trajectory.tum').write_text(
-                ''.join(tum_lines((corner.stamp_ns, corner) for corner in self.corners)),
-                encoding='utf-8')
+            write_tum(
+                ((corner.stamp_ns, corner) for corner in self.corners),
+                staging / 'trajectory.tum')
             points = np.array(
                 [(corner.x, corner.y) for corner in self.corners] or [(0, 0)], np.float64)
             write_path_picture(points, staging / 'trajectory.png')
@@ -75,7 +73,8 @@ class Snapshot:
 
 
 def _content(estimator: TrajectoryEstimator, source: str) -> dict[str, Any]:
-    codes, settings = estimator.codes, estimator.settings
+    codes, settings, heading = estimator.codes, estimator.settings, estimator.heading
+    view = None if heading is None else heading.field_of_view
     return {
         'source': source,
         'frames': estimator.frames,
@@ -90,19 +89,12 @@ def _content(estimator: TrajectoryEstimator, source: str) -> dict[str, Any]:
         'counters': dict(estimator.counters.as_dict()),
         **reliability_content(estimator.reliability.of_drive),
         'turns': turn_list(estimator.turns),
-        **({} if estimator.heading is None else _heading_content(estimator.heading)),
+        **({} if heading is None else {
+            'heading_deg': math.degrees(heading.tracker.heading),
+            'bridged_share': heading.tracker.bridged_share,
+            'focal_px': heading.focal_px,
+            'field_of_view': None if view is None else asdict(view),
+            'camera': camera_content(heading.camera)}),
         'versions': versions(),
-        **way_content(estimator.way, unit=settings.length_unit),
-        **links_content(estimator.links, unit=settings.length_unit),
-    }
-
-
-def _heading_content(heading: VisualCompass) -> dict[str, Any]:
-    view = heading.field_of_view
-    return {
-        'heading_deg': math.degrees(heading.tracker.heading),
-        'bridged_share': heading.tracker.bridged_share,
-        'focal_px': heading.focal_px,
-        'field_of_view': None if view is None else asdict(view),
-        'camera': None if heading.camera is None else camera_content(heading.camera),
+        **way_content(estimator.way, estimator.links, unit=settings.length_unit),
     }

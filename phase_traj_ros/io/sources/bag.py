@@ -10,19 +10,17 @@ definitions of these types. So a bag opens whatever other types it contains.
 from collections.abc import Callable, Collection, Generator, Iterable, Iterator
 from contextlib import closing, contextmanager
 from dataclasses import dataclass
-from enum import Enum
 from functools import partial
 from importlib.util import find_spec
 from itertools import chain, islice
 from pathlib import Path
-from typing import Any, cast, TYPE_CHECKING
+from typing import Any, TYPE_CHECKING
 
 from phase_traj_ros.core.camera.model import CameraModel
 from phase_traj_ros.core.path.speed import is_speed
 from phase_traj_ros.errors import (
     CalibrationError,
     FrameError,
-    MissingDependencyError,
     PhaseTrajError,
     rosbags_missing,
     SourceError,
@@ -39,20 +37,11 @@ from phase_traj_ros.topics import camera_info_topic
 
 if TYPE_CHECKING:
     from rosbags.interfaces import Connection
-    from rosbags.rosbag1 import Reader as Reader1
-    from rosbags.rosbag2 import Reader as Reader2
 
 IMAGE_TYPES = ('sensor_msgs/msg/Image', 'sensor_msgs/msg/CompressedImage')
 
 _MAX_LISTED_TOPICS = 20
 _MAX_REASON = 200
-
-
-class _Kind(Enum):
-    """Kind of bag; the value is its name in reports."""
-
-    ROS1 = 'ROS 1 bag'
-    ROS2 = 'ROS 2 bag'
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,20 +78,17 @@ class BagSource(FrameSource):
     ) -> None:
         self._path = path
         # A ROS 2 bag is a directory, whatever its suffix; a ROS 1 bag is a file.
-        is_file = path.suffix.lower() == '.bag' and not path.is_dir()
-        self._kind = _Kind.ROS1 if is_file else _Kind.ROS2
-        self._deserialise = _deserialiser(self._kind)
-        with self._errors_explained(), self._reader() as reader:
-            topics = _topics_of(reader.connections)
-        self._topic = _choose_topic(path, topics, topic)
-        frame_count = None
-        if selection.is_everything and self._topic.count > 0:
-            frame_count = -(-self._topic.count // selection.every)
+        self._ros = 1 if path.suffix.lower() == '.bag' and not path.is_dir() else 2
+        self._reader, self._deserialise = _access(path, self._ros)
+        with self._errors_explained(), self._reader(path) as reader:
+            self._topics = _topics_of(reader.connections)
+        self._topic = _choose_topic(path, self._topics, topic)
+        declared = self._topic.count or None
         super().__init__(
-            description=f'{path} ({self._kind.value}, topic {self._topic.name})',
-            selection=selection,
-            frame_count=frame_count,
-            declared=self._topic.count or None)
+            description=f'{path} (ROS {self._ros} bag, topic {self._topic.name})',
+            selection=selection, declared=declared,
+            frame_count=-(-declared // selection.every)
+            if declared and selection.is_everything else None)
 
     def camera(self, *, rectified: bool) -> CameraModel | None:
         """
@@ -131,8 +117,7 @@ class BagSource(FrameSource):
         of metres per second) are skipped. Raises SourceError.
         """
         name = topic if topic.startswith('/') else f'/{topic}'
-        with self._errors_explained(), self._reader() as reader:
-            there = [each for each in _topics_of(reader.connections) if each.msgtype in SPEED_OF]
+        there = [each for each in self._topics if each.msgtype in SPEED_OF]
         types = [each.msgtype for each in there if each.name == name]
         if not types:
             raise SourceError(
@@ -152,7 +137,7 @@ class BagSource(FrameSource):
     ) -> Generator[tuple[Any, int], None, None]:
         """Yield the messages of a topic, deserialised, with their times of reception."""
         where = f', topic {topic}'
-        with self._errors_explained(where), self._reader() as reader:
+        with self._errors_explained(where), self._reader(self._path) as reader:
             connections = [
                 each for each in reader.connections
                 if each.topic == topic and each.msgtype in msgtypes]
@@ -188,19 +173,6 @@ class BagSource(FrameSource):
             raise FrameError(
                 f'{self._path}, topic {self._topic.name}, message {index}: {error}') from error
 
-    def _reader(self) -> 'Reader1 | Reader2':
-        if self._kind is _Kind.ROS1:
-            from rosbags.rosbag1 import Reader as Reader1
-            return Reader1(self._path)
-        if self._deserialise is rosbag2_reader.deserialise:
-            return cast('Reader2', rosbag2_reader.Rosbag2Reader(self._path))
-        from rosbags.rosbag2 import Reader as Reader2
-        if not self._path.is_dir() and not _opens_single_files():
-            raise MissingDependencyError(
-                f'{self._path}: a single .mcap or .db3 file needs rosbags 0.11 or later (pip '
-                'install -U rosbags); or give the directory of the bag')
-        return Reader2(self._path)
-
     @contextmanager
     def _errors_explained(self, where: str = '') -> Iterator[None]:
         """Convert any error that a broken file causes in the parsers to a SourceError."""
@@ -216,12 +188,12 @@ class BagSource(FrameSource):
                 reason = 'it claims an impossible length'
             reason = reason or type(error).__name__
             raise SourceError(
-                f'{self._path}{where} cannot be read as a {self._kind.value} ({reason}); '
+                f'{self._path}{where} cannot be read as a ROS {self._ros} bag ({reason}); '
                 f'{self._hint()}') from error
 
     def _hint(self) -> str:
         repair = f'ros2 bag reindex {self._path}'
-        if self._kind is _Kind.ROS1:
+        if self._ros == 1:
             repair = f'rosbag reindex {self._path}'
         elif self._path.suffix == '.mcap' and not self._path.is_dir():
             repair = f'mcap recover {self._path}'
@@ -230,26 +202,25 @@ class BagSource(FrameSource):
         return f'if the recording was cut off, `{repair}` may repair it'
 
 
-def _deserialiser(kind: _Kind) -> Callable[[bytes, str], Any]:
-    """Return the function that deserialises an image message, given its bytes and type name."""
+def _access(
+    path: Path, ros: int,
+) -> tuple[Callable[[Path], Any], Callable[[bytes, str], Any]]:
+    """Return what opens a bag of ROS 1 or 2, and what deserialises, given bytes and type name."""
     try:
         from rosbags.typesys import get_typestore, Stores
-        if kind is _Kind.ROS1:
-            import rosbags.rosbag1
-            return get_typestore(Stores.ROS1_NOETIC).deserialize_ros1
-        import rosbags.rosbag2  # noqa: F401
-        return get_typestore(Stores.ROS2_JAZZY).deserialize_cdr
+        if ros == 1:
+            from rosbags.rosbag1 import Reader as Reader1
+            return Reader1, get_typestore(Stores.ROS1_NOETIC).deserialize_ros1
+        from rosbags.rosbag2 import Reader as Reader2
+        if not path.is_dir():
+            # Since it has this, it reads single files.
+            from rosbags.rosbag2.reader import DirectoryReader  # noqa: F401
+        return Reader2, get_typestore(Stores.ROS2_JAZZY).deserialize_cdr
     except ImportError as error:
-        if kind is _Kind.ROS2 and find_spec('rosbag2_py') is not None:
-            return rosbag2_reader.deserialise
+        if ros == 2 and find_spec('rosbag2_py') is not None:
+            return rosbag2_reader.opened, rosbag2_reader.deserialise
         raise rosbags_missing('reading bags', error, instead=(
             ', or source a ROS that has rosbag2_py (bags of ROS 2 only)')) from error
-
-
-def _opens_single_files() -> bool:
-    """Return whether rosbags reads .mcap and .db3 files that are not in a bag's directory."""
-    from rosbags.rosbag2 import reader
-    return hasattr(reader, 'DirectoryReader')
 
 
 def _topics_of(connections: 'Iterable[Connection]') -> list[_Topic]:

@@ -6,12 +6,12 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Generator, Iterator
 from contextlib import closing
 from dataclasses import dataclass, replace
-from typing import Final, TypeAlias, TypeVar
+from typing import Final, TypeAlias
 
 from phase_traj_ros.core.camera.model import CameraModel
 from phase_traj_ros.errors import FrameError, SourceError
 from phase_traj_ros.io.images.decoding import GreyImage
-from phase_traj_ros.io.sources.selection import Choice, Selection, Selector
+from phase_traj_ros.io.sources.selection import Selection, Selector
 
 DEFAULT_FPS: Final = 10.0
 """Frames per second, if neither the source nor the user gives a rate."""
@@ -24,8 +24,6 @@ _FEW_MISSING = 0.02
 
 CAMERA_FRAME: Final = 'camera'
 """Name of the camera's coordinate frame, if the source gives none."""
-
-_SourceT = TypeVar('_SourceT', bound='FrameSource')
 
 
 @dataclass(frozen=True, slots=True)
@@ -131,12 +129,8 @@ class FrameSource(ABC):
 
         It is an estimate for progress bars: videos and broken bags may hold more or fewer.
         """
-        self._frames = SourceFrames(declared=declared)
-
-    @property
-    def frames(self) -> SourceFrames:
-        """Return how many frames the source has; complete once it was read to its end."""
-        return self._frames
+        self.frames = SourceFrames(declared=declared)
+        """How many frames the source has; complete once it was read to its end."""
 
     def camera(self, *, rectified: bool) -> CameraModel | None:
         """
@@ -170,7 +164,7 @@ class FrameSource(ABC):
         raise SourceError(
             f'{self.description} is not a bag and has no speeds: give the parameter speed')
 
-    def __enter__(self: _SourceT) -> _SourceT:
+    def __enter__(self) -> 'FrameSource':
         return self
 
     def __exit__(self, *_: object) -> None:  # noqa: B027
@@ -190,12 +184,12 @@ class FrameSource(ABC):
         """
         with closing(self._selected()) as selected:
             for number, candidate in selected:
+                entry: Entry
                 try:
                     entry = _decode(candidate, number)
                 except (FrameError, SourceError) as error:
-                    yield UnreadableFrame(number, candidate.stamp_ns, str(error))
-                else:
-                    yield entry
+                    entry = UnreadableFrame(number, candidate.stamp_ns, str(error))
+                yield entry
 
     def _selected(self) -> Generator[tuple[int, Candidate], None, None]:
         """Yield the selected candidates with their numbers, before the selection."""
@@ -204,13 +198,12 @@ class FrameSource(ABC):
             number = -1
             for candidate in candidates:
                 number = number + 1 if candidate.number is None else candidate.number
-                choice = selector.judge(candidate.stamp_ns)
-                if choice is Choice.STOP:
-                    break
-                if choice is Choice.USE:
+                if selector.judge(candidate.stamp_ns):
                     yield number, candidate
+                elif selector.over:
+                    break
             else:
-                self._frames = replace(self._frames, read=number + 1)
+                self.frames = replace(self.frames, read=number + 1)
         if not selector.used:
             if not selector.seen:
                 raise SourceError(f'{self.description}: no frame could be read')
@@ -236,12 +229,3 @@ def _decode(candidate: Candidate, number: int) -> StampedFrame:
 def index_stamp_ns(index: int, fps: float) -> int:
     """Return the stamp in nanoseconds of the frame with that index, at a constant rate."""
     return round(index * 1_000_000_000 / fps)
-
-
-def selected_count(stamps_ns: list[int], selection: Selection) -> int:
-    """Return how many frames with the given stamps are selected."""
-    selector = Selector(selection)
-    for stamp_ns in stamps_ns:
-        if selector.judge(stamp_ns) is Choice.STOP:
-            break
-    return selector.used

@@ -9,20 +9,15 @@ import re
 
 from phase_traj_ros.core.camera.model import CameraModel
 from phase_traj_ros.errors import reading, SourceError
-from phase_traj_ros.io.images.picture_file import PICTURE_SUFFIXES, read_picture
+from phase_traj_ros.io.images.decoding import PICTURE_SUFFIXES, read_picture
 from phase_traj_ros.io.outputs.manifest import Manifest
-from phase_traj_ros.io.sources.base import (
-    Candidate,
-    DEFAULT_FPS,
-    FrameSource,
-    index_stamp_ns,
-    selected_count,
-)
-from phase_traj_ros.io.sources.calib_file import kitti_camera, KITTI_CAMERAS
-from phase_traj_ros.io.sources.selection import EVERYTHING, Selection
-from phase_traj_ros.io.sources.times_file import find_times, stamps_of_pictures
+from phase_traj_ros.io.sources.base import Candidate, DEFAULT_FPS, FrameSource, index_stamp_ns
+from phase_traj_ros.io.sources.selection import EVERYTHING, Selection, Selector
+from phase_traj_ros.io.sources.times_file import both_ways, find_times, stamps_of_pictures
 
 _BAG_SUFFIXES = ('.mcap', '.db3')
+# Greyscale cameras first, the left one of each pair first.
+_KITTI_CAMERAS = ('image_0', 'image_2', 'image_1', 'image_3')
 
 
 class FolderSource(FrameSource):
@@ -59,17 +54,24 @@ class FolderSource(FrameSource):
         super().__init__(
             description=f'{folder} ({pictures}, {origin})',
             selection=selection,
-            frame_count=selected_count(self._stamps, selection),
+            frame_count=sum(map(Selector(selection).judge, self._stamps)),
             declared=len(self._pictures))
 
     def camera(self, *, rectified: bool) -> CameraModel | None:
         """
         Return the model of the camera of a KITTI sequence; None for other folders.
 
-        It is read from the line P0 to P3 of calib.txt, beside the picture folder image_0 to
-        image_3. The pictures are rectified, whatever ``rectified`` is. Raises SourceError.
+        It is read from the line P0 to P3 of the calib.txt beside the picture folder, image_0 to
+        image_3. If the folder is a symbolic link, that of the link comes before that of its
+        target. The pictures are rectified, whatever ``rectified`` is.
+
+        Raises SourceError if calib.txt or a picture cannot be read, or the line cannot be used.
         """
-        return kitti_camera(self._pictures[0])
+        for folder in both_ways(self._pictures[0].parent):
+            calibration = folder.parent / 'calib.txt'
+            if folder.name in _KITTI_CAMERAS and calibration.is_file():
+                return _camera_of(calibration, f'P{folder.name[-1]}', self._pictures[0])
+        return None
 
     def _candidates(self) -> Generator[Candidate, None, None]:
         for picture, stamp_ns in zip(self._pictures, self._stamps, strict=True):
@@ -98,15 +100,9 @@ def _pictures_in(folder: Path) -> list[Path]:
 
 def _find_pictures(path: Path) -> tuple[Path, list[Path]]:
     """Return the folder that holds the pictures, and the pictures."""
-    pictures = _pictures_in(path)
-    if pictures:
-        return path, pictures
-    for camera in KITTI_CAMERAS:
-        folder = path / camera
-        if folder.is_dir():
-            pictures = _pictures_in(folder)
-            if pictures:
-                return folder, pictures
+    for folder in (path, *(path / camera for camera in _KITTI_CAMERAS)):
+        if folder.is_dir() and (pictures := _pictures_in(folder)):
+            return folder, pictures
     bags = [entry for entry in path.iterdir() if entry.suffix in _BAG_SUFFIXES]
     if bags:
         raise SourceError(
@@ -115,3 +111,27 @@ def _find_pictures(path: Path) -> tuple[Path, list[Path]]:
     raise SourceError(
         f'{path} holds no pictures ({", ".join(kind[1:] for kind in PICTURE_SUFFIXES)}), and no '
         'metadata.yaml of a ROS 2 bag')
+
+
+def _camera_of(calibration: Path, name: str, picture: Path) -> CameraModel:
+    """Return the camera from a line of a calib.txt, for pictures of the size of ``picture``."""
+    height, width = read_picture(picture).shape
+    try:
+        matrix = _read_matrix(calibration, name)
+        return CameraModel(
+            width=width, height=height, fx=matrix[0], fy=matrix[5], cx=matrix[2], cy=matrix[6])
+    except ValueError as error:
+        raise SourceError(
+            f'{calibration}, {name}: {error}; correct it, or give focal_px') from error
+
+
+def _read_matrix(path: Path, name: str) -> list[float]:
+    """Return the 12 numbers of a line ``name: ...``; raises ValueError."""
+    with reading(path):
+        lines = path.read_text(encoding='ascii', errors='replace').splitlines()
+    found = [line.partition(':')[2].split() for line in lines if line.startswith(f'{name}:')]
+    if not found:
+        raise ValueError(f'there is no line {name!r}')
+    if len(found[0]) != 12:
+        raise ValueError(f'the line has {len(found[0])} numbers, not 12')
+    return [float(word) for word in found[0]]

@@ -20,8 +20,7 @@ from phase_traj_ros.io.sources.base import FrameSource
 from phase_traj_ros.io.sources.selection import EVERYTHING, Selection
 
 _MIN_FPS, _MAX_FPS = 0.001, 1e6
-_BAG2_SUFFIXES = ('.mcap', '.db3')
-_BAG1_SUFFIX = '.bag'
+_BAG_SUFFIXES = ('.mcap', '.db3', '.bag')
 _COMPRESSED = ('.zstd', '.zst')
 
 
@@ -62,19 +61,20 @@ def open_source(
     path = Path(path)
     if fps is not None and not (math.isfinite(fps) and _MIN_FPS <= fps <= _MAX_FPS):
         raise ParameterError(f'fps must be a number from {_MIN_FPS} to {_MAX_FPS:.0f}, not {fps}')
+    suffix = path.suffix.lower()
     with reading(path):
         is_directory = path.is_dir()
-        is_bag = (
-            path.suffix.lower() in (*_BAG2_SUFFIXES, _BAG1_SUFFIX) if not is_directory
-            else (path / 'metadata.yaml').exists())
+        is_bag = (path / 'metadata.yaml').exists() if is_directory else suffix in _BAG_SUFFIXES
         if not path.exists():
             raise SourceError(f'{path} does not exist')
-        if not is_directory and not path.is_file():
-            raise SourceError(f'{path} is neither a file nor a directory')
-        if not is_directory and path.stat().st_size == 0:
-            raise SourceError(f'{path} is empty')
-        if path.suffix.lower() in _COMPRESSED and not is_directory:
-            raise SourceError(f'{path} is compressed: give the folder of the bag, {path.parent}')
+        if not is_directory:
+            if not path.is_file():
+                raise SourceError(f'{path} is neither a file nor a directory')
+            if path.stat().st_size == 0:
+                raise SourceError(f'{path} is empty')
+            if suffix in _COMPRESSED:
+                raise SourceError(
+                    f'{path} is compressed: give the folder of the bag, {path.parent}')
 
     # Imported here, so that only the packages in use are required and loaded.
     if is_bag:

@@ -19,7 +19,7 @@ import numpy as np
 from phase_traj_ros.errors import SourceError
 from phase_traj_ros.io.images.decoding import GreyImage
 from phase_traj_ros.io.sources.base import Candidate, index_stamp_ns
-from phase_traj_ros.io.sources.video import VideoFacts, VideoFile
+from phase_traj_ros.io.sources.video import VideoClock, VideoFacts, VideoFile
 
 # The first version that tells how a picture is rotated.
 _LEAST_VERSION = 14
@@ -76,30 +76,26 @@ class PyavSource(VideoFile):
             if number:
                 # The stamps of the selection count from the first frame.
                 yield Candidate(0, self._never, number=0)
-            last_ns, newest = -1, self._origin
+            clock, newest = VideoClock(self._fps), self._origin
             for frame in self._pictures(container, stream):
                 pts = getattr(frame, 'pts', None)
                 if from_pts is not None and (pts is None or pts < from_pts):
                     continue
                 newest = newest if pts is None else max(pts, newest)
-                last_ns = self._stamp_ns(number, pts, stream.time_base, last_ns)
-                yield Candidate(last_ns, partial(self._luma, frame, number), number=number)
+                stamp_ns = clock.stamp_ns(self._position_ns(number, pts, stream.time_base))
+                yield Candidate(stamp_ns, partial(self._luma, frame, number), number=number)
                 number += 1
             # The newest frame is shown for one period.
             lost_s = self._end - float(newest * stream.time_base) - 1 / self._fps
             # A fragmented .mp4 declares the frames of its first fragment.
-            if lost_s > _CUT_OFF_S and number > (self._frames.declared or 0):
-                self._frames = replace(self._frames, declared=number + round(lost_s * self._fps))
+            if lost_s > _CUT_OFF_S and number > (self.frames.declared or 0):
+                self.frames = replace(self.frames, declared=number + round(lost_s * self._fps))
 
-    def _stamp_ns(self, number: int, pts: int | None, time_base: Any, last_ns: int) -> int:
-        """Return the stamp of a frame; it increases, whatever the file says."""
+    def _position_ns(self, number: int, pts: int | None, time_base: Any) -> int | None:
+        """Return when a frame is presented, by the given rate or as the file says."""
         if self._is_constant:
             return index_stamp_ns(number, self._fps)
-        if pts is not None:
-            stamp_ns: int = round((pts - self._origin) * time_base * 1_000_000_000)
-            if stamp_ns > last_ns:
-                return stamp_ns
-        return 0 if last_ns < 0 else last_ns + index_stamp_ns(1, self._fps)
+        return None if pts is None else round((pts - self._origin) * time_base * 1_000_000_000)
 
     def _seek(self, container: Any, stream: Any) -> tuple[int, int | None]:
         """
@@ -121,7 +117,7 @@ class PyavSource(VideoFile):
         last = len(times) - 1
         number = min(last, bisect_left(
             range(last), self._selection.start_ns,
-            key=lambda index: self._stamp_ns(index, times[index], stream.time_base, -1)))
+            key=lambda index: self._position_ns(index, times[index], stream.time_base) or 0))
         container.seek(times[number], stream=stream)
         return number, times[number]
 

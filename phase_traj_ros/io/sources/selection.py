@@ -3,7 +3,6 @@
 """Selection of the frames of a source."""
 
 from dataclasses import dataclass
-from enum import auto, Enum
 from typing import Final
 
 from phase_traj_ros.errors import ParameterError
@@ -60,14 +59,6 @@ EVERYTHING: Final = Selection()
 """All frames."""
 
 
-class Choice(Enum):
-    """What to do with a frame: use it, skip it, or skip it and all later ones."""
-
-    USE = auto()
-    SKIP = auto()
-    STOP = auto()
-
-
 class Selector:
     """
     Applies a Selection to the frames of one source, one after the other.
@@ -83,6 +74,8 @@ class Selector:
         self._first_ns: int | None = None
         self._inside = 0
         self._behind_in_a_row = 0
+        self.over = False
+        """Whether no later frame is selected."""
         self.seen = 0
         """Number of frames judged so far."""
         self.used = 0
@@ -90,22 +83,22 @@ class Selector:
         self.span_ns = 0
         """Latest stamp so far, in nanoseconds since the first frame."""
 
-    def judge(self, stamp_ns: int) -> Choice:
-        """Judge the next frame by its stamp in nanoseconds."""
+    def judge(self, stamp_ns: int) -> bool:
+        """Return whether the next frame, stamped in nanoseconds, is selected."""
         if self._first_ns is None:
             self._first_ns = stamp_ns
         elapsed = stamp_ns - self._first_ns
         self.seen += 1
         self.span_ns = max(self.span_ns, elapsed)
-        end = self._selection.end_ns
+        start, end = self._selection.start_ns, self._selection.end_ns
         if end is not None and elapsed >= end:
             self._behind_in_a_row += 1
-            return Choice.STOP if self._behind_in_a_row > self.PATIENCE else Choice.SKIP
+            self.over = self.over or self._behind_in_a_row > self.PATIENCE
+            return False
         self._behind_in_a_row = 0
-        if elapsed < self._selection.start_ns and self._selection.start_ns:
-            return Choice.SKIP
+        if self.over or (start and elapsed < start):
+            return False
+        used = self._inside % self._selection.every == 0
         self._inside += 1
-        if (self._inside - 1) % self._selection.every:
-            return Choice.SKIP
-        self.used += 1
-        return Choice.USE
+        self.used += used
+        return used

@@ -73,10 +73,9 @@ def stamps_of_pictures(pictures: list[Path], times: Path) -> list[int]:
     stamps = read_times(times)
     if len(stamps) == len(pictures):
         return stamps
-    numbers = [int(stem) if re.fullmatch('[0-9]+', stem := picture.stem) else None
-               for picture in pictures]
     chosen = [
-        stamps[number] for number in numbers if number is not None and number < len(stamps)]
+        stamps[int(picture.stem)] for picture in pictures
+        if re.fullmatch('[0-9]+', picture.stem) and int(picture.stem) < len(stamps)]
     if len(chosen) != len(pictures):
         raise SourceError(
             f'{times} has {len(stamps)} lines for {len(pictures)} pictures, and their names are '

@@ -14,8 +14,7 @@ from typing import cast, Final
 
 import cv2
 from phase_traj_ros.errors import reading, SourceError
-from phase_traj_ros.io.images.decoding import GreyImage
-from phase_traj_ros.io.images.picture_file import PICTURE_SUFFIXES
+from phase_traj_ros.io.images.decoding import GreyImage, PICTURE_SUFFIXES
 from phase_traj_ros.io.sources.base import Candidate, DEFAULT_FPS, FrameSource, index_stamp_ns
 from phase_traj_ros.io.sources.selection import EVERYTHING, Selection
 
@@ -39,22 +38,19 @@ class VideoClock:
     increase.
     """
 
-    def __init__(self, fps: float, *, use_positions: bool = True) -> None:
+    def __init__(self, fps: float) -> None:
         self._fps = fps
-        self._use_positions = use_positions
         self._anchor_ns = 0
         self._since_anchor = -1
         self._last_ns = 0
 
-    def stamp_ns(self, position_ms: float) -> int:
-        """Return the stamp in nanoseconds of the next frame, given its position."""
+    def stamp_ns(self, position_ns: int | None) -> int:
+        """Return the stamp in nanoseconds of the next frame, given its position if known."""
         self._since_anchor += 1
         stamp_ns = self._anchor_ns + index_stamp_ns(self._since_anchor, self._fps)
-        if self._use_positions and 0 < position_ms < _MAX_POSITION_MS:
-            position_ns = round(position_ms * 1e6)
-            if position_ns > self._last_ns:
-                stamp_ns = self._anchor_ns = position_ns
-                self._since_anchor = 0
+        if position_ns is not None and position_ns > self._last_ns:
+            stamp_ns = self._anchor_ns = position_ns
+            self._since_anchor = 0
         self._last_ns = stamp_ns
         return stamp_ns
 
@@ -143,16 +139,22 @@ class VideoSource(VideoFile):
             capture.release()
 
     def _candidates(self) -> Generator[Candidate, None, None]:
-        clock = VideoClock(self._fps, use_positions=not self._is_constant)
+        clock = VideoClock(self._fps)
         capture = self._open()
         try:
             index = 0
             while capture.grab():
-                stamp_ns = clock.stamp_ns(capture.get(cv2.CAP_PROP_POS_MSEC))
+                stamp_ns = clock.stamp_ns(self._position_ns(capture))
                 yield Candidate(stamp_ns, partial(self._retrieve, capture, index))
                 index += 1
         finally:
             capture.release()
+
+    def _position_ns(self, capture: cv2.VideoCapture) -> int | None:
+        """Return the position of the frame that was grabbed last, if it counts and is credible."""
+        position_ms = capture.get(cv2.CAP_PROP_POS_MSEC)
+        counts = not self._is_constant and 0 < position_ms < _MAX_POSITION_MS
+        return round(position_ms * 1e6) if counts else None
 
     def _open(self) -> cv2.VideoCapture:
         # Listed explicitly: cv2.CAP_ANY includes a reader of numbered pictures, which takes any

@@ -4,21 +4,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 import os
 from pathlib import Path
-from typing import Any, TYPE_CHECKING
+from typing import Any, TYPE_CHECKING, TypeAlias
 
 import numpy as np
 from phase_traj_ros.errors import rosbags_missing
-from phase_traj_ros.synthetic.arrays import Bytes
 from phase_traj_ros.synthetic.camera import Camera, Pose, quaternion
 from phase_traj_ros.synthetic.drive.drive import Drive
 from phase_traj_ros.synthetic.drive.frames import render_drive
 from phase_traj_ros.topics import camera_info_topic
 
 if TYPE_CHECKING:
-    from rosbags.typesys.store import Typestore
+    from rosbags.interfaces import Connection
 
 #: The topics and coordinate frames of the ground truth and of the vehicle's speed.
 TRUTH_TOPIC = '/ground_truth/pose'
@@ -27,57 +26,8 @@ _MAP = 'map'
 _CAMERA = 'camera'
 _VEHICLE = 'base_link'
 
-
-class _Messages:
-    """Makes and serialises the messages."""
-
-    def __init__(self, store: Typestore, camera: Camera) -> None:
-        self._store = store
-        self._types = store.types
-        self._camera = camera
-
-    def _header(self, stamp_ns: int, frame_id: str) -> Any:
-        stamp = self._types['builtin_interfaces/msg/Time'](
-            sec=stamp_ns // 10 ** 9, nanosec=stamp_ns % 10 ** 9)
-        return self._types['std_msgs/msg/Header'](stamp=stamp, frame_id=frame_id)
-
-    def _serialised(self, message: Any) -> memoryview:
-        return self._store.serialize_cdr(message, message.__msgtype__)
-
-    def image(self, stamp_ns: int, frame: Bytes) -> memoryview:
-        (height, width) = frame.shape
-        return self._serialised(self._types['sensor_msgs/msg/Image'](
-            header=self._header(stamp_ns, _CAMERA), height=height, width=width,
-            encoding='mono8', is_bigendian=0, step=width, data=frame.reshape(-1)))
-
-    def camera_info(self, stamp_ns: int) -> memoryview:
-        matrix, fisheye = self._camera.matrix(), self._camera.fisheye
-        return self._serialised(self._types['sensor_msgs/msg/CameraInfo'](
-            header=self._header(stamp_ns, _CAMERA), height=self._camera.height,
-            width=self._camera.width,
-            distortion_model='plumb_bob' if fisheye is None else 'equidistant',
-            d=np.zeros(5) if fisheye is None else np.array(fisheye),
-            k=matrix.ravel(), r=np.eye(3).ravel(),
-            p=np.concatenate([matrix, np.zeros((3, 1))], axis=1).ravel(),
-            binning_x=0, binning_y=0,
-            roi=self._types['sensor_msgs/msg/RegionOfInterest'](
-                x_offset=0, y_offset=0, height=0, width=0, do_rectify=False)))
-
-    def pose(self, stamp_ns: int, pose: Pose) -> memoryview:
-        (x, y, z, w) = quaternion(pose)
-        return self._serialised(self._types['geometry_msgs/msg/PoseStamped'](
-            header=self._header(stamp_ns, _MAP),
-            pose=self._types['geometry_msgs/msg/Pose'](
-                position=self._types['geometry_msgs/msg/Point'](
-                    x=pose.x, y=pose.y, z=self._camera.above_ground),
-                orientation=self._types['geometry_msgs/msg/Quaternion'](x=x, y=y, z=z, w=w))))
-
-    def speed(self, stamp_ns: int, speed: float) -> memoryview:
-        vector = self._types['geometry_msgs/msg/Vector3']
-        return self._serialised(self._types['geometry_msgs/msg/TwistStamped'](
-            header=self._header(stamp_ns, _VEHICLE),
-            twist=self._types['geometry_msgs/msg/Twist'](
-                linear=vector(x=speed, y=0.0, z=0.0), angular=vector(x=0.0, y=0.0, z=0.0))))
+# The classes of the messages, by name.
+_Types: TypeAlias = Mapping[str, Callable[..., Any]]
 
 
 def write_drive_bag(
@@ -101,7 +51,6 @@ def write_drive_bag(
     except ImportError as error:
         raise rosbags_missing('writing a bag', error) from error
     store = get_typestore(Stores.ROS2_JAZZY)
-    messages = _Messages(store, drive.camera)
     with Writer(Path(path), version=9, storage_plugin=StoragePlugin.MCAP) as writer:
         (images, infos, truth, speeds) = (
             writer.add_connection(topic, message_type, typestore=store)
@@ -110,15 +59,53 @@ def write_drive_bag(
                 (camera_info_topic(image_topic), 'sensor_msgs/msg/CameraInfo'),
                 (TRUTH_TOPIC, 'geometry_msgs/msg/PoseStamped'),
                 (SPEED_TOPIC, 'geometry_msgs/msg/TwistStamped')))
-        speed = _speeds(drive)
+
+        def write(connection: Connection, stamp_ns: int, frame_id: str, **fields: Any) -> None:
+            stamp = store.types['builtin_interfaces/msg/Time'](
+                sec=stamp_ns // 10 ** 9, nanosec=stamp_ns % 10 ** 9)
+            header = store.types['std_msgs/msg/Header'](stamp=stamp, frame_id=frame_id)
+            message = store.types[connection.msgtype](header=header, **fields)
+            writer.write(
+                connection, stamp_ns, store.serialize_cdr(message, connection.msgtype))
+
+        info, speed = _camera_info(store.types, drive.camera), _speeds(drive)
         for (index, frame) in enumerate(render_drive(drive)):
-            stamp_ns = int(drive.stamps_ns[index])
-            writer.write(infos, stamp_ns, messages.camera_info(stamp_ns))
-            writer.write(images, stamp_ns, messages.image(stamp_ns, frame))
-            writer.write(truth, stamp_ns, messages.pose(stamp_ns, drive.pose(index)))
-            writer.write(speeds, stamp_ns, messages.speed(stamp_ns, speed[index]))
+            (height, width), stamp_ns = frame.shape, int(drive.stamps_ns[index])
+            write(infos, stamp_ns, _CAMERA, **info)
+            write(images, stamp_ns, _CAMERA, height=height, width=width, encoding='mono8',
+                  is_bigendian=0, step=width, data=frame.reshape(-1))
+            write(truth, stamp_ns, _MAP, pose=_pose(
+                store.types, drive.pose(index), drive.camera.above_ground))
+            write(speeds, stamp_ns, _VEHICLE, twist=_twist(store.types, speed[index]))
             if progress is not None:
                 progress()
+
+
+def _camera_info(types: _Types, camera: Camera) -> dict[str, Any]:
+    """Return the fields of the CameraInfo, without the header."""
+    matrix, fisheye = camera.matrix(), camera.fisheye
+    return {
+        'height': camera.height, 'width': camera.width,
+        'distortion_model': 'plumb_bob' if fisheye is None else 'equidistant',
+        'd': np.zeros(5) if fisheye is None else np.array(fisheye),
+        'k': matrix.ravel(), 'r': np.eye(3).ravel(),
+        'p': np.concatenate([matrix, np.zeros((3, 1))], axis=1).ravel(),
+        'binning_x': 0, 'binning_y': 0,
+        'roi': types['sensor_msgs/msg/RegionOfInterest'](
+            x_offset=0, y_offset=0, height=0, width=0, do_rectify=False)}
+
+
+def _pose(types: _Types, pose: Pose, height: float) -> Any:
+    (x, y, z, w) = quaternion(pose)
+    return types['geometry_msgs/msg/Pose'](
+        position=types['geometry_msgs/msg/Point'](x=pose.x, y=pose.y, z=height),
+        orientation=types['geometry_msgs/msg/Quaternion'](x=x, y=y, z=z, w=w))
+
+
+def _twist(types: _Types, speed: float) -> Any:
+    vector = types['geometry_msgs/msg/Vector3']
+    return types['geometry_msgs/msg/Twist'](
+        linear=vector(x=speed, y=0.0, z=0.0), angular=vector(x=0.0, y=0.0, z=0.0))
 
 
 def _speeds(drive: Drive) -> list[float]:

@@ -100,12 +100,12 @@ def drive_plan(plan: Plan, times: Floats, *, speed: float) -> Floats:
     """
     Return the positions of a vehicle that follows a plan, (N, 3): x, y, yaw.
 
+    ``plan`` and ``speed`` are as `check` accepts them.
     ``times`` (N,) are in seconds from the start, rising. Before and after the plan the vehicle
     goes straight ahead. It starts at the origin, along x. x and y are in metres, yaw in radians.
     ``speed`` in m/s applies to segments without a speed. The vehicle brakes before a slower
     segment and accelerates after it.
     """
-    check(plan, speed)
     starts = np.concatenate([[0.0], np.cumsum([segment.seconds for segment in plan])])
     # The midpoints of short steps, and their ends.
     count = max(math.ceil(max(float(times[-1]), 0.0) / _STEP), 1)

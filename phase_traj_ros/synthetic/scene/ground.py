@@ -77,22 +77,20 @@ class Ground:
         slope = (np.arange(camera.width) - camera.cx) / camera.focal
         (cos, sin) = (np.cos(pose.yaw), np.sin(pose.yaw))
         directions = (cos + slope * sin, sin - slope * cos)
-        maps = []
-        for (position, corner, direction) in zip((pose.x, pose.y), self.origin, directions):
-            scale = self.paint_density / 2 ** paint_level
-            maps.append(_affine(depth, direction, scale, (position - corner) * scale - 0.5))
+        scale = self.paint_density / 2 ** paint_level
+        (x, y) = (
+            _affine(depth, direction, scale, (position - corner) * scale - 0.5)
+            for (position, corner, direction) in zip(pose[:2], self.origin, directions))
         paint = cv2.remap(
-            self.paint[paint_level], maps[0], maps[1], cv2.INTER_LINEAR,
-            borderMode=cv2.BORDER_REPLICATE)
-        maps = []
+            self.paint[paint_level], x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
         tile = self.grain[grain_level]
-        for (position, direction) in zip((pose.x, pose.y), directions):
-            scale = self.grain_density / 2 ** grain_level
-            place = _affine(depth, direction, scale, (position * scale - 0.5) % len(tile))
+        scale = self.grain_density / 2 ** grain_level
+        (x, y) = (
+            _affine(depth, direction, scale, (position * scale - 0.5) % len(tile))
+            for (position, direction) in zip(pose[:2], directions))
+        for place in (x, y):
             place -= np.floor(place * np.float32(1 / len(tile))) * np.float32(len(tile))
-            maps.append(place)
-        grain = cv2.remap(
-            tile, maps[0], maps[1], cv2.INTER_LINEAR, borderMode=cv2.BORDER_WRAP)
+        grain = cv2.remap(tile, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_WRAP)
         return as_bytes(cv2.multiply(paint, grain, scale=1 / 128))
 
 

@@ -40,17 +40,14 @@ class Atlas:
     height: Floats
     density: Floats
 
-    def columns(self, x: Floats, level: Ints) -> Floats:
-        """Return the columns of the image for columns x of the sheet at these levels."""
-        return _in_ripmap(x, level, self.image.shape[1])
 
-    def rows(self, y: Floats, level: Ints) -> Floats:
-        """Return the rows of the image for rows y of the sheet at these levels."""
-        return _in_ripmap(y, level, self.image.shape[0])
+def in_ripmap(edge: Floats, level: Ints, size: int) -> Floats:
+    """
+    Return rows or columns of the image for those of the sheet at these levels.
 
-
-def _in_ripmap(edge: Floats, level: Ints, size: int) -> Floats:
-    """Convert a coordinate from the sheet's edge to one from the centre of a pixel."""
+    ``edge`` is from the edge of the sheet, the result from the centre of a pixel; ``size`` is that
+    of the image.
+    """
     shrink: Floats = np.exp2(-level.astype(np.float64))
     return size * (1.0 - shrink) + edge * shrink - 0.5
 

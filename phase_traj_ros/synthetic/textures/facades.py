@@ -6,18 +6,18 @@ from __future__ import annotations
 
 from itertools import pairwise
 
-import cv2
 import numpy as np
-from phase_traj_ros.synthetic.arrays import Bytes, Floats, Singles
-from phase_traj_ros.synthetic.textures.noise import NoiseBank
+from phase_traj_ros.synthetic.arrays import Floats, Singles
+from phase_traj_ros.synthetic.textures.noise import Sheet
 
 
 class _Canvas:
     """A wall drawn in metres: x along it, z up from the ground."""
 
-    def __init__(self, picture: Singles, density: float) -> None:
-        self.picture = picture
-        self._density = density
+    def __init__(self, sheet: Sheet) -> None:
+        self.rng = sheet.rng
+        self.picture = _plaster(sheet)
+        self._density = sheet.density
 
     def _pixels(self, value: float) -> int:
         return round(value * self._density)
@@ -35,13 +35,12 @@ class _Canvas:
         area += tone * (1.0 - keep)
 
 
-def _brick_courses(
-    rng: np.random.Generator, height: int, width: int, density: float,
-) -> Singles:
+def _brick_courses(sheet: Sheet) -> Singles:
     """Return the relative brightness of brickwork."""
+    (rng, (height, width)) = (sheet.rng, sheet.shape)
     (course, brick) = (0.083, rng.uniform(0.22, 0.3))
-    rows = np.arange(height) / density / course
-    columns = np.arange(width) / density / brick
+    rows = np.arange(height) / sheet.density / course
+    columns = np.arange(width) / sheet.density / brick
     row = rows.astype(int)
     # Every second course is offset by half a brick.
     place = columns[None, :] + 0.5 * (row[:, None] % 2)
@@ -53,16 +52,15 @@ def _brick_courses(
     return bricks
 
 
-def _plaster(
-    rng: np.random.Generator, noise: NoiseBank, height: int, width: int, density: float,
-) -> Singles:
+def _plaster(sheet: Sheet) -> Singles:
     """Return a bare wall with grain, stains and streaks of rain."""
-    picture = np.full((height, width), rng.uniform(120, 235), np.float32)
+    rng = sheet.rng
+    picture = np.full(sheet.shape, rng.uniform(120, 235), np.float32)
     if rng.random() < 0.35:
-        picture *= 0.7 * _brick_courses(rng, height, width, density)
-    picture *= 1.0 + 0.035 * noise.patch(height, width, slope=0.5)
-    picture *= 1.0 + rng.uniform(0.02, 0.07) * noise.patch(height, width, slope=1.0)
-    streaks = cv2.resize(noise.patch(max(height // 24, 1), width, slope=0.5), (width, height))
+        picture *= 0.7 * _brick_courses(sheet)
+    picture *= 1.0 + 0.035 * sheet.noise(0.5)
+    picture *= 1.0 + rng.uniform(0.02, 0.07) * sheet.noise(1.0)
+    streaks = sheet.noise(0.5, down=24)
     picture *= 1.0 + rng.uniform(0.005, 0.03) * streaks
     return picture
 
@@ -76,10 +74,11 @@ def _slats(canvas: _Canvas, left: float, bottom: float, width: float, height: fl
 
 
 def _window(
-    rng: np.random.Generator, canvas: _Canvas, left: float, bottom: float, width: float,
-    height: float, *, frame: float, shutters: bool,
+    canvas: _Canvas, left: float, bottom: float, width: float, height: float, *, frame: float,
+    shutters: bool,
 ) -> None:
     """Draw a window: frame, sill and its shadow, glass, bars, perhaps a blind or shutters."""
+    rng = canvas.rng
     canvas.box(left - 0.1, bottom - 0.1, width + 0.2, height + 0.2, tone=frame, keep=0.1)
     canvas.box(left - 0.18, bottom - 0.17, width + 0.36, 0.09, tone=1.15 * frame)
     canvas.box(left - 0.14, bottom - 0.3, width + 0.28, 0.13, tone=60.0, keep=0.4)
@@ -125,16 +124,14 @@ def _floors(rng: np.random.Generator, height: float) -> Floats:
     return np.array(floors)
 
 
-def facade(
-    rng: np.random.Generator, noise: NoiseBank, *, length: float, height: float, density: float,
-) -> Bytes:
+def facade(sheet: Sheet) -> Singles:
     """
-    Return the front of a house, ``length`` x ``height`` metres at ``density`` pixels per metre.
+    Return the front of a house, whose bottom row is at the ground.
 
-    The bottom row is at the ground. No two fronts have the same spacing of windows.
+    No two fronts have the same spacing of windows.
     """
-    (rows, cells) = (round(height * density), round(length * density))
-    canvas = _Canvas(_plaster(rng, noise, rows, cells, density), density)
+    (rng, length, height) = (sheet.rng, sheet.length, sheet.height)
+    canvas = _Canvas(sheet)
     floors = _floors(rng, height)
     frame = rng.choice([rng.uniform(40, 90), rng.uniform(180, 250)])
     shutters = rng.random() < 0.35
@@ -151,10 +148,10 @@ def facade(
                 canvas.box(left - 0.15, 0.0, width + 0.3, 2.35, tone=frame, keep=0.2)
                 canvas.box(left, 0.0, width, 2.2, tone=rng.uniform(25, 140), keep=0.2)
             elif rng.random() < 0.88:
-                _window(rng, canvas, left, floor + sill, width, story,
+                _window(canvas, left, floor + sill, width, story,
                         frame=frame, shutters=shutters)
     for x in rng.uniform(0, length, int(rng.integers(0, 3))):
         canvas.box(x, 0, 0.1, height, tone=rng.uniform(60, 200))
         canvas.box(x + 0.1, 0, 0.06, height, tone=40, keep=0.5)
-    canvas.picture *= 1.0 + 0.02 * noise.patch(rows, cells, slope=0.0)
-    return np.clip(canvas.picture, 4, 255).astype(np.uint8)
+    canvas.picture *= 1.0 + 0.02 * sheet.noise(0.0)
+    return canvas.picture

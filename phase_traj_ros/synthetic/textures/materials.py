@@ -7,13 +7,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import auto, Enum
-from functools import lru_cache
+from functools import cache
 
 import numpy as np
-from phase_traj_ros.synthetic.arrays import Bytes
+from phase_traj_ros.synthetic.arrays import Bytes, Singles
 from phase_traj_ros.synthetic.textures import facades, surfaces
 from phase_traj_ros.synthetic.textures.atlas import Atlas, build_atlas
-from phase_traj_ros.synthetic.textures.noise import NoiseBank
+from phase_traj_ros.synthetic.textures.noise import NoiseBank, Sheet
 from phase_traj_ros.synthetic.textures.silhouettes import build_silhouettes, Silhouettes
 
 
@@ -34,7 +34,7 @@ class Material(Enum):
 class _Recipe:
     """Number and size of textures, in metres, and their pixels per metre."""
 
-    draw: Callable[..., Bytes]
+    draw: Callable[[Sheet], Singles]
     count: int
     length: float
     height: float
@@ -63,10 +63,10 @@ class Materials:
     silhouettes: Silhouettes
 
 
-@lru_cache(maxsize=2)
-def materials(seed: int) -> Materials:
-    """Return the materials of this seed; they are shared and must not be changed."""
-    rng = np.random.default_rng((seed, 1))
+@cache
+def materials() -> Materials:
+    """Return the materials of all scenes; they are shared and must not be changed."""
+    rng = np.random.default_rng((0, 1))
     noise = NoiseBank(rng)
     pictures: list[Bytes] = []
     densities: list[float] = []
@@ -74,8 +74,7 @@ def materials(seed: int) -> Materials:
     for (material, recipe) in _RECIPES.items():
         members[material] = tuple(range(len(pictures), len(pictures) + recipe.count))
         densities += [recipe.density] * recipe.count
+        sheet = Sheet(rng, noise, recipe.length, recipe.height, recipe.density)
         pictures += [
-            recipe.draw(rng, noise, length=recipe.length, height=recipe.height,
-                        density=recipe.density)
-            for _ in range(recipe.count)]
+            np.clip(recipe.draw(sheet), 4, 255).astype(np.uint8) for _ in range(recipe.count)]
     return Materials(build_atlas(pictures, densities), members, build_silhouettes(rng))

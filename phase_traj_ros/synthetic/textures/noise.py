@@ -2,8 +2,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """Noise with the spectrum of natural textures, the base of all surfaces."""
 
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
 import numpy as np
 from phase_traj_ros.synthetic.arrays import Singles
+
+#: Size of a noise image of the bank, in pixels.
+_SIZE = 1024
 
 
 def spectral_noise(
@@ -28,17 +36,39 @@ def spectral_noise(
 class NoiseBank:
     """A few large noise images, generated once, from which patches are cut."""
 
-    def __init__(self, rng: np.random.Generator, *, size: int = 1024) -> None:
+    def __init__(self, rng: np.random.Generator) -> None:
         """Generate the noise images: white, fine (slope 0.5), natural (1) and soft (2)."""
         self._rng = rng
-        self._size = size
         self._noises = {
-            slope: spectral_noise(rng, size, size, slope=slope) for slope in (0.0, 0.5, 1.0, 2.0)}
+            slope: spectral_noise(rng, _SIZE, _SIZE, slope=slope)
+            for slope in (0.0, 0.5, 1.0, 2.0)}
 
     def patch(self, height: int, width: int, *, slope: float) -> Singles:
         """Return a random patch of shape (height, width); it repeats if larger than the bank."""
-        (top, left) = self._rng.integers(self._size, size=2)
-        rows = np.arange(top, top + height) % self._size
-        columns = np.arange(left, left + width) % self._size
+        (top, left) = self._rng.integers(_SIZE, size=2)
+        rows = np.arange(top, top + height) % _SIZE
+        columns = np.arange(left, left + width) % _SIZE
         patch: Singles = self._noises[slope][np.ix_(rows, columns)]
         return patch
+
+
+@dataclass(frozen=True, slots=True)
+class Sheet:
+    """A surface to be drawn: its size in metres, pixels per metre, and the sources of chance."""
+
+    rng: np.random.Generator
+    bank: NoiseBank
+    length: float
+    height: float
+    density: float
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Return the number of rows and columns."""
+        return (round(self.height * self.density), round(self.length * self.density))
+
+    def noise(self, slope: float, *, down: int = 1, across: int = 1) -> Singles:
+        """Return noise of the whole sheet, stretched by these factors."""
+        (rows, columns) = self.shape
+        patch = self.bank.patch(rows // down, columns // across, slope=slope)
+        return patch if down == across else np.asarray(cv2.resize(patch, (columns, rows)))

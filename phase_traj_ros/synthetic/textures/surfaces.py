@@ -6,99 +6,75 @@ from __future__ import annotations
 
 import cv2
 import numpy as np
-from phase_traj_ros.synthetic.arrays import Bytes, Floats, Singles
-from phase_traj_ros.synthetic.textures.noise import NoiseBank
+from phase_traj_ros.synthetic.arrays import Singles
+from phase_traj_ros.synthetic.textures.noise import Sheet
 
 
-def _picture(values: Singles | Floats) -> Bytes:
-    return np.clip(values, 4, 255).astype(np.uint8)
-
-
-def foliage(
-    rng: np.random.Generator, noise: NoiseBank, *, length: float, height: float, density: float,
-) -> Bytes:
+def foliage(sheet: Sheet) -> Singles:
     """Return leaves: dark gaps, lit clumps, a bright speckle."""
-    (rows, columns) = (round(height * density), round(length * density))
-    clumps = noise.patch(rows, columns, slope=1.0)
-    leaves = noise.patch(rows, columns, slope=0.5)
-    light = 0.55 * clumps + 0.6 * leaves
-    values = rng.uniform(35, 70) + 38.0 * light
+    light: Singles = 0.55 * sheet.noise(1.0) + 0.6 * sheet.noise(0.5)
+    values = sheet.rng.uniform(35, 70) + 38.0 * light
     values += 45.0 * np.clip(light - 0.8, 0.0, 2.0)
-    return _picture(values)
+    return values
 
 
-def roof(
-    rng: np.random.Generator, noise: NoiseBank, *, length: float, height: float, density: float,
-) -> Bytes:
+def roof(sheet: Sheet) -> Singles:
     """Return courses of tiles, perhaps with skylights, and the gutter below."""
-    (rows, columns) = (round(height * density), round(length * density))
-    course = max(round(rng.uniform(0.14, 0.24) * density), 2)
-    values = np.full((rows, columns), rng.uniform(45, 110), np.float32)
-    values *= 1.0 + 0.12 * noise.patch(rows, columns, slope=0.5)
-    values *= 1.0 + 0.1 * noise.patch(rows, columns, slope=1.0)
+    (rng, density) = (sheet.rng, sheet.density)
+    course = round(rng.uniform(0.14, 0.24) * density)
+    values = np.full(sheet.shape, rng.uniform(45, 110), np.float32)
+    values *= 1.0 + 0.12 * sheet.noise(0.5)
+    values *= 1.0 + 0.1 * sheet.noise(1.0)
     values[::course] *= 0.55
     for _ in range(int(rng.integers(0, 3))):
-        (x, z) = (rng.uniform(0, length - 1.0), rng.uniform(0.4, max(height - 1.2, 0.5)))
+        (x, z) = (rng.uniform(0, sheet.length - 1.0), rng.uniform(0.4, sheet.height - 1.2))
         box = [round(value * density) for value in (x, z, 0.8, 1.0)]
         values[box[1]:box[1] + box[3], box[0]:box[0] + box[2]] = rng.uniform(20, 240)
     values[-round(0.12 * density):] = rng.uniform(120, 220)
-    return _picture(values)
+    return values
 
 
-def masonry(
-    rng: np.random.Generator, noise: NoiseBank, *, length: float, height: float, density: float,
-) -> Bytes:
-    """Return a garden wall of rough stones, or a fence of boards."""
-    (rows, columns) = (round(height * density), round(length * density))
-    values = np.full((rows, columns), rng.uniform(70, 180), np.float32)
-    if rng.random() < 0.5:
-        edges = np.cumsum(rng.uniform(0.09, 0.2, 400)) * density
-        board = np.searchsorted(edges, np.arange(columns))
-        values *= rng.normal(1.0, 0.16, 401).astype(np.float32)[board]
-        gaps = np.round(edges[edges < columns - 1]).astype(int)
-        values[:, gaps] *= 0.4
-    else:
-        z = 0.0
-        while z < height:
-            step = rng.uniform(0.15, 0.4)
-            (top, bottom) = (round(z * density), round((z + step) * density))
-            edges = np.cumsum(rng.uniform(0.2, 0.7, 120)) * density
-            stone = np.searchsorted(edges, np.arange(columns))
-            values[top:bottom] *= rng.normal(1.0, 0.16, 121).astype(np.float32)[stone]
-            values[top:top + 1] *= 0.5
-            values[top:bottom, np.round(edges[edges < columns - 1]).astype(int)] *= 0.5
-            z += step
-    values *= 1.0 + 0.12 * noise.patch(rows, columns, slope=0.5)
+def masonry(sheet: Sheet) -> Singles:
+    """Return a garden wall of rough stones."""
+    (rng, density, columns) = (sheet.rng, sheet.density, sheet.shape[1])
+    values = np.full(sheet.shape, rng.uniform(70, 180), np.float32)
+    # Not used, but drawn: the textures after it stay as they are.
+    rng.random()
+    z = 0.0
+    while z < sheet.height:
+        step = rng.uniform(0.15, 0.4)
+        (top, bottom) = (round(z * density), round((z + step) * density))
+        edges = np.cumsum(rng.uniform(0.2, 0.7, 120)) * density
+        stone = np.searchsorted(edges, np.arange(columns))
+        values[top:bottom] *= rng.normal(1.0, 0.16, 121).astype(np.float32)[stone]
+        values[top:top + 1] *= 0.5
+        values[top:bottom, np.round(edges[edges < columns - 1]).astype(int)] *= 0.5
+        z += step
+    values *= 1.0 + 0.12 * sheet.noise(0.5)
     values[:round(0.08 * density)] = rng.uniform(90, 220)
-    return _picture(values)
+    return values
 
 
-def bark(
-    rng: np.random.Generator, noise: NoiseBank, *, length: float, height: float, density: float,
-) -> Bytes:
+def bark(sheet: Sheet) -> Singles:
     """Return bark with vertical furrows."""
-    (rows, columns) = (round(height * density), round(length * density))
-    furrows = cv2.resize(noise.patch(max(rows // 8, 1), columns, slope=0.5), (columns, rows))
-    values = rng.uniform(40, 90) * (1.0 + 0.3 * furrows)
-    return _picture(values + 8.0 * noise.patch(rows, columns, slope=0.5))
+    furrows = sheet.noise(0.5, down=8)
+    values = sheet.rng.uniform(40, 90) * (1.0 + 0.3 * furrows)
+    return values + 8.0 * sheet.noise(0.5)
 
 
-def _paintwork(
-    rng: np.random.Generator, noise: NoiseBank, rows: int, columns: int,
-) -> tuple[Singles, float]:
+def _paintwork(sheet: Sheet) -> tuple[Singles, float]:
     """Return the body of a car, lighter at the top, which reflects the sky, and its tone."""
+    rng = sheet.rng
     tone = float(rng.choice([rng.uniform(15, 60), rng.uniform(90, 160), rng.uniform(190, 235)]))
-    sheen = np.linspace(1.3, 0.6, rows, dtype=np.float32)[:, None]
-    mirrored = cv2.resize(noise.patch(rows, max(columns // 10, 1), slope=1.0), (columns, rows))
+    sheen = np.linspace(1.3, 0.6, sheet.shape[0], dtype=np.float32)[:, None]
+    mirrored = sheet.noise(1.0, across=10)
     return (np.float32(tone) * sheen + np.float32(9.0) * mirrored, tone)
 
 
-def car_side(
-    rng: np.random.Generator, noise: NoiseBank, *, length: float, height: float, density: float,
-) -> Bytes:
+def car_side(sheet: Sheet) -> Singles:
     """Return the side of a car: body, side windows, wheels, lines of the doors."""
-    (rows, columns) = (round(height * density), round(length * density))
-    (values, tone) = _paintwork(rng, noise, rows, columns)
+    (rng, (rows, columns)) = (sheet.rng, sheet.shape)
+    (values, tone) = _paintwork(sheet)
 
     def place(x: float, z: float) -> tuple[int, int]:
         return (round(x * columns), round((1.0 - z) * rows))
@@ -108,11 +84,11 @@ def car_side(
     cv2.fillPoly(values, [glass], rng.uniform(15, 45))
     for x in rng.uniform((0.3, 0.52, 0.7), (0.4, 0.58, 0.78)):
         cv2.line(values, place(x, 0.95), place(x, 0.15), 0.55 * tone, 1)
-        cv2.line(values, place(x, 0.95), place(x, 0.6), tone, max(round(0.05 * density), 1))
+        cv2.line(values, place(x, 0.95), place(x, 0.6), tone, round(0.05 * sheet.density))
     cv2.line(values, place(0.02, 0.42), place(0.98, 0.45), 0.6 * tone, 2)
     values[-round(0.16 * rows):] = 18.0
     for x in (rng.uniform(0.17, 0.2), rng.uniform(0.79, 0.82)):
-        radius = round(0.31 * density)
+        radius = round(0.31 * sheet.density)
         center = (round(x * columns), rows - radius)
         cv2.circle(values, center, round(1.2 * radius), 10.0, -1)
         cv2.circle(values, center, radius, 28.0, -1)
@@ -121,15 +97,13 @@ def car_side(
             rim = (round(center[0] + 0.6 * radius * np.cos(angle)),
                    round(center[1] + 0.6 * radius * np.sin(angle)))
             cv2.line(values, center, rim, 40.0, 2)
-    return _picture(values + 3.0 * noise.patch(rows, columns, slope=0.5))
+    return values + 3.0 * sheet.noise(0.5)
 
 
-def car_end(
-    rng: np.random.Generator, noise: NoiseBank, *, length: float, height: float, density: float,
-) -> Bytes:
+def car_end(sheet: Sheet) -> Singles:
     """Return the front or the rear of a car: window, lamps, number plate, bumper."""
-    (rows, columns) = (round(height * density), round(length * density))
-    (values, tone) = _paintwork(rng, noise, rows, columns)
+    (rng, (rows, columns)) = (sheet.rng, sheet.shape)
+    (values, tone) = _paintwork(sheet)
 
     def box(left: float, low: float, right: float, high: float, value: float) -> None:
         values[round((1 - high) * rows):round((1 - low) * rows),
@@ -146,4 +120,4 @@ def car_end(
     box(0.0, 0.0, 1.0, 0.13, 15.0)
     for left in (0.04, 0.82):
         box(left, 0.0, left + 0.14, 0.2, 22.0)
-    return _picture(values + 3.0 * noise.patch(rows, columns, slope=0.5))
+    return values + 3.0 * sheet.noise(0.5)

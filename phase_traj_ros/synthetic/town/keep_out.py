@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 import math
 
 import numpy as np
@@ -14,23 +15,22 @@ class KeepOut:
     """
     Discs on the ground, indexed by a grid of square cells.
 
-    ``centers`` is (N, 2) and ``radii`` (N,), in metres. ``owners`` (N,) gives the owner of each
-    disc, so that a street can ignore its own.
+    They have one ``radius`` in metres, and are around the points of ``lines``, (N, 2) each. One
+    can ignore those of a line, by its index.
     """
 
-    def __init__(self, centers: Floats, radii: Floats, owners: Ints | None = None) -> None:
+    def __init__(self, lines: Sequence[Floats], radius: float) -> None:
         """Assign the discs to cells."""
-        self._centers = np.asarray(centers, np.float64).reshape(-1, 2)
-        self._radii = np.asarray(radii, np.float64)
-        self._owners = np.zeros(len(radii), np.int64) if owners is None else owners
-        self._reach = float(self._radii.max(initial=1.0))
+        self._radius = radius
+        self._centers = np.concatenate(lines)
+        self._lines = np.repeat(np.arange(len(lines)), [len(line) for line in lines])
         cells: dict[tuple[int, int], list[int]] = {}
         for (index, (x, y)) in enumerate(self._centers.tolist()):
             cells.setdefault((self._cell(x), self._cell(y)), []).append(index)
         self._cells = {cell: np.array(found) for (cell, found) in cells.items()}
 
     def _cell(self, place: float) -> int:
-        return math.floor(place / self._reach)
+        return math.floor(place / self._radius)
 
     def _near(self, points: Floats) -> Ints:
         """Return the discs that may reach one of the points."""
@@ -48,7 +48,7 @@ class KeepOut:
         if not len(near):
             return np.ones(len(points), np.bool_)
         if ignore is not None:
-            near = near[self._owners[near] != ignore]
+            near = near[self._lines[near] != ignore]
         (dx, dy) = (points[:, None, :] - self._centers[near]).transpose(2, 0, 1)
-        free: Bools = (dx * dx + dy * dy >= self._radii[near] ** 2).all(axis=1)
+        free: Bools = (dx * dx + dy * dy >= self._radius ** 2).all(axis=1)
         return free

@@ -13,7 +13,7 @@ from phase_traj_ros.synthetic.arrays import as_bytes, Bytes, Floats
 from phase_traj_ros.synthetic.scene.ground import Ground
 from phase_traj_ros.synthetic.textures.noise import spectral_noise
 from phase_traj_ros.synthetic.town.buildings import ROADWAY
-from phase_traj_ros.synthetic.town.streets import Street
+from phase_traj_ros.synthetic.town.streets import HALF_WIDTH, Street
 
 #: Pixels per metre, and the largest number of pixels of a map.
 _DENSITY = 9.0
@@ -93,7 +93,7 @@ def pave(
     area = _Map(streets)
     picture = area.blank(88)
     for street in streets:
-        area.line(picture, street.line, 2 * street.half_width + 1.0, rng.uniform(115, 150))
+        area.line(picture, street.line, 2 * HALF_WIDTH + 1.0, rng.uniform(115, 150))
     for street in streets:
         area.line(picture, street.line, 2 * ROADWAY, 175)
     roads = [rng.uniform(78, 108) for _ in streets]

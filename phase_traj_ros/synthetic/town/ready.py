@@ -16,32 +16,29 @@ from phase_traj_ros.synthetic.textures.materials import materials
 from phase_traj_ros.synthetic.town.buildings import build, ROADWAY, Town
 from phase_traj_ros.synthetic.town.keep_out import KeepOut
 from phase_traj_ros.synthetic.town.paving import pave
-from phase_traj_ros.synthetic.town.streets import BEYOND, grid_streets, Street, streets_along
+from phase_traj_ros.synthetic.town.streets import (
+    BEYOND,
+    grid_streets,
+    HALF_WIDTH,
+    Street,
+    streets_along,
+)
 
 #: Smallest distance of anything solid from a pose, in metres.
 CLEARANCE = 4.0
 #: Footprints are checked at points up to half a metre apart; this covers what is in between.
 _BETWEEN = 0.3
-
-
-def _keep_out(streets: Sequence[Street], less: float | None) -> KeepOut:
-    """Keep the streets free: up to ``less`` from the houses, or the carriageways only."""
-    radii = [ROADWAY if less is None else street.half_width - less for street in streets]
-    return KeepOut(
-        np.concatenate([street.line for street in streets]),
-        np.concatenate([
-            np.full(len(street.line), radius) for (street, radius) in zip(streets, radii)]),
-        np.concatenate([
-            np.full(len(street.line), index) for (index, street) in enumerate(streets)]))
+#: How far a house may reach into another street, in metres.
+_INTO = 0.6
 
 
 def _scene(streets: Sequence[Street], clear_of: Floats, seed: int) -> Scene:
     rng = np.random.default_rng((seed, 2))
     angle = rng.uniform(0.0, 2 * np.pi)
+    lines = [street.line for street in streets]
     town = Town(
-        rng=rng, materials=materials(0),
-        poses=KeepOut(clear_of, np.full(len(clear_of), CLEARANCE + _BETWEEN)),
-        corridors=_keep_out(streets, 0.6), roadways=_keep_out(streets, None),
+        rng=rng, materials=materials(), poses=KeepOut([clear_of], CLEARANCE + _BETWEEN),
+        corridors=KeepOut(lines, HALF_WIDTH - _INTO), roadways=KeepOut(lines, ROADWAY),
         sun=np.array([np.cos(angle), np.sin(angle)]))
     build(town, streets)
     return Scene(

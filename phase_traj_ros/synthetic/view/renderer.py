@@ -11,9 +11,9 @@ import numpy as np
 from phase_traj_ros.synthetic.arrays import as_bytes, Bytes, Floats, Ints, Singles
 from phase_traj_ros.synthetic.camera import Camera, level_view, Pose
 from phase_traj_ros.synthetic.scene.scene import Scene
-from phase_traj_ros.synthetic.textures.atlas import level_of
+from phase_traj_ros.synthetic.textures.atlas import in_ripmap, level_of
 from phase_traj_ros.synthetic.view.panorama import draw_fisheye
-from phase_traj_ros.synthetic.view.visibility import cut, Runs, Strips, visible
+from phase_traj_ros.synthetic.view.visibility import cut, Strips, visible
 
 #: Distance at which the air has reduced all contrast to 1 / e, in metres.
 _VISIBILITY = 900.0
@@ -48,7 +48,7 @@ def _render_level(scene: Scene, camera: Camera, pose: Pose) -> Bytes:
     scene.ground.draw(picture, camera, pose)
     strips = cut(scene.panels, scene.materials.silhouettes, camera, pose)
     if len(strips.panel):
-        (walls, mask) = _draw_panels(scene, camera, strips, visible(strips, camera))
+        (walls, mask) = _draw_panels(scene, camera, strips)
         cv2.copyTo(walls, mask, picture)
     return picture
 
@@ -59,37 +59,37 @@ def _spread(values: Floats, length: Ints, camera: Camera) -> Singles:
     return spread.reshape(camera.width, camera.height)
 
 
-def _draw_panels(
-    scene: Scene, camera: Camera, strips: Strips, runs: Runs,
-) -> tuple[Bytes, Bytes]:
+def _draw_panels(scene: Scene, camera: Camera, strips: Strips) -> tuple[Bytes, Bytes]:
     """Return the pixels of the panels, and a mask of them."""
     (panels, atlas) = (scene.panels, scene.materials.atlas)
-    solid = runs.strip >= 0
+    (strip, length) = visible(strips, camera)
     # Runs without a strip look up an arbitrary one; the mask removes them.
-    panel = strips.panel[runs.strip]
-    (depth, along) = (strips.depth[runs.strip], strips.along[runs.strip])
+    panel = strips.panel[strip]
+    (depth, along) = (strips.depth[strip], strips.along[strip])
     texture = panels.texture[panel]
     density = atlas.density[texture]
 
-    across = level_of(strips.stretch[runs.strip] * density)
+    across = level_of(strips.stretch[strip] * density)
     upwards = level_of(depth / camera.focal * density)
     offset = np.clip(panels.offset[panel] + along, 0.0, atlas.length[texture])
-    columns = atlas.columns(atlas.left[texture] + offset * density, across)
+    columns = in_ripmap(
+        atlas.left[texture] + offset * density, across, atlas.image.shape[1])
     # The row in the atlas is linear in the row of the image.
     (step, at_horizon) = (depth / camera.focal, camera.above_ground - panels.base[panel])
-    top = atlas.rows(
-        atlas.bottom[texture] - (at_horizon + camera.cy * step) * density, upwards)
+    top = in_ripmap(
+        atlas.bottom[texture] - (at_horizon + camera.cy * step) * density, upwards,
+        atlas.image.shape[0])
     slope = step * density * 0.5 ** upwards
 
-    rows = _spread(slope, runs.length, camera)
+    rows = _spread(slope, length, camera)
     rows *= np.arange(camera.height, dtype=np.float32)
-    rows += _spread(top, runs.length, camera)
+    rows += _spread(top, length, camera)
     walls = cv2.remap(
-        atlas.image, _spread(columns, runs.length, camera), rows, cv2.INTER_LINEAR,
+        atlas.image, _spread(columns, length, camera), rows, cv2.INTER_LINEAR,
         borderMode=cv2.BORDER_REPLICATE).astype(np.float32)
     clear = np.exp(-depth / _VISIBILITY)
-    walls *= _spread(clear * panels.gain[panel], runs.length, camera)
-    walls += _spread((1.0 - clear) * _AIR, runs.length, camera)
+    walls *= _spread(clear * panels.gain[panel], length, camera)
+    walls += _spread((1.0 - clear) * _AIR, length, camera)
     np.clip(walls, 0, 255, out=walls)
-    mask = np.repeat(solid.astype(np.uint8), runs.length).reshape(camera.width, camera.height)
+    mask = np.repeat((strip >= 0).astype(np.uint8), length).reshape(camera.width, camera.height)
     return (as_bytes(cv2.transpose(walls.astype(np.uint8))), as_bytes(cv2.transpose(mask)))

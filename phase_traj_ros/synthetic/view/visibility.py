@@ -22,8 +22,6 @@ from phase_traj_ros.synthetic.textures.silhouettes import Silhouettes
 _NEAR = 0.3
 #: Largest number of strips visible behind each other in a column.
 _LAYERS = 14
-_DEPTH_BITS = 22
-_INDEX_BITS = 30
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -45,18 +43,6 @@ class Strips:
     first: Ints
     last: Ints
     grounded: Bools
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Runs:
-    """
-    The whole image as runs of pixels, column by column from the left, each from the top.
-
-    ``strip``: (R,) indices of strips, -1 for none; ``length``: (R,) pixels.
-    """
-
-    strip: Ints
-    length: Ints
 
 
 def cut(panels: Panels, silhouettes: Silhouettes, camera: Camera, pose: Pose) -> Strips:
@@ -91,7 +77,7 @@ def cut(panels: Panels, silhouettes: Silhouettes, camera: Camera, pose: Pose) ->
     share = np.clip((slope * ahead[0][which] - right[0][which]) / across, 0.0, 1.0)
     depth = np.maximum(ahead[0][which] + share * deeper[which], _NEAR)
     panel = index[which]
-    length = panels.lengths()[panel]
+    length = np.hypot(*(panels.end - panels.start)[panel].T)
     stretch = length * np.abs(depth / across) / camera.focal
     (base, top) = (panels.base[panel], panels.top[panel])
     (upper, lower) = silhouettes.at(panels.silhouette[panel], share)
@@ -110,10 +96,8 @@ def cut(panels: Panels, silhouettes: Silhouettes, camera: Camera, pose: Pose) ->
 def _nearest_first(strips: Strips) -> Ints:
     """Sort by column, then by depth, without strips that have no rows."""
     index = np.flatnonzero(strips.last > strips.first)
-    millimetres = np.minimum(strips.depth[index] * 1000, 2 ** _DEPTH_BITS - 1).astype(np.int64)
-    key = (strips.column[index] << _DEPTH_BITS | millimetres) << _INDEX_BITS | index
-    key.sort()
-    order: Ints = key & (2 ** _INDEX_BITS - 1)
+    millimetres = (strips.depth[index] * 1000).astype(np.int64)
+    order: Ints = index[np.lexsort((millimetres, strips.column[index]))]
     return order
 
 
@@ -139,8 +123,13 @@ def _unhidden(strips: Strips, order: Ints, camera: Camera) -> tuple[Ints, Ints]:
     return (order[open_], np.minimum(strips.last[order], horizon)[open_])
 
 
-def visible(strips: Strips, camera: Camera) -> Runs:
-    """Assign every pixel to the nearest strip that covers it."""
+def visible(strips: Strips, camera: Camera) -> tuple[Ints, Ints]:
+    """
+    Assign every pixel to the nearest strip that covers it.
+
+    Return the whole image as runs of pixels, column by column from the left, each from the top:
+    the index of the strip of each, -1 for none, and its length in pixels, (R,) both.
+    """
     (order, last) = _unhidden(strips, _nearest_first(strips), camera)
     column = strips.column[order]
     index = _table(column, order, camera.width, -1)[:, :_LAYERS]
@@ -156,4 +145,4 @@ def visible(strips: Strips, camera: Camera) -> Runs:
     covers = (tops[columns] <= start[:, None]) & (start[:, None] < bottoms[columns])
     owner = index[columns, covers.argmax(axis=1)]
     owner[~covers.any(axis=1)] = -1
-    return Runs(strip=owner, length=length[columns, which])
+    return (owner, length[columns, which])

@@ -12,12 +12,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor, FIRST_COMPLETED, Future, wait
+from pathlib import Path
 from typing import Final
 
 from phase_traj_ros.io.outputs.commit import uninterrupted
 from phase_traj_ros.io.outputs.outputs import remove_staging
-from phase_traj_ros.tasks.batch.notes import Notes, Progress, Stopped
-from phase_traj_ros.tasks.batch.outcome import failure, Outcome, run_request, Status
+from phase_traj_ros.tasks.batch.notes import folder_of_notes, Note, stop_jobs, Stopped
+from phase_traj_ros.tasks.batch.outcome import failure, Outcome, Progress, run_request, Status
 from phase_traj_ros.tasks.batch.request import ReplayRequest
 
 ATTEMPTS: Final = 2
@@ -41,16 +42,10 @@ class Batch:
         """
         self._requests = tuple(requests)
         self._run = run
-        self._outcomes: dict[int, Outcome] = {}
         self._stopping = False
-
-    @property
-    def rows(self) -> tuple[Outcome, ...]:
-        """Return all outcomes, in the order of the requests."""
-        return tuple(
-            self._outcomes.get(number) or failure(
-                request, 'not done', status=Status.INTERRUPTED)
-            for number, request in enumerate(self._requests))
+        self.rows = [
+            failure(request, 'not done', status=Status.INTERRUPTED) for request in requests]
+        """All outcomes, in the order of the requests."""
 
     def run(
         self, executor: Executor, on_progress: Callable[[float], object] = lambda done: None,
@@ -72,15 +67,16 @@ class Batch:
         """
         output = self._requests[0].output
         assert output is not None
-        with Notes.in_folder(output.parent, self._requests[0].batch) as notes:
+        with folder_of_notes(output.parent, self._requests[0].batch) as folder:
+            notes = [Note(folder, number) for number in range(len(self._requests))]
             futures = {
-                executor.submit(_work, self._run, request, notes, number): number
-                for number, request in enumerate(self._requests)}
+                executor.submit(_work, self._run, request, note): number
+                for number, (request, note) in enumerate(zip(self._requests, notes))}
             try:
                 self._follow(futures, notes, on_progress)
             except BaseException:
                 with uninterrupted():
-                    self._stop(futures, notes)
+                    self._stop(futures, folder)
                 raise
             finally:
                 for request in self._requests:
@@ -88,20 +84,20 @@ class Batch:
                     remove_staging(request.output, request.batch)
 
     def _follow(
-        self, futures: dict[Future[Outcome], int], notes: Notes,
+        self, futures: dict[Future[Outcome], int], notes: Sequence[Note],
         on_progress: Callable[[float], object],
     ) -> None:
         pending, reported = set(futures), 0.0
         while pending:
             done, pending = wait(pending, _POLL_S, return_when=FIRST_COMPLETED)
             self._take(done, futures)
-            running = sum(notes.fraction(futures[future]) for future in pending)
-            reported = max(reported, len(self._outcomes) + running)
+            running = sum(notes[futures[future]].fraction() for future in pending)
+            reported = max(reported, len(futures) - len(pending) + running)
             on_progress(reported)
 
-    def _stop(self, futures: dict[Future[Outcome], int], notes: Notes) -> None:
+    def _stop(self, futures: dict[Future[Outcome], int], folder: Path) -> None:
         self._stopping = True
-        notes.end()
+        stop_jobs(folder)
         done, late = wait(futures, _STOP_S)
         self._take(done, futures)
         for future in late:
@@ -112,33 +108,30 @@ class Batch:
     ) -> None:
         for future in done:
             number = futures[future]
-            outcome = _outcome(future, self._requests[number])
-            if self._stopping and future.cancelled():
-                continue
-            if outcome.status is Status.INTERRUPTED and not self._stopping:
-                outcome = failure(
-                    self._requests[number],
-                    'the machine that ran it does not have the output folder: the machines of a'
-                    ' cluster have to share it')
-            self._outcomes[number] = outcome
+            if not (self._stopping and future.cancelled()):
+                self.rows[number] = self._outcome(future, self._requests[number])
+
+    def _outcome(self, future: Future[Outcome], request: ReplayRequest) -> Outcome:
+        if future.cancelled():
+            return failure(request, 'lost: the scheduler of the cluster has ended')
+        error = future.exception()
+        if error is not None:
+            return failure(request, f'{type(error).__name__}: {error}')
+        outcome = future.result()
+        if outcome.status is Status.INTERRUPTED and not self._stopping:
+            return failure(
+                request, 'the machine that ran it does not have the output folder: the machines'
+                ' of a cluster have to share it')
+        return outcome
 
 
-def _outcome(future: Future[Outcome], request: ReplayRequest) -> Outcome:
-    if future.cancelled():
-        return failure(request, 'lost: the scheduler of the cluster has ended')
-    error = future.exception()
-    if error is not None:
-        return failure(request, f'{type(error).__name__}: {error}')
-    return future.result()
-
-
-def _work(run: Run, request: ReplayRequest, notes: Notes, number: int) -> Outcome:
+def _work(run: Run, request: ReplayRequest, note: Note) -> Outcome:
     """Run a replay in a worker."""
     try:
-        if notes.begin(number) >= ATTEMPTS:
+        if note.begin() >= ATTEMPTS:
             return failure(
                 request, f'its process has died {ATTEMPTS} times: it was killed, or ran out of'
                 ' memory')
-        return run(request, Progress(notes, number))
+        return run(request, note)
     except Stopped:
         return failure(request, 'not done', status=Status.INTERRUPTED)

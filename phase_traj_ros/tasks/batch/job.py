@@ -9,7 +9,6 @@ from contextlib import closing, ExitStack
 import ctypes
 from dataclasses import replace
 from enum import Enum
-from pathlib import Path
 
 from phase_traj_ros.io.outputs.commit import writing_to
 from phase_traj_ros.io.outputs.outputs import Outputs
@@ -73,12 +72,13 @@ def replay_source(
     with ExitStack() as stack:
         owner = stack.enter_context(Outputs(
             inputs=request.inputs, force=request.force, batch=request.batch))
-        folder = None
+        seen = [*watchers]
+        thumbnails, left_out = Thumbnails(), LeftOutPicture()
         if request.output is not None:
             require_matplotlib()
-            folder = _Folder(
-                owner.directory(request.output, names=request.names), request.output, request)
-        seen = [*watchers, *(() if folder is None else folder.watchers)]
+            folder = owner.directory(request.output, names=request.names)
+        if request.report:
+            seen += [thumbnails, left_out]
         if request.bag_out is not None:
             stack.enter_context(writing_to(request.bag_out))
             seen.append(stack.enter_context(BagSink(
@@ -100,10 +100,17 @@ def replay_source(
                 lens=lens, speeds=speeds, strict=request.strict)
         result = replace(
             result, source_frames=source.frames, unused_calibration=unused_calibration)
-        if folder is not None:
+        if request.output is not None:
             _give_memory_back()
-            with writing_to(folder.target):
-                folder.write(result)
+            with writing_to(request.output):
+                write_results(result, folder)
+                if request.svg:
+                    write_trajectory_picture(result, folder / 'trajectory.svg')
+                if request.report:
+                    write_report(
+                        result, folder / REPORT, title=request.title,
+                        picture=folder / 'trajectory.png', thumbnails=thumbnails.kept,
+                        left_out=left_out.jpeg)
     return result
 
 
@@ -112,28 +119,3 @@ def _give_memory_back() -> None:
     trim = getattr(ctypes.CDLL(None), 'malloc_trim', None)
     if trim is not None:
         trim(0)
-
-
-class _Folder:
-    """The results in the folder of --output."""
-
-    def __init__(self, staging: Path, target: Path, request: ReplayRequest) -> None:
-        self.target = target
-        self._staging = staging
-        self._request = request
-        self._thumbnails = Thumbnails()
-        self._left_out = LeftOutPicture()
-
-    @property
-    def watchers(self) -> tuple[Watcher, ...]:
-        return (self._thumbnails, self._left_out) if self._request.report else ()
-
-    def write(self, result: Replay) -> None:
-        write_results(result, self._staging)
-        if self._request.svg:
-            write_trajectory_picture(result, self._staging / 'trajectory.svg')
-        if self._request.report:
-            write_report(
-                result, self._staging / REPORT, title=self._request.title,
-                picture=self._staging / 'trajectory.png', thumbnails=self._thumbnails.kept,
-                left_out=self._left_out.jpeg)

@@ -5,8 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
-from dataclasses import dataclass
+from contextlib import contextmanager
 from pathlib import Path
 import shutil
 import time
@@ -21,44 +20,46 @@ class Stopped(BaseException):
     """The batch is over; leaves a job, past all error handlers."""
 
 
-@dataclass(frozen=True, slots=True)
-class Notes:
+@contextmanager
+def folder_of_notes(root: Path, batch: str) -> Iterator[Path]:
     """
-    A folder of notes. The batch is over when it is gone.
+    Make a folder for the notes of the jobs of a batch; remove it at the end, which stops them.
 
     So jobs stop and report their progress in the same way in a process of this machine and on
     another one.
+
+    Raises
+    ------
+    OutputError
+        The folder ``root`` cannot be made or written.
+
     """
+    folder = root / f'{STAGING}{batch}notes'
+    with writing_to(root):
+        folder.mkdir(parents=True)
+    try:
+        yield folder
+    finally:
+        stop_jobs(folder)
 
-    folder: Path
 
-    @classmethod
-    @contextmanager
-    def in_folder(cls, root: Path, batch: str) -> Iterator[Notes]:
+def stop_jobs(folder: Path) -> None:
+    """Stop all jobs with notes in this folder at their next frame."""
+    shutil.rmtree(folder, ignore_errors=True)
+
+
+class Note:
+    """How often a job has begun, and its progress. The batch is over when the folder is gone."""
+
+    def __init__(self, folder: Path, job: int) -> None:
+        """Note in ``folder`` as the job of this number."""
+        self._begun = folder / f'{job}.begun'
+        self._done = folder / f'{job}.done'
+        self._due = 0.0
+
+    def begin(self) -> int:
         """
-        Make the folder of notes for the jobs of a batch; remove it at the end.
-
-        Raises
-        ------
-        OutputError
-            The folder ``root`` cannot be made or written.
-
-        """
-        notes = cls(root / f'{STAGING}{batch}notes')
-        with writing_to(root):
-            notes.folder.mkdir(parents=True)
-        try:
-            yield notes
-        finally:
-            notes.end()
-
-    def end(self) -> None:
-        """Stop all jobs at their next frame."""
-        shutil.rmtree(self.folder, ignore_errors=True)
-
-    def begin(self, job: int) -> int:
-        """
-        Note that a job begins; return how often it had begun before.
+        Note that the job begins; return how often it had begun before.
 
         Raises
         ------
@@ -67,52 +68,15 @@ class Notes:
 
         """
         try:
-            with (self.folder / f'{job}.begun').open('ab') as file:
+            with self._begun.open('ab') as file:
                 file.write(b'.')
                 return file.tell() - 1
         except FileNotFoundError:
             raise Stopped from None
 
-    def fraction(self, job: int) -> float:
-        """Return the finished share of a job that is being run."""
-        try:
-            done, expected = map(int, (self.folder / f'{job}.done').read_text().split())
-        except (OSError, ValueError):
-            return 0.0
-        return min(done / expected, 0.99) if expected else 0.0
-
-    def write(self, job: int, done: int, expected: int | None) -> None:
-        """
-        Note the progress of a job.
-
-        Raises
-        ------
-        Stopped
-            The batch is over.
-
-        """
-        try:
-            (self.folder / f'{job}.done').write_text(f'{done} {expected or 0}')
-        except FileNotFoundError:
-            raise Stopped from None
-        except OSError:
-            # A full disk shows no progress; the job will fail by itself.
-            with suppress(OSError):
-                (self.folder / f'{job}.done').unlink()
-
-
-class Progress:
-    """Notes the progress of a job, a few times a second."""
-
-    def __init__(self, notes: Notes, job: int) -> None:
-        """Write to ``notes`` as the job of that number."""
-        self._notes = notes
-        self._job = job
-        self._due = 0.0
-
     def __call__(self, done: int, expected: int | None) -> None:
         """
-        Take the number of frames done and expected.
+        Take the number of frames done and expected, and note them a few times a second.
 
         Raises
         ------
@@ -121,6 +85,21 @@ class Progress:
 
         """
         now = time.monotonic()
-        if now >= self._due or done + 1 == expected:
-            self._due = now + _PERIOD_S
-            self._notes.write(self._job, done, expected)
+        if now < self._due and done + 1 != expected:
+            return
+        self._due = now + _PERIOD_S
+        try:
+            self._done.write_text(f'{done} {expected or 0}')
+        except FileNotFoundError:
+            raise Stopped from None
+        except OSError:
+            # A full disk shows no progress; the job will fail by itself.
+            pass
+
+    def fraction(self) -> float:
+        """Return the finished share of the job while it is being run."""
+        try:
+            done, expected = map(int, self._done.read_text().split())
+        except (OSError, ValueError):
+            return 0.0
+        return min(done / expected, 0.99) if expected else 0.0

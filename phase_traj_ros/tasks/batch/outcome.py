@@ -4,14 +4,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from enum import Enum
 from itertools import count
 import time
 
 import numpy as np
-from phase_traj_ros.core import Counters, LengthUnit, Way
 from phase_traj_ros.core.reliability.verdict import Reliability
 from phase_traj_ros.errors import PhaseTrajError
 from phase_traj_ros.io.replay.overview import outline, turn_marks
@@ -49,16 +48,8 @@ class Outcome:
     """Error message, in one line."""
     route: tuple[tuple[float, float], ...] = ()
     """The drawn path, thinned for a thumbnail, in its unit, REP 103 axes."""
-    way: Way = field(default_factory=Way)
-    """Distance travelled; it has no pairs if no distance is measured."""
-    counters: Counters = field(default_factory=Counters)
-    """Numbers of frames that were dropped, skipped or repeated."""
-    missing: int = 0
-    """Number of frames that the source declares and that could not be read."""
-    length_unit: LengthUnit = LengthUnit.METRE
-    """Unit of the distance."""
-    camera: str = ''
-    """Camera in use at the end, and where it is from; empty if it was not used."""
+    facts: Mapping[str, str] = field(default_factory=dict)
+    """What else the summary tells of a result, by the names of its columns."""
 
 
 Progress = Callable[[int, 'int | None'], object]
@@ -79,10 +70,7 @@ def run_request(request: ReplayRequest, progress: Progress) -> Outcome:
     return Outcome(
         source=str(request.source), folder=folder_of(request), status=Status.OK,
         frames=result.frames, turns=len(turn_marks(result)), reliability=result.reliability,
-        seconds=time.monotonic() - began, route=_route(result), way=result.way,
-        counters=result.counters, missing=result.source_frames.missing,
-        length_unit=result.parameters.settings.length_unit,
-        camera='' if result.camera is None else str(result.camera))
+        seconds=time.monotonic() - began, route=_route(result), facts=dict(_facts(result)))
 
 
 def failure(
@@ -111,6 +99,22 @@ def _replay(request: ReplayRequest, progress: Progress) -> Replay:
                 yield frame
 
         return replay_source(source, request, through=counted)
+
+
+def _facts(result: Replay) -> Iterator[tuple[str, str]]:
+    """Yield the distance if it was measured, the frames that were not used, and the camera."""
+    way, counters = result.way, result.counters
+    if way.pairs:
+        yield 'distance', f'{way.distance:.1f}'
+        yield 'distance_unit', result.parameters.settings.length_unit.value
+        yield 'distance_states', ' '.join(
+            f'{state.value}:{count}' for state, count in way.states.items())
+    yield 'missing_frames', str(result.source_frames.missing)
+    yield 'dropped_frames', str(counters.dropped)
+    yield 'skipped_frames', str(counters.skipped)
+    yield 'repeated_frames', str(counters.repeated)
+    if result.camera is not None:
+        yield 'camera', str(result.camera)
 
 
 def _route(result: Replay) -> tuple[tuple[float, float], ...]:

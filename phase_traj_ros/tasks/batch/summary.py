@@ -19,10 +19,12 @@ from phase_traj_ros.tasks.batch.request import REPORT
 CSV_NAME: Final = 'summary.csv'
 HTML_NAME: Final = 'summary.html'
 SUMMARY_NAMES: Final = (CSV_NAME, HTML_NAME)
-COLUMNS: Final = (
-    'source', 'folder', 'status', 'frames', 'turns', 'seconds', 'error', 'reliable', 'reasons',
+_FACTS = (
     'distance', 'distance_unit', 'distance_states',
     'missing_frames', 'dropped_frames', 'skipped_frames', 'repeated_frames', 'camera')
+COLUMNS: Final = (
+    'source', 'folder', 'status', 'frames', 'turns', 'seconds', 'error', 'reliable', 'reasons',
+    *_FACTS)
 
 # Signs that begin a formula.
 _FORMULA = ('=', '+', '-', '@', '\t', '\r')
@@ -58,30 +60,12 @@ def _row(outcome: Outcome) -> list[str]:
         str(outcome.turns), f'{outcome.seconds:.2f}', outcome.error,
         '' if found is None else str(found.reliable).lower(),
         '' if found is None else ' '.join(found.words),
-        *_way_cells(outcome), *_frame_cells(outcome), outcome.camera]
+        *(outcome.facts.get(column, '') for column in _FACTS)]
 
 
 def _as_text(cell: str) -> str:
     """Return a cell that no spreadsheet takes for a formula."""
     return f"'{cell}" if cell.startswith(_FORMULA) else cell
-
-
-def _way_cells(outcome: Outcome) -> tuple[str, str, str]:
-    way = outcome.way
-    if not way.pairs:
-        return '', '', ''
-    return (
-        f'{way.distance:.1f}', outcome.length_unit.value,
-        ' '.join(f'{state.value}:{count}' for state, count in way.states.items()))
-
-
-def _frame_cells(outcome: Outcome) -> tuple[str, str, str, str]:
-    if outcome.status is not Status.OK:
-        return '', '', '', ''
-    counters = outcome.counters
-    return (
-        str(outcome.missing), str(counters.dropped), str(counters.skipped),
-        str(counters.repeated))
 
 
 def _write_html(outcomes: Sequence[Outcome], directory: Path, path: Path) -> None:
@@ -101,7 +85,7 @@ def _write_html(outcomes: Sequence[Outcome], directory: Path, path: Path) -> Non
         numbers=(4, 5, 6, 10, 13, 14, 15, 16), kind='routes')
     write_page(
         path, title='Trajectories', facts=[(name, str(count)) for name, count in facts.items()],
-        content=Markup(f'<main class="card">\n{rows.html}\n</main>'))
+        content=Markup(f'<main class="card">\n{rows}\n</main>'))
 
 
 def _cells(outcome: Outcome, directory: Path) -> list[Cell]:

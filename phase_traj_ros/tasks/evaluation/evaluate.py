@@ -12,8 +12,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from phase_traj_ros.core.codes.codes import Movement
-from phase_traj_ros.core.codes.freeman import AnyDirection
 from phase_traj_ros.core.codes.from_heading import HeadingCode
 from phase_traj_ros.tasks.evaluation.ground_truth import GroundTruth
 from phase_traj_ros.tasks.evaluation.matched_truth import match, MatchedTruth
@@ -26,6 +26,7 @@ from phase_traj_ros.tasks.evaluation.scores import (
     shape_error,
     turn_score,
     TurnScore,
+    way_along,
 )
 
 
@@ -124,23 +125,20 @@ def evaluate(
     true = match(
         truth, drive.stamps_ns, numbers=drive.frame_numbers, counts=drive.source_frames,
         align_start=align_start)
-    steps = np.hypot(*np.diff(true.positions, axis=0).T)
-    heading = None
-    if drive.heading is not None:
-        heading = heading_error(drive.heading[true.frames], true)
-    drawn = drive.drawn_from_heading()
+
+    def shape(drawn: NDArray[np.float64] | None) -> float | None:
+        return None if drawn is None else shape_error(drawn[true.frames], true.positions)
+
     return Evaluation(
         frames=len(true.frames),
-        length_m=float(steps.sum()),
+        length_m=float(way_along(true.positions)[-1]),
         turns=None if drive.turns is None else turn_score(drive.turns, true),
         direction=_direction_score(drive, true),
-        heading_error_deg=heading,
+        heading_error_deg=None if drive.heading is None else heading_error(
+            drive.heading[true.frames], true),
         shape_error=ShapeError(
-            codes=shape_error(drive.drawn_from_codes()[true.frames], true.positions),
-            heading=None if drawn is None else shape_error(
-                drawn[true.frames], true.positions),
-            path=None if drive.path is None else shape_error(
-                drive.path[true.frames], true.positions)),
+            codes=shape(drive.drawn_from_codes()), heading=shape(drive.drawn_from_heading()),
+            path=shape(drive.path)),
         path_errors=_path_errors(drive, true),
     ), true
 
@@ -171,18 +169,18 @@ def _path_errors(drive: ReplayedDrive, true: MatchedTruth) -> PathErrors:
 
 
 def _direction_score(drive: ReplayedDrive, true: MatchedTruth) -> DirectionScore:
-    codes = HeadingCode(connectivity=drive.connectivity)
+    codes = HeadingCode(connectivity=len(drive.directions))
     rates = np.diff(true.headings) / np.diff(true.stamps_ns) * 1e9
-    there: list[AnyDirection] = [drive.directions.FORWARD]
-    for heading, rate in zip(true.headings[1:].tolist(), rates.tolist()):
-        there.append(codes.update(heading, rate).direction)
+    there = [drive.directions.FORWARD, *(
+        codes.update(heading, rate).direction
+        for heading, rate in zip(true.headings[1:].tolist(), rates.tolist()))]
     found = drive.direction_at[true.frames]
     # The ground truth starts with the direction forward, at whichever frame it starts.
     offset = found[0] - drive.directions.FORWARD
     changes = _changes(drive.movement[frame - 1] for frame in true.frames[1:].tolist())
     true_changes = _changes(codes.movement)
     return DirectionScore(
-        agreement=float(np.mean((found - offset) % drive.connectivity == np.array(there))),
+        agreement=float(np.mean((found - offset) % len(drive.directions) == np.array(there))),
         changes=changes, true_changes=true_changes, same_changes=changes == true_changes)
 
 

@@ -25,9 +25,6 @@ from phase_traj_ros.io.sources.times_file import (
 _KITTI_COLUMNS, _TUM_COLUMNS = 12, 8
 # Tolerance of the 3 x 3 part of a KITTI pose as a rotation, and of a quaternion's length.
 _TOLERANCE = 0.02
-# Axes of a body (forward, up): column of its rotation matrix, and sign.
-_ROS_BODY = ((0, 1.0), (2, 1.0))
-_OPTICAL_BODY = ((2, 1.0), (1, -1.0))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -76,15 +73,17 @@ def read_ground_truth(path: Path) -> GroundTruth:
     rotations: NDArray[np.float64]
     if values.shape[1] == _TUM_COLUMNS - 1:
         rotations, places = _from_quaternions(path, values[:, 3:]), values[:, :3]
-        body = _body(rotations, places)
+        optical = _moves_along_z(rotations, places)
     else:
         matrices = values.reshape(-1, 3, 4)
         if stamps_ns is None:
             stamps_ns = _times_beside(path, len(matrices))
         rotations, places = matrices[:, :, :3], matrices[:, :, 3]
         _check_rotations(path, rotations)
-        body = _OPTICAL_BODY
-    return _on_the_ground(rotations, places, body, stamps_ns)
+        optical = True
+    x, y, z = np.moveaxis(rotations, 2, 0)
+    forward, upward = (z, -y) if optical else (x, z)
+    return _on_the_ground(forward, upward, places, stamps_ns)
 
 
 def _read(path: Path) -> tuple[NDArray[np.int64] | None, NDArray[np.float64]]:
@@ -152,24 +151,21 @@ def _check_rotations(path: Path, rotations: NDArray[np.float64]) -> None:
         raise SourceError(f'{path} holds matrices that are not rotations: are these KITTI poses?')
 
 
-def _body(
-    rotations: NDArray[np.float64], places: NDArray[np.float64],
-) -> tuple[tuple[int, float], tuple[int, float]]:
-    """Return which axes of the body point forward and up, judging by the motion."""
+def _moves_along_z(rotations: NDArray[np.float64], places: NDArray[np.float64]) -> bool:
+    """Return whether the body moves along its z axis, as a camera does, rather than along x."""
     steps = np.diff(places, axis=0)
     along_x, _, along_z = np.abs(np.einsum('ni,nij->nj', steps, rotations[:-1]).sum(axis=0))
-    return _OPTICAL_BODY if along_z > along_x else _ROS_BODY
+    return bool(along_z > along_x)
 
 
 def _on_the_ground(
-    rotations: NDArray[np.float64], places: NDArray[np.float64],
-    body: tuple[tuple[int, float], tuple[int, float]], stamps_ns: NDArray[np.int64] | None,
+    forward: NDArray[np.float64], upward: NDArray[np.float64], places: NDArray[np.float64],
+    stamps_ns: NDArray[np.int64] | None,
 ) -> GroundTruth:
-    (forward_axis, forward_sign), (up_axis, up_sign) = body
-    forward = rotations[:, :, forward_axis] * forward_sign
-    tilted = (rotations[:, :, up_axis] * up_sign).mean(axis=0)
-    up = np.zeros(3)
-    up[np.abs(tilted).argmax()] = np.sign(tilted[np.abs(tilted).argmax()])
+    """Return the poses of a body with these axes and places in the world, (N, 3) each."""
+    tilted = upward.mean(axis=0)
+    vertical = np.abs(tilted).argmax()
+    up = np.sign(tilted[vertical]) * np.eye(3)[vertical]
     ahead = forward[0] - (forward[0] @ up) * up
     ahead /= np.linalg.norm(ahead)
     left = np.cross(up, ahead)

@@ -65,8 +65,7 @@ class HeadingError:
 
 def true_turns(true: MatchedTruth) -> list[Turn]:
     """Return the true turns, including those slightly below the smallest angle of a turn."""
-    moved = np.hypot(*np.diff(true.positions, axis=0).T)
-    ways = np.concatenate([[0.0], np.cumsum(moved)]) / TUNING.camera_height
+    ways = way_along(true.positions) / TUNING.camera_height
     return find_turns(
         true.stamps_ns.tolist(), true.headings.tolist(), ways.tolist(),
         min_angle_deg=TUNING.turn_deg - _MARGIN_DEG)

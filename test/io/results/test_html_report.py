@@ -16,7 +16,7 @@ from phase_traj_ros.core import Axes, normalised, to_axes
 from phase_traj_ros.io.replay.overview import overview
 from phase_traj_ros.io.replay.run import replay
 from phase_traj_ros.io.results.figures import write_trajectory_picture
-from phase_traj_ros.io.results.files import write_tum
+from phase_traj_ros.io.results.files import write_results
 from phase_traj_ros.io.results.report import report as html_report
 from phase_traj_ros.io.results.report.page import filled, Markup, script_json, table
 from phase_traj_ros.io.results.report.report import write_report
@@ -298,7 +298,7 @@ def test_the_path_is_the_one_that_is_written(browser, turned, tmp_path, values):
     camera, frames = turned
     result = report(
         tmp_path / 'report.html', frames, parameters=Parameters(focal_px=camera.fx, **values))
-    write_tum(result, tmp_path / 'trajectory.tum')
+    write_results(result, tmp_path)
     written = np.loadtxt(tmp_path / 'trajectory.tum')[:, 1:3]
     written = normalised(to_axes(written, Axes.FIGURE))
     page = browser.page(tmp_path / 'report.html', before=NOTE_LINES)
@@ -321,9 +321,9 @@ def test_the_path_is_the_one_that_is_written(browser, turned, tmp_path, values):
 def test_pieces_of_pages():
     assert filled('{{a}}{{b}}', {'a': '{{b}}<', 'b': Markup('<i>')}) == '{{b}}&lt;<i>'
     assert '<td>&lt;x&gt;</td><td class=number>1</td>' in table(
-        [('<x>', '1')], numbers=(1,)).html
+        [('<x>', '1')], numbers=(1,))
     hostile = {'</script><!--': '&\u2028'}
-    text = script_json(hostile).html
+    text = script_json(hostile)
     assert not set(text) & set('<>&') and json.loads(text) == hostile
 
 

@@ -9,7 +9,6 @@ import cv2
 import numpy as np
 from phase_traj_ros.core import Movement, TrajectoryEstimator
 from phase_traj_ros.core.path.thinning import Thinned
-from phase_traj_ros.io.replay.data_health import data_health
 from phase_traj_ros.io.replay.overview import extremes, outline, overview
 from phase_traj_ros.io.replay.run import replay
 from phase_traj_ros.io.results.debug_picture import as_shown, draw
@@ -45,10 +44,8 @@ def test_overview(watched):
     assert len(shown.path) == len(SHIFTS) + 1
     left, right = shown.turns
     assert (left.number, left.side, left.pair, left.end_pair) == (1, Movement.LEFT, 3, 5)
-    assert (left.start_s, left.end_s, left.corner) == (
-        pytest.approx(0.3), pytest.approx(0.6), (3, 0))
+    assert (left.start_s, left.end_s) == (pytest.approx(0.3), pytest.approx(0.6))
     assert (right.number, right.side, right.pair, right.end_pair) == (2, Movement.RIGHT, 9, 10)
-    assert right.corner == (3, 4)
 
 
 def test_the_text_of_the_debug_image_has_an_outline_of_equal_width():
@@ -88,12 +85,11 @@ def test_health_counts_what_is_missing():
     frames = [*frames[:4], *frames[5:8], frames[7], *frames[10:]]
     frames[-1] = StampedFrame(np.zeros((96, 160), np.uint8), frames[-1].stamp_ns)
     result = replay(frames, Parameters(threshold=16.0), source='')
-    health = data_health(overview(result))
-    assert (result.frames, health.seconds) == (10, pytest.approx(1.2))
-    assert (health.interval_s, health.longest_interval_s) == (
-        pytest.approx(0.1), pytest.approx(0.3))
-    assert (health.dropped, result.counters.repeated, result.counters.time_resets) == (3, 1, 0)
-    assert health.low_responses == 1 and health.response > 0.2
+    shown = overview(result)
+    assert (result.frames, shown.seconds[-1]) == (10, pytest.approx(1.2))
+    assert (shown.interval_s, shown.intervals.max()) == (pytest.approx(0.1), pytest.approx(0.3))
+    assert (shown.missing, result.counters.repeated, result.counters.time_resets) == (3, 1, 0)
+    assert shown.low_responses == 1 and shown.median_response > 0.2
 
 
 @pytest.mark.parametrize('offered', [0, 1, 10, 11, 25, 1000])

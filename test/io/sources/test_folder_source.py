@@ -8,7 +8,7 @@ import numpy as np
 from phase_traj_ros.core.camera.model import CameraModel
 from phase_traj_ros.errors import SourceError
 from phase_traj_ros.io import open_source, Selection
-from phase_traj_ros.io.images.picture_file import PICTURE_SUFFIXES
+from phase_traj_ros.io.images.decoding import PICTURE_SUFFIXES
 from phase_traj_ros.io.outputs.outputs import output_directory
 from phase_traj_ros.io.sources.folder import natural_key
 from phase_traj_ros.io.sources.times_file import read_times

@@ -4,7 +4,7 @@
 
 from hypothesis import given, strategies as st
 from phase_traj_ros.errors import ParameterError
-from phase_traj_ros.io.sources.selection import Choice, Selection, Selector
+from phase_traj_ros.io.sources.selection import Selection, Selector
 import pytest
 
 TENTH = 100_000_000
@@ -13,13 +13,7 @@ TENTH = 100_000_000
 def selected(selection, stamps):
     """Return the indices of the selected frames."""
     selector = Selector(selection)
-    used = []
-    for index, stamp in enumerate(stamps):
-        choice = selector.judge(stamp)
-        if choice is Choice.STOP:
-            break
-        if choice is Choice.USE:
-            used.append(index)
+    used = [index for index, stamp in enumerate(stamps) if selector.judge(stamp)]
     assert selector.used == len(used)
     return used
 
@@ -71,10 +65,12 @@ def test_wrong_stamp_does_not_end_the_selection():
 def test_reading_ends_soon_after_the_selection():
     selector = Selector(Selection(duration=1.0))
     stamps = iter(range(0, 10 ** 15, TENTH))
-    while selector.judge(next(stamps)) is not Choice.STOP:
-        pass
+    while not selector.over:
+        selector.judge(next(stamps))
     assert selector.used == 10
     assert selector.seen == 10 + Selector.PATIENCE + 1
+    # A looped bag comes back.
+    assert not selector.judge(0)
 
 
 @given(

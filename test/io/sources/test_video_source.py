@@ -133,8 +133,15 @@ def test_positions_count_where_they_increase(fake):
     assert read(path, fps=5)[0] == [0, 2 * TENTH, 4 * TENTH, 6 * TENTH]
 
 
+def test_absurd_positions_do_not_count(fake):
+    path = fake([GREY] * 5, {
+        cv2.CAP_PROP_FPS: 10.0,
+        cv2.CAP_PROP_POS_MSEC: [-1.0, float('nan'), float('inf'), 1e13, 1e300]})
+    assert read(path)[0] == [index * TENTH for index in range(5)]
+
+
 @given(
-    st.lists(st.one_of(st.floats(), st.floats(0, 1e6)), max_size=30),
+    st.lists(st.one_of(st.none(), st.integers(), st.integers(0, 10 ** 12)), max_size=30),
     st.floats(0.1, 1000))
 def test_stamps_increase_whatever_the_positions(positions, fps):
     clock = VideoClock(fps)
@@ -145,7 +152,7 @@ def test_stamps_increase_whatever_the_positions(positions, fps):
 
 def test_clock_without_positions():
     clock = VideoClock(30.0)
-    assert [clock.stamp_ns(0.0) for _ in range(31)][-1] == 10 ** 9
+    assert [clock.stamp_ns(None) for _ in range(31)][-1] == 10 ** 9
 
 
 def test_frame_that_cannot_be_decoded(fake):

@@ -3,16 +3,19 @@
 """Many sources: their requests, outcomes and summary."""
 
 import csv
+from dataclasses import replace
 from pathlib import Path
 
 import cv2
 from far_scene import turned_drive
 import numpy as np
-from phase_traj_ros.core import Counters, LengthUnit, Travel, TravelState, Way
+from phase_traj_ros.core import Counters, Travel, TravelState, Way
 from phase_traj_ros.core.reliability.reason import Reason
 from phase_traj_ros.core.reliability.verdict import Reliability
 from phase_traj_ros.errors import OutputError
+from phase_traj_ros.io.sources.base import SourceFrames
 from phase_traj_ros.parameters import Parameters
+from phase_traj_ros.tasks.batch.job import replay_source
 from phase_traj_ros.tasks.batch.outcome import failure, Outcome, run_request, Status
 from phase_traj_ros.tasks.batch.request import batch_of, folder_names, ReplayRequest
 from phase_traj_ros.tasks.batch.summary import COLUMNS, write_summary
@@ -46,6 +49,25 @@ def test_the_outcome_of_a_job(tmp_path, root):
     assert outcome.seconds > 0 and outcome.error == ''
     assert files_in(root / 'drive') == FILES
     assert seen == [(number, len(SHIFTS) + 1) for number in range(len(SHIFTS) + 1)]
+
+
+def test_what_the_summary_tells_of_a_result(tmp_path, monkeypatch):
+    job = ReplayRequest(
+        source=write_rolled(tmp_path / 'drive'), parameters=Parameters(threshold=16.0))
+    with job.opened() as source:
+        result = replay_source(source, job)
+    way = Way()
+    way.add(Travel(2.5, 0.1, TravelState.MEASURED), 0.1)
+    result = replace(
+        result, way=way, counters=Counters(dropped=3, skipped=2, repeated=1),
+        source_frames=SourceFrames(declared=9, read=5))
+    monkeypatch.setattr(
+        'phase_traj_ros.tasks.batch.outcome.replay_source', lambda *_, **__: result)
+    assert run_request(job, lambda *_: None).facts == {
+        'distance': '2.5', 'distance_unit': 'camera heights',
+        'distance_states': 'measured:1 bridged:0 standing:0 given:0 unknown:0',
+        'missing_frames': '4', 'dropped_frames': '3', 'skipped_frames': '2',
+        'repeated_frames': '1'}
 
 
 def test_a_route_along_the_heading_has_few_points_too(tmp_path, root):
@@ -129,15 +151,12 @@ def test_the_summary(tmp_path):
     (tmp_path / 'x <b>').mkdir()
     (tmp_path / 'x <b>' / 'report.html').touch()
     job = ReplayRequest(source=Path('bad,"\n.mp4'), output=tmp_path / 'bad')
-    way = Way()
-    way.add(Travel(2.5, 0.1, TravelState.MEASURED), 0.1)
     outcomes = [
         Outcome(
             source='x <b>.mp4', folder='x <b>', status=Status.OK, frames=9, turns=1, seconds=1.239,
             route=((0, 0), (4, 0), (4, 4)),
-            reliability=Reliability((Reason.MANY_CUTS, Reason.CAMERA_NOT_KNOWN)), way=way,
-            counters=Counters(dropped=3, skipped=2, repeated=1), missing=4,
-            length_unit=LengthUnit.CAMERA_HEIGHT, camera='field of view 75 degrees, assumed'),
+            reliability=Reliability((Reason.MANY_CUTS, Reason.CAMERA_NOT_KNOWN)), facts={
+                'distance': '2.5', 'distance_unit': 'camera heights', 'missing_frames': '4'}),
         failure(job, 'it is\n<i>bad</i>', seconds=0.5),
         failure(job, 'not done', status=Status.INTERRUPTED),
     ]
@@ -147,9 +166,7 @@ def test_the_summary(tmp_path):
     assert rows == [
         list(COLUMNS),
         ['x <b>.mp4', 'x <b>', 'ok', '9', '1', '1.24', '', 'false',
-         'many_cuts camera_not_known', '2.5', 'camera heights',
-         'measured:1 bridged:0 standing:0 given:0 unknown:0', '4', '3', '2', '1',
-         'field of view 75 degrees, assumed'],
+         'many_cuts camera_not_known', '2.5', 'camera heights', '', '4', *[''] * 4],
         ['bad,"\n.mp4', 'bad', 'failed', '0', '0', '0.50', 'it is <i>bad</i>', *[''] * 10],
         ['bad,"\n.mp4', 'bad', 'interrupted', '0', '0', '0.00', 'not done', *[''] * 10]]
     assert COLUMNS[:7] == ('source', 'folder', 'status', 'frames', 'turns', 'seconds', 'error')

@@ -5,7 +5,6 @@
 import json
 import multiprocessing
 import os
-import shutil
 import signal
 import sys
 
@@ -15,7 +14,7 @@ from phase_traj_ros.parameters import Parameters
 from phase_traj_ros.tasks.batch import cluster
 from phase_traj_ros.tasks.batch.cluster import dask_executor
 from phase_traj_ros.tasks.batch.engine import Batch
-from phase_traj_ros.tasks.batch.notes import Notes, Progress, Stopped
+from phase_traj_ros.tasks.batch.notes import folder_of_notes, Note, stop_jobs, Stopped
 from phase_traj_ros.tasks.batch.outcome import Status
 from phase_traj_ros.tasks.batch.processes import IsolatedProcesses
 from phase_traj_ros.tasks.batch.request import batch_of, ReplayRequest
@@ -195,20 +194,21 @@ def test_processes_block_the_signals_from_their_first_moment():
 
 
 def test_notes_tell_of_progress_attempts_and_the_end(tmp_path):
-    with Notes.in_folder(tmp_path / 'new', 'x-') as notes:
-        assert [notes.begin(0), notes.begin(0), notes.begin(1)] == [0, 1, 0]
-        assert notes.fraction(0) == 0
-        Progress(notes, 0)(2, 8)
-        assert notes.fraction(0) == 0.25
-        Progress(notes, 0)(8, 8)
-        assert notes.fraction(0) == 0.99
-        Progress(notes, 1)(3, None)
-        assert notes.fraction(1) == 0
-        shutil.rmtree(notes.folder)
+    with folder_of_notes(tmp_path / 'new', 'x-') as folder:
+        first, second = Note(folder, 0), Note(folder, 1)
+        assert [first.begin(), first.begin(), second.begin()] == [0, 1, 0]
+        assert first.fraction() == 0
+        first(2, 8)
+        assert first.fraction() == 0.25
+        Note(folder, 0)(8, 8)
+        assert first.fraction() == 0.99
+        second(3, None)
+        assert second.fraction() == 0
+        stop_jobs(folder)
         with pytest.raises(Stopped):
-            Progress(notes, 0)(3, 8)
+            Note(folder, 0)(3, 8)
         with pytest.raises(Stopped):
-            notes.begin(0)
+            first.begin()
 
 
 def test_no_scheduler(monkeypatch):

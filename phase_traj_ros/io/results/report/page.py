@@ -4,7 +4,6 @@
 
 import base64
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 import hashlib
 from html import escape
 from importlib.resources import files
@@ -18,11 +17,8 @@ _TOKEN = re.compile(r'\{\{(\w+)\}\}')
 _SUFFIX_TYPES = {'.png': 'image/png', '.jpg': 'image/jpeg', '.svg': 'image/svg+xml'}
 
 
-@dataclass(frozen=True, slots=True)
-class Markup:
+class Markup(str):
     """Text that is HTML already; any other text is escaped."""
-
-    html: str
 
 
 Cell = str | Markup
@@ -30,7 +26,7 @@ Cell = str | Markup
 
 def html_of(cell: Cell) -> str:
     """Return a cell as HTML."""
-    return cell.html if isinstance(cell, Markup) else escape(cell)
+    return cell if isinstance(cell, Markup) else escape(cell)
 
 
 def template(name: str) -> str:
@@ -93,7 +89,7 @@ def write_page(
         'style': Markup(filled(template('style.css'), {
             'light': Markup(LIGHT.css()), 'dark': Markup(DARK.css())})),
         'scripts': Markup(f"'sha256-{digest}'" if script else "'none'"),
-        'content': Markup(content.html + end)})
+        'content': Markup(content + end)})
     path.write_bytes(page.encode('utf-8', 'backslashreplace'))
 
 

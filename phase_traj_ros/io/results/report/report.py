@@ -3,14 +3,13 @@
 """Writes the report of a replay as a self-contained HTML file."""
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from html import escape
 from pathlib import Path
 from typing import Any
 
 from phase_traj_ros.core import CodeSeries, CodeSource, Direction, Movement
-from phase_traj_ros.io.replay.data_health import data_health, DataHealth, LOW_RESPONSE
-from phase_traj_ros.io.replay.overview import Overview, overview, TurnMark
+from phase_traj_ros.io.replay.overview import LOW_RESPONSE, Overview, overview, TurnMark
 from phase_traj_ros.io.replay.run import Replay
 from phase_traj_ros.io.results.content import versions
 from phase_traj_ros.io.results.report.page import (
@@ -40,32 +39,18 @@ def write_report(
     thumbnails: Sequence[Thumbnail] = (), left_out: bytes | None = None,
 ) -> None:
     """
-    Write the report.
+    Write the report, headed by ``title``.
 
-    Parameters
-    ----------
-    result
-        The replay.
-    path
-        The file to write.
-    title
-        Heading of the report, such as the name of the source.
-    picture
-        File of the picture to embed, .png or .svg.
-    thumbnails
-        Frames to show at the cursor.
-    left_out
-        JPEG picture of the areas that were left out as fixed to the camera; None if there are
-        none.
-
+    ``picture`` is the file of the picture to embed, .png or .svg. ``thumbnails`` are frames to
+    show at the cursor. ``left_out`` is a JPEG picture of the areas that were left out as fixed to
+    the camera; None if there are none.
     """
     shown = overview(result)
-    health = data_health(shown)
     content = filled(template('report.html'), {
         'legend': _legend(),
         'turns': _turns(shown.turns),
         'trust': _trust(result, left_out),
-        'health': _health(result, health),
+        'health': _health(result, shown),
         'settings': _settings(result),
         'codes': _codes(result),
         'picture': data_uri(picture.read_bytes(), picture.suffix),
@@ -74,40 +59,29 @@ def write_report(
             f'{name} {version}' for name, version in versions().items()),
     })
     write_page(
-        path, title=title, source=result.source, facts=_facts(result, shown, health),
+        path, title=title, source=result.source, facts=_facts(result, shown),
         content=Markup(content), script=template('report.js'))
 
 
-def _facts(
-    result: Replay, shown: Overview, health: DataHealth,
-) -> list[tuple[str, str]]:
-    return [
-        ('frames', f'{result.frames}'),
-        ('seconds', f'{health.seconds:.1f}'),
-        ('frames per second', f'{1 / health.interval_s:.3g}'),
-        ('turns', f'{len(shown.turns)}'),
-        ('movement codes', f'{len(result.movement)}'),
-        ('direction codes', f'{len(result.direction)}'),
-        *_way(result),
-        *_threshold(result),
-        ('reliable', 'yes' if result.reliability.reliable else 'no'),
-        ('median response', f'{health.response:.3f}'),
-    ]
-
-
-def _way(result: Replay) -> list[tuple[str, str]]:
-    if not result.way.pairs:
-        return []
-    unit = result.parameters.settings.length_unit.value
-    links = [] if result.links is None else [('links', str(len(result.links.series)))]
-    return [(f'distance, {unit}', f'{result.way.distance:.1f}'), *links]
-
-
-def _threshold(result: Replay) -> list[tuple[str, str]]:
-    if result.threshold_px is None:
+def _facts(result: Replay, shown: Overview) -> Iterator[tuple[str, str]]:
+    yield 'frames', f'{result.frames}'
+    yield 'seconds', f'{shown.seconds[-1]:.1f}'
+    yield 'frames per second', f'{1 / shown.interval_s:.3g}'
+    yield 'turns', f'{len(shown.turns)}'
+    yield 'movement codes', f'{len(result.movement)}'
+    yield 'direction codes', f'{len(result.direction)}'
+    if result.way.pairs:
+        unit = result.parameters.settings.length_unit.value
+        yield f'distance, {unit}', f'{result.way.distance:.1f}'
+        if result.links is not None:
+            yield 'links', f'{len(result.links.series)}'
+    if result.threshold_px is not None:
+        yield 'threshold, px per frame', f'{result.threshold_px:.4g}'
+    else:
         auto = result.parameters.settings.code_source is CodeSource.AUTO
-        return [('codes from', 'the turns' if auto else 'the heading')]
-    return [('threshold, px per frame', f'{result.threshold_px:.4g}')]
+        yield 'codes from', 'the turns' if auto else 'the heading'
+    yield 'reliable', 'yes' if result.reliability.reliable else 'no'
+    yield 'median response', f'{shown.median_response:.3f}'
 
 
 def _legend() -> Markup:
@@ -156,16 +130,16 @@ def _warning(sentence: str) -> str:
     return f'<p class="warn">{escape(sentence[0].upper() + sentence[1:])}</p>'
 
 
-def _health(result: Replay, health: DataHealth) -> Markup:
+def _health(result: Replay, shown: Overview) -> Markup:
+    longest_s = float(shown.intervals.max())
     pairs, counters = len(result.updates), result.counters
     statuses = Counter(update.status.value for update in result.updates)
     rows = [
-        ('time between frames', _milliseconds(health.interval_s), False),
-        ('longest', _milliseconds(health.longest_interval_s),
-         health.longest_interval_s > 1.5 * health.interval_s),
-        ('missing frames, by the stamps', str(health.dropped), health.dropped > 0),
-        (f'response below {LOW_RESPONSE:g}', _share(health.low_responses, pairs),
-         health.low_responses > 0),
+        ('time between frames', _milliseconds(shown.interval_s), False),
+        ('longest', _milliseconds(longest_s), longest_s > 1.5 * shown.interval_s),
+        ('missing frames, by the stamps', str(shown.missing), shown.missing > 0),
+        (f'response below {LOW_RESPONSE:g}', _share(shown.low_responses, pairs),
+         shown.low_responses > 0),
         ('repeated frames', str(counters.repeated), counters.repeated > 0),
         ('frames with a stamp out of order', str(counters.dropped), counters.dropped > 0),
         ('unreadable frames', str(counters.skipped), counters.skipped > 0),
@@ -185,11 +159,12 @@ def _health(result: Replay, health: DataHealth) -> Markup:
 def _settings(result: Replay) -> Markup:
     parameters, changed = result.parameters, result.parameters.changed
     camera = '' if result.camera is None else f'<p>Camera: {escape(str(result.camera))}.</p>'
-    note = Markup('<p>All parameters have their defaults.</p>')
-    every = _setting_rows(parameters, specs())
+    rows = (
+        _setting_rows(parameters, changed) if changed
+        else '<p>All parameters have their defaults.</p>')
     return Markup(
-        camera + (_setting_rows(parameters, changed) if changed else note).html
-        + f'<details><summary>All parameters</summary>{every.html}</details>')
+        f'{camera}{rows}<details><summary>All parameters</summary>'
+        f'{_setting_rows(parameters, specs())}</details>')
 
 
 def _setting_rows(parameters: Parameters, listed: Sequence[Spec]) -> Markup:
@@ -199,24 +174,15 @@ def _setting_rows(parameters: Parameters, listed: Sequence[Spec]) -> Markup:
 
 
 def _codes(result: Replay) -> Markup:
-    movement, direction = result.codes.movement, result.codes.direction
-    return Markup(
-        f'<p class="runs">movement ({len(movement)}): {_runs(movement)}</p>'
-        f'<p class="runs">direction ({len(direction)}): {_runs(direction)}</p>'
-        f'{_links(result)}')
-
-
-def _links(result: Replay) -> str:
-    if result.links is None:
-        return ''
-    series, unit = result.links.series, result.parameters.settings.length_unit.value
-    return (
-        f'<p class="runs">links of {result.links.step:g} {escape(unit)} ({len(series)}):'
-        f' {_runs(series)}</p>')
-
-
-def _runs(series: CodeSeries[Any]) -> str:
-    return ' '.join(f'{int(run.code)}×{run.count}' for run in series.runs)
+    listed: list[tuple[str, CodeSeries[Any]]] = [
+        ('movement', result.codes.movement), ('direction', result.codes.direction)]
+    if result.links is not None:
+        unit = result.parameters.settings.length_unit.value
+        listed.append((f'links of {result.links.step:g} {unit}', result.links.series))
+    return Markup(''.join(
+        f'<p class="runs">{escape(name)} ({len(series)}):'
+        f' {" ".join(f"{int(run.code)}×{run.count}" for run in series.runs)}</p>'
+        for name, series in listed))
 
 
 def _milliseconds(seconds: float) -> str:

@@ -10,8 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from phase_traj_ros.core import Axes, Direction, Freeman, Movement, normalised, to_axes
 from phase_traj_ros.core.codes.freeman import to_four
-from phase_traj_ros.io.replay.data_health import LOW_RESPONSE
-from phase_traj_ros.io.replay.overview import Overview
+from phase_traj_ros.io.replay.overview import LOW_RESPONSE, Overview
 from phase_traj_ros.io.replay.run import Replay
 from phase_traj_ros.io.results.report.page import data_uri
 from phase_traj_ros.io.results.thumbnails import Thumbnail

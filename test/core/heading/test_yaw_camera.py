@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What a compass learns of the camera while it drives, and what it does with it."""
+"""What is learned of a camera while it drives, and what a compass does with it."""
 
 from dataclasses import replace
 import math
