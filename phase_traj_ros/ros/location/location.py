@@ -73,11 +73,11 @@ class Location:
             A package is missing that the map or a message needs.
 
         """
-        if not values.measures_heading or not values.codes_from_heading:
+        if not values.settings.by_heading:
             raise ParameterError(
                 f"parameter 'map_file' is {values.map_file!r}: it needs the measured heading and"
                 ' distance, so leave code_source auto, without a threshold')
-        if values.publish_map_tf and not values.metric:
+        if values.publish_map_tf and not values.settings.metric:
             raise ParameterError(
                 "parameter 'publish_map_tf' is true, but the odometry is not in metres: give"
                 ' camera_height or a speed')
@@ -91,7 +91,7 @@ class Location:
             Path(values.map_file).expanduser(), Roads(values.map_roads),
             datum=_datum(values.map_datum))
         self._worker = LocatorWorker(MapLocator(
-            self._roads.road_map, scale=IN_METRES if values.metric else IN_HEIGHTS))
+            self._roads.road_map, scale=IN_METRES if values.settings.metric else IN_HEIGHTS))
         try:
             self._fix = entities.create_publisher(NavSatFix, '~/fix', _PER_PAIR)
             self._odom = entities.create_publisher(OdometryMessage, '~/odom_map', _PER_PAIR)

@@ -87,7 +87,7 @@ def odometry_of(result: Replay) -> DriveOdometry:
         raise SourceError(f'{result.source} {_NO_DISTANCE}')
     return _joined(
         result.source, result.first_stamp_ns, pairs,
-        metric=result.parameters.length_unit is LengthUnit.METRE)
+        metric=result.parameters.settings.length_unit is LengthUnit.METRE)
 
 
 def read_odometry(path: Path) -> DriveOdometry:
