@@ -18,7 +18,7 @@ from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument, OpaqueFunction
 from launch_ros.actions import LifecycleNode, Node
 from phase_traj_ros.parameters import NODE_NAME
-from phase_traj_ros.ros.startup.launch_arguments import ARGUMENTS, node_start, Surroundings
+from phase_traj_ros.ros.startup.launch_arguments import ARGUMENTS, node_start
 
 CONFIG = Path(__file__).resolve().parent.parent / 'config'
 RESPAWN_DELAY_S = 2.0
@@ -29,21 +29,22 @@ def generate_launch_description():
     """Return the arguments, and the function that makes the nodes from them."""
     return LaunchDescription([
         *(DeclareLaunchArgument(
-            name, default_value=argument.default, description=argument.description)
-          for name, argument in ARGUMENTS.items()),
+            name, default_value=default, description=description)
+          for name, (default, description) in ARGUMENTS.items()),
         OpaqueFunction(function=nodes)])
 
 
 def nodes(context):
     """Return the nodes; raise ParameterError for wrong arguments before a node starts."""
     configured = context.launch_configurations
-    start = node_start(configured, Surroundings(
+    start = node_start(
+        configured,
         namespace=configured.get('ros_namespace') or '',
         # The first matching remapping is applied.
         remappings=dict(reversed(configured.get('ros_remaps', []))),
-        params=tuple(each if isinstance(each, tuple) else Path(each)
-                     for each in configured.get('global_params', []))))
-    kind = LifecycleNode if start.lifecycle else Node
+        params=[each if isinstance(each, tuple) else Path(each)
+                for each in configured.get('global_params', [])])
+    kind = LifecycleNode if start.flags['lifecycle'] else Node
     node = kind(
         package='phase_traj_ros', executable='phase_traj_node', name=start.name,
         namespace=start.namespace, output='screen',
@@ -51,8 +52,8 @@ def nodes(context):
                     *([dict(start.own)] if start.own else [])],
         # Before the remappings of a parent: the first matching one is applied.
         ros_arguments=start.ros_arguments,
-        respawn=start.respawn, respawn_delay=RESPAWN_DELAY_S)
-    return [*([rviz(start)] if start.rviz else []), node]
+        respawn=start.flags['respawn'], respawn_delay=RESPAWN_DELAY_S)
+    return [*([rviz(start)] if start.flags['rviz'] else []), node]
 
 
 def rviz(start):
@@ -63,9 +64,10 @@ def rviz(start):
         raise RuntimeError(
             'rviz is true, but the package rviz2 is not installed: sudo apt install'
             ' ros-$ROS_DISTRO-rviz2, or leave rviz out') from None
+    prefix = f'{start.namespace.rstrip("/")}/{start.name}'
     return Node(
         package='rviz2', executable='rviz2', name='rviz2',
         arguments=['-d', str(CONFIG / 'phase_traj.rviz'), '-f', start.frame],
-        parameters=[{'use_sim_time': True}] if start.use_sim_time else [],
+        parameters=[{'use_sim_time': True}] if start.flags['use_sim_time'] else [],
         # The file names the topics of a node without namespace.
-        remappings=[(f'/{NODE_NAME}/{topic}', f'{start.full_name}/{topic}') for topic in SHOWN])
+        remappings=[(f'/{NODE_NAME}/{topic}', f'{prefix}/{topic}') for topic in SHOWN])

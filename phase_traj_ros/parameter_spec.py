@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from enum import Enum
 import sys
 from types import MappingProxyType
-from typing import Any, cast, Final, TypeAlias
+from typing import Any, Final, TypeAlias
 
 from phase_traj_ros.errors import ParameterError
 
@@ -54,13 +54,12 @@ class Spec:
     """Name of the field of ``Parameters``."""
     default: Value
     description: str
-    unit: str
-    minimum: float | None
-    maximum: float | None
-    step: int
-    choices: tuple[str, ...]
-    read_only: bool
-    group: Group
+    unit: str = ''
+    minimum: float | None = None
+    maximum: float | None = None
+    choices: tuple[Value, ...] = ()
+    read_only: bool = False
+    group: Group = Group.REST
 
     def check(self, value: object) -> None:
         """
@@ -74,12 +73,17 @@ class Spec:
         """
         if type(value) is not type(self.default):
             article = 'an' if self.type == 'integer' else 'a'
+            hint = f', such as {value}.0' if self.type == 'double' and type(value) is int else ''
             raise ParameterError(
-                f'parameter {self.name!r} is {value!r}: give {article} {self.type}'
-                f'{self._hint(value)}')
-        if value not in self.choices if self.choices else not self._in_range(value):
+                f'parameter {self.name!r} is {value!r}: give {article} {self.type}{hint}')
+        if not self._allows(value):
             raise ParameterError(
                 f'parameter {self.name!r} is {value!r}: give {self.allowed}')
+
+    def _allows(self, value: Any) -> bool:
+        if self.minimum is None or self.maximum is None:
+            return not self.choices or value in self.choices
+        return bool(self.minimum <= value <= self.maximum)
 
     @property
     def name(self) -> str:
@@ -102,39 +106,14 @@ class Spec:
     def allowed(self) -> str:
         """Return the range or the choices as text; empty if any value is allowed."""
         if self.choices:
-            return 'one of ' + ', '.join(self.choices)
+            return 'one of ' + ', '.join(map(str, self.choices))
         if self.minimum is None:
             return ''
         if self.is_open:
             return 'a finite number of 0 or more'
-        if self.step > 1:
-            return f'{self.minimum:.12g} to {self.maximum:.12g} in steps of {self.step}'
         return f'{self.minimum:.12g} to {self.maximum:.12g}'
 
-    def _hint(self, value: object) -> str:
-        """Return how to write a number that is not yet a double, such as 3 and 1e1."""
-        if self.type != 'double' or type(value) not in (int, str):
-            return ''
-        try:
-            meant = repr(float(cast('int | str', value)))
-        except (OverflowError, ValueError):
-            return ''
-        return f', such as {meant}' if '.' in meant else ''
 
-    def _in_range(self, value: object) -> bool:
-        if self.minimum is None or self.maximum is None:
-            return True
-        return (
-            isinstance(value, (int, float)) and self.minimum <= value <= self.maximum
-            and (self.step == 1 or (value - self.minimum) % self.step == 0))
-
-
-def parameter(
-    default: Value, description: str, *, unit: str = '', minimum: float | None = None,
-    maximum: float | None = None, step: int = 1, choices: tuple[str, ...] = (),
-    read_only: bool = False, group: Group = Group.REST,
-) -> Any:
-    """Return the field of a dataclass that declares a parameter, see ``Spec``."""
-    return field(default=default, metadata={
-        'description': description, 'unit': unit, 'minimum': minimum, 'maximum': maximum,
-        'step': step, 'choices': choices, 'read_only': read_only, 'group': group})
+def parameter(default: Value, description: str, **details: Any) -> Any:
+    """Return the field of a dataclass that declares a parameter; for the details, see ``Spec``."""
+    return field(default=default, metadata={'description': description, **details})

@@ -8,9 +8,8 @@ This module does not use rclpy. ``phase_traj_ros.ros.declare`` declares the tabl
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, fields, MISSING, replace
+from dataclasses import dataclass, fields, replace
 from difflib import get_close_matches
-from enum import Enum
 from functools import cache, cached_property
 from typing import Any, cast, Final
 
@@ -20,7 +19,6 @@ from phase_traj_ros.core.camera.lens_family import PINHOLE, STRAIGHTNESS_RANGE
 from phase_traj_ros.core.camera.model import CameraModel
 from phase_traj_ros.core.correlation.quality import GateSettings, StillnessSettings
 from phase_traj_ros.core.path.speed import MOST_SPEED
-from phase_traj_ros.core.path.way import LengthUnit
 from phase_traj_ros.core.settings import CodeSource, PathSource
 from phase_traj_ros.errors import ParameterError
 from phase_traj_ros.parameter_spec import (
@@ -45,13 +43,6 @@ _MAX_RUNS = 100_000
 _MAX_SPEEDS = 10_000
 
 
-class Transport(Enum):
-    """Transport of the images."""
-
-    RAW = 'raw'
-    COMPRESSED = 'compressed'
-
-
 @dataclass(frozen=True, kw_only=True)
 class Parameters:
     """
@@ -65,9 +56,8 @@ class Parameters:
     """
 
     image_transport: str = parameter(
-        Transport.RAW.value, 'Images to subscribe to: raw images on image, or compressed images'
-        ' on image/compressed.', choices=tuple(each.value for each in Transport),
-        read_only=True, group=Group.VEHICLE)
+        'raw', 'Images to subscribe to: raw images on image, or compressed images on'
+        ' image/compressed.', choices=('raw', 'compressed'), read_only=True, group=Group.VEHICLE)
     threshold: float = parameter(
         0.0, 'Horizontal shift between two frames from which a pair is a turn, as in the paper.'
         f' 0 leaves the choice to code_source; with code_source shift, 0 is {PAPER_THRESHOLD:g}.',
@@ -80,7 +70,7 @@ class Parameters:
         choices=tuple(each.value for each in CodeSource), read_only=True, group=Group.VEHICLE)
     connectivity: int = parameter(
         4, 'Number of directions of the direction code: 4 as in the paper, or 8 (Freeman). 8'
-        ' requires code_source heading.', minimum=4, maximum=8, step=4, read_only=True)
+        ' requires code_source heading.', choices=(4, 8), read_only=True)
     focal_px: float = parameter(
         0.0, 'Focal length of the camera in pixels of the full image. The heading and the turns'
         ' are measured with it. 0 if unknown.', unit='px', minimum=0.0, maximum=1e6,
@@ -193,26 +183,24 @@ class Parameters:
         """Check every value against its declaration."""
         for spec in specs():
             spec.check(self.value(spec))
-        for name in ('frame_id', 'child_frame_id'):
-            frame = getattr(self, name)
-            if name == 'frame_id' and not frame:
-                continue
-            if not frame or frame.startswith('/') or frame != frame.strip():
-                raise ParameterError(
-                    f'parameter {name!r} is {frame!r}: give the name of a frame, without a leading'
-                    ' slash')
-        frames = {self.frame_id} if self.frame_id else {_ODOM, _UNSCALED}
-        if self.child_frame_id in frames and (self.publish_tf or self.metric):
-            raise ParameterError(
-                f"parameters 'frame_id' and 'child_frame_id' are both {self.child_frame_id!r}:"
-                ' give them different names')
         if self.speed > 0 and self.use_speed_topic:
             raise ParameterError(
                 "parameters 'speed' and 'use_speed_topic' are both set: give one of them")
         try:
-            self.estimator_settings()
+            settings = self.settings
         except ValueError as error:
             raise ParameterError(f'the parameters are not consistent: {error}') from None
+        for name, frame in (
+                ('frame_id', self.odom_frame), ('child_frame_id', self.child_frame_id)):
+            if not frame or frame.startswith('/') or frame != frame.strip():
+                raise ParameterError(
+                    f'parameter {name!r} is {frame!r}: give the name of a frame, without a leading'
+                    ' slash')
+        if self.child_frame_id in (self.odom_frame, self.path_frame) and (
+                self.publish_tf or settings.metric):
+            raise ParameterError(
+                f"parameters 'frame_id' and 'child_frame_id' are both {self.child_frame_id!r}:"
+                ' give them different names')
 
     def with_values(self, values: Mapping[str, object]) -> 'Parameters':
         """
@@ -243,91 +231,44 @@ class Parameters:
     @property
     def notices(self) -> tuple[str, ...]:
         """Return notices for the user about the values, one line each."""
-        found = []
+        found, settings = [], self.settings
         unused = [spec.name for spec in self.changed if spec.group is Group.SHIFT]
-        if self.codes_from is not CodeSource.SHIFT and unused:
+        if settings.by_heading and unused:
             found.append(
-                f'no effect with code_source {self.codes_from.value}: {", ".join(unused)}, which'
-                " belong to the paper's rule (code_source shift)")
-        if self.publish_tf and not self.metric:
+                f'no effect with code_source {settings.code_source.value}: {", ".join(unused)},'
+                " which belong to the paper's rule (code_source shift)")
+        if self.publish_tf and not settings.metric:
             found.append(
                 'publish_tf is set, but no metres are known: the transform is in steps or heights'
                 ' of the camera; set camera_height or a speed')
-        if self.frame_id == _ODOM and not self.metric:
+        if self.frame_id == _ODOM and not settings.metric:
             found.append(
                 "frame_id is 'odom', but no metres are known: set camera_height or a speed")
         return tuple(found)
 
     @property
-    def codes_from(self) -> CodeSource:
-        """Return what the codes are made from. With a threshold, AUTO is SHIFT."""
-        if self.code_source == CodeSource.AUTO.value and self.threshold > 0:
-            return CodeSource.SHIFT
-        return CodeSource(self.code_source)
-
-    @property
-    def codes_from_heading(self) -> bool:
-        """Return whether the codes are made from the heading or the turns, not from the shift."""
-        return self.codes_from is not CodeSource.SHIFT
-
-    @property
-    def threshold_px(self) -> float:
-        """Return the threshold T in pixels per frame."""
-        return self.threshold or PAPER_THRESHOLD
-
-    # Read for each pair of frames.
-    @cached_property
-    def drawn_from(self) -> PathSource:
-        """Return what the path is drawn from, CODES or HEADING."""
-        return self.estimator_settings().drawn_from
-
-    @property
-    def measures_heading(self) -> bool:
-        """Return whether heading and turns are measured."""
-        return self.estimator_settings().measures_heading
-
-    @property
-    def learns_camera(self) -> bool:
-        """Return whether an unknown camera is learned from the drive."""
-        return self.estimator_settings().learns_lens
-
-    @property
-    def gives_speed(self) -> bool:
-        """Return whether the speed of the vehicle is given, constant or on a topic."""
-        return self.speed > 0 or self.use_speed_topic
-
-    @property
-    def metric(self) -> bool:
-        """Return whether a speed or the camera's height gives odometry in metres."""
-        return self.gives_speed or self.camera_height > 0
-
-    @property
-    def length_unit(self) -> LengthUnit:
-        """Return the unit of distances and links."""
-        return self.estimator_settings().length_unit
-
-    @property
     def path_frame(self) -> str:
         """Return the frame of the pose and the path: odom (REP 105) only where it is in metres."""
-        return self.frame_id or (_ODOM if self.path_in_metres else _UNSCALED)
+        in_metres = self.settings.metric and self.settings.draws_heading
+        return self.frame_id or (_ODOM if in_metres else _UNSCALED)
 
     @property
     def odom_frame(self) -> str:
         """Return the frame of the odometry, which is in metres."""
         return self.frame_id or _ODOM
 
-    @property
-    def path_in_metres(self) -> bool:
-        """Return whether the drawn path is in metres, and not in camera heights or steps."""
-        return self.metric and self.drawn_from is PathSource.HEADING
-
-    def estimator_settings(self) -> EstimatorSettings:
+    # Read for each pair of frames.
+    @cached_property
+    def settings(self) -> EstimatorSettings:
         """Return the settings of a live estimator, bounded in memory."""
+        source = CodeSource(self.code_source)
+        if source is CodeSource.AUTO and self.threshold > 0:
+            source = CodeSource.SHIFT
         settings = EstimatorSettings(
-            threshold=self.threshold_px,
+            threshold=self.threshold or PAPER_THRESHOLD,
             view=View(rotate_180=self.rotate_180),
             max_gap=self.max_gap,
-            code_source=self.codes_from,
+            code_source=source,
             connectivity=self.connectivity,
             lens=self._lens(),
             path_from=PathSource(self.path_from),
@@ -344,7 +285,7 @@ class Parameters:
             # The current pose is one of the poses.
             max_corners=MAX_PATH_POSES - 1,
         )
-        return self._by_shift(settings) if self.codes_from is CodeSource.SHIFT else settings
+        return settings if settings.by_heading else self._by_shift(settings)
 
     def _by_shift(self, settings: EstimatorSettings) -> EstimatorSettings:
         """Return settings with those of the paper's rule."""
@@ -377,11 +318,9 @@ class Parameters:
 @cache
 def specs() -> tuple[Spec, ...]:
     """Return the declarations of all parameters, in the order of the table."""
-    table = []
-    for declared in fields(Parameters):
-        assert declared.default is not MISSING
-        table.append(Spec(field=declared.name, default=declared.default, **declared.metadata))
-    return tuple(table)
+    return tuple(
+        Spec(field=each.name, default=cast('Value', each.default), **each.metadata)
+        for each in fields(Parameters))
 
 
 def unknown_parameter(name: str) -> str:

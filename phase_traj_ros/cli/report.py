@@ -44,7 +44,7 @@ def _print_turns(turns: Sequence[Turn]) -> None:
 
 def _print_way(result: Replay) -> None:
     """Print the distance, how it was measured, and the equal links; nothing without a distance."""
-    way, links, unit = result.way, result.links, result.parameters.length_unit.value
+    way, links, unit = result.way, result.links, result.parameters.settings.length_unit.value
     if way.pairs:
         states = ', '.join(
             f'{count} {state.value}' for state, count in way.states.items() if count)

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Reads the parameters of the node from a ROS parameter file, without ROS."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 import re
 from typing import Any
@@ -22,6 +22,17 @@ _OF_EVERY_NODE = (
     'use_sim_time', 'qos_overrides', 'start_type_description_service', 'autostart')
 
 
+def config_folder() -> Path:
+    """Return the folder ``config`` of the package: installed, or of a checkout."""
+    package = Path(__file__).resolve().parents[1]
+    # PREFIX/lib/pythonX/site-packages/phase_traj_ros
+    for prefix in package.parents[3:4]:
+        installed = prefix / 'share' / package.name / 'config'
+        if installed.is_dir():
+            return installed
+    return package.parent / 'config'
+
+
 def find_params_file(given: str | Path) -> Path:
     """
     Return the file of that path, or else the file of that name in the package's ``config/``.
@@ -34,7 +45,7 @@ def find_params_file(given: str | Path) -> Path:
         There is no such file.
 
     """
-    config = _config_folder()
+    config = config_folder()
     for path in (Path(given).expanduser(), config / given):
         if path.exists() and not path.is_dir():
             return path
@@ -58,19 +69,9 @@ def read_parameters(path: Path) -> Parameters:
         gives a parameter that is unknown or not allowed.
 
     """
-    merged: dict[str, object] = {}
-    try:
-        sections = [values for node, values in _sections(path) if _is_meant(node)]
-        for section in sections:
-            merged.update(_flatten(section))
-    except RecursionError:
-        raise ParameterError(
-            f"{path} is nested without end: write '/**:' over '{_VALUES}:'") from None
-    if not sections:
-        raise ParameterError(
-            f'{path} has no parameters for the node {NODE_NAME!r}: put them under'
-            f" '/**:' or '{NODE_NAME}:', in '{_VALUES}:'")
-    own = {name: value for name, value in merged.items()
+    values = _values(path, NODE_NAME, lambda pattern: pattern.rpartition('/')[2] in (
+        NODE_NAME, '**', '*'))
+    own = {name: value for name, value in values.items()
            if name.split('.')[0] not in _OF_EVERY_NODE}
     try:
         return Parameters().with_values(own)
@@ -88,8 +89,7 @@ def check_syntax(path: Path) -> None:
         The file cannot be read, or is not a ROS parameter file.
 
     """
-    for _ in _sections(path):
-        pass
+    _sections(path)
 
 
 def values_for(path: Path, full_name: str) -> dict[str, object]:
@@ -105,30 +105,24 @@ def values_for(path: Path, full_name: str) -> dict[str, object]:
         The file cannot be read, is not a ROS parameter file, or has nothing for this node.
 
     """
-    sections = list(_sections(path))
-    own = [values for name, values in sections if _names_node(name, full_name)]
+    return _values(path, full_name, lambda pattern: _names_node(pattern, full_name))
+
+
+def _values(path: Path, node: str, is_meant: Callable[[str], bool]) -> dict[str, object]:
+    """Return the values of the sections that are meant; the last one applies."""
+    sections = _sections(path)
+    own = [values for pattern, values in sections if is_meant(pattern)]
     if not own:
-        others = ', '.join(name for name, _ in sections) or 'no node'
+        others = ', '.join(pattern for pattern, _ in sections) or 'no node'
         raise ParameterError(
-            f"{path} has parameters for {others}, not for {full_name}: put them under '/**:' or"
-            f" '{full_name}:', in '{_VALUES}:'")
+            f"{path} has parameters for {others}, not for {node}: put them under '/**:' or"
+            f" '{node}:', in '{_VALUES}:'")
     return {name: value for values in own for name, value in _flatten(values)}
-
-
-def _config_folder() -> Path:
-    """Return the folder with the package's parameter files: installed, or of a checkout."""
-    package = Path(__file__).resolve().parents[1]
-    # PREFIX/lib/pythonX/site-packages/phase_traj_ros
-    for prefix in package.parents[3:4]:
-        installed = prefix / 'share' / package.name / 'config'
-        if installed.is_dir():
-            return installed
-    return package.parent / 'config'
 
 
 def _is_for_node(path: Path) -> bool:
     try:
-        return any(_names_node(node, f'/{NODE_NAME}') for node, _ in _sections(path))
+        return bool(values_for(path, f'/{NODE_NAME}'))
     except ParameterError:
         return False
 
@@ -160,7 +154,11 @@ def parse_assignment(text: str) -> tuple[str, object]:
 
 
 class _Loader(yaml.SafeLoader):  # type: ignore[misc]
-    """Refuses aliases, as ROS does: nested ones describe contents without bounds."""
+    """
+    Reads what ROS reads: no aliases, and floats of the form 1e1.
+
+    Nested aliases describe contents without bounds.
+    """
 
     def compose_node(self, parent: yaml.Node | None, index: int) -> yaml.Node | None:
         if self.check_event(yaml.AliasEvent):
@@ -170,30 +168,33 @@ class _Loader(yaml.SafeLoader):  # type: ignore[misc]
         return super().compose_node(parent, index)
 
 
+_Loader.add_implicit_resolver(
+    'tag:yaml.org,2002:float', re.compile(r'[-+]?(\d+\.?\d*|\.\d+)[eE][-+]?\d+$'),
+    list('-+.0123456789'))
+
+
 def _loaded(text: str) -> Any:
     return yaml.load(text, Loader=_Loader)
 
 
-def _is_meant(node: str) -> bool:
-    return node.rstrip('/').split('/')[-1] in (NODE_NAME, '**', '*')
-
-
-def _sections(path: Path) -> Iterator[tuple[str, Mapping[object, object]]]:
-    """Yield each node's name and values, in the order of the file."""
+def _sections(path: Path) -> list[tuple[str, Mapping[object, object]]]:
+    """Return each node's name and values, in the order of the file."""
     try:
         with path.open('rb') as file:
             text = file.read(_MOST_BYTES + 1)
         if len(text) > _MOST_BYTES:
             raise ParameterError(
                 f'{path} is larger than {_MOST_BYTES >> 10} KiB: give a ROS parameter file')
-        content = _loaded(text.decode('utf-8'))
+        return list(_find_sections(path, '', _loaded(text.decode('utf-8'))))
     except (OSError, UnicodeDecodeError) as error:
         reason = error.strerror if isinstance(error, OSError) else 'not a text file'
         raise ParameterError(f'cannot read the parameter file {path}: {reason}') from None
     except _NO_YAML as error:
         reason = ' '.join(str(error).split())
         raise ParameterError(f'{path} is not YAML: {reason}') from None
-    yield from _find_sections(path, '', content)
+    except RecursionError:
+        raise ParameterError(
+            f"{path} is nested without end: write '/**:' over '{_VALUES}:'") from None
 
 
 def _find_sections(

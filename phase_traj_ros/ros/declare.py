@@ -5,16 +5,10 @@
 from collections.abc import Iterable
 from typing import Any
 
-from phase_traj_ros.errors import ParameterError
 from phase_traj_ros.parameter_spec import Spec
 from phase_traj_ros.parameters import Parameters, specs
-from phase_traj_ros.ros.startup.overrides import initial_values, PREFIX
+from phase_traj_ros.ros.startup.overrides import initial_values
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
-from rclpy.exceptions import (
-    InvalidParameterTypeException,
-    InvalidParameterValueException,
-    ParameterException,
-)
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
@@ -29,8 +23,24 @@ def declare_parameters(node: Node) -> Parameters:
         An initial value is of the wrong type or out of its range.
 
     """
-    values = {spec.name: declare(node, spec) for spec in specs()}
-    return Parameters().with_values(values)
+    return Parameters().with_values({spec.name: declare(node, spec) for spec in specs()})
+
+
+def declare(node: Node, spec: Spec) -> object:
+    """
+    Declare one parameter on ``node`` and return its initial value.
+
+    Raises
+    ------
+    ParameterError
+        The initial value is of the wrong type or out of its range.
+
+    """
+    override = initial_values(node).get(spec.name)
+    if override is not None:
+        # The message of rclpy names the type by a number and does not say what to write instead.
+        spec.check(override.value)
+    return node.declare_parameter(spec.name, spec.default, _descriptor(spec)).value
 
 
 def changed(parameters: Parameters, updates: Iterable[Parameter]) -> Parameters:
@@ -48,34 +58,6 @@ def changed(parameters: Parameters, updates: Iterable[Parameter]) -> Parameters:
         {update.name: update.value for update in updates if update.name in known})
 
 
-def unknown_overrides(node: Node) -> list[str]:
-    """Return the names of initial values that are not declared, and are probably misspelt."""
-    return sorted(
-        name for name in initial_values(node)
-        if not node.has_parameter(name) and not name.startswith(PREFIX))
-
-
-def declare(node: Node, spec: Spec) -> object:
-    """
-    Declare one parameter on ``node`` and return its initial value.
-
-    Raises
-    ------
-    ParameterError
-        The initial value is of the wrong type or out of its range.
-
-    """
-    override = initial_values(node).get(spec.name)
-    if override is not None:
-        # The message of rclpy names the type by a number and does not say what to write instead.
-        spec.check(override.value)
-    try:
-        return node.declare_parameter(spec.name, spec.default, _descriptor(spec)).value
-    except (InvalidParameterTypeException, InvalidParameterValueException,
-            ParameterException) as error:
-        raise ParameterError(str(error)) from None
-
-
 def _descriptor(spec: Spec) -> ParameterDescriptor:
     descriptor: Any = ParameterDescriptor(
         description=f'{spec.description} [{spec.unit}]' if spec.unit else spec.description,
@@ -88,6 +70,5 @@ def _descriptor(spec: Spec) -> ParameterDescriptor:
                 from_value=spec.minimum, to_value=spec.maximum)]
         else:
             descriptor.integer_range = [IntegerRange(
-                from_value=int(spec.minimum), to_value=int(spec.maximum),
-                step=spec.step)]
+                from_value=int(spec.minimum), to_value=int(spec.maximum), step=1)]
     return descriptor

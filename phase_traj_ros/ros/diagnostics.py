@@ -48,14 +48,15 @@ class Diagnostics:
         self._warned = False
         self._reported = (0, 0)
         self._several = ''
-        self._frozen = False
+        self._said: dict[str, str] = {}
         self._measured = MeasurementReporter()
         entities.create_timer(DIAGNOSTICS_PERIOD_NS / 1e9, self._report)
 
     def _report(self) -> None:
         self._watch_silence()
         self._watch_publishers()
-        self._watch_repeats()
+        frozen = Reason.FROZEN in self._estimator.reliability.reasons
+        self._warn_once('repeats', Reason.FROZEN.sentence if frozen else '')
         bad, lost = self._health.bad - self._reported[0], self._health.lost - self._reported[1]
         self._reported = (self._health.bad, self._health.lost)
         if lost:
@@ -90,22 +91,20 @@ class Diagnostics:
 
     def _watch_publishers(self) -> None:
         """Warn when several nodes publish on the image topic: their images would be mixed."""
-        topic, several = self._input.topic, ''
-        if self._node.count_publishers(topic) > 1:
-            names = sorted(map(full_name, self._node.get_publishers_info_by_topic(topic)))
-            several = f'{len(names)} publishers: {", ".join(names)}'
-        if several and several != self._several:
-            self._node.get_logger().warning(
-                f'{topic} has {several}: pairs are wrong where their images alternate; give each'
-                ' camera its own topic')
-        self._several = several
+        topic = self._input.topic
+        names = sorted(map(full_name, self._node.get_publishers_info_by_topic(topic)))
+        self._several = ''
+        if len(names) > 1:
+            self._several = f'{len(names)} publishers: {", ".join(names)}'
+        self._warn_once('publishers', self._several and (
+            f'{topic} has {self._several}: pairs are wrong where their images alternate; give each'
+            ' camera its own topic'))
 
-    def _watch_repeats(self) -> None:
-        """Warn once when the camera repeats its image or its stamp."""
-        frozen = Reason.FROZEN in self._estimator.reliability.reasons
-        if frozen and not self._frozen:
-            self._node.get_logger().warning(Reason.FROZEN.sentence)
-        self._frozen = frozen
+    def _warn_once(self, about: str, text: str) -> None:
+        """Log a warning, unless it was the last one about this; an empty text ends it."""
+        if text and text != self._said.get(about):
+            self._node.get_logger().warning(text)
+        self._said[about] = text
 
     def _images(self, bad: int, lost: int) -> Report:
         health = self._health

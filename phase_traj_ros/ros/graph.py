@@ -68,19 +68,17 @@ def why_silent(node: Node, topic: str, message_type: str, qos: QoSProfile) -> st
 
 def elsewhere(topic: str, message_type: str, topics: dict[str, str]) -> str:
     """Return where images are instead of on ``topic``, and how to receive them."""
-    other = topic + SUFFIX if message_type == RAW else topic.removesuffix(SUFFIX)
-    if topics.get(other, message_type) != message_type:
-        transport = 'compressed' if message_type == RAW else 'raw'
-        return f'images are on {other}: set image_transport to {transport}'
-    names = [name for name, kind in topics.items() if kind == message_type]
-    if not names:
-        names, message_type = list(topics), COMPRESSED if message_type == RAW else RAW
-    if not names:
+    if not topics:
         return 'no node publishes images'
-    more = f' and {len(names) - _MOST_NAMED} more' if len(names) > _MOST_NAMED else ''
-    base = names[0].removesuffix(SUFFIX) if message_type == COMPRESSED else names[0]
-    transport = 'compressed' if message_type == COMPRESSED else 'raw'
-    return (f'images are on {", ".join(names[:_MOST_NAMED])}{more}: remap image, as in'
+    named = [name for name, kind in topics.items() if kind == message_type] or list(topics)
+    counterpart = topic + SUFFIX if message_type == RAW else topic.removesuffix(SUFFIX)
+    if topics.get(counterpart, message_type) != message_type:
+        named = [counterpart]
+    more = f' and {len(named) - _MOST_NAMED} more' if len(named) > _MOST_NAMED else ''
+    base, transport = named[0], 'raw'
+    if topics[base] == COMPRESSED:
+        base, transport = base.removesuffix(SUFFIX), 'compressed'
+    return (f'images are on {", ".join(named[:_MOST_NAMED])}{more}: remap image, as in'
             f' -r image:={base}, with image_transport {transport}')
 
 

@@ -3,7 +3,7 @@
 """Counts received, lost and rejected images, and measures processing times, without rclpy."""
 
 from collections import deque
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from enum import Enum
 import statistics
@@ -119,18 +119,13 @@ class Health:
 
     def microseconds(self, stage: Stage) -> float:
         """Return the median time of a stage, 0 before the first image."""
-        return _median(self._stages[stage]) / 1e3
+        return statistics.median(self._stages[stage] or [0]) / 1e3
 
     def milliseconds(self, share: float) -> float:
         """Return the quantile ``share`` of the time per image, over all stages."""
-        totals = sorted(self._totals)
-        return totals[min(int(share * len(totals)), len(totals) - 1)] / 1e6 if totals else 0.0
+        totals = sorted(self._totals or [0])
+        return totals[min(int(share * len(totals)), len(totals) - 1)] / 1e6
 
     def response(self) -> float:
         """Return the median response, 0 before the first pair."""
-        return _median(self.responses)
-
-
-def _median(values: Iterable[float]) -> float:
-    kept = list(values)
-    return statistics.median(kept) if kept else 0.0
+        return statistics.median(self.responses or [0.0])

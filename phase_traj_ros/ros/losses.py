@@ -3,13 +3,11 @@
 """Advice for images that are lost in transport."""
 
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Final
 
-from ament_index_python.packages import get_package_share_directory, PackageNotFoundError
+from phase_traj_ros.io.params_file import config_folder
 
-PROFILE: Final = 'config/fastdds_large_images.xml'
-_PACKAGE = 'phase_traj_ros'
+PROFILE: Final = 'fastdds_large_images.xml'
 # Either variable names a profile file; the first is the older name.
 _VARIABLES = ('FASTRTPS_DEFAULT_PROFILES_FILE', 'FASTDDS_DEFAULT_PROFILES_FILE')
 # Default size of the shared memory of Fast DDS; a profile can change it.
@@ -33,15 +31,7 @@ def advice(image_bytes: int, middleware: str, environment: Mapping[str, str]) ->
     profiled = any(environment.get(name) for name in _VARIABLES)
     if image_bytes > _SEGMENT_BYTES // 2 and 'fastrtps' in middleware and not profiled:
         return (f'an image of {image_bytes / 1e6:.1f} MB is too large for the default shared'
-                f' memory of Fast DDS: set {_VARIABLES[0]}={_profile()} for the camera driver'
-                ' and for this node')
+                f' memory of Fast DDS: set {_VARIABLES[0]}={config_folder() / PROFILE} for the'
+                ' camera driver and for this node')
     return ('the network loses them, or they arrive faster than they are processed: see p99 in'
             ' /diagnostics; fewer images per second, or smaller ones, reduce the processing time')
-
-
-def _profile() -> str:
-    try:
-        return str(Path(get_package_share_directory(_PACKAGE)) / PROFILE)
-    except (PackageNotFoundError, OSError):
-        # Not installed as a ROS package, or there is no ROS workspace.
-        return PROFILE

@@ -12,11 +12,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run the node until SIGINT or SIGTERM; return the exit status."""
     with stop_on_signals() as stop:
         # Imported here: the imports take a second, and a signal may arrive meanwhile.
-        from phase_traj_ros.ros.nodes.node import PhaseTrajNode
-        from phase_traj_ros.ros.startup.run import run
-        return run(
-            PhaseTrajNode, stop, arguments, program='phase_traj_node',
-            description='Codes the trajectory of a vehicle from the images of its camera.')
+        from phase_traj_ros.ros.nodes.run import run
+        return run(stop, arguments)
 
 
 if __name__ == '__main__':

@@ -4,12 +4,13 @@
 
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 from itertools import count
 from pathlib import Path
 import tempfile
 
 from phase_traj_ros.core import TrajectoryEstimator
-from phase_traj_ros.errors import OutputError, PhaseTrajError
+from phase_traj_ros.errors import OutputError, said
 from phase_traj_ros.io.outputs.commit import writing_to
 from phase_traj_ros.io.results.snapshot import Snapshot
 from phase_traj_ros.parameters import Parameters
@@ -29,10 +30,10 @@ class Saving:
 
     def __init__(
         self, node: Node, entities: Entities, parameters: Parameters,
-        estimator: TrajectoryEstimator, source: Callable[[], str],
+        estimator: TrajectoryEstimator, source: str,
     ) -> None:
         """
-        Offer ``~/save`` on ``node``; ``source`` returns the name of the image topic.
+        Offer ``~/save`` on ``node``; ``source`` is the name of the image topic.
 
         Raises
         ------
@@ -55,7 +56,7 @@ class Saving:
     def end_drive(self) -> None:
         """Save the drive, if it has frames and files are written; call it before a reset."""
         if self._folders is not None and self._estimator.frames:
-            self._save(self._log)
+            self._save(self._folders, self._log)
         self._folder = None
 
     def close(self) -> None:
@@ -63,21 +64,15 @@ class Saving:
         self.end_drive()
         self._writer.shutdown()
 
-    def _folder_of_drive(self) -> Path:
-        assert self._folders is not None
-        if self._folder is None:
-            self._folder = self._folders.make()
-        return self._folder
-
-    def _save(self, on_done: Callable[[bool, str], None]) -> None:
+    def _save(self, folders: 'DriveFolders', on_done: Callable[[bool, str], None]) -> None:
         """Write the present state, and pass on whether that worked, and where or why not."""
         try:
-            folder = self._folder_of_drive()
+            self._folder = self._folder or folders.make()
         except OutputError as error:
             on_done(False, str(error))
             return
-        snapshot = Snapshot.of(self._estimator, source=self._source())
-        self._writer.submit(_write, snapshot, folder, on_done)
+        snapshot = Snapshot.of(self._estimator, source=self._source)
+        self._writer.submit(_write, snapshot, self._folder, on_done)
 
     def _log(self, success: bool, message: str) -> None:
         log = self._node.get_logger()
@@ -93,7 +88,7 @@ class Saving:
             response.message = 'the parameter output_dir is not set: start the node with one'
             return response
         done: Future = Future(executor=self._node.executor)
-        self._save(lambda *result: done.set_result(result))
+        self._save(self._folders, lambda *result: done.set_result(result))
         response.success, response.message = await done
         self._log(response.success, response.message)
         return response
@@ -130,22 +125,18 @@ class DriveFolders:
 
         """
         with writing_to(self._parent):
-            for number in count(1):
-                folder = self._parent / f'{self._name}_{number}'
-                try:
+            numbers = count(1)
+            while True:
+                folder = self._parent / f'{self._name}_{next(numbers)}'
+                with suppress(FileExistsError):
                     folder.mkdir(parents=True)
-                except FileExistsError:
-                    continue
-                return folder
-        raise AssertionError
+                    return folder
 
 
 def _write(snapshot: Snapshot, folder: Path, on_done: Callable[[bool, str], None]) -> None:
     try:
         snapshot.write(folder)
-    except PhaseTrajError as error:
-        on_done(False, str(error))
     except Exception as error:  # the caller waits for a response in any case
-        on_done(False, f'{type(error).__name__}: {error}')
+        on_done(False, said(error))
     else:
         on_done(True, f'written to {folder}')

@@ -13,7 +13,6 @@ from contextlib import contextmanager
 from pathlib import Path
 import re
 from threading import Event
-from types import MappingProxyType
 
 from phase_traj_ros.errors import ParameterError
 from phase_traj_ros.io.params_file import check_syntax
@@ -27,12 +26,12 @@ from rclpy.signals import SignalHandlerOptions
 _POLL_S = 0.2
 _PARAMS_FILE = 'params file'
 # What to write, by what rcl calls the argument.
-_WRITE = MappingProxyType({
+_WRITE = {
     'remap rule': "write '-r FROM:=TO' with valid names, as in '-r image:=/camera/image_raw'",
     'parameter override rule': "write '-p NAME:=VALUE', as in '-p max_gap:=1.0'",
     'log level': 'give debug, info, warn, error or fatal, or LOGGER:=LEVEL',
     _PARAMS_FILE: '',
-})
+}
 
 
 @contextmanager

@@ -136,7 +136,7 @@ def test_tilt_and_middle_and_the_way_up(tilted, tmp_path, capsys, name, options)
     assert parameters.camera_pitch_deg == pytest.approx(PITCH, abs=2.0)
     # Of 320 columns, the centre of the lens is 20 to the left of that of the image.
     assert parameters.lens_offset == pytest.approx(-20 / 320, abs=0.03)
-    assert parameters.estimator_settings().lens.focal_for(320) == pytest.approx(focal, rel=0.1)
+    assert parameters.settings.lens.focal_for(320) == pytest.approx(focal, rel=0.1)
     out = tmp_path / 'out'
     assert main(
         ['replay', str(folder / name), '--params', str(path), '--output', str(out)]) == 0
@@ -157,7 +157,7 @@ def estimate(**changes):
 def test_a_file_says_what_the_drive_has_told(tmp_path, changes):
     told = estimate(pitch_deg=3.0) if not changes else estimate(**changes)
     write_camera(told, tmp_path / 'camera.yaml')
-    lens = read_parameters(tmp_path / 'camera.yaml').estimator_settings().lens
+    lens = read_parameters(tmp_path / 'camera.yaml').settings.lens
     assert lens.focal_for(320) == pytest.approx(told.focal_px, rel=1e-3)
     assert lens.straightness == pytest.approx(told.straightness, abs=1e-4)
     assert lens.offset == pytest.approx(told.column_px / 320, abs=1e-4)

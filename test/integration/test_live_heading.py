@@ -289,7 +289,7 @@ def test_nothing_known_is_coded_as_a_replay_in_one_pass_has_it(live, drive, tmp_
     kept = read_parameters(tmp_path / 'kept' / 'phase_traj_1' / 'camera.yaml')
     saved = json.loads((tmp_path / 'kept' / 'phase_traj_1' / 'chain_code.json').read_text())
     assert saved['camera'] == code['camera']
-    assert kept.estimator_settings().lens.focal_for(frames[0].shape[1]) == pytest.approx(
+    assert kept.settings.lens.focal_for(frames[0].shape[1]) == pytest.approx(
         code['focal_px'], rel=0.02)
     assert code['focal_px'] == pytest.approx(drive.camera.focal, rel=0.1)
 

@@ -23,8 +23,8 @@ def test_what_is_in_metres_is_in_odom(values, path, odometry):
     parameters = Parameters(**values)
     estimator = TrajectoryEstimator(EstimatorSettings())
     assert MESSAGES.of_all(PATH, estimator, parameters).header.frame_id == path
-    assert parameters.metric == (odometry is not None)
-    assert not parameters.metric or parameters.odom_frame == odometry
+    assert parameters.settings.metric == (odometry is not None)
+    assert odometry in (None, parameters.odom_frame)
     assert parameters.notices == ()
 
 

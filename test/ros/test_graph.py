@@ -9,9 +9,10 @@ import pytest
 @pytest.mark.parametrize(('topic', 'kind', 'topics', 'said'), [
     ('/image', RAW, {}, 'no node publishes images'),
     ('/image', RAW, {'/image/compressed': COMPRESSED, '/other': RAW},
-     'images are on /image/compressed: set image_transport to compressed'),
+     'images are on /image/compressed: remap image, as in -r image:=/image, with'
+     ' image_transport compressed'),
     ('/image/compressed', COMPRESSED, {'/image': RAW},
-     'images are on /image: set image_transport to raw'),
+     'images are on /image: remap image, as in -r image:=/image, with image_transport raw'),
     ('/image', RAW, {'/cam/image_raw': RAW, '/cam/image_raw/compressed': COMPRESSED},
      'images are on /cam/image_raw: remap image, as in -r image:=/cam/image_raw, with'
      ' image_transport raw'),

@@ -9,7 +9,6 @@ of rclpy and rosbags. ROS 1 writes D, K and P, ROS 2 d, k and p.
 Sources: the comments of sensor_msgs/CameraInfo and sensor_msgs/RegionOfInterest, REP 104.
 """
 
-from dataclasses import dataclass
 from typing import Any, Final
 
 from phase_traj_ros.core.camera.model import CameraModel, Distortion
@@ -28,26 +27,6 @@ _MODELS = {
 }
 # Number of coefficients of plumb_bob.
 _PLUMB_BOB = 5
-
-
-@dataclass(frozen=True, slots=True)
-class _Axis:
-    """Conversion from pixels of the sensor to pixels of the image, along one axis."""
-
-    offset: int
-    size: int
-    binning: int
-
-    @property
-    def pixels(self) -> int:
-        return self.size // self.binning
-
-    def focal(self, focal: float) -> float:
-        return focal / self.binning
-
-    def centre(self, centre: float) -> float:
-        # The centre of the first image pixel is in the middle of the sensor pixels it combines.
-        return (centre - self.offset + 0.5) / self.binning - 0.5
 
 
 def camera_from_info(message: Any, *, rectified: bool) -> CameraModel:
@@ -74,7 +53,8 @@ def camera_from_info(message: Any, *, rectified: bool) -> CameraModel:
     """
     try:
         matrix = _numbers(message, 'p' if rectified else 'k')
-        columns, rows = _axes(message)
+        x, y, width, height = _region(message)
+        binned = message.binning_x or 1, message.binning_y or 1
         name = message.distortion_model
         coefficients = _numbers(message, 'd')
     except (AttributeError, TypeError, ValueError) as error:
@@ -86,9 +66,9 @@ def camera_from_info(message: Any, *, rectified: bool) -> CameraModel:
     step = len(matrix) // 3
     try:
         return CameraModel(
-            width=columns.pixels, height=rows.pixels,
-            fx=columns.focal(matrix[0]), fy=rows.focal(matrix[step + 1]),
-            cx=columns.centre(matrix[2]), cy=rows.centre(matrix[step + 2]),
+            width=width // binned[0], height=height // binned[1],
+            fx=matrix[0] / binned[0], fy=matrix[step + 1] / binned[1],
+            cx=_centre(matrix[2], x, binned[0]), cy=_centre(matrix[step + 2], y, binned[1]),
             distortion=distortion,
             coefficients=() if distortion is Distortion.NONE else coefficients)
     except ValueError as error:
@@ -130,8 +110,8 @@ def _numbers(message: Any, name: str) -> tuple[float, ...]:
     return tuple(float(value) for value in found)
 
 
-def _axes(info: Any) -> tuple[_Axis, _Axis]:
-    """Return where the columns and rows of the image are on the sensor."""
+def _region(info: Any) -> tuple[int, int, int, int]:
+    """Return the part of the sensor that the image shows: x, y, width and height."""
     roi = info.roi
     x, y, width, height = roi.x_offset, roi.y_offset, roi.width, roi.height
     if not (x or y or width or height):
@@ -141,7 +121,13 @@ def _axes(info: Any) -> tuple[_Axis, _Axis]:
             f'the region of interest of the camera_info, {width}x{height} pixels at ({x}, {y}),'
             f' extends beyond the {info.width}x{info.height} pixels it is calibrated for: correct'
             ' it, or give focal_px')
-    return _Axis(x, width, info.binning_x or 1), _Axis(y, height, info.binning_y or 1)
+    return x, y, width, height
+
+
+def _centre(centre: float, offset: int, binning: int) -> float:
+    """Convert a coordinate from pixels of the sensor to pixels of the image."""
+    # The centre of the first image pixel is in the middle of the sensor pixels it combines.
+    return (centre - offset + 0.5) / binning - 0.5
 
 
 def _check_matrix(matrix: tuple[float, ...], rectified: bool) -> None:

@@ -33,66 +33,46 @@ class _Layout:
     """
     Positions of the samples of an encoding, and their conversion to grey.
 
-    code is the cv2.cvtColor code for COLOUR and MOSAIC, the index of the luma sample for LUMA. For
-    PLANE, the luma comes first, and the colours follow in half as many rows.
+    sample is their type in numpy; code is the cv2.cvtColor code for COLOUR and MOSAIC, the index
+    of the luma sample for LUMA. For PLANE, the luma comes first, and the colours follow in half as
+    many rows.
     """
 
     channels: int
-    bits: int
+    sample: str
     conversion: _Conversion = _Conversion.NONE
     code: int = 0
-    floating: bool = False
-
-    @property
-    def pixel_bytes(self) -> int:
-        return self.channels * self.bits // 8
 
 
-def _colour(channels: int, bits: int, code: int) -> _Layout:
-    return _Layout(channels, bits, _Conversion.COLOUR, code)
-
-
-def _mosaic(bits: int, code: int) -> _Layout:
-    return _Layout(1, bits, _Conversion.MOSAIC, code)
-
-
-_UYVY = _Layout(2, 8, _Conversion.LUMA, 1)
-_YUY2 = _Layout(2, 8, _Conversion.LUMA, 0)
-_NV = _Layout(1, 8, _Conversion.PLANE)
+_BGR = _Conversion.COLOUR, cv2.COLOR_BGR2GRAY
+_UYVY = _Layout(2, 'u1', _Conversion.LUMA, 1)
+_YUY2 = _Layout(2, 'u1', _Conversion.LUMA, 0)
+_NV = _Layout(1, 'u1', _Conversion.PLANE)
 
 # ROS names a mosaic by its first two rows from the corner on; OpenCV's original names start at the
-# second pixel of the second row. Hence rggb is BG here, and so on.
+# second pixel of the second row.
+_MOSAICS = {'rggb': 'BG', 'bggr': 'RG', 'gbrg': 'GR', 'grbg': 'GB'}
 _LAYOUTS = {
-    'mono8': _Layout(1, 8),
-    '8UC1': _Layout(1, 8),
-    'mono16': _Layout(1, 16),
-    '16UC1': _Layout(1, 16),
-    'rgb8': _colour(3, 8, cv2.COLOR_RGB2GRAY),
-    'bgr8': _colour(3, 8, cv2.COLOR_BGR2GRAY),
-    '8UC3': _colour(3, 8, cv2.COLOR_BGR2GRAY),
-    'rgba8': _colour(4, 8, cv2.COLOR_RGBA2GRAY),
-    'bgra8': _colour(4, 8, cv2.COLOR_BGRA2GRAY),
-    '8UC4': _colour(4, 8, cv2.COLOR_BGRA2GRAY),
-    'rgb16': _colour(3, 16, cv2.COLOR_RGB2GRAY),
-    'bgr16': _colour(3, 16, cv2.COLOR_BGR2GRAY),
-    '16UC3': _colour(3, 16, cv2.COLOR_BGR2GRAY),
-    'rgba16': _colour(4, 16, cv2.COLOR_RGBA2GRAY),
-    'bgra16': _colour(4, 16, cv2.COLOR_BGRA2GRAY),
-    'bayer_rggb8': _mosaic(8, cv2.COLOR_BayerBG2GRAY),
-    'bayer_bggr8': _mosaic(8, cv2.COLOR_BayerRG2GRAY),
-    'bayer_gbrg8': _mosaic(8, cv2.COLOR_BayerGR2GRAY),
-    'bayer_grbg8': _mosaic(8, cv2.COLOR_BayerGB2GRAY),
-    'bayer_rggb16': _mosaic(16, cv2.COLOR_BayerBG2GRAY),
-    'bayer_bggr16': _mosaic(16, cv2.COLOR_BayerRG2GRAY),
-    'bayer_gbrg16': _mosaic(16, cv2.COLOR_BayerGR2GRAY),
-    'bayer_grbg16': _mosaic(16, cv2.COLOR_BayerGB2GRAY),
+    'mono8': _Layout(1, 'u1'),
+    '8UC1': _Layout(1, 'u1'),
+    'mono16': _Layout(1, 'u2'),
+    '16UC1': _Layout(1, 'u2'),
+    **{f'{name}{bits}': _Layout(
+        len(name), f'u{bits // 8}', _Conversion.COLOUR, getattr(cv2, f'COLOR_{name.upper()}2GRAY'))
+       for bits in (8, 16) for name in ('rgb', 'bgr', 'rgba', 'bgra')},
+    '8UC3': _Layout(3, 'u1', *_BGR),
+    '8UC4': _Layout(4, 'u1', _Conversion.COLOUR, cv2.COLOR_BGRA2GRAY),
+    '16UC3': _Layout(3, 'u2', *_BGR),
+    **{f'bayer_{name}{bits}': _Layout(
+        1, f'u{bits // 8}', _Conversion.MOSAIC, getattr(cv2, f'COLOR_Bayer{code}2GRAY'))
+       for bits in (8, 16) for name, code in _MOSAICS.items()},
     'yuv422': _UYVY,
     'uyvy': _UYVY,
     'yuv422_yuy2': _YUY2,
     'yuyv': _YUY2,
     'nv12': _NV,
     'nv21': _NV,
-    '32FC1': _Layout(1, 32, floating=True),
+    '32FC1': _Layout(1, 'f4'),
 }
 
 ENCODINGS = tuple(_LAYOUTS)
@@ -196,7 +176,9 @@ def _samples(msg: Any, layout: _Layout) -> GreyImage:
     if layout.conversion is _Conversion.MOSAIC and min(width, height) < _MIN_MOSAIC_SIDE:
         raise FrameError(
             f'{what} is too small: a mosaic needs {_MIN_MOSAIC_SIDE}x{_MIN_MOSAIC_SIDE} pixels')
-    row = width * layout.pixel_bytes
+    sample: np.dtype[Any] = np.dtype(layout.sample).newbyteorder('>' if msg.is_bigendian else '<')
+    pixel = layout.channels * sample.itemsize
+    row = width * pixel
     if step < row:
         raise FrameError(f'{what} has a step of {step} bytes, but a row needs {row}')
     raw = _buffer(msg.data)
@@ -208,17 +190,14 @@ def _samples(msg: Any, layout: _Layout) -> GreyImage:
 
     if height == 1:
         step = row
-    order = '>' if msg.is_bigendian else '<'
-    kind = 'f' if layout.floating else 'u'
-    sample: np.dtype[Any] = np.dtype(f'{order}{kind}{layout.bits // 8}')
     shape: tuple[int, ...] = (height, width)
-    strides: tuple[int, ...] = (step, layout.pixel_bytes)
+    strides: tuple[int, ...] = (step, pixel)
     if layout.channels > 1:
         shape, strides = (*shape, layout.channels), (*strides, sample.itemsize)
     view = np.ndarray(shape, dtype=sample, buffer=raw, strides=strides)
-    if layout.bits > 8 and not (sample.isnative and view.flags.aligned):
+    if not (sample.isnative and view.flags.aligned):
         view = view.astype(sample.newbyteorder('='))
-    if layout.floating and not np.isfinite(view).all():
+    if sample.kind == 'f' and not np.isfinite(view).all():
         view = np.nan_to_num(view, nan=0.0, posinf=0.0, neginf=0.0)
     return cast('GreyImage', view)
 

@@ -197,15 +197,13 @@ def _at_origin(odometry: Odometry, left: float) -> Odometry:
 
 def _rotation(quaternion: Any) -> _Pose | None:
     """Return the matrix of a geometry_msgs/Quaternion, (3, 3); None if it is zero or NaN."""
-    x, y, z, w = quaternion.x, quaternion.y, quaternion.z, quaternion.w
-    norm = math.sqrt(x * x + y * y + z * z + w * w)
+    parts = np.array([quaternion.x, quaternion.y, quaternion.z, quaternion.w])
+    norm = np.linalg.norm(parts)
     if not 1e-6 < norm < math.inf:
         return None
-    x, y, z, w = x / norm, y / norm, z / norm, w / norm
-    return np.array([
-        [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-        [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-        [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)]])
+    *axis, real = parts / norm
+    crossed = np.cross(np.eye(3), axis)
+    return np.asarray(np.eye(3) + 2 * real * crossed + 2 * crossed @ crossed)
 
 
 def _bare(frame: str) -> str:

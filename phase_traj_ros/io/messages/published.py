@@ -50,14 +50,18 @@ class Messages:
         """
         self._types = types
 
+    def _make(self, kind: str, /, **values: Any) -> Any:
+        return self._types[kind](**values)
+
     def time(self, stamp_ns: int) -> Any:
         """Return a stamp in nanoseconds as a builtin_interfaces/Time."""
         seconds, nanoseconds = divmod(stamp_ns, _NANOSECONDS)
-        return self._types['builtin_interfaces/msg/Time'](sec=seconds, nanosec=nanoseconds)
+        return self._make('builtin_interfaces/msg/Time', sec=seconds, nanosec=nanoseconds)
 
     def header(self, stamp_ns: int, frame_id: str) -> Any:
         """Return a std_msgs/Header."""
-        return self._types['std_msgs/msg/Header'](stamp=self.time(stamp_ns), frame_id=frame_id)
+        return self._make(
+            'std_msgs/msg/Header', stamp=self.time(stamp_ns), frame_id=frame_id)
 
     def of_pair(
         self, update: Update, parameters: Parameters, *, camera_frame: str,
@@ -70,48 +74,43 @@ class Messages:
         A message is made only if ``wanted`` returns True for its topic: making it takes longer
         than sending it.
         """
-        types, step = self._types, update.step
+        make, step = self._make, update.step
         header = self.header(update.stamp_ns, parameters.path_frame)
-        if wanted('movement'):
-            yield 'movement', types['std_msgs/msg/UInt8'](data=int(step.movement))
-        if step.appended and wanted('direction'):
-            yield 'direction', types['std_msgs/msg/UInt8'](data=int(step.direction))
-        if wanted('shift'):
-            yield 'shift', self.shift(
-                update.shift, self.header(update.stamp_ns, camera_frame))
-        if wanted('response'):
-            yield 'response', types['std_msgs/msg/Float32'](data=_response(update.shift))
-        if wanted('status'):
-            yield 'status', types['std_msgs/msg/String'](data=update.status.value)
-        if wanted('pose'):
-            yield 'pose', self.pose(update.tip, header)
-        if wanted('pair'):
-            yield 'pair', self.pair(update)
-        if update.heading is not None and wanted('heading'):
-            yield 'heading', types['std_msgs/msg/Float64'](data=update.heading.heading)
-        if update.heading is not None and wanted('heading_stamped'):
-            yield 'heading_stamped', types['geometry_msgs/msg/QuaternionStamped'](
-                header=header, quaternion=self._yaw(update.heading.heading))
-        if update.odometry is not None and wanted('odom'):
-            yield 'odom', self.odometry(
-                update.odometry, parameters.child_frame_id,
-                self.header(update.stamp_ns, parameters.odom_frame))
-        if update.odometry is not None and wanted('pose_with_covariance'):
-            yield 'pose_with_covariance', types['geometry_msgs/msg/PoseWithCovarianceStamped'](
-                header=self.header(update.stamp_ns, parameters.odom_frame),
-                pose=self._pose_with_covariance(update.odometry))
-        if update.odometry is not None and wanted('speed'):
+        made: dict[str, Callable[[], Any]] = {
+            'movement': lambda: make('std_msgs/msg/UInt8', data=int(step.movement)),
+            'shift': lambda: self.shift(
+                update.shift, self.header(update.stamp_ns, camera_frame)),
+            'response': lambda: make('std_msgs/msg/Float32', data=_response(update.shift)),
+            'status': lambda: make('std_msgs/msg/String', data=update.status.value),
+            'pose': lambda: self.pose(update.tip, header),
+            'pair': lambda: self.pair(update)}
+        if step.appended:
+            made['direction'] = lambda: make('std_msgs/msg/UInt8', data=int(step.direction))
+        if (heading := update.heading) is not None:
+            made['heading'] = lambda: make('std_msgs/msg/Float64', data=heading.heading)
+            made['heading_stamped'] = lambda: make(
+                'geometry_msgs/msg/QuaternionStamped', header=header,
+                quaternion=self._yaw(heading.heading))
+        if (odometry := update.odometry) is not None:
+            in_metres = self.header(update.stamp_ns, parameters.odom_frame)
+            made['odom'] = lambda: self.odometry(odometry, parameters.child_frame_id, in_metres)
+            made['pose_with_covariance'] = lambda: make(
+                'geometry_msgs/msg/PoseWithCovarianceStamped', header=in_metres,
+                pose=self._pose_with_covariance(odometry))
             # A twist is given in the frame of the vehicle.
-            yield 'speed', types['geometry_msgs/msg/TwistWithCovarianceStamped'](
-                header=self.header(update.stamp_ns, parameters.child_frame_id),
-                twist=self._twist(update.odometry))
+            made['speed'] = lambda: make(
+                'geometry_msgs/msg/TwistWithCovarianceStamped', twist=self._twist(odometry),
+                header=self.header(update.stamp_ns, parameters.child_frame_id))
         if update.camera is not None:
-            yield 'camera', types['std_msgs/msg/String'](data=str(update.camera))
+            made['camera'] = lambda: make('std_msgs/msg/String', data=str(update.camera))
+        for topic, message in made.items():
+            if wanted(topic):
+                yield topic, message()
         for turn in update.turns if update.turns and wanted('turn') else ():
-            yield 'turn', types['geometry_msgs/msg/Vector3Stamped'](
+            yield 'turn', make(
+                'geometry_msgs/msg/Vector3Stamped',
                 header=self.header(turn.end_ns, parameters.path_frame),
-                vector=types['geometry_msgs/msg/Vector3'](
-                    x=0.0, y=0.0, z=math.radians(turn.angle_deg)))
+                vector=self._vector(z=math.radians(turn.angle_deg)))
 
     def pair(self, update: Update) -> Any:
         """
@@ -138,13 +137,12 @@ class Messages:
     ) -> Any:
         """Return the message of a topic of ``whole_topics``, which covers all pairs so far."""
         if topic == CHAIN_CODE:
-            text = describe(
-                estimator.codes, frames=estimator.frames, max_runs=TEXT_RUNS)
-            return self._types['std_msgs/msg/String'](data=str(text))
+            return self._make('std_msgs/msg/String', data=str(describe(
+                estimator.codes, frames=estimator.frames, max_runs=TEXT_RUNS)))
         if topic == LINKS:
             assert estimator.links is not None
-            return self._types['std_msgs/msg/String'](data=str(describe_links(
-                estimator.links, unit=parameters.length_unit.value,
+            return self._make('std_msgs/msg/String', data=str(describe_links(
+                estimator.links, unit=parameters.settings.length_unit.value,
                 max_runs=TEXT_RUNS)))
         return self.path(
             estimator.path.points(MAX_PATH_POSES),
@@ -168,15 +166,15 @@ class Messages:
             A builtin_interfaces/Time.
 
         """
-        types = self._types
-        return types['diagnostic_msgs/msg/DiagnosticArray'](
-            header=types['std_msgs/msg/Header'](stamp=stamp, frame_id=''),
+        make = self._make
+        return make(
+            'diagnostic_msgs/msg/DiagnosticArray',
+            header=make('std_msgs/msg/Header', stamp=stamp, frame_id=''),
             status=[
-                types['diagnostic_msgs/msg/DiagnosticStatus'](
-                    level=int(report.level), name=f'{node}: {name}', message=report.message,
-                    hardware_id=hardware_id, values=[
-                        types['diagnostic_msgs/msg/KeyValue'](key=key, value=value)
-                        for key, value in report.values.items()])
+                make('diagnostic_msgs/msg/DiagnosticStatus', level=int(report.level),
+                     name=f'{node}: {name}', message=report.message, hardware_id=hardware_id,
+                     values=[make('diagnostic_msgs/msg/KeyValue', key=key, value=value)
+                             for key, value in report.values.items()])
                 for name, report in reports.items()])
 
     def image(self, image: NDArray[Any], header: Any) -> Any:
@@ -187,60 +185,59 @@ class Messages:
         """
         height, width, *colours = image.shape
         data = np.ascontiguousarray(image, image.dtype.newbyteorder('<')).reshape(-1)
-        return self._types['sensor_msgs/msg/Image'](
-            header=header, height=height, width=width,
+        return self._make(
+            'sensor_msgs/msg/Image', header=header, height=height, width=width,
             encoding='bgr8' if colours else _GREY[image.dtype.name], is_bigendian=0,
             step=image.nbytes // height, data=data.view(np.uint8))
 
     def shift(self, shift: Shift | None, header: Any) -> Any:
         """Return the raw shift in pixels; NaN if the two frames cannot be compared."""
         dx, dy = (math.nan, math.nan) if shift is None else (shift.dx, shift.dy)
-        return self._types['geometry_msgs/msg/Vector3Stamped'](
-            header=header, vector=self._types['geometry_msgs/msg/Vector3'](x=dx, y=dy, z=0.0))
+        return self._make(
+            'geometry_msgs/msg/Vector3Stamped', header=header, vector=self._vector(dx, dy))
 
     def pose(self, corner: Corner, header: Any) -> Any:
         """Return a pose of the path as a PoseStamped."""
-        return self._types['geometry_msgs/msg/PoseStamped'](
-            header=header, pose=self._pose(corner))
+        return self._make(
+            'geometry_msgs/msg/PoseStamped', header=header, pose=self._pose(corner))
 
     def odometry(self, odometry: Odometry, child_frame_id: str, header: Any) -> Any:
         """Return a nav_msgs/Odometry; the variances of unmeasured values are large."""
-        types = self._types
-        return types['nav_msgs/msg/Odometry'](
-            header=header, child_frame_id=child_frame_id,
+        return self._make(
+            'nav_msgs/msg/Odometry', header=header, child_frame_id=child_frame_id,
             pose=self._pose_with_covariance(odometry), twist=self._twist(odometry))
 
     def _pose_with_covariance(self, odometry: Odometry) -> Any:
-        return self._types['geometry_msgs/msg/PoseWithCovariance'](
-            pose=self._pose(odometry.pose), covariance=_covariance(odometry.covariance))
+        return self._make(
+            'geometry_msgs/msg/PoseWithCovariance', pose=self._pose(odometry.pose),
+            covariance=_covariance(odometry.covariance))
 
     def _twist(self, odometry: Odometry) -> Any:
-        types = self._types
-        return types['geometry_msgs/msg/TwistWithCovariance'](
-            twist=types['geometry_msgs/msg/Twist'](
-                linear=types['geometry_msgs/msg/Vector3'](x=odometry.speed, y=0.0, z=0.0),
-                angular=types['geometry_msgs/msg/Vector3'](x=0.0, y=0.0, z=odometry.yaw_rate)),
+        return self._make(
+            'geometry_msgs/msg/TwistWithCovariance', twist=self._make(
+                'geometry_msgs/msg/Twist', linear=self._vector(odometry.speed),
+                angular=self._vector(z=odometry.yaw_rate)),
             covariance=_covariance(np.diag(
                 [odometry.speed_variance, _SIDEWAYS, odometry.yaw_rate_variance])))
 
     def _pose(self, corner: Corner) -> Any:
-        types = self._types
-        return types['geometry_msgs/msg/Pose'](
-            position=types['geometry_msgs/msg/Point'](
-                x=float(corner.x), y=float(corner.y), z=0.0),
-            orientation=self._yaw(corner.yaw))
+        return self._make(
+            'geometry_msgs/msg/Pose', orientation=self._yaw(corner.yaw), position=self._make(
+                'geometry_msgs/msg/Point', x=float(corner.x), y=float(corner.y), z=0.0))
+
+    def _vector(self, x: float = 0.0, y: float = 0.0, z: float = 0.0) -> Any:
+        return self._make('geometry_msgs/msg/Vector3', x=x, y=y, z=z)
 
     def _yaw(self, angle: float) -> Any:
         """Return a rotation about the vertical axis, in radians, as a Quaternion."""
-        return self._types['geometry_msgs/msg/Quaternion'](
-            x=0.0, y=0.0, z=math.sin(angle / 2), w=math.cos(angle / 2))
+        return self._make(
+            'geometry_msgs/msg/Quaternion', x=0.0, y=0.0, z=math.sin(angle / 2),
+            w=math.cos(angle / 2))
 
     def path(self, points: Sequence[Corner], header: Any) -> Any:
         """Return a nav_msgs/Path."""
-        return self._types['nav_msgs/msg/Path'](header=header, poses=[
-            self.pose(point, self.header(point.stamp_ns, header.frame_id))
-            for point in points
-        ])
+        return self._make('nav_msgs/msg/Path', header=header, poses=[
+            self.pose(point, self.header(point.stamp_ns, header.frame_id)) for point in points])
 
 
 def _distance_values(travel: Travel | None) -> dict[str, str]:

@@ -77,22 +77,10 @@ class Schedule:
         for pace in self._paces.values():
             pace.changed(urgent=True)
 
-    @property
-    def pending(self) -> bool:
-        """Return whether there is content that has not been sent."""
-        return any(pace.pending for pace in self._paces.values())
-
-    def take(self, now_ns: int) -> tuple[Topic, ...]:
-        """Return the topics to publish now."""
-        return self._sent(now_ns, [
-            topic for topic, pace in self._paces.items() if pace.is_due(now_ns)])
-
-    def take_rest(self, now_ns: int) -> tuple[Topic, ...]:
-        """Return the topics with content that has not been sent, for the end."""
-        return self._sent(now_ns, [
-            topic for topic, pace in self._paces.items() if pace.pending])
-
-    def _sent(self, now_ns: int, topics: list[Topic]) -> tuple[Topic, ...]:
+    def take(self, now_ns: int, *, rest: bool = False) -> tuple[Topic, ...]:
+        """Return the topics to publish now; at the end, with ``rest``, all with new content."""
+        topics = tuple(topic for topic, pace in self._paces.items()
+                       if (pace.pending if rest else pace.is_due(now_ns)))
         for topic in topics:
             self._paces[topic].sent(now_ns)
-        return tuple(topics)
+        return topics

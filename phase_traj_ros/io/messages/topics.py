@@ -52,9 +52,9 @@ DEBUG_IMAGE: Final = Topic('debug_image', 'sensor_msgs/msg/Image')
 def pair_topics(parameters: Parameters) -> tuple[Topic, ...]:
     """Return the topics of ``Messages.of_pair`` for these parameters."""
     topics: tuple[Topic, ...] = PER_PAIR
-    if parameters.measures_heading:
+    if parameters.settings.measures_heading:
         topics += HEADING
-    metric = (ODOMETRY, POSE_WITH_COVARIANCE, SPEED) if parameters.metric else ()
+    metric = (ODOMETRY, POSE_WITH_COVARIANCE, SPEED) if parameters.settings.metric else ()
     return (*topics, *metric)
 
 

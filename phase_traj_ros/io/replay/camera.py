@@ -31,7 +31,7 @@ def known_lens(source: FrameSource, parameters: Parameters) -> tuple[Lens | None
         The calibration cannot be used, and the camera is not learned from the drive.
 
     """
-    settings = parameters.estimator_settings()
+    settings = parameters.settings
     if not (settings.awaits_lens or settings.learns_lens):
         return None, ''
     try:

@@ -23,7 +23,7 @@ def make_estimator(parameters: Parameters, *, keep_all: bool = False) -> Traject
         The mask cannot be read, or it is empty: black everywhere.
 
     """
-    settings = parameters.estimator_settings()
+    settings = parameters.settings
     if keep_all:
         settings = replace(settings, max_runs=None, max_speeds=None)
     mask = None

@@ -147,7 +147,7 @@ def turn_marks(result: Replay) -> tuple[TurnMark, ...]:
     If the codes come from the heading, these are the turns of the heading: a U-turn is two
     changes of the direction and one turn. Otherwise they are those of the movement codes.
     """
-    if result.parameters.codes_from_heading:
+    if result.parameters.settings.by_heading:
         return tuple(
             TurnMark(
                 number, Movement.LEFT if turn.angle_deg > 0 else Movement.RIGHT,

@@ -18,7 +18,6 @@ from phase_traj_ros.core import (
     Measured,
     Movement,
     PairStatus,
-    PathSource,
     Restarted,
     Skipped,
     Started,
@@ -99,10 +98,9 @@ class Replay:
     @property
     def path_unit(self) -> LengthUnit:
         """Return the unit of the drawn path: steps if no distance was measured."""
-        if self.parameters.drawn_from is PathSource.CODES:
-            return LengthUnit.STEP
-        told = self.parameters.metric or self.way.states[TravelState.MEASURED] > 0
-        return self.parameters.length_unit if told else LengthUnit.STEP
+        settings = self.parameters.settings
+        told = settings.metric or self.way.states[TravelState.MEASURED] > 0
+        return settings.length_unit if settings.draws_heading and told else LengthUnit.STEP
 
     @property
     def assumes_camera(self) -> bool:
@@ -113,7 +111,8 @@ class Replay:
     @property
     def threshold_px(self) -> float | None:
         """Return T in pixels per frame; None if the codes need none."""
-        return None if self.parameters.codes_from_heading else self.parameters.threshold_px
+        settings = self.parameters.settings
+        return None if settings.by_heading else settings.threshold
 
     @property
     def frames(self) -> int:

@@ -85,7 +85,7 @@ class BagSink(Watcher):
             self._file.discard()
             return
         last_ns = self._estimator.last_stamp_ns or 0
-        self._write_whole(self._schedule.take_rest(last_ns), last_ns)
+        self._write_whole(self._schedule.take(last_ns, rest=True), last_ns)
         if self._diagnosed.pending:
             self._write_diagnostics(last_ns)
         self._file.complete()

@@ -50,7 +50,7 @@ def write_chain_code(result: Replay, path: Path) -> None:
     content: dict[str, Any] = {
         'source': result.source,
         'frames': result.frames,
-        'threshold': result.parameters.estimator_settings().threshold_set,
+        'threshold': result.parameters.settings.threshold_set,
         'movement': [int(code) for code in result.movement],
         'direction': [int(code) for code in result.direction],
         'movement_runs': run_pairs(result.codes.movement.runs),
@@ -72,7 +72,7 @@ def write_chain_code(result: Replay, path: Path) -> None:
         'repeated_frames': result.counters.repeated,
         'time_resets': result.counters.time_resets,
         'versions': versions(),
-        **way_content(result.way, result.links, unit=result.parameters.length_unit),
+        **way_content(result.way, result.links, unit=result.parameters.settings.length_unit),
     }
     if result.links is not None:
         content['links'] = [int(code) for code in result.links.series]
@@ -88,9 +88,9 @@ def _heading_content(result: Replay) -> dict[str, Any]:
     if not len(headings):
         return {}
     return {
-        'code_source': result.parameters.codes_from.value,
+        'code_source': result.parameters.settings.code_source.value,
         'connectivity': result.parameters.connectivity,
-        'path_from': result.parameters.drawn_from.value,
+        'path_from': result.parameters.settings.drawn_from.value,
         'focal_px': result.focal_px,
         'camera': camera_content(result.camera),
         'speed': result.parameters.speed,

@@ -10,7 +10,7 @@ from phase_traj_ros.errors import FrameError
 from phase_traj_ros.io.messages.image import encoding_of, msg_to_frame
 from phase_traj_ros.io.messages.stamps import StampRule, to_nanoseconds
 from phase_traj_ros.io.sources.base import StampedFrame
-from phase_traj_ros.parameters import Parameters, Transport
+from phase_traj_ros.parameters import Parameters
 from phase_traj_ros.ros.entities import Entities
 from phase_traj_ros.ros.graph import COMPRESSED, RAW, SUFFIX
 from phase_traj_ros.ros.health import Health, LossCounter, Stage
@@ -103,4 +103,4 @@ class ImageInput:
 
 
 def _is_compressed(parameters: Parameters) -> bool:
-    return parameters.image_transport == Transport.COMPRESSED.value
+    return parameters.image_transport == 'compressed'

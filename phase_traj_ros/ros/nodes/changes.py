@@ -31,7 +31,7 @@ def check_change(
         of the frames.
 
     """
-    settings, used = values.estimator_settings(), estimator.settings
+    settings, used = values.settings, estimator.settings
     estimator.check(settings)
     if estimator.frames and settings.code_source is not used.code_source:
         raise ParameterError(

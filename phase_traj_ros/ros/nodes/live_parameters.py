@@ -5,12 +5,12 @@
 from collections.abc import Callable, Sequence
 
 from phase_traj_ros.parameters import Parameters, unknown_parameter
-from phase_traj_ros.ros.declare import changed, declare_parameters, unknown_overrides
+from phase_traj_ros.ros.declare import changed, declare_parameters
 from phase_traj_ros.ros.startup.overrides import (
-    check_overrides,
+    check_override,
     explained,
-    unused_overrides,
-    used_overrides,
+    initial_values,
+    PREFIX,
 )
 from phase_traj_ros.ros.startup.param_files import param_files_for
 from rcl_interfaces.msg import SetParametersResult
@@ -40,7 +40,9 @@ class LiveParameters:
         self._node = node
         self._check_further = check
         self._on_change = on_change
-        check_overrides(node)
+        for name, parameter in initial_values(node).items():
+            if name.startswith(PREFIX):
+                check_override(name, parameter.value)
         self._files, self._warnings = param_files_for(node)
         self.values = declare_parameters(node)
         node.add_on_set_parameters_callback(self._check)
@@ -51,16 +53,19 @@ class LiveParameters:
         log = self._node.get_logger()
         for warning in self._warnings:
             log.warning(f'{warning} (or ignore this, if the file is for other nodes only)')
-        for name in unknown_overrides(self._node):
-            log.warning(f'{unknown_parameter(name)}; the given value has no effect')
-        for name in unused_overrides(self._node):
-            log.warning(explained(self._node, name))
         for notice in self.values.notices:
             log.warning(notice)
         own = [f'{spec.name} {self.values.value(spec)!r}' for spec in self.values.changed]
         if self._node.get_parameter('use_sim_time').value:
             own.append('use_sim_time True')
-        own += [f'{name} {value!r}' for name, value in used_overrides(self._node).items()]
+        for name, parameter in sorted(initial_values(self._node).items()):
+            is_policy = name.startswith(PREFIX)
+            if not self._node.has_parameter(name):
+                log.warning(
+                    explained(self._node, name) if is_policy else
+                    f'{unknown_parameter(name)}; the given value has no effect')
+            elif is_policy:
+                own.append(f'{name} {parameter.value!r}')
         files = ', '.join(map(str, self._files)) or 'no parameter file'
         log.info(f'parameters, with {files}: ' + (', '.join(own) or 'all at their defaults'))
 

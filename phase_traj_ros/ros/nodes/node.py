@@ -5,9 +5,9 @@
 from collections.abc import Callable
 from typing import Any, Final
 
-from phase_traj_ros.errors import PhaseTrajError
+from phase_traj_ros.errors import PhaseTrajError, said
 from phase_traj_ros.io.messages.mounting import Mount
-from phase_traj_ros.parameter_spec import Group, Spec
+from phase_traj_ros.parameter_spec import Spec
 from phase_traj_ros.parameters import NODE_NAME, Parameters
 from phase_traj_ros.ros.declare import declare
 from phase_traj_ros.ros.nodes.bond import keep_bond
@@ -16,11 +16,9 @@ from phase_traj_ros.ros.nodes.work import Work
 from phase_traj_ros.ros.spin import names_explained
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
-
 _AUTOSTART: Final = Spec(
-    field='autostart', default=True,
-    description='Whether the node configures and activates itself at its start.', unit='',
-    minimum=None, maximum=None, step=1, choices=(), read_only=True, group=Group.REST)
+    field='autostart', default=True, read_only=True,
+    description='Whether the node configures and activates itself at its start.')
 
 
 class PhaseTrajNode(LifecycleNode):
@@ -74,16 +72,10 @@ class PhaseTrajNode(LifecycleNode):
         return self._attempt(self._deactivate)
 
     def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Destroy topics and services."""
+        """Destroy topics and services; after an error, the node can be configured again."""
         return self._attempt(self._clean_up)
 
-    def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Destroy topics and services, in any state."""
-        return self._attempt(self._clean_up)
-
-    def on_error(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Destroy topics and services, so that the node can be configured again."""
-        return self._attempt(self._clean_up)
+    on_shutdown = on_error = on_cleanup
 
     def destroy_node(self) -> None:
         """Destroy the node with its topics and services."""
@@ -96,12 +88,9 @@ class PhaseTrajNode(LifecycleNode):
                 assert self._failure is not None
                 raise self._failure
 
-    def _configure(self) -> None:
+    def _configure(self, mount: Mount | None = None) -> None:
         with names_explained():
-            self._work = self._make_work(None)
-
-    def _make_work(self, mount: Mount | None) -> Work:
-        return Work(self, self._live.values, mount=mount, on_mount=self._on_mount)
+            self._work = Work(self, self._live.values, mount=mount, on_mount=self._on_mount)
 
     def _on_mount(self, mount: Mount) -> None:
         """Start anew with the camera as it is mounted, after the present callback."""
@@ -121,7 +110,8 @@ class PhaseTrajNode(LifecycleNode):
         for doubt in mount.doubts(self._live.values):
             self.get_logger().warning(f'/tf_static: {doubt}')
         self._drop_work()
-        self._work = self._make_work(mount)
+        self._configure(mount)
+        assert self._work is not None
         self._work.start()
 
     def _activate(self) -> None:
@@ -183,10 +173,7 @@ class PhaseTrajNode(LifecycleNode):
             wanted = request.transition.label or request.transition.id
             self.get_logger().error(f'still {now}: there is no transition {wanted!r} from here')
         else:
-            what = str(self._failure)
-            if not isinstance(self._failure, PhaseTrajError):
-                what = f'{type(self._failure).__name__}: {what}'
-            self.get_logger().error(f'{before} -> {now}: {what}')
+            self.get_logger().error(f'{before} -> {now}: {said(self._failure)}')
         return response
 
     def _check(self, values: Parameters) -> None:

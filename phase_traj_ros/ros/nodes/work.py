@@ -97,8 +97,7 @@ class Work:
         with self._offered as offered:
             self._outputs = Outputs(offered, self._estimator, values)
             self._saving = Saving(
-                node, offered, values, self._estimator,
-                lambda: image_topic(node, self._values))
+                node, offered, values, self._estimator, image_topic(node, values))
             offered.create_service(Trigger, '~/reset', self._on_reset)
             if values.map_file:
                 self._location = Location(node, offered, values)
@@ -148,8 +147,7 @@ class Work:
 
     def restart(self) -> None:
         """Save the drive, reset the estimator and publish its state."""
-        self._saving.end_drive()
-        self._interrupt_location()
+        self._end_drive()
         self._stream.reset()
         self._outputs.publish_state()
 
@@ -180,7 +178,7 @@ class Work:
         self._outputs.parameters = values
         coded_from = self._estimator.settings.code_source
         self._warnings.threshold_changed()
-        self._estimator.reconfigure(values.estimator_settings())
+        self._estimator.reconfigure(values.settings)
         if self._estimator.settings.code_source is not coded_from:
             self._outputs.publish_state()
             self._node.get_logger().info(f'restarted, with codes from the {self._coded_from()}')
@@ -208,15 +206,13 @@ class Work:
             began = time.perf_counter_ns()
         self._warnings.of_stamps()
         if unusable is not None:
-            if self._camera is not None and self._estimator.settings.awaits_lens:
-                self._camera.require()
-            raise FrameError(unusable)
+            awaited = self._camera if self._estimator.settings.awaits_lens else None
+            raise FrameError((awaited and awaited.missing) or unusable)
 
     def _publish(self, outcome: Outcome[StampedFrame], estimated_ns: int = 0) -> None:
         match outcome:
             case Restarted(newest_ns, stamp_ns):
-                self._saving.end_drive()
-                self._interrupt_location()
+                self._end_drive()
                 went = 'back' if stamp_ns < newest_ns else 'on'
                 self._node.get_logger().warning(
                     f'time went {went} by {abs(newest_ns - stamp_ns) / 1e9:.3f} s, from'
@@ -228,7 +224,8 @@ class Work:
 
     def _publish_update(self, frame: StampedFrame, update: Update, estimated_ns: int) -> None:
         began = time.perf_counter_ns()
-        if self._mount is not None and not self._values.gives_speed:
+        settings = self._estimator.settings
+        if self._mount is not None and not (settings.speed or settings.awaits_speeds):
             update = self._mount.at_base(update)
         if update.camera is not None:
             self._node.get_logger().info(f'camera: {update.camera}')
@@ -245,7 +242,8 @@ class Work:
         self._health.took(Stage.CODE, estimated_ns - correlate_ns)
         self._health.took(Stage.PUBLISH, time.perf_counter_ns() - began)
 
-    def _interrupt_location(self) -> None:
+    def _end_drive(self) -> None:
+        self._saving.end_drive()
         if self._location is not None:
             self._location.interrupt(self._estimator.last_stamp_ns or 0)
 
@@ -253,12 +251,12 @@ class Work:
         return values if self._mount is None else self._mount.fill_in(values)[0]
 
     def _coded_from(self) -> str:
-        values = self._values
-        if values.codes_from is CodeSource.AUTO:
+        settings = self._estimator.settings
+        if settings.code_source is CodeSource.AUTO:
             return 'turns'
-        if values.codes_from_heading:
-            return f'heading, in {values.connectivity} directions'
-        return f'shift, threshold {values.threshold_px:g} px/frame'
+        if settings.by_heading:
+            return f'heading, in {settings.connectivity} directions'
+        return f'shift, threshold {settings.threshold:g} px/frame'
 
     def _on_camera(self, camera: CameraModel) -> None:
         self._estimator.use_lens(self._values.calibrated(camera))

@@ -26,7 +26,6 @@ from std_msgs.msg import String
 _DISCOVERY_S = 30.0
 _SILENCE_S = 20.0
 _STOP_S = 10.0
-_RANGE = 'ROS_AUTOMATIC_DISCOVERY_RANGE'
 _LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 
@@ -47,7 +46,8 @@ def run_live(
     Play ``recording`` to a node, both in separate processes; return the chain code of the node.
 
     No frame is lost: the images are reliable with KEEP_ALL at both ends. A separate namespace
-    isolates the run from other nodes on the machine; other machines do not see it.
+    isolates the run from other nodes on the machine; other machines do not see it, unless the
+    environment says otherwise.
 
     Parameters
     ----------
@@ -78,7 +78,8 @@ def run_live(
         '--wait', str(_DISCOVERY_S), '--ros-args', *within]
     texts: list[str] = []
     # The player waits for the node, which would report missing images.
-    with (stop_on_signals() as stop, _on_this_machine(),
+    os.environ.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
+    with (stop_on_signals() as stop,
             ros_context(['--ros-args', *within]),
             _process(player) as player_process, _process(node) as node_process):
         listener = rclpy.create_node(f'{NODE_NAME}_listener')
@@ -122,30 +123,15 @@ def lossless_overrides(topic: str) -> list[str]:
 
 
 @contextmanager
-def _on_this_machine() -> Iterator[None]:
-    """Keep the topics from other machines, unless the environment says otherwise."""
-    if _RANGE in os.environ:
-        yield
-        return
-    os.environ[_RANGE] = 'LOCALHOST'
-    try:
-        yield
-    finally:
-        del os.environ[_RANGE]
-
-
-@contextmanager
 def _process(arguments: list[str]) -> Iterator['subprocess.Popen[bytes]']:
     """Run a module of this package in a process that ends with the block."""
-    process = start_child(
-        [sys.executable, '-m', *arguments], stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL)
-    try:
-        yield process
-    finally:
-        if process.poll() is None:
+    with start_child([sys.executable, '-m', *arguments], stdin=subprocess.DEVNULL,
+                     stdout=subprocess.DEVNULL) as process:
+        try:
+            yield process
+        finally:
             process.terminate()
             try:
                 process.wait(_STOP_S)
             except subprocess.TimeoutExpired:
                 process.kill()
-                process.wait()

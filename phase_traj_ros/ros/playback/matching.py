@@ -18,9 +18,8 @@ from rcl_interfaces.srv import GetParameterTypes
 import rclpy
 from rclpy.node import Node
 
-_ANSWER_S = 3.0
+_ASKED = 6
 _ASK_AGAIN_S = 0.5
-_POLL_S = 0.02
 # For subscribers without services, such as ros2 topic echo; discovery takes some tenths of it.
 _SETTLE_S = 1.0
 
@@ -38,31 +37,19 @@ def wait_until_known(node: Node, topic: str, stop: Event) -> None:
 
 def _answers(node: Node, name: str, stop: Event, settled: float) -> bool:
     """Return whether a node of this name is discovered until ``settled``, and responds."""
-    # A subscription may be discovered before the name of its node and its services.
-    while not _has_services(node, name):
-        if time.monotonic() >= settled or stop.wait(_POLL_S):
-            return False
     client = node.create_client(GetParameterTypes, f'{name}/get_parameter_types')
-    deadline = time.monotonic() + _ANSWER_S
     try:
-        while not stop.is_set() and time.monotonic() < deadline:
-            if not client.service_is_ready():
-                stop.wait(_POLL_S)
-                continue
+        if not client.wait_for_service(max(settled - time.monotonic(), 0.0)):
+            return False
+        for _ in range(_ASKED):
             # A response is lost if the node receives the request before it discovers the client.
             answer = client.call_async(GetParameterTypes.Request())
             rclpy.spin_until_future_complete(node, answer, timeout_sec=_ASK_AGAIN_S)
             if answer.done():
                 return True
             client.remove_pending_request(answer)
+            if stop.is_set():
+                break
         return False
     finally:
         node.destroy_client(client)
-
-
-def _has_services(node: Node, name: str) -> bool:
-    namespace, _, own = name.rpartition('/')
-    if (own, namespace or '/') not in node.get_node_names_and_namespaces():
-        return False
-    services = dict(node.get_service_names_and_types_by_node(own, namespace or '/'))
-    return f'{name}/get_parameter_types' in services

@@ -26,6 +26,7 @@ LOSSLESS = QoSProfile(
     history=HistoryPolicy.KEEP_ALL, depth=1, reliability=ReliabilityPolicy.RELIABLE)
 _POLL_S = 0.05
 _ACKNOWLEDGE_S = 30
+# An extreme pause or rate exceeds the longest timeout of an event.
 _LONGEST_WAIT_S = 1e9
 
 
@@ -59,18 +60,17 @@ class FramePlayer(Node):
 
         """
         super().__init__(PLAYER_NAME)
-        self._lossless = lossless
         qos = LOSSLESS if lossless else qos_profile_sensor_data
         self._images = self.create_publisher(Image, topic, qos)
-        self._camera = None
+        self._calibrations: Publisher | None = None
         if camera is not None:
             self._camera = camera_info_fields(camera, rectified=rectified)
-        if self._camera is not None:
             self._calibrations = self.create_publisher(
                 CameraInfo, camera_info_topic(self._images.topic_name), qos)
-        self._ticker: Publisher | None = None
+        self._clock_publisher: Publisher | None = None
+        self._tick_s = _LONGEST_WAIT_S
         if clock_hz is not None:
-            self._ticker = self.create_publisher(Clock, '/clock', QoSProfile(depth=10))
+            self._clock_publisher = self.create_publisher(Clock, '/clock', QoSProfile(depth=10))
             self._tick_s = 1.0 / clock_hz
 
     @property
@@ -101,7 +101,10 @@ class FramePlayer(Node):
         The timing restarts if a stamp goes back, such as from one loop to the next.
         """
         published = 0
-        self._introduce_camera()
+        if self._calibrations is not None:
+            # A node that is known by now has the camera before the first image, if lossless.
+            self._publish_camera(Header(frame_id='camera'))
+            self._calibrations.wait_for_all_acked(Duration(seconds=_ACKNOWLEDGE_S))
         began, first_ns, previous_ns = time.monotonic(), 0, None
         for frame in frames:
             if previous_ns is None or frame.stamp_ns < previous_ns:
@@ -129,29 +132,24 @@ class FramePlayer(Node):
                 f'a subscriber of {self._images.topic_name} has not acknowledged all frames'
                 f' within {_ACKNOWLEDGE_S} s')
 
-    def _introduce_camera(self) -> None:
-        """If lossless, publish the calibration before the first image, to who is known by then."""
-        if self._camera is None or not self._lossless:
-            return
-        self._calibrations.publish(CameraInfo(header=Header(frame_id='camera'), **self._camera))
-        self._calibrations.wait_for_all_acked(Duration(seconds=_ACKNOWLEDGE_S))
-
     def _wait(self, due: float, stop: Event, stamp_ns: int, rate: float) -> bool:
         """Wait until ``due``, the time of a stamp; return whether ``stop`` is set."""
-        # An extreme pause or rate exceeds the longest timeout of the event.
-        longest = _LONGEST_WAIT_S if self._ticker is None else self._tick_s
-        while (left := due - time.monotonic()) > longest:
-            if stop.wait(longest):
+        while (left := due - time.monotonic()) > self._tick_s:
+            if stop.wait(self._tick_s):
                 return True
-            if self._ticker is not None:
-                self._ticker.publish(Clock(
-                    clock=MESSAGES.time(stamp_ns - round(left * 1e9 * rate))))
+            self._tick(stamp_ns - round(left * 1e9 * rate))
         return stop.wait(max(left, 0.0))
 
     def _publish(self, frame: StampedFrame) -> None:
         header = MESSAGES.header(frame.stamp_ns, 'camera')
-        if self._ticker is not None:
-            self._ticker.publish(Clock(clock=header.stamp))
-        if self._camera is not None:
-            self._calibrations.publish(CameraInfo(header=header, **self._camera))
+        self._tick(frame.stamp_ns)
+        self._publish_camera(header)
         self._images.publish(MESSAGES.image(frame.image, header))
+
+    def _tick(self, stamp_ns: int) -> None:
+        if self._clock_publisher is not None:
+            self._clock_publisher.publish(Clock(clock=MESSAGES.time(stamp_ns)))
+
+    def _publish_camera(self, header: Header) -> None:
+        if self._calibrations is not None:
+            self._calibrations.publish(CameraInfo(header=header, **self._camera))

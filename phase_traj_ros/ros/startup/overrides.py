@@ -18,11 +18,10 @@ from rclpy.parameter import Parameter
 from rclpy.qos import QoSPolicyKind
 
 PREFIX: Final = 'qos_overrides.'
-_ENTITIES = ('publisher', 'subscription')
-_WORDS = MappingProxyType({
+_WORDS = {
     'history': ('keep_last', 'keep_all', 'system_default'),
     'reliability': ('reliable', 'best_effort', 'system_default', 'best_available'),
-})
+}
 _DEEPEST = 1_000_000
 # Other policies exist, and may be meant for another node in the same file.
 _POLICIES = tuple(kind.lower() for kind in QoSPolicyKind.__members__ if kind != 'INVALID')
@@ -31,35 +30,6 @@ _POLICIES = tuple(kind.lower() for kind in QoSPolicyKind.__members__ if kind != 
 def initial_values(node: Node) -> Mapping[str, Parameter]:
     """Return the parameters with which ``node`` was started; rclpy has no public name for them."""
     return MappingProxyType(node._parameter_overrides)
-
-
-def check_overrides(node: Node) -> None:
-    """
-    Check the overrides with which ``node`` was started, before it has endpoints.
-
-    Raises
-    ------
-    ParameterError
-        The name of an override is malformed, or its value is not allowed.
-
-    """
-    for name, parameter in initial_values(node).items():
-        if name.startswith(PREFIX):
-            check_override(name, parameter.value)
-
-
-def unused_overrides(node: Node) -> list[str]:
-    """Return the overrides that match no endpoint of ``node``; call it when these exist."""
-    return sorted(
-        name for name in initial_values(node)
-        if name.startswith(PREFIX) and not node.has_parameter(name))
-
-
-def used_overrides(node: Node) -> dict[str, object]:
-    """Return the overrides that an endpoint of ``node`` follows; call it when these exist."""
-    return {
-        name: parameter.value for name, parameter in sorted(initial_values(node).items())
-        if name.startswith(PREFIX) and node.has_parameter(name)}
 
 
 def explained(node: Node, name: str) -> str:
@@ -91,7 +61,8 @@ def check_override(name: str, value: object) -> None:
     topic, _, rest = name.removeprefix(PREFIX).partition('.')
     entity, _, policy = rest.partition('.')
     # An entity may have an id at the end, after an underscore.
-    if not topic.startswith('/') or entity.split('_')[0] not in _ENTITIES:
+    if not topic.startswith('/') or entity.split('_')[0] not in (
+            'publisher', 'subscription'):
         raise ParameterError(
             f"parameter {name!r}: give '{PREFIX}/TOPIC.subscription.POLICY' or"
             f" '{PREFIX}/TOPIC.publisher.POLICY', with the full name of the topic")

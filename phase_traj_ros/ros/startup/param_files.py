@@ -31,18 +31,15 @@ def with_files_found(arguments: Sequence[str]) -> list[str]:
         for flag, value in pairwise(('', *arguments))]
 
 
-def param_files_for(
-    node: Node, arguments: Sequence[str] | None = None,
-) -> tuple[list[Path], list[str]]:
+def param_files_for(node: Node) -> tuple[list[Path], list[str]]:
     """
     Return the given parameter files that have parameters for ``node``, and warnings.
 
     A file for other nodes is usual, since a vehicle may have one file for all of them. There is a
     warning only if no file has parameters for this node, which then runs with the defaults.
     """
-    given = sys.argv[1:] if arguments is None else arguments
     own, warnings = [], []
-    for path in [find_params_file(value) for flag, value in pairwise(given) if flag == _FLAG]:
+    for path in [find_params_file(value) for flag, value in pairwise(sys.argv) if flag == _FLAG]:
         try:
             values_for(path, node.get_fully_qualified_name())
             own.append(path)

@@ -87,7 +87,7 @@ def replay_source(
         frames = KeptFrames(source)
         lens, unused_calibration = known_lens(source, parameters)
         last = Pass.ONLY
-        if lens is None and not request.one_pass and parameters.learns_camera:
+        if lens is None and not request.one_pass and parameters.settings.learns_lens:
             last = Pass.SECOND
             with closing(frames.keeping()) as first:
                 lens = learned_lens(

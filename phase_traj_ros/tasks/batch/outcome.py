@@ -89,7 +89,7 @@ def folder_of(request: ReplayRequest) -> str:
 
 def _replay(request: ReplayRequest, progress: Progress) -> Replay:
     with request.opened() as source:
-        passes = 2 if request.parameters.learns_camera and not request.one_pass else 1
+        passes = 2 if request.parameters.settings.learns_lens and not request.one_pass else 1
         total = None if source.frame_count is None else passes * source.frame_count
         done = count()
 
@@ -106,7 +106,7 @@ def _facts(result: Replay) -> Iterator[tuple[str, str]]:
     way, counters = result.way, result.counters
     if way.pairs:
         yield 'distance', f'{way.distance:.1f}'
-        yield 'distance_unit', result.parameters.length_unit.value
+        yield 'distance_unit', result.parameters.settings.length_unit.value
         yield 'distance_states', ' '.join(
             f'{state.value}:{count}' for state, count in way.states.items())
     yield 'missing_frames', str(result.source_frames.missing)

@@ -116,7 +116,7 @@ def test_parameters_win_and_what_cannot_be_is_left_out():
     mount = frames(transform('base_link', 'cam', (1.5, 0, 1.6), (2, 5, 0))).mount(
         'base_link', 'cam')
     values, used = mount.fill_in(Parameters())
-    assert values.camera_height == pytest.approx(1.6) and values.metric
+    assert values.camera_height == pytest.approx(1.6) and values.settings.metric
     assert values.camera_pitch_deg == pytest.approx(5)
     assert values.camera_roll_deg == pytest.approx(2)
     assert used == ('camera_height', 'camera_pitch_deg', 'camera_roll_deg')

@@ -64,8 +64,8 @@ def test_pending_content_is_sent_later_and_at_the_end():
     sent(schedule, [Movement.FORWARD] * 2)
     assert schedule.take(TENTH) == ()
     assert schedule.take(2 * TENTH) == (PATH,)
-    assert schedule.take_rest(6 * TENTH) == (CHAIN_CODE,)
-    assert schedule.take_rest(7 * TENTH) == () and schedule.take(10**12) == ()
+    assert schedule.take(6 * TENTH, rest=True) == (CHAIN_CODE,)
+    assert schedule.take(7 * TENTH, rest=True) == () and schedule.take(10**12) == ()
 
 
 def test_a_restart_is_sent_at_once():

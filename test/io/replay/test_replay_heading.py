@@ -235,12 +235,12 @@ def test_a_turn_that_is_under_way_at_the_end_is_in_the_lists(tmp_path):
 def test_a_camera_that_is_found_to_be_upside_down(values):
     drive, frames = demo()
     parameters = Parameters(focal_px=float(drive.camera.focal), **values)
-    estimator = TrajectoryEstimator(parameters.estimator_settings())
+    estimator = TrajectoryEstimator(parameters.settings)
     turned = parameters.with_values({'rotate_180': True})
     headings = []
     for index, frame in enumerate(frames[:70]):
         if index == 1:
-            estimator.reconfigure(turned.estimator_settings())
+            estimator.reconfigure(turned.settings)
         update = estimator.update(
             np.ascontiguousarray(frame.image[::-1, ::-1]), frame.stamp_ns)
         if update is not None:
@@ -278,7 +278,7 @@ def test_frames_that_were_lost_unnoticed():
 def test_what_is_saved_says_what_it_is(tmp_path):
     drive, frames = demo()
     parameters = Parameters(focal_px=float(drive.camera.focal), connectivity=8, **NARROW)
-    estimator = TrajectoryEstimator(parameters.estimator_settings())
+    estimator = TrajectoryEstimator(parameters.settings)
     for frame in frames[:60]:
         estimator.update(frame.image, frame.stamp_ns)
     Snapshot.of(estimator, source='the demo').write(tmp_path / 'saved')

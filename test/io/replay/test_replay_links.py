@@ -79,6 +79,6 @@ def test_real_driving_at_half_the_rate(kitti_root):
 def test_there_are_as_many_as_the_street_is_long(drive, values, unit, metres):
     found, pictures = drive
     coded = driven(pictures[::2], 10.0, code_step=1.5, code_source='heading', **values)
-    assert coded.parameters.length_unit.value == unit
+    assert coded.parameters.settings.length_unit.value == unit
     length = np.hypot(*np.diff(found.poses[:, :2], axis=0).T).sum()
     assert len(coded.links.series) == pytest.approx(length / metres / 1.5, abs=2)

@@ -45,7 +45,7 @@ def result():
 
 def followed(**values):
     """Return an estimator that has seen the frames, the last frame and what it has added."""
-    estimator = TrajectoryEstimator(Parameters(**values).estimator_settings())
+    estimator = TrajectoryEstimator(Parameters(**values).settings)
     for frame in rolled_frames():
         update = estimator.update(frame.image, frame.stamp_ns)
     return estimator, frame, update
@@ -166,9 +166,8 @@ def test_a_way_counts_what_is_not_known_and_does_not_add_it():
 @pytest.mark.parametrize('values', [{'focal_px': 300.0}, {}])
 def test_links_take_a_camera(values):
     parameters = Parameters(code_step=2.0, code_source='shift', **values)
-    assert parameters.measures_heading
-    settings = parameters.estimator_settings()
-    assert settings.awaits_lens is not bool(values)
+    settings = parameters.settings
+    assert settings.measures_heading and settings.awaits_lens is not bool(values)
     assert settings.measures_distance and settings.length_unit is LengthUnit.CAMERA_HEIGHT
 
 
@@ -182,9 +181,9 @@ def test_the_length_of_links_is_settled_at_the_start():
 
 def test_a_height_gives_metres():
     parameters = Parameters(camera_height=1.65, camera_height_deviation=0.1, code_step=5.0)
-    settings = parameters.estimator_settings()
+    settings = parameters.settings
     assert (settings.camera_height, settings.camera_height_deviation) == (1.65, 0.1)
-    assert parameters.metric and parameters.length_unit is LengthUnit.METRE
+    assert settings.metric and settings.length_unit is LengthUnit.METRE
 
 
 @pytest.mark.parametrize('step', [0.01, -1.0])

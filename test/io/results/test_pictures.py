@@ -50,7 +50,7 @@ def test_overview(watched):
 
 def test_the_text_of_the_debug_image_has_an_outline_of_equal_width():
     grey = [np.full((480, 1280), shade, np.uint8) for shade in (128, 129)]
-    estimator = TrajectoryEstimator(Parameters(threshold=16.0).estimator_settings())
+    estimator = TrajectoryEstimator(Parameters(threshold=16.0).settings)
     estimator.update(grey[0], 0)
     update = estimator.update(grey[1], RATE_NS)
 

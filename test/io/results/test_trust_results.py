@@ -56,7 +56,7 @@ def write(folder, images):
 
 
 def followed(images, parameters):
-    estimator = TrajectoryEstimator(parameters.estimator_settings())
+    estimator = TrajectoryEstimator(parameters.settings)
     updates = [estimator.update(each, index * 10**8) for index, each in enumerate(images)]
     return estimator, updates[-1]
 
@@ -129,7 +129,7 @@ def test_a_snapshot_and_the_diagnostics_contain_it(tmp_path):
 
 
 def test_there_is_no_warning_before_the_first_pairs():
-    estimator = TrajectoryEstimator(SHIFT.estimator_settings())
+    estimator = TrajectoryEstimator(SHIFT.settings)
     assert MeasurementReporter().report(estimator, 0.0).level is Level.OK
     for index, each in enumerate(noise(4)):
         estimator.update(each, index * 10**8)

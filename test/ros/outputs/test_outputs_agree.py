@@ -42,18 +42,6 @@ class Publisher:
         return 1
 
 
-class Timer:
-    """Runs while there is news that has to wait."""
-
-    runs = None
-
-    def reset(self):
-        self.runs = True
-
-    def cancel(self):
-        self.runs = False
-
-
 class Node:
     """Stands in for a node: no DDS, and timers that never fire."""
 
@@ -65,7 +53,7 @@ class Node:
         return made
 
     def create_timer(self, *args, **kwargs):
-        return Timer()
+        pass
 
 
 @pytest.fixture
@@ -97,7 +85,7 @@ def test_the_same_messages(frames, tmp_path, values):
             stored[connection.topic.replace('/phase_traj/', '')].append(bytes(data))
 
     node = Node()
-    estimator = TrajectoryEstimator(parameters.estimator_settings())
+    estimator = TrajectoryEstimator(parameters.settings)
     outputs = Outputs(node, estimator, parameters)
     texts, movement = [], None
     for frame in frames:
@@ -113,7 +101,7 @@ def test_the_same_messages(frames, tmp_path, values):
     for topic in (*PER_PAIR, *more, 'debug_image'):
         assert node.publishers[topic].data == stored[topic], topic
         assert stored[topic]
-    for topic in ('odom', 'pose_with_covariance', 'speed') if parameters.metric else ():
+    for topic in ('odom', 'pose_with_covariance', 'speed') if parameters.settings.metric else ():
         assert node.publishers[topic].data == stored[topic], topic
         assert stored[topic] or 'speed' not in values
     assert len(stored['movement']) == len(frames) - 1
@@ -143,27 +131,6 @@ def test_the_same_diagnostics():
     assert [status.level for status in made[1].status] == [3, 0]
 
 
-def test_the_timer_runs_while_there_is_news_that_waits(frames):
-    from phase_traj_ros.ros.outputs.topics import Outputs
-    timer = Timer()
-
-    class OneTimer(Node):
-
-        def create_timer(self, *args, **kwargs):
-            return timer
-
-    estimator = TrajectoryEstimator(Parameters().estimator_settings())
-    outputs = Outputs(OneTimer(), estimator, Parameters())
-    outputs.publish_state()
-    assert timer.runs is False
-    for frame in frames[:3]:
-        update = estimator.update(frame.image, frame.stamp_ns, encoding=frame.encoding)
-        if update is not None:
-            outputs.publish(frame, update)
-    # The path has just gone out.
-    assert timer.runs is True
-
-
 def test_nothing_is_made_for_nobody(frames, monkeypatch):
     monkeypatch.setattr(schedule, '_PATH_PERIOD_NS', 10_000_000)
     from phase_traj_ros.ros.outputs.topics import Outputs
@@ -183,10 +150,9 @@ def test_nothing_is_made_for_nobody(frames, monkeypatch):
 
         def create_timer(self, period, callback, *args, **kwargs):
             self.callback = callback
-            return Timer()
 
     node, parameters = Lonely(), Parameters()
-    estimator = TrajectoryEstimator(parameters.estimator_settings())
+    estimator = TrajectoryEstimator(parameters.settings)
     outputs = Outputs(node, estimator, parameters)
     for frame in frames:
         update = estimator.update(frame.image, frame.stamp_ns, encoding=frame.encoding)

@@ -5,10 +5,8 @@
 from pathlib import Path
 
 from phase_traj_ros.errors import ParameterError
-from phase_traj_ros.ros.startup.launch_arguments import ARGUMENTS, node_start, Surroundings
+from phase_traj_ros.ros.startup.launch_arguments import ARGUMENTS, node_start
 import pytest
-
-ALONE = Surroundings()
 
 
 def file(tmp_path, text, node='/**'):
@@ -18,10 +16,11 @@ def file(tmp_path, text, node='/**'):
 
 
 def test_defaults_count_as_not_given():
-    defaults = {name: argument.default for name, argument in ARGUMENTS.items()}
-    start = node_start(defaults, ALONE)
-    assert start == node_start({}, ALONE)
-    assert (start.full_name, start.own, start.ros_arguments) == ('/phase_traj', {}, [])
+    defaults = {name: default for name, (default, _) in ARGUMENTS.items()}
+    start = node_start(defaults)
+    assert start == node_start({})
+    assert (start.namespace, start.name, start.own, start.ros_arguments) == (
+        '/', 'phase_traj', {}, [])
 
 
 @pytest.mark.parametrize(('arguments', 'message'), [
@@ -41,7 +40,7 @@ def test_defaults_count_as_not_given():
 ])
 def test_what_makes_no_sense_is_refused(arguments, message):
     with pytest.raises(ParameterError) as caught:
-        node_start(arguments, ALONE)
+        node_start(arguments)
     assert message in str(caught.value)
 
 
@@ -53,70 +52,67 @@ def test_what_makes_no_sense_is_refused(arguments, message):
 ])
 def test_a_file_that_would_end_the_node_is_refused(tmp_path, text, message):
     with pytest.raises(ParameterError, match=message):
-        node_start({'params_file': str(file(tmp_path, text))}, ALONE)
+        node_start({'params_file': str(file(tmp_path, text))})
 
 
 def test_parameters_that_only_ros_can_read_are_left_to_the_node(tmp_path):
     path = file(tmp_path, '{threshold: 1e1, unknown: 3}')
-    assert node_start({'params_file': str(path)}, ALONE).params_file == path
+    assert node_start({'params_file': str(path)}).params_file == path
 
 
 def test_the_home_folder(tmp_path, monkeypatch):
     monkeypatch.setenv('HOME', str(tmp_path))
     path = file(tmp_path, '{threshold: 9.0}')
-    assert node_start({'params_file': '~/params.yaml'}, ALONE).params_file == path
-    assert node_start({'output_dir': '~/out'}, ALONE).own == {'output_dir': str(tmp_path / 'out')}
-    assert node_start({'map_file': '~/town.osm'}, ALONE).own == {
-        'map_file': str(tmp_path / 'town.osm')}
+    assert node_start({'params_file': '~/params.yaml'}).params_file == path
+    # The node expands the others.
+    assert node_start({'output_dir': '~/out'}).own == {'output_dir': '~/out'}
 
 
 @pytest.mark.parametrize(('arguments', 'around', 'topic'), [
-    ({}, ALONE, '/image'),
-    ({'namespace': 'front'}, ALONE, '/front/image'),
-    ({'image': 'camera'}, Surroundings(namespace='/a'), '/a/camera'),
-    ({'image': '~/camera'}, ALONE, '/phase_traj/camera'),
-    ({'image_transport': 'compressed'}, ALONE, '/image/compressed'),
-    ({}, Surroundings(remappings={'image': '/x'}), '/x'),
-    ({'image': '/y'}, Surroundings(remappings={'image': '/x'}), '/y'),
-    ({}, Surroundings(params=(('image_transport', 'compressed'),)), '/image/compressed'),
+    ({}, {}, '/image'),
+    ({'namespace': 'front'}, {}, '/front/image'),
+    ({'image': 'camera'}, {'namespace': '/a'}, '/a/camera'),
+    ({'image': '~/camera'}, {}, '/phase_traj/camera'),
+    ({'image_transport': 'compressed'}, {}, '/image/compressed'),
+    ({}, {'remappings': {'image': '/x'}}, '/x'),
+    ({'image': '/y'}, {'remappings': {'image': '/x'}}, '/y'),
+    ({}, {'params': (('image_transport', 'compressed'),)}, '/image/compressed'),
 ])
 def test_reliable_is_for_the_topic_that_the_node_subscribes_to(arguments, around, topic):
-    start = node_start({'reliable': 'true', **arguments}, around)
+    start = node_start({'reliable': 'true', **arguments}, **around)
     assert start.own[f'qos_overrides.{topic}.subscription.history'] == 'keep_all'
 
 
-@pytest.mark.parametrize(('base', 'namespace', 'full_name'), [
-    ('', '', '/phase_traj'), ('a', 'b', '/a/b/phase_traj'), ('/a', '/b/', '/b/phase_traj'),
-    ('/', 'b', '/b/phase_traj')])
-def test_namespaces_join_as_in_launch(base, namespace, full_name):
-    start = node_start({'namespace': namespace}, Surroundings(namespace=base))
-    assert start.full_name == full_name
+@pytest.mark.parametrize(('base', 'namespace', 'joined'), [
+    ('', '', '/'), ('a', 'b', '/a/b'), ('/a', '/b/', '/b'), ('/', 'b', '/b'), ('/a', '', '/a')])
+def test_namespaces_join_as_in_launch(base, namespace, joined):
+    assert node_start({'namespace': namespace}, namespace=base).namespace == joined
 
 
 def test_files_of_a_parent_may_be_for_other_nodes(tmp_path):
     shared = file(tmp_path, '{frame_id: 3}', node='amcl')
-    start = node_start({}, Surroundings(params=(shared, ('frame_id', 'map'))))
+    start = node_start({}, params=[shared, ('frame_id', 'map')])
     assert start.frame == 'map'
     with pytest.raises(ParameterError, match='frame_id'):
-        node_start({}, Surroundings(params=(file(tmp_path, '{frame_id: 3}'),)))
+        node_start({}, params=[file(tmp_path, '{frame_id: 3}')])
 
 
 def test_what_is_given_becomes_arguments_of_ros():
     start = node_start(
-        {'image': '/c', 'speed': '/odometry', 'log_level': 'debug', 'namespace': 'front'}, ALONE)
+        {'image': '/c', 'speed': '/odometry', 'log_level': 'debug', 'namespace': 'front'})
     assert start.ros_arguments == [
         '-r', 'image:=/c', '-r', 'speed:=/odometry', '--log-level', 'front.phase_traj:=debug']
     assert start.own == {'use_speed_topic': True}
 
 
 def test_the_managed_node_may_start_itself():
-    start = node_start({'lifecycle': 'true', 'autostart': 'true'}, ALONE)
-    assert start.lifecycle and start.own == {'autostart': True}
-    assert node_start({'lifecycle': 'true'}, ALONE).own == {'autostart': False}
+    start = node_start({'lifecycle': 'true', 'autostart': 'true'})
+    assert start.flags['lifecycle'] and start.own == {'autostart': True}
+    assert node_start({'lifecycle': 'true'}).own == {'autostart': False}
 
 
 def test_a_relative_path_is_made_absolute(tmp_path, monkeypatch):
     file(tmp_path, '{threshold: 9.0}')
     monkeypatch.chdir(tmp_path)
-    assert node_start({'params_file': 'params.yaml'}, ALONE).params_file == Path(
+    assert node_start({'params_file': 'params.yaml'}).params_file == Path(
         tmp_path / 'params.yaml').resolve()

@@ -71,13 +71,14 @@ def _facts(result: Replay, shown: Overview) -> Iterator[tuple[str, str]]:
     yield 'movement codes', f'{len(result.movement)}'
     yield 'direction codes', f'{len(result.direction)}'
     if result.way.pairs:
-        yield f'distance, {result.parameters.length_unit.value}', f'{result.way.distance:.1f}'
+        unit = result.parameters.settings.length_unit.value
+        yield f'distance, {unit}', f'{result.way.distance:.1f}'
         if result.links is not None:
             yield 'links', f'{len(result.links.series)}'
     if result.threshold_px is not None:
         yield 'threshold, px per frame', f'{result.threshold_px:.4g}'
     else:
-        auto = result.parameters.codes_from is CodeSource.AUTO
+        auto = result.parameters.settings.code_source is CodeSource.AUTO
         yield 'codes from', 'the turns' if auto else 'the heading'
     yield 'reliable', 'yes' if result.reliability.reliable else 'no'
     yield 'median response', f'{shown.median_response:.3f}'
@@ -176,7 +177,7 @@ def _codes(result: Replay) -> Markup:
     listed: list[tuple[str, CodeSeries[Any]]] = [
         ('movement', result.codes.movement), ('direction', result.codes.direction)]
     if result.links is not None:
-        unit = result.parameters.length_unit.value
+        unit = result.parameters.settings.length_unit.value
         listed.append((f'links of {result.links.step:g} {unit}', result.links.series))
     return Markup(''.join(
         f'<p class="runs">{escape(name)} ({len(series)}):'

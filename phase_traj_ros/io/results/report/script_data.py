@@ -33,7 +33,7 @@ def script_data(
         'response': _numbers(shown.response, 4),
         'heading': None if shown.heading_deg is None else _numbers(shown.heading_deg, 2),
         'speed': None if shown.speed is None else _numbers(shown.speed, 3),
-        'speed_unit': f'{result.parameters.length_unit.value}/s',
+        'speed_unit': f'{result.parameters.settings.length_unit.value}/s',
         'distance_state': None if shown.speed is None else [
             '' if update.travel is None else update.travel.state.value
             for update in result.updates],
