@@ -116,7 +116,7 @@ class VisualCompass(YawCamera):
         update = HeadingUpdate(
             step, self.shift_of(measurement), tuple(turns), self._turns.quarters,
             self._contradicts(step.heading))
-        self._learn(measurement, stamp_ns, step.rate, self._turns.bends_deg)
+        self._learn(stamp_ns)
         return update
 
     def _contradicts(self, heading: float) -> bool:

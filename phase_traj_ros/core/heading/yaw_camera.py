@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Measures the yaw in the frames of a camera, whose lens is given or learned from the drive."""
 
-from collections.abc import Iterable
 import math
 
 import numpy as np
@@ -10,13 +9,12 @@ from numpy.typing import NDArray
 from phase_traj_ros.core.calibration.self_calibration import SelfCalibration
 from phase_traj_ros.core.camera.estimate import CameraEstimate, FieldOfView
 from phase_traj_ros.core.camera.in_use import CameraInUse
-from phase_traj_ros.core.camera.lens import Lens, LensOrigin
+from phase_traj_ros.core.camera.lens import Lens
 from phase_traj_ros.core.camera.model import CameraModel
 from phase_traj_ros.core.camera.projection import CylinderProjection
 from phase_traj_ros.core.correlation.mask import check_size
 from phase_traj_ros.core.correlation.phase_correlation import check_frame, Shift
 from phase_traj_ros.core.frames.pixel_weights import PixelWeights
-from phase_traj_ros.core.rotation.tuning import TUNING as YAW
 from phase_traj_ros.core.rotation.yaw_meter import YawMeasurement, YawMeter
 from phase_traj_ros.errors import FrameError
 
@@ -185,27 +183,12 @@ class YawCamera:
             self._focal[0] * tangent(shift.dx / self._px_per_rad),
             shift.dy * (self._focal[1] / self._px_per_rad), shift.response)
 
-    def _learn(
-        self, measurement: YawMeasurement | None, stamp_ns: int, rate: float,
-        bends_deg: Iterable[float],
-    ) -> None:
-        """
-        Learn from a pair, its yaw rate and the bends that end with it; use a better lens.
-
-        In a learned camera, the direction of travel straight ahead tells the pitch.
-        """
-        if self._learning is None:
-            return
-        self._learning.see(stamp_ns)
-        motion = None if measurement is None else measurement.motion
-        if (self.lens.origin is LensOrigin.DRIVE and motion is not None
-                and motion.passing >= YAW.moving and abs(rate) <= YAW.straight_rate):
-            self._learning.add_travel(
-                motion.travel.slope, math.sqrt(motion.travel.slope_variance))
-        for angle_deg in bends_deg:
-            self._learning.add_turn(angle_deg, focal_px=self._focal[0])
-        if self._learned:
-            self._adopt(self._learning.estimate)
+    def _learn(self, stamp_ns: int) -> None:
+        """Use what was learned up to a pair, if it is better."""
+        if self._learning is not None:
+            self._learning.see(stamp_ns)
+            if self._learned:
+                self._adopt(self._learning.estimate)
 
     def _mask_learning(self) -> None:
         if self._learning is not None:
