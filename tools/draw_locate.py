@@ -63,17 +63,16 @@ def draw(located: Located, drive: Drive) -> Figure:
     for plot, pose in zip(figure.subplots(2, 2).flat, moments_before(located)):
         for line in located.roads.lines:
             plot.plot(*line.T, color=LIGHT.muted, linewidth=0.8)
-        candidates = () if pose.estimate is None else pose.estimate.candidates
+        candidates = pose.estimate.candidates
         plot.scatter(
             [each.x for each in candidates], [each.y for each in candidates],
             s=[300 * each.probability + 6 for each in candidates], color=LIGHT.accent, alpha=0.7,
             linewidths=0)
         plot.plot(*truth[pose.stamp_ns], '+', color=LIGHT.ink, markersize=14)
-        known = 'known' if pose.claim is not None else 'not known'
-        best = 0.0 if pose.estimate is None else pose.estimate.probability
+        known = 'known' if pose.estimate.claimed else 'not known'
         plot.set_title(
-            f'after {pose.driven:.0f} m: {known}, probability {best:.2f}', fontsize='small',
-            loc='left')
+            f'after {pose.driven:.0f} m: {known}, probability {pose.estimate.probability:.2f}',
+            fontsize='small', loc='left')
         plot.set_aspect('equal')
         plot.set_axis_off()
     return figure

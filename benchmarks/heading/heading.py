@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
+import math
 import sys
 
 from benchmarks.heading.drives import (
@@ -34,7 +35,8 @@ from phase_traj_ros.core import PhaseCorrelator, Window
 from phase_traj_ros.core.camera.lens import Lens
 from phase_traj_ros.core.camera.lens_family import OneNumberLens
 from phase_traj_ros.core.camera.model import CameraModel
-from phase_traj_ros.core.camera.projection import Band, CylinderProjection
+from phase_traj_ros.core.camera.projection import CylinderProjection
+from phase_traj_ros.core.camera.tuning import CameraTuning, TUNING
 from phase_traj_ros.core.heading.turns import find_turns
 from phase_traj_ros.tasks.evaluation.scores import heading_error
 
@@ -184,8 +186,9 @@ def alternatives(real: Sequence[Ride]) -> str:
     """Compare with what the shift alone makes of parts of the picture."""
     made = [named('demo').kept(), named('paper_case_2').kept(), *(
         rendered(name, _KITTI).kept() for name in ('U-turns', 'gentle bends', 'roundabout'))]
-    whole = Band(above=60, below=60)
-    upper = Band(above=60, below=3)
+    # At the camera's own resolution.
+    whole = replace(TUNING, above_deg=60.0, below_deg=60.0, usual_px_per_rad=math.inf)
+    upper = replace(whole, below_deg=3.0)
     ways: dict[str, Callable[[Ride], np.ndarray]] = {
         'whole frame, no cylinder': lambda ride: _flat(ride),
         'cylinder, whole frame': lambda ride: _shift(ride, whole, Window.SQRT_HANN),
@@ -194,9 +197,9 @@ def alternatives(real: Sequence[Ride]) -> str:
         'the same, Hann window': lambda ride: _shift(ride, upper, Window.HANN),
         'the same, Tukey window': lambda ride: _shift(ride, upper, Window.TUKEY),
         'the same, Hann window, 20° about the middle': lambda ride: _shift(
-            ride, replace(upper, aside=20), Window.HANN),
+            ride, replace(upper, aside_deg=20.0), Window.HANN),
         'the same, Hann window, 10° about the middle': lambda ride: _shift(
-            ride, replace(upper, aside=10), Window.HANN),
+            ride, replace(upper, aside_deg=10.0), Window.HANN),
         '**cylinder and blocks**': lambda ride: follow(ride)[0].headings,
     }
     groups = [rides for rides in (real, made) if rides]
@@ -300,16 +303,16 @@ def _flat(ride: Ride) -> np.ndarray:
     return np.array(headings)
 
 
-def _shift(ride: Ride, band: Band, window: Window) -> np.ndarray:
-    """Return the heading from the shift on the cylinder alone, at the camera's own resolution."""
+def _shift(ride: Ride, tuning: CameraTuning, window: Window) -> np.ndarray:
+    """Return the heading from the shift on the cylinder alone."""
     projection = CylinderProjection(
-        CameraModel.pinhole((ride.camera.height, ride.camera.width), ride.camera.focal), band=band,
-        reduction=1)
+        CameraModel.pinhole((ride.camera.height, ride.camera.width), ride.camera.focal),
+        tuning=tuning)
     correlator, headings = PhaseCorrelator(window=window), [0.0]
     for frame in ride.frames():
         shift = correlator.update(projection(frame))
         if shift is not None:
-            headings.append(headings[-1] + projection.yaw(shift.dx))
+            headings.append(headings[-1] + shift.dx / projection.px_per_rad)
     return np.array(headings)
 
 

@@ -24,7 +24,7 @@ from benchmarks.shared.report import paragraphs, table
 import numpy as np
 from phase_traj_ros.core import PhaseCorrelator, Shift
 from phase_traj_ros.core.correlation.block_motion import BlockMotion
-from phase_traj_ros.core.correlation.quality import GateSettings, MeasurementGate
+from phase_traj_ros.core.correlation.quality import GateSettings
 from phase_traj_ros.core.correlation.tuning import TUNING
 
 _TEXT = """
@@ -80,7 +80,7 @@ class Follower:
     def __init__(self, mask: np.ndarray | None) -> None:
         """Make a follower that waits for its first frame."""
         self.correlator, self.blocks = PhaseCorrelator(mask=mask), BlockMotion(mask=mask)
-        self._guard = MeasurementGate(GateSettings())
+        self._guard = GateSettings()
 
     def update(self, frame: np.ndarray) -> tuple[Shift, Shift] | None:
         """Return the shift measured, and the shift after the guard."""

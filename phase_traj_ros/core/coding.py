@@ -59,27 +59,21 @@ class Coder:
         self, status: PairStatus, dx: float | None, heading: HeadingUpdate | None, interval: float,
     ) -> Step:
         """
-        Code a measured pair, or skip another one; a quarter that this completes is coded later.
+        Code a pair of status OK, or skip another one, whose quarters are coded later.
 
-        Parameters
-        ----------
-        status
-            Status of the pair; OK if it was measured.
-        dx
-            Shift in pixels of the full frame, positive to the right; None if it was not measured.
-        heading
-            What the pair adds to the heading; None if the heading is not measured.
-        interval
-            Seconds between the two frames.
-
+        ``dx`` is the shift in pixels of the full frame, positive to the right, None if it was not
+        measured; ``heading`` what the pair adds to the heading, None if nothing; ``interval`` the
+        seconds between the two frames.
         """
         codes = self._codes
-        measured = status is PairStatus.OK and dx is not None
+        if status is not PairStatus.OK:
+            if status is not PairStatus.REPEATED:
+                self._shifts.miss()
+            if isinstance(codes, TurnCode) and heading is not None:
+                codes.expect(heading.quarters)
+            return codes.skip(end_turn=status.ends_turn)
         if isinstance(codes, DynamicChainCode):
-            if not measured or dx is None:
-                if status is not PairStatus.REPEATED:
-                    self._shifts.miss()
-                return codes.skip(end_turn=status.ends_turn)
+            assert dx is not None
             self._shifts.add(dx, codes.threshold, interval=interval)
             if self._nominal_period > 0:
                 # After a dropped frame, the shift is that of two periods.
@@ -87,9 +81,5 @@ class Coder:
             return codes.update(dx)
         assert heading is not None
         if isinstance(codes, HeadingCode):
-            return codes.update(heading.step.heading, heading.step.rate) if measured else (
-                codes.skip(end_turn=status.ends_turn))
-        if measured:
-            return codes.update(heading.quarters, heading.step.rate)
-        codes.expect(heading.quarters)
-        return codes.skip(end_turn=status.ends_turn)
+            return codes.update(heading.step.heading, heading.step.rate)
+        return codes.update(heading.quarters, heading.step.rate)

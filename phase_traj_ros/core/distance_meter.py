@@ -58,25 +58,11 @@ class DistanceMeter:
         status: PairStatus, stamp_ns: int, interval_ns: int, *, unsure_ns: float = 0.0,
     ) -> Travel | None:
         """
-        Add the next frame, and return the distance of its pair; None if it is not measured.
+        Add the next frame, (H, W), and return the distance of its pair; None if it has none.
 
-        Parameters
-        ----------
-        frame
-            (H, W); it must not change afterwards.
-        heading
-            The visual compass; without it, no distance is measured.
-        measured
-            Yaw measurement of the pair; None if the frames cannot be compared.
-        status
-            Status of the pair.
-        stamp_ns
-            Stamp of the frame.
-        interval_ns
-            Time since the previous frame.
-        unsure_ns
-            Its standard deviation.
-
+        The frame must not change afterwards. Without the visual compass, ``heading``, no distance
+        is measured; ``measured`` is None if the frames cannot be compared. ``unsure_ns`` is the
+        standard deviation of the time since the previous frame, ``interval_ns``.
         """
         if heading is None or not self._settings.measures_distance:
             return None
@@ -100,15 +86,16 @@ class DistanceMeter:
         if given is not None:
             self.heights_per_second = abs(given) / (
                 interval * (self._height.metres or HEADING.camera_height))
-            if by_road is not None and by_road.state is TravelState.MEASURED:
-                self._calibrate(given, by_road, interval)
+            if (given > 0.0 and by_road is not None and by_road.state is TravelState.MEASURED
+                    and by_road.distance > TUNING.calibrating * interval):
+                self._height.add(given, by_road.distance, interval)
             return Travel(
                 given, (TUNING.given_speed * given) ** 2, TravelState.GIVEN,
                 scale=TUNING.given_speed)
         height = self._height.metres
         if by_road is None or height is None or by_road.state is TravelState.UNKNOWN:
             return Travel(
-                0.0, (TUNING.any_metric_speed * interval) ** 2, TravelState.UNKNOWN,
+                0.0, (TUNING.any_speed * TUNING.usual_height * interval) ** 2, TravelState.UNKNOWN,
                 rivalled=by_road is not None and by_road.rivalled)
         return by_road.scaled(height, self._height.deviation)
 
@@ -129,10 +116,6 @@ class DistanceMeter:
         if self._settings.speed == 0.0:
             return None
         return 0.0 if status is PairStatus.STILL else self._settings.speed * interval_ns * 1e-9
-
-    def _calibrate(self, metres: float, by_road: Travel, interval: float) -> None:
-        if metres > 0.0 and by_road.distance > TUNING.calibrating * interval:
-            self._height.add(metres, by_road.distance, interval)
 
     def _look_for(self, frame: Frame, heading: VisualCompass) -> bool:
         """Use the current camera and mask; return whether the camera has changed."""

@@ -21,7 +21,7 @@ from phase_traj_ros.core.heading.visual_compass import VisualCompass
 from phase_traj_ros.core.integration import Integration
 from phase_traj_ros.core.judge import Judge
 from phase_traj_ros.core.measuring import PairMeter
-from phase_traj_ros.core.path.trajectory import DrawnPath
+from phase_traj_ros.core.path.heading_path import DrawnPath
 from phase_traj_ros.core.path.way import Way
 from phase_traj_ros.core.reliability.verdict import Reliability
 from phase_traj_ros.core.settings import CodeSource, EstimatorSettings
@@ -33,6 +33,7 @@ class TrajectoryEstimator:
     """
     Measures each pair of frames of a camera, codes it, and draws the path.
 
+    ``update`` takes a frame through all steps: it is prepared, measured, judged and integrated.
     The node and the offline replay use the same class, so their codes are the same.
     """
 
@@ -294,24 +295,19 @@ class TrajectoryEstimator:
         # First, as an unusable frame must not change the state.
         picture = prepare(frame)
         # The codes of the paper are those of pairs, whatever was before them.
-        repeated = not first and self._repeats.is_repeated(
-            frame, interval_ns, encoding=encoding, by_motion=self._settings.by_heading)
-        pair = None
-        if not repeated:
-            if not self._is_foreseen(frame, picture, waited_ns, interval_ns, encoding):
-                pair = self._meter.compare(
-                    frame, picture, waited_ns * 1e-9, interval_ns * 1e-9, encoding=encoding,
-                    heading=self.heading)
-            self.correlate_ns = time.perf_counter_ns() - began
-            self._repeats.keep(
-                picture if frame.dtype == np.uint8 else frame.copy(), encoding=encoding)
-            self._used_stamp_ns, self._width = stamp_ns, frame.shape[1]
-        if self._last_stamp_ns is not None:
-            self._jitter.add(stamp_ns - self._last_stamp_ns)
-        self._last_stamp_ns = stamp_ns
-        self._integration.count_frame()
-        if repeated:
+        if not first and self._repeats.is_repeated(
+                frame, interval_ns, encoding=encoding, by_motion=self._settings.by_heading):
+            self._count(stamp_ns)
             return self._integration.repeat(stamp_ns, interval_ns)
+        pair = None
+        if not self._is_foreseen(frame, picture, waited_ns, interval_ns, encoding):
+            pair = self._meter.compare(
+                frame, picture, waited_ns * 1e-9, interval_ns * 1e-9, encoding=encoding,
+                heading=self.heading)
+        self.correlate_ns = time.perf_counter_ns() - began
+        self._repeats.keep(picture if frame.dtype == np.uint8 else frame.copy(), encoding=encoding)
+        self._used_stamp_ns, self._width = stamp_ns, frame.shape[1]
+        self._count(stamp_ns)
         if pair is None:
             return self._integration.foresee(stamp_ns, waited_ns, interval_ns)
         self._measured_ns = stamp_ns
@@ -327,6 +323,13 @@ class TrajectoryEstimator:
         return self._integration.add(
             picture, pair, verdict, stamp_ns, waited_ns,
             unsure_ns=math.hypot(self._repeats.unsure_ns, self._jitter.deviation_ns))
+
+    def _count(self, stamp_ns: int) -> None:
+        """Count a frame that can be used."""
+        if self._last_stamp_ns is not None:
+            self._jitter.add(stamp_ns - self._last_stamp_ns)
+        self._last_stamp_ns = stamp_ns
+        self._integration.count_frame()
 
     def _is_foreseen(
         self, frame: Frame, picture: NDArray[np.uint8], waited_ns: int, interval_ns: int,

@@ -12,7 +12,7 @@ from phase_traj_ros.core.correlation.phase_correlation import Frame, Shift
 from phase_traj_ros.core.distance_meter import DistanceMeter
 from phase_traj_ros.core.heading.turns import Turn
 from phase_traj_ros.core.heading.visual_compass import HeadingUpdate, VisualCompass
-from phase_traj_ros.core.judge import judged, Verdict
+from phase_traj_ros.core.judge import Verdict
 from phase_traj_ros.core.measuring import Comparison
 from phase_traj_ros.core.path.trajectory import Corner
 from phase_traj_ros.core.reliability.monitor import ReliabilityMonitor
@@ -123,7 +123,32 @@ class Integration:
 
         The update is relative to the newest frame, also if that was foreseen.
         """
-        whole = self._whole(picture, pair, verdict, stamp_ns, interval_ns, unsure_ns)
+        interval = interval_ns * 1e-9
+        heading = self._turn(verdict, stamp_ns, interval)
+        self.counters.count(verdict.status)
+        dx = None if pair.used is None else self._settings.view.full_shift(pair.used).dx
+        step = self.coder.code(verdict.status, dx, heading, interval)
+        status = verdict.status.coded(step)
+        turned = None if heading is None else heading.step
+        # The road shows whether the vehicle moves, even if the rest of the image does not.
+        travel = self.distance_meter.update(
+            picture, self.heading, pair.yaw, status, stamp_ns, interval_ns, unsure_ns=unsure_ns)
+        odometry, links = self.route.add(
+            step, turned, travel, stamp_ns, interval_ns, unsure_ns=unsure_ns)
+        cut = pair.cut and self._settings.guards
+        self._monitor.add(
+            verdict.evidence, stamp_ns, interval_ns,
+            contradicted=self._settings.guards and heading is not None and heading.contradicts,
+            measured=not self._settings.metric or travel is None or travel.measured,
+            rivalled=self._settings.metric and travel is not None and travel.rivalled,
+            cut=pair.cut, frames=self.frames - self._measured)
+        known = travel is not None and travel.known
+        whole = Update(
+            self.frames - 2, stamp_ns, interval_ns, self._shift(pair, heading), step, status,
+            self._tip, turned, () if heading is None else heading.turns, self._news_of_camera(),
+            cut, odometry, travel, links,
+            travel.distance / interval if travel and known else None,
+            travel.variance / interval ** 2 if travel and known else None)
         foreseen, self._foreseen, self._measured = self._foreseen, None, self.frames
         self._steady = whole if verdict.evidence is Evidence.TRUSTED else None
         return whole.after(foreseen)
@@ -146,48 +171,19 @@ class Integration:
 
     def repeat(self, stamp_ns: int, interval_ns: int) -> Update:
         """Add a frame that repeats a picture; the next pair covers its time."""
-        status, evidence = judged(Comparison(), repeated=True)
+        status = PairStatus.REPEATED
         self.counters.count(status)
-        self._monitor.add(evidence, stamp_ns, interval_ns)
-        heading = None if self.heading is None else self.heading.hold(
-            None if self._foreseen is None else self._foreseen.heading)
-        step = self.coder.code(status, None, heading, interval_ns * 1e-9)
+        self._monitor.add(Evidence.REPEATED, stamp_ns, interval_ns)
+        heading = None
+        if self.heading is not None:
+            # It does not turn since the frame before, which may be a foreseen one.
+            heading = self.heading.tracker.foresee(0.0, 0.0)
+            if self._foreseen is not None and self._foreseen.heading is not None:
+                heading = replace(heading, heading=self._foreseen.heading.heading)
+        step = self.coder.code(status, None, None, interval_ns * 1e-9)
         return Update(
-            self.frames - 2, stamp_ns, interval_ns, None, step, status, self._tip,
-            None if heading is None else heading.step, camera=self._news_of_camera())
-
-    def _whole(
-        self, picture: Frame, pair: Comparison, verdict: Verdict, stamp_ns: int, interval_ns: int,
-        unsure_ns: float,
-    ) -> Update:
-        interval = interval_ns * 1e-9
-        heading = self._turn(verdict, stamp_ns, interval)
-        self.counters.count(verdict.status)
-        dx = None if pair.used is None else self._settings.view.full_shift(pair.used).dx
-        step = self.coder.code(verdict.status, dx, heading, interval)
-        status = verdict.status.coded(step)
-        turned = None if heading is None else heading.step
-        # The road shows whether the vehicle moves, even if the rest of the image does not.
-        travel = self.distance_meter.update(
-            picture, self.heading, pair.yaw, status, stamp_ns, interval_ns, unsure_ns=unsure_ns)
-        progress = self.route.add(
-            step, turned, travel, stamp_ns, interval_ns, unsure_ns=unsure_ns)
-        cut = pair.cut and self._settings.guards
-        if pair.cut:
-            self._monitor.add_cut()
-        self._monitor.add(
-            verdict.evidence, stamp_ns, interval_ns,
-            contradicted=self._settings.guards and heading is not None and heading.contradicts,
-            measured=not self._settings.metric or travel is None or travel.measured,
-            rivalled=self._settings.metric and travel is not None and travel.rivalled,
-            frames=self.frames - self._measured)
-        known = travel is not None and travel.known
-        return Update(
-            self.frames - 2, stamp_ns, interval_ns, self._shift(pair, heading), step, status,
-            self._tip, turned, () if heading is None else heading.turns, self._news_of_camera(),
-            cut, progress.odometry, travel, progress.links,
-            travel.distance / interval if travel and known else None,
-            travel.variance / interval ** 2 if travel and known else None)
+            self.frames - 2, stamp_ns, interval_ns, None, step, status, self._tip, heading,
+            camera=self._news_of_camera())
 
     def _turn(self, verdict: Verdict, stamp_ns: int, interval: float) -> HeadingUpdate | None:
         """Add the yaw of the pair to the heading, if the heading is measured."""

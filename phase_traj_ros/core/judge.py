@@ -5,7 +5,8 @@ Judges each pair of frames, once: what its measurement is worth, and why.
 
 ``judged`` is the only place that decides it; ``Judge`` collects what it needs to know: whether the
 vehicle stands (``_stands``) and whether only what is fixed to the camera agrees
-(``_only_fixed_agree``). The distance of a pair that stands is 0; of others, the road decides.
+(``_only_fixed_agree``). The distance of a pair that stands is 0; of others, the road decides. A
+frame that repeats a picture or is foreseen has no measurement to judge.
 """
 
 from dataclasses import dataclass, replace
@@ -27,30 +28,16 @@ from phase_traj_ros.core.status import PairStatus
 
 
 def judged(
-    pair: Comparison, *, repeated: bool = False, blank: bool = False, fixed: bool = False,
-    implausible: bool = False, by_yaw: bool = True,
+    pair: Comparison, *, blank: bool = False, fixed: bool = False, implausible: bool = False,
+    by_yaw: bool = True,
 ) -> tuple[PairStatus, Evidence]:
     """
     Return the status of a pair before it is coded, and what it is worth for the result.
 
-    Parameters
-    ----------
-    pair
-        Its measurements.
-    repeated
-        Whether both frames show one picture.
-    blank
-        Whether the image holds only noise.
-    fixed
-        Whether only fixed areas may have agreed, or too little else is left.
-    implausible
-        Whether the yaw was not measured, or no vehicle turns like that.
-    by_yaw
-        Whether the pair is coded by its yaw.
-
+    ``blank``: the image holds only noise. ``fixed``: only fixed areas may have agreed, or too
+    little else is left. ``implausible``: the yaw was not measured, or no vehicle turns like that.
+    ``by_yaw``: the pair is coded by its yaw.
     """
-    if repeated:
-        return PairStatus.REPEATED, Evidence.REPEATED
     if pair.gap:
         return PairStatus.GAP, Evidence.APART
     if pair.quality is None:
@@ -109,19 +96,10 @@ class Judge:
         self, picture: Frame, pair: Comparison, heading: VisualCompass | None, interval: float,
     ) -> Verdict:
         """
-        Judge the next pair.
+        Judge the next pair, whose second frame is ``picture``, (H, W).
 
-        Parameters
-        ----------
-        picture
-            Its second frame, (H, W).
-        pair
-            Its measurements.
-        heading
-            The heading so far, from which the yaw has to follow; None if it is not measured.
-        interval
-            Time between the two frames in seconds.
-
+        Its yaw has to follow from the ``heading`` so far, None if that is not measured.
+        ``interval`` is the time between the two frames in seconds.
         """
         shift = None if heading is None else heading.shift_of(pair.yaw)
         if pair.cut:

@@ -92,7 +92,7 @@ class PairMeter:
         if (settings.view, settings.code_source) != (before.view, before.code_source):
             self._apply()
         elif (settings.gate, settings.stillness) != (before.gate, before.stillness):
-            self._quality = self._make_quality()
+            self._make_quality()
 
     def reset(self) -> None:
         """Forget the newest frame: the next one becomes the first of a pair."""
@@ -145,13 +145,15 @@ class PairMeter:
         cut = self._cuts.update(yaw, interval)
         if cut and self._settings.guards:
             self._quality.interrupt()
-        measured = shift
-        if self._settings.by_heading:
-            measured = None if yaw is None else yaw.shift
+        measured = yaw.shift if self._settings.by_heading and yaw is not None else shift
         if measured is None:
             return Comparison(shift, yaw, cut=cut)
         quality, used = self._quality.judge(measured, self._correlator)
-        return Comparison(shift, yaw, quality, used, self._agreement(shift, yaw), cut=cut)
+        if yaw is not None:
+            agreement = yaw.agreement
+        else:
+            agreement = float(self._correlator.significance(measured) >= _STANDS_OUT)
+        return Comparison(shift, yaw, quality, used, agreement, cut=cut)
 
     def correlation_map(self) -> NDArray[np.float32]:
         """Return the correlation map of the newest pair, see ``PhaseCorrelator``."""
@@ -160,23 +162,16 @@ class PairMeter:
     def _gap(self, interval: float) -> bool:
         return 0.0 < self._settings.max_gap < interval
 
-    def _agreement(self, shift: Shift | None, yaw: YawMeasurement | None) -> float:
-        if yaw is not None:
-            return yaw.agreement
-        return float(shift is not None and self._correlator.significance(shift) >= _STANDS_OUT)
-
     def _apply(self) -> None:
         settings = self._settings
         self._view_mask: Frame | None = (
             None if self.mask is None else settings.view.of(self.mask))
         self._correlator = PhaseCorrelator(mask=self._view_mask)
-        self._quality = self._make_quality()
+        self._make_quality()
 
-    def _make_quality(self) -> PairQuality:
+    def _make_quality(self) -> None:
         # The yaw is tested separately, and without a correlation map of the view.
-        quality = PairQuality(
+        self._quality = PairQuality(
             gate=None if self._settings.by_heading else self._settings.gate,
             stillness=self._settings.stillness, mask=self._view_mask)
-        if self._left_out is not None:
-            quality.leave_out(self._settings.view.of(self._left_out))
-        return quality
+        self.leave_out(self._left_out)

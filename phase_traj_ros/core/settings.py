@@ -9,7 +9,7 @@ import math
 from phase_traj_ros.core.camera.lens import Lens, MOST_TILT_DEG
 from phase_traj_ros.core.codes.from_shift import DynamicChainCode, PAPER_THRESHOLD
 from phase_traj_ros.core.codes.links import LEAST_STEP
-from phase_traj_ros.core.codes.sectors import CONNECTIVITIES
+from phase_traj_ros.core.codes.sectors import HeadingSector
 from phase_traj_ros.core.correlation.quality import GateSettings, StillnessSettings
 from phase_traj_ros.core.correlation.view import View
 from phase_traj_ros.core.path.way import LengthUnit
@@ -118,8 +118,6 @@ class EstimatorSettings:
             raise ValueError(
                 f'camera_pitch_deg is {self.camera_pitch_deg}: give degrees from'
                 f' -{MOST_TILT_DEG:g} to {MOST_TILT_DEG:g}')
-        if self.connectivity not in CONNECTIVITIES:
-            raise ValueError(f'connectivity is {self.connectivity}: give 4 or 8')
         if self.connectivity == 8 and self.code_source is not CodeSource.HEADING:
             raise ValueError('connectivity is 8: this requires code_source heading; the other code'
                              ' sources give right angles only')
@@ -129,7 +127,8 @@ class EstimatorSettings:
                 ' 0 for no links')
         if self.speed > 0 and self.awaits_speeds:
             raise ValueError('speed and awaits_speeds are both set: give one of them')
-        # It reports invalid values in its own words.
+        # They report invalid values in their own words.
+        HeadingSector(self.connectivity)
         DynamicChainCode(
             self.threshold, confirm_frames=self.confirm_frames,
             release_frames=self.release_frames, max_runs=self.max_runs)
@@ -171,8 +170,7 @@ class EstimatorSettings:
     @property
     def needs_lens(self) -> bool:
         """Return whether a setting requires a lens."""
-        return (
-            self.by_heading or self.draws_heading or self.metric or self.code_step > 0)
+        return self.by_heading or self.measures_distance
 
     @property
     def learns_lens(self) -> bool:
@@ -213,8 +211,7 @@ class EstimatorSettings:
     @property
     def measures_distance(self) -> bool:
         """Return whether the distance of each pair is measured or given."""
-        return self.measures_heading and (
-            self.draws_heading or self.metric or self.code_step > 0)
+        return self.draws_heading or self.metric or self.code_step > 0
 
     @property
     def length_unit(self) -> LengthUnit:

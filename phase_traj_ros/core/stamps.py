@@ -21,36 +21,22 @@ class Passed(Generic[_FrameT]):
     """Whether the stream starts anew with this frame, as a bag that is played in a loop does."""
 
 
-@dataclass(slots=True)
-class StampCounts:
-    """Numbers of frames that were dropped because of their stamps; a restart keeps them."""
-
-    repeated: int = 0
-    """The stamp equals that of the previous frame."""
-    late: int = 0
-    """The stamp is at most a second before the newest: neighbours swapped, or a clock set back."""
-    stray: int = 0
-    """The stamp is far from those around it, such as a zero, or an hour ahead."""
-
-    @property
-    def dropped(self) -> int:
-        """Return the number of frames dropped for late or stray stamps."""
-        return self.late + self.stray
-
-
 class StampGate(Generic[_FrameT]):
     """
     Passes on frames whose stamps increase, and drops the others.
 
     A frame whose stamp jumps by more than a second is held until the next one arrives. If the
     stream goes on from there, the jump was real: a gap, or, backward, a restart. Otherwise the
-    frame is a stray one and is dropped. A stamp that is at most a second late is dropped at once.
+    frame is a stray one and is dropped. A stamp that is at most a second late is dropped at once:
+    neighbours were swapped, or a clock was set back.
     """
 
     def __init__(self) -> None:
         """Make a gate before the first frame."""
-        self.counts = StampCounts()
-        """Frames dropped so far."""
+        self.repeated = 0
+        """Number of frames dropped so far as they have the stamp of the one before."""
+        self.dropped = 0
+        """Number of frames dropped so far as their stamp is late or stray."""
         self._newest_ns: int | None = None
         self._interval_ns = 0
         self._held: Passed[_FrameT] | None = None
@@ -59,27 +45,20 @@ class StampGate(Generic[_FrameT]):
         """
         Take the next frame; yield the frames to use now, none to two, in order.
 
-        The iterator has to be exhausted before the next call.
-
-        Parameters
-        ----------
-        frame
-            Anything that belongs to the stamp; it is passed on as it is.
-        stamp_ns
-            Time of the exposure in nanoseconds.
-
+        The iterator has to be exhausted before the next call. The frame may be anything that
+        belongs to the stamp, the time of the exposure in nanoseconds.
         """
         held, self._held = self._held, None
         if held is not None:
             if stamp_ns == held.stamp_ns:
-                self.counts.repeated += 1
+                self.repeated += 1
                 self._held = held
                 return
             if self._continues(held, stamp_ns):
                 yield self._use(held)
             else:
-                self.counts.stray += 1
-        yield from self._judge(Passed(frame, stamp_ns))
+                self.dropped += 1
+        yield from self._sort(Passed(frame, stamp_ns))
 
     def finish(self) -> Iterator[Passed[_FrameT]]:
         """End the stream: yield a frame held after a forward jump, drop one after a backward."""
@@ -87,7 +66,7 @@ class StampGate(Generic[_FrameT]):
         if held is None:
             return
         if self._newest_ns is not None and held.stamp_ns < self._newest_ns:
-            self.counts.stray += 1
+            self.dropped += 1
         else:
             yield self._use(held)
 
@@ -96,17 +75,17 @@ class StampGate(Generic[_FrameT]):
         self._newest_ns = self._held = None
         self._interval_ns = 0
 
-    def _judge(self, next_: Passed[_FrameT]) -> Iterator[Passed[_FrameT]]:
+    def _sort(self, next_: Passed[_FrameT]) -> Iterator[Passed[_FrameT]]:
         if self._newest_ns is None:
             yield self._use(next_)
             return
         step_ns = next_.stamp_ns - self._newest_ns
         if step_ns == 0:
-            self.counts.repeated += 1
+            self.repeated += 1
         elif step_ns < -TUNING.jump_ns:
             self._held = Passed(next_.frame, next_.stamp_ns, restarts=True)
         elif step_ns < 0:
-            self.counts.late += 1
+            self.dropped += 1
         elif step_ns > max(TUNING.jump_ns, TUNING.slow_intervals * self._interval_ns):
             first = self._interval_ns == 0
             self._held = replace(next_, restarts=first and step_ns > TUNING.ages_ns)

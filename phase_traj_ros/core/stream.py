@@ -106,11 +106,11 @@ class FrameStream(Generic[_StampedT]):
         self._estimator.reset()
 
     def _take(self, passing: Iterable[Passed[_StampedT]]) -> Iterator[Outcome[_StampedT]]:
-        repeated, dropped = self._gate.counts.repeated, self._gate.counts.dropped
+        repeated, dropped = self._gate.repeated, self._gate.dropped
         # All of them first, as a frame may be the last that is taken from this iterator.
         passed = list(passing)
-        self._estimator.repeat_stamp(self._gate.counts.repeated - repeated)
-        self._estimator.counters.dropped += self._gate.counts.dropped - dropped
+        self._estimator.repeat_stamp(self._gate.repeated - repeated)
+        self._estimator.counters.dropped += self._gate.dropped - dropped
         for each in passed:
             yield from self._use(each)
 

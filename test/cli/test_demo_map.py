@@ -35,7 +35,6 @@ def made(tmp_path, monkeypatch):
         for before, after, stamp in zip(poses, poses[1:], drive.stamps_ns[1:].tolist())),
         IN_METRES)
     x, y = roads.projection.to_metres(*ORIGIN.to_degrees(*poses[0][:2])).tolist()
-    monkeypatch.setattr(run.RoadFile, 'road_map', lambda _: None)
 
     def make(off=0.0, odometry=odometry):
         monkeypatch.setattr(

@@ -36,7 +36,6 @@ def made(monkeypatch):
         found.append(options)
         return ToldLocator(drive()[0], after=options['settings'].claim_above * 300.0)
     monkeypatch.setattr(run, 'MapLocator', make)
-    monkeypatch.setattr(run.RoadFile, 'road_map', lambda _: None)
     return found
 
 

@@ -31,7 +31,6 @@ NOTHING = Comparison(SHIFT, None, Quality.NOTHING, SHIFT, agreement=0.8)
     (NOTHING, {}, PairStatus.NO_MEASUREMENT, Evidence.BLANK),
     (Comparison(), {}, PairStatus.REPRIMED, Evidence.APART),
     (Comparison(gap=True), {}, PairStatus.GAP, Evidence.APART),
-    (GOOD, {'repeated': True}, PairStatus.REPEATED, Evidence.REPEATED),
     (GOOD, {'blank': True}, PairStatus.OK, Evidence.BLANK),
     (GOOD, {'implausible': True}, PairStatus.NO_MEASUREMENT, Evidence.JERKED),
     (GOOD, {'implausible': True, 'fixed': True}, PairStatus.NO_MEASUREMENT, Evidence.FIXED),

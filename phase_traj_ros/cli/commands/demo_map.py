@@ -15,7 +15,12 @@ from phase_traj_ros.io.results.figures import require_matplotlib
 from phase_traj_ros.io.results.files import RESULT_NAMES, write_results
 from phase_traj_ros.parameters import Parameters
 from phase_traj_ros.synthetic import Drive, town_drive
-from phase_traj_ros.tasks.location.files import add_to_chain_code, LOCATION_FILES, write_location
+from phase_traj_ros.tasks.location.files import (
+    add_to_chain_code,
+    degrees,
+    LOCATION_FILES,
+    write_location,
+)
 from phase_traj_ros.tasks.location.odometry import odometry_of
 from phase_traj_ros.tasks.location.report import verdict, write_location_report
 from phase_traj_ros.tasks.location.run import locate, Located, Near
@@ -71,14 +76,13 @@ def distance_off(located: Located, drive: Drive) -> float:
         The place is not known at the end, or one is wrong.
 
     """
-    if located.poses[-1].claim is None:
+    if not located.poses[-1].estimate.claimed:
         raise ResultError(f'{verdict(located)} at the end of the drive')
     truth = dict(zip(drive.stamps_ns.tolist(), drive.poses[:, :2].tolist()))
     off = 0.0
     for pose in located.poses:
-        if pose.claim is not None:
-            place = located.roads.projection.to_degrees(pose.claim.x, pose.claim.y)
-            x, y = _ORIGIN.to_metres(*place).tolist()
+        if pose.estimate.claimed:
+            x, y = _ORIGIN.to_metres(*degrees(located, pose.estimate)).tolist()
             off = max(off, math.dist((x, y), truth[pose.stamp_ns]))
     if not off < _WRONG:
         raise ResultError(f'a place is {off:.1f} m from the true one')

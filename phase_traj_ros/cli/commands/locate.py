@@ -177,18 +177,17 @@ def _lines(located: Located) -> Iterator[str]:
     yield (f'{located.odometry.source}: {len(poses)} poses, about {driven:.0f} m;'
            f' {roads.source}: {roads.length / 1e3:.0f} km of road')
     first, last = located.first_claim, poses[-1].estimate
-    if first is None or first.claim is None:
+    if first is None:
         yield f'{verdict(located)}: {_reason(located)}'
     else:
-        latitude, longitude = degrees(located, first.claim)
+        latitude, longitude = degrees(located, first.estimate)
         yield f'{verdict(located)}: {latitude:.6f}, {longitude:.6f}'
-    if last is None or not last.claimed:
-        told = 0.0 if last is None else last.probability
-        yield f'at the end: not known, probability {told:.3f} of the best place'
+    if not last.claimed:
+        yield f'at the end: not known, probability {last.probability:.3f} of the best place'
     else:
         latitude, longitude = degrees(located, last)
         yield (f'at the end: {latitude:.6f}, {longitude:.6f}, bearing'
-               f' {float(bearing_deg(last.heading)):.0f}°, standard deviation'
+               f' {bearing_deg(last.heading):.0f}°, standard deviation'
                f' {last.standard_deviation:.1f} m, probability {last.probability:.3f}')
     yield f'map data {ATTRIBUTION}'
 

@@ -2,8 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Batched rotations, and matrix products that do not depend on the number of threads."""
 
-import math
-
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -48,18 +47,5 @@ def crossed(vectors: Numbers) -> Numbers:
 
 
 def rotations(vectors: Numbers) -> Numbers:
-    """Return the rotation matrices (N, 3, 3) of rotation vectors (N, 3) (Rodrigues)."""
-    angle = np.linalg.norm(vectors, axis=1)
-    about = crossed(vectors / np.maximum(angle, 1e-12)[:, None])
-    sine, cosine = np.sin(angle)[:, None, None], np.cos(angle)[:, None, None]
-    result: Numbers = np.eye(3) + sine * about + (1.0 - cosine) * (about @ about)
-    return result
-
-
-def rotation_vector(matrix: Numbers) -> Numbers:
-    """Return the rotation vector (3,) of a matrix (3, 3) with an angle below 180 degrees."""
-    axis = np.array([matrix[2, 1] - matrix[1, 2], matrix[0, 2] - matrix[2, 0],
-                     matrix[1, 0] - matrix[0, 1]])
-    length = float(np.linalg.norm(axis))
-    angle = math.atan2(length, float(np.trace(matrix)) - 1.0)
-    return axis * (angle / length if length > 0.0 else 0.0)
+    """Return the rotation matrices (N, 3, 3) of rotation vectors (N, 3)."""
+    return np.array([cv2.Rodrigues(vector)[0] for vector in vectors])

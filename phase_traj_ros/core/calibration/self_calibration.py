@@ -3,17 +3,16 @@
 """
 Learns the camera from the drive: from frames to an estimate of lens and horizon.
 
-The main evidence is the motion of points through the image in a turn (``turn_fit``). A prior over
-cameras and, with a small weight, the right angles of streets are added. The evidence is collected
-as the probability of each focal length and straightness on a grid, so a wrong fit is outvoted, and
-the memory is constant.
+The evidence is the motion of points through the image in a turn (``turn_fit``), and a prior over
+cameras. It is collected as the probability of each focal length and straightness on a grid, so a
+wrong fit is outvoted, and the memory is constant.
 """
 
 import math
 
 import numpy as np
 from numpy.typing import NDArray
-from phase_traj_ros.core.calibration.right_angles import RightAngles
+from phase_traj_ros.core.calibration.algebra import Numbers
 from phase_traj_ros.core.calibration.tuning import TUNING
 from phase_traj_ros.core.calibration.turn_fit import fit_turn, TurnFit
 from phase_traj_ros.core.calibration.turn_tracks import TurnFollower, TurnTracks
@@ -37,10 +36,11 @@ class SelfCalibration:
     Deterministic: the same frames give the same estimate.
     """
 
-    def __init__(self, *, mask: NDArray[np.uint8] | None = None) -> None:
-        """Make an estimator before the first frame; pixels with ``mask`` (H, W) 0 are ignored."""
-        self._follower = TurnFollower(mask=mask)
-        self._shape: tuple[int, int] | None = None
+    def __init__(self) -> None:
+        """Make an estimator before the first frame."""
+        self._follower = TurnFollower()
+        # That of the frames; (0, 0) before the first.
+        self._shape = (0, 0)
         # First and last stamp of all frames.
         self._seen_ns: tuple[int, int] | None = None
         self._again = False
@@ -49,19 +49,16 @@ class SelfCalibration:
     def forget(self) -> None:
         """Restart with the prior."""
         self._follower.cut()
-        usual = -0.5 * ((_FOCALS - math.log(TUNING.usual_focal)) / TUNING.focal_spread) ** 2
-        pinholes = TUNING.pinhole_share
-        kinds = pinholes / TUNING.pinhole_deviation * _bell(
-            _STRAIGHTS, PINHOLE, TUNING.pinhole_deviation)
-        kinds += (1.0 - pinholes) / TUNING.fisheye_deviation * _bell(
-            _STRAIGHTS, TUNING.fisheye_straightness, TUNING.fisheye_deviation)
-        self._log: NDArray[np.float64] = usual[:, None] + np.log(kinds)
-        self._angles = RightAngles(_FOCALS, weight=TUNING.right_angles_weight)
+        usual = _normal(_FOCALS, math.log(TUNING.usual_focal), TUNING.focal_spread)
+        pinholes = _normal(_STRAIGHTS, PINHOLE, TUNING.pinhole_deviation)
+        fisheyes = _normal(_STRAIGHTS, TUNING.fisheye_straightness, TUNING.fisheye_deviation)
+        share, cropped = TUNING.pinhole_share, TUNING.cropped_share
+        self._log: Numbers = np.log(
+            usual[:, None] * (share * pinholes + (1.0 - share) * fisheyes))
+        whole = _normal(_COLUMNS, 0.0, TUNING.column_deviation)
+        self._column: Numbers = np.log(
+            (1.0 - cropped) * whole + cropped / np.ptp(_COLUMNS))
         self._horizon = HorizonEstimator()
-        aside, cropped = TUNING.column_deviation, TUNING.cropped_share
-        self._column: NDArray[np.float64] = np.log(
-            (1.0 - cropped) / (aside * math.sqrt(2.0 * math.pi)) * _bell(_COLUMNS, 0.0, aside)
-            + cropped / np.ptp(_COLUMNS))
         self._frames, self._tried, self._fits = 0, 0, 0
         self._estimate: CameraEstimate | None = None
 
@@ -81,25 +78,18 @@ class SelfCalibration:
         the stamps are within the range already seen.
         """
         first, last = self._seen_ns or (stamp_ns, stamp_ns - 1)
-        again, self._again = self._again, first <= stamp_ns <= last
+        self._again = first <= stamp_ns <= last
         self._seen_ns = min(first, stamp_ns), max(last, stamp_ns)
-        if self._again and not again:
+        if self._again:
             self._follower.cut()
 
     def update(self, frame: Frame, shift_px: float, interval: float) -> bool:
         """
-        Add the next frame; return whether the estimate has changed.
+        Add the next frame, (H, W) and upright; return whether the estimate has changed.
 
-        Parameters
-        ----------
-        frame
-            (H, W), upright; it must not change afterwards. A frame of another size is from another
-            camera.
-        shift_px
-            Shift of the image to the right since the last frame, in pixels; 0 if it is unknown.
-        interval
-            Seconds since the last frame; 0 for the first.
-
+        The frame must not change afterwards; one of another size is from another camera.
+        ``shift_px`` is the shift of the image to the right since the last frame, 0 if it is
+        unknown, and ``interval`` the time since in seconds, 0 for the first frame.
         """
         if self._again:
             return False
@@ -112,32 +102,9 @@ class SelfCalibration:
         wanted = self._frames >= TUNING.waiting_frames * further ** 2
         return self._learn(self._follower.update(frame, shift_px, interval, wanted=wanted))
 
-    def finish(self) -> bool:
-        """Use the turn in progress at the end; return whether the estimate has changed."""
-        return self._learn(self._follower.finish())
-
-    def add_turn(self, angle_deg: float, *, focal_px: float) -> None:
-        """
-        Add the angle of a turn, measured with a focal length, as evidence of right angles.
-
-        Raises
-        ------
-        ValueError
-            The angle is not finite, or the focal length is not a finite number above 0.
-
-        """
-        if self._again:
-            return
-        width = 1 if self._shape is None else self._shape[1]
-        self._angles.add(angle_deg, focal=focal_px / width)
-        self._estimate = None
-
-    def add_travel(self, slope: float, deviation: float) -> None:
-        """Add the direction of travel on a straight; see ``HorizonEstimator.add_travel``."""
-        if self._again:
-            return
-        self._horizon.add_travel(slope, deviation)
-        self._estimate = None
+    def finish(self) -> None:
+        """Use the turn in progress at the end."""
+        self._learn(self._follower.finish())
 
     @property
     def turns(self) -> int:
@@ -155,40 +122,33 @@ class SelfCalibration:
             It is called before the first frame.
 
         """
-        if self._shape is None:
+        height, width = self._shape
+        if not width:
             raise ValueError('the camera is unknown before the first frame: give one first')
-        if self._estimate is None:
-            self._estimate = self._found(self._shape)
-        return self._estimate
-
-    def _found(self, shape: tuple[int, int]) -> CameraEstimate:
-        density = _density(self._log + self._angles.log_likelihood[:, None])
+        if self._estimate is not None:
+            return self._estimate
+        density = _density(self._log)
         focal, focal_deviation = _moments(density.sum(axis=1), _FOCALS)
         straight, straight_deviation = _moments(density.sum(axis=0), _STRAIGHTS)
-        column, column_deviation = _moments(_density(self._column), _COLUMNS)
-        horizon = self._horizon.horizon
-        height, width = shape
-        return CameraEstimate(
+        column, column_deviation = _moments(_density(self._column), _COLUMNS * width)
+        self._estimate = CameraEstimate(
             width=width, height=height, focal_px=math.exp(focal) * width,
             focal_deviation=math.hypot(focal_deviation, CAMERA.common_error),
             straightness=straight, straightness_deviation=straight_deviation,
-            column_px=column * width,
-            column_deviation_px=column_deviation * width,
-            pitch_deg=math.degrees(horizon.pitch),
-            pitch_deviation_deg=math.degrees(horizon.pitch_deviation),
-            roll_deg=math.degrees(horizon.roll),
-            roll_deviation_deg=math.degrees(horizon.roll_deviation), turns=self._fits)
+            column_px=column, column_deviation_px=column_deviation,
+            **self._horizon.horizon.degrees(), turns=self._fits)
+        return self._estimate
 
     def _learn(self, tracks: TurnTracks | None) -> bool:
         """Fit a part of a turn, if there is one, and add the result."""
-        if tracks is None or self._shape is None:
+        if tracks is None:
             return False
         self._tried += 1
-        fit = self._fit(tracks, self._shape[1])
+        width = self._shape[1]
+        fit = self._fit(tracks, width)
         if fit is None:
             return False
         self._fits += 1
-        width = self._shape[1]
         self._log += _log_likelihood(fit, width)
         own = TUNING.unsure ** 2 * float(fit.covariance[2, 2]) / width ** 2
         variance = TUNING.wrong_column ** 2 + own
@@ -223,29 +183,28 @@ class SelfCalibration:
         return fit if math.sqrt(fit.covariance[0, 0]) < TUNING.most_deviation else None
 
 
-def _bell(
-    values: NDArray[np.float64], mean: float, deviation: float,
-) -> NDArray[np.float64]:
-    return np.asarray(np.exp(-0.5 * ((values - mean) / deviation) ** 2), np.float64)
+def _normal(values: Numbers, mean: float, deviation: float) -> Numbers:
+    scaled = np.exp(-0.5 * ((values - mean) / deviation) ** 2)
+    return np.asarray(scaled / (deviation * math.sqrt(2.0 * math.pi)), np.float64)
 
 
-def _density(log: NDArray[np.float64]) -> NDArray[np.float64]:
+def _density(log: Numbers) -> Numbers:
     density = np.exp(log - log.max())
     return np.asarray(density / density.sum(), np.float64)
 
 
-def _student(distance: NDArray[np.float64], dimensions: int) -> NDArray[np.float64]:
+def _student(distance: Numbers, dimensions: int) -> Numbers:
     """Return the log of Student's distribution at squared distances, in standard deviations."""
     return np.asarray(
         -(TUNING.freedom + dimensions) / 2.0 * np.log1p(distance / TUNING.freedom), np.float64)
 
 
-def _moments(density: NDArray[np.float64], values: NDArray[np.float64]) -> tuple[float, float]:
+def _moments(density: Numbers, values: Numbers) -> tuple[float, float]:
     mean = float(density @ values)
     return mean, math.sqrt(float(density @ (values - mean) ** 2))
 
 
-def _log_likelihood(fit: TurnFit, width: int) -> NDArray[np.float64]:
+def _log_likelihood(fit: TurnFit, width: int) -> Numbers:
     """Return the log-likelihood of a fit for each focal length and straightness of the grid."""
     covariance = TUNING.unsure ** 2 * max(fit.cost, 1.0) * fit.covariance[:2, :2]
     covariance = covariance + np.diag(np.square((TUNING.wrong_focal, TUNING.wrong_straightness)))

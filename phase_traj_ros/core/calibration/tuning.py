@@ -43,9 +43,7 @@ class CalibrationTuning:
     kept_points: int = 100
     """...in a stretch, ..."""
     least_points: int = 30
-    """...at least in one, ..."""
-    least_sights: int = 120
-    """...and their observations."""
+    """...and at least in one."""
     corner_quality: float = 0.005
     """Least quality of a corner, as OpenCV has it, relative to the best (Shi and Tomasi, 1994)."""
     apart_px: int = 6
@@ -66,10 +64,6 @@ class CalibrationTuning:
     """...which ends with a shorter step than this."""
     back_px: float = 0.4
     """Largest error of a point that is tracked forward and back."""
-    fixed_px: float = 0.5
-    """A point that moves by less is fixed to the camera..."""
-    moved_px: float = 3.0
-    """...if the image moves by more than this."""
     followed_share: float = 0.25
     """A stretch ends if a smaller share of the points can be tracked."""
 
@@ -175,25 +169,6 @@ class CalibrationTuning:
     sway: float = math.radians(1.2)
     """Change of pitch and roll of a vehicle between the ends of a turn, in radians. The smaller
     the turn, the larger is its effect on the axis."""
-
-    # Right angles of streets, in degrees.
-    right_angles_weight: float = 0.25
-    """Weight of the angle of a turn: turns of one place are similar, right angles or not."""
-    least_turn_deg: float = 30.0
-    """Least turn whose angle is used."""
-    right_shares: tuple[float, ...] = (0.05, 0.15, 0.3, 0.45, 0.6, 0.75, 0.9)
-    """Possible shares of right angles among the turns, equally probable."""
-    angle_deviation_deg: float = 7.0
-    """Standard deviation of a right angle, ..."""
-    u_turn_share: float = 0.08
-    """...of which these are U-turns."""
-    mean_bend_deg: float = 40.0
-    """Mean angle of the other turns, of which small ones are more frequent."""
-    odd_share: float = 0.05
-    """Share of turns that fit none of these, such as on ramps of car parks: they must not favour
-    any scale..."""
-    odd_decades: float = 5.0
-    """...within this range of it, as a natural logarithm."""
 
 
 TUNING = CalibrationTuning()

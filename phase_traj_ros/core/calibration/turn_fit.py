@@ -21,21 +21,19 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 import math
 
+import cv2
 import numpy as np
-from numpy.typing import NDArray
 from phase_traj_ros.core.calibration.algebra import (
     applied,
     crossed,
+    Numbers,
     product,
-    rotation_vector,
     rotations,
     times,
 )
 from phase_traj_ros.core.calibration.tuning import TUNING
 from phase_traj_ros.core.calibration.turn_tracks import TurnTracks
 from phase_traj_ros.core.camera.lens_family import places, rays, slopes, STRAIGHTNESS_RANGE
-
-Numbers = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -71,11 +69,13 @@ class TurnFit:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _State:
-    """Unknowns: lens, K attitudes (world to camera) and positions, P inverse distances."""
+    """
+    Unknowns: lens, K attitudes (world to camera) and positions, P inverse distances.
 
-    log_focal: float
-    straightness: float
-    column: float
+    The lens is the logarithm of the focal length, the straightness, and the column, (3,).
+    """
+
+    lens: Numbers
     attitude: Numbers
     place: Numbers
     nearness: Numbers
@@ -103,11 +103,10 @@ class _Problem:
     """The observations of one turn, and the cost of a state."""
 
     def __init__(self, tracks: TurnTracks, width: int) -> None:
-        count = int(tracks.point[-1]) + 1
-        points = np.arange(count)
-        first = np.searchsorted(tracks.point, points)
-        last = np.searchsorted(tracks.point, points, side='right') - 1
-        middle = ((first + last) // 2)[tracks.point]
+        points = np.arange(tracks.point[-1] + 1)
+        first, end = (
+            np.searchsorted(tracks.point, points, side=side) for side in ('left', 'right'))
+        middle = ((first + end - 1) // 2)[tracks.point]
         used = np.flatnonzero(np.arange(len(tracks.point)) != middle)
         self._point, self._frame = tracks.point[used], tracks.frame[used]
         self._seen = tracks.place[used]
@@ -116,7 +115,7 @@ class _Problem:
         self._flow, self._deviation = tracks.flow, TUNING.point_deviation_px * tracks.reduction
         steps = np.diff(tracks.seconds)
         self._steps = np.maximum(steps / steps.mean(), TUNING.least_interval)
-        self._frames, self._points = len(tracks.flow), count
+        self._frames = len(tracks.flow)
         self._sights = np.arange(len(used))
         # Whitens deviations with a common part: what is removed of their mean.
         self._common = 1.0 - 1.0 / math.sqrt(1.0 + (self._frames - 1) * TUNING.lasting ** 2)
@@ -144,10 +143,10 @@ class _Problem:
                 damping *= 8.0
             else:
                 return state
+            focal, straightness, _ = np.abs(trial.lens - state.lens)
             settled = (
-                found > cost * (1.0 - TUNING.least_gain)
-                and abs(trial.log_focal - state.log_focal) < TUNING.settled_focal
-                and abs(trial.straightness - state.straightness) < TUNING.settled_straightness)
+                found > cost * (1.0 - TUNING.least_gain) and focal < TUNING.settled_focal
+                and straightness < TUNING.settled_straightness)
             state, cost, damping = trial, found, max(damping / 6.0, TUNING.least_damping)
             if settled:
                 break
@@ -161,13 +160,14 @@ class _Problem:
         except np.linalg.LinAlgError:
             return None
         covariance = np.asarray(inverse[:3, :3], np.float64)
-        axis = rotation_vector(state.attitude[-1] @ state.attitude[0].T)
+        axis = cv2.Rodrigues(state.attitude[-1] @ state.attitude[0].T)[0][:, 0]
         angle = math.copysign(float(np.linalg.norm(axis)), float(axis[1]))
         if angle == 0.0 or not (np.isfinite(covariance).all() and covariance[0, 0] > 0.0):
             return None
+        log_focal, straightness, column = state.lens.tolist()
         return TurnFit(
-            state.log_focal, state.straightness, state.column, covariance,
-            self.cost(state) / len(self._sights), axis / angle, angle,
+            log_focal, straightness, column, covariance, self.cost(state) / len(self._sights),
+            axis / angle, angle,
             np.add.reduceat(self._costs(state), self._starts) / np.bincount(self._point))
 
     def start(self, focal_px: float, straightness: float, column: float) -> _State:
@@ -178,8 +178,9 @@ class _Problem:
         ahead = attitude[:, 2]
         place = np.zeros((self._frames, 3))
         place[1:] = np.cumsum((ahead[1:] + ahead[:-1]) / 2.0 * self._steps[:, None], axis=0)
-        return _State(math.log(focal_px), straightness, column, attitude, place,
-                      np.full(self._points, TUNING.start_nearness))
+        return _State(
+            np.array([math.log(focal_px), straightness, column]), attitude, place,
+            np.full(len(self._starts), TUNING.start_nearness))
 
     def _motions(self, state: _State) -> tuple[Numbers, Numbers]:
         """Return the rotations and translations from the base frame to that of an observation."""
@@ -190,23 +191,21 @@ class _Problem:
         pairs = self._frame, self._base
         return between[pairs], way[pairs][:, :, 0]
 
-    def _directions(
+    def _sighted(
         self, state: _State, between: Numbers, way: Numbers,
-    ) -> tuple[Numbers, Numbers]:
-        """Return the rays in the base frame, and the points seen from the other frame."""
-        ray = rays(
-            self._based - (state.column, 0.0), math.exp(state.log_focal), state.straightness)
-        return ray, applied(between, ray) + state.nearness[self._point][:, None] * way
-
-    def _places(self, state: _State, seen: Numbers) -> Numbers:
-        found = places(seen, math.exp(state.log_focal), state.straightness)
-        found[:, 0] += state.column
-        return found
+    ) -> tuple[Numbers, Numbers, Numbers]:
+        """Return rays in the base frame, points seen from the other one, and their places."""
+        log_focal, straightness, column = state.lens.tolist()
+        ray = rays(self._based - (column, 0.0), math.exp(log_focal), straightness)
+        seen = applied(between, ray) + state.nearness[self._point][:, None] * way
+        found = places(seen, math.exp(log_focal), straightness)
+        found[:, 0] += column
+        return ray, seen, found
 
     def _costs(self, state: _State) -> Numbers:
         """Return the cost of each observation, which grows slowly with large errors."""
-        seen = self._directions(state, *self._motions(state))[1]
-        error = (self._places(state, seen) - self._seen) / self._deviation
+        found = self._sighted(state, *self._motions(state))[2]
+        error = (found - self._seen) / self._deviation
         return np.asarray(2.0 * np.log1p((error * error).sum(axis=1) / 2.0), np.float64)
 
     def cost(self, state: _State) -> float:
@@ -215,21 +214,20 @@ class _Problem:
         known = self._known(state)[0]
         behind = np.minimum(state.nearness, 0.0)
         near = state.nearness / TUNING.nearness
-        mean, deviation = TUNING.straightness, TUNING.straightness_deviation
+        _, straightness, column = state.lens
         # Robust, as for the observations: a column far off comes from a cropped image, and a
         # larger offset costs little more.
-        lens = ((state.straightness - mean) / deviation) ** 2 + 2.0 * math.log1p(
-            (state.column / self._column) ** 2 / 2.0)
+        lens = ((straightness - TUNING.straightness) / TUNING.straightness_deviation) ** 2 + (
+            2.0 * math.log1p((column / self._column) ** 2 / 2.0))
         cost = lens + robust + float(
             (known * known).sum() + TUNING.ahead_weight * (behind @ behind) + near @ near)
         return cost if math.isfinite(cost) else math.inf
 
     def _known(self, state: _State) -> tuple[Numbers, Numbers]:
         """Return the deviations of the motion from the prior, (K - 1, 5), and its axes."""
-        ahead = state.attitude[1:, 2] + state.attitude[:-1, 2]
-        ahead /= np.linalg.norm(ahead, axis=1, keepdims=True)
-        right = state.attitude[1:, 0] + state.attitude[:-1, 0]
-        right /= np.linalg.norm(right, axis=1, keepdims=True)
+        axes = state.attitude[1:] + state.attitude[:-1]
+        axes /= np.linalg.norm(axes, axis=2, keepdims=True)
+        right, ahead = axes[:, 0], axes[:, 2]
         axes = np.stack([
             ahead / TUNING.speed_deviation, right / TUNING.sideways_deviation,
             applied(crossed(ahead), right) / TUNING.sideways_deviation], axis=1)
@@ -238,27 +236,23 @@ class _Problem:
         off = np.zeros((self._frames - 1, 5))
         off[:, :3] = applied(axes, state.place[1:] - state.place[:-1])
         off[:, 0] -= 1.0 / TUNING.speed_deviation
-        off[:, 3] = (turned[:, 2, 1] - turned[:, 1, 2]) / (2.0 * TUNING.shake_deviation)
-        off[:, 4] = (turned[:, 1, 0] - turned[:, 0, 1]) / (2.0 * TUNING.shake_deviation)
+        # About the viewing direction and the horizontal axis.
+        skew = turned - turned.transpose(0, 2, 1)
+        off[:, 3:] = skew[:, (2, 1), (1, 0)] / (2.0 * TUNING.shake_deviation)
         off[:, 1:] -= self._common * off[:, 1:].mean(axis=0)
         return off, axes
 
     def _normal(self, state: _State) -> tuple[Numbers, Numbers, Numbers, Numbers, Numbers]:
         """Return the normal equations: of the camera, mixed, of the points; both gradients."""
         between, way = self._motions(state)
-        ray, seen = self._directions(state, between, way)
-        found = self._places(state, seen)
+        ray, seen, found = self._sighted(state, between, way)
         error = (found - self._seen) / self._deviation
         # The square root of the weight of an observation, per pixel.
         root = 1.0 / np.sqrt(1.0 + (error * error).sum(axis=1, keepdims=True) / 2.0)
         error *= root
         root /= self._deviation
-        change = slopes(seen, math.exp(state.log_focal), state.straightness) * root[:, :, None]
+        change = slopes(seen, math.exp(state.lens[0]), float(state.lens[1])) * root[:, :, None]
         nearness = state.nearness[self._point]
-        others = (
-            replace(state, log_focal=state.log_focal + TUNING.delta),
-            replace(state, straightness=state.straightness + TUNING.delta),
-            replace(state, column=state.column + TUNING.delta))
         # Two rows per observation; per frame, three rotations and three translations; the error.
         rows = np.zeros((len(self._sights), 2, self._frames + 1, 6))
         moved = (change @ state.attitude[self._frame]) * nearness[:, None, None]
@@ -267,9 +261,9 @@ class _Problem:
         rows[self._sights, :, self._frame, 3:] = -moved
         rows[self._sights, :, self._base, 3:] = moved
         # The first frame is fixed: the lens takes the place of its translation.
-        for lens, other in enumerate(others, start=3):
-            there = self._places(other, self._directions(other, between, way)[1])
-            rows[:, :, 0, lens] = (there - found) * (root / TUNING.delta)
+        for number, step in enumerate(TUNING.delta * np.eye(3)):
+            there = self._sighted(replace(state, lens=state.lens + step), between, way)[2]
+            rows[:, :, 0, 3 + number] = (there - found) * (root / TUNING.delta)
         rows[:, :, -1, 0] = error
         jacobian = rows.reshape(2 * len(rows), -1)[:, 3:-5]
         own = applied(change, way)
@@ -287,34 +281,28 @@ class _Problem:
         off, axes = self._known(state)
         steps = np.arange(self._frames - 1)
         rows = np.zeros((self._frames - 1, 5, self._frames, 6))
-        rows[steps, :3, steps + 1, 3:], rows[steps, :3, steps, 3:] = axes, -axes
-        for row, axis in ((3, 0), (4, 2)):
-            rows[steps, row, steps + 1, axis] = 1.0 / TUNING.shake_deviation
-            rows[steps, row, steps, axis] = -1.0 / TUNING.shake_deviation
+        for frame, sign in ((steps + 1, 1.0), (steps, -1.0)):
+            rows[steps, :3, frame, 3:] = sign * axes
+            rows[steps, 3, frame, 0] = rows[steps, 4, frame, 2] = sign / TUNING.shake_deviation
         rows[:, 1:] -= self._common * rows[:, 1:].mean(axis=0)
         jacobian = rows[:, :, 1:].reshape(-1, 6 * (self._frames - 1))
         normal = np.zeros((3 + jacobian.shape[1],) * 2)
         normal[3:, 3:] = product(jacobian, jacobian)
-        gradient = np.concatenate([np.zeros(3), times(jacobian.T, off.ravel())])
-        mean, deviation = TUNING.straightness, TUNING.straightness_deviation
-        normal[1, 1] = deviation ** -2
-        gradient[1] = (state.straightness - mean) / deviation ** 2
-        normal[2, 2] = self._column ** -2 / (1.0 + (state.column / self._column) ** 2 / 2.0)
-        gradient[2] = normal[2, 2] * state.column
-        return normal, gradient
+        _, straightness, column = state.lens
+        normal[1, 1] = TUNING.straightness_deviation ** -2
+        normal[2, 2] = self._column ** -2 / (1.0 + (column / self._column) ** 2 / 2.0)
+        lens = (0.0, (straightness - TUNING.straightness) / TUNING.straightness_deviation ** 2,
+                normal[2, 2] * column)
+        return normal, np.concatenate([lens, times(jacobian.T, off.ravel())])
 
 
 def _moved(state: _State, step: Numbers, near: Numbers) -> _State:
     """Return the state after a step."""
-    focal, straight = (
-        float(np.clip(value, -most, most)) for value, most in zip(
-            step[:2], (TUNING.farthest_focal, TUNING.farthest_straightness)))
+    farthest = np.array([TUNING.farthest_focal, TUNING.farthest_straightness, math.inf])
+    lens = state.lens + np.clip(step[:3], -farthest, farthest)
+    lens[1] = np.clip(lens[1], *STRAIGHTNESS_RANGE)
     frames = step[3:].reshape(-1, 6)
     attitude, place = state.attitude.copy(), state.place.copy()
     attitude[1:] = rotations(frames[:, :3]) @ attitude[1:]
     place[1:] += frames[:, 3:]
-    return _State(
-        state.log_focal + focal,
-        float(np.clip(state.straightness + straight, *STRAIGHTNESS_RANGE)),
-        state.column + float(step[2]), attitude, place,
-        np.maximum(state.nearness + near, TUNING.behind))
+    return _State(lens, attitude, place, np.maximum(state.nearness + near, TUNING.behind))

@@ -15,14 +15,13 @@ import math
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from phase_traj_ros.core.calibration.algebra import Numbers
 from phase_traj_ros.core.calibration.tuning import TUNING
 from phase_traj_ros.core.correlation.phase_correlation import Frame
 from phase_traj_ros.core.correlation.view import reduced
 
 Bytes = NDArray[np.uint8]
 Places = NDArray[np.float32]
-Numbers = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 _STOP = (
     cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, TUNING.search_steps, TUNING.search_px)
@@ -47,8 +46,8 @@ class TurnTracks:
         Number of pixels along a side that were averaged into one for the tracking.
     """
 
-    point: Indices
-    frame: Indices
+    point: NDArray[np.int64]
+    frame: NDArray[np.int64]
     place: Numbers
     flow: Numbers
     seconds: Numbers
@@ -65,10 +64,10 @@ class TurnTracks:
 class TurnFollower:
     """Tracks points through turns; it stores one stretch at a time."""
 
-    def __init__(self, *, mask: NDArray[np.uint8] | None = None) -> None:
-        """Make a tracker; pixels with ``mask`` (H, W) 0 are ignored."""
-        self.mask: NDArray[np.uint8] | None = mask
-        """Mask for stretches that start from now on."""
+    def __init__(self) -> None:
+        """Make a tracker before the first frame."""
+        self.mask: NDArray[np.uint8] | None = None
+        """Mask (H, W) for stretches that start from now on; pixels with 0 are ignored."""
         self.cut()
 
     def cut(self) -> None:
@@ -87,21 +86,11 @@ class TurnFollower:
         """
         Add the next frame; return the stretch that ends with it, if it is usable.
 
-        Parameters
-        ----------
-        frame
-            (H, W); it must not change afterwards.
-        shift_px
-            Shift of the image to the right since the last frame, in pixels.
-        interval
-            Seconds since the last frame.
-        wanted
-            Whether a stretch may start.
-
+        See ``SelfCalibration.update``. ``wanted`` is whether a stretch may start.
         """
         last, self._last = self._last, frame
         width = frame.shape[1]
-        if last is None or last.shape != frame.shape or interval <= 0.0:
+        if last is None or interval <= 0.0:
             self._stretch, self._rate = None, 0.0
             return None
         if not abs(shift_px) < TUNING.farthest * width:
@@ -131,59 +120,54 @@ class _Stretch:
         self._first, self._mask = first, mask
         self._points, self._names = np.zeros((0, 2), np.float32), np.zeros(0, np.int64)
         self._count = 0
-        self._sights: list[NDArray[np.float64]] = []
-        self._flow, self._seconds = [0.0], [0.0]
-        # Since the points were last tracked, and since the last step.
-        self._moved, self._since = 0.0, 0.0
-        self._step_moved, self._step_since = 0.0, 0.0
+        self._sights: list[Numbers] = []
+        # Motion of the image and time at each step, and since the points were last tracked and
+        # since the last step.
+        self._steps = [np.zeros(2)]
+        self._motion, self._step = np.zeros(2), np.zeros(2)
 
     def go_on(self, frame: Frame, shift_px: float, interval: float) -> bool:
         """Add the next frame; return whether the stretch continues."""
-        self._moved += shift_px / self._reduction
-        self._since += interval
-        if abs(self._moved) < TUNING.step * self._width and self._since < TUNING.unseen_s:
+        self._motion += shift_px / self._reduction, interval
+        moved, since = self._motion
+        small = abs(moved) < TUNING.step * self._width
+        if small and since < TUNING.unseen_s:
             return True
         if not self._sights:
             # Delayed until the motion has lasted for a while, unlike most shakes.
             self._picture, self._free = _reduced(self._first), self._seen()
             self._note()
-        back = self._moved * self._flow[-1] < 0.0 and abs(self._moved) > TUNING.step * self._width
-        if back or not self._follow(_reduced(frame)):
+        back = moved * self._steps[-1][0] < 0.0 and not small
+        if back or not self._follow(_reduced(frame), moved):
             return False
-        self._step_since += self._since
-        self._moved, self._since = 0.0, 0.0
-        if (abs(self._step_moved) < TUNING.step * self._width
-                and self._step_since < TUNING.longest_step_s):
+        self._step += self._motion
+        self._motion[:] = 0.0
+        if (abs(self._step[0]) < TUNING.step * self._width
+                and self._step[1] < TUNING.longest_step_s):
             return True
-        self._flow.append(self._flow[-1] + self._step_moved)
-        self._seconds.append(self._seconds[-1] + self._step_since)
-        self._step_moved, self._step_since = 0.0, 0.0
+        self._steps.append(self._steps[-1] + self._step)
+        self._step[:] = 0.0
         self._note()
-        return (abs(self._flow[-1]) < TUNING.stretch * self._width
-                and len(self._flow) < TUNING.most_steps)
+        return (abs(self._steps[-1][0]) < TUNING.stretch * self._width
+                and len(self._steps) < TUNING.most_steps)
 
     def tracks(self) -> TurnTracks | None:
         """Return the points with three observations or more, those with the most of them."""
-        if (len(self._flow) < TUNING.least_steps
-                or abs(self._flow[-1]) < TUNING.least_stretch * self._width):
+        flow, seconds = np.array(self._steps).T
+        if len(flow) < TUNING.least_steps or abs(flow[-1]) < TUNING.least_stretch * self._width:
             return None
         sights = np.concatenate(self._sights)
-        names = sights[:, 0].astype(np.int64)
-        times = np.bincount(names, minlength=self._count)
-        order = np.argsort(-times, kind='stable')[:TUNING.kept_points]
-        kept = np.zeros(self._count, np.bool_)
-        kept[order[times[order] >= 3]] = True
-        sights = sights[kept[names]]
         sights = sights[np.lexsort((sights[:, 1], sights[:, 0]))]
-        points, point = np.unique(sights[:, 0], return_inverse=True)
-        if len(points) < TUNING.least_points or len(sights) < TUNING.least_sights:
-            return None
+        point, frame = sights[:, :2].astype(np.int64).T
         # The reduced image may lack the last pixels of the full one; their centres nearly agree.
         middle = (np.array([self._width, self._height]) - 1.0) / 2.0
-        return TurnTracks(
-            point.astype(np.int64), sights[:, 1].astype(np.int64),
-            (sights[:, 2:] - middle) * self._reduction, np.array(self._flow) * self._reduction,
-            np.array(self._seconds), self._reduction)
+        times = np.bincount(point)
+        best = np.argsort(-times, kind='stable')[:TUNING.kept_points]
+        tracks = TurnTracks(
+            point, frame, (sights[:, 2:] - middle) * self._reduction,
+            flow * self._reduction, seconds, self._reduction,
+        ).of((times >= 3) & np.isin(np.arange(len(times)), best))
+        return tracks if len(np.unique(tracks.point)) >= TUNING.least_points else None
 
     def _seen(self) -> Bytes:
         """Return a mask that is 255 where points may be, else 0."""
@@ -208,25 +192,21 @@ class _Stretch:
             self._names = np.concatenate(
                 [self._names, np.arange(self._count, self._count + len(new))])
             self._count += len(new)
-        step = np.full(len(self._points), len(self._flow) - 1.0)
+        step = np.full(len(self._points), len(self._steps) - 1.0)
         self._sights.append(np.column_stack([self._names, step, self._points]))
 
-    def _follow(self, picture: Bytes) -> bool:
+    def _follow(self, picture: Bytes, moved: float) -> bool:
         """Track the points into the next image; return whether enough of them are found."""
         if not len(self._points):
             return False
-        expected = self._points + np.array([self._moved, 0.0], np.float32)
+        expected = self._points + np.array([moved, 0.0], np.float32)
         found, there = self._look(self._picture, picture, self._points, expected)
         came, back = self._look(picture, self._picture, found, self._points.copy())
-        moved = found - self._points
         edge, size = TUNING.edge_px, (self._width, self._height)
         good = there & back & (np.hypot(*(came - self._points).T) < TUNING.back_px)
         good &= ((found > edge) & (found < np.subtract(size, edge + 1))).all(axis=1)
-        if abs(self._moved) > TUNING.moved_px:
-            good &= np.hypot(*moved.T) > TUNING.fixed_px
         if good.mean() < TUNING.followed_share:
             return False
-        self._step_moved += self._moved
         self._points, self._names, self._picture = found[good], self._names[good], picture
         return True
 

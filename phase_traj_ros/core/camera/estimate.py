@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, fields
 import math
 
+import numpy as np
 from phase_traj_ros.core.camera.horizon import combined as combined_horizon, Horizon
 from phase_traj_ros.core.camera.lens_family import OneNumberLens, PINHOLE
-from phase_traj_ros.core.camera.model import CameraModel
 from phase_traj_ros.core.camera.tuning import TUNING
 
 # A normal distribution has 90 % within this many standard deviations.
@@ -88,14 +88,8 @@ class CameraEstimate:
     @property
     def horizon(self) -> Horizon:
         """Return the tilt of the camera."""
-        return Horizon(*(math.radians(angle) for angle in (
+        return Horizon(*map(math.radians, (
             self.pitch_deg, self.roll_deg, self.pitch_deviation_deg, self.roll_deviation_deg)))
-
-    @property
-    def model(self) -> CameraModel:
-        """Return the model of the camera."""
-        return CameraModel.of_lens(
-            self.lens, (self.height, self.width), column=self.column_px)
 
     @property
     def hfov_deg(self) -> float:
@@ -147,25 +141,22 @@ def combined(estimates: Sequence[CameraEstimate]) -> CameraEstimate:
             raise ValueError(
                 f'pictures of {other.width}x{other.height} and of {first.width}x{first.height}'
                 ' pixels are not of one camera: give recordings of one')
-    logs = [math.log(one.focal_px * first.width / one.width) for one in estimates]
+    widths = [first.width / one.width for one in estimates]
     log_focal, deviation = _mean(
-        logs, [one.focal_deviation for one in estimates], TUNING.common_error)
+        [math.log(one.focal_px * width) for one, width in zip(estimates, widths)],
+        [one.focal_deviation for one in estimates], TUNING.common_error)
     straightness, straightness_deviation = _mean(
         [one.straightness for one in estimates],
         [one.straightness_deviation for one in estimates], TUNING.common_error)
     column, column_deviation = _mean(
-        [one.column_px * first.width / one.width for one in estimates],
-        [one.column_deviation_px * first.width / one.width for one in estimates],
-        0.0)
-    horizon = combined_horizon([one.horizon for one in estimates])
+        [one.column_px * width for one, width in zip(estimates, widths)],
+        [one.column_deviation_px * width for one, width in zip(estimates, widths)], 0.0)
     return CameraEstimate(
         width=first.width, height=first.height, focal_px=math.exp(log_focal),
         focal_deviation=deviation, straightness=straightness,
         straightness_deviation=straightness_deviation,
         column_px=column, column_deviation_px=column_deviation,
-        pitch_deg=math.degrees(horizon.pitch), roll_deg=math.degrees(horizon.roll),
-        pitch_deviation_deg=math.degrees(horizon.pitch_deviation),
-        roll_deviation_deg=math.degrees(horizon.roll_deviation),
+        **combined_horizon([one.horizon for one in estimates]).degrees(),
         turns=sum(one.turns for one in estimates))
 
 
@@ -173,12 +164,8 @@ def _mean(
     values: Sequence[float], deviations: Sequence[float], common: float,
 ) -> tuple[float, float]:
     """Return the mean and its deviation; ``common`` is the deviation that does not average out."""
-    own = [max(deviation ** 2 - common ** 2, 1e-6) for deviation in deviations]
-    weights = [1.0 / variance for variance in own]
-    total = sum(weights)
-    mean = sum(weight * value for weight, value in zip(weights, values)) / total
+    weights = 1.0 / np.maximum(np.square(deviations) - common ** 2, 1e-6)
+    mean = np.average(values, weights=weights)
     # If the values scatter more than their deviations, the result is less certain.
-    if len(values) > 1:
-        spread = sum(weight * (value - mean) ** 2 for weight, value in zip(weights, values))
-        total /= max(1.0, spread / (len(values) - 1))
-    return mean, math.sqrt(1.0 / total + common ** 2)
+    spread = weights @ np.square(np.subtract(values, mean)) / max(len(values) - 1, 1)
+    return float(mean), math.sqrt(max(1.0, spread) / weights.sum() + common ** 2)

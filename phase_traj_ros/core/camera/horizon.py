@@ -4,20 +4,18 @@
 Pitch and roll of the camera relative to the road, which give the horizon.
 
 A vehicle turns about the vertical axis, so the axis of a turn, as seen by the camera, gives both.
-A vehicle that drives straight ahead moves along the road, so the direction of travel also gives
-the pitch. The body of a vehicle leans in a turn, to opposite sides in left and right turns.
+The body of a vehicle leans in a turn, to opposite sides in left and right turns.
 
 Image axes are x to the right, y down, z forward. Pitch is positive down and roll is positive right
 side down (REP 103).
 """
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
 import math
 
 import numpy as np
 from numpy.typing import NDArray
-from phase_traj_ros.core.camera.lens_family import OneNumberLens, radius
-from phase_traj_ros.core.camera.robust_mean import RobustMean
 from phase_traj_ros.core.camera.tuning import TUNING
 
 
@@ -37,10 +35,9 @@ class Horizon:
     pitch_deviation: float = TUNING.pitch_deviation
     roll_deviation: float = TUNING.roll_deviation
 
-    def row(self, lens: OneNumberLens, height: int) -> float:
-        """Return the row of the horizon at the centre column of images with ``height`` rows."""
-        above = float(radius(np.array([abs(self.pitch)]), lens.straightness)[0])
-        return (height - 1) / 2 - math.copysign(lens.focal_px * above, self.pitch)
+    def degrees(self) -> dict[str, float]:
+        """Return the four angles in degrees, by the names that ``CameraEstimate`` has for them."""
+        return {f'{name}_deg': math.degrees(angle) for name, angle in asdict(self).items()}
 
     def down(self) -> NDArray[np.float64]:
         """Return the downward direction, a unit vector (3,) in image axes."""
@@ -57,46 +54,29 @@ class Horizon:
 
 
 class HorizonEstimator:
-    """Estimates the tilt from turns and straight driving, with constant memory."""
+    """Estimates the tilt from turns, with constant memory."""
 
     def __init__(self) -> None:
         """Start with the prior."""
-        self._pitch = RobustMean(TUNING.pitch_deviation)
-        self._roll = RobustMean(TUNING.roll_deviation)
+        self._pitch = _RobustMean(TUNING.pitch_deviation)
+        self._roll = _RobustMean(TUNING.roll_deviation)
+
+    def add(self, horizon: Horizon) -> None:
+        """Add an estimate of the tilt."""
+        self._pitch.add(horizon.pitch, horizon.pitch_deviation)
+        self._roll.add(horizon.roll, horizon.roll_deviation)
 
     def add_turn(self, down: NDArray[np.float64], deviation: float = 0.0) -> None:
         """
         Add the axis of a turn.
 
-        Parameters
-        ----------
-        down
-            Downward unit vector along the axis, (3,), in image axes.
-        deviation
-            Standard deviation of the measurement, in radians.
-
+        ``down`` is the downward unit vector along it, (3,), in image axes, and ``deviation`` the
+        standard deviation of the measurement, in radians.
         """
-        self._pitch.add(
-            math.asin(min(max(float(down[2]), -1.0), 1.0)),
-            math.hypot(TUNING.turn_pitch, deviation))
-        self._roll.add(
-            math.atan2(float(down[0]), float(down[1])), math.hypot(TUNING.turn_roll, deviation))
-
-    def add_travel(self, slope: float, deviation: float) -> None:
-        """
-        Add the direction of travel of one pair while the vehicle drives straight ahead.
-
-        Parameters
-        ----------
-        slope
-            Tangent of its angle below the optical axis.
-        deviation
-            Standard deviation of the measurement, in radians.
-
-        """
-        self._pitch.add(
-            -math.atan(slope),
-            math.hypot(TUNING.travel_deviation, deviation) * math.sqrt(TUNING.alike_pairs))
+        x, y, z = down.tolist()
+        self.add(Horizon(
+            math.asin(min(max(z, -1.0), 1.0)), math.atan2(x, y),
+            math.hypot(TUNING.turn_pitch, deviation), math.hypot(TUNING.turn_roll, deviation)))
 
     @property
     def horizon(self) -> Horizon:
@@ -105,10 +85,32 @@ class HorizonEstimator:
             self._pitch.mean, self._roll.mean, self._pitch.deviation, self._roll.deviation)
 
 
-def combined(horizons: list[Horizon]) -> Horizon:
+def combined(horizons: Sequence[Horizon]) -> Horizon:
     """Combine the estimates of several recordings of one camera."""
-    pitch, roll = RobustMean(TUNING.pitch_deviation), RobustMean(TUNING.roll_deviation)
+    estimator = HorizonEstimator()
     for horizon in horizons:
-        pitch.add(horizon.pitch, horizon.pitch_deviation)
-        roll.add(horizon.roll, horizon.roll_deviation)
-    return Horizon(pitch.mean, roll.mean, pitch.deviation, roll.deviation)
+        estimator.add(horizon)
+    return estimator.horizon
+
+
+class _RobustMean:
+    """The running mean of values with different deviations, with a prior mean of 0."""
+
+    def __init__(self, deviation: float) -> None:
+        self._weight, self._sum = deviation ** -2, 0.0
+
+    @property
+    def mean(self) -> float:
+        return self._sum / self._weight
+
+    @property
+    def deviation(self) -> float:
+        return float(self._weight ** -0.5)
+
+    def add(self, value: float, deviation: float) -> None:
+        """Add a value with its standard deviation, above 0."""
+        variance = deviation * deviation
+        off = (value - self.mean) ** 2 / (variance + 1.0 / self._weight)
+        weight = 1.0 / (variance * max(1.0, off / TUNING.far ** 2))
+        self._weight += weight
+        self._sum += weight * value

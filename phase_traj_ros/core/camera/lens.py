@@ -82,12 +82,7 @@ class Lens:
             object.__setattr__(self, 'estimate', None)
         if self.focal_px:
             check_focal('focal_px', self.focal_px)
-        if self.hfov_deg != 0.0 and not LEAST_HFOV_DEG <= self.hfov_deg < 180.0:
-            raise ValueError(
-                f'hfov_deg is {self.hfov_deg}: give degrees from {LEAST_HFOV_DEG} to below 180, or'
-                ' 0')
-        if (self.focal_px == 0.0 and self.hfov_deg == 0.0 and self.camera is None
-                and self.estimate is None):
+        if not (self.focal_px or self.hfov_deg or self.camera or self.estimate):
             raise ValueError(
                 'neither focal_px nor hfov_deg nor a calibration of the camera is given: give one'
                 ' of them')
@@ -106,10 +101,10 @@ class Lens:
             raise ValueError(f'offset is {self.offset}: give a share of the width, -0.5 to 0.5')
         OneNumberLens(1.0, self.straightness)
         most = 180.0 / math.sqrt(max(self.straightness, PINHOLE))
-        if self.hfov_deg >= most:
+        if self.hfov_deg != 0.0 and not LEAST_HFOV_DEG <= self.hfov_deg < most:
             raise ValueError(
-                f'hfov_deg is {self.hfov_deg}: with a straightness of {self.straightness}, give'
-                f' less than {most:.0f} degrees')
+                f'hfov_deg is {self.hfov_deg}: with a straightness of {self.straightness:g}, give'
+                f' degrees from {LEAST_HFOV_DEG} to less than {most:.0f} degrees, or 0')
 
     @property
     def origin(self) -> LensOrigin:

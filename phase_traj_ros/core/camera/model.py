@@ -38,12 +38,8 @@ class Distortion(Enum):
     ONE_NUMBER = '1 coefficient'
     """The lenses of ``lens_family``: the straightness."""
 
-    @property
-    def counts(self) -> tuple[int, ...]:
-        """Return the allowed numbers of coefficients."""
-        return _COUNTS[self]
 
-
+# Allowed numbers of coefficients.
 _COUNTS = {
     Distortion.NONE: (0,), Distortion.BROWN: (4, 5, 8, 12, 14), Distortion.FISHEYE: (4,),
     Distortion.ONE_NUMBER: (1,)}
@@ -94,7 +90,7 @@ class CameraModel:
 
     def __post_init__(self) -> None:
         """Check the values."""
-        if self.width < 1 or self.height < 1:
+        if min(self.shape) < 1:
             raise ValueError(
                 f'the calibration is for pictures of {self.width}x{self.height} pixels: give the'
                 ' size of the pictures it was made with')
@@ -103,7 +99,7 @@ class CameraModel:
         for name, value in (('cx', self.cx), ('cy', self.cy)):
             if not math.isfinite(value):
                 raise ValueError(f'{name} is {value}: give a finite number of pixels')
-        if len(self.coefficients) not in self.distortion.counts:
+        if len(self.coefficients) not in _COUNTS[self.distortion]:
             raise ValueError(
                 f'there are {len(self.coefficients)} distortion coefficients: give'
                 f' {self.distortion.value} for {self.distortion.name}')
@@ -163,11 +159,10 @@ class CameraModel:
 
     def is_close_to(self, other: 'CameraModel') -> bool:
         """Return whether the difference of the two models has no effect on the yaw."""
-        alike = (
-            (self.shape, self.distortion, self.coefficients)
-            == (other.shape, other.distortion, other.coefficients))
         return (
-            alike and abs(self.fx / other.fx - 1.0) < TUNING.same_calibration
+            (self.shape, self.distortion, self.coefficients)
+            == (other.shape, other.distortion, other.coefficients)
+            and abs(self.fx / other.fx - 1.0) < TUNING.same_calibration
             and abs(self.fy / other.fy - 1.0) < TUNING.same_calibration
             and abs(self.cx - other.cx) < TUNING.same_centre_px
             and abs(self.cy - other.cy) < TUNING.same_centre_px)
@@ -246,9 +241,9 @@ class CameraModel:
 @lru_cache(maxsize=8)
 def _degrees_across(camera: CameraModel) -> float:
     if camera.distortion is Distortion.NONE:
-        aside = (camera.cx + 0.5, camera.width - 0.5 - camera.cx)
-        return math.degrees(sum(math.atan(each / camera.fx) for each in aside))
+        return OneNumberLens(camera.fx).hfov_deg(
+            camera.width, column=camera.offset * camera.width)
     angles = np.radians(np.linspace(-90.0, 90.0, TUNING.hfov_steps, endpoint=False)[1:])
-    row = np.full_like(angles, 0.0)
-    seen = angles[camera.project(np.tan(angles), row, row + 1.0).seen]
+    level, ahead = np.zeros_like(angles), np.ones_like(angles)
+    seen = angles[camera.project(np.tan(angles), level, ahead).seen]
     return math.degrees(float(np.ptp(seen))) if seen.size else 0.0

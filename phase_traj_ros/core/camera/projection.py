@@ -9,7 +9,6 @@ camera turns left by an angle, all content moves to the right by the same angle,
 cylinder and the yaw have the same sign.
 """
 
-from dataclasses import dataclass
 import math
 
 import cv2
@@ -17,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from phase_traj_ros.core.camera.lens_family import MOST_FOCAL_PX
 from phase_traj_ros.core.camera.model import CameraModel, Distortion, Sight
-from phase_traj_ros.core.camera.tuning import TUNING
+from phase_traj_ros.core.camera.tuning import CameraTuning, TUNING
 from phase_traj_ros.core.correlation.phase_correlation import Frame, LEAST_SIDE
 from phase_traj_ros.core.correlation.view import reduced
 from phase_traj_ros.errors import FrameError
@@ -27,28 +26,6 @@ _MOST_SIDE = 32766
 
 LEAST_HFOV_DEG = 0.1
 """Smallest field of view in degrees, below that of any camera on a vehicle."""
-
-
-@dataclass(frozen=True, slots=True)
-class Band:
-    """
-    The part of the view that is projected, in degrees from the optical axis.
-
-    As it is given in angles and not in fractions of the image, it is the same part of the scene
-    for any camera. It is limited by the edges of the image.
-    """
-
-    above: float = TUNING.above_deg
-    below: float = TUNING.below_deg
-    aside: float = TUNING.aside_deg
-    """To either side."""
-
-    def __post_init__(self) -> None:
-        """Check the angles."""
-        for name, angle in (('above', self.above), ('below', self.below), ('aside', self.aside)):
-            if not 0.0 < angle < 90.0:
-                raise ValueError(
-                    f'the band reaches {angle} degrees {name}: give an angle between 0 and 90')
 
 
 class CylinderProjection:
@@ -68,24 +45,13 @@ class CylinderProjection:
     """
 
     def __init__(
-        self, camera: CameraModel, *, band: Band | None = None, rotate_180: bool = False,
-        reduction: int | None = None,
+        self, camera: CameraModel, *, rotate_180: bool = False, tuning: CameraTuning = TUNING,
     ) -> None:
         """
-        Compute the mapping from a frame to the cylinder.
+        Compute the mapping from the frames of a camera to the cylinder, which is always upright.
 
-        Parameters
-        ----------
-        camera
-            Model of the camera, for the size of the frames.
-        band
-            Part of the view that is used.
-        rotate_180
-            Whether the camera is mounted upside down. The cylinder is always upright; the model
-            is that of the frames as received.
-        reduction
-            Number of columns of the frame that are averaged into one, 1 or more; by default that
-            for a usual resolution of the cylinder.
+        The model is that of the frames as received, also of a camera that is mounted upside down
+        (``rotate_180``). ``tuning`` gives the band of the view and the resolution of the cylinder.
 
         Raises
         ------
@@ -95,13 +61,15 @@ class CylinderProjection:
         """
         height, width = self._frame_shape = camera.shape
         upright = camera.turned_180() if rotate_180 else camera
-        left, right, above, below = _extent(upright, Band() if band is None else band)
-        if reduction is None:
-            usual = max(
-                TUNING.usual_px_per_rad, TUNING.least_columns / max(right - left, 1e-9))
-            reduction = max(round(camera.fx / usual), 1)
+        left, right, above, below = _extent(upright, tuning)
+        usual = max(tuning.usual_px_per_rad, tuning.least_columns / max(right - left, 1e-9))
+        reduction = max(round(camera.fx / usual), 1)
         self.px_per_rad = camera.fx / reduction
-        """Resolution of the cylinder in pixels per radian, in both directions."""
+        """
+        Resolution of the cylinder in pixels per radian, in both directions.
+
+        A shift to the right divided by it is the yaw in radians, positive to the left.
+        """
         self._reduction = (
             max(int(min(camera.fy / self.px_per_rad + 1e-9, MOST_FOCAL_PX)), 1), reduction)
         self.azimuths = self._samples(left, right)
@@ -156,10 +124,6 @@ class CylinderProjection:
         """Return the size of the projected frames, (rows, columns)."""
         return len(self.slopes), len(self.azimuths)
 
-    def yaw(self, dx: float) -> float:
-        """Return the yaw in radians, positive to the left, of a shift by ``dx`` pixels."""
-        return dx / self.px_per_rad
-
     def _check_sizes(self, camera: CameraModel) -> None:
         height, width = self._frame_shape
         down, across = self._reduction
@@ -192,15 +156,18 @@ def _look(
         np.tan(azimuths), np.outer(slopes, 1 / np.cos(azimuths)), np.ones((1, 1)))
 
 
-def _extent(camera: CameraModel, band: Band) -> tuple[float, float, float, float]:
+def _extent(camera: CameraModel, band: CameraTuning) -> tuple[float, float, float, float]:
     """
     Return the visible part of the band: azimuths left and right, slopes above and below.
 
-    They are those of the edges of the image to the left, right, above and below of the optical
-    axis. Towards the corners, the edges depend on the lens.
+    The band is given in angles and not in fractions of the image, so it is the same part of the
+    scene for any camera. Where it reaches beyond the image, they are those of the edges to the
+    left, right, above and below of the optical axis. Towards the corners, the edges depend on the
+    lens.
     """
-    aside = math.radians(band.aside)
-    highest, lowest = math.tan(math.radians(band.above)), math.tan(math.radians(band.below))
+    aside = math.radians(band.aside_deg)
+    highest, lowest = (
+        math.tan(math.radians(angle)) for angle in (band.above_deg, band.below_deg))
     if camera.distortion is Distortion.NONE:
         return (
             max(math.atan(-(camera.cx + 0.5) / camera.fx), -aside),

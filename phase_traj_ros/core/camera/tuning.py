@@ -78,10 +78,6 @@ class CameraTuning:
     pitch, ..."""
     turn_roll: float = math.radians(2.0)
     """...and in roll."""
-    travel_deviation: float = math.radians(0.5)
-    """Standard deviation of the direction of travel..."""
-    alike_pairs: float = 30.0
-    """...and number of consecutive pairs that count as one measurement of it."""
     far: float = 2.0
     """The weight of a pitch or roll decreases beyond this many standard deviations."""
 

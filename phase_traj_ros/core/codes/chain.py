@@ -40,41 +40,28 @@ class ChainCode:
     movements, and as many directions as movements other than ``NO_CHANGE``.
     """
 
-    def __init__(self, *, max_runs: int | None) -> None:
-        self._movement: CodeSeries[Movement] = CodeSeries(max_runs=max_runs)
-        # Elements are of type Direction or Freeman.
-        self._direction: CodeSeries[Any] = CodeSeries(max_runs=max_runs)
+    directions: type[Direction] | type[Freeman] = Direction
+    """Type of the directions: the paper's four, or Freeman's eight."""
+
+    def __init__(self, *, max_runs: int | None = None) -> None:
+        """Make a chain code that starts with ``FORWARD``; each series keeps ``max_runs`` runs."""
+        self.movement: CodeSeries[Movement] = CodeSeries(max_runs=max_runs)
+        """The movement codes so far, one per pair of frames."""
+        self.direction: CodeSeries[Any] = CodeSeries(max_runs=max_runs)
+        """The direction codes so far, one per movement that is not ``NO_CHANGE``."""
+        self.turn: Movement | None = None
+        """The current turn, ``LEFT`` or ``RIGHT``, or None."""
         self.reset()
-
-    @property
-    def movement(self) -> CodeSeries[Movement]:
-        """Return the movement codes so far, one per pair of frames."""
-        return self._movement
-
-    @property
-    def direction(self) -> CodeSeries[Direction] | CodeSeries[Freeman]:
-        """Return the direction codes so far, one per movement that is not ``NO_CHANGE``."""
-        return self._direction
-
-    @property
-    def directions(self) -> type[Direction] | type[Freeman]:
-        """Return the type of the directions: the paper's four, or Freeman's eight."""
-        return Direction
 
     @property
     def heading(self) -> AnyDirection:
         """Return the current direction."""
         return self._heading
 
-    @property
-    def turn(self) -> Movement | None:
-        """Return the current turn, ``LEFT`` or ``RIGHT``, or None."""
-        return self._turn
-
     def reset(self) -> None:
         """Start again: no codes, direction ``FORWARD``, the next pair is the first."""
-        self._movement.clear()
-        self._direction.clear()
+        self.movement.clear()
+        self.direction.clear()
         self._heading = Direction.FORWARD
         self._started = False
         self._end_turn()
@@ -91,7 +78,7 @@ class ChainCode:
         return self._append(Movement.NO_CHANGE)
 
     def _end_turn(self) -> None:
-        self._turn: Movement | None = None
+        self.turn = None
 
     def _starts(self) -> bool:
         """Return whether the next pair is the first that is judged: it is ``FORWARD``."""
@@ -107,7 +94,7 @@ class ChainCode:
 
     def _append(self, movement: Movement) -> Step:
         step = Step(movement, self.heading)
-        self._movement.append(movement)
+        self.movement.append(movement)
         if step.appended:
-            self._direction.append(self.heading)
+            self.direction.append(self.heading)
         return step

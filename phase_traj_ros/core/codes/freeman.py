@@ -34,18 +34,12 @@ AnyDirection: TypeAlias = Direction | Freeman
 """A direction code, one of the paper's four or one of Freeman's eight."""
 
 
-_OF_FOUR = MappingProxyType({
-    Direction.RIGHT: Freeman.RIGHT,
-    Direction.FORWARD: Freeman.FORWARD,
-    Direction.LEFT: Freeman.LEFT,
-    Direction.BACKWARD: Freeman.BACKWARD,
-})
-_TO_FOUR = MappingProxyType({code: direction for direction, code in _OF_FOUR.items()})
+def freeman(direction: AnyDirection) -> Freeman:
+    """Return the Freeman code of a direction: the paper's 0, 1, 2, 3 become 4, 2, 0, 6."""
+    return Freeman[direction.name]
 
 
-def from_four(direction: Direction) -> Freeman:
-    """Return the Freeman code of a direction: 0, 1, 2, 3 become 4, 2, 0, 6."""
-    return _OF_FOUR[direction]
+_TO_FOUR = MappingProxyType({freeman(direction): direction for direction in Direction})
 
 
 def to_four(code: Freeman, before: Direction = Direction.FORWARD) -> Direction:
@@ -58,7 +52,5 @@ def to_four(code: Freeman, before: Direction = Direction.FORWARD) -> Direction:
     """
     if code in _TO_FOUR:
         return _TO_FOUR[code]
-    here = _OF_FOUR[before]
-    neighbours = [_TO_FOUR[Freeman((code + step) % 8)] for step in (-1, 1)]
-    return min(neighbours, key=lambda each: min((_OF_FOUR[each] - here) % 8,
-                                                (here - _OF_FOUR[each]) % 8))
+    neighbours = [Freeman((code + step) % 8) for step in (-1, 1)]
+    return _TO_FOUR[min(neighbours, key=lambda each: abs((each - freeman(before) + 4) % 8 - 4))]

@@ -11,8 +11,8 @@ does not change it. The two series of codes are those of ``chain``.
 import math
 
 from phase_traj_ros.core.codes.chain import ChainCode, Step, yawing
-from phase_traj_ros.core.codes.codes import Direction, Movement
-from phase_traj_ros.core.codes.freeman import AnyDirection, Freeman
+from phase_traj_ros.core.codes.codes import Movement
+from phase_traj_ros.core.codes.freeman import AnyDirection
 from phase_traj_ros.core.codes.sectors import HeadingSector
 
 
@@ -45,17 +45,10 @@ class HeadingCode(ChainCode):
 
         """
         self._sector = HeadingSector(connectivity)
+        self.directions = self._sector.directions
+        self.connectivity = connectivity
+        """Number of directions, 4 or 8."""
         super().__init__(max_runs=max_runs)
-
-    @property
-    def connectivity(self) -> int:
-        """Return the number of directions, 4 or 8."""
-        return self._sector.connectivity
-
-    @property
-    def directions(self) -> type[Direction] | type[Freeman]:
-        """Return the type of the directions: the paper's four, or Freeman's eight."""
-        return self._sector.directions
 
     @property
     def heading(self) -> AnyDirection:
@@ -88,7 +81,7 @@ class HeadingCode(ChainCode):
         if not (math.isfinite(heading) and math.isfinite(rate)):
             raise ValueError(
                 f'heading is {heading} and yaw rate {rate}: give finite numbers, or skip the pair')
-        self._turn = yawing(rate)
+        self.turn = yawing(rate)
         return self._append(self._judge(heading))
 
     def _judge(self, heading: float) -> Movement:
@@ -97,4 +90,4 @@ class HeadingCode(ChainCode):
         turned = self._sector.follow(heading)
         if turned:
             return Movement.LEFT if turned > 0 else Movement.RIGHT
-        return Movement.FORWARD if self._turn is None else Movement.NO_CHANGE
+        return Movement.FORWARD if self.turn is None else Movement.NO_CHANGE

@@ -57,11 +57,6 @@ class DynamicChainCode(ChainCode):
         self.configure(
             threshold, confirm_frames=confirm_frames, release_frames=release_frames)
 
-    @property
-    def threshold(self) -> float:
-        """Return T in pixels per frame."""
-        return self._threshold
-
     def configure(
         self, threshold: float, *, confirm_frames: int = 1, release_frames: int = 1,
     ) -> None:
@@ -80,7 +75,8 @@ class DynamicChainCode(ChainCode):
                 ('confirm_frames', confirm_frames), ('release_frames', release_frames)):
             if value < 1:
                 raise ValueError(f'{name} is {value}: give at least 1')
-        self._threshold = float(threshold)
+        self.threshold = float(threshold)
+        """T in pixels per frame."""
         self._confirm_frames, self._release_frames = confirm_frames, release_frames
 
     def update(self, dx: float) -> Step:
@@ -112,23 +108,23 @@ class DynamicChainCode(ChainCode):
         side = self._side_of(dx)
         self._on_side = self._on_side + 1 if side is self._side else 1
         self._side = side
-        if self._turn is not None and not self._is_released(side):
+        if self.turn is not None and not self._is_released(side):
             return Movement.NO_CHANGE
-        self._turn = None
+        self.turn = None
         if side is None:
             return Movement.FORWARD
         if self._on_side < self._confirm_frames:
             return Movement.NO_CHANGE
-        self._turn = side
+        self.turn = side
         self._off_turn = 0
         return self._turned(side)
 
     def _side_of(self, dx: float) -> Movement | None:
-        if dx >= self._threshold:
+        if dx >= self.threshold:
             return Movement.LEFT
-        return Movement.RIGHT if dx <= -self._threshold else None
+        return Movement.RIGHT if dx <= -self.threshold else None
 
     def _is_released(self, side: Movement | None) -> bool:
         """Count a pair during a turn; return whether the turn ends with it."""
-        self._off_turn = 0 if side is self._turn else self._off_turn + 1
+        self._off_turn = 0 if side is self.turn else self._off_turn + 1
         return self._off_turn >= self._release_frames

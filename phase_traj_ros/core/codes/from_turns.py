@@ -11,7 +11,6 @@ degrees, e.g. because the field of view is not known well, still gives the right
 
 from collections import deque
 from collections.abc import Iterable
-import math
 
 from phase_traj_ros.core.codes.chain import ChainCode, Step, yawing
 from phase_traj_ros.core.codes.codes import Movement
@@ -27,10 +26,6 @@ class TurnCode(ChainCode):
     pairs follow it.
     """
 
-    def __init__(self, *, max_runs: int | None = None) -> None:
-        """Make a chain code that starts with ``FORWARD``; each series keeps ``max_runs`` runs."""
-        super().__init__(max_runs=max_runs)
-
     def reset(self) -> None:
         """Start again: no codes, direction ``FORWARD``, the next pair is the first."""
         super().reset()
@@ -44,28 +39,16 @@ class TurnCode(ChainCode):
         """
         Judge the next pair of frames.
 
-        Parameters
-        ----------
-        quarters
-            Quarter turns completed since the last pair, in order: 1 left, -1 right.
-        rate
-            Yaw rate of the pair in radians per second, positive to the left.
-
-        Raises
-        ------
-        ValueError
-            The rate is NaN or infinite. The state is unchanged.
-
+        ``quarters`` are the quarter turns completed since the last pair, in order: 1 left, -1
+        right; ``rate`` is the yaw rate of the pair in radians per second, positive to the left.
         """
-        if not math.isfinite(rate):
-            raise ValueError(f'yaw rate is {rate}: give a finite number, or skip the pair')
         self.expect(quarters)
-        self._turn = yawing(rate)
+        self.turn = yawing(rate)
         return self._append(self._judge())
 
     def _judge(self) -> Movement:
         if self._starts():
             return Movement.FORWARD
         if not self._due:
-            return Movement.FORWARD if self._turn is None else Movement.NO_CHANGE
+            return Movement.FORWARD if self.turn is None else Movement.NO_CHANGE
         return self._turned(Movement.LEFT if self._due.popleft() > 0 else Movement.RIGHT)

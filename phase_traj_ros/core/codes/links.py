@@ -15,8 +15,7 @@ begin and end at a yaw rate.
 import math
 from typing import Any
 
-from phase_traj_ros.core.codes.codes import Direction
-from phase_traj_ros.core.codes.freeman import AnyDirection, Freeman
+from phase_traj_ros.core.codes.freeman import AnyDirection
 from phase_traj_ros.core.codes.sectors import HeadingSector
 from phase_traj_ros.core.codes.series import CodeSeries
 
@@ -59,30 +58,18 @@ class LinkCode:
         """
         if not LEAST_STEP <= step < math.inf:
             raise ValueError(f'step is {step}: give a finite number of {LEAST_STEP} or more')
-        self._step = step
+        self.step = step
+        """Length of a link."""
+        self.series: CodeSeries[Any] = CodeSeries(max_runs=max_runs)
+        """The directions so far, one per link."""
         self._sector = HeadingSector(connectivity)
-        # Elements are of type Direction or Freeman.
-        self._series: CodeSeries[Any] = CodeSeries(max_runs=max_runs)
+        self.directions = self._sector.directions
+        """Type of the directions: the paper's four, or Freeman's eight."""
         self.reset()
-
-    @property
-    def step(self) -> float:
-        """Return the length of a link."""
-        return self._step
-
-    @property
-    def series(self) -> CodeSeries[Direction] | CodeSeries[Freeman]:
-        """Return the directions so far, one per link."""
-        return self._series
-
-    @property
-    def directions(self) -> type[Direction] | type[Freeman]:
-        """Return the type of the directions: the paper's four, or Freeman's eight."""
-        return self._sector.directions
 
     def reset(self) -> None:
         """Start again: no links, direction ``FORWARD``."""
-        self._series.clear()
+        self.series.clear()
         self._sector.reset()
         self._begun = 0.0
 
@@ -110,14 +97,13 @@ class LinkCode:
             raise ValueError(
                 f'distance is {distance}, heading {heading} and yaw {yaw}: give finite numbers, or'
                 ' leave out the pair')
-        if abs(distance) > _MOST_OF_A_PAIR * self._step:
+        if abs(distance) > _MOST_OF_A_PAIR * self.step:
             return ()
         self._begun += distance
         ended = []
-        while self._begun >= self._step:
-            self._begun -= self._step
+        while self._begun >= self.step:
+            self._begun -= self.step
             self._sector.follow(heading - yaw * self._begun / distance)
-            direction = self._sector.direction
-            self._series.append(direction)
-            ended.append(direction)
+            self.series.append(self._sector.direction)
+            ended.append(self._sector.direction)
         return tuple(ended)

@@ -8,8 +8,6 @@ from phase_traj_ros.core.codes.codes import Direction
 from phase_traj_ros.core.codes.freeman import AnyDirection, Freeman, to_four
 from phase_traj_ros.core.codes.tuning import TUNING
 
-CONNECTIVITIES = (4, 8)
-
 
 class HeadingSector:
     """Follows a heading from sector to sector, starting with that of ``FORWARD``."""
@@ -24,24 +22,21 @@ class HeadingSector:
             The connectivity is neither 4 nor 8.
 
         """
-        if connectivity not in CONNECTIVITIES:
+        if connectivity not in (4, 8):
             raise ValueError(f'connectivity is {connectivity}: give 4 or 8')
-        self.connectivity = connectivity
-        """Number of directions, 4 or 8."""
+        self._connectivity = connectivity
+        self.directions: type[Direction] | type[Freeman] = (
+            Freeman if connectivity == 8 else Direction)
+        """Type of the directions: the paper's four, or Freeman's eight."""
         self._width = 2.0 * math.pi / connectivity
         self._border = self._width * (0.5 + TUNING.hysteresis)
         self.reset()
 
     @property
-    def directions(self) -> type[Direction] | type[Freeman]:
-        """Return the type of the directions: the paper's four, or Freeman's eight."""
-        return Freeman if self.connectivity == 8 else Direction
-
-    @property
     def direction(self) -> AnyDirection:
         """Return the direction of the current sector."""
-        code = Freeman((Freeman.FORWARD + self._number * (8 // self.connectivity)) % 8)
-        return code if self.connectivity == 8 else to_four(code)
+        code = Freeman((Freeman.FORWARD + self._number * (8 // self._connectivity)) % 8)
+        return code if self._connectivity == 8 else to_four(code)
 
     def reset(self) -> None:
         """Go back to ``FORWARD``."""

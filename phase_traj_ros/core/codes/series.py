@@ -36,7 +36,6 @@ class CodeSeries(Generic[CodeT]):
             raise ValueError(f'max_runs is {max_runs}: give at least 1')
         self._runs: deque[Run[CodeT]] = deque(maxlen=max_runs)
         self._totals: Counter[CodeT] = Counter()
-        self._length = 0
 
     def append(self, code: CodeT) -> None:
         """Add one code at the end."""
@@ -46,13 +45,11 @@ class CodeSeries(Generic[CodeT]):
         else:
             self._runs.append(Run(code, 1))
         self._totals[code] += 1
-        self._length += 1
 
     def clear(self) -> None:
         """Remove all codes, and clear the totals."""
         self._runs.clear()
         self._totals.clear()
-        self._length = 0
 
     @property
     def runs(self) -> tuple[Run[CodeT], ...]:
@@ -76,7 +73,7 @@ class CodeSeries(Generic[CodeT]):
 
     def __len__(self) -> int:
         """Return how many codes were appended, including those in discarded runs."""
-        return self._length
+        return self._totals.total()
 
     def __iter__(self) -> Iterator[CodeT]:
         """Iterate over the codes kept, oldest first."""

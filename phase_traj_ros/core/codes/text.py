@@ -133,14 +133,13 @@ def parse(text: str) -> ChainCodeText:
 
     """
     match = _TEXT.fullmatch(text)
-    if match is None:
-        raise ValueError(f'not a chain code text: {text!r:.80}')
-    frames, movement, direction = match.groups()
-    found = ChainCodeText(
-        int(frames), _parse_series(movement, _FOUR), _parse_series(direction, _FOUR_OR_EIGHT))
-    if str(found) != text:
-        raise ValueError(f'not a chain code text: {text!r:.80}')
-    return found
+    if match is not None:
+        frames, movement, direction = match.groups()
+        found = ChainCodeText(
+            int(frames), _parse_series(movement, _FOUR), _parse_series(direction, _FOUR_OR_EIGHT))
+        if str(found) == text:
+            return found
+    raise ValueError(f'not a chain code text: {text!r:.80}')
 
 
 def _series_text(

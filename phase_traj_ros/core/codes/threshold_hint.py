@@ -75,17 +75,9 @@ class ShiftSummary:
 
     def add(self, dx: float, threshold: float, *, interval: float) -> None:
         """
-        Take the next measured pair.
+        Take the next measured pair: two frames that are ``interval`` seconds apart.
 
-        Parameters
-        ----------
-        dx
-            Shift of the pair in pixels of the full frame.
-        threshold
-            Threshold of the pair in the same pixels.
-        interval
-            Seconds between the two frames, above 0.
-
+        Its shift ``dx`` and the threshold are in pixels of the full frame.
         """
         self._pairs += 1
         self._threshold = threshold

@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from phase_traj_ros.core.correlation.mask import mask_weights
 from phase_traj_ros.core.correlation.phase_correlation import Frame, Shift
 from phase_traj_ros.core.correlation.tuning import TUNING
+from phase_traj_ros.core.correlation.view import halvings
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -59,8 +60,7 @@ class BlockMotion:
         self._form: tuple[tuple[int, ...], np.dtype[Any]] | None = None
         self._primed = False
         # The newest and the previous frame, reduced.
-        self._current: NDArray[np.float32] = np.empty((0, 0), np.float32)
-        self._previous: NDArray[np.float32] = np.empty((0, 0), np.float32)
+        self._current = self._previous = np.empty((0, 0), np.float32)
 
     def reset(self) -> None:
         """Forget the previous frame."""
@@ -99,7 +99,7 @@ class BlockMotion:
         Changes of a block's brightness and contrast are allowed for. Displacements are valid up to
         about a pixel of the reduced frames. Larger ones give wrong vectors, but rarely small ones.
         """
-        parts = self._parts
+        parts, blocks = self._parts, self._blocks
         height, width = parts.shape[1:]
         both = np.add(self._current, self._previous, out=self._both)
         down, right = slice(1, height + 1), slice(1, width + 1)
@@ -108,7 +108,6 @@ class BlockMotion:
         np.subtract(both[2:height + 2, right], both[:height, right], out=parts[1])
         parts[2] = both[down, right]
         np.subtract(self._current[down, right], self._previous[down, right], out=parts[3])
-        blocks = self._blocks
         blocks[...] = parts.reshape(self._split).transpose(1, 3, 0, 2, 4)
         samples = blocks.reshape(-1, 4, blocks.shape[3] * blocks.shape[4])
         samples -= samples.mean(axis=2, keepdims=True)
@@ -126,16 +125,13 @@ class BlockMotion:
         moved = cv2.warpAffine(
             self._previous, matrix, (width, height), flags=cv2.INTER_LINEAR,
             borderMode=cv2.BORDER_CONSTANT, borderValue=(math.nan,) * 4)
-        parts = self._parts
-        down, right = (slice(1, side + 1) for side in parts.shape[1:])
-        np.subtract(self._current[down, right], self._previous[down, right], out=parts[0])
-        np.subtract(self._current[down, right], moved[down, right], out=parts[1])
         # The level is subtracted so that the sums of squares keep their precision.
-        np.subtract(self._current[down, right], self._current.mean(), out=parts[2])
-        seen = np.isfinite(parts[1], out=parts[3])
-        parts[:3] *= seen
-        np.nan_to_num(parts[:3], copy=False)
-        split = parts.reshape(self._split)
+        parts = np.stack([
+            self._current - self._previous, self._current - moved,
+            self._current - self._current.mean(), np.ones_like(moved)])
+        parts = np.where(np.isfinite(moved), parts, np.float32(0))
+        rows, columns = self._parts.shape[1:]
+        split = parts[:, 1:rows + 1, 1:columns + 1].reshape(self._split)
         squares = np.square(split[:3]).sum(axis=(2, 4))
         sums = split.sum(axis=(2, 4))
         count = np.maximum(sums[3], 1.0)
@@ -167,21 +163,18 @@ class BlockMotion:
     def _allocate(self, shape: tuple[int, int], dtype: np.dtype[Any]) -> None:
         self._form = shape, dtype
         self._primed = False
-        wanted = round(math.log2(max(shape[0] * shape[1] / TUNING.block_pixels, 1.0)) / 2)
-        halvings = min(wanted, int(math.log2(min(shape) / (TUNING.least_block_px + 2))))
-        self._scale = 2 ** halvings
+        times = halvings(shape, pixels=TUNING.block_pixels, least=TUNING.least_block_px + 2)
+        self._scale = 2 ** times
         height, width = (side // self._scale for side in shape)
         self._halves = [
             np.empty((height << left, width << left), dtype)
-            for left in reversed(range(halvings))]
+            for left in reversed(range(times))]
         # Differences are taken within the frame, so no block contains its border.
         rows, columns = (
             max(min(most, (side - 2) // TUNING.least_block_px), 1)
             for most, side in zip(TUNING.blocks, (height, width)))
         tall, wide = (height - 2) // rows, (width - 2) // columns
-        self._current = np.empty((height, width), np.float32)
-        self._previous = np.empty((height, width), np.float32)
-        self._both = np.empty((height, width), np.float32)
+        self._current, self._previous, self._both = np.empty((3, height, width), np.float32)
         self._parts = np.empty((4, rows * tall, columns * wide), np.float32)
         self._split = (4, rows, tall, columns, wide)
         self._blocks = np.empty((rows, columns, 4, tall, wide), np.float32)

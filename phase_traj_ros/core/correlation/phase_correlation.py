@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from phase_traj_ros.core.correlation.aligned import aligned_zeros
 from phase_traj_ros.core.correlation.mask import check_size, mask_weights
 from phase_traj_ros.core.correlation.peak import refine
-from phase_traj_ros.core.correlation.spectrum import CrossPhase, padded_shape
+from phase_traj_ros.core.correlation.spectrum import CrossPhase, padded_shape, ROUNDING
 from phase_traj_ros.core.correlation.transforms import find_transform, TransformLibrary
 from phase_traj_ros.core.correlation.windows import Window, window_2d
 from phase_traj_ros.errors import FrameError
@@ -27,8 +27,6 @@ Frame = NDArray[np.uint8] | NDArray[np.uint16] | NDArray[np.float32]
 LEAST_SIDE = 8
 """Number of rows and columns that a frame has at least."""
 _DTYPES = (np.uint8, np.uint16, np.float32)
-# Rounding noise of a float32 transform, as a share of the spectrum's root mean square.
-_ROUNDING = 1e-6
 # Half the side of the square over which forward motion spreads a peak, as a share of the
 # frame's size (the root of its area): 4 pixels for a frame of 376 x 1241.
 _REACH = 1 / 170
@@ -68,14 +66,8 @@ class PhaseCorrelator:
         """
         Make a correlator; it takes the size of the frames from the first one.
 
-        Parameters
-        ----------
-        window
-            Taper of the frames.
-        mask
-            Weight of each pixel, (H, W), 0 to 1 or 0 to 255; None weights all pixels equally.
-        transform
-            Which library computes the transforms.
+        ``window`` is the taper of the frames, ``mask`` the weight of each of their pixels, (H, W),
+        0 to 1 or 0 to 255, and ``transform`` the library that computes the transforms.
 
         Raises
         ------
@@ -88,7 +80,7 @@ class PhaseCorrelator:
         self._transforms = find_transform(transform)
         self._window_form = window
         self._mask = None if mask is None else mask_weights(mask)
-        self._shape: tuple[int, int] | None = None
+        self._shape = (0, 0)
         self._primed = False
         # All steps of a pair are done in place: this array holds the tapered frame, its spectrum,
         # the cross-phase spectrum and the map, in this order.
@@ -109,12 +101,8 @@ class PhaseCorrelator:
         Return the shift from the previous frame to ``frame``, or None if there is no pair.
 
         There is no pair at the first frame, after a reset, and when the size of the frames
-        changes. The frame given is then the first of the next pair.
-
-        Parameters
-        ----------
-        frame
-            (H, W) uint8, uint16 or float32, at least 8 x 8, of any scale and offset.
+        changes. The frame given is then the first of the next pair. It is (H, W) uint8, uint16 or
+        float32, at least 8 x 8, of any scale and offset.
 
         Raises
         ------
@@ -130,12 +118,10 @@ class PhaseCorrelator:
         if frame.shape != self._shape:
             self._allocate(frame.shape)
         energy = self._transform(frame, mean, deviation)
-        highest = math.sqrt(self._energy * energy)
+        primed, self._primed = self._primed, True
+        self._highest = math.sqrt(self._energy * energy) if primed else 0.0
         self._energy = energy
-        if self._primed:
-            return self._correlate(highest)
-        self._primed, self._highest = True, 0.0
-        return None
+        return self._correlate() if primed else None
 
     def correlation_map(self) -> NDArray[np.float32]:
         """
@@ -185,15 +171,12 @@ class PhaseCorrelator:
             return Shift(0.0, 0.0, 0.0)
         return self._shift_at(row, column)
 
-    def _near(
-        self, place: tuple[int, int], reach: int,
-    ) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    def _near(self, place: tuple[int, int], reach: int) -> tuple[NDArray[np.intp], ...]:
         """Return the index of the square about ``place`` (row, column) in the cyclic map."""
-        rows, columns = (
+        reaches = (min(reach, side // 2 - 1) for side in self._map.shape)
+        return np.ix_(*(
             np.arange(middle - most, middle + most + 1) % side
-            for middle, side in zip(place, self._map.shape)
-            for most in (min(reach, side // 2 - 1),))
-        return rows[:, None], columns[None, :]
+            for middle, most, side in zip(place, reaches, self._map.shape)))
 
     def _allocate(self, shape: tuple[int, int]) -> None:
         padded = padded_shape(shape)
@@ -209,10 +192,10 @@ class PhaseCorrelator:
 
     def _transform(self, frame: Frame, mean: float, deviation: float) -> float:
         """Replace the map by the cross-phase spectrum of ``frame``; return its energy."""
-        height, width = frame.shape
-        spectrum = self._map
         if deviation == 0.0:
             return self._nothing()
+        height, width = frame.shape
+        spectrum = self._map
         tapered = spectrum[:height, :width]
         spectrum[height:] = 0.0
         spectrum[:height, width:] = 0.0
@@ -226,22 +209,21 @@ class PhaseCorrelator:
             # The mean of the unmasked part differs, and the mask may leave nothing else.
             rest = cv2.sumElems(tapered)[0] / self._window_sum
             cv2.scaleAdd(self._window, -rest, tapered, dst=tapered)
-            if cv2.norm(tapered) <= _ROUNDING * spectrum_rms:
+            if cv2.norm(tapered) <= ROUNDING * spectrum_rms:
                 return self._nothing()
         self._transforms.forward(spectrum, height)
         # Eq. 1 conjugates the current spectrum and so peaks at minus the displacement. Here the
         # previous one is conjugated, so the peak is at the displacement itself.
-        return self._cross(spectrum, _ROUNDING * spectrum_rms)
+        return self._cross(spectrum, spectrum_rms)
 
     def _nothing(self) -> float:
         """Take a frame without content; return its energy."""
         self._cross.clear()
         return 0.0
 
-    def _correlate(self, highest: float) -> Shift:
+    def _correlate(self) -> Shift:
         """Turn the cross-phase spectrum into the map; find its peak (eqs. 2 and 3)."""
-        self._highest = highest
-        if highest == 0.0:
+        if self._highest == 0.0:
             self._map.fill(0.0)
             return Shift(0.0, 0.0, 0.0)
         self._unit = self._transforms.inverse(self._map)

@@ -23,7 +23,7 @@ from phase_traj_ros.core.correlation.tuning import TUNING
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GateSettings:
     """
-    When a pair counts as a measurement.
+    When a pair counts as a measurement, and not as two unrelated frames.
 
     Raises
     ------
@@ -43,50 +43,27 @@ class GateSettings:
             raise ValueError(
                 f'min_significance is {self.min_significance}: give a finite number, 0 or more')
 
-
-class MeasurementGate:
-    """Separates measured shifts from those of unrelated frames."""
-
-    def __init__(self, settings: GateSettings | None = None) -> None:
-        """Make a gate. It keeps no state between pairs."""
-        self._settings = settings or GateSettings()
-
     def judge(
         self, shift: Shift, correlator: PhaseCorrelator, blocks: BlockMotion | None,
     ) -> Shift | None:
         """
         Return the shift to use for the pair, or None if nothing was measured.
 
-        Parameters
-        ----------
-        shift
-            The shift that ``correlator`` has just measured.
-        correlator
-            Holds the map of this pair.
-        blocks
-            Holds the same two frames. Used only if the shift is zero and ``look_past_zero`` is
-            set; None disables ``look_past_zero``.
-
+        ``shift`` is what ``correlator`` has just measured. ``blocks`` holds the same two frames;
+        None disables ``look_past_zero``.
         """
         significance = correlator.significance(shift)
-        if (self._settings.look_past_zero and blocks is not None
+        if (self.look_past_zero and blocks is not None
                 and max(abs(shift.dx), abs(shift.dy)) <= TUNING.zero_px):
             second = correlator.second_peak(apart=TUNING.apart_px)
-            if self._hides(second, significance, correlator, blocks):
+            stands_out = correlator.significance(second)
+            if (self._suffices(stands_out) and stands_out > significance
+                    and blocks.share_following(second) > 0.5):
                 return second
         return shift if self._suffices(significance) else None
 
-    def _hides(
-        self, second: Shift, first_significance: float, correlator: PhaseCorrelator,
-        blocks: BlockMotion,
-    ) -> bool:
-        """Return whether the peak at zero is of a fixed pattern and ``second`` is of the scene."""
-        significance = correlator.significance(second)
-        return (self._suffices(significance) and significance > first_significance
-                and blocks.share_following(second) > 0.5)
-
     def _suffices(self, significance: float) -> bool:
-        return significance > 0 and significance >= self._settings.min_significance
+        return significance > 0 and significance >= self.min_significance
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -136,11 +113,10 @@ class StillnessDetector:
 
     def update(self, flow: BlockFlow, width: int) -> bool:
         """
-        Take the flow of the next pair; return whether the vehicle is stationary.
+        Take the flow of the next pair of frames of this ``width``, in pixels.
 
-        ``width`` is the width of the frames in pixels.
-
-        False until as many pairs have arrived as are averaged.
+        Return whether the vehicle is stationary: False until as many pairs have arrived as are
+        averaged.
         """
         if self._flows and len(self._flows[-1].vectors) != len(flow.vectors):
             self.reset()
@@ -186,17 +162,14 @@ class PairQuality:
         mask: ArrayLike | None = None,
     ) -> None:
         """Make the tests; None disables one. ``mask`` is that of the correlator."""
-        self._gate = None if gate is None else MeasurementGate(gate)
+        self._gate = gate
         self._detector = None if stillness is None else StillnessDetector(stillness)
         self._blocks = BlockMotion(mask=mask)
-        self._needs_blocks = stillness is not None or (gate is not None and gate.look_past_zero)
+        self.looks_at_frames = stillness is not None or (
+            gate is not None and gate.look_past_zero)
+        """Whether any of the tests needs the frames, and not only the map."""
         self._has_pair = False
         self._width = 0
-
-    @property
-    def looks_at_frames(self) -> bool:
-        """Return whether any of the tests needs the frames, and not only the map."""
-        return self._needs_blocks
 
     def reset(self) -> None:
         """Forget all frames, as at the start and when the form of the frames changes."""
@@ -220,7 +193,7 @@ class PairQuality:
 
     def update(self, frame: Frame) -> None:
         """Take the next frame, the same one as the correlator."""
-        if self._needs_blocks:
+        if self.looks_at_frames:
             self._has_pair = self._blocks.update(frame)
             self._width = frame.shape[1]
 

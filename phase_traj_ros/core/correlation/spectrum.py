@@ -9,24 +9,22 @@ Column 0 and column N-1 hold the frequencies 0 and N/2, which are spectra of rea
 number in the first and the last row, and pairs down the column between them.
 """
 
+from itertools import count
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 from phase_traj_ros.core.correlation.aligned import aligned_zeros
 
-_FACTORS = (2, 3, 5)
+ROUNDING = 1e-6
+"""Rounding noise of a float32 transform, as a share of the spectrum's root mean square."""
+# Keeps a spectrum without content 0.
+_LEAST = float(np.finfo(np.float32).tiny)
 _MULTIPLE = 8
 _LEAST_PADDING = 4
 _CRAMPED, _CROWDED = 256, 1024
 # Bins whitened at a time: few enough to fit a core's own cache, enough to hide call overhead.
 _BLOCK_BINS = 1 << 16
-
-
-def _is_smooth(number: int) -> bool:
-    for factor in _FACTORS:
-        while number % factor == 0:
-            number //= factor
-    return number == 1
 
 
 def padded_side(length: int) -> int:
@@ -45,14 +43,11 @@ def padded_side(length: int) -> int:
 
     ``make bench`` compares the rule with its alternatives.
     """
-    side = length
-    while not _suits(side, length):
-        side += 1
-    return side
+    return next(side for side in count(length) if _suits(side, length))
 
 
 def _suits(side: int, length: int) -> bool:
-    if side % _MULTIPLE or not _is_smooth(side) or side % _CROWDED == 0:
+    if side % _MULTIPLE or side % _CROWDED == 0 or cv2.getOptimalDFTSize(side) != side:
         return False
     return side == length or (side - length >= _LEAST_PADDING and side % _CRAMPED != 0)
 
@@ -92,18 +87,18 @@ class CrossPhase:
         self._edges.fill(0.0)
 
     def __call__(
-        self, spectrum: NDArray[np.float32], floor: float, *, compare: bool = True,
+        self, spectrum: NDArray[np.float32], rms: float, *, compare: bool = True,
         keep: bool = True,
     ) -> float:
         """
         Replace the next spectrum, (M, N), by its product with the conjugate of the previous one.
 
-        Bins weaker than ``floor`` hold rounding noise: they are divided by the floor and so stay
-        weak. Return the mean squared magnitude of the spectrum after the scaling: 1 unless bins
-        were below the floor. Without ``keep``, the previous one stays for the next comparison;
-        without ``compare``, the spectrum is only kept.
+        Bins below ``ROUNDING`` times its root mean square, ``rms``, hold rounding noise: they are
+        divided by this floor and so stay weak. Return the mean squared magnitude of the spectrum
+        after the scaling: 1 unless bins were below the floor. Without ``keep``, the previous one
+        stays for the next comparison; without ``compare``, the spectrum is only kept.
         """
-        weakest = np.inf
+        weakest, floor = np.inf, max(ROUNDING * rms, _LEAST)
         rows_at_once, columns = self._scratch.shape[1:]
         for first in range(0, len(spectrum), rows_at_once):
             bins = spectrum[first:first + rows_at_once, 1:-1].reshape(-1, columns, 2)

@@ -12,7 +12,7 @@ no other module depends on the library.
 from enum import Enum
 from functools import cache
 import importlib
-from typing import Any, Protocol
+from typing import Any
 
 import cv2
 import numpy as np
@@ -29,20 +29,6 @@ class TransformLibrary(Enum):
     SCIPY = 'scipy'
 
 
-class Transform(Protocol):
-    """The two transforms of a real array (M, N) float32, both sides even, in place."""
-
-    @property
-    def name(self) -> str:
-        """Return the library, its version and the implementation in use."""
-
-    def forward(self, picture: NDArray[np.float32], rows: int) -> None:
-        """Replace ``picture``, whose rows from ``rows`` on are 0, by its spectrum."""
-
-    def inverse(self, spectrum: NDArray[np.float32]) -> float:
-        """Replace ``spectrum`` by its image times a factor; return the factor."""
-
-
 class OpenCvTransform:
     """``cv2.dft``, whose spectra are packed already."""
 
@@ -52,18 +38,26 @@ class OpenCvTransform:
         return f'OpenCV {cv2.__version__} ({"Intel IPP" if opencv_has_intels() else "its own"})'
 
     def forward(self, picture: NDArray[np.float32], rows: int) -> None:  # noqa: ARG002
-        """Transform all rows: given the number of rows, OpenCV does not call Intel's library."""
+        """
+        Replace ``picture``, whose rows from ``rows`` on are 0, by its spectrum.
+
+        All rows are transformed: given their number, OpenCV does not call Intel's library.
+        """
         cv2.dft(picture, dst=picture)
 
     def inverse(self, spectrum: NDArray[np.float32]) -> float:
-        """Leave the division by the size to the caller, to save time."""
+        """
+        Replace ``spectrum`` by its image times a factor; return the factor.
+
+        The division by the size is left to the caller, to save time.
+        """
         cv2.dft(spectrum, dst=spectrum, flags=cv2.DFT_INVERSE)
         return float(spectrum.size)
 
 
 class ScipyTransform:
     """
-    pocketfft, part of scipy: first along the rows, then down the columns.
+    pocketfft, part of scipy, with the interface of ``OpenCvTransform``.
 
     ``scipy.fftpack`` packs a real line like OpenCV and works in place; ``scipy.fft`` allocates.
     """
@@ -106,6 +100,10 @@ class ScipyTransform:
         return 1.0
 
 
+Transform = OpenCvTransform | ScipyTransform
+"""The two transforms of a real array (M, N) float32, both sides even, in place."""
+
+
 def _pairs(packed: NDArray[np.float32]) -> NDArray[np.complex64]:
     """Return the bins of the columns' frequencies 1 to N/2-1, (M, N/2-1)."""
     return packed[:, 1:-1].view(np.complex64)
@@ -136,7 +134,7 @@ def scipy_is_installed() -> bool:
 
 def transform_hint() -> str:
     """Return how to make the transforms faster; empty if no faster choice is known."""
-    if isinstance(find_transform(), ScipyTransform) or opencv_has_intels():
+    if opencv_has_intels() or scipy_is_installed():
         return ''
     return ('scipy is twice as fast as this OpenCV: install python3-scipy (apt) or scipy'
             ' (pip)')
@@ -155,8 +153,6 @@ def find_transform(library: TransformLibrary = TransformLibrary.AUTO) -> Transfo
         ``library`` is SCIPY, and scipy is not installed.
 
     """
-    if library is TransformLibrary.SCIPY:
-        return ScipyTransform()
     if library is TransformLibrary.AUTO and not opencv_has_intels() and scipy_is_installed():
-        return ScipyTransform()
-    return OpenCvTransform()
+        library = TransformLibrary.SCIPY
+    return ScipyTransform() if library is TransformLibrary.SCIPY else OpenCvTransform()

@@ -3,7 +3,7 @@
 """How a frame is turned and reduced before it is compared."""
 
 from dataclasses import dataclass
-from typing import cast
+import math
 
 import cv2
 from phase_traj_ros.core.correlation.phase_correlation import Frame, Shift
@@ -15,6 +15,7 @@ def reduced(frame: Frame, down: int, across: int) -> Frame:
 
     Pixels at the end that do not fill a block are left out. Factors of two are averaged first,
     which for 8 bits rounds once more: OpenCV is eight times as fast for 2x2 pixels as for 4x4.
+    With factors of 1, it is the frame itself.
     """
     height, width = frame.shape[0] // down, frame.shape[1] // across
     frame = frame[:height * down, :width * across]
@@ -24,6 +25,16 @@ def reduced(frame: Frame, down: int, across: int) -> Frame:
         frame = cv2.resize(  # type: ignore[assignment]
             frame, (width * across, height * down), interpolation=cv2.INTER_AREA)
     return frame
+
+
+def halvings(shape: tuple[int, int], *, pixels: int, least: int) -> int:
+    """
+    Return how often to halve the sides of a frame of ``shape`` (H, W).
+
+    It then has about so many ``pixels``, but no side has fewer than ``least``.
+    """
+    wanted = round(math.log2(max(shape[0] * shape[1] / pixels, 1.0)) / 2)
+    return min(wanted, int(math.log2(max(min(shape) / least, 1.0))))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -49,18 +60,10 @@ class View:
             raise ValueError(f'decimation is {self.decimation}: give at least 1')
 
     def of(self, frame: Frame) -> Frame:
-        """
-        Return ``frame`` as it is correlated, (h, w) of the same type.
-
-        It is the frame itself, not a copy, unless it is decimated.
-        """
-        if self.decimation == 1 or frame.ndim != 2:
-            return frame  # the correlator raises the error
-        size = (frame.shape[1] // self.decimation, frame.shape[0] // self.decimation)
-        whole = frame[:size[1] * self.decimation, :size[0] * self.decimation]
-        if 0 in size:
-            return whole[:0, :0]
-        return cast('Frame', cv2.resize(whole, size, interpolation=cv2.INTER_AREA))
+        """Return ``frame``, (H, W), as it is correlated; see ``reduced``."""
+        if min(frame.shape) < self.decimation:
+            return frame[:0, :0]  # the correlator raises the error
+        return reduced(frame, self.decimation, self.decimation)
 
     def full_shift(self, shift: Shift) -> Shift:
         """Convert a shift measured in this view to pixels of the full, upright frame."""

@@ -31,11 +31,6 @@ class FixedAreas:
 
     def __init__(self) -> None:
         """Make a detector that has seen no frame."""
-        self.reset()
-
-    def reset(self) -> None:
-        """Forget everything: the next frame may be from another camera."""
-        self._shape: tuple[int, int] | None = None
         self._lay_out((1, 1))
 
     def interrupt(self) -> None:
@@ -44,13 +39,12 @@ class FixedAreas:
         self._reference: NDArray[np.float32] | None = None
         self._age = 0.0
         # Share of the gradients that changed up to the newest sample; fixed areas do not count.
-        self._changing, self._moving, self._held = 0.0, False, False
-        self._far = False
-
-    @property
-    def share(self) -> float:
-        """Return the share of the image that is fixed, 0 to 1."""
-        return self._share
+        self._changing, self._held = 0.0, False
+        self.moving = False
+        """Whether the change is large, and in all parts of the image: the world moves."""
+        self.far = False
+        """Whether what does not change is the horizon, while the road below it does: the vehicle
+        drives straight on, however little of the image moves."""
 
     @property
     def sufficient(self) -> bool:
@@ -62,41 +56,19 @@ class FixedAreas:
         return self._left >= max(TUNING.least_left * (1.0 - self._black), TUNING.least_seen)
 
     @property
-    def moving(self) -> bool:
-        """Return whether the change is large, and in all parts of the image: the world moves."""
-        return self._moving
-
-    @property
     def blank(self) -> bool:
         """Return whether the newest sample holds only sensor noise, as in the dark."""
         return self._samples.blank
 
-    @property
-    def far(self) -> bool:
-        """
-        Return whether what does not change is the horizon, while the road below it does.
-
-        The vehicle drives straight on then, however little of the image moves.
-        """
-        return self._far
-
-    def doubts(self, shift: Shift, *, agreed: bool = True) -> bool:
+    def doubts(self, shift: Shift, *, agreed: bool) -> bool:
         """
         Return whether the newest shift is not evidence of driving straight ahead.
 
         This is so if the shift is zero and only fixed areas can agree with it: a part of the image
-        changes while most of it has not changed for long, or the blocks do not agree; and what
-        does not change is not the horizon.
-
-        Parameters
-        ----------
-        shift
-            The shift of the newest pair of frames.
-        agreed
-            Whether the blocks of the image agree with the shift; True if they were not examined.
-
+        changes while most of it has not changed for long, or the blocks have not ``agreed`` with
+        the shift; and what does not change is not the horizon.
         """
-        if abs(shift.dx) > TUNING.zero_px or self._far:
+        if abs(shift.dx) > TUNING.zero_px or self.far:
             return False
         return self._held or (self._changing >= TUNING.standing_share and not agreed)
 
@@ -106,30 +78,21 @@ class FixedAreas:
 
         None if nothing is fixed. The correlator and the yaw meter accept it as a mask.
         """
-        if self._shape is None or self._share == 0.0:
+        if self.share == 0.0:
             return None
         height, width = self._shape
-        weights = cv2.resize(
-            255 - self._fixed, (width, height), interpolation=cv2.INTER_NEAREST)
-        return weights  # type: ignore[return-value]
+        return cv2.resize(  # type: ignore[return-value]
+            255 - 255 * self._fixed, (width, height), interpolation=cv2.INTER_NEAREST)
 
     def update(self, frame: Frame, interval: float, *, turned: float = 0.0) -> bool:
         """
-        Take the next frame; return whether ``weights`` has changed.
+        Take the next frame, (H, W) of any type; return whether ``weights`` has changed.
 
-        Parameters
-        ----------
-        frame
-            (H, W) uint8, uint16 or float32. A frame of another size restarts the learning.
-        interval
-            Seconds since the previous frame, 0 for the first.
-        turned
-            Shift since the previous frame in pixels, positive to the right; 0 if not known.
-
+        A frame of another size restarts the learning. ``interval`` is the time since the previous
+        frame in seconds, 0 for the first, and ``turned`` the shift in pixels, 0 if not known.
         """
         if frame.shape != self._shape:
             self._lay_out(frame.shape)
-            self._shape = frame.shape
         if not self._samples.take(frame, interval, turned) or not self._learn():
             return False
         self._learned += 1
@@ -137,6 +100,7 @@ class FixedAreas:
 
     def _lay_out(self, shape: tuple[int, int]) -> None:
         """Start again for frames of this shape."""
+        self._shape = shape
         self._samples = PictureSamples(shape)
         reduced = self._samples.shape
         self._near = 2 * max(round(TUNING.near_share * self._samples.diagonal), 1) + 1
@@ -146,19 +110,22 @@ class FixedAreas:
         self._means: NDArray[np.float32] = np.zeros((4, *reduced), np.float32)
         self._darkest = np.full(reduced, np.inf, np.float32)
         self._brightest = np.full(reduced, -np.inf, np.float32)
+        # 1 where fixed, and the share of each cell that is not.
         self._fixed: NDArray[np.uint8] = np.zeros(reduced, np.uint8)
-        self._share, self._left, self._black = 0.0, 1.0, 0.0
+        self._open = self._samples.by_places(np.ones(reduced, np.float32))
+        self.share = 0.0
+        """Share of the image that is fixed, 0 to 1."""
+        self._left, self._black = 1.0, 0.0
         self.interrupt()
 
     def _learn(self) -> bool:
         """Add the newest sample to the means if the world moves; return whether it does."""
         changed, energy = self._samples.changes()
-        closed = self._samples.by_places(self._fixed.astype(np.float32)) / np.float32(255)
-        left_changed, left_energy = _outside(closed, changed, energy)
+        left_changed, left_energy = self._open * changed, self._open * energy
         self._changing = _share(left_changed, left_energy)
-        moves = self._moves(left_changed, left_energy)
-        self._watch(closed)
-        if not moves:
+        self.moving = self._moves(left_changed, left_energy)
+        self._watch()
+        if not self.moving:
             return False
         moved = np.full_like(changed, TUNING.full_change)
         if self._samples.turned <= TUNING.turned_px:
@@ -176,11 +143,12 @@ class FixedAreas:
         np.maximum(self._brightest - TUNING.relaxing_levels, picture, out=self._brightest)
         return True
 
-    def _watch(self, closed: NDArray[np.float32]) -> None:
+    def _watch(self) -> None:
         """Check whether most of the image has not changed for long while a part of it has."""
         if self._reference is not None:
-            share = _share(*_outside(closed, *self._samples.changes(self._reference)))
-            self._far = self._only_horizon_remains(closed)
+            share = _share(*(
+                self._open * each for each in self._samples.changes(self._reference)))
+            self.far = self._only_horizon_remains(self._reference)
             self._age += self._samples.elapsed
             if share < TUNING.driving_share and self._age < TUNING.long_s:
                 return
@@ -190,11 +158,10 @@ class FixedAreas:
             self._held = goes_on and TUNING.standing_share <= share < TUNING.driving_share
         self._reference, self._age = self._samples.gradients.copy(), 0.0
 
-    def _only_horizon_remains(self, closed: NDArray[np.float32]) -> bool:
-        assert self._reference is not None
+    def _only_horizon_remains(self, since: NDArray[np.float32]) -> bool:
         # Edges do not count: along a straight road, lane markings do not move either.
-        before, now = ((1.0 - closed) * self._corners(self._reference, gradients)
-                       for gradients in (self._reference, self._samples.gradients))
+        before, now = (self._open * self._corners(since, gradients)
+                       for gradients in (since, self._samples.gradients))
         remaining, structure = now.sum(axis=1), before.sum(axis=1)
         rows = len(structure)
         road = round((1.0 - TUNING.road_share) * rows)
@@ -215,18 +182,17 @@ class FixedAreas:
 
     def _moves(self, changed: NDArray[np.float32], energy: NDArray[np.float32]) -> bool:
         """Return whether the world moves, and not only traffic in a part of the image."""
-        rows = np.array_split(
-            np.stack([changed.sum(axis=1), energy.sum(axis=1)]), TUNING.strips, axis=1)
-        strips = np.array([strip.sum(axis=1) for strip in rows])
-        telling = strips[:, 1] > TUNING.strip_tells * float(energy.sum())
-        self._moving = self._changing >= TUNING.moving_share and bool(
-            np.count_nonzero(strips[telling, 0] < TUNING.strip_changes * strips[telling, 1]) <= 1)
-        return self._moving
+        changes, energies = (
+            np.array([strip.sum() for strip in np.array_split(amount, TUNING.strips)])
+            for amount in (changed, energy))
+        stays = (energies > TUNING.strip_tells * energies.sum()) & (
+            changes < TUNING.strip_changes * energies)
+        return self._changing >= TUNING.moving_share and bool(np.count_nonzero(stays) <= 1)
 
     def _renew(self) -> bool:
         """Find the areas again; return whether they have changed."""
         black = self._bars()
-        fixed = self._patterns() | black
+        fixed = (self._patterns() | black).astype(np.uint8)
         # A pattern extends beyond its gradients, and the middle of a drop has none.
         square = np.ones((3, 3), np.uint8)
         closed = cv2.morphologyEx(fixed, cv2.MORPH_CLOSE, square)
@@ -234,43 +200,31 @@ class FixedAreas:
         if np.count_nonzero(fixed != self._fixed) <= TUNING.same_share * fixed.size:
             return False
         self._fixed = fixed
-        self._share = np.count_nonzero(fixed) / fixed.size
+        self._open = 1.0 - self._samples.by_places(fixed.astype(np.float32))
+        self.share = np.count_nonzero(fixed) / fixed.size
         self._black = np.count_nonzero(black) / black.size
         # A narrow strip between two fixed areas is not usable.
         self._left = 1.0 - np.count_nonzero(cv2.dilate(fixed, square)) / fixed.size
         return True
 
-    def _remaining(self) -> NDArray[np.float32]:
-        """Return the share of the gradients' energy that remains, along the weaker direction."""
+    def _patterns(self) -> NDArray[np.bool_]:
+        """Return where patterns remain, (h, w)."""
         across, down, energy, known = self._means
         near = (self._near, self._near)
         xx, yy, xy = (cv2.blur(product, near) for product in (
             across * across, down * down, across * down))
         weaker = xx + yy - np.sqrt(np.square(xx - yy) + 4.0 * np.square(xy))
-        remaining: NDArray[np.float32] = weaker / (cv2.blur(energy * known, near) + 1e-4)
-        return remaining
-
-    def _patterns(self) -> NDArray[np.uint8]:
-        """Return the patterns that remain, (h, w): 255 or 0."""
-        known = self._means[3]
+        remaining = weaker / (cv2.blur(energy * known, near) + 1e-4)
         limit = TUNING.remains + TUNING.doubt / np.maximum(known, TUNING.least_known)
-        found = (known > TUNING.least_known) & (self._remaining() > limit)
-        return np.where(found, np.uint8(255), np.uint8(0))
+        return np.asarray((known > TUNING.least_known) & (remaining > limit))
 
-    def _bars(self) -> NDArray[np.uint8]:
-        """Return the areas that touch the border and have always been black, (h, w): 255 or 0."""
+    def _bars(self) -> NDArray[np.bool_]:
+        """Return the areas that touch the border and have always been black, (h, w)."""
         black = ((self._brightest < TUNING.dark_levels) & (
             self._brightest - self._darkest < TUNING.constant_levels)).astype(np.uint8)
         framed = cv2.copyMakeBorder(black, 1, 1, 1, 1, cv2.BORDER_CONSTANT, value=(1,))
         cv2.floodFill(framed, None, (0, 0), (255,))
-        return np.where(framed[1:-1, 1:-1] == 255, np.uint8(255), np.uint8(0))
-
-
-def _outside(
-    closed: NDArray[np.float32], *amounts: NDArray[np.float32],
-) -> tuple[NDArray[np.float32], ...]:
-    """Return amounts by places without the share of each place that is closed."""
-    return tuple(each - each * closed for each in amounts)
+        return np.asarray(framed[1:-1, 1:-1] == 255)
 
 
 def _share(changed: NDArray[np.float32], energy: NDArray[np.float32]) -> float:

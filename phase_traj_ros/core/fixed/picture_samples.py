@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 from phase_traj_ros.core.correlation.phase_correlation import Frame
-from phase_traj_ros.core.correlation.view import reduced
+from phase_traj_ros.core.correlation.view import halvings, reduced
 from phase_traj_ros.core.fixed.tuning import TUNING
 
 
@@ -21,9 +21,8 @@ class PictureSamples:
 
     def __init__(self, shape: tuple[int, int]) -> None:
         """Make an empty sampler for frames of ``shape`` (H, W)."""
-        wanted = max(round(math.log2(shape[0] * shape[1] / TUNING.pixels) / 2), 0)
-        self._halvings = min(wanted, int(math.log2(max(min(shape) / TUNING.least_side, 1.0))))
-        self.shape = height, width = shape[0] >> self._halvings, shape[1] >> self._halvings
+        self._times = 1 << halvings(shape, pixels=TUNING.pixels, least=TUNING.least_side)
+        self.shape = height, width = shape[0] // self._times, shape[1] // self._times
         """Size of the reduced images, (h, w)."""
         self.diagonal = math.hypot(height, width)
         cell = TUNING.cell_share * self.diagonal
@@ -40,7 +39,6 @@ class PictureSamples:
         """Seconds since the previous sample."""
         self.blank = False
         """Whether the newest sample holds only sensor noise."""
-        self._turning = 0.0
         self.interrupt()
 
     def interrupt(self) -> None:
@@ -53,9 +51,12 @@ class PictureSamples:
         self._turning += turned
         if self._primed and self._waited < TUNING.period_s:
             return False
-        self.turned = abs(self._turning) / (1 << self._halvings)
+        self.turned = abs(self._turning) / self._times
         self.elapsed, self._waited, self._turning = self._waited, 0.0, 0.0
-        self.picture = self._reduced(frame)
+        picture = reduced(frame, self._times, self._times)
+        level = cv2.mean(picture)[0]
+        gain = TUNING.brightness / level if level > 0.0 else 1.0
+        self.picture = np.multiply(picture, np.float32(gain), dtype=np.float32)
         self._before, self.gradients = self.gradients, self._before
         self._differentiate()
         left = self.by_places(self.picture).std()
@@ -81,13 +82,6 @@ class PictureSamples:
         """Return the means of values (h, w) over the cells, of which there are a few thousand."""
         return cv2.resize(  # type: ignore[return-value]
             values, self._places, interpolation=cv2.INTER_AREA)
-
-    def _reduced(self, frame: Frame) -> NDArray[np.float32]:
-        """Return the frame, reduced and scaled to the common mean brightness."""
-        picture = reduced(frame, 1 << self._halvings, 1 << self._halvings)
-        level = cv2.mean(picture)[0]
-        gain = TUNING.brightness / level if level > 0.0 else 1.0
-        return np.multiply(picture, np.float32(gain), dtype=np.float32)
 
     def _differentiate(self) -> None:
         across, down, energy = self.gradients

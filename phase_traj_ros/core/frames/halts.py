@@ -30,19 +30,10 @@ class HaltDetector:
         self, before: Frame, after: Frame, interval_ns: int, *, change: float, same: bool,
     ) -> bool:
         """
-        Add a frame, and return whether it repeats the last one that was used.
+        Return whether a frame ``after`` repeats the last one that was used, both (H, W) uint8.
 
-        Parameters
-        ----------
-        before, after
-            The last frame that was used, and the newest, (H, W), uint8.
-        interval_ns
-            Time between them.
-        change
-            Their mean difference in grey levels.
-        same
-            Whether they are known to be the same picture.
-
+        ``interval_ns`` is the time between them, ``change`` their mean difference in grey levels,
+        and ``same`` whether they are known to be the same picture.
         """
         in_time = self._since_ns + interval_ns < TUNING.halt_ns
         halts = same or (in_time and change < TUNING.halt_share * self._moving

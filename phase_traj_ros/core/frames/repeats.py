@@ -55,8 +55,9 @@ class RepeatDetector:
         """
         repeated = self._is_same(frame, interval_ns, encoding, by_motion)
         if repeated and interval_ns >= TUNING.same_time_ns:
-            # Of several repetitions, the first is one interval after the frame.
-            self._tick_ns = interval_ns if self._repeats == 0 else self._tick_ns
+            if self._repeats == 0:
+                # Of several repetitions, the first is one interval after the frame.
+                self._tick_ns = interval_ns
             self._repeats += 1
         return repeated
 

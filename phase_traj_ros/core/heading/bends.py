@@ -85,7 +85,6 @@ class BendDetector:
     def reset(self) -> None:
         """Forget everything."""
         self._ended.clear()
-        self._late: list[Bend] = []
         self._quarters: list[tuple[int, int]] = []
         self._begin(None)
 
@@ -126,29 +125,25 @@ class BendDetector:
         self._begin(None)
         return bend
 
-    def scale(self, factor: float) -> None:
-        """Multiply all headings so far by a factor, to correct them."""
-        for _ in range(len(self._ended)):
-            before, counted = self._ended.popleft()
+    def scale(self, factor: float) -> list[Bend]:
+        """Multiply all headings so far by a factor; return the ended bends that become turns."""
+        late = []
+        for number, (before, counted) in enumerate(self._ended):
             after = before.scaled(factor)
             if abs(before.angle) < self._least_turn <= abs(after.angle):
-                self._late.append(after)
-            self._ended.append((after, self._count(after, counted)))
+                late.append(after)
+            self._ended[number] = after, self._count(after, counted)
         self._first = None if self._first is None else self._first.scaled(factor)
         self._end = None if self._end is None else self._end.scaled(factor)
         self._peak *= factor
         # The bend may end with the next frame.
         self._counted = self._count(self.bend, self._counted)
+        return late
 
     def take_quarters(self) -> list[tuple[int, int]]:
         """Return the start frame and the side of each quarter turn that has newly been counted."""
         new, self._quarters = self._quarters, []
         return new
-
-    def take_late(self) -> list[Bend]:
-        """Return the bends that had ended and have become turns since, by a correction."""
-        late, self._late = self._late, []
-        return late
 
     def _begin(self, first: Place | None) -> None:
         """Look for a bend that starts here, or at the next frame."""

@@ -37,13 +37,8 @@ class CutDetector:
         """
         Add the next pair; return whether there was a cut in the previous pair.
 
-        Parameters
-        ----------
-        measured
-            Yaw measurement of the pair; None if the frames were not compared, which is not a cut.
-        interval
-            Time between the two frames, in seconds.
-
+        ``measured`` is None if the frames were not compared, which is not a cut; ``interval`` is
+        the time between them in seconds.
         """
         if measured is None:
             self.reset()

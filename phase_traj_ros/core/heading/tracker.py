@@ -67,19 +67,20 @@ class HeadingTracker:
 
     def __init__(self) -> None:
         """Make a tracker at heading 0."""
+        self.scale_deviation = 0.0
+        """Relative standard deviation of all yaws, from that of the focal length."""
         self.reset()
 
     def reset(self) -> None:
         """Restart: heading 0, no rate, all counts 0."""
-        self._heading = self._variance = 0.0
+        self.heading = 0.0
+        """Heading in radians since the first frame, positive to the left, not wrapped."""
+        self.pairs = self.bridged = 0
+        """Number of pairs; number of bridged ones."""
         self._rate: float | None = None
-        self._pairs = 0
-        self._bridged = 0
-        self._gap = 0.0
-        self._filled = 0.0
         self._doubted: _Doubted | None = None
-        self._interval = 0.0
-        self._variance_rate = 0.0
+        self._gap = self._filled = self._interval = 0.0
+        self._variance = self._variance_rate = 0.0
         self._agility = Agility()
 
     def cut(self) -> None:
@@ -90,16 +91,11 @@ class HeadingTracker:
 
     def scale(self, factor: float) -> None:
         """Multiply all angles so far by a factor, to correct them."""
-        self._heading *= factor
+        self.heading *= factor
         self._filled *= factor
         self._agility.scale(factor)
         self._rate = None if self._rate is None else self._rate * factor
         self._doubted = None
-
-    @property
-    def heading(self) -> float:
-        """Return the heading in radians since the first frame, positive to the left, unwrapped."""
-        return self._heading
 
     @property
     def deviation(self) -> float:
@@ -112,54 +108,24 @@ class HeadingTracker:
         return 0.0 if self._rate is None else self._rate
 
     @property
-    def pairs(self) -> int:
-        """Return the number of pairs."""
-        return self._pairs
-
-    @property
-    def bridged(self) -> int:
-        """Return the number of bridged pairs."""
-        return self._bridged
-
-    @property
     def bridged_share(self) -> float:
         """Return the share of bridged pairs, 0 before the first pair."""
-        return self._bridged / self._pairs if self._pairs else 0.0
+        return self.bridged / self.pairs if self.pairs else 0.0
 
     def update(
         self, yaw: float | None, interval: float, *, certain: bool = False,
         variance: float = 0.0, share: float = 1.0,
     ) -> HeadingStep:
         """
-        Add the next pair of frames.
+        Add the next pair of frames, ``interval`` seconds apart, more than 0.
 
-        Parameters
-        ----------
-        yaw
-            Yaw in radians, positive to the left; None if it was not measured.
-        interval
-            Time between the two frames, in seconds.
-        certain
-            Whether to accept the yaw even if the rate jumps. The rate jumps if a frame was lost
-            and the stamps do not show it.
-        variance
-            Variance of the yaw in square radians.
-        share
-            Share of the pair in the time over which its yaw was measured.
-
-        Raises
-        ------
-        ValueError
-            The interval is not a finite number above 0, or the yaw is not finite. The state is
-            unchanged.
-
+        ``yaw`` is in radians, positive to the left, None if it was not measured; ``variance`` in
+        square radians; ``share`` that of the pair in the time over which it was measured. A
+        ``certain`` yaw is accepted even if the rate jumps, as it does if a frame was lost and the
+        stamps do not show it.
         """
-        if not (math.isfinite(interval) and interval > 0):
-            raise ValueError(f'interval is {interval}: give a finite number of seconds above 0')
-        if yaw is not None and not math.isfinite(yaw):
-            raise ValueError(f'yaw is {yaw}: give a finite number, or None')
-        before = self._heading
-        self._pairs += 1
+        before = self.heading
+        self.pairs += 1
         blind, missed = self._gap, 0.0
         if yaw is not None:
             missed = (self.rate + yaw / interval) / 2 * self._gap - self._filled
@@ -168,7 +134,7 @@ class HeadingTracker:
             self._bridge(yaw, interval)
         else:
             self._correct(yaw / interval, interval, certain)
-            self._heading += yaw
+            self.heading += yaw
             self._rate = yaw / interval
             self._gap = self._filled = 0.0
             self._doubted = None
@@ -181,8 +147,8 @@ class HeadingTracker:
         missed = missed if blind > TUNING.rate_s and not bridged else 0.0
         self._variance += variance + missed ** 2
         return HeadingStep(
-            self._heading - before, self.rate, self._heading, bridged, variance,
-            1.0 if bridged else share, missed)
+            self.heading - before, self.rate, self.heading, bridged, variance,
+            1.0 if bridged else share, missed, scale=self.scale_deviation)
 
     def foresee(self, seconds: float, deviation: float) -> HeadingStep:
         """
@@ -193,8 +159,8 @@ class HeadingTracker:
         """
         yaw = self.rate * seconds
         return HeadingStep(
-            yaw, self.rate, self._heading + yaw, False, self._variance_rate * seconds,
-            foreseen=deviation)
+            yaw, self.rate, self.heading + yaw, False, self._variance_rate * seconds,
+            foreseen=deviation, scale=self.scale_deviation)
 
     def admits(self, yaw: float, interval: float, *, certain: bool = False) -> bool:
         """Return whether ``update`` would accept a yaw: whether a vehicle can turn like that."""
@@ -228,23 +194,23 @@ class HeadingTracker:
         doubted = self._doubted
         if self._follows(rate, interval, certain):
             if self._gap <= TUNING.rate_s:
-                self._heading += (self.rate + rate) / 2 * self._gap - self._filled
+                self.heading += (self.rate + rate) / 2 * self._gap - self._filled
         elif doubted is not None and self._repeats(rate, interval):
-            self._heading += doubted.rate * self._interval - doubted.filled
+            self.heading += doubted.rate * self._interval - doubted.filled
             missing = self._gap - self._interval
             if missing <= TUNING.rate_s:
-                self._heading += (self.rate + doubted.rate) / 2 * missing - (
+                self.heading += (self.rate + doubted.rate) / 2 * missing - (
                     self._filled - doubted.filled)
 
     def _bridge(self, yaw: float | None, interval: float) -> None:
-        self._bridged += 1
+        self.bridged += 1
         # Integral of the fading rate over this part of the gap.
         fading = TUNING.rate_s
         filled = self.rate * fading * (
             math.exp(-self._gap / fading) - math.exp(-(self._gap + interval) / fading))
         self._gap += interval
         self._filled += filled
-        self._heading += filled
+        self.heading += filled
         self._doubted = None if yaw is None else _Doubted(yaw / interval, filled)
 
 

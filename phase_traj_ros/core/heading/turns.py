@@ -80,25 +80,21 @@ class TurnDetector:
         for side in self._sides:
             side.reset()
         self._last: Place | None = None
-        self._quarters: tuple[int, ...] = ()
+        # Turns that have ended since the newest frame, by a cut or a correction.
+        self._waiting: list[Turn] = []
         self._coded = 0
-        self._bends: tuple[float, ...] = ()
-
-    @property
-    def quarters(self) -> tuple[int, ...]:
+        self.quarters: tuple[int, ...] = ()
         """
-        Return the quarter turns that count from the newest frame on: 1 to the left, -1 to right.
+        The quarter turns that count from the newest frame on: 1 to the left, -1 to the right.
 
         They are in the order in which their turns started. The quarters of a turn count from the
         frame at which it reaches the minimum angle. A turn in progress may add more of them later.
         Counted quarters are not revoked.
         """
-        return self._quarters
-
-    @property
-    def bends_deg(self) -> tuple[float, ...]:
-        """Return the angles in degrees of the bends that have ended with the newest frame."""
-        return self._bends
+        self.bends_deg: tuple[float, ...] = ()
+        """Angles in degrees of the bends that have ended with the newest frame."""
+        self.widest_deg = 0.0
+        """Angle of the widest bend that has ended so far, in degrees, 0 or more."""
 
     @property
     def aside_deg(self) -> float:
@@ -119,18 +115,9 @@ class TurnDetector:
         """
         Add the next frame; return the turns that have ended, a dip or more before it.
 
-        Parameters
-        ----------
-        stamp_ns
-            Stamp of the frame, later than the previous one.
-        heading
-            Heading at this frame in radians, positive to the left, not wrapped.
-        way
-            Way since the previous frame, in heights of the camera above the road, 0 or more; None
-            if it is unknown.
-        frames
-            Number of this frame minus that of the previous one.
-
+        ``heading`` is in radians, positive to the left, not wrapped. ``way`` is that since the
+        previous frame, in heights of the camera above the road, 0 or more, None if unknown.
+        ``frames`` is the number of this frame minus that of the previous one.
         """
         before = self._last
         if before is None:
@@ -141,17 +128,18 @@ class TurnDetector:
         gone = max(way, TUNING.least_speed * seconds)
         self._last = Place(
             before.frame + frames, stamp_ns, math.degrees(heading), before.way + gone)
-        late = [bend for side in self._sides for bend in side.take_late()]
         ended = [side.update(before, self._last) for side in self._sides]
-        self._bends = tuple(bend.angle for bend in ended if bend is not None)
+        self.bends_deg = tuple(bend.angle for bend in ended if bend is not None)
+        self.widest_deg = max([self.widest_deg, *map(abs, self.bends_deg)])
         counted = [count for side in self._sides for count in side.take_quarters()]
-        self._quarters = tuple(side for _, side in sorted(counted, key=lambda count: count[0]))
-        self._coded += sum(self._quarters)
-        return self._turns([*late, *ended])
+        self.quarters = tuple(side for _, side in sorted(counted, key=lambda count: count[0]))
+        self._coded += sum(self.quarters)
+        turns, self._waiting = [*self._waiting, *self._turns(ended)], []
+        return turns
 
-    def cut(self) -> list[Turn]:
-        """End and return the turns in progress: the next pair shows another scene."""
-        return self._turns([side.cut() for side in self._sides])
+    def cut(self) -> None:
+        """End the turns in progress, for the next update: its pair shows another scene."""
+        self._waiting += self._turns(side.cut() for side in self._sides)
 
     def scale(self, factor: float) -> None:
         """
@@ -162,14 +150,15 @@ class TurnDetector:
         """
         if self._last is not None:
             self._last = self._last.scaled(factor)
+        self.widest_deg *= factor
         for side in self._sides:
-            side.scale(factor)
+            self._waiting += self._turns(side.scale(factor))
 
     def finish(self) -> list[Turn]:
-        """Return the turn in progress if it has reached the minimum angle; forget everything."""
-        found = [bend for side in self._sides for bend in (*side.take_late(), side.cut())]
-        self.reset()
-        return self._turns(found)
+        """Return the turns that end with the newest frame, which is the last one."""
+        self.cut()
+        turns, self._waiting = self._waiting, []
+        return turns
 
     def _turns(self, ended: Iterable[Bend | None]) -> list[Turn]:
         """Return the bends that are turns."""

@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 from phase_traj_ros.core.localization.given import PositionFix
-from phase_traj_ros.core.localization.hypotheses import Complexes, Floats
+from phase_traj_ros.core.localization.roads import Complexes, Floats
 from phase_traj_ros.core.localization.settings import LocatorSettings
 
 

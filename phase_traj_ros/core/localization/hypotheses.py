@@ -3,15 +3,12 @@
 """Hypotheses about the place of the vehicle, and how their number is kept in bounds."""
 
 from dataclasses import dataclass, fields
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from phase_traj_ros.core.localization.roads import RoadMap
+from phase_traj_ros.core.localization.roads import Complexes, Floats, Ints
 from phase_traj_ros.core.localization.settings import LocatorSettings
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
-Complexes = NDArray[np.complex128]
 
 
 @dataclass(slots=True, eq=False)
@@ -55,10 +52,10 @@ class Hypotheses:
         return Hypotheses(*(
             getattr(self, each.name).take(chosen, axis=-1) for each in fields(self)))
 
-    def joined(self, others: 'Hypotheses') -> 'Hypotheses':
+    def joined(self, *others: 'Hypotheses') -> 'Hypotheses':
         """Return these and others."""
         return Hypotheses(*(
-            np.concatenate([getattr(self, each.name), getattr(others, each.name)], axis=-1)
+            np.concatenate([getattr(them, each.name) for them in (self, *others)], axis=-1)
             for each in fields(self)))
 
     @property
@@ -70,15 +67,25 @@ class Hypotheses:
     @property
     def log_total(self) -> float:
         """Return the logarithm of the sum of all weights; -inf if there are none."""
-        return log_sum(self.log_weight)
+        if not len(self):
+            return -np.inf
+        most = float(self.log_weight.max())
+        return most + float(np.log(np.exp(self.log_weight - most).sum()))
+
+    def carried(self, by: complex) -> Complexes:
+        """Return where a displacement of the odometry leads from the places."""
+        places: Complexes = carried(self.places, by, self.log_scale, self.turned)
+        return places
 
 
-def log_sum(log_weight: Floats) -> float:
-    """Return the logarithm of the sum of weights that are given as logarithms."""
-    if not len(log_weight):
-        return -np.inf
-    most = float(log_weight.max())
-    return most + float(np.log(np.exp(log_weight - most).sum()))
+def carried(place: Any, by: Any, log_scale: Any, turned: Any) -> Any:
+    """
+    Return where a displacement of the odometry leads from a place, or from arrays of them.
+
+    Places are complex numbers in metres, displacements in the axes and the unit of the odometry;
+    the scale and the rotation are those of a hypothesis.
+    """
+    return place + by * np.exp(log_scale + 1j * turned)
 
 
 def wrapped(angle: Floats) -> Floats:
@@ -86,12 +93,6 @@ def wrapped(angle: Floats) -> Floats:
     # Several times faster than the remainder.
     result: Floats = angle - 2 * np.pi * np.rint(angle / (2 * np.pi))
     return result
-
-
-def places_on(roads: RoadMap, piece: Ints, offset: Floats) -> Complexes:
-    """Return the places on pieces of road, as complex numbers in metres."""
-    places: Complexes = roads.origin.take(piece) + offset * roads.along.take(piece)
-    return places
 
 
 def pruned(them: Hypotheses, settings: LocatorSettings) -> Hypotheses:

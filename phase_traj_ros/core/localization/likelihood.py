@@ -7,9 +7,7 @@ import math
 import numpy as np
 from phase_traj_ros.core.localization.hypotheses import Hypotheses, wrapped
 from phase_traj_ros.core.localization.settings import LocatorSettings
-from phase_traj_ros.core.localization.window import Stride
-
-_HUNDRED_M = 100.0
+from phase_traj_ros.core.localization.window import bend_of, Stride
 
 
 def judge(them: Hypotheses, stride: Stride, settings: LocatorSettings) -> float:
@@ -21,12 +19,10 @@ def judge(them: Hypotheses, stride: Stride, settings: LocatorSettings) -> float:
     The difference of the chords is normally distributed, with a share of outliers. Each rotation
     has a Kalman filter, in which an outlier counts by the probability that it is not one.
     """
-    parts = np.diff(them.trail, axis=0)
     chord = np.angle(them.trail[-1] - them.trail[0])
-    bend = np.abs(np.angle(parts[1:] * parts[:-1].conj())).sum(axis=0)
     off = wrapped(chord - stride.chord - them.turned)
     noise = settings.chord_error ** 2 + settings.bend_error ** 2 * (
-        stride.bend ** 2 + bend ** 2)
+        stride.bend ** 2 + bend_of(them.trail) ** 2)
     variance = them.variance + noise
     beyond = np.maximum(np.abs(off) - settings.dead_band, 0.0)
     peak = (1.0 - settings.outlier_share) / np.sqrt(2 * np.pi * variance)
@@ -79,7 +75,7 @@ class NullRoad:
         settings = self._settings
         self._way = min(self._way + metres, settings.null_fit_m)
         self._fit += (fit - self._fit) * min(metres / self._way, 1.0)
-        self._variance += settings.heading_noise ** 2 * metres / _HUNDRED_M + stride.yaw_variance
+        self._variance += settings.heading_noise ** 2 * metres / 100.0 + stride.yaw_variance
         noise = settings.chord_error ** 2 + 2 * settings.bend_error ** 2 * stride.bend ** 2
         fitting = (1.0 - settings.outlier_share) * max(self._fit, settings.null_fit) / (
             math.sqrt(2 * math.pi * (self._variance + noise)))

@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Locates an odometry on a road map."""
 
-import cmath
 from collections import deque
 from dataclasses import dataclass
 import math
@@ -18,7 +17,6 @@ from phase_traj_ros.core.localization.fixes import (
 )
 from phase_traj_ros.core.localization.given import OdometryStep, PositionFix, Prior, ScaleRange
 from phase_traj_ros.core.localization.hypotheses import (
-    Complexes,
     Hypotheses,
     merged,
     pruned,
@@ -29,7 +27,7 @@ from phase_traj_ros.core.localization.likelihood import judge, NullRoad
 from phase_traj_ros.core.localization.motion import Motion
 from phase_traj_ros.core.localization.places import Astray, Claim, Place, Places
 from phase_traj_ros.core.localization.roads import PIECE_M, RoadMap
-from phase_traj_ros.core.localization.seeding import ExpectedPose, Scales, Seeding
+from phase_traj_ros.core.localization.seeding import Scales, Seeding
 from phase_traj_ros.core.localization.settings import LocatorSettings
 from phase_traj_ros.core.localization.window import Odometer, Stride, Track
 
@@ -73,7 +71,6 @@ class MapLocator:
         self._settings = settings or LocatorSettings()
         self._scale = scale or ScaleRange()
         self._roads = roads
-        self._area = roads.area
         self._rng = np.random.default_rng(seed)
         self._scales = Scales(self._scale, self._settings)
         self._seeding = Seeding(roads, self._scales, self._settings, self._rng)
@@ -129,16 +126,15 @@ class MapLocator:
         copies = self._scales.after(them, stride, metres)
         self._them = split(them, min(copies * self._fewest(), settings.most_hypotheses))
         if self._claim.leads:
-            self._leave_sometimes()
+            # Some vehicles leave the roads of the map. While no place leads, most hypotheses are
+            # wrong, and the null hypothesis would inherit what all of them gain on straights.
+            self._null.log_weight = float(np.logaddexp(
+                self._null.log_weight, self._them.log_total + math.log(settings.null_hazard)))
         self._found = self._places.best(self._them, self._log_total())
-        if self._claim.follow(self._found[0], metres, turned=self._null.turned):
-            self._watch()
-
-    def _watch(self) -> None:
-        """Notice when the vehicle leaves the roads: then it may be on none as well."""
-        evidence = self._them.log_total - self._null.log_alone
-        if self._astray.follow(
-                self._found[0], self._odometer.place, self._way, evidence):
+        self._claim.follow(self._found[0], metres, turned=self._null.turned)
+        if self._claim.leads and self._astray.follow(
+                self._way, self._them.log_total - self._null.log_alone):
+            # The vehicle may be on no road as well as on these.
             self._null.log_weight = max(self._null.log_weight, self._them.log_total)
             self._seeded = self._way
             self._claim.drop()
@@ -147,22 +143,11 @@ class MapLocator:
         """Let vehicles on no road of the map come back to one."""
         settings, null = self._settings, self._null
         share = math.exp(null.log_weight - self._log_total())
-        if self._astray.is_lost:
-            returning = null.log_weight + math.log(settings.return_hazard)
-            self._seed(self._seeding.expected(
-                self._astray.expected(self._odometer.place, self._way), self._odometer,
-                returning + math.log(settings.reseed_near)))
         if share > settings.away and self._way - self._seeded > settings.reseed_every_m:
             self._seeded = self._way
             returning = null.log_weight + math.log(settings.return_anywhere)
-            self._seed(self._seeding.anywhere(self._odometer, returning))
-
-    def _seed(self, new: Hypotheses | None) -> None:
-        """Add hypotheses that take their weight from the null hypothesis."""
-        if new is not None:
-            self._them = self._them.joined(new)
-            self._null.log_weight += math.log1p(
-                -math.exp(new.log_total - self._null.log_weight))
+            self._them = self._them.joined(self._seeding.anywhere(self._odometer, returning))
+            null.log_weight += math.log1p(-settings.return_anywhere)
 
     def _turned_back(self, them: Hypotheses, stride: Stride, most: int) -> Hypotheses:
         """Return the hypotheses and, after a U-turn, also those that turned back on their road."""
@@ -185,53 +170,23 @@ class MapLocator:
     def _log_total(self) -> float:
         return float(np.logaddexp(self._them.log_total, self._null.log_weight))
 
-    def _leave_sometimes(self) -> None:
-        """
-        Give the null hypothesis the weight of vehicles that leave the roads of the map.
-
-        While no place leads, most hypotheses are wrong, and the null hypothesis would inherit what
-        all of them together gain on straights.
-        """
-        self._null.log_weight = float(np.logaddexp(
-            self._null.log_weight,
-            self._them.log_total + math.log(self._settings.null_hazard)))
-
     def _fewest(self) -> int:
         settings = self._settings
         return settings.fewest_hypotheses if self._claim.leads else min(
             settings.fewest_searching, self._per_piece * len(self._roads))
 
     def _estimate(self, stamp_ns: int) -> LocationEstimate:
-        place, odometer = self._found[0], self._odometer
-        middle = self._now(place)
+        place, candidates = self._found[0], tuple(map(self._candidate, self._found))
+        best, scale = candidates[0], math.exp(place.log_scale)
         one, two, three = place.covariance.tolist()
-        scale = math.exp(place.log_scale)
         return LocationEstimate(
-            stamp_ns=stamp_ns, claimed=self._claim.held, x=middle.real, y=middle.imag,
-            heading=math.remainder(odometer.heading + place.turned, math.tau),
-            probability=min(place.probability, 1.0),
-            covariance=(tuple(one), tuple(two), tuple(three)), scale=scale,
-            scale_deviation=scale * place.scale_deviation,
-            candidates=tuple(map(self._candidate, self._found)),
+            stamp_ns=stamp_ns, claimed=self._claim.held, x=best.x, y=best.y, heading=best.heading,
+            probability=best.probability, covariance=(tuple(one), tuple(two), tuple(three)),
+            scale=scale, scale_deviation=scale * place.scale_deviation, candidates=candidates,
             off_road=math.exp(self._null.log_weight - self._log_total()))
 
-    def _now(self, place: Place, ago: complex = 0j) -> complex:
-        """
-        Return where a place of the last stride is at the newest pose.
-
-        ``ago`` is the displacement of the odometry since an earlier pose, to return that one.
-        """
-        return place.middle + (self._odometer.since - ago) * cmath.exp(
-            complex(place.log_scale, place.turned))
-
-    def _all_at(self, them: Hypotheses, ago: complex) -> Complexes:
-        """Return the places of hypotheses at the pose of so much displacement ago."""
-        places: Complexes = them.places + (self._odometer.since - ago) * np.exp(
-            them.log_scale + 1j * them.turned)
-        return places
-
     def _candidate(self, place: Place) -> Candidate:
-        middle = self._now(place)
+        middle = place.carried(self._odometer.since)
         return Candidate(
             middle.real, middle.imag,
             math.remainder(self._odometer.heading + place.turned, math.tau),
@@ -249,48 +204,50 @@ class MapLocator:
         one is not used either: successive fixes share their errors. One that agrees proves the
         place, if it is exact enough to tell it from others.
         """
-        then = self._newest if fix.stamp_ns is None else self._track.at(fix.stamp_ns)
-        if then is None:
+        try:
+            then, way = self._newest if fix.stamp_ns is None else self._track.at(fix.stamp_ns)
+        except ValueError:
             return False
-        ago, way = self._newest[0] - then[0], then[1]
-        place = self._found[0]
+        since, place = then - self._odometer.place, self._found[0]
         verdict = self._gate.judge(
-            fix, way, self._now(place, ago) if self._claim.leads else None,
+            fix, way, place.carried(since) if self._claim.leads else None,
             place.covariance[:2, :2])
         if verdict is Verdict.IGNORED:
             return False
         if verdict is Verdict.TRUSTED:
-            self._start_again_at(fix, ago)
+            self._start_again_at(fix, since)
         else:
-            self._weigh(fix, ago)
+            self._weigh(fix, since)
             if radius_of(fix) < self._settings.mode_m:
                 self._claim.prove()
         self._found = self._places.best(self._them, self._log_total())
         return True
 
-    def _weigh(self, fix: PositionFix, ago: complex) -> None:
+    def _weigh(self, fix: PositionFix, since: complex) -> None:
         """Weigh the hypotheses by a fix; its errors are as correlated as those of chords."""
-        settings, them = self._settings, self._them
-        fit = log_likelihood(fix, self._all_at(them, ago), self._area, settings)
+        settings, them, area = self._settings, self._them, self._roads.area
+        fit = log_likelihood(fix, them.carried(since), area, settings)
         them.log_weight = them.log_weight + settings.tempering * fit
-        self._null.take(
-            settings.tempering * log_likelihood_off_road(fix, self._area, settings))
+        self._null.take(settings.tempering * log_likelihood_off_road(fix, area, settings))
 
-    def _start_again_at(self, fix: PositionFix, ago: complex) -> None:
-        """Believe that the vehicle was where a fix is, but for a doubt."""
+    def _start_again_at(self, fix: PositionFix, since: complex) -> None:
+        """
+        Believe that the vehicle was where a fix is, but for a doubt.
+
+        ``since`` is the displacement of the odometry from the last stride to the fix.
+        """
         settings = self._settings
         total, doubt = self._log_total(), math.log(settings.fix_outliers)
         self._them.log_weight = self._them.log_weight + doubt
         self._null.log_weight = total + doubt
         # Nothing tells in which direction it has moved since.
-        moved = abs(ago) * self._scale.middle
+        moved = abs(self._odometer.since - since) * self._scale.middle
         prior = Prior(
             fix.x, fix.y, 3.0 * math.hypot(radius_of(fix), settings.fix_road_m) + moved)
         if self._roads.distance_to(fix.x, fix.y) <= prior.radius:
-            near = self._seeding.around(
-                prior, self._odometer, total)
+            near = self._seeding.around(prior, self._odometer, total)
             near.log_weight = near.log_weight + log_likelihood(
-                fix, self._all_at(near, ago), self._area, settings)
+                fix, near.carried(since), self._roads.area, settings)
             near.log_weight += total - near.log_total
             self._them = self._them.joined(near)
         self._claim.drop()
@@ -325,23 +282,12 @@ class MapLocator:
         self._track.forget()
         self._astray.forget()
         # Some hypotheses stand for all. Each spreads over the roads that it may have reached.
-        some = resampled(self._them, settings.spread_from, self._rng)
-        middles = some.places + since * np.exp(some.log_scale + 1j * some.turned)
-        spread = [each for each in (
-            self._seeding.expected(
-                ExpectedPose(
-                    complex(middles[number]), float(some.turned[number]),
-                    math.hypot(turn, math.sqrt(some.variance[number])),
-                    distance + PIECE_M, float(some.log_scale[number]),
-                    math.sqrt(some.scale_variance[number])),
-                self._odometer, float(some.log_weight[number]))
-            for number in range(len(some))) if each is not None]
-        if spread:
-            them = spread[0]
-            for each in spread[1:]:
-                them = them.joined(each)
+        spread = self._seeding.spread(
+            resampled(self._them, settings.spread_from, self._rng), since, distance + PIECE_M,
+            turn, self._odometer)
+        if len(spread):
             self._them = resampled(
-                merged(them, settings, self._rng), settings.most_hypotheses, self._rng)
+                merged(spread, settings, self._rng), settings.most_hypotheses, self._rng)
         self._found = self._places.best(self._them, self._log_total())
         if self._found[0].probability < settings.drop_below:
             self._claim.drop()

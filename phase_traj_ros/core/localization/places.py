@@ -2,21 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """The places where hypotheses gather: when the best one counts as known, and when as left."""
 
-import cmath
 from collections import deque
 from dataclasses import dataclass
 import math
 
 import numpy as np
 from numpy.typing import NDArray
-from phase_traj_ros.core.localization.hypotheses import (
-    Complexes,
-    Floats,
-    Hypotheses,
-    wrapped,
-)
-from phase_traj_ros.core.localization.roads import RoadMap
-from phase_traj_ros.core.localization.seeding import ExpectedPose
+from phase_traj_ros.core.localization.hypotheses import carried, Hypotheses, wrapped
+from phase_traj_ros.core.localization.roads import Floats, RoadMap
 from phase_traj_ros.core.localization.settings import LocatorSettings
 
 
@@ -43,6 +36,10 @@ class Place:
     covariance: Floats
     log_scale: float
     scale_deviation: float
+
+    def carried(self, by: complex) -> complex:
+        """Return where a displacement of the odometry leads from here."""
+        return complex(carried(self.middle, by, self.log_scale, self.turned))
 
 
 class Places:
@@ -98,10 +95,8 @@ class Places:
         """Return which hypotheses are at the place around some of them."""
         settings, places = self._settings, those.places
         for _ in range(2):
-            part = weight[near]
-            total = max(float(part.sum()), 1e-300)
-            apart = places - (part * places[near]).sum() / total
-            mean = cmath.phase((part * _ahead(those.turned[near])).sum())
+            _, middle, mean = _mean(those, weight, near)
+            apart = places - middle
             after = (apart.real ** 2 + apart.imag ** 2 <= settings.mode_m ** 2) & (
                 np.abs(wrapped(those.turned - mean)) <= settings.mode_heading)
             if not after.any():
@@ -110,21 +105,22 @@ class Places:
         return near
 
 
-def _ahead(angle: Floats) -> Complexes:
-    """Return the complex numbers of length 1 in these directions."""
-    ahead = np.empty(len(angle), np.complex128)
-    np.cos(angle, out=ahead.real)
-    np.sin(angle, out=ahead.imag)
-    return ahead
+def _mean(
+    those: Hypotheses, weight: Floats, near: NDArray[np.bool_],
+) -> tuple[Floats, complex, float]:
+    """Return the shares of some hypotheses in their weight, mean place and mean rotation."""
+    weight, turned = weight[near], those.turned[near]
+    total = float(weight.sum())
+    share = weight / total if total > 0.0 else np.full(len(weight), 1.0 / len(weight))
+    middle = complex((share * those.places[near]).sum())
+    # Faster than the exponential of complex numbers.
+    mean = math.atan2((share * np.sin(turned)).sum(), (share * np.cos(turned)).sum())
+    return share, middle, mean
 
 
 def _summary(those: Hypotheses, weight: Floats, near: NDArray[np.bool_]) -> Place:
-    weight = weight[near]
-    total = float(weight.sum())
-    share = weight / total if total > 0.0 else np.full(len(weight), 1.0 / len(weight))
+    share, middle, mean = _mean(those, weight, near)
     places = those.places[near]
-    middle = complex((share * places).sum())
-    mean = cmath.phase((share * _ahead(those.turned[near])).sum())
     off = wrapped(those.turned[near] - mean)
     apart = np.stack([places.real - middle.real, places.imag - middle.imag, off])
     covariance = (share * apart) @ apart.T
@@ -132,7 +128,7 @@ def _summary(those: Hypotheses, weight: Floats, near: NDArray[np.bool_]) -> Plac
     log_scale = those.log_scale[near]
     mean_scale = float((share * log_scale).sum())
     return Place(
-        middle, mean, total, covariance, mean_scale,
+        middle, mean, float(weight[near].sum()), covariance, mean_scale,
         math.sqrt(float((share * (
             (log_scale - mean_scale) ** 2 + those.scale_variance[near])).sum())))
 
@@ -160,9 +156,9 @@ class Claim:
         self._on_map = True
         self.held = self.leads
 
-    def follow(self, place: Place, metres: float, *, turned: float) -> bool:
+    def follow(self, place: Place, metres: float, *, turned: float) -> None:
         """
-        Take the best place after a way of so many metres; return whether it leads.
+        Take the best place after a way of so many metres.
 
         ``turned`` is the angle turned since the start, left and right. A place that jumps is
         another one.
@@ -179,12 +175,11 @@ class Claim:
             self.drop()
         self.leads = self.leads or self._sure_m >= settings.claim_after_m
         self.held = self.leads and (self._on_map or turned >= settings.claim_turned)
-        return self.leads
 
 
 class Astray:
     """
-    Notices when the vehicle leaves the roads of the map, and expects it where the odometry leads.
+    Notices when the vehicle leaves the roads of the map.
 
     While a place leads, the evidence is that its roads bend as the odometry does. When it
     falls too much within a short way, the vehicle has been off the roads since before.
@@ -193,28 +188,18 @@ class Astray:
     def __init__(self, settings: LocatorSettings) -> None:
         """Start on the roads."""
         self._settings = settings
-        self.forget()
+        self._past: deque[tuple[float, float]] = deque()
 
     def forget(self) -> None:
         """Start again: what was known is not true any more."""
-        self._past: deque[_Moment] = deque()
-        self._before: _Moment | None = None
+        self._past.clear()
 
-    @property
-    def is_lost(self) -> bool:
-        """Return whether the vehicle has left the roads, and is not found again."""
-        return self._before is not None
-
-    def follow(self, place: Place, odometry: complex, way: float, evidence: float) -> bool:
+    def follow(self, way: float, evidence: float) -> bool:
         """
-        Take a place that leads; return whether the vehicle has just left the roads.
+        Take the evidence for a place that leads; return whether the roads have just been left.
 
         Parameters
         ----------
-        place
-            The place.
-        odometry
-            Place in the axes and the unit of the odometry.
         way
             Metres travelled so far.
         evidence
@@ -222,38 +207,10 @@ class Astray:
             that on a road that fits.
 
         """
-        settings = self._settings
-        self._before = None
-        self._past.append(_Moment(place, odometry, way, evidence))
-        while way - self._past[0].way > settings.lost_within_m:
+        self._past.append((way, evidence))
+        while way - self._past[0][0] > self._settings.lost_within_m:
             self._past.popleft()
-        best = max(self._past, key=lambda moment: moment.evidence)
-        if best.evidence - evidence < settings.lost_nats:
+        if max(before for _, before in self._past) - evidence < self._settings.lost_nats:
             return False
-        self._before = self._past[0]
         self._past.clear()
         return True
-
-    def expected(self, odometry: complex, way: float) -> ExpectedPose:
-        """Return the pose that the odometry leads to; only while the vehicle is lost."""
-        settings, before = self._settings, self._before
-        assert before is not None
-        place, metres = before.place, way - before.way
-        moved = (odometry - before.odometry) * cmath.exp(complex(place.log_scale, place.turned))
-        deviation = math.hypot(
-            math.sqrt(place.covariance[2, 2]),
-            settings.heading_noise * math.sqrt(metres / 100.0))
-        return ExpectedPose(
-            place.middle + moved, place.turned, deviation,
-            settings.reseed_m + settings.reseed_growth * metres, place.log_scale,
-            place.scale_deviation)
-
-
-@dataclass(frozen=True, slots=True)
-class _Moment:
-    """A place that leads, and what was known then."""
-
-    place: Place
-    odometry: complex
-    way: float
-    evidence: float

@@ -53,7 +53,7 @@ class RoadMap:
 
     @classmethod
     def from_ways(
-        cls, nodes: ArrayLike, ways: Sequence[Sequence[int]],
+        cls, nodes: ArrayLike, ways: Sequence[ArrayLike],
         one_way: Sequence[int] | None = None,
     ) -> 'RoadMap':
         """
@@ -109,14 +109,13 @@ class RoadMap:
         nodes, index = np.unique(
             np.concatenate([np.empty((0, 2)), *lines]), axis=0, return_inverse=True)
         ends = np.cumsum([len(line) for line in lines])
-        ways = np.split(index.reshape(-1), ends[:-1]) if lines else []
-        return cls.from_ways(nodes, [way.tolist() for way in ways], one_way)
+        return cls.from_ways(nodes, np.split(index.reshape(-1), ends[:-1]), one_way)
 
     def __len__(self) -> int:
         """Return the number of directed pieces."""
         return len(self.length)
 
-    @property
+    @cached_property
     def area(self) -> float:
         """Return the area of the map in square metres: that of its bounding box, at least 1."""
         return float(max(np.ptp(self.starts, axis=0).prod(), 1.0))
@@ -131,6 +130,11 @@ class RoadMap:
         """Return the direction of each piece as a complex number of length 1, (N,)."""
         ends = self.ends[:, 0] + 1j * self.ends[:, 1]
         return (ends - self.origin) / self.length
+
+    def places(self, piece: Ints, offset: Floats) -> Complexes:
+        """Return the places so many metres along pieces, as complex numbers in metres."""
+        places: Complexes = self.origin.take(piece) + offset * self.along.take(piece)
+        return places
 
     @property
     def middles(self) -> Floats:
@@ -148,6 +152,12 @@ class RoadMap:
     def distance_to(self, x: float, y: float) -> float:
         """Return the distance in metres from a point to the nearest road."""
         return float(self.distances_to(x, y).min())
+
+
+def parts_of(counts: Ints) -> tuple[Ints, Ints]:
+    """Return, for each part of things that have so many, the number of its thing and its own."""
+    owner = np.repeat(np.arange(len(counts)), counts)
+    return owner, np.arange(len(owner)) - np.repeat(np.cumsum(counts) - counts, counts)
 
 
 def _thinned(places: Floats, way: Ints, shared: Flags) -> Ints:
@@ -169,8 +179,7 @@ def _pieces(places: Floats, tails: Ints, heads: Ints, rule: Ints) -> RoadMap:
     """Return the map of edges between nodes, cut into pieces."""
     span = places[heads] - places[tails]
     parts = np.ceil(np.hypot(*span.T) / PIECE_M).astype(np.int64)
-    edge = np.repeat(np.arange(len(tails)), parts)
-    rank = np.arange(len(edge)) - np.repeat(np.cumsum(parts) - parts, parts)
+    edge, rank = parts_of(parts)
     starts = places[tails[edge]] + span[edge] * (rank / parts[edge])[:, None]
     ends = places[tails[edge]] + span[edge] * ((rank + 1) / parts[edge])[:, None]
     # Points inside an edge get numbers after those of the nodes.
@@ -199,8 +208,7 @@ def _following(entry: Ints, leave: Ints, reverse: Ints) -> tuple[Ints, Ints]:
     points = int(max(entry.max(), leave.max())) + 1
     begin = np.concatenate([[0], np.cumsum(np.bincount(entry, minlength=points))])
     count = (begin[1:] - begin[:-1])[leave]
-    owner = np.repeat(np.arange(len(entry)), count)
-    rank = np.arange(len(owner)) - np.repeat(np.cumsum(count) - count, count)
+    owner, rank = parts_of(count)
     successor = order[begin[leave[owner]] + rank]
     kept = (successor != reverse[owner]) | (count[owner] == 1)
     number = np.bincount(owner[kept], minlength=len(entry))

@@ -1,52 +1,23 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
 """
-Makes hypotheses: anywhere on the map, near a point, or near an expected pose.
+Makes hypotheses: anywhere on the map, near a point, or around others.
 
 Also spreads their scales after each turn. There, the place along the road is known within metres,
 so that the way to the next turn tells the scale.
 """
 
-from dataclasses import dataclass
 import math
 
 import numpy as np
 from phase_traj_ros.core.localization.given import Prior, ScaleRange
-from phase_traj_ros.core.localization.hypotheses import (
-    Hypotheses,
-    Ints,
-    places_on,
-)
-from phase_traj_ros.core.localization.roads import RoadMap
+from phase_traj_ros.core.localization.hypotheses import carried, Hypotheses
+from phase_traj_ros.core.localization.roads import Ints, RoadMap
 from phase_traj_ros.core.localization.settings import LocatorSettings
 from phase_traj_ros.core.localization.window import Odometer, Stride
 
-_HUNDRED_M = 100.0
 # A scale that is given exactly has this deviation.
 _LEAST_SPREAD = 1e-6
-
-
-@dataclass(frozen=True, slots=True)
-class ExpectedPose:
-    """
-    Pose that the odometry leads to from the last known place.
-
-    place
-        As a complex number in metres.
-    turned, deviation
-        Rotation from the axes of the odometry to those of the map, and its standard deviation.
-    radius
-        Distance that the place may be off.
-    log_scale, scale_deviation
-        Natural logarithm of the metres per unit of the odometry, and its standard deviation.
-    """
-
-    place: complex
-    turned: float
-    deviation: float
-    radius: float
-    log_scale: float
-    scale_deviation: float
 
 
 class Scales:
@@ -74,7 +45,7 @@ class Scales:
         turned, self._turned = abs(self._turned), 0.0
         if turned < settings.least_turn or not len(them):
             return 1
-        noise = settings.position_noise_m ** 2 * self._since / _HUNDRED_M
+        noise = settings.position_noise_m ** 2 * self._since / 100.0
         share = noise / (noise + settings.turn_m ** 2)
         self._since = 0.0
         first = np.isinf(them.known_variance)
@@ -131,27 +102,44 @@ class Seeding:
             them.log_weight += log_total - them.log_total
         return them
 
-    def expected(
-        self, pose: ExpectedPose, odometer: Odometer, log_total: float,
-    ) -> Hypotheses | None:
-        """Return hypotheses on the roads near an expected pose; None if there are none."""
-        roads, settings = self._roads, self._settings
-        near = np.flatnonzero(
-            roads.distances_to(pose.place.real, pose.place.imag) <= pose.radius)
-        known = pose.deviation < settings.unknown_heading
-        if known:
-            off = roads.direction[near] - odometer.heading - pose.turned
-            near = near[np.abs(np.angle(np.exp(1j * off))) <= (
-                2 * settings.mode_heading + 2 * pose.deviation)]
-        if not len(near):
-            return None
-        them = self._on(near, odometer, log_total)
-        if known:
-            them.turned[:] = pose.turned + pose.deviation * self._rng.standard_normal(len(near))
-            them.variance[:] = settings.start_heading ** 2
-        them.log_scale[:], them.scale_variance[:] = pose.log_scale, pose.scale_deviation ** 2
-        them.known_variance[:] = them.scale_variance
-        return self.retraced(them, odometer)
+    def spread(
+        self, them: Hypotheses, since: complex, radius: float, turn: float, odometer: Odometer,
+    ) -> Hypotheses:
+        """
+        Return hypotheses on the roads around each of others, after an unseen motion.
+
+        Parameters
+        ----------
+        them
+            The others.
+        since
+            Displacement of the odometry since they were moved.
+        radius
+            Metres that the vehicle may have moved.
+        turn
+            Standard deviation of the unseen change of the heading in radians.
+        odometer
+            The odometer.
+
+        """
+        roads, settings, found = self._roads, self._settings, []
+        for number, place in enumerate(them.carried(since)):
+            near = np.flatnonzero(roads.distances_to(place.real, place.imag) <= radius)
+            deviation = math.hypot(turn, math.sqrt(them.variance[number]))
+            known = deviation < settings.unknown_heading
+            if known:
+                off = roads.direction[near] - odometer.heading - them.turned[number]
+                near = near[np.abs(np.angle(np.exp(1j * off))) <= (
+                    2 * settings.mode_heading + 2 * deviation)]
+            new = self._on(near, odometer, float(them.log_weight[number]))
+            if known:
+                new.turned[:] = them.turned[number] + deviation * (
+                    self._rng.standard_normal(len(near)))
+            new.log_scale[:] = them.log_scale[number]
+            new.scale_variance[:] = them.scale_variance[number]
+            new.known_variance[:] = new.scale_variance
+            found.append(self.retraced(new, odometer))
+        return found[0].joined(*found[1:])
 
     def _on(self, piece: Ints, odometer: Odometer, log_total: float) -> Hypotheses:
         roads, count = self._roads, len(piece)
@@ -167,9 +155,9 @@ class Seeding:
 
     def retraced(self, them: Hypotheses, odometer: Odometer) -> Hypotheses:
         """Return the hypotheses with the trail of the odometer to where they are."""
-        turn = np.exp(them.log_scale + 1j * them.turned)
-        places = places_on(self._roads, them.piece, them.offset)
-        them.trail = places + np.array(odometer.trail)[:, None] * turn
+        them.trail = carried(
+            self._roads.places(them.piece, them.offset), odometer.trail[:, None], them.log_scale,
+            them.turned)
         return them
 
 

@@ -131,14 +131,6 @@ class LocatorSettings:
     """Fall of the evidence after which the vehicle counts as off the roads of the map..."""
     lost_within_m: float = 60.0
     """...within this distance."""
-    reseed_near: float = 0.8
-    """Share of the new hypotheses that are near the pose expected from the odometry..."""
-    reseed_m: float = 25.0
-    """...within this distance..."""
-    reseed_growth: float = 0.1
-    """...plus this share of the way since; the others are anywhere."""
-    return_hazard: float = 0.05
-    """Probability per stride that a lost vehicle is back on a road near the expected pose."""
     return_anywhere: float = 0.1
     """Probability that a vehicle on no road is back on any road of the map..."""
     reseed_every_m: float = 100.0

@@ -2,19 +2,17 @@
 # SPDX-License-Identifier: Apache-2.0
 """The last strides of the odometer, and its last seconds: what is compared with the map."""
 
-from bisect import bisect_left
 import cmath
 from collections import deque
 from dataclasses import dataclass
-from itertools import pairwise
 import math
 
+import numpy as np
 from phase_traj_ros.core.localization.given import OdometryStep
+from phase_traj_ros.core.localization.roads import Complexes, Floats
 
-KEPT_NS = 5_000_000_000
-"""A position may be this much older than the newest pose of the odometry..."""
-AHEAD_NS = 1_000_000_000
-"""...or this much newer."""
+# A position may be so much older than the newest pose of the odometry, or so much newer.
+_KEPT_NS, _AHEAD_NS = 5_000_000_000, 1_000_000_000
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,29 +24,24 @@ class Stride:
         Distance along the path, in the unit of the odometry.
     distance_variance, yaw_variance
         Variances of the distance and of the change of the heading since the last stride.
-    heading
-        Heading at the end, in radians.
-    trail
-        The ends of the last strides and the start of the first, the oldest first, as complex
-        numbers, relative to the newest.
-    chord, bend
-        Direction of the chord from the first to the last of the trail, and how much the trail
-        bends, in radians.
-    turned
-        Change of the direction since the chord before.
     scale_variance
         Variance of the change of the logarithm of the scale since the last stride.
+    heading
+        Heading at the end, in radians.
+    chord, bend
+        Direction of the chord over the last strides, and how much they bend, in radians.
+    turned
+        Change of the direction since the chord before.
     """
 
     distance: float
     distance_variance: float
     yaw_variance: float
+    scale_variance: float
     heading: float
-    trail: tuple[complex, ...]
     chord: float
     bend: float
     turned: float
-    scale_variance: float = 0.0
 
 
 class Odometer:
@@ -64,13 +57,15 @@ class Odometer:
         """Place at the last stride, in the axes and the unit of the odometry."""
         self.since = 0j
         """Displacement since then."""
+        self.trail: Complexes
+        """Ends of the last strides and start of the first, the oldest first, from the newest."""
         self.begin_again()
 
     def begin_again(self) -> None:
         """Forget the trail and the stride: what came before does not belong to what follows."""
         self.place += self.since
-        along = cmath.rect(self._stride, self.heading)
-        self._trail = [-along * (self._strides - number) for number in range(self._strides + 1)]
+        along = np.complex128(cmath.rect(self._stride, self.heading))
+        self.trail = along * np.arange(-self._strides, 1)
         self._chord = self.heading
         self._begin_stride()
 
@@ -78,11 +73,6 @@ class Odometer:
         self.since = 0j
         self._distance = self._distance_variance = 0.0
         self._yaw_variance = self._scale_variance = 0.0
-
-    @property
-    def trail(self) -> tuple[complex, ...]:
-        """Return the ends of the last strides, the oldest first, relative to the newest."""
-        return tuple(self._trail)
 
     def add(self, step: OdometryStep) -> Stride | None:
         """Take the next step; return the stride that ends with it, if one does."""
@@ -94,25 +84,42 @@ class Odometer:
         self._scale_variance += step.scale_variance
         if self._distance < self._stride:
             return None
-        newest = self._trail[-1] + self.since
         self.place += self.since
-        self._trail = [*(place - newest for place in self._trail[1:]), 0j]
-        across = -self._trail[0]
+        self.trail = np.append(self.trail[1:], self.since) - self.since
+        across = complex(-self.trail[0])
         # A vehicle that has gone back and forth may be where it was.
         chord = cmath.phase(across) if across else self._chord
         turned = math.remainder(chord - self._chord, math.tau)
         self._chord = chord
         stride = Stride(
-            self._distance, self._distance_variance, self._yaw_variance, self.heading,
-            tuple(self._trail), chord, self._bend(), turned, self._scale_variance)
+            self._distance, self._distance_variance, self._yaw_variance, self._scale_variance,
+            self.heading, chord, float(bend_of(self.trail)), turned)
         self._begin_stride()
         return stride
 
-    def _bend(self) -> float:
-        parts = [after - before for before, after in pairwise(self._trail)]
-        return sum(
-            abs(cmath.phase(after * before.conjugate()))
-            for before, after in pairwise(parts))
+
+def bend_of(trail: Complexes) -> Floats:
+    """Return how much trails bend in all, in radians; the first axis is that of their places."""
+    parts = np.diff(trail, axis=0)
+    bend: Floats = np.abs(np.angle(parts[1:] * parts[:-1].conj())).sum(axis=0)
+    return bend
+
+
+def check_age(age_ns: int) -> None:
+    """
+    Check the age of a position, from its stamp to that of the newest pose of the odometry.
+
+    Raises
+    ------
+    ValueError
+        It is too old, or too far ahead.
+
+    """
+    if not -_AHEAD_NS <= age_ns <= _KEPT_NS:
+        raise ValueError(
+            f'its stamp is {abs(age_ns) * 1e-9:.1f} s {"before" if age_ns > 0 else "after"} that'
+            f' of the newest frame: at most {_KEPT_NS * 1e-9:.0f} s before and'
+            f' {_AHEAD_NS * 1e-9:.0f} s after are used, on the clock of the images')
 
 
 class Track:
@@ -134,27 +141,33 @@ class Track:
         if past and stamp_ns == past[-1][0]:
             past.pop()
         past.append((stamp_ns, place, way))
-        while len(past) > 1 and stamp_ns - past[1][0] >= KEPT_NS:
+        while len(past) > 1 and stamp_ns - past[1][0] >= _KEPT_NS:
             past.popleft()
 
-    def at(self, stamp_ns: int) -> tuple[complex, float] | None:
+    def at(self, stamp_ns: int) -> tuple[complex, float]:
         """
-        Return the place and the metres travelled at a stamp; None if it is too old or too new.
+        Return the place and the metres travelled at a stamp.
 
         From the newest pose on, the vehicle goes on as it has come there.
+
+        Raises
+        ------
+        ValueError
+            The stamp is too old or too new, or nothing is known of so long ago.
+
         """
         past = self._past
         if not past:
-            return None
+            raise ValueError('there is no pose yet')
         newest, place, way = past[-1]
+        check_age(newest - stamp_ns)
         if stamp_ns > newest:
-            before = self.at(2 * newest - stamp_ns) if stamp_ns <= newest + AHEAD_NS else None
-            return None if before is None else (2 * place - before[0], 2 * way - before[1])
-        if not max(past[0][0], newest - KEPT_NS) <= stamp_ns:
-            return None
-        after = bisect_left(past, stamp_ns, key=lambda moment: moment[0])
-        if past[after][0] == stamp_ns:
-            return past[after][1:]
-        (since, start, from_way), (until, end, to_way) = past[after - 1], past[after]
-        share = (stamp_ns - since) / (until - since)
-        return start + share * (end - start), from_way + share * (to_way - from_way)
+            before, way_before = self.at(2 * newest - stamp_ns)
+            return 2 * place - before, 2 * way - way_before
+        if stamp_ns < past[0][0]:
+            raise ValueError('its stamp is before the first pose')
+        stamps, places, ways = zip(*past)
+        # Stamps have more digits than floats.
+        ages = [stamp - newest for stamp in stamps]
+        return (complex(np.interp(stamp_ns - newest, ages, places)),
+                float(np.interp(stamp_ns - newest, ages, ways)))

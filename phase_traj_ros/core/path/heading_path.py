@@ -3,9 +3,10 @@
 """Draws the trajectory along the measured heading."""
 
 import math
+from typing import TypeAlias
 
 from phase_traj_ros.core.path.thinning import Thinned
-from phase_traj_ros.core.path.trajectory import Corner
+from phase_traj_ros.core.path.trajectory import ChainPath, Corner
 
 
 class HeadingPath:
@@ -36,44 +37,34 @@ class HeadingPath:
         self._tip: Corner | None = None
         self._foreseen: Corner | None = None
 
-    def start(self, stamp_ns: int) -> None:
-        """Start at the origin, heading 0; on a path that has started, do nothing."""
+    def start(self, stamp_ns: int) -> Corner:
+        """Start at the origin, heading 0, unless the path has; return its measured pose."""
         if self._tip is None:
             self._tip = Corner(0.0, 0.0, 0.0, stamp_ns)
+        return self._tip
 
-    def append(self, heading: float, yaw: float, length: float, stamp_ns: int) -> None:
+    def append(self, heading: float, yaw: float, length: float, stamp_ns: int) -> Corner:
         """
-        Append one step.
+        Append one step; return the pose at its end, which is that of a frame.
 
-        Parameters
-        ----------
-        heading
-            Heading at the end of the step in radians, positive to the left, not wrapped.
-        yaw
-            Change of the heading during the step.
-        length
-            Length of the step in the unit of the path; 0 changes the heading only.
-        stamp_ns
-            Stamp of the frame at the end of the step.
-
+        ``heading`` is that at the end of the step in radians, positive to the left, not wrapped;
+        ``yaw`` its change during the step; ``length`` is in the unit of the path, 0 changes the
+        heading only.
         """
-        self.start(stamp_ns)
-        assert self._tip is not None
         if length != 0.0:
             # A standing vehicle must not displace earlier poses.
-            self._places.offer(self._tip)
-        self.foresee(heading, yaw, length, stamp_ns)
-        self._tip, self._foreseen = self._foreseen, None
+            self._places.offer(self.start(stamp_ns))
+        self._tip = self.foresee(heading, yaw, length, stamp_ns)
+        self._foreseen = None
+        return self._tip
 
-    def foresee(self, heading: float, yaw: float, length: float, stamp_ns: int) -> None:
-        """Move the current pose by a step that the next one replaces."""
-        self.start(stamp_ns)
-        tip = self._tip
-        assert tip is not None
-        middle = heading - yaw / 2
+    def foresee(self, heading: float, yaw: float, length: float, stamp_ns: int) -> Corner:
+        """Move the current pose by a step that the next one replaces; return it."""
+        tip, middle = self.start(stamp_ns), heading - yaw / 2
         self._foreseen = Corner(
             tip.x + length * math.cos(middle), tip.y + length * math.sin(middle), heading,
             stamp_ns)
+        return self._foreseen
 
     @property
     def tip(self) -> Corner | None:
@@ -93,3 +84,7 @@ class HeadingPath:
         for place in self._places.kept:
             shown.offer(place)
         return (*shown.kept, self.tip)
+
+
+DrawnPath: TypeAlias = ChainPath | HeadingPath
+"""A drawn trajectory, from codes or from the heading."""

@@ -31,9 +31,7 @@ class Odometry:
     yaw_rate
         Yaw rate in radians per second, positive to the left. It is that of the pair: a correction
         of earlier pairs, which changes the yaw of the pose, is not a motion.
-    position_variance
-        Mean of the variances of x and y, in square metres.
-    yaw_variance, speed_variance, yaw_rate_variance
+    speed_variance, yaw_rate_variance
         Variances in the squares of the units above.
     covariance
         Covariance of x, y and yaw, (3, 3), in the axes of the first frame, metres and radians.
@@ -42,11 +40,19 @@ class Odometry:
     pose: Corner
     speed: float
     yaw_rate: float
-    position_variance: float
-    yaw_variance: float
     speed_variance: float
     yaw_rate_variance: float
     covariance: Covariance
+
+    @property
+    def position_variance(self) -> float:
+        """Return the mean of the variances of x and y, in square metres."""
+        return (self.covariance[0][0] + self.covariance[1][1]) / 2
+
+    @property
+    def yaw_variance(self) -> float:
+        """Return the variance of the yaw, in square radians."""
+        return self.covariance[2][2]
 
 
 class Odometer:
@@ -58,15 +64,14 @@ class Odometer:
     They are therefore separate states, whose covariance with the pose is tracked.
     """
 
-    def __init__(self, *, max_corners: int | None = None) -> None:
-        """Make an odometer that has not started; its path keeps ``max_corners`` poses."""
-        self.path = HeadingPath(max_corners=max_corners)
-        """The path so far, in metres."""
+    def __init__(self, path: HeadingPath) -> None:
+        """Make an odometer that has not started, for a path in metres."""
+        self._path = path
         self.reset()
 
     def reset(self) -> None:
         """Go back to the origin and forget the path."""
-        self.path.reset()
+        self._path.reset()
         self._covariance: NDArray[np.float64] = np.zeros((_STATES, _STATES))
         self._covariance[_ASKEW, _ASKEW] = TUNING.mounting_deviation ** 2
         self._covariance[_ANGLES, _ANGLES] = TUNING.angle_share ** 2
@@ -84,66 +89,42 @@ class Odometer:
         Add the next pair of frames; return the odometry after it.
 
         Where the distance is unknown, the heading goes on and the position stays. What the vehicle
-        may have travelled is added to its error, in all directions.
-
-        Parameters
-        ----------
-        step
-            Its change of the heading.
-        travel
-            Its distance, in metres.
-        stamp_ns
-            Stamp of its second frame.
-        interval
-            Seconds since its first frame, above 0.
-        unsure
-            Standard deviation of the interval: rates have its relative error.
-
+        may have travelled is added to its error, in all directions. ``travel`` is in metres,
+        ``interval`` in seconds, above 0; rates have the relative error of its standard deviation,
+        ``unsure``.
         """
-        distance, speed_variance = travel.distance, travel.variance / interval ** 2
+        speed_variance = travel.variance / interval ** 2
         if travel.known:
-            self._bound(abs(distance) / interval)
+            self._bound(abs(travel.distance) / interval)
         else:
             self._unseen_s += interval
             self._lose(self._unseen + math.sqrt(travel.variance))
-            distance, travel = 0.0, replace(travel, distance=0.0, variance=0.0)
-        self.path.append(step.heading, step.yaw, distance, stamp_ns)
+            travel = replace(travel, distance=0.0, variance=0.0)
+        tip = self._path.append(step.heading, step.yaw, travel.distance, stamp_ns)
         self._grow(step, travel, interval)
-        speed, (rate, rate_variance) = distance / interval, self._rate(step, interval)
+        speed, (rate, rate_variance) = travel.distance / interval, self._rate(step, interval)
         off = (unsure / interval) ** 2
-        tip = self.path.tip
-        assert tip is not None
-        covariance = self._covariance
         self._newest = Odometry(
             tip, speed, rate,
-            position_variance=float(covariance[_X, _X] + covariance[_Y, _Y]) / 2,
-            yaw_variance=float(covariance[_YAW, _YAW]),
             speed_variance=max(speed_variance, TUNING.least_speed ** 2) + off * speed ** 2,
             yaw_rate_variance=rate_variance + off * rate ** 2,
-            covariance=_rows(covariance))
+            covariance=_rows(self._covariance))
         return self._newest
 
     def foresee(
         self, step: HeadingStep, travel: Travel, stamp_ns: int, interval: float,
-    ) -> Odometry | None:
+    ) -> Odometry:
         """
         Return the odometry of a frame that is not measured; the next pair replaces it.
 
-        None before the first pair. ``step`` and ``travel`` are those since the newest pair,
-        ``interval`` seconds before.
+        ``step`` and ``travel`` are those since the newest pair, ``interval`` seconds before.
         """
-        if self._newest is None:
-            return None
-        self.path.foresee(step.heading, step.yaw, travel.distance, stamp_ns)
-        tip = self.path.tip
-        assert tip is not None
-        variances = np.array([
-            travel.variance, travel.variance, step.variance + step.foreseen ** 2])
-        covariance = self._covariance[:_SWINGS, :_SWINGS] + np.diag(variances)
+        assert self._newest is not None
+        variances = [travel.variance, travel.variance, step.variance + step.foreseen ** 2]
         return replace(
-            self._newest, pose=tip, covariance=_rows(covariance),
-            position_variance=self._newest.position_variance + travel.variance,
-            yaw_variance=float(covariance[_YAW, _YAW]),
+            self._newest,
+            pose=self._path.foresee(step.heading, step.yaw, travel.distance, stamp_ns),
+            covariance=_rows(self._covariance[:_SWINGS, :_SWINGS] + np.diag(variances)),
             yaw_rate_variance=self._newest.yaw_rate_variance + (step.foreseen / interval) ** 2)
 
     def _bound(self, speed: float) -> None:

@@ -9,8 +9,6 @@ from phase_traj_ros.core.path.tuning import TUNING
 MOST_SPEED = 1000.0
 """Largest valid speed in metres per second."""
 
-_NANO = 1e9
-
 
 def is_speed(speed: float) -> bool:
     """Return whether a number, in metres per second, is a valid speed; NaN is not."""
@@ -77,5 +75,5 @@ class SpeedTrack:
             if ended - begun > TUNING.speed_holds_ns:
                 return None
             start = begin_ns if index == first else begun
-            way += self._speeds[index] * (ended - start) / _NANO
+            way += self._speeds[index] * (ended - start) / 1e9
         return way

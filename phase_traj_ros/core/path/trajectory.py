@@ -13,12 +13,11 @@ from dataclasses import dataclass
 from enum import Enum
 import math
 from types import MappingProxyType
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 from phase_traj_ros.core.codes.codes import Direction
-from phase_traj_ros.core.codes.freeman import AnyDirection, Freeman, from_four
+from phase_traj_ros.core.codes.freeman import AnyDirection, Freeman, freeman
 
 
 class Axes(Enum):
@@ -45,17 +44,13 @@ _REP103_STEPS = MappingProxyType({
 
 def unit_step(direction: AnyDirection) -> tuple[float, float]:
     """Return the step (x, y) of length 1 along ``direction``, in REP 103 axes."""
-    return _REP103_STEPS[_freeman(direction)]
+    return _REP103_STEPS[freeman(direction)]
 
 
 def yaw(direction: AnyDirection) -> float:
     """Return the yaw of ``direction`` in radians, positive to the left, 0 for forward."""
-    eighths = (_freeman(direction) - Freeman.FORWARD + 3) % 8 - 3
+    eighths = (freeman(direction) - Freeman.FORWARD + 3) % 8 - 3
     return eighths * math.pi / 4
-
-
-def _freeman(direction: AnyDirection) -> Freeman:
-    return from_four(direction) if isinstance(direction, Direction) else direction
 
 
 def vertices(
@@ -114,27 +109,6 @@ class Corner:
     stamp_ns: int
 
 
-class DrawnPath(Protocol):
-    """A drawn trajectory, from codes or from the heading."""
-
-    @property
-    def tip(self) -> Corner | None:
-        """Return the current pose, or None before the path has started."""
-
-    @property
-    def corners(self) -> tuple[Corner, ...]:
-        """Return the kept poses, oldest first, without the tip."""
-
-    def points(self, limit: int) -> tuple[Corner, ...]:
-        """Return poses that represent the path, the tip last, at most ``limit`` (2 or more)."""
-
-    def start(self, stamp_ns: int) -> None:
-        """Start at the origin, heading forward; on a path that has started, do nothing."""
-
-    def reset(self) -> None:
-        """Go back to the origin and forget the path."""
-
-
 class ChainPath:
     """
     The trajectory drawn from direction codes: its corners and its tip.
@@ -150,31 +124,25 @@ class ChainPath:
     def reset(self) -> None:
         """Go back to the origin and forget the path."""
         self._corners.clear()
-        self._tip: Corner | None = None
+        self.tip: Corner | None = None
+        """The current pose; None before the path has started."""
 
-    def start(self, stamp_ns: int) -> None:
-        """Start at the origin, heading ``FORWARD``; on a path that has started, do nothing."""
-        if self._tip is None:
-            self._tip = Corner(0, 0, 0.0, stamp_ns)
-            self._corners.append(self._tip)
+    def start(self, stamp_ns: int) -> Corner:
+        """Start at the origin, heading ``FORWARD``, unless the path has; return its pose."""
+        if self.tip is None:
+            self.tip = Corner(0, 0, 0.0, stamp_ns)
+            self._corners.append(self.tip)
+        return self.tip
 
     def append(self, direction: AnyDirection, stamp_ns: int) -> None:
         """Append one step along ``direction``."""
-        self.start(stamp_ns)
-        tip = self._tip
-        assert tip is not None
-        angle = yaw(direction)
+        tip, angle = self.start(stamp_ns), yaw(direction)
         if angle != tip.yaw:
             if tip == self._corners[-1]:
                 self._corners.pop()
             self._corners.append(Corner(tip.x, tip.y, angle, tip.stamp_ns))
         dx, dy = unit_step(direction)
-        self._tip = Corner(tip.x + dx, tip.y + dy, angle, stamp_ns)
-
-    @property
-    def tip(self) -> Corner | None:
-        """Return the current pose, or None before the path has started."""
-        return self._tip
+        self.tip = Corner(tip.x + dx, tip.y + dy, angle, stamp_ns)
 
     @property
     def corners(self) -> tuple[Corner, ...]:
@@ -183,6 +151,6 @@ class ChainPath:
 
     def points(self, limit: int) -> tuple[Corner, ...]:
         """Return the newest corners and the tip, at most ``limit`` in total."""
-        if self._tip is None:
+        if self.tip is None:
             return ()
-        return (*self.corners[max(len(self._corners) - limit + 1, 0):], self._tip)
+        return (*self.corners[max(len(self._corners) - limit + 1, 0):], self.tip)

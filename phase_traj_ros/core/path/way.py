@@ -31,14 +31,15 @@ class Way:
     def reset(self) -> None:
         """Go back to distance 0."""
         self._distance = self._foreseen = 0.0
-        self._speed: float | None = None
+        self.speed: float | None = None
+        """Speed of the newest pair, in the unit of the pairs per second; None if unknown."""
         self._states.clear()
 
     def add(self, travel: Travel, interval: float) -> None:
         """Add a pair of ``interval`` seconds; an unknown distance counts as a state only."""
         self._states[travel.state] += 1
         self._foreseen = 0.0
-        self._speed = travel.distance / interval if travel.known else None
+        self.speed = travel.distance / interval if travel.known else None
         if travel.known:
             self._distance += abs(travel.distance)
 
@@ -56,11 +57,6 @@ class Way:
     def distance(self) -> float:
         """Return the distance travelled, forward and in reverse, in the unit of the pairs."""
         return self._distance + self._foreseen
-
-    @property
-    def speed(self) -> float | None:
-        """Return the speed of the newest pair in this unit per second; None if it is unknown."""
-        return self._speed
 
     @property
     def states(self) -> Mapping[TravelState, int]:

@@ -30,7 +30,7 @@ class ReliabilityMonitor:
     def reset(self) -> None:
         """Start again without pairs."""
         self._parts: deque[_Part] = deque()
-        self._spans = {reason: Spans(apart_ns=TUNING.part_ns) for reason in Reason}
+        self._spans = {reason: Spans() for reason in Reason}
         self._start_ns = self._newest_ns = self._new_picture_ns = self._judged_ns = 0
         self._measured_ns = 0
         self._rivalled_ns: int | None = None
@@ -39,28 +39,16 @@ class ReliabilityMonitor:
 
     def add(
         self, evidence: Evidence, stamp_ns: int, interval_ns: int, *, contradicted: bool = False,
-        measured: bool = True, rivalled: bool = False, frames: int = 1,
+        measured: bool = True, rivalled: bool = False, cut: bool = False, frames: int = 1,
     ) -> None:
         """
-        Take the next pair.
+        Take the next pair, what it is worth and what else is wrong with it.
 
-        Parameters
-        ----------
-        evidence
-            What it is worth.
-        stamp_ns
-            Stamp of its second frame.
-        interval_ns
-            Time since its first frame.
-        contradicted
-            Whether the direction code contradicts the heading.
-        measured
-            Whether its distance is measured or given, if one is wanted in metres.
-        rivalled
-            Whether another motion of the road stands out more than the one that it is measured by.
-        frames
-            Number of its second frame minus that of its first one: it stands for so many pairs.
-
+        ``contradicted``: the direction code contradicts the heading. ``measured``: its distance is
+        measured or given, or none is wanted in metres. ``rivalled``: another motion of the road
+        stands out more than the one that it is measured by. ``cut``: the scene changed in the pair
+        before. ``frames``: number of its second frame minus that of its first one; it stands for
+        so many pairs.
         """
         if not self._parts:
             self._start_ns = self._judged_ns = stamp_ns - interval_ns
@@ -76,6 +64,7 @@ class ReliabilityMonitor:
         self._new_picture_ns = stamp_ns
         part.counts[evidence] += frames
         part.seconds += interval_ns * 1e-9
+        part.cuts += cut
         if contradicted:
             self._spans[Reason.DIRECTION_CONTRADICTS_HEADING].add(before, stamp_ns)
         if rivalled:
@@ -94,11 +83,6 @@ class ReliabilityMonitor:
     def add_same_stamps(self, count: int) -> None:
         """Record frames with the stamp of the one before, which are not used."""
         self._same_stamps += count
-
-    def add_cut(self) -> None:
-        """Record a change of scene; its pair has been added like any other."""
-        if self._parts:
-            self._parts[-1].cuts += 1
 
     def verdict(self, *, camera_known: bool = True) -> Reliability:
         """

@@ -12,17 +12,16 @@ from phase_traj_ros.core.reliability.verdict import joined, UnreliableSpan
 class Spans:
     """The spans of one reason, which do not overlap, in order."""
 
-    def __init__(self, *, apart_ns: int) -> None:
-        """Keep spans that are at least ``apart_ns`` apart."""
-        self._apart_ns = apart_ns
+    def __init__(self) -> None:
+        """Start without spans."""
         self._kept: list[tuple[int, int]] = []
 
     def add(self, start_ns: int, end_ns: int) -> None:
-        """Add a span that ends after all others; closer ones are joined."""
+        """Add a span that ends after all others; close ones are joined."""
         if end_ns <= start_ns:
             return
         kept = self._kept
-        if kept and start_ns - kept[-1][1] <= self._apart_ns:
+        if kept and start_ns - kept[-1][1] <= TUNING.part_ns:
             kept[-1] = kept[-1][0], end_ns
             return
         kept.append((start_ns, end_ns))

@@ -8,7 +8,7 @@ A drive as a whole is reliable if they are less than a twentieth of it.
 
 from collections import Counter
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from phase_traj_ros.core.reliability.reason import Reason
 from phase_traj_ros.core.reliability.tuning import TUNING
@@ -66,14 +66,12 @@ class Reliability:
             return self
         allowed = TUNING.most_unreliable * (self.end_ns - self.start_ns)
         spans = [(span.start_ns, span.end_ns) for span in self.spans]
-        if sum(end - start for start, end in joined(spans)) <= allowed:
-            return Reliability((), self.spans, self.start_ns, self.end_ns)
         lasted: Counter[Reason] = Counter()
-        for span in self.spans:
-            for reason in span.reasons:
-                lasted[reason] += span.end_ns - span.start_ns
-        reasons = tuple(reason for reason, _ in lasted.most_common())
-        return Reliability(reasons, self.spans, self.start_ns, self.end_ns)
+        if sum(end - start for start, end in joined(spans)) > allowed:
+            for span in self.spans:
+                for reason in span.reasons:
+                    lasted[reason] += span.end_ns - span.start_ns
+        return replace(self, reasons=tuple(reason for reason, _ in lasted.most_common()))
 
 
 def joined(spans: Iterable[tuple[int, int]]) -> list[tuple[int, int]]:

@@ -42,11 +42,9 @@ def stretches(camera: CameraModel, horizon: Horizon) -> tuple[Stretch, ...]:
     sight = _seen(camera, horizon, np.zeros_like(ahead), ahead)
     rows = np.abs(np.diff(sight.rows))
     sharp = sight.seen[1:] & sight.seen[:-1] & (rows > CELL / TUNING.coarsest)
-    if not sharp.any():
-        return ()
+    sharp = np.append(sharp, False)
     first = int(sharp.argmax())
-    after = np.flatnonzero(~sharp[first:])
-    last = first + (int(after[0]) if after.size else len(sharp) - first)
+    last = first + int(sharp[first:].argmin())
     begin, length = float(ahead[first]), float(ahead[last] - ahead[first])
     if length < TUNING.shortest:
         return ()
@@ -69,19 +67,9 @@ class GroundPatch:
         """
         Compute the mapping from a frame to the patch.
 
-        Parameters
-        ----------
-        camera
-            Camera model of the upright image.
-        horizon
-            Tilt of the camera relative to the road.
-        stretch
-            Position of the patch.
-        rotate_180
-            Whether the frames are upside down.
-        mask
-            Weight of each pixel of the frames, (H, W), 0 to 1.
-
+        ``camera`` is the model of the upright image, ``horizon`` its tilt relative to the road.
+        The frames are upside down with ``rotate_180``, and ``mask`` is the weight of each of their
+        pixels, (H, W), 0 to 1.
         """
         count = _even((stretch.end - stretch.begin) / CELL)
         self._ahead = stretch.begin + CELL * (np.arange(count)[::-1] + 0.5)
@@ -130,15 +118,9 @@ class GroundPatch:
         self, patch: NDArray[np.float32], turn: NDArray[np.float64],
     ) -> NDArray[np.float32]:
         """
-        Return a patch with the rotation of the camera removed.
+        Return the patch (M, N) of a frame after a rotation of the camera as it was before.
 
-        Parameters
-        ----------
-        patch
-            Patch of the frame after the rotation, (M, N).
-        turn
-            Rotation (3, 3) of directions in the image axes, from before to after.
-
+        ``turn`` is the rotation (3, 3) of directions in the image axes, from before to after.
         """
         level = self._levelling @ turn @ self._levelling.T
         way = self._from_road @ level @ self._to_road

@@ -8,53 +8,19 @@ from phase_traj_ros.core.road.speed_filter import SpeedFilter
 from phase_traj_ros.core.road.tuning import TUNING
 
 
-@dataclass(frozen=True, slots=True)
-class Turned:
-    """Rotation of the camera since the keyframe, and the motion past the blocks of the image."""
-
-    yaw: float
-    """In radians, positive to the left."""
-    pitch: float
-    roll: float
-    nodding: float
-    """Standard deviation of the pitch in radians."""
-    age: float
-    """Seconds in which it turned."""
-    passing: float | None
-    """Ratio of translation to distance of the near blocks; None if they do not agree."""
-
-    @property
-    def moves(self) -> bool:
-        """Return whether the vehicle moves, independent of the road."""
-        return self.passing is None or self.passing > TUNING.passing
-
-    @property
-    def drives(self) -> bool:
-        """Return whether the road must have slid, so that what has not is not the road."""
-        return self.passing is None or self.passing > TUNING.driven
-
-    @property
-    def least(self) -> float:
-        """Return the least slide of the road in camera heights, by what the blocks show."""
-        return TUNING.nearest * (self.passing or 0.0) if self.drives else 0.0
-
-    @property
-    def swings(self) -> bool:
-        """Return whether the vehicle turns as only one that drives can."""
-        return abs(self.yaw) > TUNING.turning * self.age
-
-
 @dataclass(slots=True)
 class RoadKeyframe:
     """Time, rotation and distance since the keyframe, in seconds, radians and camera heights."""
 
     age: float = 0.0
     yaw: float = 0.0
+    """Positive to the left."""
     pitch: float = 0.0
     roll: float = 0.0
     passing: float = 0.0
-    goes_on: bool = False
-    """Whether the newest pair passes at half of the mean rate or more, so the vehicle drives."""
+    """Sum of the ratios of translation to distance of the near blocks."""
+    agreed: bool = False
+    """Whether the blocks agree on the motion of the newest pair."""
     given: float = 0.0
     """Sum of the distances of the pairs since."""
     variance: float = 0.0
@@ -65,19 +31,40 @@ class RoadKeyframe:
     """Whether the newest frame becomes the keyframe."""
 
     def turn(
-        self, yaw: float, pitch: float, roll: float, interval: float, near: float = 0.0,
+        self, yaw: float, pitch: float, roll: float, interval: float, near: float | None = None,
     ) -> None:
-        """Add the rotation of a pair, and its ratio of translation to distance."""
-        self.passing += near
+        """Add the rotation of a pair, and its ratio of translation to distance, if it has one."""
+        self.agreed = near is not None
+        self.passing += near or 0.0
         self.yaw += yaw
         self.pitch += pitch
         self.roll += roll
         self.age += interval
-        self.goes_on = near * self.age > 0.5 * self.passing * interval
 
-    def turned(self, nodding: float, passing: float | None) -> Turned:
-        """Return the rotation since; see ``Turned``."""
-        return Turned(self.yaw, self.pitch, self.roll, nodding, self.age, passing)
+    @property
+    def nodding(self) -> float:
+        """Return the standard deviation of the pitch in radians."""
+        return TUNING.nodding if self.agreed else TUNING.springs
+
+    @property
+    def moves(self) -> bool:
+        """Return whether the vehicle moves, independent of the road."""
+        return not self.agreed or self.passing > TUNING.passing
+
+    @property
+    def drives(self) -> bool:
+        """Return whether the road must have slid, so that what has not is not the road."""
+        return not self.agreed or self.passing > TUNING.driven
+
+    @property
+    def least(self) -> float:
+        """Return the least slide of the road in camera heights, by what the blocks show."""
+        return TUNING.nearest * self.passing if self.agreed and self.drives else 0.0
+
+    @property
+    def swings(self) -> bool:
+        """Return whether the vehicle turns as only one that drives can."""
+        return abs(self.yaw) > TUNING.turning * self.age
 
     def is_far(self, way: float, interval: float) -> bool:
         """Return whether a frame ``interval`` seconds later would be too far from this one."""

@@ -1,6 +1,12 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Looks for the slide of one patch of the road, beside patterns that do not slide."""
+"""
+Looks for the slide of one patch of the road, beside patterns that do not slide.
+
+Reflections on the windscreen, dirt and the grid of an encoder do not move, and where the asphalt
+shows little, their peak at zero is higher than that of the road. The road itself averages out
+while it passes by, so what all patches have in common is subtracted from them.
+"""
 
 from dataclasses import dataclass
 import math
@@ -8,9 +14,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 from phase_traj_ros.core.correlation.phase_correlation import Frame
-from phase_traj_ros.core.road.fixed_pattern import FixedPattern
 from phase_traj_ros.core.road.ground import CELL, GroundPatch
-from phase_traj_ros.core.road.keyframe import Turned
+from phase_traj_ros.core.road.keyframe import RoadKeyframe
 from phase_traj_ros.core.road.slide import Peak, Slide
 from phase_traj_ros.core.road.tuning import TUNING
 
@@ -42,8 +47,9 @@ class RoadLook:
         """Make a comparison without a keyframe."""
         self._patch = patch
         self._slide = Slide(patch.window)
-        self._fixed = FixedPattern()
-        self._newest: NDArray[np.float32] | None = None
+        self._newest: NDArray[np.float32] = np.zeros(patch.shape, np.float32)
+        # The mean of the newest patches of a road that has moved on, and their number.
+        self._pattern, self._patches = self._newest, 0
 
     @property
     def middle(self) -> float:
@@ -64,46 +70,37 @@ class RoadLook:
 
     def learn(self) -> None:
         """Learn from the newest patch what does not move: the road has moved on."""
-        assert self._newest is not None
-        self._fixed.learn(self._newest)
+        self._patches = min(self._patches + 1, TUNING.pattern_patches)
+        self._pattern = self._pattern + (
+            self._newest - self._pattern) / np.float32(self._patches)
 
-    def deviation(self, turned: Turned) -> float:
+    def deviation(self, key: RoadKeyframe) -> float:
         """Return the standard deviation of a slide in camera heights, apart from the tilt."""
-        return math.hypot(TUNING.peak_cells * CELL, self._swing * turned.nodding)
+        return math.hypot(TUNING.peak_cells * CELL, self._swing * key.nodding)
 
     def find(
-        self, least: float, most: float, turned: Turned, *, stretched: float,
+        self, least: float, most: float, key: RoadKeyframe, *, stretched: float,
     ) -> RoadSlide | None:
         """
-        Return the slide that stands out most; None if none does.
+        Return the slide since the keyframe ``key`` that stands out most; None if none does.
 
-        Parameters
-        ----------
-        least, most
-            Range in which it is searched, in camera heights since the keyframe.
-        turned
-            Rotation since the keyframe.
-        stretched
-            Factor by which slides of this patch are too large, as the pitch has changed.
-
+        It is searched from ``least`` to ``most`` camera heights. ``stretched`` is the factor by
+        which slides of this patch are too large, as the pitch has changed.
         """
         least, most = least * stretched / CELL, min(most * stretched / CELL, self._slide.most)
         # Where the rotation takes a pattern that is fixed to the camera, and around it.
-        pattern = -self._swing * turned.pitch / CELL
+        pattern = -self._swing * key.pitch / CELL
         below = min(pattern, 0.0) - TUNING.fixed_cells
         above = max(pattern, 0.0) + TUNING.fixed_cells
-        peak = self._peak(least, most, below, above, turned)
-        if not turned.moves and (peak is None or peak.score < TUNING.stands_out):
-            # Whatever its speed was, it may stand.
-            peak = self._slide.peak(below, above)
-        if peak is None or peak.score < TUNING.stands_out:
+        peak = self._peak(least, most, below, above, key)
+        if peak is None:
             return None
         raw = peak.cells * CELL
         # Next to the copies of an encoder are their side lobes.
-        beside = turned.drives and abs(raw) < TUNING.profile_begins and (
+        beside = key.drives and abs(raw) < TUNING.profile_begins and (
             self._slide.highest(below, above) > peak.score)
         return RoadSlide(
-            raw / stretched, self.deviation(turned), peak.score, self.middle, raw,
+            raw / stretched, self.deviation(key), peak.score, self.middle, raw,
             beside or below < peak.cells < above, peak.cells < least - TUNING.fixed_cells)
 
     def scores_at(
@@ -114,30 +111,28 @@ class RoadLook:
 
     def is_rivalled(self, found: RoadSlide | None) -> bool:
         """Return whether another slide stands out, and more than the one that was found."""
-        if found is None:
-            return self._slide.rival(None) > TUNING.stands_out
-        return self._slide.rival(found.raw / CELL) > max(TUNING.stands_out, found.score)
+        cells, score = (None, 0.0) if found is None else (found.raw / CELL, found.score)
+        return self._slide.rival(cells) > max(TUNING.stands_out, score)
 
     def _peak(
-        self, least: float, most: float, below: float, above: float, turned: Turned,
+        self, least: float, most: float, below: float, above: float, key: RoadKeyframe,
     ) -> Peak | None:
         """Return the highest peak; what slides is the road, even if a fixed pattern is higher."""
-        if not turned.moves:
-            return self._slide.peak(least, most)
-        slowest = turned.least / CELL if turned.drives else above
-        places = [(max(least, above, slowest), most)]
-        if not turned.drives or turned.passing is None or most <= 0.0:
+        if not key.moves:
+            # Whatever its speed was, it may stand.
+            return self._slide.peak(least, most) or self._slide.peak(below, above)
+        places = [(max(least, above, key.least / CELL), most)]
+        if not key.drives or not key.agreed or most <= 0.0:
             places.append((least, min(most, below)))
         peaks = filter(None, [self._slide.peak(*place) for place in places])
         peak = max(peaks, key=lambda each: each.score, default=None)
-        if not turned.drives and (peak is None or peak.score < TUNING.stands_out):
-            return self._slide.peak(least, most)
-        return peak
+        return peak if peak or key.drives else self._slide.peak(least, most)
 
     @property
     def _without_fixed(self) -> NDArray[np.float32]:
-        assert self._newest is not None
-        return self._fixed.removed(self._newest)
+        if self._patches < TUNING.least_patches:
+            return self._newest
+        return self._newest - self._pattern
 
     @property
     def _swing(self) -> float:

@@ -21,7 +21,7 @@ from phase_traj_ros.core.camera.horizon import Horizon
 from phase_traj_ros.core.camera.model import CameraModel
 from phase_traj_ros.core.correlation.phase_correlation import Frame
 from phase_traj_ros.core.road.ground import CELL, GroundPatch, rotation, stretches
-from phase_traj_ros.core.road.keyframe import RoadKeyframe, Turned
+from phase_traj_ros.core.road.keyframe import RoadKeyframe
 from phase_traj_ros.core.road.look import RoadLook, RoadSlide
 from phase_traj_ros.core.road.speed_filter import SpeedFilter
 from phase_traj_ros.core.road.speed_profile import SpeedProfile
@@ -42,23 +42,11 @@ class RoadMeter:
         """
         Make a meter that waits for its first frame.
 
-        Parameters
-        ----------
-        camera
-            Camera model of the upright image.
-        horizon
-            Prior tilt of the camera relative to the road.
-        pitch_known
-            Whether the pitch of ``horizon`` is exact.
-        rotate_180
-            Whether the frames are upside down.
-        mask
-            Weight of each pixel of the frames, (H, W), 0 to 1.
-        speed_filter
-            Prior speed; None if it is unknown.
-        keyframes
-            Whether a frame may be compared with an earlier one than its predecessor.
-
+        ``camera`` is the model of the upright image, ``horizon`` its prior tilt relative to the
+        road, the pitch of which is exact if ``pitch_known``. The frames are upside down with
+        ``rotate_180``, and ``mask`` is the weight of each of their pixels, (H, W), 0 to 1.
+        ``speed_filter`` holds the prior speed. With ``keyframes``, a frame may be compared with
+        an earlier one than its predecessor.
         """
         self._keyframes = keyframes
         self._camera, self._horizon = camera, horizon
@@ -98,24 +86,12 @@ class RoadMeter:
         yaw: float | None = None, still: bool = False, unsure: float = 0.0,
     ) -> Travel:
         """
-        Add the next frame, and return the distance of its pair in camera heights.
+        Add the next frame, (H, W), and return the distance of its pair in camera heights.
 
-        Parameters
-        ----------
-        frame
-            (H, W); it must not change afterwards.
-        interval
-            Seconds since the previous frame, above 0.
-        motion
-            Rotation of the camera since then; None if the blocks do not agree, such as in
-            reverse.
-        yaw
-            Yaw in radians, used if ``motion`` is None; None if it is unknown.
-        still
-            Whether the vehicle is known to stand.
-        unsure
-            Standard deviation of the interval.
-
+        The frame must not change afterwards. ``interval`` is the time since the previous one, in
+        seconds, above 0, ``unsure`` its standard deviation, and ``motion`` that of the camera;
+        it is None if the blocks do not agree, such as in reverse. Then the ``yaw`` in radians
+        counts, if it is known. ``still`` is whether the vehicle is known to stand.
         """
         self.speed_filter.pass_time(interval, unsure=unsure)
         self.tilt.pass_time(interval)
@@ -130,77 +106,71 @@ class RoadMeter:
             self._key.turn(
                 motion.yaw, self._nodded(motion.pitch, interval), motion.roll, interval,
                 motion.near)
-            turned = self._key.turned(TUNING.nodding, self._key.passing)
-            return self._measure(
-                frame, interval, turned, turns=abs(motion.yaw) > TUNING.turning * interval)
-        if yaw is not None:
+        elif yaw is not None:
             self._key.turn(yaw, 0.0, 0.0, interval)
-            return self._measure(
-                frame, interval, self._key.turned(TUNING.springs, None), turns=False)
-        self.start(frame)
-        return self.speed_filter.bridge(interval, self._measured)
+        else:
+            self.start(frame)
+            return self.speed_filter.bridge(interval, self._measured)
+        return self._measure(
+            frame, interval,
+            turns=motion is not None and abs(motion.yaw) > TUNING.turning * interval)
 
-    def _measure(
-        self, frame: Frame, interval: float, turned: Turned, *, turns: bool,
-    ) -> Travel:
-        """
-        Compare the road with that of the keyframe, or bridge the pair.
-
-        ``turns`` is whether the vehicle turns in it, as only one that drives can.
-        """
+    def _measure(self, frame: Frame, interval: float, *, turns: bool) -> Travel:
+        """Compare the road with that of the keyframe, or bridge the pair; see ``bridge``."""
+        key = self._key
         if self.tilt.deviation > TUNING.sure:
             self._looks = None
         elif self._looks is None or (
-                self._key.age <= interval
+                key.age <= interval
                 and abs(self.tilt.mounting - self._assumed) > TUNING.remade):
             self._look_anew()
         if not self._looks or self._kept is None:
             self.start(frame)
             return self.speed_filter.bridge(interval, self._measured, turns=turns)
-        turn = rotation(turned.yaw, turned.pitch, turned.roll)
+        turn = rotation(key.yaw, key.pitch, key.roll)
         for look in self._looks:
             look.look(frame)
             look.compare(turn)
-        self._add_to_profile(turned)
-        found = self._search(interval, turned)
-        travel = self._judged([each for each in found if each is not None], interval, turned)
-        if travel is None or self._key.over:
-            self._renew(frame, turned)
-        rivalled = turned.passing is not None and turned.drives and all(
+        self._add_to_profile()
+        found = self._search(interval)
+        travel = self._judged(list(filter(None, found)), interval)
+        if travel is None or key.over:
+            self._renew(frame)
+        rivalled = key.agreed and key.drives and all(
             look.is_rivalled(each) for look, each in zip_longest(self._looks, found))
         # Half a second decides: an encoder copies in every pair, but to no speed.
         rivalled = rivalled and not self._profile.confirms(self.speed_filter.speed)
         travel = travel or self.speed_filter.bridge(interval, self._measured, turns=turns)
         return replace(travel, rivalled=rivalled)
 
-    def _search(self, interval: float, turned: Turned) -> list[RoadSlide | None]:
+    def _search(self, interval: float) -> list[RoadSlide | None]:
         """Return the slide of each patch, None where none stands out."""
-        found = self._slides(interval, turned, self.speed_filter)
+        found = self._slides(interval, self.speed_filter)
         if any(found):
             return found
-        if self.speed_filter.known and self.speed_filter.speed == 0.0 and turned.least > 0.0:
+        if self.speed_filter.known and self.speed_filter.speed == 0.0 and self._key.least > 0.0:
             # All patches agree on a slide that no vehicle reaches from standing: the picture was
             # frozen. (While it drives, an encoder or the pattern of the markings may do the same.)
-            anywhere = [each for each in self._slides(interval, turned, SpeedFilter()) if each]
+            anywhere = list(filter(None, self._slides(interval, SpeedFilter())))
             if 1 < len(anywhere) == len(found) == len(self._agreeing(anywhere, anywhere[0])):
                 self.speed_filter.forget()
                 self._key.age = interval
                 return [*anywhere]
-        return [self._by_profile(interval, turned)]
+        return [self._by_profile(interval)]
 
-    def _add_to_profile(self, turned: Turned) -> None:
+    def _add_to_profile(self) -> None:
         """Add the newest comparison to the profile of the speed."""
         ways = self._profile.speeds * self._key.age
         scores = np.array([
             look.scores_at(ways, stretched=self._stretched(look.middle))
             for look in self._looks or ()]).sum(axis=0)
         # What is fixed to the camera, and its side lobes, tell nothing.
-        beyond = max(turned.least, TUNING.profile_begins)
+        beyond = max(self._key.least, TUNING.profile_begins)
         self._profile.add(scores, np.isfinite(scores) & (ways > beyond))
 
-    def _by_profile(self, interval: float, turned: Turned) -> RoadSlide | None:
+    def _by_profile(self, interval: float) -> RoadSlide | None:
         """Return the slide at the speed that half a second tells; None if it tells none."""
-        best = self._profile.best if turned.drives and self._key.goes_on else None
+        best = self._profile.best if self._key.drives else None
         if best is None:
             return None
         (speed, score), speeds, near = best, self.speed_filter, (self._looks or ())[0]
@@ -212,25 +182,24 @@ class RoadMeter:
             speeds.forget()
             self._key.age = interval
         way = self._key.given + speed * interval
-        deviation = math.hypot(near.deviation(turned), TUNING.acceleration * interval ** 2)
+        deviation = math.hypot(near.deviation(self._key), TUNING.acceleration * interval ** 2)
         return RoadSlide(
             way, deviation, score, near.middle, way * self._stretched(near.middle), False)
 
-    def _slides(
-        self, interval: float, turned: Turned, speeds: SpeedFilter,
-    ) -> list[RoadSlide | None]:
+    def _slides(self, interval: float, speeds: SpeedFilter) -> list[RoadSlide | None]:
         """Return the slide of each patch at the speeds that ``speeds`` holds for possible."""
         found = []
         for look in self._looks or ():
             least, most = (
                 self._key.given + speed * interval
-                for speed in speeds.bounds(look.deviation(turned) / interval))
-            found.append(look.find(least, most, turned, stretched=self._stretched(look.middle)))
+                for speed in speeds.bounds(look.deviation(self._key) / interval))
+            found.append(look.find(
+                least, most, self._key, stretched=self._stretched(look.middle)))
         return found
 
-    def _renew(self, frame: Frame, turned: Turned) -> None:
+    def _renew(self, frame: Frame) -> None:
         """Make the newest frame the keyframe."""
-        moved_on = turned.drives or self._key.given > TUNING.learns
+        moved_on = self._key.drives or self._key.given > TUNING.learns
         for look in self._looks or ():
             if moved_on:
                 look.learn()
@@ -248,12 +217,11 @@ class RoadMeter:
         self._bending += share * (pitch / interval - self._bending)
         return pitch - self._bending * interval
 
-    def _judged(
-        self, found: list[RoadSlide], interval: float, turned: Turned,
-    ) -> Travel | None:
+    def _judged(self, found: list[RoadSlide], interval: float) -> Travel | None:
         """Combine the slides of the patches."""
+        key = self._key
         found = [
-            each for each in found if not each.sudden and not (each.fixed and turned.moves)
+            each for each in found if not each.sudden and not (each.fixed and key.moves)
         ] or found
         if not found:
             return None
@@ -264,15 +232,15 @@ class RoadMeter:
             agreeing = [replace(
                 each, way=each.raw / self._stretched(each.middle)) for each in agreeing]
         if all(each.fixed for each in agreeing):
-            if turned.moves:
+            if key.moves:
                 # A slow vehicle, or a pattern that is fixed to the camera: a later frame tells.
-                self._key.over = self._key.age >= TUNING.longest
+                key.over = key.age >= TUNING.longest
                 return self._waiting(interval)
             stood = self.speed_filter.known and self.speed_filter.speed == 0.0
-            if stood or self._key.age >= TUNING.stands:
-                self._key.over = self._key.age >= TUNING.creeps
+            if stood or key.age >= TUNING.stands:
+                key.over = key.age >= TUNING.creeps
                 # A vehicle does not turn on the spot: the patch does not show the road.
-                return None if turned.swings else self.speed_filter.stand(interval)
+                return None if key.swings else self.speed_filter.stand(interval)
             if best.sudden:
                 return self._waiting(interval)
         return self._travelled(agreeing, interval)

@@ -13,9 +13,6 @@ from phase_traj_ros.core.correlation.spectrum import CrossPhase, padded_shape
 from phase_traj_ros.core.correlation.transforms import find_transform
 from phase_traj_ros.core.road.tuning import TUNING
 
-# Bins weaker than this share of the root mean square hold rounding noise.
-_ROUNDING = 1e-6
-
 
 @dataclass(frozen=True, slots=True)
 class Peak:
@@ -32,12 +29,13 @@ class Slide:
         """Make a correlator for patches of the shape of ``window``, (M, N)."""
         self._window = window
         self._transforms = find_transform()
-        self._map = aligned_zeros(padded_shape((window.shape[0], window.shape[1])))
-        self._cross = CrossPhase((self._map.shape[0], self._map.shape[1]))
-        self.most = int(TUNING.longest_slide * window.shape[0])
+        rows, columns = window.shape
+        height, width = padded = padded_shape((rows, columns))
+        self._map, self._cross = aligned_zeros(padded), CrossPhase(padded)
+        self.most = int(TUNING.longest_slide * rows)
         """Largest slide in cells."""
+        self._back = rows // 8
         # The map is cyclic.
-        height, width = self._map.shape
         self._searched = np.ix_(
             np.arange(-self._back, self.most + 2) % height,
             np.arange(-TUNING.aside_cells, TUNING.aside_cells + 1) % width)
@@ -61,21 +59,21 @@ class Slide:
         self._scores = best / noise
 
     def peak(self, least: float, most: float) -> Peak | None:
-        """Return the highest peak from ``least`` to ``most`` cells; None if there is no peak."""
+        """Return the highest peak from ``least`` to ``most`` cells; None if none stands out."""
         first = max(math.floor(least) + self._back, 1)
         last = min(math.ceil(most) + self._back, len(self._scores) - 2)
         if last < first:
             return None
         # The flank of a peak outside does not count, however high it is.
         before, scores, after = (self._scores[first + by:last + 1 + by] for by in (-1, 0, 1))
-        peaks = np.flatnonzero((before < scores) & (scores >= after))
+        peaks = np.flatnonzero(
+            (before < scores) & (scores >= after) & (scores >= TUNING.stands_out))
         if not len(peaks):
             return None
         at = int(peaks[scores[peaks].argmax()])
         left, middle, right = before[at], scores[at], after[at]
         bend = left - 2.0 * middle + right
-        return Peak(
-            first + at - self._back + 0.5 * (left - right) / bend, float(middle))
+        return Peak(first + at - self._back + 0.5 * (left - right) / bend, float(middle))
 
     def scores_at(self, cells: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the heights of the map at some slides, (N,) in cells; NaN beyond its range."""
@@ -95,20 +93,12 @@ class Slide:
             scores[max(at - TUNING.next_cells, 0):at + TUNING.next_cells + 1] = 0.0
         return float(scores.max())
 
-    @property
-    def _back(self) -> int:
-        return len(self._window) // 8
-
     def _transform(self, patch: NDArray[np.float32], *, keep: bool) -> float:
         height, width = patch.shape
         self._map[height:] = 0.0
         self._map[:height, width:] = 0.0
         np.multiply(patch, self._window, out=self._map[:height, :width])
+        # By Parseval's theorem, the norm is the root mean square of the spectrum.
         norm = cv2.norm(self._map)
-        if norm == 0.0:
-            if keep:
-                self._cross.clear()
-            self._map.fill(0.0)
-            return 0.0
         self._transforms.forward(self._map, height)
-        return self._cross(self._map, _ROUNDING * norm, compare=not keep, keep=keep)
+        return self._cross(self._map, norm, compare=not keep, keep=keep)

@@ -28,9 +28,7 @@ class SpeedProfile:
 
     def forget(self) -> None:
         """Restart with the next pair."""
-        self._sum = np.zeros(len(self.speeds))
-        self._weight = np.zeros(len(self.speeds))
-        self._newest = np.zeros(len(self.speeds))
+        self._sum, self._weight, self._newest = np.zeros((3, len(self.speeds)))
 
     def pass_time(self, interval: float) -> None:
         """Let the weight of the earlier pairs decrease by an interval in seconds."""
@@ -42,13 +40,8 @@ class SpeedProfile:
         """
         Add a pair.
 
-        Parameters
-        ----------
-        scores
-            How much the slide at each of ``speeds`` stands out, (N,), in standard deviations.
-        seen
-            Which of them could be seen, (N,).
-
+        ``scores`` is how much the slide at each of ``speeds`` stands out, (N,), in standard
+        deviations, and ``seen`` which of them could be seen, (N,).
         """
         self._sum[seen] += scores[seen]
         self._weight[seen] += 1.0

@@ -14,7 +14,6 @@ pitch, the slides of the near and the far road agree.
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 from phase_traj_ros.core.camera.horizon import Horizon
 from phase_traj_ros.core.road.tuning import TUNING
 
@@ -60,9 +59,9 @@ class RoadTilt:
     def pass_time(self, interval: float) -> None:
         """Predict ``interval`` seconds ahead."""
         kept = math.exp(-interval / TUNING.swing_time)
-        step = np.diag([1.0, kept])
-        self._state = step @ self._state
-        self._covariance = step @ self._covariance @ step
+        self._state[1] *= kept
+        self._covariance[1] *= kept
+        self._covariance[:, 1] *= kept
         self._covariance[1, 1] += (1.0 - kept * kept) * TUNING.swing ** 2
         if not self._fixed:
             self._covariance[0, 0] += TUNING.load ** 2 * min(interval / TUNING.load_time, 1.0)
@@ -75,28 +74,19 @@ class RoadTilt:
         self, ratio: float, apart: float, variance: float, *, assumed: float,
     ) -> None:
         """
-        Add the ratio of the slides of the far and the near road.
+        Add the ratio of the slides of the far and the near road, with its variance.
 
-        Parameters
-        ----------
-        ratio
-            Slide of the far road divided by that of the near road, measured with ``assumed``.
-        apart
-            Distance between the far and the near road, in camera heights.
-        variance
-            Variance of the ratio.
-        assumed
-            Pitch with which the patches were made, in radians.
-
+        The roads are ``apart`` camera heights from each other, and the slides were measured on
+        patches that were made with the pitch ``assumed``, in radians.
         """
         steep = 2.0 * apart
         self._add(assumed + math.log(max(ratio, 1e-3)) / steep, variance / (steep * steep))
 
     def _add(self, pitch: float, variance: float) -> None:
-        spread: NDArray[np.float64] = self._covariance.sum(axis=1)
+        spread = self._covariance.sum(axis=1)
         total = float(spread.sum())
         off = pitch - self.pitch
         variance *= max(1.0, off * off / (TUNING.far * TUNING.far * (total + variance)))
         gain = spread / (total + variance)
-        self._state = self._state + gain * off
-        self._covariance = self._covariance - np.outer(gain, spread)
+        self._state += gain * off
+        self._covariance -= np.outer(gain, spread)

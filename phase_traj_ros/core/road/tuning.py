@@ -141,9 +141,7 @@ class RoadTuning:
     backwards: float = 3.0
     """...in reverse."""
     any_speed: float = 10.0
-    """Standard deviation of an unknown speed, and..."""
-    any_metric_speed: float = 15.0
-    """...the same in metres per second."""
+    """Standard deviation of an unknown speed."""
     other_lens: float = 0.3
     """Error of the speed after the lens was replaced, as a fraction of the speed."""
     confirmed: float = 0.5

@@ -76,19 +76,10 @@ class Mounting:
 
     def add(self, course: float, variance: float, interval: float, yaw_rate: float) -> None:
         """
-        Add the direction of travel of a pair of frames.
+        Add the azimuth of the direction of travel of a pair of frames in radians.
 
-        Parameters
-        ----------
-        course
-            Its azimuth in radians.
-        variance
-            Its variance.
-        interval
-            Seconds between the frames, above 0.
-        yaw_rate
-            Yaw rate in radians per second; in a turn, a camera moves sideways.
-
+        ``interval`` is the time between the frames in seconds, above 0. In a turn, by the
+        ``yaw_rate`` in radians per second, the camera moves sideways, so that it tells nothing.
         """
         self._variance += TUNING.mounting_moves ** 2 * min(interval / TUNING.mounting_s, 1.0)
         if abs(yaw_rate) > TUNING.straight_rate:

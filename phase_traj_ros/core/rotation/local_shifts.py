@@ -72,26 +72,13 @@ class BlockGrid:
     bonnet, have weight 0 until they move.
     """
 
-    def __init__(
-        self, shape: tuple[int, int], *, counts: NDArray[np.bool_] | None = None,
-    ) -> None:
-        """
-        Make the grid.
-
-        Parameters
-        ----------
-        shape
-            Shape of the frames, (H, W).
-        counts
-            (H, W). Blocks whose centre is False are left out.
-
-        """
-        (down, across), (height, width) = TUNING.blocks, shape
+    def __init__(self, counts: NDArray[np.bool_]) -> None:
+        """Make the grid, of blocks whose centre is True in ``counts``, of the size of frames."""
+        (down, across), (height, width) = TUNING.blocks, counts.shape
         y, x = (axis.ravel() for axis in np.meshgrid(
             _spaced(height, down), _spaced(width, across), indexing='ij'))
-        if counts is not None:
-            seen = counts[y, x]
-            y, x = y[seen], x[seen]
+        seen = counts[y, x]
+        y, x = y[seen], x[seen]
         self.middles = np.stack([x, y], axis=1).astype(np.float32)
         """Centres of the blocks in pixels, (N, 2): column, row."""
         # Pixels of each block, with a margin for the gradients, in a flattened image.
@@ -189,11 +176,7 @@ class BlockGrid:
             noise=np.full(len(texture), np.inf))
 
     def learn(self, shifts: BlockShifts, must_move: NDArray[np.bool_]) -> None:
-        """
-        Learn which blocks are fixed to the camera.
-
-        ``must_move`` (N,) is True for blocks in which any part of the scene would have moved.
-        """
+        """Learn which blocks are fixed, of those (N,) in which any scene must have moved."""
         distance = np.hypot(shifts.dx, shifts.dy)
         still = must_move & (distance < TUNING.fixed_px)
         self._fixed[still] += TUNING.fixing_share * (1.0 - self._fixed[still])

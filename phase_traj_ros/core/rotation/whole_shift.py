@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from phase_traj_ros.core.camera.projection import CylinderProjection
 from phase_traj_ros.core.correlation.phase_correlation import PhaseCorrelator, Shift
-from phase_traj_ros.core.correlation.view import reduced
+from phase_traj_ros.core.correlation.view import View
 from phase_traj_ros.core.rotation.tuning import TUNING
 
 
@@ -24,9 +24,9 @@ class WholeShift:
         self, projection: CylinderProjection, mask: NDArray[np.float32] | None,
     ) -> None:
         """Make a meter; ``mask`` is the weight of each pixel of the cylinder, 0 to 1, or None."""
-        self._times = 2 if projection.px_per_rad > TUNING.shift_px_per_rad else 1
-        self._correlator = PhaseCorrelator(
-            mask=None if mask is None else reduced(mask, self._times, self._times))
+        self._view = View(
+            decimation=2 if projection.px_per_rad > TUNING.shift_px_per_rad else 1)
+        self._correlator = PhaseCorrelator(mask=None if mask is None else self._view.of(mask))
 
     def reset(self) -> None:
         """Forget the previous picture: the next one becomes the first of a pair."""
@@ -34,22 +34,20 @@ class WholeShift:
 
     def update(self, picture: NDArray[np.uint8]) -> Shift | None:
         """Return the shift from the previous picture to this one; None if there is no pair."""
-        shift = self._correlator.update(reduced(picture, self._times, self._times))
-        return None if shift is None else _scaled(shift, self._times)
+        shift = self._correlator.update(self._view.of(picture))
+        return None if shift is None else self._view.full_shift(shift)
 
     def second_peak(self) -> Shift:
         """Return the shift of the second peak; see ``PhaseCorrelator.second_peak``."""
-        second = self._correlator.second_peak(apart=TUNING.peak_px // self._times)
-        return _scaled(second, self._times)
+        return self._view.full_shift(
+            self._correlator.second_peak(apart=TUNING.peak_px // self._view.decimation))
 
     def significance(self, shift: Shift) -> float:
         """Return how much a shift stands out; see ``PhaseCorrelator.significance``."""
-        return self._correlator.significance(_scaled(shift, 1 / self._times))
+        times = self._view.decimation
+        return self._correlator.significance(
+            replace(shift, dx=shift.dx / times, dy=shift.dy / times))
 
     def correlation_map(self) -> NDArray[np.float32]:
         """Return the map of the newest pair; see ``PhaseCorrelator.correlation_map``."""
         return self._correlator.correlation_map()
-
-
-def _scaled(shift: Shift, times: float) -> Shift:
-    return replace(shift, dx=times * shift.dx, dy=times * shift.dy)

@@ -76,8 +76,9 @@ class YawMeasurement:
 
 @dataclass(frozen=True, slots=True)
 class _Seen:
-    """A motion, and the displacements of the blocks that it follows from."""
+    """The motion since a keyframe, and the displacements of the blocks that it follows from."""
 
+    key: Keyframe
     motion: CameraMotion
     blocks: BlockShifts
 
@@ -92,14 +93,8 @@ class YawMeter:
         """
         Make a meter for frames of the size of ``projection``.
 
-        Parameters
-        ----------
-        projection
-            Projection of frames onto the cylinder.
-        mask
-            Weight of each pixel of the frames, (H, W), 0 to 1; None if all count equally.
-        keyframes
-            Whether a frame may be compared with an earlier one than its predecessor.
+        ``mask`` is the weight of each pixel of the frames, (H, W), 0 to 1; None if all count
+        equally. Without ``keyframes``, each frame is compared with its predecessor.
 
         Raises
         ------
@@ -110,7 +105,7 @@ class YawMeter:
         self._projection = projection
         self._keyframes = keyframes
         mask, counts = self._projected(mask)
-        self._grid = BlockGrid(projection.shape, counts=counts)
+        self._grid = BlockGrid(counts)
         if len(self._grid.middles) < TUNING.least_blocks:
             raise FrameError('the mask covers too much of the frames to measure yaw: give one'
                              ' that covers less')
@@ -178,14 +173,10 @@ class YawMeter:
 
     def update(self, frame: NDArray[np.uint8], interval: float) -> YawMeasurement | None:
         """
-        Return the yaw from the previous frame to ``frame``, or None for the first frame.
+        Return the yaw from the previous frame to ``frame``, (H, W), or None for the first frame.
 
-        Parameters
-        ----------
-        frame
-            (H, W), of the size of the projection.
-        interval
-            Seconds since the previous frame, above 0; not used for the first frame.
+        ``interval`` is the time since the previous frame in seconds, above 0; it is not used for
+        the first frame.
 
         Raises
         ------
@@ -200,41 +191,40 @@ class YawMeter:
         current = self._levelled(projected)
         previous, self._previous = self._previous, current
         self._newest = self._line = None
-        if previous is None or shift is None or interval <= 0.0:
+        key = self._key
+        if previous is None or key is None or shift is None or interval <= 0.0:
             self._key, self._rate = self._keyframe(current, FocusOfExpansion()), 0.0
             return None
-        assert self._key is not None
-        self._key.age += interval
-        seen = self._since_key(previous, current, shift, interval)
-        if seen is None or not seen.motion.holds(TUNING.least_agreement):
-            scene = self._of_scene(shift, interval)
-            if seen is None or not self._confirms(scene, seen.motion):
-                self._key = self._keyframe(current, self._key.travel)
-                return self._by_shift(shift, scene, seen, interval)
+        key.age += interval
+        seen = self._since_key(key, previous, current, shift, interval)
+        if seen is None or not seen.motion.holds(TUNING.confirmed_share):
+            self._key = self._keyframe(current, key.travel)
+            return self._by_shift(shift, self._of_scene(shift, interval), seen, interval)
+        if not (seen.motion.holds(TUNING.least_agreement)
+                or self._confirms(self._of_scene(shift, interval), seen)):
+            self._key = self._keyframe(current, key.travel)
+            return self._by_shift(shift, None, seen, interval)
         measured = self._by_blocks(shift, seen, interval)
         if self._keyframes and measured.certain:
             self._newest = frame
-        if not self._keyframes or self._key.is_over(seen.motion, interval):
-            self._key = self._keyframe(current, self._key.travel)
+        over = not self._keyframes or seen.key.is_over(seen.motion, interval)
+        self._key = self._keyframe(current, seen.key.travel) if over else seen.key
         return measured
 
     def _since_key(
-        self, previous: NDArray[np.uint8], current: NDArray[np.uint8], shift: Shift,
-        interval: float,
+        self, key: Keyframe, previous: NDArray[np.uint8], current: NDArray[np.uint8],
+        shift: Shift, interval: float,
     ) -> _Seen | None:
         """Compare a frame with the keyframe, or if too little agrees, with the previous frame."""
         if shift.response <= 0.0:
             return None
-        key = self._key
-        assert key is not None
         seen = self._search(key, current, shift, interval)
         if key.age > interval and (seen is None or seen.motion.agreement < TUNING.nearer_share):
             nearer = self._keyframe(previous, key.travel)
             nearer.age = interval
             other = self._search(nearer, current, shift, interval)
-            if other is not None and (
-                    seen is None or other.motion.agreement > seen.motion.agreement):
-                self._key = nearer
+            if seen is None or (
+                    other is not None and other.motion.agreement > seen.motion.agreement):
                 return other
         return seen
 
@@ -258,10 +248,10 @@ class YawMeter:
         best = self._look(key, current, (shift.dx, shaking))
         if (best is None or not best.motion.certain
                 or abs(shift.dx - foreseen) > TUNING.surprise_px):
-            best = _better(best, self._look(key, current, (foreseen, 0.0)))
+            best = _best(best, self._look(key, current, (foreseen, 0.0)))
         if best is None or not best.motion.certain:
             second = self._whole.second_peak()
-            best = _better(best, self._look(key, current, (second.dx, 0.0)))
+            best = _best(best, self._look(key, current, (second.dx, 0.0)))
         if best is not None and best.motion.holds(TUNING.least_agreement):
             turned = best.motion.yaw * self._projection.px_per_rad
             self._grid.learn(best.blocks, self._must_move(best.blocks, turned))
@@ -284,12 +274,11 @@ class YawMeter:
             blocks.dx / scale, blocks.dy / scale, blocks.weight,
             key.foreseen(self._rate, self.mounting), aside=key.picture.aside / scale,
             down=key.picture.down / scale, precision=blocks.precision)
-        return None if motion is None else _Seen(motion, blocks)
+        return None if motion is None else _Seen(key, motion, blocks)
 
     def _by_blocks(self, shift: Shift, seen: _Seen, interval: float) -> YawMeasurement:
         """Return the measurement of a pair by the motion since the keyframe, and learn from it."""
-        key, motion = self._key, seen.motion
-        assert key is not None
+        key, motion = seen.key, seen.motion
         pair = key.pair(motion, seen.blocks)
         self._rate = pair.yaw / interval
         # The direction of travel of blocks that hardly agree could run away.
@@ -312,24 +301,22 @@ class YawMeter:
         stands_out = self._whole.significance(shift) >= TUNING.least_significance
         return shift if stands_out and abs(shift.dy) < TUNING.most_shake_px else None
 
-    def _confirms(self, scene: Shift | None, motion: CameraMotion) -> bool:
+    def _confirms(self, scene: Shift | None, seen: _Seen) -> bool:
         """Return whether the shift of the scene confirms a motion with which few blocks agree."""
-        assert self._key is not None
         # The shift is that since the previous frame.
-        yaw = motion.yaw - self._key.turned
+        yaw = seen.motion.yaw - seen.key.turned
         tolerance = max(
             TUNING.outlier_deviations * TUNING.shift_deviation, TUNING.confirmed_near * abs(yaw))
-        return (scene is not None and motion.holds(TUNING.confirmed_share)
-                and abs(self._projection.yaw(scene.dx) - yaw) <= tolerance)
+        return scene is not None and (
+            abs(scene.dx / self._projection.px_per_rad - yaw) <= tolerance)
 
     def _by_shift(
         self, shift: Shift, scene: Shift | None, seen: _Seen | None, interval: float,
     ) -> YawMeasurement:
         """Return the measurement of a pair by the shift alone, where the blocks tell nothing."""
         yaw = None
-        hinted = seen is not None and seen.motion.holds(TUNING.confirmed_share)
-        if scene is not None and not hinted:
-            yaw = self._projection.yaw(scene.dx)
+        if scene is not None:
+            yaw = scene.dx / self._projection.px_per_rad
             self._rate = yaw / interval
         return YawMeasurement(shift, yaw, False, 0.0 if seen is None else seen.motion.agreement)
 
@@ -366,8 +353,6 @@ class YawMeter:
         return cv2.convertScaleAbs(picture, alpha=gain)  # type: ignore[return-value]
 
 
-def _better(one: _Seen | None, other: _Seen | None) -> _Seen | None:
-    """Return the motion with which more blocks agree."""
-    if one is None or (other is not None and other.motion.agreeing > one.motion.agreeing):
-        return other
-    return one
+def _best(*seen: _Seen | None) -> _Seen | None:
+    """Return the motion with which most blocks agree."""
+    return max(filter(None, seen), key=lambda each: each.motion.agreeing, default=None)

@@ -14,7 +14,8 @@ _MOST_ROAD_M: Final = 10_000e3
 _MOST_DEGREES: Final = 3.0
 # A city has less than 10 million nodes, a country 50 million and more.
 _MOST_NODES: Final = 30_000_000
-_BYTES_PER_NODE: Final = 8
+BYTES_PER_NODE: Final = 8
+"""A .osm.pbf has at least one node in so many bytes."""
 
 
 def check_box(path: Path, south: float, west: float, north: float, east: float) -> None:
@@ -29,13 +30,6 @@ def check_nodes(path: Path, count: int) -> None:
     """Raise MapError if a map has too many nodes."""
     if count > _MOST_NODES:
         raise MapError(_too_large(path, f'has more than {_MOST_NODES // 10**6} million nodes'))
-
-
-def check_bytes(path: Path) -> None:
-    """Raise MapError if a .osm.pbf is so long that it must have too many nodes."""
-    size = path.stat().st_size
-    if size > _MOST_NODES * _BYTES_PER_NODE:
-        raise MapError(_too_large(path, f'has {size / 1e6:.0f} MB'))
 
 
 def check_length(path: Path, metres: float) -> None:

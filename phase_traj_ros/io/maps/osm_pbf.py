@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 from phase_traj_ros.errors import MapError, MissingDependencyError
-from phase_traj_ros.io.maps.limits import check_box, check_bytes
+from phase_traj_ros.io.maps.limits import BYTES_PER_NODE, check_box, check_nodes
 from phase_traj_ros.io.maps.osm_ways import OsmWay
 from phase_traj_ros.io.maps.road_classes import is_road, one_way, Roads
 
@@ -27,7 +27,7 @@ def read_pbf(path: Path, roads: Roads) -> list[OsmWay]:
 
     """
     osmium = _osmium()
-    check_bytes(path)
+    check_nodes(path, path.stat().st_size // BYTES_PER_NODE)
     found: list[OsmWay] = []
 
     def take(way: Any) -> None:

@@ -4,20 +4,22 @@
 
 from array import array
 import bz2
+from collections.abc import Callable
 import gzip
 from pathlib import Path
-from typing import BinaryIO, cast
-from xml.parsers import expat
+from typing import Any, BinaryIO, Final
+from xml.etree import ElementTree
 import zlib
 
 import numpy as np
+from numpy.typing import NDArray
 from phase_traj_ros.errors import MapError
 from phase_traj_ros.io.maps.limits import check_box, check_nodes
 from phase_traj_ros.io.maps.osm_ways import OsmWay
 from phase_traj_ros.io.maps.road_classes import is_road, one_way, Roads
 
-_CHUNK = 1 << 20
 _COUNTED = 1 << 16
+_OPEN: Final[dict[str, Callable[..., Any]]] = {'.gz': gzip.open, '.bz2': bz2.open}
 
 
 def read_xml(path: Path, roads: Roads) -> list[OsmWay]:
@@ -32,16 +34,10 @@ def read_xml(path: Path, roads: Roads) -> list[OsmWay]:
         The file cannot be read.
 
     """
-    reader = _Reader(path, roads)
-    parser = expat.ParserCreate()
-    parser.StartElementHandler = reader.start
-    parser.EndElementHandler = reader.end
     try:
-        with _opened(path) as file:
-            while chunk := file.read(_CHUNK):
-                parser.Parse(chunk, False)
-            parser.Parse(b'', True)
-    except (EOFError, expat.ExpatError, zlib.error) as error:
+        with _OPEN.get(path.suffix, open)(path, 'rb') as file:
+            return _read(path, file, roads)
+    except (EOFError, ElementTree.ParseError, zlib.error) as error:
         raise MapError(
             f'{path} is truncated or damaged ({error}): download or cut it again') from None
     except (gzip.BadGzipFile, ValueError, KeyError) as error:
@@ -51,7 +47,6 @@ def read_xml(path: Path, roads: Roads) -> list[OsmWay]:
         if error.errno is not None:
             raise
         raise _no_osm(path, error) from None
-    return reader.ways()
 
 
 def _no_osm(path: Path, error: Exception) -> MapError:
@@ -60,70 +55,47 @@ def _no_osm(path: Path, error: Exception) -> MapError:
         ' .osm.gz, .osm.bz2 or .osm.pbf')
 
 
-def _opened(path: Path) -> BinaryIO:
-    if path.suffix == '.gz':
-        return cast(BinaryIO, gzip.open(path))
-    if path.suffix == '.bz2':
-        return cast(BinaryIO, bz2.open(path))
-    return path.open('rb')
+def _read(path: Path, file: BinaryIO, roads: Roads) -> list[OsmWay]:
+    """Take the elements of a file as they come: first the nodes, then the ways."""
+    numbers, places = array('q'), array('d')
+    found: list[tuple[list[int], int]] = []
+    events = ElementTree.iterparse(file, ('start', 'end'))
+    _, root = next(events)
+    if root.tag != 'osm':
+        raise ValueError(f'it begins with <{root.tag}>')
+    for event, element in events:
+        if event == 'start' or element.tag in ('nd', 'tag'):
+            continue
+        if element.tag == 'node':
+            numbers.append(int(element.attrib['id']))
+            places.extend(float(element.get(key, 'nan')) for key in ('lat', 'lon'))
+            if len(numbers) % _COUNTED == 0:
+                check_nodes(path, len(numbers))
+        elif element.tag == 'way':
+            tags = {tag.attrib['k']: tag.attrib['v'] for tag in element.iterfind('tag')}
+            if is_road(tags, roads):
+                refs = [int(node.attrib['ref']) for node in element.iterfind('nd')]
+                found.append((refs, one_way(tags)))
+        elif element.tag == 'bounds':
+            check_box(path, *(
+                float(element.attrib[key]) for key in ('minlat', 'minlon', 'maxlat', 'maxlon')))
+        # What has been read would fill the memory.
+        root.clear()
+    return _placed(found, np.array(numbers), np.array(places).reshape(-1, 2))
 
 
-class _Reader:
-    """Takes the elements of a file as they come: first the nodes, then the ways."""
-
-    def __init__(self, path: Path, roads: Roads) -> None:
-        self._path = path
-        self._roads = roads
-        self._started = False
-        self._numbers = array('q')
-        self._latitudes = array('d')
-        self._longitudes = array('d')
-        self._tags: dict[str, str] = {}
-        self._refs: list[int] | None = None
-        self._found: list[tuple[list[int], int]] = []
-
-    def start(self, name: str, attributes: dict[str, str]) -> None:
-        """Take the beginning of an element."""
-        if name == 'tag':
-            if self._refs is not None:
-                self._tags[attributes['k']] = attributes['v']
-        elif name == 'node':
-            self._numbers.append(int(attributes['id']))
-            self._latitudes.append(float(attributes.get('lat', 'nan')))
-            self._longitudes.append(float(attributes.get('lon', 'nan')))
-            if len(self._numbers) % _COUNTED == 0:
-                check_nodes(self._path, len(self._numbers))
-        elif name == 'nd':
-            if self._refs is not None:
-                self._refs.append(int(attributes['ref']))
-        elif name == 'way':
-            self._refs, self._tags = [], {}
-        elif name == 'bounds':
-            check_box(self._path, *(
-                float(attributes[key]) for key in ('minlat', 'minlon', 'maxlat', 'maxlon')))
-        elif not self._started and name != 'osm':
-            raise ValueError(f'it begins with <{name}>')
-        self._started = True
-
-    def end(self, name: str) -> None:
-        """Take the end of an element."""
-        if name == 'way' and self._refs is not None:
-            if is_road(self._tags, self._roads):
-                self._found.append((self._refs, one_way(self._tags)))
-            self._refs = None
-
-    def ways(self) -> list[OsmWay]:
-        """Return the roads with the places of their nodes."""
-        numbers = np.array(self._numbers, np.int64)
-        places = np.stack([self._latitudes, self._longitudes], axis=-1, dtype=np.float64)
-        order = np.argsort(numbers, kind='stable')
-        numbers, places = numbers[order], places[order]
-        found = []
-        for refs, direction in self._found:
-            nodes = np.array(refs, np.int64)
-            at = np.searchsorted(numbers, nodes).clip(0, max(len(numbers) - 1, 0))
-            known = numbers[at] == nodes if len(numbers) else np.zeros(len(nodes), bool)
-            where = np.full((len(nodes), 2), np.nan)
-            where[known] = places[at[known]]
-            found.append(OsmWay(nodes, where, direction))
-        return found
+def _placed(
+    found: list[tuple[list[int], int]], numbers: NDArray[np.int64], places: NDArray[np.float64],
+) -> list[OsmWay]:
+    """Return roads, given as the numbers of their nodes, with the places of these."""
+    order = np.argsort(numbers, kind='stable')
+    # The last one, which no node is, stands for those that the extract does not have.
+    numbers = np.append(numbers[order], np.iinfo(np.int64).max)
+    places = np.append(places[order], [[np.nan, np.nan]], axis=0)
+    ways = []
+    for refs, direction in found:
+        nodes = np.array(refs, np.int64)
+        at = np.searchsorted(numbers, nodes)
+        known = numbers[at] == nodes
+        ways.append(OsmWay(nodes, places[np.where(known, at, -1)], direction))
+    return ways

@@ -89,9 +89,9 @@ class LocalProjection:
         return east, np.cross(up, east), up
 
 
-def bearing_deg(heading: ArrayLike) -> NDArray[np.float64]:
-    """Return the compass bearing, 0 to 360 degrees, of headings in radians from east (ENU)."""
-    return np.asarray((90.0 - np.degrees(heading)) % 360.0, np.float64)
+def bearing_deg(heading: float) -> float:
+    """Return the compass bearing, 0 to 360 degrees, of a heading in radians from east (ENU)."""
+    return (90.0 - math.degrees(heading)) % 360.0
 
 
 def _normal(latitude: ArrayLike, longitude: ArrayLike) -> NDArray[np.float64]:

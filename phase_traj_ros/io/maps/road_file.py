@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Final
 
@@ -30,7 +31,7 @@ ATTRIBUTION: Final = '© OpenStreetMap contributors, openstreetmap.org/copyright
 """The words that the licence of the data asks for beside what is drawn from it."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class RoadFile:
     """
     The roads of a map, in metres.
@@ -64,11 +65,6 @@ class RoadFile:
         return sum(float(np.hypot(*np.diff(line, axis=0).T).sum()) for line in self.lines)
 
     @property
-    def extent(self) -> NDArray[np.float64]:
-        """Return the corners of the roads, (2, 2): the least x and y, and the largest."""
-        return np.stack([self.nodes.min(axis=0), self.nodes.max(axis=0)])
-
-    @property
     def bounds(self) -> tuple[float, float, float, float]:
         """Return the least latitude and longitude of the roads, and the largest, in degrees."""
         latitude, longitude = self.projection.to_degrees(*self.nodes.T)
@@ -76,10 +72,10 @@ class RoadFile:
             float(latitude.min()), float(longitude.min()), float(latitude.max()),
             float(longitude.max()))
 
+    @cached_property
     def road_map(self) -> RoadMap:
         """Return the roads as the locator takes them."""
-        return RoadMap.from_ways(
-            self.nodes, [way.tolist() for way in self.ways], self.one_way)
+        return RoadMap.from_ways(self.nodes, self.ways, self.one_way)
 
 
 def read_roads(

@@ -12,7 +12,6 @@ from phase_traj_ros.io.maps.projection import LocalProjection
 
 def write_osm(
     lines: Sequence[NDArray[np.float64]], path: Path, *, projection: LocalProjection,
-    one_way: Sequence[bool] = (),
 ) -> None:
     """
     Write residential roads as OpenStreetMap XML.
@@ -26,8 +25,6 @@ def write_osm(
         The file to write, .osm.
     projection
         The projection of the lines.
-    one_way
-        Whether each line is one-way as it is drawn; empty if none is.
 
     """
     points = np.round(np.concatenate(lines), 3) + 0.0
@@ -41,8 +38,5 @@ def write_osm(
     for number, nodes in enumerate(roads, 1):
         text.append(f'<way id="{number}">')
         text += [f'<nd ref="{node}"/>' for node in nodes]
-        text.append('<tag k="highway" v="residential"/>')
-        if one_way and one_way[number - 1]:
-            text.append('<tag k="oneway" v="yes"/>')
-        text.append('</way>')
+        text += ['<tag k="highway" v="residential"/>', '</way>']
     path.write_text('\n'.join([*text, '</osm>', '']), encoding='utf-8')

@@ -198,7 +198,6 @@ def _at_origin(odometry: Odometry, left: float) -> Odometry:
         pose=Corner(pose.x + along, pose.y + across, pose.yaw, pose.stamp_ns),
         speed=odometry.speed + odometry.yaw_rate * left,
         speed_variance=odometry.speed_variance + left * left * odometry.yaw_rate_variance,
-        position_variance=(moved[0][0] + moved[1][1]) / 2,
         covariance=(tuple(moved[0]), tuple(moved[1]), tuple(moved[2])))
 
 

@@ -64,10 +64,13 @@ class CameraInput:
             return
         if self._camera is not None and camera.is_close_to(self._camera):
             return
-        # The calibration of a zoom lens may change with every image.
-        self._node.get_logger().info(
-            f'{"new " if self._camera else ""}calibration from {self.topic}:'
-            f' {camera.width}x{camera.height} pixels, focal length {camera.fx:.1f} px',
-            throttle_duration_sec=_THROTTLE_S)
+        told = (
+            f'calibration from {self.topic}: {camera.width}x{camera.height} pixels, focal length'
+            f' {camera.fx:.1f} px')
+        if self._camera is None:
+            self._node.get_logger().info(told)
+        else:
+            # The calibration of a zoom lens may change with every image.
+            self._node.get_logger().info(f'new {told}', throttle_duration_sec=_THROTTLE_S)
         self._camera = camera
         self._on_camera(camera)

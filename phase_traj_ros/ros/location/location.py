@@ -10,9 +10,8 @@ from typing import Final
 
 from nav_msgs.msg import Odometry as OdometryMessage
 from phase_traj_ros.core import Update
-from phase_traj_ros.core.localization.given import PositionFix
 from phase_traj_ros.core.localization.locator import MapLocator
-from phase_traj_ros.core.localization.window import AHEAD_NS, KEPT_NS
+from phase_traj_ros.core.localization.window import check_age
 from phase_traj_ros.errors import ParameterError
 from phase_traj_ros.io.maps.projection import LocalProjection
 from phase_traj_ros.io.maps.road_classes import Roads
@@ -34,6 +33,7 @@ from phase_traj_ros.ros.location.worker import LocatorWorker, Moved, Placed
 from phase_traj_ros.ros.outputs.messages import MESSAGES
 from phase_traj_ros.tasks.location.motion import Interruption, Motions, MovedPair
 from phase_traj_ros.tasks.location.odometry import IN_HEIGHTS, IN_METRES
+from phase_traj_ros.tasks.location.run import UNKNOWN
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import NavSatFix
@@ -84,14 +84,14 @@ class Location:
         self._node = node
         self._values = values
         self._motions = Motions()
-        self._newest: Placed | None = None
+        self._newest = Placed(Moved(0, ()), UNKNOWN)
         self._stamp_ns: int | None = None
         self._failed = False
         self._roads = read_roads(
             Path(values.map_file).expanduser(), Roads(values.map_roads),
             datum=_datum(values.map_datum))
         self._worker = LocatorWorker(MapLocator(
-            self._roads.road_map(), scale=IN_METRES if values.settings.metric else IN_HEIGHTS))
+            self._roads.road_map, scale=IN_METRES if values.settings.metric else IN_HEIGHTS))
         try:
             self._fix = entities.create_publisher(NavSatFix, '~/fix', _PER_PAIR)
             self._odom = entities.create_publisher(OdometryMessage, '~/odom_map', _PER_PAIR)
@@ -134,11 +134,10 @@ class Location:
 
     def report(self) -> Report:
         """Return the status for /diagnostics."""
-        placed, worker = self._newest, self._worker
-        estimate = None if placed is None else placed.estimate
+        estimate, worker = self._newest.estimate, self._worker
         values = {
             'map': self._values.map_file,
-            'probability': f'{0.0 if estimate is None else estimate.probability:.3f}',
+            'probability': f'{estimate.probability:.3f}',
             'waiting': str(worker.waiting), 'left out': str(worker.left_out),
             'fixes used': str(worker.fixes_used), 'fixes refused': str(worker.fixes_refused)}
         if worker.failure is not None:
@@ -146,17 +145,18 @@ class Location:
         if self._transform is not None and self._transform.other:
             return Report(
                 Level.ERROR, 'another node publishes the parent of the odometry', values)
-        if estimate is None or not estimate.claimed:
+        if not estimate.claimed:
             return Report(Level.OK, 'the place is not known', values)
         latitude, longitude = self._roads.projection.to_degrees(estimate.x, estimate.y)
         return Report(Level.OK, 'the place is known', {
-            **values, 'latitude': f'{float(latitude):.7f}', 'longitude': f'{float(longitude):.7f}',
+            **values, 'latitude': f'{latitude:.7f}', 'longitude': f'{longitude:.7f}',
             'standard deviation (m)': f'{estimate.standard_deviation:.1f}'})
 
     def _on_fix(self, message: NavSatFix) -> None:
         try:
             fix = position_fix(message, self._roads.projection)
-            self._check_stamp(fix)
+            if fix is not None and fix.stamp_ns is not None and self._stamp_ns is not None:
+                check_age(self._stamp_ns - fix.stamp_ns)
         except ValueError as error:
             self._node.get_logger().error(
                 f'skipped a fix: {error}', throttle_duration_sec=_THROTTLE_S)
@@ -164,34 +164,15 @@ class Location:
         if fix is not None:
             self._worker.fix(fix)
 
-    def _check_stamp(self, fix: PositionFix | None) -> None:
-        """
-        Check that the odometry tells where the vehicle was at the stamp of a fix.
-
-        Raises
-        ------
-        ValueError
-            The stamp is too old, or too far ahead.
-
-        """
-        if fix is None or fix.stamp_ns is None or self._stamp_ns is None:
-            return
-        age = self._stamp_ns - fix.stamp_ns
-        if not -AHEAD_NS <= age <= KEPT_NS:
-            raise ValueError(
-                f'its stamp is {abs(age) * 1e-9:.1f} s {"before" if age > 0 else "after"} that of'
-                f' the newest frame: at most {KEPT_NS * 1e-9:.0f} s before and'
-                f' {AHEAD_NS * 1e-9:.0f} s after are used, on the clock of the images')
-
     def _publish_placed(self) -> None:
         if self._worker.failure is not None and not self._failed:
             self._failed = True
             self._node.get_logger().error(
                 f'the place is no longer computed: {self._worker.failure!r}')
         for placed in self._worker.take():
-            known = self._newest is not None and _claimed(self._newest)
+            known = self._newest.estimate.claimed
             self._newest = placed
-            if _claimed(placed) != known:
+            if placed.estimate.claimed != known:
                 self._node.get_logger().info(
                     f'the place is {"no longer " if known else ""}known')
             self._publish(placed)
@@ -200,7 +181,7 @@ class Location:
         values, estimate, moved = self._values, placed.estimate, placed.moved
         self._fix.publish(fix_message(
             estimate, moved.stamp_ns, values.child_frame_id, self._roads.projection))
-        if estimate is None or not estimate.claimed:
+        if not estimate.claimed:
             return
         header = MESSAGES.header(moved.stamp_ns, MAP_FRAME)
         self._odom.publish(
@@ -211,16 +192,10 @@ class Location:
 
     def _publish_candidates(self) -> None:
         self._publish_placed()
-        placed = self._newest
-        if placed is not None and placed.estimate is not None and (
-                self._candidates.get_subscription_count()):
+        if self._candidates.get_subscription_count():
             self._candidates.publish(candidate_markers(
-                placed.estimate.candidates,
-                MESSAGES.header(placed.moved.stamp_ns, MAP_FRAME)))
-
-
-def _claimed(placed: Placed) -> bool:
-    return placed.estimate is not None and placed.estimate.claimed
+                self._newest.estimate.candidates,
+                MESSAGES.header(self._newest.moved.stamp_ns, MAP_FRAME)))
 
 
 def _datum(text: str) -> LocalProjection | None:

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import cmath
 from collections.abc import Sequence
 from itertools import pairwise
 import math
@@ -37,22 +38,21 @@ _RED = ColorRGBA(r=0.82, g=0.29, b=0.36, a=0.8)
 
 
 def fix_message(
-    estimate: LocationEstimate | None, stamp_ns: int, frame_id: str,
+    estimate: LocationEstimate, stamp_ns: int, frame_id: str,
     projection: LocalProjection,
 ) -> NavSatFix:
     """Return the place as a NavSatFix: STATUS_NO_FIX and NaN while it is not known."""
     message = NavSatFix(header=MESSAGES.header(stamp_ns, frame_id))
     message.altitude = math.nan
-    if estimate is None or not estimate.claimed:
+    if not estimate.claimed:
         message.status.status = NavSatStatus.STATUS_NO_FIX
         message.latitude = message.longitude = math.nan
         return message
     message.status.status = NavSatStatus.STATUS_FIX
     latitude, longitude = projection.to_degrees(estimate.x, estimate.y)
     message.latitude, message.longitude = float(latitude), float(longitude)
-    covariance = np.zeros((3, 3))
+    covariance = np.diag([0.0, 0.0, _UNKNOWN])
     covariance[:2, :2] = np.array(estimate.covariance)[:2, :2]
-    covariance[2, 2] = _UNKNOWN
     message.position_covariance = covariance.reshape(-1)
     message.position_covariance_type = NavSatFix.COVARIANCE_TYPE_KNOWN
     return message
@@ -92,8 +92,7 @@ def odometry_message(
         message = MESSAGES.odometry(odometry, child_frame, header)
     else:
         message.twist.covariance = (np.eye(6) * _UNKNOWN).reshape(-1)
-    message.pose.pose = Pose(
-        position=Point(x=estimate.x, y=estimate.y), orientation=_yaw(estimate.heading))
+    message.pose.pose = pose_message(estimate.x, estimate.y, estimate.heading)
     covariance = np.eye(6) * _UNKNOWN
     covariance[_PLANE] = np.array(estimate.covariance)
     message.pose.covariance = covariance.reshape(-1)
@@ -106,15 +105,14 @@ def map_to_odom(
     """Return x, y and yaw of the frame of an odometry in the frame of the map."""
     pose = odometry.pose
     turn = math.remainder(estimate.heading - pose.yaw, math.tau)
-    cosine, sine = math.cos(turn), math.sin(turn)
-    return (
-        estimate.x - cosine * pose.x + sine * pose.y,
-        estimate.y - sine * pose.x - cosine * pose.y, turn)
+    origin = complex(estimate.x, estimate.y) - cmath.rect(1.0, turn) * complex(pose.x, pose.y)
+    return origin.real, origin.imag, turn
 
 
 def pose_message(x: float, y: float, yaw: float) -> Pose:
     """Return a pose in the plane."""
-    return Pose(position=Point(x=x, y=y), orientation=_yaw(yaw))
+    orientation = Quaternion(z=math.sin(yaw / 2), w=math.cos(yaw / 2))
+    return Pose(position=Point(x=x, y=y), orientation=orientation)
 
 
 def road_markers(lines: Sequence[NDArray[np.float64]], header: Header) -> MarkerArray:
@@ -138,7 +136,3 @@ def candidate_markers(candidates: Sequence[Candidate], header: Header) -> Marker
             pose=pose_message(each.x, each.y, each.heading),
             scale=Vector3(x=size, y=size / 3, z=size / 3), color=_RED))
     return MarkerArray(markers=markers)
-
-
-def _yaw(yaw: float) -> Quaternion:
-    return Quaternion(z=math.sin(yaw / 2), w=math.cos(yaw / 2))

@@ -42,10 +42,10 @@ class Moved:
 
 @dataclass(frozen=True, slots=True)
 class Placed:
-    """A located pair; the estimate is None after an interruption."""
+    """A located pair."""
 
     moved: Moved
-    estimate: LocationEstimate | None
+    estimate: LocationEstimate
 
 
 _Task: TypeAlias = Moved | PositionFix | None

@@ -57,13 +57,3 @@ class Panels:
             arrays[name] = np.array(values, kind).reshape(shape)
             arrays[name].flags.writeable = False
         return cls(**arrays)
-
-    def __len__(self) -> int:
-        """Return the number of panels."""
-        return len(self.base)
-
-    def lengths(self) -> Floats:
-        """Return the length of each panel along the ground, in metres."""
-        (dx, dy) = (self.end - self.start).T
-        lengths: Floats = np.hypot(dx, dy)
-        return lengths

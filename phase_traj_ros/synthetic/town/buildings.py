@@ -14,7 +14,7 @@ from phase_traj_ros.synthetic.scene.panels import Panel
 from phase_traj_ros.synthetic.textures.materials import Material, Materials
 from phase_traj_ros.synthetic.textures.silhouettes import Outline
 from phase_traj_ros.synthetic.town.keep_out import KeepOut
-from phase_traj_ros.synthetic.town.streets import HALF_WIDTH, Street
+from phase_traj_ros.synthetic.town.streets import HALF_WIDTH, left_of, Street, unit
 
 #: Half the width of the carriageway, in metres.
 ROADWAY = 4.4
@@ -99,7 +99,7 @@ class Town:
         (gain, depth) = (rng.uniform(0.75, 1.15), rng.uniform(6.0, 10.0))
         ridge = eaves + rng.uniform(1.6, 3.2) if rng.random() < 0.6 else eaves
         texture = self._any(Material.FACADE)
-        along = (end - start) / np.hypot(*(end - start))
+        along = unit(end - start)
         self.wall(start, end, eaves, Material.FACADE, gain=gain * self.lit(-away),
                   texture=texture, reach=reach)
         if ridge > eaves:
@@ -146,7 +146,7 @@ class Town:
     def car(self, place: Floats, ahead: Floats) -> None:
         """Park a car whose boot points along ``ahead`` (a unit vector)."""
         (length, width, height) = self.rng.uniform((3.7, 1.6, 1.4), (4.5, 1.78, 1.54))
-        left = np.array([-ahead[1], ahead[0]])
+        left = left_of(ahead)
         corners = place + _CORNERS @ np.stack([0.5 * length * ahead, 0.5 * width * left])
         if not (self.roadways.clear(corners).all() and self.poses.clear(corners).all()):
             return
@@ -195,8 +195,7 @@ def _row_of_houses(town: Town, street: Street, side: float) -> None:
         width = min(rng.uniform(3.0, 8.0) if gap else rng.uniform(8.0, 15.0), total - place)
         setback = HALF_WIDTH + rng.uniform(0.0, 1.6)
         (start, end) = street.beside(np.array([place, place + width]), side * setback)
-        away = side * np.array([-(end - start)[1], (end - start)[0]])
-        away /= max(float(np.hypot(*away)), 1e-9)
+        away = side * left_of(unit(end - start))
         free = town.free_stretch(start, end)
         if free is not None and gap:
             material = rng.choice(np.array([Material.MASONRY, Material.FOLIAGE]))
@@ -239,7 +238,7 @@ def _furniture(town: Town, street: Street, side: float) -> None:
     while place < total:
         if rng.random() < cars:
             (rear, front) = street.beside(np.array([place - 1.0, place + 1.0]), side * 5.6)
-            heading = (front - rear) / max(float(np.hypot(*(front - rear))), 1e-9)
+            heading = unit(front - rear)
             town.car((rear + front) / 2, heading if rng.random() < 0.7 else -heading)
         place += rng.uniform(5.0, 7.5)
     for place in np.arange(rng.uniform(0.0, 25.0), total, 27.0):
@@ -249,9 +248,8 @@ def _furniture(town: Town, street: Street, side: float) -> None:
 def _close(town: Town, street: Street, index: int) -> None:
     """Close a street with houses across its end, so that no view is endless."""
     for (end, before) in ((0, 1), (-1, -2)):
-        ahead = street.line[end] - street.line[before]
-        ahead /= max(float(np.hypot(*ahead)), 1e-9)
-        left = np.array([-ahead[1], ahead[0]])
+        ahead = unit(street.line[end] - street.line[before])
+        left = left_of(ahead)
         for (right, width) in ((-12.0, 11.0), (-1.0, 14.0)):
             middle = street.line[end] + town.rng.uniform(1.0, 5.0) * ahead
             free = town.free_stretch(

@@ -103,9 +103,18 @@ def grid_streets(xs: Sequence[float], ys: Sequence[float]) -> tuple[Street, ...]
         *(Street(evenly([(x, south), (x, north)])) for x in xs))
 
 
+def unit(direction: Floats) -> Floats:
+    """Return a direction (x, y) with length 1; one without length stays 0."""
+    return direction / max(float(np.hypot(*direction)), 1e-9)
+
+
+def left_of(direction: Floats) -> Floats:
+    """Return a direction (x, y) turned by 90 degrees to the left."""
+    return np.array([-direction[1], direction[0]])
+
+
 def _ray(start: Floats, direction: Floats, length: float) -> Floats:
-    unit = direction / max(float(np.hypot(*direction)), 1e-9)
-    return evenly([start, start + length * unit])
+    return evenly([start, start + length * unit(direction)])
 
 
 def _straight_on(route: Floats) -> Floats:
@@ -185,12 +194,11 @@ def streets_along(points: npt.ArrayLike, rng: np.random.Generator) -> tuple[Stre
     place = rng.uniform(0.2, 0.6) * _SIDE_SPACING[1]
     while place < len(route) - 1:
         index = int(place)
-        (dx, dy) = route[index + 1] - route[index]
+        left = left_of(route[index + 1] - route[index])
         for side in (-1.0, 1.0):
             if rng.random() < 0.6:
                 sides.append(_side(
-                    route, index, route[index], side * np.array([-dy, dx]),
-                    rng.uniform(*_SIDE_LENGTH)))
+                    route, index, route[index], side * left, rng.uniform(*_SIDE_LENGTH)))
         place += rng.uniform(*_SIDE_SPACING)
     return (
         *_pieces(_straight_on(route)), *(side for side in sides if len(side.line) > _SHORTEST))

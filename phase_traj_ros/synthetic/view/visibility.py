@@ -77,7 +77,7 @@ def cut(panels: Panels, silhouettes: Silhouettes, camera: Camera, pose: Pose) ->
     share = np.clip((slope * ahead[0][which] - right[0][which]) / across, 0.0, 1.0)
     depth = np.maximum(ahead[0][which] + share * deeper[which], _NEAR)
     panel = index[which]
-    length = panels.lengths()[panel]
+    length = np.hypot(*(panels.end - panels.start)[panel].T)
     stretch = length * np.abs(depth / across) / camera.focal
     (base, top) = (panels.base[panel], panels.top[panel])
     (upper, lower) = silhouettes.at(panels.silhouette[panel], share)

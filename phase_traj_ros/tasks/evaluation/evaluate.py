@@ -169,7 +169,7 @@ def _path_errors(drive: ReplayedDrive, true: MatchedTruth) -> PathErrors:
 
 
 def _direction_score(drive: ReplayedDrive, true: MatchedTruth) -> DirectionScore:
-    codes = HeadingCode(connectivity=drive.connectivity)
+    codes = HeadingCode(connectivity=len(drive.directions))
     rates = np.diff(true.headings) / np.diff(true.stamps_ns) * 1e9
     there = [drive.directions.FORWARD, *(
         codes.update(heading, rate).direction
@@ -180,7 +180,7 @@ def _direction_score(drive: ReplayedDrive, true: MatchedTruth) -> DirectionScore
     changes = _changes(drive.movement[frame - 1] for frame in true.frames[1:].tolist())
     true_changes = _changes(codes.movement)
     return DirectionScore(
-        agreement=float(np.mean((found - offset) % drive.connectivity == np.array(there))),
+        agreement=float(np.mean((found - offset) % len(drive.directions) == np.array(there))),
         changes=changes, true_changes=true_changes, same_changes=changes == true_changes)
 
 

@@ -37,8 +37,8 @@ class ReplayedDrive:
         The codes.
     status
         One per pair.
-    connectivity
-        Number of directions of the codes, 4 or 8.
+    directions
+        Type of the directions, of which there are 4 or 8.
     heading
         (n,) radians, positive to the left, not wrapped; None if the replay did not measure it.
     turns
@@ -59,7 +59,7 @@ class ReplayedDrive:
     movement: tuple[Movement, ...]
     direction: tuple[AnyDirection, ...]
     status: tuple[str, ...]
-    connectivity: int
+    directions: type[Direction] | type[Freeman]
     heading: NDArray[np.float64] | None
     turns: tuple[Turn, ...] | None
     poses: NDArray[np.float64] | None
@@ -76,11 +76,6 @@ class ReplayedDrive:
     def path(self) -> NDArray[np.float64] | None:
         """Return the positions of the poses, (n, 2)."""
         return None if self.poses is None else self.poses[:, :2]
-
-    @property
-    def directions(self) -> type[Direction] | type[Freeman]:
-        """Return the type of the directions."""
-        return Freeman if self.connectivity == 8 else Direction
 
     @property
     def _appended(self) -> NDArray[np.int64]:
@@ -149,15 +144,14 @@ def read_replay(directory: Path) -> ReplayedDrive:
     """
     with replay_files(directory) as (content, rows):
         heading, numbers = content.get('heading_deg'), content.get('frame_numbers')
-        connectivity = int(content.get('connectivity', 4))
-        directions = Freeman if connectivity == 8 else Direction
+        directions = Freeman if int(content.get('connectivity', 4)) == 8 else Direction
         stamps = [nanoseconds(row['stamp']) for row in rows]
         drive = ReplayedDrive(
             source=str(content['source']),
             stamps_ns=np.array([int(content['first_stamp_ns']), *stamps], np.int64),
             movement=tuple(Movement(code) for code in content['movement']),
             direction=tuple(directions(code) for code in content['direction']),
-            status=tuple(content['status']), connectivity=connectivity,
+            status=tuple(content['status']), directions=directions,
             heading=None if heading is None else np.radians(
                 np.array(heading, np.float64).reshape(-1)),
             turns=_read_turns(content.get('turns')), poses=_read_poses(directory),

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from itertools import chain
 import math
 from typing import Final
 
@@ -63,13 +64,12 @@ class View:
         """Return a line through points (N, 2); ``kind`` is its class in the style sheet."""
         return f'<path class="{kind}" d="{_path(self.place(points))}"/>'
 
-    def dot(self, x: float, y: float, kind: str, *, radius: float, hint: str = '') -> str:
+    def dot(self, x: float, y: float, kind: str, *, radius: float, hint: str) -> str:
         """Return a dot; ``radius`` is a share of the view."""
         (left, top), = self.place(np.array([[x, y]]))
-        title = f'<title>{hint}</title>' if hint else ''
         return (
             f'<circle class="{kind}" cx="{left:.1f}" cy="{top:.1f}"'
-            f' r="{radius * self.size:.1f}">{title}</circle>')
+            f' r="{radius * self.size:.1f}"><title>{hint}</title></circle>')
 
     def roads(self, lines: Iterable[Points]) -> str:
         """Return those of the roads that may be seen in this view."""
@@ -102,9 +102,11 @@ class View:
 
 def draw_track(located: Located) -> str:
     """Return the roads, and over them the track, with the way to where it became known."""
-    tracks = [_positions(track) for track in located.tracks]
+    tracks = [
+        np.array([(pose.estimate.x, pose.estimate.y) for pose in track])
+        for track in located.tracks]
     way = way_before(located)
-    view = View.around(np.concatenate([*tracks, way]) if tracks else located.roads.extent)
+    view = View.around(np.concatenate([*tracks, way]) if tracks else located.roads.nodes)
     content = [view.roads(located.roads.lines)]
     if tracks:
         content += [view.line(way, 'before'), *(view.line(track, 'track') for track in tracks)]
@@ -112,29 +114,26 @@ def draw_track(located: Located) -> str:
         content += [
             view.dot(first_x, first_y, 'first', radius=0.012, hint='known from here'),
             view.dot(last_x, last_y, 'last', radius=0.012, hint='end')]
-    elif located.poses[-1].estimate is not None:
+    else:
         content.append(view.candidates(located.poses[-1].estimate.candidates))
     return view.svg([*content, view.scale_bar()], label='Roads and track')
 
 
 def draw_candidates(located: Located, pose: LocatedPose) -> str:
     """Return the whole map with the candidates at a pose."""
-    view = View.around(located.roads.extent)
-    estimate = pose.estimate
-    shown = view.candidates(() if estimate is None else estimate.candidates)
+    view = View.around(located.roads.nodes)
     return view.svg(
-        [view.roads(located.roads.lines), shown, view.scale_bar()], label='Candidates')
+        [view.roads(located.roads.lines), view.candidates(pose.estimate.candidates),
+         view.scale_bar()], label='Candidates')
 
 
 def moments_before(located: Located, count: int = 4) -> list[LocatedPose]:
     """Return poses at equal distances up to the first claim, or up to the end without one."""
     first = located.first_claim
     end = located.poses[-1].driven if first is None else first.driven
-    told = [
-        pose for pose in located.poses
-        if pose.estimate is not None and pose.driven <= end]
+    told = [pose for pose in located.poses if pose.driven <= end]
     wanted = [end * (number + 1) / count for number in range(count)]
-    found = [min(told, key=lambda pose: abs(pose.driven - at)) for at in wanted] if told else []
+    found = [min(told, key=lambda pose: abs(pose.driven - at)) for at in wanted]
     return list({pose.stamp_ns: pose for pose in found}.values())
 
 
@@ -145,27 +144,21 @@ def way_before(located: Located) -> Points:
     It begins after the last interruption, and has no points without a claim.
     """
     first = located.first_claim
-    if first is None or first.claim is None:
+    if first is None:
         return np.zeros((0, 2))
-    claim = first.claim
+    claim = first.estimate
     x, y, heading = claim.x, claim.y, claim.heading
     points = [(x, y)]
-    before = located.poses.index(first)
-    for motions in reversed(located.odometry.motions[:before]):
-        for motion in reversed(motions):
-            if not isinstance(motion, OdometryStep):
-                return np.array(points[::-1])
-            middle = heading - motion.yaw / 2
-            x -= claim.scale * motion.distance * math.cos(middle)
-            y -= claim.scale * motion.distance * math.sin(middle)
-            heading -= motion.yaw
-            points.append((x, y))
+    before = located.odometry.motions[:located.poses.index(first)]
+    for motion in reversed(list(chain.from_iterable(before))):
+        if not isinstance(motion, OdometryStep):
+            break
+        middle = heading - motion.yaw / 2
+        x -= claim.scale * motion.distance * math.cos(middle)
+        y -= claim.scale * motion.distance * math.sin(middle)
+        heading -= motion.yaw
+        points.append((x, y))
     return np.array(points[::-1])
-
-
-def _positions(track: Sequence[LocatedPose]) -> Points:
-    return np.array([
-        (pose.claim.x, pose.claim.y) for pose in track if pose.claim is not None])
 
 
 def _path(points: Points) -> str:

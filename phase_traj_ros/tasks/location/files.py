@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any, Final
 from xml.sax.saxutils import escape
 
-from phase_traj_ros.core.localization.estimate import LocationEstimate
+from phase_traj_ros.core.localization.estimate import Candidate, LocationEstimate
 from phase_traj_ros.errors import ResultError
 from phase_traj_ros.io.maps.projection import bearing_deg
 from phase_traj_ros.io.maps.road_file import ATTRIBUTION
@@ -49,15 +49,14 @@ def write_rows(located: Located, path: Path) -> None:
         table = csv.writer(file, lineterminator='\n')
         table.writerow(LOCATION_COLUMNS)
         for pose in located.poses:
-            probability = 0.0 if pose.estimate is None else pose.estimate.probability
-            place, bearing, deviation = ('', ''), '', ''
-            if pose.claim is not None:
-                latitude, longitude = degrees(located, pose.claim)
-                place = f'{latitude:.8f}', f'{longitude:.8f}'
-                bearing = f'{float(bearing_deg(pose.claim.heading)):.2f}'
-                deviation = f'{pose.claim.standard_deviation:.2f}'
+            estimate, place, deviation = pose.estimate, ('', '', ''), ''
+            if estimate.claimed:
+                latitude, longitude = degrees(located, estimate)
+                bearing = bearing_deg(estimate.heading)
+                place = f'{latitude:.8f}', f'{longitude:.8f}', f'{bearing:.2f}'
+                deviation = f'{estimate.standard_deviation:.2f}'
             table.writerow((
-                seconds_text(pose.stamp_ns), *place, bearing, f'{probability:.6f}', deviation))
+                seconds_text(pose.stamp_ns), *place, f'{estimate.probability:.6f}', deviation))
 
 
 def write_geojson(located: Located, path: Path) -> None:
@@ -103,14 +102,12 @@ def location_content(located: Located) -> dict[str, Any]:
         'first_claim': None if first is None else _pose_content(located, first),
         'last': _pose_content(located, last),
         'claimed_share': (
-            sum(pose.claim is not None for pose in located.poses) / len(located.poses)),
+            sum(pose.estimate.claimed for pose in located.poses) / len(located.poses)),
     }
-    estimate = last.estimate
-    if estimate is not None and not estimate.claimed:
+    if not last.estimate.claimed:
         content['candidates'] = [
-            {**_place(located, each.x, each.y, each.heading),
-             'probability': round(each.probability, 6)}
-            for each in estimate.candidates[:_MOST_CANDIDATES]]
+            {**_place(located, each), 'probability': round(each.probability, 6)}
+            for each in last.estimate.candidates[:_MOST_CANDIDATES]]
     return content
 
 
@@ -131,40 +128,35 @@ def add_to_chain_code(located: Located, source: Path, target: Path) -> None:
         raise ResultError(f'{source} cannot be read ({error}): replay again') from None
 
 
-def degrees(located: Located, estimate: LocationEstimate) -> tuple[float, float]:
-    """Return latitude and longitude of an estimate, in degrees."""
-    latitude, longitude = located.roads.projection.to_degrees(estimate.x, estimate.y)
+def degrees(located: Located, place: LocationEstimate | Candidate) -> tuple[float, float]:
+    """Return latitude and longitude of a place, in degrees."""
+    latitude, longitude = located.roads.projection.to_degrees(place.x, place.y)
     return float(latitude), float(longitude)
 
 
 def _pose_content(located: Located, pose: LocatedPose) -> dict[str, Any]:
+    estimate = pose.estimate
     content: dict[str, Any] = {
         'stamp_ns': pose.stamp_ns, 'driven': round(pose.driven, 3),
-        'probability': (
-            0.0 if pose.estimate is None else round(pose.estimate.probability, 6))}
-    if pose.claim is not None:
-        content |= _place(located, pose.claim.x, pose.claim.y, pose.claim.heading)
-        content['standard_deviation'] = round(pose.claim.standard_deviation, 3)
-        content['metres_per_unit'] = round(pose.claim.scale, 5)
+        'probability': round(estimate.probability, 6)}
+    if estimate.claimed:
+        content |= _place(located, estimate)
+        content['standard_deviation'] = round(estimate.standard_deviation, 3)
+        content['metres_per_unit'] = round(estimate.scale, 5)
     return content
 
 
-def _place(located: Located, x: float, y: float, heading: float) -> dict[str, float]:
-    latitude, longitude = located.roads.projection.to_degrees(x, y)
+def _place(located: Located, place: LocationEstimate | Candidate) -> dict[str, float]:
+    latitude, longitude = degrees(located, place)
     return {
-        'latitude': round(float(latitude), 8), 'longitude': round(float(longitude), 8),
-        'heading_deg': round(float(bearing_deg(heading)), 2)}
+        'latitude': round(latitude, 8), 'longitude': round(longitude, 8),
+        'heading_deg': round(bearing_deg(place.heading), 2)}
 
 
 def _coordinates(located: Located, track: list[LocatedPose]) -> list[tuple[float, float]]:
     """Return longitude and latitude of each pose, as GeoJSON has them."""
-    claims = [pose.claim for pose in track]
-    latitude, longitude = located.roads.projection.to_degrees(
-        [claim.x for claim in claims if claim is not None],
-        [claim.y for claim in claims if claim is not None])
-    return [
-        (round(east, 8), round(north, 8))
-        for east, north in zip(longitude.tolist(), latitude.tolist())]
+    places = [degrees(located, pose.estimate) for pose in track]
+    return [(round(longitude, 8), round(latitude, 8)) for latitude, longitude in places]
 
 
 def _utc(stamp_ns: int) -> str:

@@ -23,15 +23,14 @@ _UNITS: Final = (LengthUnit.METRE.value, LengthUnit.CAMERA_HEIGHT.value)
 _LONGEST, _MOST = 100.0, 200_000
 
 
-def holds_links(path: Path) -> bool:
+def holds_links(content: bytes) -> bool:
     """Return whether a line of equal links is among the first of a file."""
-    with path.open('rb') as file:
-        return _MESSAGE.search(_text(file.read(_BEGINS), errors='replace')) is not None
+    return _MESSAGE.search(_text(content[:_BEGINS], errors='replace')) is not None
 
 
-def read_links(path: Path) -> LinksText:
+def read_links(path: Path, content: bytes) -> LinksText:
     """
-    Read the last line of equal links in a file; other lines do not count.
+    Return the last line of equal links in the content of a file; other lines do not count.
 
     Raises
     ------
@@ -40,7 +39,7 @@ def read_links(path: Path) -> LinksText:
 
     """
     try:
-        line = _MESSAGE.findall(_text(path.read_bytes()))[-1].rstrip()
+        line = _MESSAGE.findall(_text(content))[-1].rstrip()
         if line.endswith('...'):
             raise ValueError('the last line is cut off: record it with `ros2 topic echo'
                              ' --full-length`')

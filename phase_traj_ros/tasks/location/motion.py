@@ -44,46 +44,39 @@ class MovedPair:
 
     stamp_ns, interval_ns
         Stamp of the second frame, and time since the first one, in nanoseconds.
+    status
+        ``REPEATED`` is the same picture again: the next pair covers its time and its motion.
     distance, distance_variance
         Distance in the unit of the odometry, and its variance; None if it is unknown.
     yaw, yaw_variance
         Change of the heading in radians, positive to the left, and its variance.
-    gap, cut
-        Whether frames are missing between the two, by the stamps or in the video.
-    same
-        Whether both frames are the same picture.
+    cut
+        Whether frames are missing between the two in the video.
     """
 
     stamp_ns: int
     interval_ns: int
-    distance: float | None
-    distance_variance: float
-    yaw: float
-    yaw_variance: float
-    gap: bool = False
+    status: PairStatus
+    distance: float | None = None
+    distance_variance: float = 0.0
+    yaw: float = 0.0
+    yaw_variance: float = 0.0
     cut: bool = False
-    same: bool = False
 
     @classmethod
     def of(cls, update: Update) -> 'MovedPair | None':
         """Return what an update of the estimator says; None without heading or distance."""
         if update.status is PairStatus.REPEATED:
-            return cls.repeated(update.stamp_ns, update.interval_ns)
+            return cls(
+                stamp_ns=update.stamp_ns, interval_ns=update.interval_ns, status=update.status)
         heading, travel = update.heading, update.travel
         if heading is None or travel is None:
             return None
         return cls(
-            stamp_ns=update.stamp_ns, interval_ns=update.interval_ns,
+            stamp_ns=update.stamp_ns, interval_ns=update.interval_ns, status=update.status,
             distance=travel.distance if travel.known else None,
             distance_variance=travel.variance, yaw=heading.yaw, yaw_variance=heading.variance,
-            gap=update.status is PairStatus.GAP, cut=update.cut)
-
-    @classmethod
-    def repeated(cls, stamp_ns: int, interval_ns: int) -> 'MovedPair':
-        """Return a pair of the same picture: the next pair covers its time and its motion."""
-        return cls(
-            stamp_ns=stamp_ns, interval_ns=interval_ns, distance=0.0, distance_variance=0.0,
-            yaw=0.0, yaw_variance=0.0, same=True)
+            cut=update.cut)
 
 
 class Motions:
@@ -97,12 +90,12 @@ class Motions:
     def of(self, pair: MovedPair) -> tuple[Motion, ...]:
         """Return the motions of the next pair, in order; its last one is a step or nothing."""
         seconds = pair.interval_ns * 1e-9
+        if pair.status is PairStatus.REPEATED:
+            return (OdometryStep(stamp_ns=pair.stamp_ns, distance=0.0, yaw=0.0),)
         if pair.cut:
             return (Interruption(_AFTER_CUT, math.pi),)
-        if pair.gap:
+        if pair.status is PairStatus.GAP:
             return (Interruption(_FASTEST * seconds, min(_TURNING * seconds, math.pi)),)
-        if pair.same:
-            return (OdometryStep(stamp_ns=pair.stamp_ns, distance=0.0, yaw=0.0),)
         before: tuple[Motion, ...] = ()
         distance, variance = pair.distance, pair.distance_variance
         if distance is None:

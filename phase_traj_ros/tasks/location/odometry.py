@@ -5,12 +5,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 import math
 from pathlib import Path
 import re
 from typing import Any, Final
 
+import numpy as np
 from phase_traj_ros.core import LengthUnit, PairStatus
 from phase_traj_ros.core.localization.given import OdometryStep, ScaleRange
 from phase_traj_ros.errors import reading, ResultError, SourceError
@@ -67,11 +68,8 @@ class DriveOdometry:
     @property
     def straight(self) -> bool:
         """Return whether the drive has no turn, so that it fits on every straight road."""
-        heading = least = most = 0.0
-        for step in self.steps:
-            heading += step.yaw
-            least, most = min(least, heading), max(most, heading)
-        return most - least < _STRAIGHT
+        headings = np.cumsum([0.0, *(step.yaw for step in self.steps)])
+        return bool(np.ptp(headings) < _STRAIGHT)
 
 
 def odometry_of(result: Replay) -> DriveOdometry:
@@ -113,9 +111,9 @@ def read_odometry(path: Path) -> DriveOdometry:
     if path.is_dir():
         return _read_results(path)
     with reading(path):
-        if holds_links(path):
-            return _of_links(path)
         content = path.read_bytes()
+    if holds_links(content):
+        return _of_links(path, content)
     if not _NUMBER.search(content):
         what = 'holds neither poses nor' if content.strip() else 'is empty: give poses or'
         raise SourceError(
@@ -139,8 +137,8 @@ def steps_of_links(directions: Iterable[int], kinds: int, length: float) -> list
     return steps
 
 
-def _of_links(path: Path) -> DriveOdometry:
-    text = read_links(path)
+def _of_links(path: Path, content: bytes) -> DriveOdometry:
+    text = read_links(path, content)
     steps = steps_of_links(
         (code for code, count in text.links.runs for _ in range(count)),
         len(text.links.totals), text.step)
@@ -161,18 +159,18 @@ def _read_results(directory: Path) -> DriveOdometry:
 
 
 def _read_pair(row: dict[str, Any], cuts: frozenset[int]) -> MovedPair:
-    stamp_ns, interval_ns = nanoseconds(row['stamp']), nanoseconds(row['interval'])
-    if row['status'] == PairStatus.REPEATED.value:
-        return MovedPair.repeated(stamp_ns, interval_ns)
+    pair = MovedPair(
+        stamp_ns=nanoseconds(row['stamp']), interval_ns=nanoseconds(row['interval']),
+        status=PairStatus(row['status']), cut=int(row['pair']) in cuts)
+    if pair.status is PairStatus.REPEATED:
+        return pair
     known = bool(row['distance'])
-    return MovedPair(
-        stamp_ns=stamp_ns, interval_ns=interval_ns,
-        distance=float(row['distance']) if known else None,
+    return replace(
+        pair, distance=float(row['distance']) if known else None,
         distance_variance=float(row['distance_variance']) if known else 0.0,
         yaw=math.radians(float(row['yaw_deg'])),
         # Results of a version without this column do not have it.
-        yaw_variance=math.radians(1.0) ** 2 * float(row.get('yaw_variance') or 0.0),
-        gap=row['status'] == PairStatus.GAP.value, cut=int(row['pair']) in cuts)
+        yaw_variance=math.radians(1.0) ** 2 * float(row.get('yaw_variance') or 0.0))
 
 
 def _joined(

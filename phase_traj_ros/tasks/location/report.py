@@ -2,11 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Writes what is known of the place of a drive as a self-contained HTML file."""
 
-from html import escape
 from pathlib import Path
 
 import phase_traj_ros
-from phase_traj_ros.core.localization.estimate import LocationEstimate
 from phase_traj_ros.io.maps.projection import bearing_deg
 from phase_traj_ros.io.maps.road_file import ATTRIBUTION
 from phase_traj_ros.io.results.report.page import filled, Markup, template, write_page
@@ -56,12 +54,11 @@ def write_location_report(located: Located, path: Path, *, title: str) -> None:
 def verdict(located: Located) -> str:
     """Return in a sentence whether and from where on the place is known."""
     first = located.first_claim
-    if first is None or first.claim is None:
+    if first is None:
         return 'The place is not known'
     seconds = (first.stamp_ns - located.poses[0].stamp_ns) * 1e-9
     return (
-        f'The place is known after {first.driven * first.claim.scale:.0f} m'
-        f' ({seconds:.0f} s)')
+        f'The place is known after {first.driven * first.estimate.scale:.0f} m ({seconds:.0f} s)')
 
 
 def _facts(located: Located) -> list[tuple[str, str]]:
@@ -73,32 +70,29 @@ def _facts(located: Located) -> list[tuple[str, str]]:
          f'within {near.radius:g} m of {near.latitude:g}, {near.longitude:g}'),
         ('metres per unit', f'{located.scale.least:g} to {located.scale.most:g}'),
         ('level', f'{located.level:g}'),
-        ('probability at the end', '0' if last is None else f'{last.probability:.3f}'),
+        ('probability at the end', f'{last.probability:.3f}'),
     ]
-    return facts if last is None or not last.claimed else [*facts, *_place(located, last)]
-
-
-def _place(located: Located, last: LocationEstimate) -> list[tuple[str, str]]:
-    latitude, longitude = degrees(located, last)
-    return [
-        ('at the end', f'{latitude:.5f}, {longitude:.5f}'),
-        ('bearing at the end', f'{float(bearing_deg(last.heading)):.0f}°'),
-        ('standard deviation, m', f'{last.standard_deviation:.1f}')]
+    if last.claimed:
+        latitude, longitude = degrees(located, last)
+        facts += [
+            ('at the end', f'{latitude:.5f}, {longitude:.5f}'),
+            ('bearing at the end', f'{bearing_deg(last.heading):.0f}°'),
+            ('standard deviation, m', f'{last.standard_deviation:.1f}')]
+    return facts
 
 
 def _curve(located: Located) -> str:
     """Return the probability over the distance as SVG."""
-    told = [pose for pose in located.poses if pose.estimate is not None]
-    told = told[::max(len(told) // _MOST_POINTS, 1)]
+    told = located.poses[::max(len(located.poses) // _MOST_POINTS, 1)]
     width = max(located.poses[-1].driven, 1e-6)
     points = 'L'.join(
         f'{100 * pose.driven / width:.2f} {100 - 100 * pose.estimate.probability:.2f}'
-        for pose in told if pose.estimate is not None)
+        for pose in told)
     first = located.first_claim
     claim = '' if first is None else (
         f'<path class="claim" d="M{100 * first.driven / width:.2f} 0V100"/>')
-    curve = f'<path d="M{points}"/>' if points else ''
     return (
         '<svg class="curve" viewBox="0 -2 100 104" preserveAspectRatio="none" role="img"'
-        f' aria-label="{escape("Probability over the distance")}">'
-        f'<path class="level" d="M0 {100 - 100 * located.level:.2f}H100"/>{claim}{curve}</svg>')
+        ' aria-label="Probability over the distance">'
+        f'<path class="level" d="M0 {100 - 100 * located.level:.2f}H100"/>{claim}'
+        f'<path d="M{points}"/></svg>')

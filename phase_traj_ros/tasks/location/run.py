@@ -7,8 +7,9 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import groupby
+import math
+from typing import Final
 
-import numpy as np
 from phase_traj_ros.core.localization.estimate import LocationEstimate
 from phase_traj_ros.core.localization.given import OdometryStep, Prior, ScaleRange
 from phase_traj_ros.core.localization.locator import MapLocator
@@ -17,6 +18,13 @@ from phase_traj_ros.errors import MapError
 from phase_traj_ros.io.maps.road_file import RoadFile
 from phase_traj_ros.tasks.location.motion import Interruption, Motion
 from phase_traj_ros.tasks.location.odometry import DriveOdometry
+
+
+UNKNOWN: Final = LocationEstimate(
+    0, claimed=False, x=math.nan, y=math.nan, heading=math.nan, probability=0.0,
+    covariance=((math.inf, 0.0, 0.0), (0.0, math.inf, 0.0), (0.0, 0.0, math.inf)), scale=math.nan,
+    scale_deviation=math.inf)
+"""What is known before the first step, and after an interruption until the next one."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,7 +46,8 @@ class Near:
 
         """
         x, y = roads.projection.to_metres(self.latitude, self.longitude).tolist()
-        if not np.isfinite(x) or _distance(roads, x, y) > self.radius:
+        # A place on the other side of the earth is NaN metres away.
+        if not roads.road_map.distance_to(x, y) <= self.radius:
             south, west, north, east = roads.bounds
             raise MapError(
                 f'no road of {roads.source} is within {self.radius:g} m of {self.latitude:g},'
@@ -57,18 +66,12 @@ class LocatedPose:
     driven
         Distance since the first pose, in the unit of the odometry, 0 or more.
     estimate
-        What the locator says; None before the first step and after an interruption.
+        What the locator says.
     """
 
     stamp_ns: int
     driven: float
-    estimate: LocationEstimate | None
-
-    @property
-    def claim(self) -> LocationEstimate | None:
-        """Return the estimate if the place counts as known, otherwise None."""
-        estimate = self.estimate
-        return estimate if estimate is not None and estimate.claimed else None
+    estimate: LocationEstimate
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,14 +88,14 @@ class Located:
     @property
     def first_claim(self) -> LocatedPose | None:
         """Return the pose from which the place is known; None if it never is."""
-        return next((pose for pose in self.poses if pose.claim is not None), None)
+        return next((pose for pose in self.poses if pose.estimate.claimed), None)
 
     @property
     def tracks(self) -> list[list[LocatedPose]]:
         """Return the poses whose place is known, each part without interruption a list."""
         return [
             list(part) for known, part in groupby(
-                self.poses, key=lambda pose: pose.claim is not None) if known]
+                self.poses, key=lambda pose: pose.estimate.claimed) if known]
 
 
 def locate(
@@ -129,10 +132,10 @@ def locate(
         odometry.link * scale.middle)
     settings = settings if level is None else replace(settings, claim_above=level)
     locator = MapLocator(
-        roads.road_map(), scale=scale, prior=None if near is None else near.prior(roads),
+        roads.road_map, scale=scale, prior=None if near is None else near.prior(roads),
         settings=settings)
     driven = 0.0
-    poses = [LocatedPose(odometry.stamps_ns[0], 0.0, None)]
+    poses = [LocatedPose(odometry.stamps_ns[0], 0.0, UNKNOWN)]
     for stamp_ns, motions in zip(odometry.stamps_ns[1:], odometry.motions):
         estimate = feed(locator, motions)
         driven += sum(
@@ -142,24 +145,13 @@ def locate(
     return Located(odometry, roads, near, scale, settings.claim_above, tuple(poses))
 
 
-def feed(locator: MapLocator, motions: Sequence[Motion]) -> LocationEstimate | None:
+def feed(locator: MapLocator, motions: Sequence[Motion]) -> LocationEstimate:
     """Feed the motions of a pair to a locator; return what it says after the last one."""
-    estimate = None
+    estimate = UNKNOWN
     for motion in motions:
         if isinstance(motion, Interruption):
             locator.interrupt(motion.distance, turn=motion.turn)
-            estimate = None
+            estimate = UNKNOWN
         else:
             estimate = locator.update(motion)
     return estimate
-
-
-def _distance(roads: RoadFile, x: float, y: float) -> float:
-    """Return the distance from a point to the nearest road, in metres."""
-    nearest = np.inf
-    for line in roads.lines:
-        start, along = line[:-1], np.diff(line, axis=0)
-        to = np.array([x, y]) - start
-        share = ((to * along).sum(axis=1) / (along * along).sum(axis=1)).clip(0.0, 1.0)
-        nearest = min(nearest, float(np.hypot(*(to - share[:, None] * along).T).min()))
-    return nearest

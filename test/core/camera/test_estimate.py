@@ -6,7 +6,6 @@ from dataclasses import replace
 import math
 
 from phase_traj_ros.core.camera.estimate import CameraEstimate, combined
-from phase_traj_ros.core.camera.model import Distortion
 import pytest
 
 FOUND = CameraEstimate(
@@ -24,9 +23,7 @@ def test_what_is_not_an_estimate_is_refused_by_name(values, word):
         replace(FOUND, **values)
 
 
-def test_it_makes_a_model_of_the_camera():
-    assert FOUND.model.distortion is Distortion.ONE_NUMBER
-    assert (FOUND.model.shape, FOUND.model.cx) == ((240, 320), 162.5)
+def test_it_has_the_field_of_view_of_its_lens():
     pinhole = replace(FOUND, straightness=1.0, column_px=0.0)
     assert pinhole.hfov_deg == pytest.approx(90.0)
 

@@ -7,7 +7,7 @@ import math
 
 from hypothesis import given, strategies as st
 from phase_traj_ros.core import Direction, Movement
-from phase_traj_ros.core.codes.freeman import Freeman, from_four, to_four
+from phase_traj_ros.core.codes.freeman import Freeman, freeman, to_four
 from phase_traj_ros.core.codes.from_heading import HeadingCode
 import pytest
 
@@ -124,7 +124,7 @@ def test_invariants_whatever_the_heading_does(connectivity, yaws, skipped):
     assert len(movement) == len(yaws)
     assert len(direction) == len(movement) - movement.count(N)
     assert all(type(code) is codes.directions for code in direction)
-    eight = [Freeman.FORWARD, *(code if connectivity == 8 else from_four(code)
+    eight = [Freeman.FORWARD, *(code if connectivity == 8 else freeman(code)
                                 for code in direction)]
     moved = [code for code in movement if code is not N]
     step = {L: 8 // connectivity, F: 0, R: -8 // connectivity}
@@ -161,10 +161,10 @@ def test_eight_directions():
 
 
 def test_maps_between_four_and_eight():
-    assert [int(from_four(code)) for code in Direction] == [4, 2, 0, 6]
+    assert [int(freeman(code)) for code in Direction] == [4, 2, 0, 6]
     for code in Direction:
         for before in Direction:
-            assert to_four(from_four(code), before) is code
+            assert to_four(freeman(code), before) is code
     # A diagonal does not change the direction yet.
     assert to_four(Freeman.FORWARD_LEFT) is Direction.FORWARD
     assert to_four(Freeman.FORWARD_LEFT, Direction.LEFT) is Direction.LEFT

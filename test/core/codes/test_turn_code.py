@@ -99,15 +99,6 @@ def test_a_reset_forgets_what_was_due():
     assert [codes.update((), 0.0).movement for _ in range(3)] == [F, F, F]
 
 
-@pytest.mark.parametrize('rate', [math.nan, math.inf])
-def test_a_rate_that_cannot_be_changes_nothing(rate):
-    codes = TurnCode()
-    with pytest.raises(ValueError, match='yaw rate is'):
-        codes.update((1,), rate)
-    assert [codes.update((), 0.0).movement for _ in range(2)] == [F, F]
-    assert codes.heading is Direction.FORWARD
-
-
 @given(
     st.lists(
         st.sampled_from([0, 90, -90, 180, -180, 30, -50, 360]), min_size=1, max_size=6),

@@ -9,7 +9,6 @@ from phase_traj_ros.core import PhaseCorrelator, Shift
 from phase_traj_ros.core.correlation.block_motion import BlockFlow, BlockMotion
 from phase_traj_ros.core.correlation.quality import (
     GateSettings,
-    MeasurementGate,
     PairQuality,
     Quality,
     StillnessDetector,
@@ -96,7 +95,7 @@ def test_the_limit_is_the_one_that_is_set():
     shift = [correlator.update(frame) for frame in frames][1]
     significance = correlator.significance(shift)
     for limit, expected in ((significance * 0.99, shift), (significance * 1.01, None)):
-        gate = MeasurementGate(GateSettings(min_significance=limit))
+        gate = GateSettings(min_significance=limit)
         assert gate.judge(shift, correlator, None) == expected
 
 
@@ -315,7 +314,7 @@ ZERO, ELSEWHERE = Shift(0.2, -0.3, 0.3), Shift(25.0, 1.0, 0.1)
 ])
 def test_conditions_for_looking_past_zero(first, second, share, believed):
     told = Told(first=first, second=second, share=share)
-    gate = MeasurementGate(GateSettings(min_significance=6.0))
+    gate = GateSettings(min_significance=6.0)
     assert gate.judge(ZERO, told, told) is believed
 
 
@@ -323,7 +322,7 @@ def test_only_a_peak_at_zero_is_looked_past():
     told = Told(first=9, second=50, share=1.0)
     for place in (Shift(2.0, 0.0, 0.3), Shift(0.0, -2.0, 0.3)):
         told.significances[place] = 9
-        assert MeasurementGate().judge(place, told, told) is place
+        assert GateSettings().judge(place, told, told) is place
 
 
 def test_a_zero_behind_a_fixed_pattern_stays_zero():
@@ -380,5 +379,5 @@ def test_no_shift_is_more_than_the_correlator_says():
     correlator = PhaseCorrelator()
     for frame in pair(SHAPE, 5, 0):
         shift = correlator.update(frame)
-    assert MeasurementGate().judge(shift, correlator, None) is shift
-    assert MeasurementGate().judge(Shift(-90, 50, 0.0), correlator, None) is None
+    assert GateSettings().judge(shift, correlator, None) is shift
+    assert GateSettings().judge(Shift(-90, 50, 0.0), correlator, None) is None

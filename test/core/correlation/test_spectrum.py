@@ -5,7 +5,7 @@
 import cv2
 from hypothesis import given, strategies as st
 import numpy as np
-from phase_traj_ros.core.correlation.spectrum import CrossPhase, padded_side
+from phase_traj_ros.core.correlation.spectrum import CrossPhase, padded_side, ROUNDING
 import pytest
 
 
@@ -39,7 +39,7 @@ def test_cross_phase_is_the_product_of_unit_spectra(shape):
     cross = CrossPhase(shape)
     for number, picture in enumerate(pictures):
         spectrum = cv2.dft(picture)
-        assert cross(spectrum, 1e-6) == 1.0
+        assert cross(spectrum, 1.0) == 1.0
         product = np.fft.fft2(cv2.dft(spectrum, flags=cv2.DFT_INVERSE | cv2.DFT_SCALE))
         expected = units[number] * np.conj(units[number - 1]) if number else 0.0
         np.testing.assert_allclose(product, expected, atol=1e-3)
@@ -49,9 +49,9 @@ def test_after_a_spectrum_without_content_the_product_is_zero():
     spectra = [cv2.dft(np.random.default_rng(seed).normal(size=(64, 80)).astype(np.float32))
                for seed in (0, 1)]
     cross = CrossPhase((64, 80))
-    cross(spectra[0], 1e-6)
+    cross(spectra[0], 1.0)
     cross.clear()
-    cross(spectra[1], 1e-6)
+    cross(spectra[1], 1.0)
     assert not spectra[1].any()
 
 
@@ -61,6 +61,6 @@ def test_bins_below_the_floor_stay_weak_and_are_counted():
     full = np.fft.rfft2(rng.normal(size=shape))
     full[:, 20:] *= 1e-9
     spectrum = cv2.dft(np.fft.irfft2(full, shape).astype(np.float32))
-    energy = CrossPhase(shape)(spectrum, 1.0)
+    energy = CrossPhase(shape)(spectrum, 1.0 / ROUNDING)
     # Column frequencies 0 to 19 survive; all but the first stand for two bins each.
     assert energy == pytest.approx((1 + 2 * 19) / 80, abs=0.01)

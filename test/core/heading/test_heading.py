@@ -104,15 +104,6 @@ def test_what_a_vehicle_can_do_is_never_bridged(yaws):
     assert math.isclose(tracker.heading, sum(yaws), abs_tol=1e-9)
 
 
-@pytest.mark.parametrize(('yaw', 'interval'), [
-    (0.1, 0.0), (0.1, -1.0), (0.1, math.nan), (math.nan, 0.1), (math.inf, 0.1)])
-def test_refuses_nonsense_and_stays_as_it_was(yaw, interval):
-    tracker, _ = follow([0.1])
-    with pytest.raises(ValueError, match='give a finite number'):
-        tracker.update(yaw, interval)
-    assert (tracker.heading, tracker.pairs) == (0.1, 1)
-
-
 def test_a_jump_beyond_doubt_is_believed_at_once():
     # As where every third frame was lost, and the stamps do not tell.
     yaws = [math.radians(3.5 if index % 3 else 7.5) for index in range(30)]

@@ -17,7 +17,7 @@ FRAMES = 1200
 def test_a_real_drive_is_located(kitti_root, maps_root):
     town = read_roads(maps_root / 'kitti_00_part.osm.bz2')
     poses = poses_from_kitti(np.loadtxt(kitti_root / 'poses' / '00.txt')[:FRAMES])[:, :3]
-    estimates = follow(MapLocator(town.road_map()), steps_of(poses, seed=1))
+    estimates = follow(MapLocator(town.road_map), steps_of(poses, seed=1))
 
     given = json.loads((maps_root / 'reference.json').read_text())['00']
     start = town.projection.to_metres([given['latitude']], [given['longitude']])[0]

@@ -16,7 +16,7 @@ MIDDLE, PRIOR = math.log(RANGE.middle), spread_of(RANGE) ** 2
 
 
 def stride(turned):
-    return Stride(5.0, 0.0, 0.0, 0.0, (0j,) * 5, 0.0, abs(turned), turned)
+    return Stride(5.0, 0.0, 0.0, 0.0, heading=0.0, chord=0.0, bend=abs(turned), turned=turned)
 
 
 def some(count=20):

@@ -93,8 +93,7 @@ def test_frames_far_apart_are_the_reason_for_scattered_blocks():
 def test_a_camera_that_is_needed_and_a_film_in_pieces_are_reasons():
     monitor = summed_up(trusted=100)
     assert monitor.verdict(camera_known=False).reasons == (Reason.CAMERA_NOT_KNOWN,)
-    for _ in range(11):
-        monitor.add_cut()
+    monitor = Driven().add('trusted', 8.9).add('trusted', 1.1, cut=True).monitor
     assert monitor.verdict().reasons == (Reason.MANY_CUTS,)
     monitor.reset()
     assert monitor.verdict().reasons == (Reason.TOO_SHORT,)
@@ -259,8 +258,7 @@ def test_a_camera_that_repeats_one_stamp_for_more_than_a_second_is_frozen():
 
 
 def test_a_reset_forgets_the_pairs_before():
-    driven = Driven().add('trusted', 10).add('trusted', 0.1, rivalled=True)
-    driven.monitor.add_cut()
+    driven = Driven().add('trusted', 10).add('trusted', 0.1, rivalled=True, cut=True)
     driven.monitor.add_same_stamps(20)
     driven.monitor.reset()
     # A first pair at a low rate loses nothing, and a single rival is none.
@@ -311,12 +309,10 @@ def test_what_lasts_counts_by_its_share_of_the_last_minute():
 
 
 def test_cuts_count_by_their_share_of_the_pairs():
-    monitor = summed_up(trusted=200)
-    for _ in range(20):
-        monitor.add_cut()
-    assert monitor.verdict().reliable
-    monitor.add_cut()
-    assert monitor.verdict().words == ('many_cuts',)
+    driven = Driven().add('trusted', 18).add('trusted', 2, cut=True)
+    assert driven.monitor.verdict().reliable
+    driven.add('trusted', 0.1, cut=True)
+    assert driven.monitor.verdict().words == ('many_cuts',)
 
 
 def test_only_far_frames_explain_scattered_blocks():

@@ -5,29 +5,37 @@
 import numpy as np
 from phase_traj_ros.core.reliability.reason import Reason
 from phase_traj_ros.core.reliability.spans import Spans
+from phase_traj_ros.core.reliability.tuning import TUNING
 from phase_traj_ros.core.reliability.verdict import joined, Reliability, UnreliableSpan
+
+TENTH = TUNING.part_ns // 10
 
 
 def test_too_many_spans_are_joined_where_they_are_closest():
-    spans = Spans(apart_ns=10)
-    starts = np.cumsum([100] * 600)
-    starts[300:] -= 60
+    spans = Spans()
+    starts = TUNING.part_ns * np.cumsum([10] * 600)
+    starts[300:] -= 6 * TUNING.part_ns
+    length = 2 * TUNING.part_ns
     for start in starts:
-        spans.add(start, start + 20)
+        spans.add(start, start + length)
     kept = spans.of(False, 0, 0)
     assert len(kept) == 500
-    assert (starts[299], starts[300] + 20) in kept
-    assert (kept[0][0], kept[-1][1]) == (starts[0], starts[-1] + 20)
+    assert (starts[299], starts[300] + length) in kept
+    assert (kept[0][0], kept[-1][1]) == (starts[0], starts[-1] + length)
 
 
 def test_spans_that_are_close_are_one_and_empty_ones_are_none():
-    spans = Spans(apart_ns=10)
+    spans = Spans()
     for start, end in ((0, 20), (30, 40), (51, 60), (70, 70)):
-        spans.add(start, end)
-    assert spans.of(False, 0, 0) == [(0, 40), (51, 60)]
-    assert spans.of(True, 55, 80) == [(0, 40), (51, 80)]
-    assert [spans.within(*part) for part in ((0, 60), (10, 55), (40, 51), (-9, 99))] == [
-        49, 34, 0, 49]
+        spans.add(start * TENTH, end * TENTH)
+
+    def tenths(found):
+        return [(start / TENTH, end / TENTH) for start, end in found]
+
+    assert tenths(spans.of(False, 0, 0)) == [(0, 40), (51, 60)]
+    assert tenths(spans.of(True, 55 * TENTH, 80 * TENTH)) == [(0, 40), (51, 80)]
+    assert [spans.within(begin * TENTH, end * TENTH) / TENTH for begin, end in (
+        (0, 60), (10, 55), (40, 51), (-9, 99))] == [49, 34, 0, 49]
 
 
 def test_spans_of_the_whole_drive_overlap_and_count_once():

@@ -2,15 +2,17 @@
 # SPDX-License-Identifier: Apache-2.0
 """What does not move with the road: reflections, frozen pictures, and copies of an encoder."""
 
+from types import SimpleNamespace
 
 import cv2
 import numpy as np
 from phase_traj_ros.core.camera.horizon import Horizon
 from phase_traj_ros.core.road.ground import CELL, GroundPatch, rotation, stretches
-from phase_traj_ros.core.road.keyframe import Turned
+from phase_traj_ros.core.road.keyframe import RoadKeyframe
 from phase_traj_ros.core.road.look import RoadLook
 from phase_traj_ros.core.road.meter import RoadMeter
 from phase_traj_ros.core.road.travel import TravelState
+from phase_traj_ros.core.road.tuning import TUNING
 import pytest
 from road_scene import drive, motion, NOISE, PINHOLE, Road
 
@@ -73,10 +75,38 @@ def test_a_picture_that_stays_while_the_camera_nods_is_fixed_to_it(pitch):
     look.look(frame)
     look.compare(rotation(0.0, pitch, 0.0))
     found, other = (
-        look.find(-1.0, 1.0, Turned(0.0, nodded, 0.0, 0.0, 0.1, 0.0), stretched=1.0)
+        look.find(-1.0, 1.0, RoadKeyframe(0.1, pitch=nodded, agreed=True), stretched=1.0)
         for nodded in (pitch, -pitch))
     assert found.fixed and not other.fixed
     assert abs(found.raw) > CELL and found.raw * pitch < 0.0
+
+
+class Flat(SimpleNamespace):
+    """Takes frames for patches."""
+
+    shape, window, middle = (80, 60), np.ones((80, 60), np.float32), 3.0
+
+    def __call__(self, frame):
+        return frame
+
+    def turned_back(self, patch, _):
+        return patch
+
+
+@pytest.mark.parametrize(('learned', 'shown'), [(0, True), (1, True), (2, True), (12, False)])
+def test_what_three_patches_share_is_taken_out(learned, shown):
+    rng = np.random.default_rng(0)
+    shine, *roads = rng.normal(size=(learned + 3, *Flat.shape)).astype(np.float32)
+    look = RoadLook(Flat())
+    for road in roads[2:]:
+        look.look(road + shine)
+        look.learn()
+    look.look(roads[0] + shine)
+    look.keep()
+    look.look(roads[1] + shine)
+    look.compare(np.eye(3))
+    at_zero = look.scores_at(np.zeros(1), stretched=1.0)
+    assert (at_zero > TUNING.stands_out) == shown
 
 
 def test_a_part_of_the_road_that_stands_is_a_rival_of_the_rest():

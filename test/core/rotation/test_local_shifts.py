@@ -12,11 +12,12 @@ import pytest
 from textures import pair
 
 SHAPE = (120, 360)
+EVERYWHERE = np.ones(SHAPE, np.bool_)
 
 
 def measure(dx, dy, expected=None, grid=None):
     first, second = pair(SHAPE, dx, dy)
-    grid = grid or BlockGrid(SHAPE)
+    grid = grid or BlockGrid(EVERYWHERE)
     expected = (dx, dy) if expected is None else expected
     return grid, grid.measure(grid.take(first), second, expected=expected)
 
@@ -39,7 +40,7 @@ def test_nine_blocks_of_ten_agree_in_compressed_pictures():
     pictures = [
         cv2.imdecode(cv2.imencode('.jpg', each, (cv2.IMWRITE_JPEG_QUALITY, 10))[1], 0)
         for each in pair(SHAPE, 3.4, -1.3)]
-    grid = BlockGrid(SHAPE)
+    grid = BlockGrid(EVERYWHERE)
     shifts = grid.measure(grid.take(pictures[0]), pictures[1], expected=(3.0, 0.0))
     off = np.hypot(shifts.dx - 3.4, shifts.dy + 1.3)
     assert (off < TUNING.outlier_deviations * TUNING.block_deviation_px).mean() > 0.9
@@ -48,7 +49,7 @@ def test_nine_blocks_of_ten_agree_in_compressed_pictures():
 def test_blocks_without_texture_say_nothing():
     first, second = pair(SHAPE, 2.0, 0.0)
     first[:, :180] = second[:, :180] = 90
-    grid = BlockGrid(SHAPE)
+    grid = BlockGrid(EVERYWHERE)
     shifts = grid.measure(grid.take(first), second, expected=(2.0, 0.0))
     left = grid.middles[:, 0] < 150
     assert shifts.weight[left].max() == 0.0
@@ -63,7 +64,7 @@ def test_edges_say_nothing_as_a_shift_along_them_is_not_seen():
     for picture, seen in ((first, noise[0]), (second, noise[1])):
         stripes = 120 + 80 * np.sin((rows + 0.5 * columns) / 3.0) + seen
         picture[:, :180] = np.clip(stripes, 0, 255)[:, :180]
-    grid = BlockGrid(SHAPE)
+    grid = BlockGrid(EVERYWHERE)
     shifts = grid.measure(grid.take(first), second, expected=(2.0, 0.0))
     left = grid.middles[:, 0] < 150
     assert np.median(shifts.weight[left]) == 0.0
@@ -76,12 +77,12 @@ def test_a_block_shows_a_corner_if_a_tenth_of_its_texture_is_across(share, corne
     rows, columns = np.indices(SHAPE) * (2 * math.pi / TUNING.block_px)
     waves = 128 + 90 * np.sin(columns) + 90 * math.sqrt(share) * np.sin(rows)
     for picture in (waves, 255 - waves):
-        found = BlockGrid(SHAPE).take(picture.round().astype(np.uint8)).texture
+        found = BlockGrid(EVERYWHERE).take(picture.round().astype(np.uint8)).texture
         assert ((found > 0.0) == corners).mean() > 0.9
 
 
 def test_the_blocks_are_the_same_in_the_mirror():
-    middles = BlockGrid(SHAPE).middles
+    middles = BlockGrid(EVERYWHERE).middles
     assert middles.mean(axis=0) == pytest.approx(((SHAPE[1] - 1) / 2, (SHAPE[0] - 1) / 2))
     assert (middles.min(axis=0) > 0.0).all()
 
@@ -89,7 +90,7 @@ def test_the_blocks_are_the_same_in_the_mirror():
 def test_blocks_that_do_not_count_are_left_out():
     counts = np.ones(SHAPE, np.bool_)
     counts[60:] = False
-    grid = BlockGrid(SHAPE, counts=counts)
+    grid = BlockGrid(counts)
     assert len(grid.middles) == 80
     assert grid.middles[:, 1].max() < 60
 
@@ -131,7 +132,7 @@ def test_a_block_of_noise_is_less_precise_however_strong_its_texture():
     for each in pair(SHAPE, 2.0, 0.0):
         noisy = np.where(np.arange(SHAPE[1]) < 180, 128.0, each) + rng.normal(0.0, 15.0, SHAPE)
         pictures.append(np.clip(noisy, 0, 255).astype(np.uint8))
-    grid = BlockGrid(SHAPE)
+    grid = BlockGrid(EVERYWHERE)
     shifts = grid.measure(grid.take(pictures[0]), pictures[1], expected=(2.0, 0.0))
     noise, scene = grid.middles[:, 0] < 160, grid.middles[:, 0] > 210
     assert np.median(shifts.weight[noise]) == 1.0
@@ -143,7 +144,7 @@ def test_a_block_of_noise_is_less_precise_however_strong_its_texture():
 def test_blocks_count_between_a_blurred_picture_and_a_sharp_one():
     """They differ by more than the texture of the blurred one, and its texture is not noise."""
     first, second = pair(SHAPE, 2.0, 0.0)
-    grid = BlockGrid(SHAPE)
+    grid = BlockGrid(EVERYWHERE)
     shifts = grid.measure(grid.take(cv2.blur(first, (15, 1))), second, expected=(2.0, 0.0))
     seen = shifts.weight > 0.5
     assert np.count_nonzero(seen) > 40
@@ -159,7 +160,7 @@ def test_in_a_scene_that_grows_a_block_moves_as_a_point_beside_its_centre():
     middle = np.array([(width - 1) / 2, (height - 1) / 2])
     zoom = cv2.getRotationMatrix2D(middle.tolist(), 0.0, 1.06)
     after = cv2.warpAffine(before, zoom, (width, height), flags=cv2.INTER_CUBIC)
-    grid = BlockGrid((height, width))
+    grid = BlockGrid(np.ones((height, width), np.bool_))
     picture = grid.take(before.round().astype(np.uint8))
     centres = grid.middles - middle
     shifts = grid.measure(
@@ -183,7 +184,7 @@ def test_the_displacement_of_a_block_is_that_of_its_texture():
     road = 128 + 1000 * noise * np.clip(strength * 10, 0, 1)
     before = np.clip(road, 0, 255).astype(np.uint8)
     after = cv2.remap(before, columns, rows / 1.06, cv2.INTER_CUBIC)
-    grid = BlockGrid(before.shape)
+    grid = BlockGrid(np.ones_like(before, np.bool_))
     picture = grid.take(before)
     shifts = grid.measure(picture, after, expected=(0.0, 5.0))
     row, seen = grid.middles[:, 1], shifts.weight > 0.0

@@ -20,6 +20,7 @@ from phase_traj_ros.ros.location.messages import (
     road_markers,
 )
 from phase_traj_ros.ros.outputs.messages import MESSAGES
+from phase_traj_ros.tasks.location.run import UNKNOWN
 import pytest
 from sensor_msgs.msg import NavSatFix, NavSatStatus
 from visualization_msgs.msg import Marker
@@ -36,7 +37,7 @@ def estimate(*, claimed=True, x=30.0, y=40.0, heading=1.0):
 
 def odometry(x=10.0, y=-5.0, yaw=0.25):
     return Odometry(
-        Corner(x, y, yaw, 5_000_000_007), 8.0, 0.1, 1.0, 0.01, 0.04, 0.001,
+        Corner(x, y, yaw, 5_000_000_007), 8.0, 0.1, 0.04, 0.001,
         ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 0.01)))
 
 
@@ -51,7 +52,7 @@ def test_a_known_place_is_a_fix_of_known_covariance():
     assert (message.header.stamp.sec, message.header.stamp.nanosec) == (5, 7)
 
 
-@pytest.mark.parametrize('place', [None, estimate(claimed=False)])
+@pytest.mark.parametrize('place', [UNKNOWN, estimate(claimed=False)])
 def test_an_unknown_place_is_no_fix(place):
     message = fix_message(place, 5_000_000_007, 'base_link', PLANE)
 

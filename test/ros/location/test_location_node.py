@@ -89,7 +89,7 @@ def updates(poses):
             heading=HeadingStep(yaw, 10 * yaw, float(after[2]), False, 1e-6),
             travel=Travel(distance, 1e-4, TravelState.MEASURED),
             odometry=Odometry(
-                Corner(distance * (number + 1), 0.0, 0.0, 0), 8.0, 0.1, 1.0, 0.01, 0.04, 0.001,
+                Corner(distance * (number + 1), 0.0, 0.0, 0), 8.0, 0.1, 0.04, 0.001,
                 ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 0.01))))
 
 

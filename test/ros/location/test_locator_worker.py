@@ -8,6 +8,7 @@ from phase_traj_ros.core.localization.given import OdometryStep, PositionFix
 from phase_traj_ros.ros.location import worker as module
 from phase_traj_ros.ros.location.worker import LocatorWorker, Moved
 from phase_traj_ros.tasks.location.motion import Interruption
+from phase_traj_ros.tasks.location.run import UNKNOWN
 import pytest
 from told_locator import ToldLocator
 
@@ -98,7 +99,7 @@ def test_an_interruption_has_no_place(slow):
     wait_for(locator, 1)
     worker.close()
 
-    assert [each.estimate is None for each in worker.take()] == [True, False]
+    assert [each.estimate is UNKNOWN for each in worker.take()] == [True, False]
     assert locator.interruptions == [(50.0, 1.0)]
 
 

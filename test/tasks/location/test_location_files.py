@@ -23,7 +23,7 @@ from phase_traj_ros.tasks.location.files import (
 from phase_traj_ros.tasks.location.motion import Interruption
 from phase_traj_ros.tasks.location.odometry import read_odometry
 from phase_traj_ros.tasks.location.report import verdict, write_location_report
-from phase_traj_ros.tasks.location.run import locate, Near
+from phase_traj_ros.tasks.location.run import locate, Near, UNKNOWN
 import pytest
 from told_locator import AFTER, ToldLocator
 
@@ -38,7 +38,6 @@ def made(tmp_path, monkeypatch):
     [start] = roads.projection.to_metres(*PLANE.to_degrees([poses[0, 0]], [poses[0, 1]]))
     monkeypatch.setattr(
         run, 'MapLocator', lambda *_, **__: ToldLocator((*start, poses[0, 2])))
-    monkeypatch.setattr(run.RoadFile, 'road_map', lambda _: None)
     return poses, read_odometry(write_tum(poses, tmp_path / 'drive.tum')), roads
 
 
@@ -107,7 +106,7 @@ def test_an_interruption_parts_the_track(made, tmp_path):
     located = locate(replace(odometry, motions=tuple(motions)), roads)
     write_location(located, tmp_path)
 
-    assert located.poses[middle + 1].estimate is None
+    assert located.poses[middle + 1].estimate is UNKNOWN
     features = json.loads((tmp_path / 'track.geojson').read_text())['features']
     assert len(features) == len(located.tracks) == 2
     assert rows(tmp_path / 'location.csv')[middle + 1]['latitude'] == ''

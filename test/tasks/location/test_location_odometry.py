@@ -43,8 +43,8 @@ def results(result, tmp_path):
 
 def pair(number=0, **values):
     return MovedPair(**{
-        'stamp_ns': number * SECOND // 10, 'interval_ns': SECOND // 10, 'distance': 1.0,
-        'distance_variance': 0.01, 'yaw': 0.1, 'yaw_variance': 1e-4, **values})
+        'stamp_ns': number * SECOND // 10, 'interval_ns': SECOND // 10, 'status': PairStatus.OK,
+        'distance': 1.0, 'distance_variance': 0.01, 'yaw': 0.1, 'yaw_variance': 1e-4, **values})
 
 
 def test_a_replay_and_its_results_are_the_same_odometry(result, results):
@@ -95,8 +95,8 @@ def test_a_gap_a_cut_and_a_lost_pair():
     motions = Motions()
     [first] = motions.of(pair())
     [cut] = motions.of(pair(1, cut=True))
-    [gap] = motions.of(pair(2, gap=True, interval_ns=4 * SECOND))
-    [long_gap] = motions.of(pair(3, gap=True, interval_ns=60 * SECOND))
+    [gap] = motions.of(pair(2, status=PairStatus.GAP, interval_ns=4 * SECOND))
+    [long_gap] = motions.of(pair(3, status=PairStatus.GAP, interval_ns=60 * SECOND))
 
     assert isinstance(first, OdometryStep) and first.distance == 1.0
     assert cut == Interruption(1000.0, math.pi)
@@ -130,7 +130,7 @@ def test_an_update_without_heading_or_distance_is_no_pair(result):
     assert MovedPair.of(replace(update, heading=None)) is None
     assert MovedPair.of(replace(update, travel=None)) is None
     assert MovedPair.of(unknown).distance is None
-    assert MovedPair.of(gap).gap and MovedPair.of(gap).cut
+    assert MovedPair.of(gap).status is PairStatus.GAP and MovedPair.of(gap).cut
 
 
 def test_a_trajectory_is_metres(tmp_path):

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What a compass learns of the camera while it drives, and what it does with it."""
+"""What is learned of a camera while it drives, and what a compass does with it."""
 
 from dataclasses import replace
 import math
@@ -11,8 +11,6 @@ from phase_traj_ros.core.camera.estimate import CameraEstimate
 from phase_traj_ros.core.camera.lens import Lens
 from phase_traj_ros.core.correlation.phase_correlation import Shift
 from phase_traj_ros.core.heading.visual_compass import VisualCompass
-from phase_traj_ros.core.rotation.camera_motion import CameraMotion
-from phase_traj_ros.core.rotation.focus_of_expansion import FocusOfExpansion
 from phase_traj_ros.core.rotation.yaw_meter import YawMeasurement
 from phase_traj_ros.synthetic import Camera, plan_drive, render_drive, Straight, Turn
 import pytest
@@ -28,18 +26,6 @@ def test_a_camera_is_learned_from_upright_frames(upside_down):
         Lens(hfov_deg=75.0, assumed=True), rotate_180=upside_down, learning=learning)
     compass.measure(frame[::-1, ::-1].copy() if upside_down else frame, 0.1)
     assert np.array_equal(seen, [frame])
-
-
-def test_a_bend_that_has_ended_is_told_to_what_is_learned():
-    guess, told, learning = Lens(hfov_deg=75.0, assumed=True), [], SelfCalibration()
-    learning.add_turn = lambda angle_deg, *, focal_px: told.append((angle_deg, focal_px))
-    compass = VisualCompass(guess, learning=learning)
-    compass.measure(np.zeros((90, 160), np.uint8), 0.1)
-    compass.start(0)
-    for pair in range(1, 41):
-        yaw = math.radians(-40.0) / 20 if pair <= 20 else 0.0
-        compass.add(YawMeasurement(Shift(0.0, 0.0, 1.0), yaw, True, 1.0), pair * TENTH, 0.1)
-    assert told == [(pytest.approx(-40.0), guess.focal_for(160))]
 
 
 def test_the_end_of_a_drive_is_told_to_what_is_learned():
@@ -152,34 +138,3 @@ def test_what_is_learned_from_is_the_turn_and_not_what_passes_by():
     for frame in render_drive(drive):
         estimator.measure(np.asarray(frame), 1 / 15)
     assert sum(learner.shifts) == pytest.approx(camera.focal * math.radians(-60), rel=0.15)
-
-
-LEARNED = Lens(estimate=CameraEstimate(
-    width=320, height=240, focal_px=250.0, focal_deviation=0.03, turns=2))
-
-
-class Learning(SelfCalibration):
-
-    def __init__(self):
-        super().__init__()
-        self.travels = []
-
-    def add_travel(self, slope, deviation):
-        self.travels.append((slope, deviation))
-
-
-@pytest.mark.parametrize(('lens', 'yaw', 'passing', 'learns'), [
-    (LEARNED, 0.0, 0.05, True),
-    (LEARNED, 0.02, 0.05, False),
-    (LEARNED, 0.0, 0.001, False),
-    (Lens(hfov_deg=75.0, assumed=True), 0.0, 0.05, False)])
-def test_the_direction_of_travel_tells_the_pitch_of_a_learned_camera(lens, yaw, passing, learns):
-    learning = Learning()
-    estimator = VisualCompass(lens, learning=learning)
-    frame = np.random.default_rng(0).integers(0, 255, (240, 320)).astype(np.uint8)
-    estimator.measure(frame, 0.0)
-    motion = CameraMotion(
-        yaw, 0.0, 0.0, FocusOfExpansion(slope=-0.05, slope_variance=0.004 ** 2), 100.0, 1.0,
-        1e-8, passing)
-    estimator.add(YawMeasurement(Shift(0.0, 0.0, 0.1), yaw, True, 1.0, motion), 10**8, 0.1)
-    assert learning.travels == ([(-0.05, pytest.approx(0.004))] if learns else [])

@@ -1,0 +1,242 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Measures the yaw in the frames of a camera, whose lens is given or learned from the drive."""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+from phase_traj_ros.core.calibration.self_calibration import SelfCalibration
+from phase_traj_ros.core.camera.estimate import CameraEstimate, FieldOfView
+from phase_traj_ros.core.camera.in_use import CameraInUse
+from phase_traj_ros.core.camera.lens import Lens
+from phase_traj_ros.core.camera.model import CameraModel
+from phase_traj_ros.core.camera.projection import CylinderProjection
+from phase_traj_ros.core.correlation.mask import check_size
+from phase_traj_ros.core.correlation.phase_correlation import check_frame, Shift
+from phase_traj_ros.core.frames.pixel_weights import PixelWeights
+from phase_traj_ros.core.rotation.yaw_meter import YawMeasurement, YawMeter
+from phase_traj_ros.errors import FrameError
+
+
+class YawCamera:
+    """
+    Measures the yaw of each pair of frames.
+
+    The lens may change: to another one that is given, and to better ones that are learned from the
+    drive.
+    """
+
+    def __init__(
+        self, lens: Lens, *, rotate_180: bool = False, mask: NDArray[np.float32] | None = None,
+        learning: SelfCalibration | None = None, keyframes: bool = True,
+    ) -> None:
+        """
+        Make a camera. The first frame sets the size of the frames.
+
+        Parameters
+        ----------
+        lens
+            Focal length, field of view or calibration of the camera.
+        rotate_180
+            Whether the camera is mounted upside down.
+        mask
+            Weight of each pixel of the frames, (H, W), 0 to 1.
+        learning
+            Self-calibration, if ``lens`` is a guess. The camera that it finds replaces ``lens``,
+            and the heading so far is corrected.
+        keyframes
+            Whether a frame may be compared with an earlier one than its predecessor.
+
+        """
+        self._keyframes = keyframes
+        self.lens = lens
+        """Lens in use; ``use_lens`` changes it."""
+        self._learning = learning
+        self._learned = False
+        # The newest frame, for a new meter.
+        self._newest: NDArray[np.uint8] | None = None
+        self._rotate_180 = rotate_180
+        self._weights = PixelWeights(mask)
+        self._meter: YawMeter | None = None
+        self._shape: tuple[int, ...] = ()
+        self._focal = (0.0, 0.0)
+        self._mask_learning()
+
+    @property
+    def field_of_view(self) -> FieldOfView | None:
+        """Return the field of view learned from the turns; None if it is not learned."""
+        estimate = self.lens.estimate
+        return None if estimate is None else estimate.field_of_view
+
+    @property
+    def learned(self) -> CameraEstimate | None:
+        """Return the camera learned from the drive; None before a turn, or if it is known."""
+        if self._learning is None or self._learning.turns == 0:
+            return None
+        return self._learning.estimate
+
+    @property
+    def focal_px(self) -> float:
+        """Return the horizontal focal length in pixels of the frames; 0 before the first frame."""
+        return self._focal[0]
+
+    @property
+    def camera(self) -> CameraInUse | None:
+        """Return the camera in use; None before the first frame."""
+        return CameraInUse.of(self.lens, self._shape[1]) if self._shape else None
+
+    @property
+    def model(self) -> CameraModel:
+        """Return the camera model of the upright image, for frames like the newest one."""
+        camera = self.lens.camera_for((self._shape[0], self._shape[1]))
+        return camera.turned_180() if self._rotate_180 and self.lens.calibrated else camera
+
+    @property
+    def counting(self) -> NDArray[np.float32] | None:
+        """Return the weight of each pixel, (H, W), 0 to 1; None if all count equally."""
+        return self._weights.counting
+
+    def use_lens(self, lens: Lens) -> None:
+        """
+        Continue with another lens; an equal lens has no effect.
+
+        The heading is kept, and corrected if the previous lens was a guess. The next frame becomes
+        the first of a pair.
+        """
+        if lens != self.lens:
+            self._change(lens)
+            self._meter = self._learning = self._newest = None
+
+    def turn_180(self, upside_down: bool) -> None:
+        """Continue with the camera mounted this way up; the next frame is the first of a pair."""
+        if upside_down != self._rotate_180:
+            self._rotate_180 = upside_down
+            self._meter = None
+            if self._learning is not None:
+                # The learned tilt applies to the other mounting.
+                self._learning.forget()
+            self._mask_learning()
+
+    def leave_out(self, weights: NDArray[np.uint8] | None) -> None:
+        """
+        Continue without the areas that are fixed to the camera; no pair is lost.
+
+        ``weights`` are those of the pixels of the frames in addition to the mask, (H, W), 0 to
+        255; None if all count equally.
+        """
+        self._weights.use(weights)
+        self._mask_learning()
+        if self._meter is not None:
+            self._meter.use_mask(self._weights.counting)
+
+    def forget_frame(self) -> None:
+        """Make the next frame the first of a pair; the heading is kept."""
+        if self._meter is not None:
+            self._meter.reset()
+
+    def correlation_map(self) -> NDArray[np.float32]:
+        """Return the correlation map of the newest pair on the cylinder; (0, 0) at first."""
+        if self._meter is None:
+            return np.zeros((0, 0), np.float32)
+        return self._meter.correlation_map()
+
+    def measure(self, frame: NDArray[np.uint8], interval: float) -> YawMeasurement | None:
+        """
+        Return the yaw measurement of the next frame, None for the first frame of a pair.
+
+        Raises
+        ------
+        FrameError
+            The frame cannot be used. The state is unchanged.
+
+        """
+        if (self._meter is not None and self.lens.focal_px
+                and frame.shape[1:] != self._shape[1:]):
+            raise FrameError(
+                f'frames of {frame.shape[1]}x{frame.shape[0]} pixels after frames of'
+                f' {self._shape[1]}x{self._shape[0]}, but focal_px is for one size: give hfov_deg'
+                ' instead, or use_lens with the focal length for the new size')
+        if self._meter is None or frame.shape != self._shape:
+            self._meter = self._make_meter(frame, self.lens)
+        measurement = self._meter.update(frame, interval)
+        if self._learning is not None:
+            self._newest = frame
+            # Not the shift of the whole image: in a gentle bend, parallax may exceed the yaw.
+            yaw = None if measurement is None else measurement.yaw
+            self._learned |= self._learning.update(
+                _upright(frame) if self._rotate_180 else frame,
+                0.0 if yaw is None else self._focal[0] * tangent(yaw), interval)
+        return measurement
+
+    def foresees(self, frame: NDArray[np.uint8], waited: float, interval: float) -> bool:
+        """Return whether a frame needs no measurement; see ``YawMeter.foresees``."""
+        return (self._meter is not None and frame.shape == self._shape
+                and self._meter.foresees(frame, waited, interval))
+
+    def shift_of(self, measurement: YawMeasurement | None) -> Shift | None:
+        """Return the shift at the centre of the image, in pixels of the full frame."""
+        if measurement is None:
+            return None
+        shift = measurement.shift
+        return Shift(
+            self._focal[0] * tangent(shift.dx / self._px_per_rad),
+            shift.dy * (self._focal[1] / self._px_per_rad), shift.response)
+
+    def _learn(self, stamp_ns: int) -> None:
+        """Use what was learned up to a pair, if it is better."""
+        if self._learning is not None:
+            self._learning.see(stamp_ns)
+            if self._learned:
+                self._adopt(self._learning.estimate)
+
+    def _mask_learning(self) -> None:
+        if self._learning is not None:
+            self._learning.use_mask(self._weights.as_seen(rotate_180=self._rotate_180))
+
+    def _adopt(self, estimate: CameraEstimate) -> None:
+        """Continue with the camera learned from the drive, if it differs or is known better."""
+        self._learned = False
+        assert self._newest is not None and self.camera is not None
+        lens = Lens(estimate=estimate)
+        if self.camera.settled and lens.is_close_to(self.lens, self._newest.shape[1]):
+            return
+        try:
+            self._meter = self._make_meter(self._newest, lens)
+        except FrameError:
+            # The frames cannot be measured with this lens: keep the guess.
+            return
+        self._change(lens)
+        self._meter.update(self._newest, 0.0)
+
+    def _change(self, lens: Lens) -> None:
+        """Use another lens from now on."""
+        self.lens = lens
+
+    def _make_meter(self, frame: NDArray[np.uint8], lens: Lens) -> YawMeter:
+        if self._weights.mask is not None:
+            check_size(frame, self._weights.mask)
+        camera = lens.camera_for((frame.shape[0], frame.shape[1]))
+        if self._rotate_180 and not lens.calibrated:
+            # Numbers and estimates describe the upright image, calibrations the frames.
+            camera = camera.turned_180()
+        projection = CylinderProjection(camera, rotate_180=self._rotate_180)
+        # A rejected frame must not change the state.
+        check_frame(projection(frame))
+        meter = YawMeter(
+            projection, mask=self._weights.mask, keyframes=self._keyframes)
+        if self._weights.keep_for(frame.shape):
+            meter.use_mask(self._weights.counting)
+        self._focal = (camera.fx, camera.fy)
+        self._px_per_rad = projection.px_per_rad
+        self._shape = frame.shape
+        return meter
+
+
+def tangent(angle: float) -> float:
+    """Return the tangent of an angle in radians, limited to what a picture may show."""
+    return math.tan(min(max(angle, -1.5), 1.5))
+
+
+def _upright(frame: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    return np.ascontiguousarray(frame[::-1, ::-1])
