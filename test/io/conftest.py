@@ -115,18 +115,22 @@ class BagMaker:
         typesys = pytest.importorskip('rosbags.typesys')
         store = typesys.Stores.ROS1_NOETIC if kind == 'ros1' else typesys.Stores.ROS2_JAZZY
         self.typestore = typesys.get_typestore(store)
+        if kind == 'ros1':
+            self.typestore.register(typesys.get_types_from_msg(
+                'geometry_msgs/TransformStamped[] transforms', 'tf2_msgs/msg/TFMessage'))
 
-    def _header(self, stamp_ns: int) -> Any:
+    def header(self, stamp_ns: int, frame_id: str = 'camera') -> Any:
+        """Return a std_msgs/Header."""
         time = self.typestore.types['builtin_interfaces/msg/Time'](
             sec=stamp_ns // SECOND, nanosec=stamp_ns % SECOND)
         fields = {'seq': 0} if self.kind == 'ros1' else {}
         return self.typestore.types['std_msgs/msg/Header'](
-            stamp=time, frame_id='camera', **fields)
+            stamp=time, frame_id=frame_id, **fields)
 
     def image(self, array: np.ndarray, stamp_ns: int, encoding: str = 'mono8') -> Any:
         """Return a raw image message."""
         return self.typestore.types['sensor_msgs/msg/Image'](
-            header=self._header(stamp_ns), height=array.shape[0], width=array.shape[1],
+            header=self.header(stamp_ns), height=array.shape[0], width=array.shape[1],
             encoding=encoding, is_bigendian=0, step=array.strides[0],
             data=np.frombuffer(array.tobytes(), np.uint8))
 
@@ -135,7 +139,7 @@ class BagMaker:
         done, data = cv2.imencode(suffix, array)
         assert done
         return self.typestore.types['sensor_msgs/msg/CompressedImage'](
-            header=self._header(stamp_ns), format=suffix[1:], data=data.ravel())
+            header=self.header(stamp_ns), format=suffix[1:], data=data.ravel())
 
     def camera_info(
         self, *, focal: float = 30.0, width: int = 32, height: int = 24,
@@ -152,8 +156,20 @@ class BagMaker:
         roi = self.typestore.types['sensor_msgs/msg/RegionOfInterest'](
             x_offset=0, y_offset=0, height=0, width=0, do_rectify=False)
         return self.typestore.types['sensor_msgs/msg/CameraInfo'](
-            header=self._header(SECOND), height=height, width=width,
+            header=self.header(SECOND), height=height, width=width,
             distortion_model='plumb_bob', binning_x=0, binning_y=0, roi=roi, **fields)
+
+    def transforms(self, *links: tuple[str, str, tuple[float, ...], tuple[float, ...]]) -> Any:
+        """Return a TFMessage: from each frame to each other, the place and the quaternion."""
+        types = self.typestore.types
+        return types['tf2_msgs/msg/TFMessage'](transforms=[
+            types['geometry_msgs/msg/TransformStamped'](
+                header=self.header(SECOND, above), child_frame_id=below,
+                transform=types['geometry_msgs/msg/Transform'](
+                    translation=types['geometry_msgs/msg/Vector3'](**dict(zip('xyz', place))),
+                    rotation=types['geometry_msgs/msg/Quaternion'](
+                        **dict(zip('xyzw', rotation)))))
+            for above, below, place, rotation in links])
 
     def text(self, text: str) -> Any:
         """Return a std_msgs/String."""

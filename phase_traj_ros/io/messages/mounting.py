@@ -3,9 +3,9 @@
 """
 How the camera is mounted on the vehicle, from the transforms on /tf_static.
 
-This module does not need ROS: it accepts any object with the fields of
-geometry_msgs/TransformStamped. Sources: REP 103 (axes of bodies and of optical frames), REP 105
-(base_link) and REP 120 (base_footprint).
+This module does not need ROS: it accepts any object with the fields of tf2_msgs/TFMessage.
+Sources: REP 103 (axes of bodies and of optical frames), REP 105 (base_link) and REP 120
+(base_footprint).
 """
 
 from collections.abc import Iterator
@@ -21,6 +21,8 @@ from phase_traj_ros.core.path.odometry import Odometry
 from phase_traj_ros.core.path.trajectory import Corner
 from phase_traj_ros.parameters import Parameters
 
+STATIC_TOPIC: Final = '/tf_static'
+TF_TYPE: Final = 'tf2_msgs/msg/TFMessage'
 FOOTPRINT: Final = 'base_footprint'
 """Frame on the ground below the vehicle, from which heights are measured if it is there."""
 
@@ -114,8 +116,12 @@ class StaticFrames:
         """Know no frame."""
         self._above: dict[str, tuple[str, _Pose]] = {}
 
-    def add(self, transform: Any) -> None:
-        """Add a geometry_msgs/TransformStamped; one that is not a pose is left out."""
+    def add(self, message: Any) -> None:
+        """Add the transforms of a tf2_msgs/TFMessage; one that is not a pose is left out."""
+        for transform in message.transforms:
+            self._add(transform)
+
+    def _add(self, transform: Any) -> None:
         part = transform.transform
         rotation = _rotation(part.rotation)
         if rotation is None:

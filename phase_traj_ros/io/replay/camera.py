@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
 from phase_traj_ros.core import Lens, Measured
-from phase_traj_ros.errors import CalibrationError
+from phase_traj_ros.errors import CalibrationError, PhaseTrajError
 from phase_traj_ros.io.replay.estimator import make_estimator, outcomes
 from phase_traj_ros.io.sources.base import Entry, FrameSource, UnreadableFrame
 from phase_traj_ros.parameters import Parameters
@@ -15,6 +15,21 @@ from phase_traj_ros.parameters import Parameters
 _SOON_NS = 39_000_000
 # Parts of turns after which further ones would not change the camera by more than its error.
 _ENOUGH_TURNS = 8
+
+
+def mounted(source: FrameSource, parameters: Parameters) -> tuple[Parameters, tuple[str, ...]]:
+    """
+    Return the parameters with what the source tells of the place of the camera on the vehicle.
+
+    It stands in for what no parameter sets, as in the node. The texts say what is doubtful.
+    """
+    try:
+        mount = source.mount(parameters.child_frame_id)
+        if mount is None:
+            return parameters, ()
+        return mount.fill_in(parameters)[0], tuple(mount.doubts(parameters))
+    except PhaseTrajError as error:
+        return parameters, (f'/tf_static is not used: {error}',)
 
 
 def known_lens(source: FrameSource, parameters: Parameters) -> tuple[Lens | None, str]:

@@ -75,6 +75,8 @@ class Replay:
     """How many frames the source has, as far as it is known."""
     unused_calibration: str = ''
     """Why the calibration in the source is not used; empty if it is, or there is none."""
+    mounting_doubts: tuple[str, ...] = ()
+    """What is doubtful about the place of the camera that the source gives."""
     first_skipped: str = ''
     """The first frame that was skipped, and why; empty if there is none."""
 
@@ -83,7 +85,8 @@ class Replay:
         """Return what is wrong with the source, in sentences without capital and full stop."""
         unused = self.unused_calibration and (
             f'the calibration is not used: {self.unused_calibration}')
-        return tuple(each for each in (self.source_frames.problem, unused) if each)
+        return tuple(
+            each for each in (self.source_frames.problem, unused, *self.mounting_doubts) if each)
 
     @property
     def pairs_without_speed(self) -> int:

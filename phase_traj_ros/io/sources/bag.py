@@ -3,8 +3,8 @@
 """
 Frames from ROS 2 and ROS 1 bags, without ROS: read by rosbags, or else by rosbag2_py.
 
-Only images, the CameraInfo of their camera and speeds are deserialised, with the standard ROS
-definitions of these types. So a bag opens whatever other types it contains.
+Only images, the CameraInfo of their camera, speeds and /tf_static are deserialised, with the
+standard ROS definitions of these types. So a bag opens whatever other types it contains.
 """
 
 from collections.abc import Callable, Collection, Generator, Iterable, Iterator
@@ -28,6 +28,7 @@ from phase_traj_ros.errors import (
 from phase_traj_ros.io.images.decoding import GreyImage
 from phase_traj_ros.io.messages.camera_info import camera_from_info, CAMERA_INFO_TYPE
 from phase_traj_ros.io.messages.image import encoding_of, msg_to_frame
+from phase_traj_ros.io.messages.mounting import Mount, STATIC_TOPIC, StaticFrames, TF_TYPE
 from phase_traj_ros.io.messages.speed import SPEED_OF
 from phase_traj_ros.io.messages.stamps import StampRule, to_nanoseconds
 from phase_traj_ros.io.sources import rosbag2_reader
@@ -108,6 +109,20 @@ class BagSource(FrameSource):
         if unusable is None:
             return None
         raise CalibrationError(f'{self._path}, topic {topic}: {unusable}') from unusable
+
+    def mount(self, base_frame: str) -> Mount | None:
+        """
+        Return how the frame of the first image is mounted, by /tf_static; None if that is unknown.
+
+        Raises SourceError if a message cannot be read.
+        """
+        frames = StaticFrames()
+        with closing(self._messages_of(STATIC_TOPIC, [TF_TYPE])) as messages:
+            for message, _ in messages:
+                frames.add(message)
+        with closing(self._messages_of(self._topic.name, IMAGE_TYPES)) as images:
+            first = next(images, None)
+        return first and frames.mount(base_frame, first[0].header.frame_id)
 
     def speeds(self, topic: str) -> Iterator[Speed]:
         """
@@ -207,10 +222,14 @@ def _access(
 ) -> tuple[Callable[[Path], Any], Callable[[bytes, str], Any]]:
     """Return what opens a bag of ROS 1 or 2, and what deserialises, given bytes and type name."""
     try:
-        from rosbags.typesys import get_typestore, Stores
+        from rosbags.typesys import get_types_from_msg, get_typestore, Stores
         if ros == 1:
             from rosbags.rosbag1 import Reader as Reader1
-            return Reader1, get_typestore(Stores.ROS1_NOETIC).deserialize_ros1
+            store = get_typestore(Stores.ROS1_NOETIC)
+            # It lacks this type.
+            store.register(get_types_from_msg(
+                'geometry_msgs/TransformStamped[] transforms', TF_TYPE))
+            return Reader1, store.deserialize_ros1
         from rosbags.rosbag2 import Reader as Reader2
         if not path.is_dir():
             # Since it has this, it reads single files.

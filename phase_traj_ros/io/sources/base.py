@@ -11,6 +11,7 @@ from typing import Final, TypeAlias
 from phase_traj_ros.core.camera.model import CameraModel
 from phase_traj_ros.errors import FrameError, SourceError
 from phase_traj_ros.io.images.decoding import GreyImage
+from phase_traj_ros.io.messages.mounting import Mount
 from phase_traj_ros.io.sources.selection import Selection, Selector
 
 DEFAULT_FPS: Final = 10.0
@@ -147,6 +148,18 @@ class FrameSource(ABC):
             The calibration cannot be read.
         CalibrationError
             The calibration cannot be used.
+
+        """
+        return None
+
+    def mount(self, base_frame: str) -> Mount | None:
+        """
+        Return how the camera is mounted on the frame ``base_frame``; None if that is unknown.
+
+        Raises
+        ------
+        SourceError
+            The transforms cannot be read.
 
         """
         return None

@@ -5,7 +5,7 @@
 from collections.abc import Callable
 from typing import Any
 
-from phase_traj_ros.io.messages.mounting import Mount, StaticFrames
+from phase_traj_ros.io.messages.mounting import Mount, STATIC_TOPIC, StaticFrames
 from phase_traj_ros.ros.entities import Entities
 from rclpy.qos import DurabilityPolicy, QoSProfile
 
@@ -35,7 +35,7 @@ class MountInput:
             from tf2_msgs.msg import TFMessage
         except ImportError:
             return
-        entities.create_subscription(TFMessage, '/tf_static', self.add, _QOS)
+        entities.create_subscription(TFMessage, STATIC_TOPIC, self.add, _QOS)
 
     def seen_by(self, camera_frame: str) -> bool:
         """Record the frame of the images; return whether ``on_mount`` was called."""
@@ -46,8 +46,7 @@ class MountInput:
 
     def add(self, message: Any) -> None:
         """Add the transforms of a tf2_msgs/TFMessage."""
-        for transform in message.transforms:
-            self._frames.add(transform)
+        self._frames.add(message)
         self._look()
 
     def _look(self) -> bool:

@@ -12,7 +12,7 @@ from enum import Enum
 
 from phase_traj_ros.io.outputs.commit import writing_to
 from phase_traj_ros.io.outputs.outputs import Outputs
-from phase_traj_ros.io.replay.camera import known_lens, learned_lens
+from phase_traj_ros.io.replay.camera import known_lens, learned_lens, mounted
 from phase_traj_ros.io.replay.kept import KeptFrames
 from phase_traj_ros.io.replay.run import Replay, replay, Watcher
 from phase_traj_ros.io.results.bag import BagSink
@@ -68,7 +68,7 @@ def replay_source(
         A package is missing that the source or a result needs.
 
     """
-    parameters = request.parameters
+    parameters, mounting_doubts = mounted(source, request.parameters)
     with ExitStack() as stack:
         owner = stack.enter_context(Outputs(
             inputs=request.inputs, force=request.force, batch=request.batch))
@@ -99,7 +99,8 @@ def replay_source(
                 through(again, last), parameters, source=source.description, watchers=seen,
                 lens=lens, speeds=speeds, strict=request.strict)
         result = replace(
-            result, source_frames=source.frames, unused_calibration=unused_calibration)
+            result, source_frames=source.frames, unused_calibration=unused_calibration,
+            mounting_doubts=mounting_doubts)
         if request.output is not None:
             _give_memory_back()
             with writing_to(request.output):

@@ -40,8 +40,7 @@ def result(odometry):
 
 def frames(*transforms):
     tree = StaticFrames()
-    for each in transforms:
-        tree.add(each)
+    tree.add(SimpleNamespace(transforms=transforms))
     return tree
 
 

@@ -18,7 +18,7 @@ def message(maker, msgtype, stamp_ns, speed):
     vector = types['geometry_msgs/msg/Vector3']
     twist = types['geometry_msgs/msg/Twist'](
         linear=vector(x=speed, y=0.5, z=0.0), angular=vector(x=0.0, y=0.0, z=0.1))
-    header = maker._header(stamp_ns)
+    header = maker.header(stamp_ns)
     if msgtype == TWIST:
         return types[TWIST](header=header, twist=twist)
     covariant = types['geometry_msgs/msg/TwistWithCovariance'](twist=twist, covariance=zeros)

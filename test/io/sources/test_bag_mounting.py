@@ -1,0 +1,85 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The place of the camera on the vehicle, from the /tf_static of a bag."""
+
+from phase_traj_ros.core import LengthUnit
+from phase_traj_ros.io import open_source
+from phase_traj_ros.io.replay.camera import mounted
+from phase_traj_ros.parameters import Parameters
+from phase_traj_ros.synthetic import Camera, plan_drive, render_drive, Straight
+from phase_traj_ros.tasks.batch.job import replay_source
+from phase_traj_ros.tasks.batch.request import ReplayRequest
+import pytest
+
+SECOND = 1_000_000_000
+IMAGE, TF, STRING = 'sensor_msgs/msg/Image', 'tf2_msgs/msg/TFMessage', 'std_msgs/msg/String'
+# Quaternions of a housing that looks ahead, that looks 10 degrees down, and upside down.
+AHEAD, DOWN, OVER = (0.0, 0.0, 0.0, 1.0), (0.0, 0.0871557, 0.0, 0.9961947), (1.0, 0.0, 0.0, 0.0)
+
+
+def bag(maker, path, drive_frame, *messages, kind=TF):
+    """Write a bag of one image and what is on /tf_static; return its parameters and doubts."""
+    maker_path = maker.write(path, {
+        '/image': (IMAGE, [(SECOND, maker.image(drive_frame(0), SECOND))]),
+        '/tf_static': (kind, [(SECOND + n, message) for n, message in enumerate(messages)])})
+    with open_source(maker_path) as source:
+        return mounted(source, Parameters()), mounted(source, Parameters(camera_height=2.0))
+
+
+def test_a_bag_tells_the_place_of_its_camera(tmp_path, maker, drive_frame):
+    (found, doubts), (given, _) = bag(
+        maker, tmp_path / 'bag', drive_frame,
+        # From two publishers; the second one is late.
+        maker.transforms(('mast', 'camera', (0.2, 0.0, 0.65), DOWN)),
+        maker.transforms(('base_link', 'mast', (1.0, 0.0, 1.0), AHEAD)))
+    assert found.camera_height == pytest.approx(1.65)
+    assert found.camera_pitch_deg == pytest.approx(10.0, abs=1e-4)
+    assert doubts == ()
+    # Parameters win.
+    assert given.camera_height == 2.0
+    assert given.camera_pitch_deg == found.camera_pitch_deg
+
+
+def test_what_is_doubtful_is_said(tmp_path, mcap_maker, drive_frame):
+    (_, doubts), _ = bag(
+        mcap_maker, tmp_path / 'bag', drive_frame,
+        mcap_maker.transforms(('base_link', 'camera', (1.0, 0.0, 1.0), OVER)))
+    assert [doubt.partition(':')[0] for doubt in doubts] == ['camera is mounted upside down']
+
+
+def test_other_frames_tell_nothing(tmp_path, mcap_maker, drive_frame):
+    for name, *messages in (('none',), ('other', mcap_maker.transforms(
+            ('base_link', 'lidar', (1.0, 0.0, 1.0), AHEAD)))):
+        found, _ = bag(mcap_maker, tmp_path / name, drive_frame, *messages)
+        assert found == (Parameters(), ())
+
+
+def test_a_transform_that_cannot_be_read_does_not_stop_a_replay(
+        tmp_path, mcap_maker, drive_frame, monkeypatch):
+    message = mcap_maker.transforms(('base_link', 'camera', (1.0, 0.0, 1.0), AHEAD))
+    whole = mcap_maker.typestore.serialize_cdr
+    monkeypatch.setattr(
+        mcap_maker.typestore, 'serialize_cdr',
+        lambda each, kind: whole(each, kind)[:20 if kind == TF else None])
+    (found, doubts), _ = bag(mcap_maker, tmp_path / 'bag', drive_frame, message)
+    assert found == Parameters()
+    assert len(doubts) == 1 and '/tf_static is not used' in doubts[0]
+
+
+def test_a_bag_with_its_transforms_is_replayed_in_metres(tmp_path, mcap_maker):
+    camera = Camera.with_field_of_view(320, 240, 70.0, above_ground=1.5)
+    drive = plan_drive('', [Straight(3.0)], speed=6.0, seed=3, camera=camera)
+    info = mcap_maker.camera_info(
+        focal=camera.focal, width=320, height=240, distortion=(0.0,) * 5)
+    path = mcap_maker.write(tmp_path / 'bag', {
+        '/image': (IMAGE, [
+            (stamp, mcap_maker.image(frame, stamp))
+            for stamp, frame in zip(drive.stamps_ns.tolist(), render_drive(drive))]),
+        '/camera_info': ('sensor_msgs/msg/CameraInfo', [(int(drive.stamps_ns[0]), info)]),
+        '/tf_static': (TF, [(int(drive.stamps_ns[0]), mcap_maker.transforms(
+            ('base_link', 'camera', (1.0, 0.0, 1.5), AHEAD)))])})
+    with open_source(path) as source:
+        result = replay_source(source, ReplayRequest(source=path))
+    assert result.parameters.settings.length_unit is LengthUnit.METRE
+    assert result.way.distance == pytest.approx(18.0, rel=0.03)
+    assert result.problems == ()
