@@ -16,6 +16,7 @@ from phase_traj_ros.ros.nodes.work import Work
 from phase_traj_ros.ros.spin import names_explained
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
+
 _AUTOSTART: Final = Spec(
     field='autostart', default=True, read_only=True,
     description='Whether the node configures and activates itself at its start.')
