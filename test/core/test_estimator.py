@@ -254,7 +254,7 @@ def test_a_mask_may_not_vanish_when_frames_are_reduced():
     mask = np.zeros((101, 101), np.uint8)
     mask[100, 100] = 255
     TrajectoryEstimator(EstimatorSettings(), mask=mask)
-    with pytest.raises(ValueError, match='mask is empty .* with a decimation of 2'):
+    with pytest.raises(ValueError, match=r'mask is empty .* with a decimation of 2'):
         TrajectoryEstimator(EstimatorSettings(view=View(decimation=2)), mask=mask)
 
 
