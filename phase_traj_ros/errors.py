@@ -52,11 +52,6 @@ class MissingDependencyError(PhaseTrajError, ImportError):
     """A requested feature needs an optional dependency that is not installed."""
 
 
-def said(error: Exception) -> str:
-    """Return the message of an error; one that is not raised on purpose has its class before."""
-    return str(error) if isinstance(error, PhaseTrajError) else f'{type(error).__name__}: {error}'
-
-
 @contextmanager
 def reading(path: object) -> Iterator[None]:
     """

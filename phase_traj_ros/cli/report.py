@@ -19,6 +19,8 @@ def print_result(result: Replay) -> None:
     _print_turns(result.turns)
     if result.camera is not None:
         print(f'camera: {result.camera}')
+    if result.mounting:
+        print(result.mounting)
     _print_way(result)
 
 
@@ -62,7 +64,8 @@ def _print_series(name: str, series: CodeSeries[Any]) -> None:
 
 
 def _warnings(result: Replay) -> Iterator[str]:
-    """Yield what is wrong with the data."""
+    """Yield what is wrong with the settings and the data."""
+    yield from result.parameters.notices
     yield from result.problems
     if result.counters.skipped:
         yield f'frames skipped: {result.counters.skipped}; the first: {result.first_skipped}'

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from phase_traj_ros.core.correlation.mask import check_size, mask_shares, mask_weights
+from phase_traj_ros.core.correlation.mask import check_size, mask_shares
 from phase_traj_ros.core.correlation.phase_correlation import (
     check_frame,
     Frame,
@@ -76,14 +76,10 @@ class PairMeter:
             The mask is empty within the view.
 
         """
-        if self.mask is None:
-            return
-        try:
-            mask_weights(settings.view.of(self.mask))
-        except ValueError:
+        if self.mask is not None and not settings.view.of(self.mask).any():
             raise ValueError(
-                'mask is empty (0 everywhere) within the band of rows and columns: give a wider'
-                ' band, or a mask that covers less') from None
+                f'mask is empty (0 everywhere) with a decimation of {settings.view.decimation}:'
+                ' give less, or a mask that covers less')
 
     def reconfigure(self, settings: EstimatorSettings) -> None:
         """Apply other settings, which ``check`` has accepted."""

@@ -169,7 +169,7 @@ class _Loader(yaml.SafeLoader):  # type: ignore[misc]
 
 
 _Loader.add_implicit_resolver(
-    'tag:yaml.org,2002:float', re.compile(r'[-+]?(\d+\.?\d*|\.\d+)[eE][-+]?\d+$'),
+    'tag:yaml.org,2002:float', re.compile(r'[-+]?(\d+\.?\d*[eE][-+]?\d+|\.\d+([eE][-+]?\d+)?)$'),
     list('-+.0123456789'))
 
 
@@ -186,6 +186,8 @@ def _sections(path: Path) -> list[tuple[str, Mapping[object, object]]]:
             raise ParameterError(
                 f'{path} is larger than {_MOST_BYTES >> 10} KiB: give a ROS parameter file')
         return list(_find_sections(path, '', _loaded(text.decode('utf-8'))))
+    except ParameterError:
+        raise
     except (OSError, UnicodeDecodeError) as error:
         reason = error.strerror if isinstance(error, OSError) else 'not a text file'
         raise ParameterError(f'cannot read the parameter file {path}: {reason}') from None

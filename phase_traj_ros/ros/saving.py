@@ -10,7 +10,7 @@ from pathlib import Path
 import tempfile
 
 from phase_traj_ros.core import TrajectoryEstimator
-from phase_traj_ros.errors import OutputError, said
+from phase_traj_ros.errors import OutputError, PhaseTrajError
 from phase_traj_ros.io.outputs.commit import writing_to
 from phase_traj_ros.io.results.snapshot import Snapshot
 from phase_traj_ros.parameters import Parameters
@@ -136,7 +136,9 @@ class DriveFolders:
 def _write(snapshot: Snapshot, folder: Path, on_done: Callable[[bool, str], None]) -> None:
     try:
         snapshot.write(folder)
+    except PhaseTrajError as error:
+        on_done(False, str(error))
     except Exception as error:  # the caller waits for a response in any case
-        on_done(False, said(error))
+        on_done(False, f'{type(error).__name__}: {error}')
     else:
         on_done(True, f'written to {folder}')

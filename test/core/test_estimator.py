@@ -250,6 +250,14 @@ def test_a_mask_counts_by_its_ratios_for_the_heading_too(scale):
     assert [each.heading for each in updates[1:]] == [each.heading for each in expected[1:]]
 
 
+def test_a_mask_may_not_vanish_when_frames_are_reduced():
+    mask = np.zeros((101, 101), np.uint8)
+    mask[100, 100] = 255
+    TrajectoryEstimator(EstimatorSettings(), mask=mask)
+    with pytest.raises(ValueError, match=r'mask is empty .* with a decimation of 2'):
+        TrajectoryEstimator(EstimatorSettings(view=View(decimation=2)), mask=mask)
+
+
 def test_a_gap_keeps_the_direction_and_ends_the_turn():
     estimator = TrajectoryEstimator(EstimatorSettings(max_gap=0.5))
     feed(estimator, [FRAME, FRAME, TURNED])

@@ -98,7 +98,7 @@ def test_errors_are_reported_in_one_line(file, text, message):
     with pytest.raises(ParameterError, match=message) as caught:
         read_parameters(file(text))
     assert '\n' not in str(caught.value)
-    assert 'params.yaml' in str(caught.value)
+    assert str(caught.value).count('params.yaml') == 1
 
 
 def test_a_file_that_cannot_be_read(tmp_path):
@@ -130,7 +130,8 @@ def test_files_that_come_with_the_package_can_be_read(name):
 
 @pytest.mark.parametrize(('text', 'expected'), [
     ('a:=1', ('a', 1)), ('a:=1.5', ('a', 1.5)), ('a:=true', ('a', True)), ('a:=b', ('a', 'b')),
-    ('a:=', ('a', '')), ("a:='1'", ('a', '1')), ('a:=b:=c', ('a', 'b:=c'))])
+    ('a:=-.5', ('a', -0.5)), ('a:=+2e1', ('a', 20.0)), ('a:=', ('a', '')),
+    ("a:='1'", ('a', '1')), ('a:=b:=c', ('a', 'b:=c'))])
 def test_assignments_are_those_of_ros(text, expected):
     assert parse_assignment(text) == expected
 

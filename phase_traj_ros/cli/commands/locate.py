@@ -14,7 +14,6 @@ from phase_traj_ros.cli.options import (
     add_force,
     add_parameters,
     add_source,
-    print_notices,
     request_of,
     SOURCE_HELP,
 )
@@ -142,7 +141,6 @@ def _odometry(options: Namespace) -> tuple[DriveOdometry, Path | None]:
         _refuse_replaying(options)
         return read_odometry(source), source / _CODES if of_results else None
     request = request_of(options, source, also_read=(options.map,))
-    print_notices(request.parameters)
     with request.opened() as opened:
         result = replay_source(
             opened, request,

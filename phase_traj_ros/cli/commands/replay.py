@@ -70,8 +70,8 @@ def add_parser(commands: Any) -> None:
 def run(options: Namespace) -> int | None:
     """Run the command; return the exit status, None for success."""
     request = request_of(options, options.sources[0])
-    print_notices(request.parameters)
     if len(options.sources) > 1 or options.dask is not None:
+        print_notices(request.parameters)
         return replay_many(request, options)
     watch = _Stopwatch()
     with request.opened() as source:

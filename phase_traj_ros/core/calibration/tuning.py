@@ -64,6 +64,10 @@ class CalibrationTuning:
     """...which ends with a shorter step than this."""
     back_px: float = 0.4
     """Largest error of a point that is tracked forward and back."""
+    fixed_px: float = 0.5
+    """A point that moves by less is fixed to the camera..."""
+    moved_px: float = 3.0
+    """...if the image moves by more than this: a bumper may have most of the texture."""
     followed_share: float = 0.25
     """A stretch ends if a smaller share of the points can be tracked."""
 

@@ -205,6 +205,8 @@ class _Stretch:
         edge, size = TUNING.edge_px, (self._width, self._height)
         good = there & back & (np.hypot(*(came - self._points).T) < TUNING.back_px)
         good &= ((found > edge) & (found < np.subtract(size, edge + 1))).all(axis=1)
+        if abs(moved) > TUNING.moved_px:
+            good &= np.hypot(*(found - self._points).T) > TUNING.fixed_px
         if good.mean() < TUNING.followed_share:
             return False
         self._points, self._names, self._picture = found[good], self._names[good], picture

@@ -157,7 +157,8 @@ class HeadingTracker:
         It comes ``seconds`` after the newest pair, whose state does not change. ``deviation`` is
         the standard deviation of what is foreseen, in radians.
         """
-        yaw = self.rate * seconds
+        # Not -0.0 for a picture that is repeated in a turn to the right.
+        yaw = self.rate * seconds or 0.0
         return HeadingStep(
             yaw, self.rate, self.heading + yaw, False, self._variance_rate * seconds,
             foreseen=deviation, scale=self.scale_deviation)

@@ -40,7 +40,7 @@ def read_xml(path: Path, roads: Roads) -> list[OsmWay]:
     except (EOFError, ElementTree.ParseError, zlib.error) as error:
         raise MapError(
             f'{path} is truncated or damaged ({error}): download or cut it again') from None
-    except (gzip.BadGzipFile, ValueError, KeyError) as error:
+    except (gzip.BadGzipFile, ValueError, KeyError, OverflowError) as error:
         raise _no_osm(path, error) from None
     except OSError as error:
         # bz2 has no error of its own; those of the operating system have a number.

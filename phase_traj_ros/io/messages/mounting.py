@@ -8,7 +8,7 @@ Sources: REP 103 (axes of bodies and of optical frames), REP 105 (base_link) and
 (base_footprint).
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 import math
 from typing import Any, Final
@@ -26,7 +26,8 @@ TF_TYPE: Final = 'tf2_msgs/msg/TFMessage'
 FOOTPRINT: Final = 'base_footprint'
 """Frame on the ground below the vehicle, from which heights are measured if it is there."""
 
-_MOST_HEIGHT_M = 100.0
+# Less is the rounding of a chain of frames, or a vehicle frame at the camera.
+_LEAST_HEIGHT_M, _MOST_HEIGHT_M = 0.01, 100.0
 # With 10 degrees, a rendered drive of 131 m has 1 to 2 % less distance and ends 1.4 m off; with 20
 # degrees, 7 % and 7 m.
 _MOST_ASIDE_DEG = 15.0
@@ -70,13 +71,15 @@ class Mount:
         """
         Return ``values`` with those that nobody has set, and the names of these.
 
-        Angles and heights that no camera for this package can have are left out.
+        Angles and heights that no camera for this package can have are left out. So is the height
+        where no lens is needed otherwise: the paper's rule does without.
         """
         roll = self.roll_deg
         if values.rotate_180:
             roll = math.remainder(roll + 180.0, 360.0)
         found: dict[str, object] = {}
-        if values.camera_height == 0.0 and 0.0 < self.height <= _MOST_HEIGHT_M:
+        if (values.camera_height == 0.0 and values.settings.needs_lens
+                and _LEAST_HEIGHT_M <= self.height <= _MOST_HEIGHT_M):
             found['camera_height'] = self.height
         if max(abs(self.pitch_deg), abs(roll)) <= MOST_TILT_DEG:
             if values.camera_pitch_deg == 0.0:
@@ -84,6 +87,10 @@ class Mount:
             if values.camera_roll_deg == 0.0:
                 found['camera_roll_deg'] = roll
         return values.with_values(found), tuple(found)
+
+    def told(self, used: Iterable[str]) -> str:
+        """Return a sentence on the mount, and on the values ``used`` from it."""
+        return f'/tf_static: {self}; from there: {", ".join((*used, "the lever arm of odom"))}'
 
     def doubts(self, values: Parameters) -> Iterator[str]:
         """Yield what is doubtful about the camera that ``values`` are for, in sentences."""
@@ -95,16 +102,17 @@ class Mount:
             yield (f'{self.camera_frame} looks {abs(self.yaw_deg):.0f} degrees to the {side}:'
                    f' headings and distances are right up to about {_MOST_ASIDE_DEG:g} degrees')
 
-    def at_base(self, update: Update) -> Update:
+    def at_base(self, update: Update, values: Parameters) -> Update:
         """
         Return ``update`` with the odometry of the vehicle's origin instead of the camera's.
 
         The pose moves along the heading, as the point of the vehicle does that never slips
         sideways, such as the middle of the rear axle. The origin is taken to be there: a camera
         ahead of it changes nothing, and one to the left of it drives a shorter arc to the left.
-        The distance has to be measured on the road: a given speed is that of the origin.
+        A speed that ``values`` give is that of the origin, so nothing is corrected.
         """
-        if update.odometry is None:
+        settings = values.settings
+        if update.odometry is None or settings.speed or settings.awaits_speeds:
             return update
         return replace(update, odometry=_at_origin(update.odometry, self.y))
 

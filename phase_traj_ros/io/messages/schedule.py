@@ -77,6 +77,11 @@ class Schedule:
         for pace in self._paces.values():
             pace.changed(urgent=True)
 
+    @property
+    def pending(self) -> bool:
+        """Return whether there is content that has not been sent."""
+        return any(pace.pending for pace in self._paces.values())
+
     def take(self, now_ns: int, *, rest: bool = False) -> tuple[Topic, ...]:
         """Return the topics to publish now; at the end, with ``rest``, all with new content."""
         topics = tuple(topic for topic, pace in self._paces.items()

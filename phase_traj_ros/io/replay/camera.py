@@ -3,10 +3,11 @@
 """The camera of a recording: given by the source, or learned from the drive."""
 
 from collections.abc import Iterable, Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from phase_traj_ros.core import Lens, Measured
 from phase_traj_ros.errors import CalibrationError, PhaseTrajError
+from phase_traj_ros.io.messages.mounting import Mount
 from phase_traj_ros.io.replay.estimator import make_estimator, outcomes
 from phase_traj_ros.io.sources.base import Entry, FrameSource, UnreadableFrame
 from phase_traj_ros.parameters import Parameters
@@ -17,19 +18,29 @@ _SOON_NS = 39_000_000
 _ENOUGH_TURNS = 8
 
 
-def mounted(source: FrameSource, parameters: Parameters) -> tuple[Parameters, tuple[str, ...]]:
-    """
-    Return the parameters with what the source tells of the place of the camera on the vehicle.
+@dataclass(frozen=True, slots=True)
+class Mounting:
+    """The place of the camera on the vehicle, as far as the source tells it."""
 
-    It stands in for what no parameter sets, as in the node. The texts say what is doubtful.
-    """
+    parameters: Parameters
+    """Those given, with the place instead of what they leave out, as in the node."""
+    mount: Mount | None = None
+    told: str = ''
+    """A sentence on the mount; empty if it is unknown."""
+    doubts: tuple[str, ...] = ()
+    """What is doubtful about it, in sentences."""
+
+
+def mounting_of(source: FrameSource, parameters: Parameters) -> Mounting:
+    """Return the place of the camera, if the source tells it and it can be used."""
     try:
         mount = source.mount(parameters.child_frame_id)
         if mount is None:
-            return parameters, ()
-        return mount.fill_in(parameters)[0], tuple(mount.doubts(parameters))
+            return Mounting(parameters)
+        values, used = mount.fill_in(parameters)
     except PhaseTrajError as error:
-        return parameters, (f'/tf_static is not used: {error}',)
+        return Mounting(parameters, doubts=(f'/tf_static is not used: {error}',))
+    return Mounting(values, mount, mount.told(used), tuple(mount.doubts(parameters)))
 
 
 def known_lens(source: FrameSource, parameters: Parameters) -> tuple[Lens | None, str]:

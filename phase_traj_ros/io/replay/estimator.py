@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from phase_traj_ros.core import FrameStream, Outcome, Skipped, TrajectoryEstimator
+from phase_traj_ros.core.correlation.mask import mask_shares
 from phase_traj_ros.errors import ParameterError, SourceError
 from phase_traj_ros.io.images.decoding import read_picture
 from phase_traj_ros.io.sources.base import Entry, StampedFrame, UnreadableFrame
@@ -27,12 +28,13 @@ def make_estimator(parameters: Parameters, *, keep_all: bool = False) -> Traject
     if keep_all:
         settings = replace(settings, max_runs=None, max_speeds=None)
     mask = None
+    if parameters.mask_file:
+        try:
+            mask = mask_shares(read_picture(Path(parameters.mask_file).expanduser()))
+        except (SourceError, ValueError) as error:
+            raise ParameterError(f'mask_file: {error}') from None
     try:
-        if parameters.mask_file:
-            mask = read_picture(Path(parameters.mask_file).expanduser())
         return TrajectoryEstimator(settings, mask=mask)
-    except SourceError as error:
-        raise ParameterError(f'mask_file: {error}') from None
     except ValueError as error:
         raise ParameterError(str(error)) from None
 

@@ -75,8 +75,10 @@ class Replay:
     """How many frames the source has, as far as it is known."""
     unused_calibration: str = ''
     """Why the calibration in the source is not used; empty if it is, or there is none."""
+    mounting: str = ''
+    """A sentence on the place of the camera that the source gives; empty without one."""
     mounting_doubts: tuple[str, ...] = ()
-    """What is doubtful about the place of the camera that the source gives."""
+    """What is doubtful about it, in sentences."""
     first_skipped: str = ''
     """The first frame that was skipped, and why; empty if there is none."""
 

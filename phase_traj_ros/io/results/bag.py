@@ -15,6 +15,7 @@ from typing import Any, Final, TYPE_CHECKING
 from phase_traj_ros.core import TrajectoryEstimator, Update
 from phase_traj_ros.errors import OutputError, rosbags_missing
 from phase_traj_ros.io.messages.diagnostics import Level, MeasurementReporter, Report
+from phase_traj_ros.io.messages.mounting import Mount
 from phase_traj_ros.io.messages.published import Messages
 from phase_traj_ros.io.messages.schedule import DIAGNOSTICS_PERIOD_NS, Pace, Schedule
 from phase_traj_ros.io.messages.topics import DEBUG_IMAGE, pair_topics, Topic, whole_topics
@@ -54,12 +55,14 @@ class BagSink(Watcher):
 
     def __init__(
         self, path: Path, parameters: Parameters, *, source: str, debug_images: bool = False,
+        mount: Mount | None = None,
     ) -> None:
         """
         Make a sink that writes the single file ``path``, whose name ends in .mcap.
 
         ``source`` is the replayed source, the hardware id of the diagnostics. ``debug_images``
-        adds the debug image of every pair, which makes the bag large.
+        adds the debug image of every pair, which makes the bag large. ``mount`` is the place of
+        the camera, for the odometry.
 
         Raises
         ------
@@ -73,6 +76,7 @@ class BagSink(Watcher):
         self._parameters = parameters
         self._source = source
         self._debug_images = debug_images
+        self._mount = mount
         self._file: _BagFile | None = None
 
     def __enter__(self) -> BagSink:
@@ -118,6 +122,8 @@ class BagSink(Watcher):
             The bag cannot hold the stamp.
 
         """
+        if self._mount is not None:
+            update = self._mount.at_base(update, self._parameters)
         stamp_ns = update.stamp_ns
         if stamp_ns not in _STAMPS_NS:
             raise OutputError(

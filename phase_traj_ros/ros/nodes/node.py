@@ -5,7 +5,7 @@
 from collections.abc import Callable
 from typing import Any, Final
 
-from phase_traj_ros.errors import PhaseTrajError, said
+from phase_traj_ros.errors import PhaseTrajError
 from phase_traj_ros.io.messages.mounting import Mount
 from phase_traj_ros.parameter_spec import Spec
 from phase_traj_ros.parameters import NODE_NAME, Parameters
@@ -16,6 +16,7 @@ from phase_traj_ros.ros.nodes.work import Work
 from phase_traj_ros.ros.spin import names_explained
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
+
 _AUTOSTART: Final = Spec(
     field='autostart', default=True, read_only=True,
     description='Whether the node configures and activates itself at its start.')
@@ -88,9 +89,12 @@ class PhaseTrajNode(LifecycleNode):
                 assert self._failure is not None
                 raise self._failure
 
-    def _configure(self, mount: Mount | None = None) -> None:
+    def _configure(self) -> None:
         with names_explained():
-            self._work = Work(self, self._live.values, mount=mount, on_mount=self._on_mount)
+            self._work = self._make_work(None)
+
+    def _make_work(self, mount: Mount | None) -> Work:
+        return Work(self, self._live.values, mount=mount, on_mount=self._on_mount)
 
     def _on_mount(self, mount: Mount) -> None:
         """Start anew with the camera as it is mounted, after the present callback."""
@@ -105,13 +109,11 @@ class PhaseTrajNode(LifecycleNode):
         except PhaseTrajError as error:
             self.get_logger().error(f'/tf_static: {mount}; not used: {error}')
             return
-        self.get_logger().info(
-            f'/tf_static: {mount}; from there: {", ".join((*used, "the lever arm of odom"))}')
+        self.get_logger().info(mount.told(used))
         for doubt in mount.doubts(self._live.values):
             self.get_logger().warning(f'/tf_static: {doubt}')
         self._drop_work()
-        self._configure(mount)
-        assert self._work is not None
+        self._work = self._make_work(mount)
         self._work.start()
 
     def _activate(self) -> None:
@@ -173,7 +175,10 @@ class PhaseTrajNode(LifecycleNode):
             wanted = request.transition.label or request.transition.id
             self.get_logger().error(f'still {now}: there is no transition {wanted!r} from here')
         else:
-            self.get_logger().error(f'{before} -> {now}: {said(self._failure)}')
+            what = str(self._failure)
+            if not isinstance(self._failure, PhaseTrajError):
+                what = f'{type(self._failure).__name__}: {what}'
+            self.get_logger().error(f'{before} -> {now}: {what}')
         return response
 
     def _check(self, values: Parameters) -> None:

@@ -206,8 +206,9 @@ class Work:
             began = time.perf_counter_ns()
         self._warnings.of_stamps()
         if unusable is not None:
-            awaited = self._camera if self._estimator.settings.awaits_lens else None
-            raise FrameError((awaited and awaited.missing) or unusable)
+            if self._camera is not None and self._estimator.settings.awaits_lens:
+                self._camera.require()
+            raise FrameError(unusable)
 
     def _publish(self, outcome: Outcome[StampedFrame], estimated_ns: int = 0) -> None:
         match outcome:
@@ -224,9 +225,8 @@ class Work:
 
     def _publish_update(self, frame: StampedFrame, update: Update, estimated_ns: int) -> None:
         began = time.perf_counter_ns()
-        settings = self._estimator.settings
-        if self._mount is not None and not (settings.speed or settings.awaits_speeds):
-            update = self._mount.at_base(update)
+        if self._mount is not None:
+            update = self._mount.at_base(update, self._values)
         if update.camera is not None:
             self._node.get_logger().info(f'camera: {update.camera}')
         self._warnings.of_threshold(update)

@@ -58,7 +58,7 @@ class Outputs:
         self._schedule = Schedule(parameters)
         # A steady clock: a paused simulated time must not delay the last path.
         self._clock = Clock(clock_type=ClockType.STEADY_TIME)
-        node.create_timer(_FLUSH_S, self._publish_due)
+        self._timer = node.create_timer(_FLUSH_S, self._publish_due)
 
     def publish(self, frame: StampedFrame, update: Update) -> None:
         """Publish the results of a pair of frames; ``frame`` is the second frame."""
@@ -97,6 +97,11 @@ class Outputs:
             self._path_waits = False
             self._path_sent_ns = now_ns
             self._send(PATH)
+        # Each time the timer fires, rclpy checks all entities of the node, which takes time.
+        if self._schedule.pending or self._path_waits:
+            self._timer.reset()
+        else:
+            self._timer.cancel()
 
     def _is_path_wanted(self, now_ns: int) -> bool:
         if self._path_sent_ns is None or now_ns - self._path_sent_ns >= _UNWATCHED_PATH_NS:

@@ -60,6 +60,7 @@ class FramePlayer(Node):
 
         """
         super().__init__(PLAYER_NAME)
+        self._lossless = lossless
         qos = LOSSLESS if lossless else qos_profile_sensor_data
         self._images = self.create_publisher(Image, topic, qos)
         self._calibrations: Publisher | None = None
@@ -101,8 +102,8 @@ class FramePlayer(Node):
         The timing restarts if a stamp goes back, such as from one loop to the next.
         """
         published = 0
-        if self._calibrations is not None:
-            # A node that is known by now has the camera before the first image, if lossless.
+        if self._calibrations is not None and self._lossless:
+            # A node that is known by now has the camera before the first image.
             self._publish_camera(Header(frame_id='camera'))
             self._calibrations.wait_for_all_acked(Duration(seconds=_ACKNOWLEDGE_S))
         began, first_ns, previous_ns = time.monotonic(), 0, None

@@ -140,10 +140,12 @@ def _flag(name: str, value: str) -> bool:
 def _own(given: Mapping[str, str], flags: Mapping[str, bool]) -> dict[str, object]:
     """Return the parameters that have their own argument."""
     own: dict[str, object] = {
-        name: given[name] for name in ('image_transport', 'output_dir', 'map_file')
+        name: str(Path(given[name]).expanduser()) for name in ('output_dir', 'map_file')
         if name in given}
-    if flags['use_sim_time']:
-        own['use_sim_time'] = True
+    if 'image_transport' in given:
+        own['image_transport'] = given['image_transport']
+    if 'use_sim_time' in given:
+        own['use_sim_time'] = flags['use_sim_time']
     if 'speed' in given:
         try:
             own['speed'] = float(given['speed'])
@@ -175,13 +177,15 @@ def _of_parent(
 
 
 def _checked(values: Mapping[str, object]) -> Parameters:
-    """Return the parameters that the node will have."""
+    """Return the parameters that the node will have, as far as they are known here."""
     for name, value in values.items():
         if name.startswith(PREFIX):
             check_override(name, value)
-    known = {spec.name for spec in specs()}
-    return Parameters().with_values(
-        {name: value for name, value in values.items() if name in known})
+    kinds = {spec.name: spec.type for spec in specs()}
+    return Parameters().with_values({
+        name: value for name, value in values.items()
+        # ROS reads some texts as numbers that YAML does not, such as -.5: the node checks them.
+        if name in kinds and not (kinds[name] == 'double' and isinstance(value, str))})
 
 
 def _full_topic(topic: str, name: str, namespace: str) -> str:

@@ -12,7 +12,7 @@ from enum import Enum
 
 from phase_traj_ros.io.outputs.commit import writing_to
 from phase_traj_ros.io.outputs.outputs import Outputs
-from phase_traj_ros.io.replay.camera import known_lens, learned_lens, mounted
+from phase_traj_ros.io.replay.camera import known_lens, learned_lens, mounting_of
 from phase_traj_ros.io.replay.kept import KeptFrames
 from phase_traj_ros.io.replay.run import Replay, replay, Watcher
 from phase_traj_ros.io.results.bag import BagSink
@@ -68,7 +68,8 @@ def replay_source(
         A package is missing that the source or a result needs.
 
     """
-    parameters, mounting_doubts = mounted(source, request.parameters)
+    mounting = mounting_of(source, request.parameters)
+    parameters = mounting.parameters
     with ExitStack() as stack:
         owner = stack.enter_context(Outputs(
             inputs=request.inputs, force=request.force, batch=request.batch))
@@ -83,7 +84,7 @@ def replay_source(
             stack.enter_context(writing_to(request.bag_out))
             seen.append(stack.enter_context(BagSink(
                 owner.file(request.bag_out), parameters, source=source.description,
-                debug_images=request.bag_debug_images)))
+                debug_images=request.bag_debug_images, mount=mounting.mount)))
         frames = KeptFrames(source)
         lens, unused_calibration = known_lens(source, parameters)
         last = Pass.ONLY
@@ -100,7 +101,7 @@ def replay_source(
                 lens=lens, speeds=speeds, strict=request.strict)
         result = replace(
             result, source_frames=source.frames, unused_calibration=unused_calibration,
-            mounting_doubts=mounting_doubts)
+            mounting=mounting.told, mounting_doubts=mounting.doubts)
         if request.output is not None:
             _give_memory_back()
             with writing_to(request.output):

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from phase_traj_ros.core.localization.estimate import Candidate
 from phase_traj_ros.core.localization.given import OdometryStep
-from phase_traj_ros.tasks.location.run import Located, LocatedPose
+from phase_traj_ros.tasks.location.run import Located, LocatedPose, UNKNOWN
 
 Points = NDArray[np.float64]
 
@@ -131,9 +131,10 @@ def moments_before(located: Located, count: int = 4) -> list[LocatedPose]:
     """Return poses at equal distances up to the first claim, or up to the end without one."""
     first = located.first_claim
     end = located.poses[-1].driven if first is None else first.driven
-    told = [pose for pose in located.poses if pose.driven <= end]
+    told = [
+        pose for pose in located.poses if pose.estimate is not UNKNOWN and pose.driven <= end]
     wanted = [end * (number + 1) / count for number in range(count)]
-    found = [min(told, key=lambda pose: abs(pose.driven - at)) for at in wanted]
+    found = [min(told, key=lambda pose: abs(pose.driven - at)) for at in wanted] if told else []
     return list({pose.stamp_ns: pose for pose in found}.values())
 
 

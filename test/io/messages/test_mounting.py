@@ -156,7 +156,7 @@ def test_the_origin_drives_where_the_rear_axle_does(lever):
         covariance=tuple(map(tuple, covariance.tolist())))
 
     def at_base(odometry):
-        return mount.at_base(result(odometry)).odometry
+        return mount.at_base(result(odometry), Parameters()).odometry
 
     found = at_base(camera)
     assert (found.pose.x, found.pose.y, found.pose.yaw) == pytest.approx((x, y, yaw), abs=1e-3)
@@ -180,5 +180,5 @@ def test_before_the_vehicle_has_moved_it_is_at_the_origin():
     start = Odometry(
         Corner(0.0, 0.0, 0.0, 7), 0.0, 0.0, speed_variance=0.0, yaw_rate_variance=0.0,
         covariance=((0.0,) * 3,) * 3)
-    pose = mount.at_base(result(start)).odometry.pose
+    pose = mount.at_base(result(start), Parameters()).odometry.pose
     assert (pose.x, pose.y) == (0.0, 0.0)

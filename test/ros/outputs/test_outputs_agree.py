@@ -42,6 +42,18 @@ class Publisher:
         return 1
 
 
+class Timer:
+    """Runs while there is news that has to wait."""
+
+    runs = None
+
+    def reset(self):
+        self.runs = True
+
+    def cancel(self):
+        self.runs = False
+
+
 class Node:
     """Stands in for a node: no DDS, and timers that never fire."""
 
@@ -53,7 +65,7 @@ class Node:
         return made
 
     def create_timer(self, *args, **kwargs):
-        pass
+        return Timer()
 
 
 @pytest.fixture
@@ -131,6 +143,27 @@ def test_the_same_diagnostics():
     assert [status.level for status in made[1].status] == [3, 0]
 
 
+def test_the_timer_runs_while_there_is_news_that_waits(frames):
+    from phase_traj_ros.ros.outputs.topics import Outputs
+    timer = Timer()
+
+    class OneTimer(Node):
+
+        def create_timer(self, *args, **kwargs):
+            return timer
+
+    estimator = TrajectoryEstimator(Parameters().settings)
+    outputs = Outputs(OneTimer(), estimator, Parameters())
+    outputs.publish_state()
+    assert timer.runs is False
+    for frame in frames[:3]:
+        update = estimator.update(frame.image, frame.stamp_ns, encoding=frame.encoding)
+        if update is not None:
+            outputs.publish(frame, update)
+    # The path has just gone out.
+    assert timer.runs is True
+
+
 def test_nothing_is_made_for_nobody(frames, monkeypatch):
     monkeypatch.setattr(schedule, '_PATH_PERIOD_NS', 10_000_000)
     from phase_traj_ros.ros.outputs.topics import Outputs
@@ -150,6 +183,7 @@ def test_nothing_is_made_for_nobody(frames, monkeypatch):
 
         def create_timer(self, period, callback, *args, **kwargs):
             self.callback = callback
+            return Timer()
 
     node, parameters = Lonely(), Parameters()
     estimator = TrajectoryEstimator(parameters.settings)

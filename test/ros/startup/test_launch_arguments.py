@@ -64,8 +64,14 @@ def test_the_home_folder(tmp_path, monkeypatch):
     monkeypatch.setenv('HOME', str(tmp_path))
     path = file(tmp_path, '{threshold: 9.0}')
     assert node_start({'params_file': '~/params.yaml'}).params_file == path
-    # The node expands the others.
-    assert node_start({'output_dir': '~/out'}).own == {'output_dir': '~/out'}
+    assert node_start({'output_dir': '~/out'}).own == {'output_dir': str(tmp_path / 'out')}
+
+
+def test_a_flag_that_is_given_replaces_that_of_a_parent():
+    # As the default, false, means that nothing is given.
+    for text, own in (('False', {'use_sim_time': False}), ('true', {'use_sim_time': True}),
+                      ('false', {})):
+        assert node_start({'use_sim_time': text}, params=[('use_sim_time', True)]).own == own
 
 
 @pytest.mark.parametrize(('arguments', 'around', 'topic'), [
