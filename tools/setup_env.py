@@ -100,7 +100,7 @@ class Environment:
             cwd=ROOT, env=child_environment(), stdin=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL, check=False)
         if done.returncode:
-            self.pip('install', *arguments)
+            self.pip('install', '--use-pep517', *arguments)
 
     def output(self, program: str, *arguments: str) -> str:
         """Return the output of a Python program run in the environment."""

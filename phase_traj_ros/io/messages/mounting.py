@@ -71,15 +71,13 @@ class Mount:
         """
         Return ``values`` with those that nobody has set, and the names of these.
 
-        Angles and heights that no camera for this package can have are left out. So is the height
-        where no lens is needed otherwise: the paper's rule does without.
+        Angles and heights that no camera for this package can have are left out.
         """
         roll = self.roll_deg
         if values.rotate_180:
             roll = math.remainder(roll + 180.0, 360.0)
         found: dict[str, object] = {}
-        if (values.camera_height == 0.0 and values.settings.needs_lens
-                and _LEAST_HEIGHT_M <= self.height <= _MOST_HEIGHT_M):
+        if values.camera_height == 0.0 and _LEAST_HEIGHT_M <= self.height <= _MOST_HEIGHT_M:
             found['camera_height'] = self.height
         if max(abs(self.pitch_deg), abs(roll)) <= MOST_TILT_DEG:
             if values.camera_pitch_deg == 0.0:

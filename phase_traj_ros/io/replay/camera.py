@@ -32,7 +32,13 @@ class Mounting:
 
 
 def mounting_of(source: FrameSource, parameters: Parameters) -> Mounting:
-    """Return the place of the camera, if the source tells it and it can be used."""
+    """
+    Return the place of the camera, if the source tells it and it can be used.
+
+    The paper's rule needs none: with a height, it would need a lens as well.
+    """
+    if not parameters.settings.needs_lens:
+        return Mounting(parameters)
     try:
         mount = source.mount(parameters.child_frame_id)
         if mount is None:

@@ -184,7 +184,7 @@ def _checked(values: Mapping[str, object]) -> Parameters:
     kinds = {spec.name: spec.type for spec in specs()}
     return Parameters().with_values({
         name: value for name, value in values.items()
-        # ROS reads some texts as numbers that YAML does not, such as -.5: the node checks them.
+        # ROS reads some texts as numbers that YAML does not: the node checks them.
         if name in kinds and not (kinds[name] == 'double' and isinstance(value, str))})
 
 
