@@ -14,6 +14,7 @@ from phase_traj_ros.errors import rosbags_missing
 from phase_traj_ros.synthetic.camera import Camera, Pose, quaternion
 from phase_traj_ros.synthetic.drive.drive import Drive
 from phase_traj_ros.synthetic.drive.frames import render_drive
+from phase_traj_ros.synthetic.scene.scene import Scene
 from phase_traj_ros.topics import camera_info_topic
 
 if TYPE_CHECKING:
@@ -32,7 +33,7 @@ _Types: TypeAlias = Mapping[str, Callable[..., Any]]
 
 def write_drive_bag(
     drive: Drive, path: str | os.PathLike[str], *, image_topic: str = '/camera/image',
-    progress: Callable[[], object] | None = None,
+    scene: Scene | None = None, progress: Callable[[], object] | None = None,
 ) -> None:
     """
     Write a drive as a rosbag2 (a directory with an MCAP file).
@@ -42,8 +43,9 @@ def write_drive_bag(
     ``geometry_msgs/PoseStamped`` on ``/ground_truth/pose`` (ROS axes, frame ``map``), and the
     speed from this frame to the next as ``geometry_msgs/TwistStamped`` on ``/speed``.
 
-    ``progress`` is called after each frame. ``path`` must not exist. Raises
-    `MissingDependencyError` if the rosbags library is not installed.
+    ``scene`` is the scene of the drive, if it has been built already. ``progress`` is called after
+    each frame. ``path`` must not exist. Raises `MissingDependencyError` if the rosbags library is
+    not installed.
     """
     try:
         from rosbags.rosbag2 import StoragePlugin, Writer
@@ -69,7 +71,7 @@ def write_drive_bag(
                 connection, stamp_ns, store.serialize_cdr(message, connection.msgtype))
 
         info, speed = _camera_info(store.types, drive.camera), _speeds(drive)
-        for (index, frame) in enumerate(render_drive(drive)):
+        for (index, frame) in enumerate(render_drive(drive, scene=scene)):
             (height, width), stamp_ns = frame.shape, int(drive.stamps_ns[index])
             write(infos, stamp_ns, _CAMERA, **info)
             write(images, stamp_ns, _CAMERA, height=height, width=width, encoding='mono8',

@@ -60,6 +60,6 @@ def build_sky(rng: np.random.Generator) -> Sky:
     woods = 112.0 + 9.0 * spectral_noise(rng, 64, _TURN, slope=0.6)
     picture[wooded] = np.where(elevation[wooded] < hills, woods, picture[wooded])
     picture[horizon:] = 112.0
-    panorama = np.clip(np.tile(picture, (1, 2)), 0, 255).astype(np.uint8)
+    panorama = np.tile(np.clip(picture, 0, 255).astype(np.uint8), (1, 2))
     panorama.flags.writeable = False
     return Sky(panorama, horizon)

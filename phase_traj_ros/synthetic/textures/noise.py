@@ -5,10 +5,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import cv2
 import numpy as np
-from phase_traj_ros.synthetic.arrays import Singles
+from phase_traj_ros.synthetic.arrays import Floats, Singles
 
 #: Size of a noise image of the bank, in pixels.
 _SIZE = 1024
@@ -24,13 +25,21 @@ def spectral_noise(
     of natural images, 2 looks like clouds.
     """
     spectrum = np.fft.rfft2(rng.standard_normal((height, width)))
-    frequency = np.hypot(np.fft.fftfreq(height)[:, None], np.fft.rfftfreq(width)[None, :])
-    frequency[0, 0] = 1.0
-    spectrum *= frequency ** -slope
-    spectrum[0, 0] = 0.0
+    spectrum *= _amplitudes(height, width, slope)
     noise = np.fft.irfft2(spectrum, (height, width))
     normalised: Singles = (noise / noise.std()).astype(np.float32)
     return normalised
+
+
+# Every town has noise of the same five kinds.
+@lru_cache(maxsize=5)
+def _amplitudes(height: int, width: int, slope: float) -> Floats:
+    """Return 1 / frequency ** slope, and 0 for the mean."""
+    frequency = np.hypot(np.fft.fftfreq(height)[:, None], np.fft.rfftfreq(width)[None, :])
+    frequency[0, 0] = 1.0
+    amplitudes: Floats = frequency ** -slope
+    amplitudes[0, 0] = 0.0
+    return amplitudes
 
 
 class NoiseBank:

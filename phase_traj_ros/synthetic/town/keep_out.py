@@ -32,21 +32,25 @@ class KeepOut:
     def _cell(self, place: float) -> int:
         return math.floor(place / self._radius)
 
-    def _near(self, points: Floats) -> Ints:
-        """Return the discs that may reach one of the points."""
-        (west, south), (east, north) = points.min(axis=0).tolist(), points.max(axis=0).tolist()
+    def _near(self, low: Floats, high: Floats) -> list[Ints]:
+        """Return the discs, cell by cell, that may reach a point between these corners."""
+        (west, south), (east, north) = low.tolist(), high.tolist()
         rows = range(self._cell(south) - 1, self._cell(north) + 2)
-        found = [
+        return [
             self._cells[column, row]
             for column in range(self._cell(west) - 1, self._cell(east) + 2) for row in rows
             if (column, row) in self._cells]
-        return np.concatenate(found) if found else np.zeros(0, np.int64)
+
+    def far(self, start: Floats, end: Floats) -> bool:
+        """Return whether there is no disc anywhere near a straight line."""
+        return not self._near(np.minimum(start, end), np.maximum(start, end))
 
     def clear(self, points: Floats, *, ignore: int | None = None) -> Bools:
         """Return which of the points (M, 2), close together, are in no disc."""
-        near = self._near(points)
-        if not len(near):
+        found = self._near(points.min(axis=0), points.max(axis=0))
+        if not found:
             return np.ones(len(points), np.bool_)
+        near = np.concatenate(found)
         if ignore is not None:
             near = near[self._lines[near] != ignore]
         (dx, dy) = (points[:, None, :] - self._centers[near]).transpose(2, 0, 1)

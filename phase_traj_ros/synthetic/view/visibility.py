@@ -11,8 +11,10 @@ assigned to the nearest strip that covers it.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
+import numpy.typing as npt
 from phase_traj_ros.synthetic.arrays import Bools, Floats, Ints
 from phase_traj_ros.synthetic.camera import Camera, Pose
 from phase_traj_ros.synthetic.scene.panels import Panels
@@ -22,6 +24,8 @@ from phase_traj_ros.synthetic.textures.silhouettes import Silhouettes
 _NEAR = 0.3
 #: Largest number of strips visible behind each other in a column.
 _LAYERS = 14
+
+_Number = TypeVar('_Number', bound=np.generic)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -68,19 +72,24 @@ def cut(panels: Panels, silhouettes: Silhouettes, camera: Camera, pose: Pose) ->
     first = np.clip(np.ceil(place.min(axis=0)), 0, camera.width).astype(np.int64)
     last = np.clip(np.floor(place.max(axis=0)) + 1, 0, camera.width).astype(np.int64)
     count = np.maximum(last - first, 0)
-    which = np.repeat(np.arange(len(index)), count)
-    column = np.arange(len(which)) - np.repeat(np.cumsum(count) - count - first, count)
 
+    def each(values: npt.NDArray[_Number]) -> npt.NDArray[_Number]:
+        """Assign the value of its panel to each strip."""
+        return np.repeat(values, count)
+
+    column = np.arange(count.sum()) - each(np.cumsum(count) - count - first)
     slope = (column - camera.cx) / camera.focal
-    across = wider[which] - slope * deeper[which]
+    (start, deeper) = (each(ahead[0]), each(deeper))
+    across = each(wider) - slope * deeper
     across = np.where(np.abs(across) > 1e-9, across, 1e-9)
-    share = np.clip((slope * ahead[0][which] - right[0][which]) / across, 0.0, 1.0)
-    depth = np.maximum(ahead[0][which] + share * deeper[which], _NEAR)
-    panel = index[which]
-    length = np.hypot(*(panels.end - panels.start)[panel].T)
+    share = np.clip((slope * start - each(right[0])) / across, 0.0, 1.0)
+    depth = np.maximum(start + share * deeper, _NEAR)
+    length = each(np.hypot(*(panels.end[index] - panels.start[index]).T))
     stretch = length * np.abs(depth / across) / camera.focal
-    (base, top) = (panels.base[panel], panels.top[panel])
-    (upper, lower) = silhouettes.at(panels.silhouette[panel], share)
+    base = each(panels.base[index])
+    height = each(panels.top[index] - panels.base[index])
+    (upper, lower) = silhouettes.at(each(panels.silhouette[index]), share)
+    floor = base + lower * height
 
     def rows(height: Floats) -> Ints:
         row = camera.cy + camera.focal * (camera.above_ground - height) / depth
@@ -88,38 +97,50 @@ def cut(panels: Panels, silhouettes: Silhouettes, camera: Camera, pose: Pose) ->
         return clipped
 
     return Strips(
-        panel=panel, column=column, depth=depth, along=share * length, stretch=stretch,
-        first=rows(base + upper * (top - base)), last=rows(base + lower * (top - base)),
-        grounded=base + lower * (top - base) <= 0)
+        panel=each(index), column=column, depth=depth, along=share * length, stretch=stretch,
+        first=rows(base + upper * height), last=rows(floor), grounded=floor <= 0)
 
 
 def _nearest_first(strips: Strips) -> Ints:
     """Sort by column, then by depth, without strips that have no rows."""
     index = np.flatnonzero(strips.last > strips.first)
     millimetres = (strips.depth[index] * 1000).astype(np.int64)
-    order: Ints = index[np.lexsort((millimetres, strips.column[index]))]
+    # One number each: they are sorted faster than pairs.
+    depth_in_column = strips.column[index] * (millimetres.max(initial=0) + 1) + millimetres
+    order: Ints = index[np.argsort(depth_in_column, kind='stable')]
     return order
 
 
-def _table(column: Ints, values: Ints, width: int, missing: int) -> Ints:
-    """Write the values, sorted by column, into the rows of a (width, most per column) table."""
-    count = np.bincount(column, minlength=width)
-    rank = np.arange(len(column)) - (np.cumsum(count) - count)[column]
-    table = np.full((width, max(int(count.max(initial=0)), 1)), missing, np.int64)
-    table[column, rank] = values
-    return table
+class _Rows:
+    """Strips sorted by column, of which each table has one row per column."""
+
+    def __init__(self, column: Ints, width: int) -> None:
+        count = np.bincount(column, minlength=width)
+        self._column = column
+        self._rank = np.arange(len(column)) - np.repeat(np.cumsum(count) - count, count)
+        self._shape = (width, max(int(count.max(initial=0)), 1))
+
+    def table(self, values: Ints, missing: int) -> Ints:
+        """Write the values of the strips into a (width, most per column) table."""
+        table = np.full(self._shape, missing, np.int64)
+        table[self._column, self._rank] = values
+        return table
+
+    def of(self, table: Ints) -> Ints:
+        """Return the values of the strips in a table."""
+        values: Ints = table[self._column, self._rank]
+        return values
 
 
 def _unhidden(strips: Strips, order: Ints, camera: Camera) -> tuple[Ints, Ints]:
     """Remove what nearer strips on the ground hide; return the remaining strips and their ends."""
-    column = strips.column[order]
-    edges = np.where(strips.grounded[order], strips.first[order], camera.height)
-    edge = _table(column, edges, camera.width, camera.height)
+    first = strips.first[order]
+    rows = _Rows(strips.column[order], camera.width)
+    edge = rows.table(np.where(strips.grounded[order], first, camera.height), camera.height)
     above = np.minimum.accumulate(edge, axis=1)
     before = np.concatenate([np.full((camera.width, 1), camera.height), above[:, :-1]], axis=1)
-    rank = np.arange(len(column)) - np.searchsorted(column, column)
-    horizon = before[column, rank]
-    open_ = strips.first[order] < horizon
+    horizon = rows.of(before)
+    open_ = first < horizon
     return (order[open_], np.minimum(strips.last[order], horizon)[open_])
 
 
@@ -131,10 +152,10 @@ def visible(strips: Strips, camera: Camera) -> tuple[Ints, Ints]:
     the index of the strip of each, -1 for none, and its length in pixels, (R,) both.
     """
     (order, last) = _unhidden(strips, _nearest_first(strips), camera)
-    column = strips.column[order]
-    index = _table(column, order, camera.width, -1)[:, :_LAYERS]
-    tops = _table(column, strips.first[order], camera.width, camera.height)[:, :_LAYERS]
-    bottoms = _table(column, last, camera.width, camera.height)[:, :_LAYERS]
+    rows = _Rows(strips.column[order], camera.width)
+    (index, tops, bottoms) = (
+        rows.table(values, missing)[:, :_LAYERS] for (values, missing) in (
+            (order, -1), (strips.first[order], camera.height), (last, camera.height)))
     bounds = np.concatenate([
         np.zeros((camera.width, 1), np.int64), tops, bottoms,
         np.full((camera.width, 1), camera.height)], axis=1)
