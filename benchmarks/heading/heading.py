@@ -197,9 +197,9 @@ def alternatives(real: Sequence[Ride]) -> str:
         'the same, Hann window': lambda ride: _shift(ride, upper, Window.HANN),
         'the same, Tukey window': lambda ride: _shift(ride, upper, Window.TUKEY),
         'the same, Hann window, 20° about the middle': lambda ride: _shift(
-            ride, replace(upper, aside_deg=20.0), Window.HANN),
+            ride, replace(upper, side_deg=20.0), Window.HANN),
         'the same, Hann window, 10° about the middle': lambda ride: _shift(
-            ride, replace(upper, aside_deg=10.0), Window.HANN),
+            ride, replace(upper, side_deg=10.0), Window.HANN),
         '**cylinder and blocks**': lambda ride: follow(ride)[0].headings,
     }
     groups = [rides for rides in (real, made) if rides]

@@ -75,7 +75,7 @@ def observed(
     correlator.update(frames[0])
     shift = correlator.update(frames[1])
     assert shift is not None
-    second = correlator.second_peak(apart=TUNING.apart_px)
+    second = correlator.second_peak(apart=TUNING.peak_distance_px)
     return Pair(
         source, condition, gap, is_right(shift.dx, truth), shift.response,
         shift.response / max(second.response, 1e-9), correlator.significance(shift))

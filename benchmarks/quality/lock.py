@@ -128,7 +128,7 @@ def locked(
     follower: Follower,
 ) -> Locked:
     """Return a pair seen through a fixed pattern."""
-    second = follower.correlator.second_peak(apart=TUNING.apart_px)
+    second = follower.correlator.second_peak(apart=TUNING.peak_distance_px)
     significance = follower.correlator.significance(second)
     return Locked(
         name, truth, plain[0].dx, plain[1].dx, masked[0].dx, masked[1].dx,

@@ -71,7 +71,8 @@ def cost_section(clip: Clip) -> str:
             timed('significance', partial(correlator.significance, shift))
             flow = timed('motion of the blocks', blocks.flow)
             timed('stillness', partial(detector.update, flow, frame.shape[1]))
-            second = timed('second peak', partial(correlator.second_peak, apart=TUNING.apart_px))
+            second = timed('second peak', partial(
+                correlator.second_peak, apart=TUNING.peak_distance_px))
             timed('share of the blocks', partial(blocks.share_following, second))
     base = np.median(spent.pop('correlation'))
     at_zero = ('second peak', 'share of the blocks')

@@ -5,8 +5,8 @@ The method: frames in, codes and trajectory out.
 
 The core depends neither on ROS nor on files. ``TrajectoryEstimator`` takes each frame through four
 steps: ``frames.prepare`` (check and convert it), ``measuring`` (compare it with the previous one),
-``judge`` (what the pair is worth, and why) and ``integration`` (heading, codes, distance, path).
-``FrameStream`` gives it the frames of a camera as they come, late and broken ones included.
+``judge`` (its status and quality) and ``integration`` (heading, codes, distance, path).
+``FrameStream`` feeds it the frames of a camera as they arrive, late and broken ones included.
 """
 
 from phase_traj_ros.core.camera.estimate import CameraEstimate

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Converts the measurements of a pair to codes, by the rule that the settings select."""
 
-from phase_traj_ros.core.codes.chain import ChainCode, Step
+from phase_traj_ros.core.codes.chain import Step
 from phase_traj_ros.core.codes.from_heading import HeadingCode
 from phase_traj_ros.core.codes.from_shift import DynamicChainCode
 from phase_traj_ros.core.codes.from_turns import TurnCode
@@ -17,32 +17,28 @@ class Coder:
 
     def __init__(self, settings: EstimatorSettings) -> None:
         """Make a coder without codes; the code source does not change later."""
-        self._codes: DynamicChainCode | HeadingCode | TurnCode
+        self.codes: DynamicChainCode | HeadingCode | TurnCode
+        """Both codes so far."""
         if settings.code_source is CodeSource.AUTO:
-            self._codes = TurnCode(max_runs=settings.max_runs)
+            self.codes = TurnCode(max_runs=settings.max_runs)
         elif settings.code_source is CodeSource.HEADING:
-            self._codes = HeadingCode(
+            self.codes = HeadingCode(
                 connectivity=settings.connectivity, max_runs=settings.max_runs)
         else:
-            self._codes = DynamicChainCode(max_runs=settings.max_runs)
+            self.codes = DynamicChainCode(max_runs=settings.max_runs)
         self._shifts = ShiftSummary()
         self.reconfigure(settings)
 
     @property
-    def codes(self) -> ChainCode:
-        """Return both codes so far."""
-        return self._codes
-
-    @property
     def threshold_px(self) -> float | None:
         """Return T in pixels per frame; None if the rule does not use one."""
-        return self._codes.threshold if isinstance(self._codes, DynamicChainCode) else None
+        return self.codes.threshold if isinstance(self.codes, DynamicChainCode) else None
 
     def reconfigure(self, settings: EstimatorSettings) -> None:
         """Apply other settings; the codes so far are kept."""
         self._nominal_period = settings.nominal_period
-        if isinstance(self._codes, DynamicChainCode):
-            self._codes.configure(
+        if isinstance(self.codes, DynamicChainCode):
+            self.codes.configure(
                 settings.threshold, confirm_frames=settings.confirm_frames,
                 release_frames=settings.release_frames)
 
@@ -52,7 +48,7 @@ class Coder:
 
     def reset(self) -> None:
         """Start again without codes."""
-        self._codes.reset()
+        self.codes.reset()
         self._shifts.reset()
 
     def code(
@@ -65,7 +61,7 @@ class Coder:
         measured; ``heading`` what the pair adds to the heading, None if nothing; ``interval`` the
         seconds between the two frames.
         """
-        codes = self._codes
+        codes = self.codes
         if status is not PairStatus.OK:
             if status is not PairStatus.REPEATED:
                 self._shifts.miss()

@@ -12,8 +12,8 @@ from phase_traj_ros.core.correlation.phase_correlation import Frame
 from phase_traj_ros.core.heading.tuning import TUNING as HEADING
 from phase_traj_ros.core.heading.visual_compass import VisualCompass
 from phase_traj_ros.core.path.speed import SpeedTrack
+from phase_traj_ros.core.road.camera_height import CameraHeight
 from phase_traj_ros.core.road.meter import RoadMeter
-from phase_traj_ros.core.road.scale import CameraHeight
 from phase_traj_ros.core.road.travel import Travel, TravelState
 from phase_traj_ros.core.road.tuning import TUNING
 from phase_traj_ros.core.rotation.yaw_meter import YawMeasurement
@@ -48,68 +48,70 @@ class DistanceMeter:
 
     def start(self, frame: Frame, heading: VisualCompass | None) -> None:
         """Add a frame that is the first of a pair."""
-        if heading is not None and self._by_road:
-            self._look_for(frame, heading)
+        if heading is not None and self._measures_road:
+            self._update_camera(frame, heading)
             if self._meter is not None:
                 self._meter.start(frame)
 
     def update(
         self, frame: Frame, heading: VisualCompass | None, measured: YawMeasurement | None,
-        status: PairStatus, stamp_ns: int, interval_ns: int, *, unsure_ns: float = 0.0,
+        status: PairStatus, stamp_ns: int, interval_ns: int, *, interval_deviation_ns: float = 0.0,
     ) -> Travel | None:
         """
         Add the next frame, (H, W), and return the distance of its pair; None if it has none.
 
         The frame must not change afterwards. Without the visual compass, ``heading``, no distance
-        is measured; ``measured`` is None if the frames cannot be compared. ``unsure_ns`` is the
-        standard deviation of the time since the previous frame, ``interval_ns``.
+        is measured; ``measured`` is None if the frames cannot be compared.
+        ``interval_deviation_ns`` is the standard deviation of ``interval_ns``, the time since the
+        previous frame.
         """
         if heading is None or not self._settings.measures_distance:
             return None
         interval = interval_ns * 1e-9
-        by_road = None
+        on_road = None
         if self._meter is not None:
-            by_road = self._meter.update(
+            on_road = self._meter.update(
                 frame, interval, None if measured is None else measured.motion,
                 yaw=None if measured is None else measured.yaw, still=status is PairStatus.STILL,
-                unsure=unsure_ns * 1e-9)
-            if by_road.state is TravelState.UNKNOWN and not status.judged:
-                by_road = replace(by_road, distance=0.0)
-            by_road = by_road.scaled(1.0, heading.lens.focal_deviation)
+                interval_deviation=interval_deviation_ns * 1e-9)
+            if on_road.state is TravelState.UNKNOWN and not status.judged:
+                on_road = replace(on_road, distance=0.0)
+            on_road = on_road.scaled(1.0, heading.lens.focal_deviation)
         self.heights_per_second = (
-            abs(by_road.distance) / interval if by_road is not None and by_road.known else None)
-        if self._by_road and self._look_for(frame, heading) and self._meter is not None:
+            abs(on_road.distance) / interval if on_road is not None and on_road.known else None)
+        if self._measures_road and self._update_camera(frame, heading) and self._meter is not None:
             self._meter.start(frame)
         if not self._settings.metric:
-            return by_road
-        given = self._given(status, stamp_ns, interval_ns)
+            return on_road
+        given = self._given_distance(status, stamp_ns, interval_ns)
         if given is not None:
             self.heights_per_second = abs(given) / (
                 interval * (self._height.metres or HEADING.camera_height))
-            if (given > 0.0 and by_road is not None and by_road.state is TravelState.MEASURED
-                    and by_road.distance > TUNING.calibrating * interval):
-                self._height.add(given, by_road.distance, interval)
+            if (given > 0.0 and on_road is not None and on_road.state is TravelState.MEASURED
+                    and on_road.distance > TUNING.min_calibration_speed * interval):
+                self._height.add(given, on_road.distance, interval)
             return Travel(
-                given, (TUNING.given_speed * given) ** 2, TravelState.GIVEN,
-                scale=TUNING.given_speed)
+                given, (TUNING.given_speed_error * given) ** 2, TravelState.GIVEN,
+                scale=TUNING.given_speed_error)
         height = self._height.metres
-        if by_road is None or height is None or by_road.state is TravelState.UNKNOWN:
+        if on_road is None or height is None or on_road.state is TravelState.UNKNOWN:
+            deviation = TUNING.unknown_speed_deviation * TUNING.usual_height * interval
             return Travel(
-                0.0, (TUNING.any_speed * TUNING.usual_height * interval) ** 2, TravelState.UNKNOWN,
-                rivalled=by_road is not None and by_road.rivalled)
-        return by_road.scaled(height, self._height.deviation)
+                0.0, deviation ** 2, TravelState.UNKNOWN,
+                rivalled=on_road is not None and on_road.rivalled)
+        return on_road.scaled(height, self._height.deviation)
 
     def reaches(self, seconds: float) -> bool:
-        """Return whether the road will be near enough to be compared after ``seconds``."""
+        """Return whether the road can still be compared ``seconds`` after the newest pair."""
         return (self._meter is None or self.heights_per_second is None
-                or self.heights_per_second * seconds <= TUNING.awaited)
+                or self.heights_per_second * seconds <= TUNING.max_foreseen_slide)
 
     @property
-    def _by_road(self) -> bool:
+    def _measures_road(self) -> bool:
         """Return whether the distance is measured on the road; a constant speed replaces it."""
         return self._settings.measures_distance and self._settings.speed == 0.0
 
-    def _given(self, status: PairStatus, stamp_ns: int, interval_ns: int) -> float | None:
+    def _given_distance(self, status: PairStatus, stamp_ns: int, interval_ns: int) -> float | None:
         """Return the distance in metres by a given speed; None without a speed."""
         if self._settings.awaits_speeds:
             return self.speeds.distance(stamp_ns - interval_ns, stamp_ns)
@@ -117,18 +119,18 @@ class DistanceMeter:
             return None
         return 0.0 if status is PairStatus.STILL else self._settings.speed * interval_ns * 1e-9
 
-    def _look_for(self, frame: Frame, heading: VisualCompass) -> bool:
+    def _update_camera(self, frame: Frame, heading: VisualCompass) -> bool:
         """Use the current camera and mask; return whether the camera has changed."""
         camera = (heading.lens, frame.shape, self._settings.view.rotate_180)
         if camera == self._camera:
-            if heading.counting is not self._mask and self._meter is not None:
-                self._mask = heading.counting
+            if heading.pixel_weights is not self._mask and self._meter is not None:
+                self._mask = heading.pixel_weights
                 self._meter.use_mask(self._mask)
             return False
         speeds = None if self._meter is None else self._meter.speed_filter
         if speeds is not None:
-            speeds.deviation += TUNING.other_lens * abs(speeds.speed)
-        self._camera, self._mask = camera, heading.counting
+            speeds.deviation += TUNING.lens_change_error * abs(speeds.speed)
+        self._camera, self._mask = camera, heading.pixel_weights
         lens = heading.lens
         horizon, given = lens.horizon, math.radians(self._settings.camera_pitch_deg)
         self._meter = RoadMeter(

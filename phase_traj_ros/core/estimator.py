@@ -68,8 +68,7 @@ class TrajectoryEstimator:
         self.correlate_ns = 0
         """Time to correlate the last frame, in nanoseconds."""
         self._last_stamp_ns: int | None = None
-        # Stamps of the newest frame that is not a repeated picture, and of the newest one that was
-        # measured.
+        # Stamps of the newest frame that repeats no picture, and of the newest measured one.
         self._used_stamp_ns = self._measured_ns = 0
         if self._settings.lens is not None:
             self.use_lens(self._settings.lens)
@@ -149,11 +148,11 @@ class TrajectoryEstimator:
     @property
     def left_out(self) -> NDArray[np.uint8] | None:
         """Return an (H, W) map that is 0 in areas fixed to the camera; None if there are none."""
-        return self._judge.left_out
+        return self._judge.excluded
 
     @property
     def threshold_hint(self) -> ThresholdHint | None:
-        """Return what to do about a threshold that does not fit; None if it may fit."""
+        """Return the hint for an unsuitable threshold; None if the threshold may fit."""
         return self._integration.coder.hint(self._width)
 
     def correlation_map(self) -> NDArray[np.float32]:
@@ -180,7 +179,7 @@ class TrajectoryEstimator:
         """
         if self.heading is not None:
             if lens != self.heading.lens:
-                self._integration.doubt()
+                self._integration.stop_foreseeing()
                 self._repeats.forget()
             self.heading.use_lens(lens)
         elif self._settings.measures_heading:
@@ -201,7 +200,7 @@ class TrajectoryEstimator:
         self._integration.distance_meter.speeds.add(stamp_ns, speed)
 
     def repeat_stamp(self, count: int) -> None:
-        """Count frames with the stamp of the one before, which are not used."""
+        """Count frames that are not used because their stamp equals the previous one."""
         self._integration.repeat_stamp(count)
 
     def check(self, settings: EstimatorSettings) -> None:
@@ -239,10 +238,10 @@ class TrajectoryEstimator:
         self._integration.reconfigure(settings, restarts=switches)
         if switches:
             self._judge = Judge(settings.code_source)
-            self._leave_out()
+            self._exclude_areas()
             self.reset()
         if self.heading is not None:
-            self.heading.turn_180(settings.view.rotate_180)
+            self.heading.set_upside_down(settings.view.rotate_180)
 
     def reset(self) -> None:
         """Restart with the next frame: no codes, no path, direction forward."""
@@ -294,7 +293,7 @@ class TrajectoryEstimator:
         waited_ns = 0 if first else stamp_ns - self._measured_ns
         # First, as an unusable frame must not change the state.
         picture = prepare(frame)
-        # The codes of the paper are those of pairs, whatever was before them.
+        # By the rule of the paper, the code of a pair does not depend on earlier motion.
         if not first and self._repeats.is_repeated(
                 frame, interval_ns, encoding=encoding, by_motion=self._settings.by_heading):
             self._count(stamp_ns)
@@ -312,17 +311,17 @@ class TrajectoryEstimator:
             return self._integration.foresee(stamp_ns, waited_ns, interval_ns)
         self._measured_ns = stamp_ns
         if first:
-            self._judge.look(picture, None, 0.0)
+            self._judge.add_frame(picture, None, 0.0)
             self._integration.start(picture, stamp_ns)
             return None
         if pair.cut and self._settings.guards:
             self._integration.begin_scene()
         verdict = self._judge.judge(picture, pair, self.heading, waited_ns * 1e-9)
         if verdict.areas_changed:
-            self._leave_out()
+            self._exclude_areas()
+        deviation_ns = math.hypot(self._repeats.deviation_ns, self._jitter.deviation_ns)
         return self._integration.add(
-            picture, pair, verdict, stamp_ns, waited_ns,
-            unsure_ns=math.hypot(self._repeats.unsure_ns, self._jitter.deviation_ns))
+            picture, pair, verdict, stamp_ns, waited_ns, interval_deviation_ns=deviation_ns)
 
     def _count(self, stamp_ns: int) -> None:
         """Count a frame that can be used."""
@@ -335,12 +334,12 @@ class TrajectoryEstimator:
         self, frame: Frame, picture: NDArray[np.uint8], waited_ns: int, interval_ns: int,
         encoding: str,
     ) -> bool:
-        """Return whether a frame needs no measurement, as the motion goes on."""
+        """Return whether a frame needs no measurement, as the motion continues."""
         # A video that repeats some of its pictures has the stamps of another clock.
-        return (self._integration.goes_on((waited_ns + interval_ns) * 1e-9)
+        return (self._integration.can_foresee((waited_ns + interval_ns) * 1e-9)
                 and self._settings.by_heading and self.heading is not None
-                and self._repeats.unsure_ns == 0.0
-                and self._meter.continues(frame, interval_ns * 1e-9, encoding)
+                and self._repeats.deviation_ns == 0.0
+                and self._meter.can_compare(frame, interval_ns * 1e-9, encoding)
                 and self.heading.foresees(picture, waited_ns * 1e-9, interval_ns * 1e-9))
 
     def _switches_rule(self, settings: EstimatorSettings) -> bool:
@@ -356,8 +355,8 @@ class TrajectoryEstimator:
             lens, rotate_180=self._settings.view.rotate_180, mask=self._meter.mask,
             learning=learning, keyframes=self._settings.keyframes)
 
-    def _leave_out(self) -> None:
+    def _exclude_areas(self) -> None:
         """Measure without the areas that are fixed to the camera, from the next pair on."""
-        self._meter.leave_out(self._judge.left_out)
+        self._meter.exclude(self._judge.excluded)
         if self.heading is not None:
-            self.heading.leave_out(self._judge.left_out)
+            self.heading.exclude(self._judge.excluded)

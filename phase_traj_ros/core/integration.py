@@ -26,10 +26,9 @@ from phase_traj_ros.core.update import Counters, Update
 
 class Integration:
     """
-    What the pairs of a drive add up to.
+    Accumulates the pairs of a drive.
 
-    Frames that are foreseen or repeat a picture are added, too; the next measured pair covers
-    their time.
+    Foreseen frames and repeated pictures are added, too; the next measured pair covers their time.
     """
 
     def __init__(self, settings: EstimatorSettings) -> None:
@@ -46,37 +45,37 @@ class Integration:
         self.frames = 0
         """Number of frames since the last reset."""
         self._monitor = ReliabilityMonitor()
-        self._turned = False
-        self._told: Lens | None = None
-        # Number of the newest measured frame, its update, if that can be trusted, and that of the
-        # newest frame, relative to it, if that was foreseen.
-        self._measured = 0
-        self._steady: Update | None = None
+        self._has_turns = False
+        self._reported_lens: Lens | None = None
+        # Number of the newest measured frame, its update if trusted, and the update of the newest
+        # frame, relative to it, if foreseen.
+        self._measured_frame = 0
+        self._trusted: Update | None = None
         self._foreseen: Update | None = None
 
     @property
     def reliability(self) -> Reliability:
         """Return the reliability of the last minute and of the drive."""
         return self._monitor.verdict(
-            camera_known=not self._settings.by_heading or self._knows_angles)
+            camera_known=not self._settings.by_heading or self._angles_known)
 
     def repeat_stamp(self, count: int) -> None:
-        """Count frames with the stamp of the one before, which are not used."""
+        """Count frames that are not used because their stamp equals the previous one."""
         self.counters.repeated += count
         self._monitor.add_same_stamps(count)
 
     def reconfigure(self, settings: EstimatorSettings, *, restarts: bool) -> None:
-        """Continue with other settings; ``restarts`` tells whether codes and path start anew."""
+        """Continue with other settings; with ``restarts``, codes and path start again."""
         self._settings = settings
-        self.doubt()
+        self.stop_foreseeing()
         self.distance_meter.reconfigure(settings)
         self.coder.reconfigure(settings)
         if restarts:
             self.coder, self.route = Coder(settings), Route(settings)
 
-    def doubt(self) -> None:
-        """Foresee no frame from the newest pair."""
-        self._steady = None
+    def stop_foreseeing(self) -> None:
+        """Do not foresee frames from the newest pair."""
+        self._trusted = None
 
     def reset(self) -> None:
         """Restart with the next frame: no codes, no path, direction forward."""
@@ -85,11 +84,11 @@ class Integration:
         if self.heading is not None:
             self.heading.restart()
         self._monitor.reset()
-        self._turned = False
+        self._has_turns = False
         self.distance_meter.reset()
         self.route.reset()
         self.frames = 0
-        self._steady = self._foreseen = None
+        self._trusted = self._foreseen = None
 
     def count_frame(self) -> None:
         """Count a frame; its pair is added next."""
@@ -98,7 +97,7 @@ class Integration:
 
     def start(self, picture: Frame, stamp_ns: int) -> None:
         """Start with the first frame."""
-        self._measured = self.frames
+        self._measured_frame = self.frames
         self.route.start(stamp_ns)
         if self.heading is not None:
             self.heading.start(stamp_ns)
@@ -110,21 +109,21 @@ class Integration:
         if self.heading is not None:
             self.heading.cut()
 
-    def goes_on(self, later: float) -> bool:
+    def can_foresee(self, later: float) -> bool:
         """Return whether the motion may be foreseen ``later`` seconds after the newest pair."""
-        return self._steady is not None and self.distance_meter.reaches(later)
+        return self._trusted is not None and self.distance_meter.reaches(later)
 
     def add(
         self, picture: Frame, pair: Comparison, verdict: Verdict, stamp_ns: int, interval_ns: int,
-        *, unsure_ns: float,
+        *, interval_deviation_ns: float,
     ) -> Update:
         """
-        Add a judged pair; ``unsure_ns`` is how much its interval may err.
+        Add a judged pair; ``interval_deviation_ns`` is the standard deviation of its interval.
 
         The update is relative to the newest frame, also if that was foreseen.
         """
         interval = interval_ns * 1e-9
-        heading = self._turn(verdict, stamp_ns, interval)
+        heading = self._add_heading(verdict, stamp_ns, interval)
         self.counters.count(verdict.status)
         dx = None if pair.used is None else self._settings.view.full_shift(pair.used).dx
         step = self.coder.code(verdict.status, dx, heading, interval)
@@ -132,30 +131,32 @@ class Integration:
         turned = None if heading is None else heading.step
         # The road shows whether the vehicle moves, even if the rest of the image does not.
         travel = self.distance_meter.update(
-            picture, self.heading, pair.yaw, status, stamp_ns, interval_ns, unsure_ns=unsure_ns)
+            picture, self.heading, pair.yaw, status, stamp_ns, interval_ns,
+            interval_deviation_ns=interval_deviation_ns)
         odometry, links = self.route.add(
-            step, turned, travel, stamp_ns, interval_ns, unsure_ns=unsure_ns)
+            step, turned, travel, stamp_ns, interval_ns,
+            interval_deviation_ns=interval_deviation_ns)
         cut = pair.cut and self._settings.guards
         self._monitor.add(
             verdict.evidence, stamp_ns, interval_ns,
             contradicted=self._settings.guards and heading is not None and heading.contradicts,
             measured=not self._settings.metric or travel is None or travel.measured,
             rivalled=self._settings.metric and travel is not None and travel.rivalled,
-            cut=pair.cut, frames=self.frames - self._measured)
+            cut=pair.cut, frames=self.frames - self._measured_frame)
         known = travel is not None and travel.known
         whole = Update(
             self.frames - 2, stamp_ns, interval_ns, self._shift(pair, heading), step, status,
-            self._tip, turned, () if heading is None else heading.turns, self._news_of_camera(),
+            self._tip, turned, () if heading is None else heading.turns, self._camera_change(),
             cut, odometry, travel, links,
             travel.distance / interval if travel and known else None,
             travel.variance / interval ** 2 if travel and known else None)
-        foreseen, self._foreseen, self._measured = self._foreseen, None, self.frames
-        self._steady = whole if verdict.evidence is Evidence.TRUSTED else None
+        foreseen, self._foreseen, self._measured_frame = self._foreseen, None, self.frames
+        self._trusted = whole if verdict.evidence is Evidence.TRUSTED else None
         return whole.after(foreseen)
 
     def foresee(self, stamp_ns: int, waited_ns: int, interval_ns: int) -> Update:
         """Add a frame that is not measured; the next pair covers its time."""
-        newest, heading = self._steady, self.heading
+        newest, heading = self._trusted, self.heading
         assert newest is not None and heading is not None
         ahead = heading.foresee(waited_ns * 1e-9)
         step = self.coder.code(PairStatus.OK, 0.0, ahead, interval_ns * 1e-9)
@@ -165,7 +166,7 @@ class Integration:
         before, self._foreseen = self._foreseen, replace(
             newest, pair=self.frames - 2, stamp_ns=stamp_ns, interval_ns=waited_ns,
             shift=ahead.shift, step=step, status=PairStatus.OK.coded(step), tip=self._tip,
-            heading=ahead.step, turns=(), camera=self._news_of_camera(), cut=False,
+            heading=ahead.step, turns=(), camera=self._camera_change(), cut=False,
             odometry=odometry, travel=travel, links=())
         return self._foreseen.after(before)
 
@@ -176,34 +177,36 @@ class Integration:
         self._monitor.add(Evidence.REPEATED, stamp_ns, interval_ns)
         heading = None
         if self.heading is not None:
-            # It does not turn since the frame before, which may be a foreseen one.
+            # The heading stays that of the previous frame, which may be foreseen.
             heading = self.heading.tracker.foresee(0.0, 0.0)
             if self._foreseen is not None and self._foreseen.heading is not None:
                 heading = replace(heading, heading=self._foreseen.heading.heading)
         step = self.coder.code(status, None, None, interval_ns * 1e-9)
         return Update(
             self.frames - 2, stamp_ns, interval_ns, None, step, status, self._tip, heading,
-            camera=self._news_of_camera())
+            camera=self._camera_change())
 
-    def _turn(self, verdict: Verdict, stamp_ns: int, interval: float) -> HeadingUpdate | None:
+    def _add_heading(
+        self, verdict: Verdict, stamp_ns: int, interval: float,
+    ) -> HeadingUpdate | None:
         """Add the yaw of the pair to the heading, if the heading is measured."""
         if self.heading is None:
             return None
         speed = self.distance_meter.heights_per_second
         update = self.heading.add(
-            verdict.yaw, stamp_ns, interval, way=None if speed is None else speed * interval,
-            frames=self.frames - self._measured)
+            verdict.yaw, stamp_ns, interval, distance=None if speed is None else speed * interval,
+            frames=self.frames - self._measured_frame)
         self.turns.extend(update.turns)
-        self._turned |= bool(update.quarters or update.turns)
+        self._has_turns |= bool(update.quarters or update.turns)
         return update
 
     @property
-    def _knows_angles(self) -> bool:
+    def _angles_known(self) -> bool:
         """Return whether the camera is known well enough for the turns so far."""
         heading = self.heading
         if heading is None or heading.camera is None or heading.camera.settled:
             return True
-        return not (self._turned or heading.bends_may_be_turns)
+        return not (self._has_turns or heading.bends_may_be_turns)
 
     @property
     def _tip(self) -> Corner:
@@ -211,11 +214,11 @@ class Integration:
         assert tip is not None
         return tip
 
-    def _news_of_camera(self) -> CameraInUse | None:
+    def _camera_change(self) -> CameraInUse | None:
         """Return the camera if it has changed since the last report."""
-        if self.heading is None or self.heading.lens is self._told:
+        if self.heading is None or self.heading.lens is self._reported_lens:
             return None
-        self._told = self.heading.lens
+        self._reported_lens = self.heading.lens
         return self.heading.camera
 
     def _shift(self, pair: Comparison, heading: HeadingUpdate | None) -> Shift | None:

@@ -1,12 +1,12 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
 """
-Judges each pair of frames, once: what its measurement is worth, and why.
+Judges each pair of frames: its status, and the quality of its measurement.
 
-``judged`` is the only place that decides it; ``Judge`` collects what it needs to know: whether the
-vehicle stands (``_stands``) and whether only what is fixed to the camera agrees
-(``_only_fixed_agree``). The distance of a pair that stands is 0; of others, the road decides. A
-frame that repeats a picture or is foreseen has no measurement to judge.
+Only ``judged`` decides. ``Judge`` provides its inputs: whether the vehicle stands
+(``_is_standing``) and whether only areas fixed to the camera agree (``_only_fixed_agree``). The
+distance of a standing pair is 0; that of others is measured on the road. Repeated pictures and
+foreseen frames have no measurement to judge.
 """
 
 from dataclasses import dataclass, replace
@@ -32,11 +32,11 @@ def judged(
     by_yaw: bool = True,
 ) -> tuple[PairStatus, Evidence]:
     """
-    Return the status of a pair before it is coded, and what it is worth for the result.
+    Return the status of a pair before it is coded, and its evidence.
 
-    ``blank``: the image holds only noise. ``fixed``: only fixed areas may have agreed, or too
-    little else is left. ``implausible``: the yaw was not measured, or no vehicle turns like that.
-    ``by_yaw``: the pair is coded by its yaw.
+    ``blank``: the image holds only noise. ``fixed``: only fixed areas may have agreed, or they
+    leave too little of the image. ``implausible``: the yaw was not measured, or is impossible for
+    a vehicle. ``by_yaw``: the pair is coded by its yaw.
     """
     if pair.gap:
         return PairStatus.GAP, Evidence.APART
@@ -51,30 +51,31 @@ def judged(
         return status, Evidence.BLANK
     if fixed:
         return status, Evidence.FIXED
-    if pair.agreement < RELIABILITY.agreeing:
+    if pair.agreement < RELIABILITY.min_agreement:
         return status, Evidence.SCATTERED
     return status, Evidence.JERKED if implausible else Evidence.TRUSTED
 
 
 @dataclass(frozen=True, slots=True)
 class Verdict:
-    """The judgement on a pair of frames."""
+    """The verdict on a pair of frames."""
 
     status: PairStatus
     """Status of the pair before it is coded."""
     evidence: Evidence
-    """What it is worth for the result."""
+    """Quality of its measurement."""
     yaw: YawMeasurement | None = None
     """The measurement to integrate, without the yaw if that is rejected; None without any."""
     areas_changed: bool = False
-    """Whether ``Judge.left_out`` has changed."""
+    """Whether ``Judge.excluded`` has changed."""
 
 
 class Judge:
     """
     Judges the pairs of a drive.
 
-    In ``auto`` it detects areas that are fixed to the camera, and rejects what only they show.
+    With ``auto``, it detects areas that are fixed to the camera, and rejects motion that only they
+    show.
     """
 
     def __init__(self, source: CodeSource) -> None:
@@ -88,9 +89,9 @@ class Judge:
         self._areas.interrupt()
 
     @property
-    def left_out(self) -> NDArray[np.uint8] | None:
+    def excluded(self) -> NDArray[np.uint8] | None:
         """Return the mask of the fixed areas, (H, W): 0 where fixed; None if nothing is."""
-        return self._areas.weights() if self._leaves_out else None
+        return self._areas.weights() if self._excludes else None
 
     def judge(
         self, picture: Frame, pair: Comparison, heading: VisualCompass | None, interval: float,
@@ -104,14 +105,14 @@ class Judge:
         shift = None if heading is None else heading.shift_of(pair.yaw)
         if pair.cut:
             self._areas.interrupt()
-        changed = self.look(picture, shift, interval)
-        if pair.quality is Quality.STILL and not self._stands(
+        changed = self.add_frame(picture, shift, interval)
+        if pair.quality is Quality.STILL and not self._is_standing(
                 pair.yaw, interval, 0.0 if heading is None else heading.tracker.rate):
             pair = replace(pair, quality=Quality.MEASURED)
         yaw, fixed = pair.yaw, False
         if yaw is not None and shift is not None:
             if pair.quality is Quality.STILL:
-                # A stationary vehicle does not turn, whatever passes by.
+                # A stationary vehicle does not turn, even if traffic passes by.
                 yaw = replace(yaw, yaw=0.0)
             elif self._only_fixed_agree(yaw, shift):
                 yaw, fixed = replace(yaw, yaw=None), True
@@ -120,9 +121,9 @@ class Judge:
             implausible=heading is not None and not heading.admits(yaw, interval))
         return Verdict(status, evidence, yaw, changed)
 
-    def look(self, picture: Frame, shift: Shift | None, interval: float) -> bool:
+    def add_frame(self, picture: Frame, shift: Shift | None, interval: float) -> bool:
         """
-        Take the next frame; return whether ``left_out`` has changed.
+        Take the next frame; return whether ``excluded`` has changed.
 
         ``shift`` is that since the previous frame, in pixels of the frame; None if the two cannot
         be compared.
@@ -132,33 +133,35 @@ class Judge:
         if shift is None:
             self._areas.interrupt()
             return self._areas.update(picture, 0.0)
-        before = self._leaves_out
+        before = self._excludes
         # If too little of the image would remain, the mask stays as it was.
         changed = self._areas.update(
             picture, interval, turned=shift.dx) and self._areas.sufficient
-        return changed and (before or self._leaves_out)
+        return changed and (before or self._excludes)
 
-    def _stands(
+    def _is_standing(
         self, yaw: YawMeasurement | None, interval: float, before: float,
     ) -> bool:
         """
-        Return whether a vehicle stands whose picture is still.
+        Return whether a vehicle with a still picture stands.
 
-        It drives if all that does not move is the horizon, or if everything turns, or if a turn
-        goes on: ``before`` is the yaw rate of the previous pair.
+        It drives if only the horizon is unchanged, if everything turns, or if a turn continues:
+        ``before`` is the yaw rate of the previous pair.
         """
-        turns = (yaw is not None and yaw.yaw is not None and abs(yaw.yaw) > ROAD.turning * interval
-                 and (yaw.certain or (yaw.refined and before * yaw.yaw > 0.0
-                                      and abs(before) > ROAD.turning)))
-        return not (self._areas.far or (turns and self._areas.moving))
+        turns = (
+            yaw is not None and yaw.yaw is not None
+            and abs(yaw.yaw) > ROAD.driving_yaw_rate * interval
+            and (yaw.certain or (yaw.refined and before * yaw.yaw > 0.0
+                                 and abs(before) > ROAD.driving_yaw_rate)))
+        return not (self._areas.only_horizon_unchanged or (turns and self._areas.moving))
 
     def _only_fixed_agree(self, yaw: YawMeasurement, shift: Shift) -> bool:
-        """Return whether only what is fixed to the camera may agree on the yaw."""
-        # What passes by is not fixed, however little of the rest of the image moves.
-        passes = yaw.certain and yaw.motion is not None and yaw.motion.passing > FIXED.passing
+        """Return whether only areas fixed to the camera may agree on the yaw."""
+        # A scene that passes by is not fixed, however little of the image moves.
+        passes = yaw.certain and yaw.motion is not None and yaw.motion.passing > FIXED.min_passing
         return self._guards and (not self._areas.sufficient or (
             not passes and self._areas.doubts(shift, agreed=yaw.refined)))
 
     @property
-    def _leaves_out(self) -> bool:
-        return self._areas.share >= FIXED.least_masked
+    def _excludes(self) -> bool:
+        return self._areas.share >= FIXED.min_masked

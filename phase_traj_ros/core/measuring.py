@@ -20,8 +20,8 @@ from phase_traj_ros.core.rotation.yaw_meter import YawMeasurement
 from phase_traj_ros.core.settings import EstimatorSettings
 
 
-# Standard deviations by which a valid shift stands out of noise.
-_STANDS_OUT = GateSettings().min_significance
+# Significance of a valid shift, in standard deviations of noise.
+_MIN_SIGNIFICANCE = GateSettings().min_significance
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,7 +33,7 @@ class Comparison:
     yaw: YawMeasurement | None = None
     """Yaw, if a lens is given."""
     quality: Quality | None = None
-    """What the pair is worth by its frames alone; None if they cannot be compared."""
+    """Quality of the pair by its frames alone; None if they cannot be compared."""
     used: Shift | None = None
     """Shift of the view, or of the cylinder, to use for the pair."""
     agreement: float = 0.0
@@ -45,7 +45,7 @@ class Comparison:
 
 
 class PairMeter:
-    """Keeps the newest frame in the form each measurement needs, and compares it with the next."""
+    """Compares each frame with the previous one, by all measurements."""
 
     def __init__(self, settings: EstimatorSettings, *, mask: ArrayLike | None) -> None:
         """
@@ -61,10 +61,10 @@ class PairMeter:
         """Weight of each pixel, (H, W), 0 to 1; None if all count equally."""
         self._settings = settings
         self.check(settings)
-        self._form: tuple[tuple[int, ...], str, str] | None = None
+        self._format: tuple[tuple[int, ...], str, str] | None = None
         self._cuts = CutDetector()
-        self._left_out: NDArray[np.uint8] | None = None
-        self._apply()
+        self._excluded: NDArray[np.uint8] | None = None
+        self._rebuild()
 
     def check(self, settings: EstimatorSettings) -> None:
         """
@@ -86,7 +86,7 @@ class PairMeter:
         before = self._settings
         self._settings = settings
         if (settings.view, settings.code_source) != (before.view, before.code_source):
-            self._apply()
+            self._rebuild()
         elif (settings.gate, settings.stillness) != (before.gate, before.stillness):
             self._make_quality()
 
@@ -96,14 +96,14 @@ class PairMeter:
         self._quality.reset()
         self._cuts.reset()
 
-    def leave_out(self, weights: NDArray[np.uint8] | None) -> None:
+    def exclude(self, weights: NDArray[np.uint8] | None) -> None:
         """Ignore areas fixed to the camera where a vehicle may stand; (H, W), 0 to 255."""
-        self._left_out = weights
-        self._quality.leave_out(None if weights is None else self._settings.view.of(weights))
+        self._excluded = weights
+        self._quality.exclude(None if weights is None else self._settings.view.of(weights))
 
-    def continues(self, frame: Frame, interval: float, encoding: str) -> bool:
+    def can_compare(self, frame: Frame, interval: float, encoding: str) -> bool:
         """Return whether a frame is of the form of the newest one, and no gap separates them."""
-        return self._form == (frame.shape, frame.dtype.str, encoding) and not self._gap(interval)
+        return self._format == (frame.shape, frame.dtype.str, encoding) and not self._gap(interval)
 
     def compare(
         self, frame: Frame, picture: NDArray[np.uint8], waited: float, interval: float, *,
@@ -123,7 +123,7 @@ class PairMeter:
         """
         view = self._settings.view.of(frame)
         # All checks come first, because an error must leave the state unchanged.
-        if not self._settings.by_heading or self._quality.looks_at_frames:
+        if not self._settings.by_heading or self._quality.needs_frames:
             # The yaw may be measured on a frame that has no valid view.
             check_frame(view)
             if self._view_mask is not None:
@@ -131,10 +131,10 @@ class PairMeter:
         yaw = None if heading is None else heading.measure(picture, waited)
         shift = None if self._settings.by_heading else self._correlator.update(view)
         self._quality.update(view)
-        form = (frame.shape, frame.dtype.str, encoding)
-        alike, self._form = form == self._form, form
+        frame_format = (frame.shape, frame.dtype.str, encoding)
+        same_format, self._format = frame_format == self._format, frame_format
         gap = self._gap(interval)
-        if gap or not alike:
+        if gap or not same_format:
             self._quality.interrupt()
             self._cuts.reset()
             return Comparison(gap=gap)
@@ -148,7 +148,7 @@ class PairMeter:
         if yaw is not None:
             agreement = yaw.agreement
         else:
-            agreement = float(self._correlator.significance(measured) >= _STANDS_OUT)
+            agreement = float(self._correlator.significance(measured) >= _MIN_SIGNIFICANCE)
         return Comparison(shift, yaw, quality, used, agreement, cut=cut)
 
     def correlation_map(self) -> NDArray[np.float32]:
@@ -158,7 +158,7 @@ class PairMeter:
     def _gap(self, interval: float) -> bool:
         return 0.0 < self._settings.max_gap < interval
 
-    def _apply(self) -> None:
+    def _rebuild(self) -> None:
         settings = self._settings
         self._view_mask: Frame | None = (
             None if self.mask is None else settings.view.of(self.mask))
@@ -170,4 +170,4 @@ class PairMeter:
         self._quality = PairQuality(
             gate=None if self._settings.by_heading else self._settings.gate,
             stillness=self._settings.stillness, mask=self._view_mask)
-        self.leave_out(self._left_out)
+        self.exclude(self._excluded)

@@ -6,9 +6,9 @@ from dataclasses import dataclass, field
 from enum import Enum
 import math
 
-from phase_traj_ros.core.camera.lens import Lens, MOST_TILT_DEG
+from phase_traj_ros.core.camera.lens import Lens, MAX_TILT_DEG
 from phase_traj_ros.core.codes.from_shift import DynamicChainCode, PAPER_THRESHOLD
-from phase_traj_ros.core.codes.links import LEAST_STEP
+from phase_traj_ros.core.codes.links import MIN_STEP
 from phase_traj_ros.core.codes.sectors import HeadingSector
 from phase_traj_ros.core.correlation.quality import GateSettings, StillnessSettings
 from phase_traj_ros.core.correlation.view import View
@@ -114,16 +114,16 @@ class EstimatorSettings:
             limit = getattr(self, name)
             if limit is not None and limit < 1:
                 raise ValueError(f'{name} is {limit}: give at least 1, or None to keep all')
-        if not abs(self.camera_pitch_deg) <= MOST_TILT_DEG:
+        if not abs(self.camera_pitch_deg) <= MAX_TILT_DEG:
             raise ValueError(
                 f'camera_pitch_deg is {self.camera_pitch_deg}: give degrees from'
-                f' -{MOST_TILT_DEG:g} to {MOST_TILT_DEG:g}')
+                f' -{MAX_TILT_DEG:g} to {MAX_TILT_DEG:g}')
         if self.connectivity == 8 and self.code_source is not CodeSource.HEADING:
             raise ValueError('connectivity is 8: this requires code_source heading; the other code'
                              ' sources give right angles only')
-        if self.code_step != 0 and not LEAST_STEP <= self.code_step < math.inf:
+        if self.code_step != 0 and not MIN_STEP <= self.code_step < math.inf:
             raise ValueError(
-                f'code_step is {self.code_step}: give a finite number of {LEAST_STEP} or more, or'
+                f'code_step is {self.code_step}: give a finite number of {MIN_STEP} or more, or'
                 ' 0 for no links')
         if self.speed > 0 and self.awaits_speeds:
             raise ValueError('speed and awaits_speeds are both set: give one of them')
@@ -204,9 +204,14 @@ class EstimatorSettings:
         return self.lens is not None or self.needs_lens
 
     @property
+    def speed_given(self) -> bool:
+        """Return whether the speed of the vehicle is given."""
+        return self.speed > 0 or self.awaits_speeds
+
+    @property
     def metric(self) -> bool:
         """Return whether a speed or the camera height gives odometry in metres."""
-        return self.speed > 0 or self.awaits_speeds or self.camera_height > 0
+        return self.speed_given or self.camera_height > 0
 
     @property
     def measures_distance(self) -> bool:

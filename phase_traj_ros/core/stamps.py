@@ -25,18 +25,18 @@ class StampGate(Generic[_FrameT]):
     """
     Passes on frames whose stamps increase, and drops the others.
 
-    A frame whose stamp jumps by more than a second is held until the next one arrives. If the
-    stream goes on from there, the jump was real: a gap, or, backward, a restart. Otherwise the
-    frame is a stray one and is dropped. A stamp that is at most a second late is dropped at once:
-    neighbours were swapped, or a clock was set back.
+    A frame whose stamp jumps by more than a second is held until the next one arrives. If the next
+    stamp continues from there, the jump was a gap or, backward, a restart. Otherwise the frame is
+    an outlier and is dropped. A frame that is at most a second late is dropped at once: neighbours
+    were swapped, or a clock was set back.
     """
 
     def __init__(self) -> None:
         """Make a gate before the first frame."""
         self.repeated = 0
-        """Number of frames dropped so far as they have the stamp of the one before."""
+        """Number of frames dropped so far because their stamp equals the previous one."""
         self.dropped = 0
-        """Number of frames dropped so far as their stamp is late or stray."""
+        """Number of frames dropped so far because their stamp is late or an outlier."""
         self._newest_ns: int | None = None
         self._interval_ns = 0
         self._held: Passed[_FrameT] | None = None
@@ -86,14 +86,14 @@ class StampGate(Generic[_FrameT]):
             self._held = Passed(next_.frame, next_.stamp_ns, restarts=True)
         elif step_ns < 0:
             self.dropped += 1
-        elif step_ns > max(TUNING.jump_ns, TUNING.slow_intervals * self._interval_ns):
+        elif step_ns > max(TUNING.jump_ns, TUNING.jump_intervals * self._interval_ns):
             first = self._interval_ns == 0
-            self._held = replace(next_, restarts=first and step_ns > TUNING.ages_ns)
+            self._held = replace(next_, restarts=first and step_ns > TUNING.clock_set_ns)
         else:
             yield self._use(next_)
 
     def _continues(self, held: Passed[_FrameT], stamp_ns: int) -> bool:
-        """Return whether a stamp goes on from the held frame, not from the newest one used."""
+        """Return whether a stamp continues from the held frame, not from the newest one used."""
         assert self._newest_ns is not None
         if held.stamp_ns < self._newest_ns:
             return held.stamp_ns < stamp_ns < self._newest_ns

@@ -57,7 +57,7 @@ class Update:
 
     def after(self, before: 'Update | None') -> 'Update':
         """
-        Return what this update adds to one of a foreseen frame before it; itself without one.
+        Return this update relative to that of a foreseen frame before it; itself if None.
 
         Both are relative to the newest measured frame before them.
         """

@@ -68,7 +68,7 @@ def turning(yaw=0.02, quality=Quality.MEASURED, among=0.8, **options):
 def judged_after(pictures, pair, source=CodeSource.AUTO, heading=None):
     """Return the verdict on the last of these pictures."""
     judge, heading = Judge(source), heading or Following()
-    judge.look(pictures[0], None, 0.0)
+    judge.add_frame(pictures[0], None, 0.0)
     return [judge.judge(picture, pair, heading, 0.1) for picture in pictures[1:]][-1]
 
 
@@ -144,7 +144,7 @@ def test_what_passes_by_is_not_dirt_however_little_else_moves(street, passing, e
 def test_a_cut_does_not_make_the_next_scene_doubtful(street):
     pictures = seen_through_dirt(street)
     judge = Judge(CodeSource.AUTO)
-    judge.look(pictures[0], None, 0.0)
+    judge.add_frame(pictures[0], None, 0.0)
     for picture in pictures[1:]:
         judge.judge(picture, turning(), Following(), 0.1)
     verdict = judge.judge(street[0], turning(cut=True), Following(), 0.1)
@@ -154,22 +154,22 @@ def test_a_cut_does_not_make_the_next_scene_doubtful(street):
 def test_what_is_fixed_is_told_when_it_is_found_and_kept_over_a_reset(street):
     """A bar that is never lit covers a quarter of the picture."""
     judge, told = Judge(CodeSource.AUTO), []
-    judge.look(street[0], None, 0.0)
+    judge.add_frame(street[0], None, 0.0)
     for picture in street[1:]:
         barred = picture.copy()
         barred[:, :40] = 0
         told.append(judge.judge(barred, turning(), Following(), 0.1).areas_changed)
     assert any(told) and not told[0]
-    assert (judge.left_out[:, :35] == 0).all() and (judge.left_out[:, 60:] == 255).all()
+    assert (judge.excluded[:, :35] == 0).all() and (judge.excluded[:, 60:] == 255).all()
     judge.reset()
-    assert judge.left_out is not None
+    assert judge.excluded is not None
 
 
 @pytest.mark.parametrize('apart', [Comparison(gap=True), Comparison()])
 def test_frames_that_are_not_compared_end_what_was_seen_before(street, apart):
     pictures = seen_through_dirt(street)
     judge = Judge(CodeSource.AUTO)
-    judge.look(pictures[0], None, 0.0)
+    judge.add_frame(pictures[0], None, 0.0)
     for picture in pictures[1:]:
         judge.judge(picture, turning(), Following(), 0.1)
     assert judge.judge(pictures[0], turning(), Following(), 0.1).evidence is Evidence.FIXED

@@ -9,35 +9,35 @@ from numpy.typing import NDArray
 Numbers = NDArray[np.float64]
 
 # Multiplications in a block: half of those from which OpenBLAS uses several threads.
-_MOST = 1 << 17
+_MAX_BLOCK = 1 << 17
 
 
-def product(left: Numbers, right: Numbers) -> Numbers:
+def transposed_product(left: Numbers, right: Numbers) -> Numbers:
     """
     Return ``left.T @ right``, bit by bit the same with any number of threads.
 
     The sum is over blocks that are too small to be divided among threads.
     """
-    block = max(_MOST // (left.shape[1] * right.shape[1]), 1)
+    block = max(_MAX_BLOCK // (left.shape[1] * right.shape[1]), 1)
     whole = len(left) // block * block
     first, second = (side[:whole].reshape(-1, block, side.shape[1]) for side in (left, right))
     result: Numbers = (first.transpose(0, 2, 1) @ second).sum(axis=0)
     return result + left[whole:].T @ right[whole:]
 
 
-def times(matrix: Numbers, vector: Numbers) -> Numbers:
+def matvec(matrix: Numbers, vector: Numbers) -> Numbers:
     """Return ``matrix @ vector``, the same with any number of threads."""
     result: Numbers = np.einsum('ij,j->i', matrix, vector)
     return result
 
 
-def applied(matrices: Numbers, vectors: Numbers) -> Numbers:
+def batch_matvec(matrices: Numbers, vectors: Numbers) -> Numbers:
     """Return the products of matrices (N, M, 3) and vectors (N, 3), one by one."""
     result: Numbers = np.einsum('nij,nj->ni', matrices, vectors)
     return result
 
 
-def crossed(vectors: Numbers) -> Numbers:
+def cross_matrices(vectors: Numbers) -> Numbers:
     """Return the cross-product matrices (N, 3, 3) of vectors (N, 3)."""
     x, y, z = vectors.T
     matrices = np.zeros((len(vectors), 3, 3))
@@ -46,6 +46,6 @@ def crossed(vectors: Numbers) -> Numbers:
     return matrices
 
 
-def rotations(vectors: Numbers) -> Numbers:
+def rotation_matrices(vectors: Numbers) -> Numbers:
     """Return the rotation matrices (N, 3, 3) of rotation vectors (N, 3)."""
     return np.array([cv2.Rodrigues(vector)[0] for vector in vectors])

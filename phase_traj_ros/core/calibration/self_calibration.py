@@ -3,9 +3,8 @@
 """
 Learns the camera from the drive: from frames to an estimate of lens and horizon.
 
-The evidence is the motion of points through the image in a turn (``turn_fit``), and a prior over
-cameras. It is collected as the probability of each focal length and straightness on a grid, so a
-wrong fit is outvoted, and the memory is constant.
+Fits to points tracked through turns (``turn_fit``) update a prior over cameras. It is a grid of
+focal lengths and straightnesses, so a wrong fit is outvoted, and the memory is constant.
 """
 
 import math
@@ -15,7 +14,7 @@ from numpy.typing import NDArray
 from phase_traj_ros.core.calibration.algebra import Numbers
 from phase_traj_ros.core.calibration.tuning import TUNING
 from phase_traj_ros.core.calibration.turn_fit import fit_turn, TurnFit
-from phase_traj_ros.core.calibration.turn_tracks import TurnFollower, TurnTracks
+from phase_traj_ros.core.calibration.turn_tracks import TurnTracker, TurnTracks
 from phase_traj_ros.core.camera.estimate import CameraEstimate
 from phase_traj_ros.core.camera.horizon import HorizonEstimator
 from phase_traj_ros.core.camera.lens_family import PINHOLE, STRAIGHTNESS_RANGE
@@ -38,50 +37,50 @@ class SelfCalibration:
 
     def __init__(self) -> None:
         """Make an estimator before the first frame."""
-        self._follower = TurnFollower()
-        # That of the frames; (0, 0) before the first.
+        self._tracker = TurnTracker()
+        # Shape of the frames; (0, 0) before the first.
         self._shape = (0, 0)
         # First and last stamp of all frames.
-        self._seen_ns: tuple[int, int] | None = None
-        self._again = False
+        self._stamp_range_ns: tuple[int, int] | None = None
+        self._replayed = False
         self.forget()
 
     def forget(self) -> None:
         """Restart with the prior."""
-        self._follower.cut()
+        self._tracker.cut()
         usual = _normal(_FOCALS, math.log(TUNING.usual_focal), TUNING.focal_spread)
         pinholes = _normal(_STRAIGHTS, PINHOLE, TUNING.pinhole_deviation)
         fisheyes = _normal(_STRAIGHTS, TUNING.fisheye_straightness, TUNING.fisheye_deviation)
         share, cropped = TUNING.pinhole_share, TUNING.cropped_share
-        self._log: Numbers = np.log(
+        self._log_lens: Numbers = np.log(
             usual[:, None] * (share * pinholes + (1.0 - share) * fisheyes))
         whole = _normal(_COLUMNS, 0.0, TUNING.column_deviation)
-        self._column: Numbers = np.log(
+        self._log_column: Numbers = np.log(
             (1.0 - cropped) * whole + cropped / np.ptp(_COLUMNS))
         self._horizon = HorizonEstimator()
-        self._frames, self._tried, self._fits = 0, 0, 0
+        self._frames, self._attempts, self._fits = 0, 0, 0
         self._estimate: CameraEstimate | None = None
 
     def use_mask(self, mask: NDArray[np.uint8] | None) -> None:
         """Use another mask (H, W), 0 for ignored pixels, for turns that start from now on."""
-        self._follower.mask = mask
+        self._tracker.mask = mask
 
     def cut(self) -> None:
         """Do not track points from the last frame to the next; the estimate is kept."""
-        self._follower.cut()
+        self._tracker.cut()
 
-    def see(self, stamp_ns: int) -> None:
+    def add_stamp(self, stamp_ns: int) -> None:
         """
         Record the stamp of the newest frame.
 
         A repeated recording, such as a bag in a loop, adds no evidence: nothing is learned while
         the stamps are within the range already seen.
         """
-        first, last = self._seen_ns or (stamp_ns, stamp_ns - 1)
-        self._again = first <= stamp_ns <= last
-        self._seen_ns = min(first, stamp_ns), max(last, stamp_ns)
-        if self._again:
-            self._follower.cut()
+        first, last = self._stamp_range_ns or (stamp_ns, stamp_ns - 1)
+        self._replayed = first <= stamp_ns <= last
+        self._stamp_range_ns = min(first, stamp_ns), max(last, stamp_ns)
+        if self._replayed:
+            self._tracker.cut()
 
     def update(self, frame: Frame, shift_px: float, interval: float) -> bool:
         """
@@ -91,20 +90,20 @@ class SelfCalibration:
         ``shift_px`` is the shift of the image to the right since the last frame, 0 if it is
         unknown, and ``interval`` the time since in seconds, 0 for the first frame.
         """
-        if self._again:
+        if self._replayed:
             return False
         shape = (frame.shape[0], frame.shape[1])
         if shape != self._shape:
             self._shape = shape
             self.forget()
         self._frames += 1
-        further = max(0, self._tried + 1 - TUNING.free_fits)
-        wanted = self._frames >= TUNING.waiting_frames * further ** 2
-        return self._learn(self._follower.update(frame, shift_px, interval, wanted=wanted))
+        further = max(0, self._attempts + 1 - TUNING.free_fits)
+        wanted = self._frames >= TUNING.fit_spacing_frames * further ** 2
+        return self._learn(self._tracker.update(frame, shift_px, interval, wanted=wanted))
 
     def finish(self) -> None:
         """Use the turn in progress at the end."""
-        self._learn(self._follower.finish())
+        self._learn(self._tracker.finish())
 
     @property
     def turns(self) -> int:
@@ -127,10 +126,10 @@ class SelfCalibration:
             raise ValueError('the camera is unknown before the first frame: give one first')
         if self._estimate is not None:
             return self._estimate
-        density = _density(self._log)
+        density = _density(self._log_lens)
         focal, focal_deviation = _moments(density.sum(axis=1), _FOCALS)
         straight, straight_deviation = _moments(density.sum(axis=0), _STRAIGHTS)
-        column, column_deviation = _moments(_density(self._column), _COLUMNS * width)
+        column, column_deviation = _moments(_density(self._log_column), _COLUMNS * width)
         self._estimate = CameraEstimate(
             width=width, height=height, focal_px=math.exp(focal) * width,
             focal_deviation=math.hypot(focal_deviation, CAMERA.common_error),
@@ -143,44 +142,44 @@ class SelfCalibration:
         """Fit a part of a turn, if there is one, and add the result."""
         if tracks is None:
             return False
-        self._tried += 1
+        self._attempts += 1
         width = self._shape[1]
         fit = self._fit(tracks, width)
         if fit is None:
             return False
         self._fits += 1
-        self._log += _log_likelihood(fit, width)
-        own = TUNING.unsure ** 2 * float(fit.covariance[2, 2]) / width ** 2
-        variance = TUNING.wrong_column ** 2 + own
-        self._column += _student((_COLUMNS - fit.column / width) ** 2 / variance, 1)
+        self._log_lens += _log_likelihood(fit, width)
+        own = TUNING.deviation_factor ** 2 * float(fit.covariance[2, 2]) / width ** 2
+        variance = TUNING.column_error ** 2 + own
+        self._log_column += _log_student((_COLUMNS - fit.column / width) ** 2 / variance, 1)
         chord = 2.0 * max(abs(math.sin(fit.angle / 2.0)), 0.05)
-        self._horizon.add_turn(fit.down, TUNING.sway / chord)
+        self._horizon.add_turn(fit.down, TUNING.axis_error / chord)
         self._estimate = None
         return True
 
     def _fit(self, tracks: TurnTracks, width: int) -> TurnFit | None:
-        """Fit from the estimate; if that fails, from further start values."""
+        """Fit from the estimate; if that fails, from other start values."""
         fit = None
-        if self._fits and self.estimate.focal_deviation < TUNING.known_deviation:
+        if self._fits and self.estimate.focal_deviation < TUNING.known_focal_deviation:
             known = self.estimate
             fit = fit_turn(
                 tracks, [(known.focal_px, known.straightness, known.column_px)], width=width)
         for guesses in (TUNING.guesses, TUNING.cropped_guesses):
             if fit is None or fit.cost > TUNING.good_cost:
-                other = fit_turn(tracks, [
+                refit = fit_turn(tracks, [
                     (focal * width, straightness, column * width)
                     for focal, straightness, column in guesses], width=width)
-                if fit is None or (other is not None and other.cost < fit.cost):
-                    fit = other
-        if fit is not None and fit.cost > TUNING.most_cost:
-            static = fit.point_costs < TUNING.most_cost
-            if static.mean() < TUNING.least_static:
+                if fit is None or (refit is not None and refit.cost < fit.cost):
+                    fit = refit
+        if fit is not None and fit.cost > TUNING.max_cost:
+            static = fit.point_costs < TUNING.max_cost
+            if static.mean() < TUNING.min_static:
                 return None
             lens = math.exp(fit.log_focal), fit.straightness, fit.column
             fit = fit_turn(tracks.of(static), [lens], width=width)
-        if fit is None or fit.cost > TUNING.most_cost:
+        if fit is None or fit.cost > TUNING.max_cost:
             return None
-        return fit if math.sqrt(fit.covariance[0, 0]) < TUNING.most_deviation else None
+        return fit if math.sqrt(fit.covariance[0, 0]) < TUNING.max_deviation else None
 
 
 def _normal(values: Numbers, mean: float, deviation: float) -> Numbers:
@@ -193,10 +192,10 @@ def _density(log: Numbers) -> Numbers:
     return np.asarray(density / density.sum(), np.float64)
 
 
-def _student(distance: Numbers, dimensions: int) -> Numbers:
+def _log_student(distance: Numbers, dimensions: int) -> Numbers:
     """Return the log of Student's distribution at squared distances, in standard deviations."""
-    return np.asarray(
-        -(TUNING.freedom + dimensions) / 2.0 * np.log1p(distance / TUNING.freedom), np.float64)
+    freedom = TUNING.degrees_of_freedom
+    return np.asarray(-(freedom + dimensions) / 2.0 * np.log1p(distance / freedom), np.float64)
 
 
 def _moments(density: Numbers, values: Numbers) -> tuple[float, float]:
@@ -206,12 +205,12 @@ def _moments(density: Numbers, values: Numbers) -> tuple[float, float]:
 
 def _log_likelihood(fit: TurnFit, width: int) -> Numbers:
     """Return the log-likelihood of a fit for each focal length and straightness of the grid."""
-    covariance = TUNING.unsure ** 2 * max(fit.cost, 1.0) * fit.covariance[:2, :2]
-    covariance = covariance + np.diag(np.square((TUNING.wrong_focal, TUNING.wrong_straightness)))
+    covariance = TUNING.deviation_factor ** 2 * max(fit.cost, 1.0) * fit.covariance[:2, :2]
+    covariance = covariance + np.diag(np.square((TUNING.focal_error, TUNING.straightness_error)))
     inverse = np.linalg.inv(covariance)
     focal = (_FOCALS - (fit.log_focal - math.log(width)))[:, None]
     straight = (_STRAIGHTS - fit.straightness)[None, :]
     distance = (
         inverse[0, 0] * focal * focal + 2.0 * inverse[0, 1] * focal * straight
         + inverse[1, 1] * straight * straight)
-    return _student(distance, 2)
+    return _log_student(distance, 2)

@@ -9,14 +9,14 @@ import math
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CalibrationTuning:
     """
-    Tuning of the self-calibration; nobody has to change it.
+    Tuning of the self-calibration; not for users.
 
     Widths are those of the image, pixels those of the picture that is tracked, which is at most
     ``tracked_px`` wide or twice that. Where no source is given, the value was chosen on the drives
     of docs/measurements/any_camera.md.
     """
 
-    # Cameras that there are.
+    # The prior over cameras.
     usual_focal: float = 0.65
     """Median focal length of cameras, in widths: 75 degrees..."""
     focal_spread: float = 0.5
@@ -42,15 +42,15 @@ class CalibrationTuning:
     """Points in an image, ..."""
     kept_points: int = 100
     """...in a stretch, ..."""
-    least_points: int = 30
+    min_points: int = 30
     """...and at least in one."""
     corner_quality: float = 0.005
     """Least quality of a corner, as OpenCV has it, relative to the best (Shi and Tomasi, 1994)."""
-    apart_px: int = 6
+    min_distance_px: int = 6
     """Least distance of two points..."""
-    apart_share: float = 1 / 60
+    min_distance_share: float = 1 / 60
     """...also as a share of the width, ..."""
-    edge_px: int = 4
+    border_px: int = 4
     """...and from the edge."""
     window_px: int = 13
     """Side of the window of a point..."""
@@ -62,13 +62,13 @@ class CalibrationTuning:
     """Most steps of the search per level..."""
     search_px: float = 0.02
     """...which ends with a shorter step than this."""
-    back_px: float = 0.4
+    round_trip_px: float = 0.4
     """Largest error of a point that is tracked forward and back."""
     fixed_px: float = 0.5
     """A point that moves by less is fixed to the camera..."""
     moved_px: float = 3.0
     """...if the image moves by more than this: a bumper may have most of the texture."""
-    followed_share: float = 0.25
+    min_tracked_share: float = 0.25
     """A stretch ends if a smaller share of the points can be tracked."""
 
     # Stretches of a turn.
@@ -76,22 +76,22 @@ class CalibrationTuning:
     """Motion of the image in a step, in widths, ..."""
     stretch: float = 0.6
     """...in a stretch, ..."""
-    least_stretch: float = 0.15
+    min_stretch: float = 0.15
     """...and in the shortest usable one."""
-    least_steps: int = 4
-    most_steps: int = 20
-    longest_step_s: float = 0.29
+    min_steps: int = 4
+    max_steps: int = 20
+    max_step_s: float = 0.29
     """Longest step: three intervals at 10 Hz, less the tolerance of their stamps..."""
-    unseen_s: float = 0.09
+    max_tracking_interval_s: float = 0.09
     """...and longest time between two searches of the points: one interval."""
-    turning: float = 0.025
+    min_turn_speed: float = 0.025
     """Least mean speed of the image in a turn, in widths per second, ..."""
-    turning_s: float = 0.4
+    turn_speed_time_s: float = 0.4
     """...and the time constant of that mean."""
-    farthest: float = 0.35
+    max_frame_motion: float = 0.35
     """Largest motion of the image between two frames, in widths."""
 
-    # The fit of a stretch. The mean way between two of its frames has the length 1.
+    # The fit of a stretch. The mean translation between two of its frames has the length 1.
     point_deviation_px: float = 0.3
     """Standard deviation of a tracked point."""
     speed_deviation: float = 0.3
@@ -100,20 +100,20 @@ class CalibrationTuning:
     """...to the side and up, ..."""
     shake_deviation: float = math.radians(1.5)
     """...and of the rotation about the other axes."""
-    lasting: float = 2.0
+    common_factor: float = 2.0
     """Deviation of what is common to all frames of the stretch, relative to these two:
     sideslip of a camera ahead of the rear axle, and a pitched or rolled mounting."""
-    nearness: float = 0.3
-    """Prior standard deviation of the inverse distance of a point..."""
-    start_nearness: float = 0.03
+    inverse_depth_deviation: float = 0.3
+    """Prior standard deviation of the inverse depth of a point..."""
+    start_inverse_depth: float = 0.03
     """...and its start value."""
-    least_interval: float = 0.2
+    min_interval: float = 0.2
     """Least interval between two frames, relative to the mean."""
-    ahead_weight: float = 1e4
+    positive_depth_weight: float = 1e4
     """Weight of the constraint that points are in front of the camera..."""
-    behind: float = -1e-3
-    """...and its tolerance, in inverse distances."""
-    straightness: float = 0.7
+    min_inverse_depth: float = -1e-3
+    """...and the least inverse depth."""
+    prior_straightness: float = 0.7
     """Prior of the straightness in a fit..."""
     straightness_deviation: float = 0.6
     """...and its standard deviation."""
@@ -130,47 +130,47 @@ class CalibrationTuning:
     """...and values of the damping that are tried in each, ..."""
     first_damping: float = 1e-5
     """...the first one..."""
-    least_damping: float = 1e-6
+    min_damping: float = 1e-6
     """...and the least: with more, the valleys of narrow lenses count as settled."""
-    farthest_focal: float = 0.4
+    max_focal_step: float = 0.4
     """Largest change of the log focal length in a step..."""
-    farthest_straightness: float = 0.5
+    max_straightness_step: float = 0.5
     """...and of the straightness."""
-    settled_focal: float = 1e-3
+    converged_focal: float = 1e-3
     """A fit is settled when the log focal length changes by less, ..."""
-    settled_straightness: float = 5e-3
+    converged_straightness: float = 5e-3
     """...the straightness by less, ..."""
-    least_gain: float = 1e-2
+    min_gain: float = 1e-2
     """...and the cost by less than this share."""
-    delta: float = 1e-4
+    derivative_step: float = 1e-4
     """Difference of the lens for its numerical derivatives."""
 
-    # What a fit is worth.
-    known_deviation: float = 0.08
+    # The acceptance and the weight of a fit.
+    known_focal_deviation: float = 0.08
     """Deviation of the log focal length below which a fit starts at the estimate..."""
     good_cost: float = 2.5
     """...and largest cost per observation to accept that fit; 1 or 2 for a static scene."""
-    most_cost: float = 3.0
+    max_cost: float = 3.0
     """Largest cost per observation of a usable fit..."""
-    least_static: float = 0.5
+    min_static: float = 0.5
     """...to which this share of the points has to belong; others may be on moving vehicles."""
-    most_deviation: float = 0.12
+    max_deviation: float = 0.12
     """Largest deviation of the log focal length of a usable fit."""
-    unsure: float = 2.5
+    deviation_factor: float = 2.5
     """Factor of the deviations of a fit, ..."""
-    wrong_focal: float = 0.03
+    focal_error: float = 0.03
     """...and what is added to that of the log focal length, ..."""
-    wrong_straightness: float = 0.05
+    straightness_error: float = 0.05
     """...of the straightness, ..."""
-    wrong_column: float = 0.015
+    column_error: float = 0.015
     """...and of the column, in widths."""
-    freedom: float = 4.0
+    degrees_of_freedom: float = 4.0
     """Degrees of freedom of Student's distribution, as large errors are not rare."""
     free_fits: int = 4
     """After so many fits, the n-th further one waits..."""
-    waiting_frames: int = 40
+    fit_spacing_frames: int = 40
     """...for so many frames times n squared: many turns add little."""
-    sway: float = math.radians(1.2)
+    axis_error: float = math.radians(1.2)
     """Change of pitch and roll of a vehicle between the ends of a turn, in radians. The smaller
     the turn, the larger is its effect on the axis."""
 

@@ -3,18 +3,16 @@
 """
 Estimates the lens from points tracked through a turn, by a bundle adjustment.
 
-One pair of frames is not sufficient: for a camera that moves in its viewing direction, a wrong
-focal length changes the flow in the same way as other distances. But each point has one distance.
-While the turn moves it across the image, only the correct lens keeps it at one position in the
-scene. The unknowns are the lens, the position and attitude of the camera at several frames of the
-turn, and the inverse distance of each point. The points are eliminated (Triggs, McLauchlan,
-Hartley and Fitzgibbon, "Bundle adjustment - a modern synthesis", 2000). The direction of a point
-comes from the middle one of the frames that show it.
+In one pair of frames, a wrong focal length changes the flow as other distances do. Over a turn,
+only the correct lens keeps each point at one position in the scene. The unknowns are the lens, the
+position and attitude of the camera at several frames of the turn, and the inverse depth of each
+point. The points are eliminated (Triggs, McLauchlan, Hartley and Fitzgibbon, "Bundle adjustment -
+a modern synthesis", 2000). The direction of a point comes from the middle one of its frames.
 
 A prior for the motion of vehicles constrains the solution: a vehicle moves in its viewing
-direction, by similar distances between frames, and turns about one axis. A deviation that lasts
-throughout the turn is cheaper than one that changes: a camera ahead of the rear axle moves
-sideways in a turn, and a pitched one moves upwards in its image and rolls.
+direction, by similar distances between frames, and turns about one axis. A constant deviation
+costs less than one that changes: a camera ahead of the rear axle moves sideways in a turn, and a
+pitched one moves upwards in its image and rolls.
 """
 
 from collections.abc import Sequence
@@ -24,16 +22,21 @@ import math
 import cv2
 import numpy as np
 from phase_traj_ros.core.calibration.algebra import (
-    applied,
-    crossed,
+    batch_matvec,
+    cross_matrices,
+    matvec,
     Numbers,
-    product,
-    rotations,
-    times,
+    rotation_matrices,
+    transposed_product,
 )
 from phase_traj_ros.core.calibration.tuning import TUNING
 from phase_traj_ros.core.calibration.turn_tracks import TurnTracks
-from phase_traj_ros.core.camera.lens_family import places, rays, slopes, STRAIGHTNESS_RANGE
+from phase_traj_ros.core.camera.lens_family import (
+    project,
+    projection_jacobians,
+    STRAIGHTNESS_RANGE,
+    unproject,
+)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -70,15 +73,15 @@ class TurnFit:
 @dataclass(frozen=True, slots=True, eq=False)
 class _State:
     """
-    Unknowns: lens, K attitudes (world to camera) and positions, P inverse distances.
+    Unknowns: lens, K attitudes (world to camera) and positions, P inverse depths.
 
     The lens is the logarithm of the focal length, the straightness, and the column, (3,).
     """
 
     lens: Numbers
     attitude: Numbers
-    place: Numbers
-    nearness: Numbers
+    position: Numbers
+    inverse_depth: Numbers
 
 
 def fit_turn(
@@ -109,34 +112,35 @@ class _Problem:
         middle = ((first + end - 1) // 2)[tracks.point]
         used = np.flatnonzero(np.arange(len(tracks.point)) != middle)
         self._point, self._frame = tracks.point[used], tracks.frame[used]
-        self._seen = tracks.place[used]
-        self._base, self._based = tracks.frame[middle[used]], tracks.place[middle[used]]
+        self._observed = tracks.position[used]
+        self._base, self._base_position = tracks.frame[middle[used]], tracks.position[middle[used]]
         self._starts = np.searchsorted(self._point, points)
         self._flow, self._deviation = tracks.flow, TUNING.point_deviation_px * tracks.reduction
         steps = np.diff(tracks.seconds)
-        self._steps = np.maximum(steps / steps.mean(), TUNING.least_interval)
-        self._frames = len(tracks.flow)
-        self._sights = np.arange(len(used))
-        # Whitens deviations with a common part: what is removed of their mean.
-        self._common = 1.0 - 1.0 / math.sqrt(1.0 + (self._frames - 1) * TUNING.lasting ** 2)
+        self._steps = np.maximum(steps / steps.mean(), TUNING.min_interval)
+        self._frame_count = len(tracks.flow)
+        self._observations = np.arange(len(used))
+        # Share of the mean to subtract, which whitens deviations with a common part.
+        common = (self._frame_count - 1) * TUNING.common_factor ** 2
+        self._mean_factor = 1.0 - 1.0 / math.sqrt(1.0 + common)
         self._column = TUNING.column_deviation * width
 
     def search(self, state: _State, iterations: int) -> _State:
         """Optimise a state by the Levenberg-Marquardt method."""
         cost, damping = self.cost(state), TUNING.first_damping
         for _ in range(iterations):
-            normal, mixed, own, gradient, own_gradient = self._normal(state)
+            normal, mixed, point_normal, gradient, point_gradient = self._normal(state)
             for _ in range(TUNING.damping_tries):
-                less = own * (1.0 + damping)
+                damped = point_normal * (1.0 + damping)
                 system = normal + damping * np.diag(np.diag(normal))
-                system -= product(mixed / less[:, None], mixed)
+                system -= transposed_product(mixed / damped[:, None], mixed)
                 try:
                     step: Numbers = np.asarray(-np.linalg.solve(
-                        system, gradient - times(mixed.T, own_gradient / less)), np.float64)
+                        system, gradient - matvec(mixed.T, point_gradient / damped)), np.float64)
                 except np.linalg.LinAlgError:
                     return state
-                near = -(own_gradient + times(mixed, step)) / less
-                trial = _moved(state, step, near)
+                depth_step = -(point_gradient + matvec(mixed, step)) / damped
+                trial = _updated(state, step, depth_step)
                 found = self.cost(trial)
                 if found < cost:
                     break
@@ -145,18 +149,19 @@ class _Problem:
                 return state
             focal, straightness, _ = np.abs(trial.lens - state.lens)
             settled = (
-                found > cost * (1.0 - TUNING.least_gain) and focal < TUNING.settled_focal
-                and straightness < TUNING.settled_straightness)
-            state, cost, damping = trial, found, max(damping / 6.0, TUNING.least_damping)
+                found > cost * (1.0 - TUNING.min_gain) and focal < TUNING.converged_focal
+                and straightness < TUNING.converged_straightness)
+            state, cost, damping = trial, found, max(damping / 6.0, TUNING.min_damping)
             if settled:
                 break
         return state
 
     def result(self, state: _State) -> TurnFit | None:
         """Return the fit of a state with its covariance; None if it is undetermined."""
-        normal, mixed, own, _, _ = self._normal(state)
+        normal, mixed, point_normal, _, _ = self._normal(state)
         try:
-            inverse = np.linalg.inv(normal - product(mixed / own[:, None], mixed))
+            inverse = np.linalg.inv(
+                normal - transposed_product(mixed / point_normal[:, None], mixed))
         except np.linalg.LinAlgError:
             return None
         covariance = np.asarray(inverse[:3, :3], np.float64)
@@ -166,143 +171,148 @@ class _Problem:
             return None
         log_focal, straightness, column = state.lens.tolist()
         return TurnFit(
-            log_focal, straightness, column, covariance, self.cost(state) / len(self._sights),
-            axis / angle, angle,
+            log_focal, straightness, column, covariance,
+            self.cost(state) / len(self._observations), axis / angle, angle,
             np.add.reduceat(self._costs(state), self._starts) / np.bincount(self._point))
 
     def start(self, focal_px: float, straightness: float, column: float) -> _State:
         """Return a start state: a rotation about the vertical image axis at a constant speed."""
-        turned = np.zeros((self._frames, 3))
+        turned = np.zeros((self._frame_count, 3))
         turned[:, 1] = self._flow / focal_px
-        attitude = rotations(turned)
+        attitude = rotation_matrices(turned)
         ahead = attitude[:, 2]
-        place = np.zeros((self._frames, 3))
-        place[1:] = np.cumsum((ahead[1:] + ahead[:-1]) / 2.0 * self._steps[:, None], axis=0)
+        position = np.zeros((self._frame_count, 3))
+        position[1:] = np.cumsum((ahead[1:] + ahead[:-1]) / 2.0 * self._steps[:, None], axis=0)
         return _State(
-            np.array([math.log(focal_px), straightness, column]), attitude, place,
-            np.full(len(self._starts), TUNING.start_nearness))
+            np.array([math.log(focal_px), straightness, column]), attitude, position,
+            np.full(len(self._starts), TUNING.start_inverse_depth))
 
     def _motions(self, state: _State) -> tuple[Numbers, Numbers]:
         """Return the rotations and translations from the base frame to that of an observation."""
         # By frame and base frame, as there are more observations than pairs of frames.
-        attitude, place = state.attitude[:, None], state.place
+        attitude, position = state.attitude[:, None], state.position
         between = attitude @ state.attitude.transpose(0, 2, 1)
-        way = attitude @ (place - place[:, None])[..., None]
+        translation = attitude @ (position - position[:, None])[..., None]
         pairs = self._frame, self._base
-        return between[pairs], way[pairs][:, :, 0]
+        return between[pairs], translation[pairs][:, :, 0]
 
-    def _sighted(
-        self, state: _State, between: Numbers, way: Numbers,
+    def _projected(
+        self, state: _State, between: Numbers, translation: Numbers,
     ) -> tuple[Numbers, Numbers, Numbers]:
-        """Return rays in the base frame, points seen from the other one, and their places."""
+        """Return rays in the base frames, points in the other frames, and their pixels."""
         log_focal, straightness, column = state.lens.tolist()
-        ray = rays(self._based - (column, 0.0), math.exp(log_focal), straightness)
-        seen = applied(between, ray) + state.nearness[self._point][:, None] * way
-        found = places(seen, math.exp(log_focal), straightness)
+        ray = unproject(self._base_position - (column, 0.0), math.exp(log_focal), straightness)
+        seen = batch_matvec(between, ray) + state.inverse_depth[self._point][:, None] * translation
+        found = project(seen, math.exp(log_focal), straightness)
         found[:, 0] += column
         return ray, seen, found
 
     def _costs(self, state: _State) -> Numbers:
         """Return the cost of each observation, which grows slowly with large errors."""
-        found = self._sighted(state, *self._motions(state))[2]
-        error = (found - self._seen) / self._deviation
+        found = self._projected(state, *self._motions(state))[2]
+        error = (found - self._observed) / self._deviation
         return np.asarray(2.0 * np.log1p((error * error).sum(axis=1) / 2.0), np.float64)
 
     def cost(self, state: _State) -> float:
         """Return the cost of a state: errors of the observations, and deviations from priors."""
         robust = float(self._costs(state).sum())
-        known = self._known(state)[0]
-        behind = np.minimum(state.nearness, 0.0)
-        near = state.nearness / TUNING.nearness
+        residuals = self._prior_residuals(state)[0]
+        behind = np.minimum(state.inverse_depth, 0.0)
+        depths = state.inverse_depth / TUNING.inverse_depth_deviation
         _, straightness, column = state.lens
-        # Robust, as for the observations: a column far off comes from a cropped image, and a
-        # larger offset costs little more.
-        lens = ((straightness - TUNING.straightness) / TUNING.straightness_deviation) ** 2 + (
-            2.0 * math.log1p((column / self._column) ** 2 / 2.0))
+        # The cost of the column is robust, as for the observations: images may be cropped.
+        straightness = (straightness - TUNING.prior_straightness) / TUNING.straightness_deviation
+        lens = straightness ** 2 + 2.0 * math.log1p((column / self._column) ** 2 / 2.0)
         cost = lens + robust + float(
-            (known * known).sum() + TUNING.ahead_weight * (behind @ behind) + near @ near)
+            (residuals * residuals).sum() + TUNING.positive_depth_weight * (behind @ behind)
+            + depths @ depths)
         return cost if math.isfinite(cost) else math.inf
 
-    def _known(self, state: _State) -> tuple[Numbers, Numbers]:
+    def _prior_residuals(self, state: _State) -> tuple[Numbers, Numbers]:
         """Return the deviations of the motion from the prior, (K - 1, 5), and its axes."""
         axes = state.attitude[1:] + state.attitude[:-1]
         axes /= np.linalg.norm(axes, axis=2, keepdims=True)
         right, ahead = axes[:, 0], axes[:, 2]
         axes = np.stack([
             ahead / TUNING.speed_deviation, right / TUNING.sideways_deviation,
-            applied(crossed(ahead), right) / TUNING.sideways_deviation], axis=1)
+            batch_matvec(cross_matrices(ahead), right) / TUNING.sideways_deviation], axis=1)
         axes /= self._steps[:, None, None]
         turned = state.attitude[1:] @ state.attitude[:-1].transpose(0, 2, 1)
-        off = np.zeros((self._frames - 1, 5))
-        off[:, :3] = applied(axes, state.place[1:] - state.place[:-1])
-        off[:, 0] -= 1.0 / TUNING.speed_deviation
+        residuals = np.zeros((self._frame_count - 1, 5))
+        residuals[:, :3] = batch_matvec(axes, state.position[1:] - state.position[:-1])
+        residuals[:, 0] -= 1.0 / TUNING.speed_deviation
         # About the viewing direction and the horizontal axis.
         skew = turned - turned.transpose(0, 2, 1)
-        off[:, 3:] = skew[:, (2, 1), (1, 0)] / (2.0 * TUNING.shake_deviation)
-        off[:, 1:] -= self._common * off[:, 1:].mean(axis=0)
-        return off, axes
+        residuals[:, 3:] = skew[:, (2, 1), (1, 0)] / (2.0 * TUNING.shake_deviation)
+        residuals[:, 1:] -= self._mean_factor * residuals[:, 1:].mean(axis=0)
+        return residuals, axes
 
     def _normal(self, state: _State) -> tuple[Numbers, Numbers, Numbers, Numbers, Numbers]:
         """Return the normal equations: of the camera, mixed, of the points; both gradients."""
-        between, way = self._motions(state)
-        ray, seen, found = self._sighted(state, between, way)
-        error = (found - self._seen) / self._deviation
+        between, translation = self._motions(state)
+        ray, seen, found = self._projected(state, between, translation)
+        error = (found - self._observed) / self._deviation
         # The square root of the weight of an observation, per pixel.
         root = 1.0 / np.sqrt(1.0 + (error * error).sum(axis=1, keepdims=True) / 2.0)
         error *= root
         root /= self._deviation
-        change = slopes(seen, math.exp(state.lens[0]), float(state.lens[1])) * root[:, :, None]
-        nearness = state.nearness[self._point]
+        change = projection_jacobians(seen, math.exp(state.lens[0]), float(state.lens[1]))
+        change *= root[:, :, None]
+        inverse_depth = state.inverse_depth[self._point]
         # Two rows per observation; per frame, three rotations and three translations; the error.
-        rows = np.zeros((len(self._sights), 2, self._frames + 1, 6))
-        moved = (change @ state.attitude[self._frame]) * nearness[:, None, None]
-        rows[self._sights, :, self._frame, :3] = change @ crossed(-seen)
-        rows[self._sights, :, self._base, :3] = change @ between @ crossed(ray)
-        rows[self._sights, :, self._frame, 3:] = -moved
-        rows[self._sights, :, self._base, 3:] = moved
-        # The first frame is fixed: the lens takes the place of its translation.
-        for number, step in enumerate(TUNING.delta * np.eye(3)):
-            there = self._sighted(replace(state, lens=state.lens + step), between, way)[2]
-            rows[:, :, 0, 3 + number] = (there - found) * (root / TUNING.delta)
+        rows = np.zeros((len(self._observations), 2, self._frame_count + 1, 6))
+        moved = (change @ state.attitude[self._frame]) * inverse_depth[:, None, None]
+        rows[self._observations, :, self._frame, :3] = change @ cross_matrices(-seen)
+        rows[self._observations, :, self._base, :3] = change @ between @ cross_matrices(ray)
+        rows[self._observations, :, self._frame, 3:] = -moved
+        rows[self._observations, :, self._base, 3:] = moved
+        # The first frame is fixed: its translation columns hold the lens.
+        for number, step in enumerate(TUNING.derivative_step * np.eye(3)):
+            stepped = replace(state, lens=state.lens + step)
+            there = self._projected(stepped, between, translation)[2]
+            rows[:, :, 0, 3 + number] = (there - found) * (root / TUNING.derivative_step)
         rows[:, :, -1, 0] = error
         jacobian = rows.reshape(2 * len(rows), -1)[:, 3:-5]
-        own = applied(change, way)
-        sums = product(jacobian[:, :-1], jacobian)
-        known, known_gradient = self._known_normal(state)
-        normal, gradient = sums[:, :-1] + known, sums[:, -1] + known_gradient
-        mixed = np.add.reduceat(jacobian[:, :-1] * own.reshape(-1, 1), 2 * self._starts)
-        points = np.add.reduceat((own * own).sum(axis=1), self._starts)
-        toward = np.add.reduceat((own * error).sum(axis=1), self._starts)
-        behind = TUNING.ahead_weight * (state.nearness < 0.0) + TUNING.nearness ** -2
-        return normal, mixed, points + behind, gradient, toward + behind * state.nearness
+        by_depth = batch_matvec(change, translation)
+        sums = transposed_product(jacobian[:, :-1], jacobian)
+        prior_normal, prior_gradient = self._prior_normal(state)
+        normal, gradient = sums[:, :-1] + prior_normal, sums[:, -1] + prior_gradient
+        mixed = np.add.reduceat(jacobian[:, :-1] * by_depth.reshape(-1, 1), 2 * self._starts)
+        point_normal = np.add.reduceat((by_depth * by_depth).sum(axis=1), self._starts)
+        point_gradient = np.add.reduceat((by_depth * error).sum(axis=1), self._starts)
+        prior = TUNING.positive_depth_weight * (state.inverse_depth < 0.0)
+        prior = prior + TUNING.inverse_depth_deviation ** -2
+        point_gradient = point_gradient + prior * state.inverse_depth
+        return normal, mixed, point_normal + prior, gradient, point_gradient
 
-    def _known_normal(self, state: _State) -> tuple[Numbers, Numbers]:
+    def _prior_normal(self, state: _State) -> tuple[Numbers, Numbers]:
         """Return the normal equations and the gradient of the priors."""
-        off, axes = self._known(state)
-        steps = np.arange(self._frames - 1)
-        rows = np.zeros((self._frames - 1, 5, self._frames, 6))
+        residuals, axes = self._prior_residuals(state)
+        steps = np.arange(self._frame_count - 1)
+        rows = np.zeros((self._frame_count - 1, 5, self._frame_count, 6))
         for frame, sign in ((steps + 1, 1.0), (steps, -1.0)):
             rows[steps, :3, frame, 3:] = sign * axes
             rows[steps, 3, frame, 0] = rows[steps, 4, frame, 2] = sign / TUNING.shake_deviation
-        rows[:, 1:] -= self._common * rows[:, 1:].mean(axis=0)
-        jacobian = rows[:, :, 1:].reshape(-1, 6 * (self._frames - 1))
+        rows[:, 1:] -= self._mean_factor * rows[:, 1:].mean(axis=0)
+        jacobian = rows[:, :, 1:].reshape(-1, 6 * (self._frame_count - 1))
         normal = np.zeros((3 + jacobian.shape[1],) * 2)
-        normal[3:, 3:] = product(jacobian, jacobian)
+        normal[3:, 3:] = transposed_product(jacobian, jacobian)
         _, straightness, column = state.lens
         normal[1, 1] = TUNING.straightness_deviation ** -2
         normal[2, 2] = self._column ** -2 / (1.0 + (column / self._column) ** 2 / 2.0)
-        lens = (0.0, (straightness - TUNING.straightness) / TUNING.straightness_deviation ** 2,
-                normal[2, 2] * column)
-        return normal, np.concatenate([lens, times(jacobian.T, off.ravel())])
+        off = straightness - TUNING.prior_straightness
+        lens = (0.0, off / TUNING.straightness_deviation ** 2, normal[2, 2] * column)
+        return normal, np.concatenate([lens, matvec(jacobian.T, residuals.ravel())])
 
 
-def _moved(state: _State, step: Numbers, near: Numbers) -> _State:
+def _updated(state: _State, step: Numbers, depth_step: Numbers) -> _State:
     """Return the state after a step."""
-    farthest = np.array([TUNING.farthest_focal, TUNING.farthest_straightness, math.inf])
-    lens = state.lens + np.clip(step[:3], -farthest, farthest)
+    limit = np.array([TUNING.max_focal_step, TUNING.max_straightness_step, math.inf])
+    lens = state.lens + np.clip(step[:3], -limit, limit)
     lens[1] = np.clip(lens[1], *STRAIGHTNESS_RANGE)
     frames = step[3:].reshape(-1, 6)
-    attitude, place = state.attitude.copy(), state.place.copy()
-    attitude[1:] = rotations(frames[:, :3]) @ attitude[1:]
-    place[1:] += frames[:, 3:]
-    return _State(lens, attitude, place, np.maximum(state.nearness + near, TUNING.behind))
+    attitude, position = state.attitude.copy(), state.position.copy()
+    attitude[1:] = rotation_matrices(frames[:, :3]) @ attitude[1:]
+    position[1:] += frames[:, 3:]
+    inverse_depth = np.maximum(state.inverse_depth + depth_step, TUNING.min_inverse_depth)
+    return _State(lens, attitude, position, inverse_depth)

@@ -48,7 +48,7 @@ class TurnTracks:
 
     point: NDArray[np.int64]
     frame: NDArray[np.int64]
-    place: Numbers
+    position: Numbers
     flow: Numbers
     seconds: Numbers
     reduction: int = 1
@@ -58,10 +58,11 @@ class TurnTracks:
         kept = points[self.point]
         numbers = np.cumsum(points) - 1
         return replace(
-            self, point=numbers[self.point[kept]], frame=self.frame[kept], place=self.place[kept])
+            self, point=numbers[self.point[kept]], frame=self.frame[kept],
+            position=self.position[kept])
 
 
-class TurnFollower:
+class TurnTracker:
     """Tracks points through turns; it stores one stretch at a time."""
 
     def __init__(self) -> None:
@@ -93,17 +94,17 @@ class TurnFollower:
         if last is None or interval <= 0.0:
             self._stretch, self._rate = None, 0.0
             return None
-        if not abs(shift_px) < TUNING.farthest * width:
+        if not abs(shift_px) < TUNING.max_frame_motion * width:
             return self.finish()
-        kept = math.exp(-interval / TUNING.turning_s)
+        kept = math.exp(-interval / TUNING.turn_speed_time_s)
         self._rate = kept * self._rate + (1.0 - kept) * shift_px / interval
-        if abs(self._rate) < TUNING.turning * width:
+        if abs(self._rate) < TUNING.min_turn_speed * width:
             return self.finish()
         if self._stretch is None:
             if not wanted:
                 return None
             self._stretch = _Stretch(last, self.mask)
-        if self._stretch.go_on(frame, shift_px, interval):
+        if self._stretch.add(frame, shift_px, interval):
             return None
         return self.finish()
 
@@ -114,62 +115,62 @@ class _Stretch:
     def __init__(self, first: Frame, mask: NDArray[np.uint8] | None) -> None:
         self._reduction = _reduction(first.shape[1])
         self._height, self._width = (side // self._reduction for side in first.shape)
-        self._apart = max(TUNING.apart_px, round(self._width * TUNING.apart_share))
+        self._apart = max(TUNING.min_distance_px, round(self._width * TUNING.min_distance_share))
         small = self._width < TUNING.small_px
         self._window = TUNING.small_window_px if small else TUNING.window_px
         self._first, self._mask = first, mask
-        self._points, self._names = np.zeros((0, 2), np.float32), np.zeros(0, np.int64)
+        self._points, self._ids = np.zeros((0, 2), np.float32), np.zeros(0, np.int64)
         self._count = 0
-        self._sights: list[Numbers] = []
+        self._observations: list[Numbers] = []
         # Motion of the image and time at each step, and since the points were last tracked and
         # since the last step.
         self._steps = [np.zeros(2)]
         self._motion, self._step = np.zeros(2), np.zeros(2)
 
-    def go_on(self, frame: Frame, shift_px: float, interval: float) -> bool:
+    def add(self, frame: Frame, shift_px: float, interval: float) -> bool:
         """Add the next frame; return whether the stretch continues."""
         self._motion += shift_px / self._reduction, interval
         moved, since = self._motion
         small = abs(moved) < TUNING.step * self._width
-        if small and since < TUNING.unseen_s:
+        if small and since < TUNING.max_tracking_interval_s:
             return True
-        if not self._sights:
+        if not self._observations:
             # Delayed until the motion has lasted for a while, unlike most shakes.
-            self._picture, self._free = _reduced(self._first), self._seen()
-            self._note()
-        back = moved * self._steps[-1][0] < 0.0 and not small
-        if back or not self._follow(_reduced(frame), moved):
+            self._picture, self._allowed = _reduced(self._first), self._open_area()
+            self._record()
+        turns_back = moved * self._steps[-1][0] < 0.0 and not small
+        if turns_back or not self._track(_reduced(frame), moved):
             return False
         self._step += self._motion
         self._motion[:] = 0.0
         if (abs(self._step[0]) < TUNING.step * self._width
-                and self._step[1] < TUNING.longest_step_s):
+                and self._step[1] < TUNING.max_step_s):
             return True
         self._steps.append(self._steps[-1] + self._step)
         self._step[:] = 0.0
-        self._note()
+        self._record()
         return (abs(self._steps[-1][0]) < TUNING.stretch * self._width
-                and len(self._steps) < TUNING.most_steps)
+                and len(self._steps) < TUNING.max_steps)
 
     def tracks(self) -> TurnTracks | None:
         """Return the points with three observations or more, those with the most of them."""
         flow, seconds = np.array(self._steps).T
-        if len(flow) < TUNING.least_steps or abs(flow[-1]) < TUNING.least_stretch * self._width:
+        if len(flow) < TUNING.min_steps or abs(flow[-1]) < TUNING.min_stretch * self._width:
             return None
-        sights = np.concatenate(self._sights)
-        sights = sights[np.lexsort((sights[:, 1], sights[:, 0]))]
-        point, frame = sights[:, :2].astype(np.int64).T
+        observations = np.concatenate(self._observations)
+        observations = observations[np.lexsort((observations[:, 1], observations[:, 0]))]
+        point, frame = observations[:, :2].astype(np.int64).T
         # The reduced image may lack the last pixels of the full one; their centres nearly agree.
         middle = (np.array([self._width, self._height]) - 1.0) / 2.0
-        times = np.bincount(point)
-        best = np.argsort(-times, kind='stable')[:TUNING.kept_points]
+        counts = np.bincount(point)
+        best = np.argsort(-counts, kind='stable')[:TUNING.kept_points]
         tracks = TurnTracks(
-            point, frame, (sights[:, 2:] - middle) * self._reduction,
+            point, frame, (observations[:, 2:] - middle) * self._reduction,
             flow * self._reduction, seconds, self._reduction,
-        ).of((times >= 3) & np.isin(np.arange(len(times)), best))
-        return tracks if len(np.unique(tracks.point)) >= TUNING.least_points else None
+        ).of((counts >= 3) & np.isin(np.arange(len(counts)), best))
+        return tracks if len(np.unique(tracks.point)) >= TUNING.min_points else None
 
-    def _seen(self) -> Bytes:
+    def _open_area(self) -> Bytes:
         """Return a mask that is 255 where points may be, else 0."""
         if self._mask is None or self._mask.shape != self._first.shape:
             return np.full((self._height, self._width), 255, np.uint8)
@@ -178,41 +179,43 @@ class _Stretch:
             interpolation=cv2.INTER_NEAREST)
         return np.asarray(cv2.erode(seen, np.ones((TUNING.window_px,) * 2)) * 255, np.uint8)
 
-    def _note(self) -> None:
-        """Detect points where there are none, and record the positions of all points."""
-        free = self._free.copy()
-        for place in np.rint(self._points).astype(int).tolist():
-            cv2.circle(free, place, self._apart, 0, -1)
+    def _record(self) -> None:
+        """Detect points in areas without any, and record the positions of all points."""
+        free = self._allowed.copy()
+        for position in np.rint(self._points).astype(int).tolist():
+            cv2.circle(free, position, self._apart, 0, -1)
         wanted = TUNING.points - len(self._points)
         if wanted > TUNING.points // 10:
             found = cv2.goodFeaturesToTrack(
                 self._picture, wanted, TUNING.corner_quality, self._apart, mask=free)
             new = np.zeros((0, 2), np.float32) if found is None else found.reshape(-1, 2)
             self._points = np.concatenate([self._points, new]).astype(np.float32)
-            self._names = np.concatenate(
-                [self._names, np.arange(self._count, self._count + len(new))])
+            self._ids = np.concatenate(
+                [self._ids, np.arange(self._count, self._count + len(new))])
             self._count += len(new)
         step = np.full(len(self._points), len(self._steps) - 1.0)
-        self._sights.append(np.column_stack([self._names, step, self._points]))
+        self._observations.append(np.column_stack([self._ids, step, self._points]))
 
-    def _follow(self, picture: Bytes, moved: float) -> bool:
+    def _track(self, picture: Bytes, moved: float) -> bool:
         """Track the points into the next image; return whether enough of them are found."""
         if not len(self._points):
             return False
         expected = self._points + np.array([moved, 0.0], np.float32)
-        found, there = self._look(self._picture, picture, self._points, expected)
-        came, back = self._look(picture, self._picture, found, self._points.copy())
-        edge, size = TUNING.edge_px, (self._width, self._height)
-        good = there & back & (np.hypot(*(came - self._points).T) < TUNING.back_px)
-        good &= ((found > edge) & (found < np.subtract(size, edge + 1))).all(axis=1)
+        found, is_found = self._optical_flow(self._picture, picture, self._points, expected)
+        returned, is_found_back = self._optical_flow(
+            picture, self._picture, found, self._points.copy())
+        border, size = TUNING.border_px, (self._width, self._height)
+        good = is_found & is_found_back
+        good &= np.hypot(*(returned - self._points).T) < TUNING.round_trip_px
+        good &= ((found > border) & (found < np.subtract(size, border + 1))).all(axis=1)
         if abs(moved) > TUNING.moved_px:
             good &= np.hypot(*(found - self._points).T) > TUNING.fixed_px
-        if good.mean() < TUNING.followed_share:
+        if good.mean() < TUNING.min_tracked_share:
             return False
-        self._points, self._names, self._picture = found[good], self._names[good], picture
+        self._points, self._ids, self._picture = found[good], self._ids[good], picture
         return True
 
-    def _look(
+    def _optical_flow(
         self, before: Bytes, after: Bytes, points: Places, guess: Places,
     ) -> tuple[Places, NDArray[np.bool_]]:
         found, state, _ = cv2.calcOpticalFlowPyrLK(
@@ -227,5 +230,5 @@ def _reduction(width: int) -> int:
 
 def _reduced(frame: Frame) -> Bytes:
     """Return the frame, uint8, reduced to the width for tracking."""
-    times = _reduction(frame.shape[1])
-    return np.asarray(reduced(frame, times, times), np.uint8)
+    factor = _reduction(frame.shape[1])
+    return np.asarray(reduced(frame, factor, factor), np.uint8)

@@ -12,7 +12,7 @@ from phase_traj_ros.core.camera.lens_family import OneNumberLens, PINHOLE
 from phase_traj_ros.core.camera.tuning import TUNING
 
 # A normal distribution has 90 % within this many standard deviations.
-_NINETY = 1.645
+_90_PERCENT = 1.645
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,17 +99,17 @@ class CameraEstimate:
     @property
     def field_of_view(self) -> FieldOfView:
         """Return the horizontal field of view with its uncertainty."""
-        most = math.exp(self.focal_deviation)
+        factor = math.exp(self.focal_deviation)
         wide, narrow = (
             OneNumberLens(focal_px, self.straightness).hfov_deg(self.width, column=self.column_px)
-            for focal_px in (self.focal_px / most, self.focal_px * most))
+            for focal_px in (self.focal_px / factor, self.focal_px * factor))
         return FieldOfView(self.hfov_deg, (wide - narrow) / 2, self.probability, self.turns)
 
     @property
     def focal_interval_px(self) -> tuple[float, float]:
         """Return the 90 % interval of the focal length, in pixels."""
-        most = math.exp(_NINETY * self.focal_deviation)
-        return self.focal_px / most, self.focal_px * most
+        factor = math.exp(_90_PERCENT * self.focal_deviation)
+        return self.focal_px / factor, self.focal_px * factor
 
     @property
     def probability(self) -> float:
@@ -141,23 +141,23 @@ def combined(estimates: Sequence[CameraEstimate]) -> CameraEstimate:
             raise ValueError(
                 f'pictures of {other.width}x{other.height} and of {first.width}x{first.height}'
                 ' pixels are not of one camera: give recordings of one')
-    widths = [first.width / one.width for one in estimates]
+    scales = [first.width / each.width for each in estimates]
     log_focal, deviation = _mean(
-        [math.log(one.focal_px * width) for one, width in zip(estimates, widths)],
-        [one.focal_deviation for one in estimates], TUNING.common_error)
+        [math.log(each.focal_px * scale) for each, scale in zip(estimates, scales)],
+        [each.focal_deviation for each in estimates], TUNING.common_error)
     straightness, straightness_deviation = _mean(
-        [one.straightness for one in estimates],
-        [one.straightness_deviation for one in estimates], TUNING.common_error)
+        [each.straightness for each in estimates],
+        [each.straightness_deviation for each in estimates], TUNING.common_error)
     column, column_deviation = _mean(
-        [one.column_px * width for one, width in zip(estimates, widths)],
-        [one.column_deviation_px * width for one, width in zip(estimates, widths)], 0.0)
+        [each.column_px * scale for each, scale in zip(estimates, scales)],
+        [each.column_deviation_px * scale for each, scale in zip(estimates, scales)], 0.0)
     return CameraEstimate(
         width=first.width, height=first.height, focal_px=math.exp(log_focal),
         focal_deviation=deviation, straightness=straightness,
         straightness_deviation=straightness_deviation,
         column_px=column, column_deviation_px=column_deviation,
-        **combined_horizon([one.horizon for one in estimates]).degrees(),
-        turns=sum(one.turns for one in estimates))
+        **combined_horizon([each.horizon for each in estimates]).degrees(),
+        turns=sum(each.turns for each in estimates))
 
 
 def _mean(

@@ -111,6 +111,6 @@ class _RobustMean:
         """Add a value with its standard deviation, above 0."""
         variance = deviation * deviation
         off = (value - self.mean) ** 2 / (variance + 1.0 / self._weight)
-        weight = 1.0 / (variance * max(1.0, off / TUNING.far ** 2))
+        weight = 1.0 / (variance * max(1.0, off / TUNING.outlier_deviations ** 2))
         self._weight += weight
         self._sum += weight * value

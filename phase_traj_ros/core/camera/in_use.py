@@ -62,13 +62,13 @@ class CameraInUse:
         if self.origin is LensOrigin.ASSUMED:
             return False
         return self.interval_px is None or (
-            self.interval_px[1] < TUNING.widest_interval * self.interval_px[0])
+            self.interval_px[1] < TUNING.max_focal_ratio * self.interval_px[0])
 
     @property
     def most_angle(self) -> float:
         """Return the largest likely ratio of true angles to measured angles."""
         if self.origin is LensOrigin.ASSUMED:
-            return TUNING.far_off
+            return TUNING.max_assumed_ratio
         return 1.0 if self.interval_px is None else self.focal_px / self.interval_px[0]
 
     def __str__(self) -> str:

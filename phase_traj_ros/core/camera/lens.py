@@ -15,11 +15,11 @@ from phase_traj_ros.core.camera.lens_family import (
     PINHOLE,
 )
 from phase_traj_ros.core.camera.model import CameraModel
-from phase_traj_ros.core.camera.projection import LEAST_HFOV_DEG
+from phase_traj_ros.core.camera.projection import MIN_HFOV_DEG
 from phase_traj_ros.core.camera.tuning import TUNING
 from phase_traj_ros.errors import FrameError
 
-MOST_TILT_DEG = 60.0
+MAX_TILT_DEG = 60.0
 """Largest pitch and roll that are accepted, in degrees."""
 ASSUMED_HFOV_DEG = 75.0
 """Assumed horizontal field of view of an unknown camera, in degrees."""
@@ -93,18 +93,18 @@ class Lens:
             object.__setattr__(self, 'offset', self.estimate.column_px / self.estimate.width)
             return
         for name, angle in (('pitch_deg', self.pitch_deg), ('roll_deg', self.roll_deg)):
-            if not abs(angle) <= MOST_TILT_DEG:
+            if not abs(angle) <= MAX_TILT_DEG:
                 raise ValueError(
-                    f'{name} is {angle}: give degrees from -{MOST_TILT_DEG:g} to'
-                    f' {MOST_TILT_DEG:g}')
+                    f'{name} is {angle}: give degrees from -{MAX_TILT_DEG:g} to'
+                    f' {MAX_TILT_DEG:g}')
         if not abs(self.offset) <= 0.5:
             raise ValueError(f'offset is {self.offset}: give a share of the width, -0.5 to 0.5')
         OneNumberLens(1.0, self.straightness)
         most = 180.0 / math.sqrt(max(self.straightness, PINHOLE))
-        if self.hfov_deg != 0.0 and not LEAST_HFOV_DEG <= self.hfov_deg < most:
+        if self.hfov_deg != 0.0 and not MIN_HFOV_DEG <= self.hfov_deg < most:
             raise ValueError(
                 f'hfov_deg is {self.hfov_deg}: with a straightness of {self.straightness:g}, give'
-                f' degrees from {LEAST_HFOV_DEG} to less than {most:.0f} degrees, or 0')
+                f' degrees from {MIN_HFOV_DEG} to less than {most:.0f} degrees, or 0')
 
     @property
     def origin(self) -> LensOrigin:

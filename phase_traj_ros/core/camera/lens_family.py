@@ -25,43 +25,43 @@ PINHOLE = 1.0
 """Straightness of a pinhole, which keeps straight lines straight."""
 STRAIGHTNESS_RANGE = (-1.0, 1.3)
 """Range of the straightness, a little beyond the strongest fisheyes and the pinhole."""
-MOST_FOCAL_PX = 1e9
+MAX_FOCAL_PX = 1e9
 """Largest focal length in pixels, far above that of any lens; larger values would overflow."""
 
 # Below this straightness, the series is exact to rounding.
-_SMALL = 1e-6
+_MIN_STRAIGHTNESS = 1e-6
 # Largest argument of the tangent; directions farther from the axis are clipped.
-_WIDEST = 1.55
+_MAX_TANGENT_ANGLE = 1.55
 
 
 def check_focal(name: str, focal_px: float) -> None:
     """Raise a ValueError that names a focal length in pixels, if no lens can have it."""
-    if not 0.0 < focal_px <= MOST_FOCAL_PX:
+    if not 0.0 < focal_px <= MAX_FOCAL_PX:
         raise ValueError(
-            f'{name} is {focal_px}: give a number of pixels above 0, at most {MOST_FOCAL_PX:.0e}')
+            f'{name} is {focal_px}: give a number of pixels above 0, at most {MAX_FOCAL_PX:.0e}')
 
 
 def radius(angle: Numbers, straightness: float) -> Numbers:
     """Return r / f at each angle from the optical axis in radians."""
     root = math.sqrt(abs(straightness))
-    if root * root < _SMALL:
+    if root * root < _MIN_STRAIGHTNESS:
         return angle + straightness * angle ** 3 / 3.0
     if straightness > 0.0:
-        return np.asarray(np.tan(np.minimum(root * angle, _WIDEST)) / root, np.float64)
+        return np.asarray(np.tan(np.minimum(root * angle, _MAX_TANGENT_ANGLE)) / root, np.float64)
     return np.asarray(np.tanh(root * angle) / root, np.float64)
 
 
 def angle_at(distance: Numbers, straightness: float) -> Numbers:
     """Return the angle from the optical axis in radians at each r / f; inverse of ``radius``."""
     root = math.sqrt(abs(straightness))
-    if root * root < _SMALL:
+    if root * root < _MIN_STRAIGHTNESS:
         return distance - straightness * distance ** 3 / 3.0
     if straightness > 0.0:
         return np.asarray(np.arctan(root * distance) / root, np.float64)
     return np.asarray(np.arctanh(np.minimum(root * distance, 0.999)) / root, np.float64)
 
 
-def rays(places: Numbers, focal_px: float, straightness: float) -> Numbers:
+def unproject(places: Numbers, focal_px: float, straightness: float) -> Numbers:
     """Return the unit vectors (N, 3) of positions (N, 2) in pixels from the principal point."""
     distance = np.hypot(places[:, 0], places[:, 1]) / focal_px
     angle = angle_at(distance, straightness)
@@ -71,13 +71,13 @@ def rays(places: Numbers, focal_px: float, straightness: float) -> Numbers:
     return found
 
 
-def places(directions: Numbers, focal_px: float, straightness: float) -> Numbers:
+def project(directions: Numbers, focal_px: float, straightness: float) -> Numbers:
     """Return the positions (N, 2) of directions (N, 3), in pixels from the principal point."""
     return directions[:, :2] * (focal_px * _scales(directions, straightness)[-1])[:, None]
 
 
-def slopes(directions: Numbers, focal_px: float, straightness: float) -> Numbers:
-    """Return the derivatives (N, 2, 3) of ``places``."""
+def projection_jacobians(directions: Numbers, focal_px: float, straightness: float) -> Numbers:
+    """Return the derivatives (N, 2, 3) of ``project``."""
     x, y, z, aside, seen, across = _scales(directions, straightness)
     outwards = np.maximum(aside, 1e-9)
     # dr/da = 1 + k r^2, for any k.
@@ -114,7 +114,7 @@ def focal_px_of(hfov_deg: float, width: int, straightness: float, *, column: flo
     """
     angle, sides = math.radians(hfov_deg), width * width / 4 - column * column
     root = math.sqrt(abs(straightness))
-    if root * root < _SMALL:
+    if root * root < _MIN_STRAIGHTNESS:
         return width / angle
     # Sum of the angles of both sides, by the addition theorem of tan or tanh.
     tangent = math.tan(root * angle) if straightness > 0.0 else math.tanh(root * angle)

@@ -22,7 +22,7 @@ from phase_traj_ros.core.camera.tuning import TUNING
 _FAR = 1e6
 # Indices of the coefficients (p1, p2, thin prism, tilt) whose sign depends on the orientation of
 # the image.
-_DIRECTED = (2, 3, 8, 9, 10, 11, 12, 13)
+_SIGNED_COEFFICIENTS = (2, 3, 8, 9, 10, 11, 12, 13)
 
 Numbers = NDArray[np.float64]
 
@@ -40,13 +40,13 @@ class Distortion(Enum):
 
 
 # Allowed numbers of coefficients.
-_COUNTS = {
+_COEFFICIENT_COUNTS = {
     Distortion.NONE: (0,), Distortion.BROWN: (4, 5, 8, 12, 14), Distortion.FISHEYE: (4,),
     Distortion.ONE_NUMBER: (1,)}
 
 
 @dataclass(frozen=True, slots=True)
-class Sight:
+class ImagePoints:
     """
     Positions of directions in an image, in three arrays of one shape.
 
@@ -99,7 +99,7 @@ class CameraModel:
         for name, value in (('cx', self.cx), ('cy', self.cy)):
             if not math.isfinite(value):
                 raise ValueError(f'{name} is {value}: give a finite number of pixels')
-        if len(self.coefficients) not in _COUNTS[self.distortion]:
+        if len(self.coefficients) not in _COEFFICIENT_COUNTS[self.distortion]:
             raise ValueError(
                 f'there are {len(self.coefficients)} distortion coefficients: give'
                 f' {self.distortion.value} for {self.distortion.name}')
@@ -137,7 +137,7 @@ class CameraModel:
         """
         centred = cls.pinhole(shape, lens.focal_px)
         pinhole = replace(centred, cx=centred.cx + column)
-        if abs(lens.straightness - PINHOLE) < TUNING.straight:
+        if abs(lens.straightness - PINHOLE) < TUNING.pinhole_tolerance:
             return pinhole
         return replace(
             pinhole, distortion=Distortion.ONE_NUMBER, coefficients=(lens.straightness,))
@@ -155,15 +155,15 @@ class CameraModel:
     @property
     def hfov_deg(self) -> float:
         """Return the horizontal field of view in degrees at the principal point; at most 180."""
-        return _degrees_across(self)
+        return _hfov_deg(self)
 
     def is_close_to(self, other: 'CameraModel') -> bool:
         """Return whether the difference of the two models has no effect on the yaw."""
         return (
             (self.shape, self.distortion, self.coefficients)
             == (other.shape, other.distortion, other.coefficients)
-            and abs(self.fx / other.fx - 1.0) < TUNING.same_calibration
-            and abs(self.fy / other.fy - 1.0) < TUNING.same_calibration
+            and abs(self.fx / other.fx - 1.0) < TUNING.same_focal
+            and abs(self.fy / other.fy - 1.0) < TUNING.same_focal
             and abs(self.cx - other.cx) < TUNING.same_centre_px
             and abs(self.cy - other.cy) < TUNING.same_centre_px)
 
@@ -172,12 +172,12 @@ class CameraModel:
         coefficients = self.coefficients
         if self.distortion is Distortion.BROWN:
             coefficients = tuple(
-                -value if index in _DIRECTED else value
+                -value if index in _SIGNED_COEFFICIENTS else value
                 for index, value in enumerate(coefficients))
         return replace(self, cx=self.width - 1 - self.cx, cy=self.height - 1 - self.cy,
                        coefficients=coefficients)
 
-    def project(self, x: Numbers, y: Numbers, z: Numbers) -> Sight:
+    def project(self, x: Numbers, y: Numbers, z: Numbers) -> ImagePoints:
         """
         Project directions (x, y, z), arrays that broadcast, to the image.
 
@@ -191,17 +191,17 @@ class CameraModel:
         z = np.where(ahead, z, 1 / _FAR)
         x, y = x / z, y / z
         if self.distortion is Distortion.NONE:
-            columns, rows, sound = self.cx + self.fx * x, self.cy + self.fy * y, ahead
+            columns, rows, valid = self.cx + self.fx * x, self.cy + self.fy * y, ahead
         else:
             angle, limit = np.arctan(np.hypot(x, y)), self._limit(np.arctan2(y, x))
-            sound = ahead & (angle <= limit)
-            beyond = np.tan(limit, where=~sound, out=np.ones_like(x))
-            beyond /= np.tan(angle, where=~sound, out=np.ones_like(x))
+            valid = ahead & (angle <= limit)
+            beyond = np.tan(limit, where=~valid, out=np.ones_like(x))
+            beyond /= np.tan(angle, where=~valid, out=np.ones_like(x))
             columns, rows = self._distorted(x * beyond, y * beyond)
         seen = (
-            sound & (columns >= -0.5) & (columns <= self.width - 0.5)
+            valid & (columns >= -0.5) & (columns <= self.width - 0.5)
             & (rows >= -0.5) & (rows <= self.height - 0.5))
-        return Sight(columns, rows, seen)
+        return ImagePoints(columns, rows, seen)
 
     def _limit(self, ray: Numbers) -> Numbers:
         """Return the largest angle from the axis, in radians, at which the model is valid."""
@@ -239,7 +239,7 @@ class CameraModel:
 
 
 @lru_cache(maxsize=8)
-def _degrees_across(camera: CameraModel) -> float:
+def _hfov_deg(camera: CameraModel) -> float:
     if camera.distortion is Distortion.NONE:
         return OneNumberLens(camera.fx).hfov_deg(
             camera.width, column=camera.offset * camera.width)

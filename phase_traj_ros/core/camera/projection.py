@@ -14,17 +14,17 @@ import math
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from phase_traj_ros.core.camera.lens_family import MOST_FOCAL_PX
-from phase_traj_ros.core.camera.model import CameraModel, Distortion, Sight
+from phase_traj_ros.core.camera.lens_family import MAX_FOCAL_PX
+from phase_traj_ros.core.camera.model import CameraModel, Distortion, ImagePoints
 from phase_traj_ros.core.camera.tuning import CameraTuning, TUNING
-from phase_traj_ros.core.correlation.phase_correlation import Frame, LEAST_SIDE
+from phase_traj_ros.core.correlation.phase_correlation import Frame, MIN_SIDE
 from phase_traj_ros.core.correlation.view import reduced
 from phase_traj_ros.errors import FrameError
 
 # OpenCV's remap has 16-bit pixel coordinates.
 _MOST_SIDE = 32766
 
-LEAST_HFOV_DEG = 0.1
+MIN_HFOV_DEG = 0.1
 """Smallest field of view in degrees, below that of any camera on a vehicle."""
 
 
@@ -62,7 +62,7 @@ class CylinderProjection:
         height, width = self._frame_shape = camera.shape
         upright = camera.turned_180() if rotate_180 else camera
         left, right, above, below = _extent(upright, tuning)
-        usual = max(tuning.usual_px_per_rad, tuning.least_columns / max(right - left, 1e-9))
+        usual = max(tuning.usual_px_per_rad, tuning.min_columns / max(right - left, 1e-9))
         reduction = max(round(camera.fx / usual), 1)
         self.px_per_rad = camera.fx / reduction
         """
@@ -71,13 +71,13 @@ class CylinderProjection:
         A shift to the right divided by it is the yaw in radians, positive to the left.
         """
         self._reduction = (
-            max(int(min(camera.fy / self.px_per_rad + 1e-9, MOST_FOCAL_PX)), 1), reduction)
+            max(int(min(camera.fy / self.px_per_rad + 1e-9, MAX_FOCAL_PX)), 1), reduction)
         self.azimuths = self._samples(left, right)
         """Azimuth of each column in radians, positive to the right."""
         self.slopes = self._samples(-above, below)
         """Slope y of each row, positive down."""
         self._check_sizes(camera)
-        sight = _look(upright, self.azimuths, self.slopes)
+        sight = _project(upright, self.azimuths, self.slopes)
         self.inside = sight.seen
         """
         Which pixels of the cylinder are inside the frame, of size ``shape``.
@@ -88,7 +88,7 @@ class CylinderProjection:
         columns, rows = sight.columns, sight.rows
         if rotate_180:
             columns, rows = width - 1 - columns, height - 1 - rows
-        scanned = slice(None, None, TUNING.scanned_rows)
+        scanned = slice(None, None, TUNING.scanline_row_step)
         self._scanned = cv2.convertMaps(
             columns[scanned].astype(np.float32), rows[scanned].astype(np.float32), cv2.CV_16SC2)
         self._maps = cv2.convertMaps(
@@ -127,10 +127,10 @@ class CylinderProjection:
     def _check_sizes(self, camera: CameraModel) -> None:
         height, width = self._frame_shape
         down, across = self._reduction
-        if min(width, height) < LEAST_SIDE:
+        if min(width, height) < MIN_SIDE:
             raise FrameError(
-                f'frame is {width}x{height} pixels: give at least {LEAST_SIDE}x{LEAST_SIDE}')
-        if min(self.shape) < LEAST_SIDE:
+                f'frame is {width}x{height} pixels: give at least {MIN_SIDE}x{MIN_SIDE}')
+        if min(self.shape) < MIN_SIDE:
             raise FrameError(
                 f'with a focal length of {camera.fx:.6g} pixels, frames of {width}x{height} pixels'
                 ' show too little to measure yaw: give the right focal_px or hfov_deg')
@@ -148,9 +148,9 @@ class CylinderProjection:
         return np.linspace(middle - most, middle + most, count)
 
 
-def _look(
+def _project(
     camera: CameraModel, azimuths: NDArray[np.float64], slopes: NDArray[np.float64],
-) -> Sight:
+) -> ImagePoints:
     """Return the image positions of each slope (rows) at each azimuth (columns)."""
     return camera.project(
         np.tan(azimuths), np.outer(slopes, 1 / np.cos(azimuths)), np.ones((1, 1)))
@@ -165,7 +165,7 @@ def _extent(camera: CameraModel, band: CameraTuning) -> tuple[float, float, floa
     left, right, above and below of the optical axis. Towards the corners, the edges depend on the
     lens.
     """
-    aside = math.radians(band.aside_deg)
+    aside = math.radians(band.side_deg)
     highest, lowest = (
         math.tan(math.radians(angle)) for angle in (band.above_deg, band.below_deg))
     if camera.distortion is Distortion.NONE:
@@ -175,21 +175,21 @@ def _extent(camera: CameraModel, band: CameraTuning) -> tuple[float, float, floa
             min((camera.cy + 0.5) / camera.fy, highest),
             min((camera.height - 0.5 - camera.cy) / camera.fy, lowest))
     # A cropped image may not contain the optical axis: use the point nearest to it.
-    slopes = np.linspace(-highest, lowest, TUNING.searched[0])
-    azimuths = np.linspace(-aside, aside, TUNING.searched[1])
+    slopes = np.linspace(-highest, lowest, TUNING.search_grid[0])
+    azimuths = np.linspace(-aside, aside, TUNING.search_grid[1])
     distance = np.hypot(slopes[:, None], azimuths)
-    distance[~_look(camera, azimuths, slopes).seen] = math.inf
+    distance[~_project(camera, azimuths, slopes).seen] = math.inf
     row, column = np.unravel_index(distance.argmin(), distance.shape)
     if math.isinf(distance[row, column]):
         return 0.0, 0.0, 0.0, 0.0
-    middle, azimuths = azimuths[[column]], np.linspace(-aside, aside, TUNING.searched_along)
-    level, slopes = slopes[[row]], np.linspace(-highest, lowest, TUNING.searched_along)
-    left, right = _run(azimuths, _look(camera, azimuths, level).seen[0], middle)
-    above, below = _run(slopes, _look(camera, middle, slopes).seen[:, 0], level)
+    middle, azimuths = azimuths[[column]], np.linspace(-aside, aside, TUNING.search_steps)
+    level, slopes = slopes[[row]], np.linspace(-highest, lowest, TUNING.search_steps)
+    left, right = _visible_range(azimuths, _project(camera, azimuths, level).seen[0], middle)
+    above, below = _visible_range(slopes, _project(camera, middle, slopes).seen[:, 0], level)
     return left, right, -above, below
 
 
-def _run(
+def _visible_range(
     values: NDArray[np.float64], seen: NDArray[np.bool_], start: NDArray[np.float64],
 ) -> tuple[float, float]:
     """Return the first and last of the values around ``start`` that are all seen."""

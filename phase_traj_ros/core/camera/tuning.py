@@ -9,7 +9,7 @@ import math
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CameraTuning:
     """
-    Tuning of the camera and of its projection; nobody has to change it.
+    Tuning of the camera and of its projection; not for users.
 
     Angles are in radians, except where a name ends with ``_deg``.
     """
@@ -20,19 +20,19 @@ class CameraTuning:
     buildings, ..."""
     below_deg: float = 15.0
     """...below it: lower, the road passes too fast, and the bonnet does not move, ..."""
-    aside_deg: float = 60.0
+    side_deg: float = 60.0
     """...and to either side."""
     usual_px_per_rad: float = 330.0
     """A camera is reduced by the whole number that comes nearest to this many pixels per radian,
     ..."""
-    least_columns: int = 360
+    min_columns: int = 360
     """...and a tele camera keeps at least about this many columns:
     docs/measurements/heading.md."""
-    scanned_rows: int = 4
+    scanline_row_step: int = 4
     """Every so many rows of the cylinder are averaged to its scanline."""
-    searched: tuple[int, int] = 65, 241
+    search_grid: tuple[int, int] = 65, 241
     """Slopes and azimuths in which a distorted image is searched, ..."""
-    searched_along: int = 4001
+    search_steps: int = 4001
     """...and directions along each of the two lines to its edges: 0.03 degrees are less than a
     tenth of a pixel."""
 
@@ -43,10 +43,10 @@ class CameraTuning:
     """...and steps of 0.18 degrees on each ray, up to 90 degrees."""
     hfov_steps: int = 1800
     """Steps of a tenth of a degree for the field of view."""
-    straight: float = 0.02
+    pinhole_tolerance: float = 0.02
     """Below this difference of the straightness from a pinhole, distortion has no effect on the
     yaw."""
-    same_calibration: float = 0.001
+    same_focal: float = 0.001
     """Tolerances for calibrations that vary with the autofocus: relative focal length, ..."""
     same_centre_px: float = 0.25
     """...and principal point."""
@@ -54,14 +54,15 @@ class CameraTuning:
     # The lens in use.
     assumed_deviation: float = 0.3
     """Relative standard deviation of the focal length of an unknown camera, ..."""
-    far_off: float = 1.5
-    """...and factor by which its angles may be too small."""
+    max_assumed_ratio: float = 2.0
+    """...and factor by which its angles may be too small: a fisheye of 180 degrees. With 1.5,
+    slow corners of 90 degrees that a camera of 130 degrees never saw as turns were reliable."""
     same_lens: float = 0.01
     """Lenses are equal if their focal lengths (relative), offsets (in widths) and tilts (cosine)
     differ by less than this..."""
     same_straightness: float = 0.05
     """...and their straightnesses by less than this."""
-    widest_interval: float = 1.5
+    max_focal_ratio: float = 1.5
     """Largest ratio of the limits of the focal length with which quarter turns can be counted."""
 
     # A camera that is learned from drives.
@@ -78,7 +79,7 @@ class CameraTuning:
     pitch, ..."""
     turn_roll: float = math.radians(2.0)
     """...and in roll."""
-    far: float = 2.0
+    outlier_deviations: float = 2.0
     """The weight of a pitch or roll decreases beyond this many standard deviations."""
 
 

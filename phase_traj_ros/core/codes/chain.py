@@ -13,7 +13,7 @@ from phase_traj_ros.core.codes.tuning import TUNING
 
 def yawing(rate: float) -> Movement | None:
     """Return the side to which a vehicle yaws at ``rate``, in rad/s; None if it does not yaw."""
-    if abs(rate) <= TUNING.yawing:
+    if abs(rate) <= TUNING.min_yaw_rate:
         return None
     return Movement.LEFT if rate > 0 else Movement.RIGHT
 

@@ -64,13 +64,8 @@ class HeadingCode(ChainCode):
         """
         Judge the next pair of frames.
 
-        Parameters
-        ----------
-        heading
-            Heading after the pair, in radians relative to the first frame, positive to the
-            left, not wrapped.
-        rate
-            Yaw rate in the pair, in radians per second.
+        ``heading`` is that after the pair, in radians relative to the first frame, positive to the
+        left, not wrapped; ``rate`` the yaw rate of the pair in radians per second.
 
         Raises
         ------

@@ -4,8 +4,8 @@
 The chain code of equal links: one direction for each step of constant length along the path.
 
 This is the definition of H. Freeman ("On the encoding of arbitrary geometric configurations",
-1961), and the way the paper draws its codes. One code per pair of frames is equivalent at constant
-speed only.
+1961), and how the paper draws its codes. One code per pair of frames is equivalent only at
+constant speed.
 
 The direction of a link is the measured heading at its end, quantised. Both depend on the position
 and not on time, so speed, stops and frame rate have no effect. Turns cannot be used instead: they
@@ -19,7 +19,7 @@ from phase_traj_ros.core.codes.freeman import AnyDirection
 from phase_traj_ros.core.codes.sectors import HeadingSector
 from phase_traj_ros.core.codes.series import CodeSeries
 
-LEAST_STEP = 0.1
+MIN_STEP = 0.1
 """Length of the shortest link, in metres or camera heights."""
 
 # Largest number of links in a pair; more are due to a wrong stamp.
@@ -32,7 +32,7 @@ class LinkCode:
 
     Consecutive directions are neighbours: if the heading is more than one sector ahead, the next
     links follow it. A stationary vehicle adds no links. Reversing is subtracted from the distance,
-    and no link is added until that is made up for: no code means reversing, and none is removed.
+    so no link is added until the vehicle has passed this point again. Links are never removed.
     """
 
     def __init__(
@@ -44,7 +44,7 @@ class LinkCode:
         Parameters
         ----------
         step
-            Length of a link, in the unit of the distances, ``LEAST_STEP`` or more.
+            Length of a link, in the unit of the distances, ``MIN_STEP`` or more.
         connectivity
             4 for the paper's directions, 8 for Freeman's.
         max_runs
@@ -56,8 +56,8 @@ class LinkCode:
             An argument is out of its range.
 
         """
-        if not LEAST_STEP <= step < math.inf:
-            raise ValueError(f'step is {step}: give a finite number of {LEAST_STEP} or more')
+        if not MIN_STEP <= step < math.inf:
+            raise ValueError(f'step is {step}: give a finite number of {MIN_STEP} or more')
         self.step = step
         """Length of a link."""
         self.series: CodeSeries[Any] = CodeSeries(max_runs=max_runs)
@@ -75,17 +75,11 @@ class LinkCode:
 
     def add(self, distance: float, heading: float, yaw: float) -> tuple[AnyDirection, ...]:
         """
-        Take the next pair of frames; return the directions of the links that end in it.
+        Add the next pair of frames; return the directions of the links that end in it.
 
-        Parameters
-        ----------
-        distance
-            Distance travelled in the pair, negative in reverse.
-        heading
-            Heading after the pair, in radians relative to the first frame, positive to the left,
-            not wrapped.
-        yaw
-            Change of the heading in the pair; it is assumed to be even along the path.
+        ``distance`` is that of the pair, negative in reverse. ``heading`` is that after the pair,
+        in radians relative to the first frame, positive to the left, not wrapped. ``yaw`` is its
+        change in the pair, which is assumed to be even along the path.
 
         Raises
         ------

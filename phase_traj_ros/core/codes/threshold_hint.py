@@ -100,21 +100,21 @@ class ShiftSummary:
     def _end_turn(self) -> None:
         if self._length:
             self._turns += 1
-            self._short += self._length <= TUNING.short_pairs
+            self._short += self._length <= TUNING.short_turn_pairs
         self._length = 0
 
     def hint(self, width: int) -> ThresholdHint | None:
         """Return the hint for frames ``width`` pixels wide; None if the threshold may fit."""
-        if self._pairs < TUNING.least_pairs:
+        if self._pairs < TUNING.min_pairs:
             return None
-        turned = self._fastest >= TUNING.turning * width
-        fitting = self._largest * TUNING.fitting if turned else None
+        turned = self._fastest >= TUNING.min_turn_speed * width
+        fitting = self._largest * TUNING.threshold_share if turned else None
         if turned and self._largest < self._threshold:
             return self._made(Misfit.TOO_HIGH, fitting)
-        if self._beyond >= TUNING.most_beyond * self._pairs:
+        if self._beyond >= TUNING.max_beyond * self._pairs:
             higher = fitting is not None and fitting > self._threshold
             return self._made(Misfit.TOO_LOW, fitting if higher else None)
-        if self._turns >= TUNING.flickers and self._short >= TUNING.most_short * self._turns:
+        if self._turns >= TUNING.min_flickers and self._short >= TUNING.max_short * self._turns:
             return self._made(Misfit.FLICKERING, fitting)
         return None
 

@@ -8,9 +8,9 @@ import math
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CodesTuning:
-    """Tuning of the codes and of the hint; nobody has to change it. Shares are from 0 to 1."""
+    """Tuning of the codes and of the hint; not for users. Shares are from 0 to 1."""
 
-    yawing: float = math.radians(5.0)
+    min_yaw_rate: float = math.radians(5.0)
     """Yaw rate above which the vehicle counts as yawing, in radians per second."""
     hysteresis: float = 6.0 / 90.0
     """How far the heading has to pass the border of its sector to leave it, in sectors: 6 degrees
@@ -19,22 +19,22 @@ class CodesTuning:
     45."""
 
     # The hint for a threshold that does not fit.
-    least_pairs: int = 20
+    min_pairs: int = 20
     """With fewer pairs, there is no hint."""
     lasting_pairs: int = 5
     """Smallest number of pairs that a turn lasts."""
-    turning: float = 0.08
+    min_turn_speed: float = 0.08
     """A lasting shift counts as a turn if it crosses this share of the width per second. A camera
     of 130 degrees that turns by 20 degrees per second sees that much."""
-    most_beyond: float = 0.4
+    max_beyond: float = 0.4
     """Share of the pairs beyond the threshold that is too much for turns."""
-    flickers: int = 6
+    min_flickers: int = 6
     """The codes flicker if there are this many turns..."""
-    short_pairs: int = 2
+    short_turn_pairs: int = 2
     """...and at most this many pairs..."""
-    most_short: float = 0.5
+    max_short: float = 0.5
     """...is what this share of them lasts."""
-    fitting: float = 0.5
+    threshold_share: float = 0.5
     """A good threshold, as a share of the largest lasting shift."""
 
 

@@ -3,9 +3,8 @@
 """
 Displacements of the blocks of an image: an inexpensive second opinion on a pair of frames.
 
-Both frames are reduced to some thousands of pixels and cut into blocks. The blocks answer what
-one shift for the whole frame cannot: whether anything moves, and which of two shifts most of the
-image follows.
+Both frames are reduced to some thousands of pixels and cut into blocks. Unlike a shift of the
+whole frame, the blocks show whether anything moves, and which of two shifts most of them follow.
 """
 
 from dataclasses import dataclass
@@ -56,7 +55,7 @@ class BlockMotion:
 
         """
         self._mask = None if mask is None else mask_weights(mask)
-        self._left_out: NDArray[np.float32] | None = None
+        self._excluded: NDArray[np.float32] | None = None
         self._form: tuple[tuple[int, ...], np.dtype[Any]] | None = None
         self._primed = False
         # The newest and the previous frame, reduced.
@@ -66,9 +65,9 @@ class BlockMotion:
         """Forget the previous frame."""
         self._primed = False
 
-    def leave_out(self, weights: ArrayLike | None) -> None:
+    def exclude(self, weights: ArrayLike | None) -> None:
         """Ignore areas in addition to the mask, from (H, W) weights; None for none."""
-        self._left_out = None if weights is None else mask_weights(weights)
+        self._excluded = None if weights is None else mask_weights(weights)
         if self._form is not None:
             self._open = self._open_blocks()
 
@@ -153,17 +152,18 @@ class BlockMotion:
 
     def _textured(self, texture: NDArray[np.floating[Any]]) -> NDArray[np.bool_]:
         """Return which blocks, (n,), have enough texture and are not masked out."""
-        open_ones = texture[self._open]
-        if not len(open_ones):
+        candidates = texture[self._open]
+        if not len(candidates):
             return self._open
-        rank = len(open_ones) * 9 // 10
-        enough: NDArray[np.bool_] = texture > TUNING.textured * np.partition(open_ones, rank)[rank]
+        rank = len(candidates) * 9 // 10
+        least = TUNING.min_texture_share * np.partition(candidates, rank)[rank]
+        enough: NDArray[np.bool_] = texture > least
         return self._open & enough
 
     def _allocate(self, shape: tuple[int, int], dtype: np.dtype[Any]) -> None:
         self._form = shape, dtype
         self._primed = False
-        times = halvings(shape, pixels=TUNING.block_pixels, least=TUNING.least_block_px + 2)
+        times = halvings(shape, pixels=TUNING.block_pixels, least=TUNING.min_block_px + 2)
         self._scale = 2 ** times
         height, width = (side // self._scale for side in shape)
         self._halves = [
@@ -171,8 +171,8 @@ class BlockMotion:
             for left in reversed(range(times))]
         # Differences are taken within the frame, so no block contains its border.
         rows, columns = (
-            max(min(most, (side - 2) // TUNING.least_block_px), 1)
-            for most, side in zip(TUNING.blocks, (height, width)))
+            max(min(most, (side - 2) // TUNING.min_block_px), 1)
+            for most, side in zip(TUNING.max_blocks, (height, width)))
         tall, wide = (height - 2) // rows, (width - 2) // columns
         self._current, self._previous, self._both = np.empty((3, height, width), np.float32)
         self._parts = np.empty((4, rows * tall, columns * wide), np.float32)
@@ -185,10 +185,10 @@ class BlockMotion:
         _, rows, tall, columns, wide = self._split
         height, width = self._current.shape
         opened = np.ones(rows * columns, np.bool_)
-        for mask in (self._mask, self._left_out):
+        for mask in (self._mask, self._excluded):
             if mask is not None:
                 weights = cv2.resize(mask, (width, height), interpolation=cv2.INTER_AREA)
                 inner = weights[1:rows * tall + 1, 1:columns * wide + 1]
                 share = inner.reshape(self._split[1:]).mean(axis=(1, 3)).ravel()
-                opened &= share >= TUNING.open_share
+                opened &= share >= TUNING.min_unmasked_share
         return opened

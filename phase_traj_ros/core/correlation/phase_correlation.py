@@ -24,7 +24,7 @@ from phase_traj_ros.errors import FrameError
 
 Frame = NDArray[np.uint8] | NDArray[np.uint16] | NDArray[np.float32]
 
-LEAST_SIDE = 8
+MIN_SIDE = 8
 """Number of rows and columns that a frame has at least."""
 _DTYPES = (np.uint8, np.uint16, np.float32)
 # Half the side of the square over which forward motion spreads a peak, as a share of the
@@ -258,10 +258,10 @@ def _check_form(frame: Frame) -> None:
         raise FrameError(f'frame has shape {frame.shape}: give a greyscale frame of shape (H, W)')
     if frame.dtype not in _DTYPES:
         raise FrameError(f'frame is {frame.dtype}: give uint8, uint16 or float32')
-    if min(frame.shape) < LEAST_SIDE:
+    if min(frame.shape) < MIN_SIDE:
         height, width = frame.shape
         raise FrameError(
-            f'frame is {width}x{height} pixels: give at least {LEAST_SIDE}x{LEAST_SIDE}')
+            f'frame is {width}x{height} pixels: give at least {MIN_SIDE}x{MIN_SIDE}')
 
 
 def _statistics(frame: Frame) -> tuple[float, float]:

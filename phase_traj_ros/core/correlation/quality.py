@@ -3,9 +3,8 @@
 """
 Tests of a measured shift: whether it is a measurement, and whether the vehicle moves at all.
 
-Without these tests, a covered lens, a scene cut and a stop at a red light all look like driving
-straight ahead. The paper has no such tests. docs/measurements/quality.md shows how they were
-chosen.
+Without these tests, which the paper does not have, a covered lens, a scene cut and a stop look
+like driving straight ahead. docs/measurements/quality.md shows how they were chosen.
 """
 
 from collections import deque
@@ -55,9 +54,9 @@ class GateSettings:
         significance = correlator.significance(shift)
         if (self.look_past_zero and blocks is not None
                 and max(abs(shift.dx), abs(shift.dy)) <= TUNING.zero_px):
-            second = correlator.second_peak(apart=TUNING.apart_px)
-            stands_out = correlator.significance(second)
-            if (self._suffices(stands_out) and stands_out > significance
+            second = correlator.second_peak(apart=TUNING.peak_distance_px)
+            of_second = correlator.significance(second)
+            if (self._suffices(of_second) and of_second > significance
                     and blocks.share_following(second) > 0.5):
                 return second
         return shift if self._suffices(significance) else None
@@ -123,7 +122,7 @@ class StillnessDetector:
         self._flows.append(flow)
         if len(self._flows) == self._settings.frames:
             moving = self._moving_share(self._settings.max_motion * width)
-            self._still = moving < (TUNING.driven_off if self._still else 0.5)
+            self._still = moving < (TUNING.moving_again_share if self._still else 0.5)
         return self._still
 
     def _moving_share(self, limit: float) -> float:
@@ -133,13 +132,13 @@ class StillnessDetector:
         if not len(mean):
             return 1.0
         shake = np.median(mean, axis=0)
-        if np.hypot(*shake) <= TUNING.shaking * limit:
+        if np.hypot(*shake) <= TUNING.max_shake * limit:
             mean = mean - shake
         return float(np.mean(np.hypot(mean[:, 0], mean[:, 1]) > limit))
 
 
 class Quality(Enum):
-    """What a pair of frames is worth."""
+    """Quality of a pair of frames."""
 
     MEASURED = 'measured'
     """The frames show how the view has moved."""
@@ -165,7 +164,7 @@ class PairQuality:
         self._gate = gate
         self._detector = None if stillness is None else StillnessDetector(stillness)
         self._blocks = BlockMotion(mask=mask)
-        self.looks_at_frames = stillness is not None or (
+        self.needs_frames = stillness is not None or (
             gate is not None and gate.look_past_zero)
         """Whether any of the tests needs the frames, and not only the map."""
         self._has_pair = False
@@ -177,38 +176,37 @@ class PairQuality:
         self._has_pair = False
         self.interrupt()
 
-    def leave_out(self, weights: ArrayLike | None) -> None:
+    def exclude(self, weights: ArrayLike | None) -> None:
         """Ignore areas in addition to the mask, from (H, W) weights; None for none."""
-        self._blocks.leave_out(weights)
+        self._blocks.exclude(weights)
 
     def interrupt(self) -> None:
         """
-        Keep the newest frame, and forget what was seen before it.
+        Keep the newest frame, and forget the earlier pairs.
 
-        The next pair starts with the newest frame, but a gap, a change of encoding or a jump of
-        time separates it from the earlier pairs.
+        A gap, a change of encoding or a jump of time separates them from the next pair.
         """
         if self._detector is not None:
             self._detector.reset()
 
     def update(self, frame: Frame) -> None:
         """Take the next frame, the same one as the correlator."""
-        if self.looks_at_frames:
+        if self.needs_frames:
             self._has_pair = self._blocks.update(frame)
             self._width = frame.shape[1]
 
     def judge(self, shift: Shift, correlator: PhaseCorrelator) -> tuple[Quality, Shift]:
         """
-        Return what the pair is worth, and the shift to use for it.
+        Return the quality of the pair, and the shift to use for it.
 
         A pair that is not a measurement is not evidence for or against standing still.
         """
         if self._gate is not None:
             blocks = self._blocks if self._has_pair else None
-            believed = self._gate.judge(shift, correlator, blocks)
-            if believed is None:
+            accepted = self._gate.judge(shift, correlator, blocks)
+            if accepted is None:
                 return Quality.NOTHING, shift
-            shift = believed
+            shift = accepted
         elif shift.response == 0.0:
             return Quality.NOTHING, shift
         if self._detector is not None and self._has_pair and self._detector.update(

@@ -4,14 +4,13 @@
 Finds the parts of the image that are fixed to the camera while the world moves.
 
 Black bars, the bonnet, burnt-in text and drops on the windscreen do not move, and a correlation
-of the whole image locks on to them instead of the street. They are found in the mean of the image
-gradients: those of the world average out as it passes by, those of a fixed pattern remain.
+of the whole image may lock on to them. They are found in the mean of the image gradients: those of
+the moving scene average out, those of a fixed pattern remain.
 
-Three rules keep the world from being taken for a fixed pattern. First, a gradient counts only as
-far as the image around it changes, so a stationary vehicle and the far distance straight ahead
-give no evidence. Second, a pattern has to be fixed in both directions: the weaker eigenvalue of
-the matrix of mean gradients counts, because edges parallel to the motion (a kerb, a lane marking)
-remain too. Third, areas that move again are released.
+Three rules prevent false detections. First, a gradient counts only as far as the image around it
+changes, so a stationary vehicle and the far distance give no evidence. Second, the weaker
+eigenvalue of the matrix of mean gradients counts, because edges parallel to the motion (a kerb, a
+lane marking) remain, too. Third, areas that move again are released.
 """
 
 import cv2
@@ -31,7 +30,7 @@ class FixedAreas:
 
     def __init__(self) -> None:
         """Make a detector that has seen no frame."""
-        self._lay_out((1, 1))
+        self._allocate((1, 1))
 
     def interrupt(self) -> None:
         """Do not compare the next frame with earlier ones; learned areas are kept."""
@@ -39,12 +38,12 @@ class FixedAreas:
         self._reference: NDArray[np.float32] | None = None
         self._age = 0.0
         # Share of the gradients that changed up to the newest sample; fixed areas do not count.
-        self._changing, self._held = 0.0, False
+        self._changing_share, self._mostly_unchanged = 0.0, False
         self.moving = False
         """Whether the change is large, and in all parts of the image: the world moves."""
-        self.far = False
-        """Whether what does not change is the horizon, while the road below it does: the vehicle
-        drives straight on, however little of the image moves."""
+        self.only_horizon_unchanged = False
+        """Whether only the horizon is unchanged and the road below it changes: the vehicle drives
+        straight on, however little of the image moves."""
 
     @property
     def sufficient(self) -> bool:
@@ -53,7 +52,8 @@ class FixedAreas:
 
         Bars leave a smaller but complete image; drops leave an image with gaps.
         """
-        return self._left >= max(TUNING.least_left * (1.0 - self._black), TUNING.least_seen)
+        needed = TUNING.min_usable_share * (1.0 - self._black_share)
+        return self._usable_share >= max(needed, TUNING.min_usable_image)
 
     @property
     def blank(self) -> bool:
@@ -64,13 +64,14 @@ class FixedAreas:
         """
         Return whether the newest shift is not evidence of driving straight ahead.
 
-        This is so if the shift is zero and only fixed areas can agree with it: a part of the image
-        changes while most of it has not changed for long, or the blocks have not ``agreed`` with
-        the shift; and what does not change is not the horizon.
+        True if the shift is zero and only fixed areas can agree with it: a part of the image
+        changes, and most of it has not changed for long or the blocks have not ``agreed`` with the
+        shift; and not only the horizon is unchanged.
         """
-        if abs(shift.dx) > TUNING.zero_px or self.far:
+        if abs(shift.dx) > TUNING.zero_px or self.only_horizon_unchanged:
             return False
-        return self._held or (self._changing >= TUNING.standing_share and not agreed)
+        return self._mostly_unchanged or (
+            self._changing_share >= TUNING.standing_share and not agreed)
 
     def weights(self) -> NDArray[np.uint8] | None:
         """
@@ -92,92 +93,93 @@ class FixedAreas:
         frame in seconds, 0 for the first, and ``turned`` the shift in pixels, 0 if not known.
         """
         if frame.shape != self._shape:
-            self._lay_out(frame.shape)
+            self._allocate(frame.shape)
         if not self._samples.take(frame, interval, turned) or not self._learn():
             return False
         self._learned += 1
-        return self._learned % TUNING.renewed == 0 and self._renew()
+        return self._learned % TUNING.update_samples == 0 and self._renew()
 
-    def _lay_out(self, shape: tuple[int, int]) -> None:
+    def _allocate(self, shape: tuple[int, int]) -> None:
         """Start again for frames of this shape."""
         self._shape = shape
         self._samples = PictureSamples(shape)
         reduced = self._samples.shape
-        self._near = 2 * max(round(TUNING.near_share * self._samples.diagonal), 1) + 1
+        self._near = 2 * max(round(TUNING.neighbourhood_share * self._samples.diagonal), 1) + 1
         self._learned = 0
-        # Means of the gradients to the right, downwards, of their energy, and of 1 (the amount of
-        # evidence).
+        # Means of the gradients to the right and downwards, of their energy, and the evidence.
         self._means: NDArray[np.float32] = np.zeros((4, *reduced), np.float32)
         self._darkest = np.full(reduced, np.inf, np.float32)
         self._brightest = np.full(reduced, -np.inf, np.float32)
         # 1 where fixed, and the share of each cell that is not.
         self._fixed: NDArray[np.uint8] = np.zeros(reduced, np.uint8)
-        self._open = self._samples.by_places(np.ones(reduced, np.float32))
+        self._open_share = self._samples.cell_means(np.ones(reduced, np.float32))
         self.share = 0.0
         """Share of the image that is fixed, 0 to 1."""
-        self._left, self._black = 1.0, 0.0
+        self._usable_share, self._black_share = 1.0, 0.0
         self.interrupt()
 
     def _learn(self) -> bool:
         """Add the newest sample to the means if the world moves; return whether it does."""
         changed, energy = self._samples.changes()
-        left_changed, left_energy = self._open * changed, self._open * energy
-        self._changing = _share(left_changed, left_energy)
-        self.moving = self._moves(left_changed, left_energy)
-        self._watch()
+        open_changed, open_energy = self._open_share * changed, self._open_share * energy
+        self._changing_share = _share(open_changed, open_energy)
+        self.moving = self._moves(open_changed, open_energy)
+        self._check_long_term()
         if not self.moving:
             return False
         moved = np.full_like(changed, TUNING.full_change)
-        if self._samples.turned <= TUNING.turned_px:
-            about = (2 * TUNING.about_cells + 1, 2 * TUNING.about_cells + 1)
+        if self._samples.turned <= TUNING.full_shift_px:
+            about = (2 * TUNING.change_radius_cells + 1, 2 * TUNING.change_radius_cells + 1)
             moved = np.divide(cv2.blur(changed, about), cv2.blur(energy, about) + 1e-6)
-        full = TUNING.full_change - TUNING.least_change
-        moved = np.clip((moved - TUNING.least_change) / full, 0.0, 1.0)
+        full = TUNING.full_change - TUNING.min_change
+        moved = np.clip((moved - TUNING.min_change) / full, 0.0, 1.0)
         height, width = self._samples.shape
         counts = cv2.resize(
-            TUNING.newest_share * moved, (width, height), interpolation=cv2.INTER_LINEAR)
+            TUNING.sample_weight * moved, (width, height), interpolation=cv2.INTER_LINEAR)
         self._means[:3] += counts * (self._samples.gradients - self._means[:3])
         self._means[3] += counts * (1.0 - self._means[3])
         picture = self._samples.picture
-        np.minimum(self._darkest + TUNING.relaxing_levels, picture, out=self._darkest)
-        np.maximum(self._brightest - TUNING.relaxing_levels, picture, out=self._brightest)
+        np.minimum(self._darkest + TUNING.forgetting_levels, picture, out=self._darkest)
+        np.maximum(self._brightest - TUNING.forgetting_levels, picture, out=self._brightest)
         return True
 
-    def _watch(self) -> None:
-        """Check whether most of the image has not changed for long while a part of it has."""
+    def _check_long_term(self) -> None:
+        """Check whether only a part of the image has changed for long."""
         if self._reference is not None:
             share = _share(*(
-                self._open * each for each in self._samples.changes(self._reference)))
-            self.far = self._only_horizon_remains(self._reference)
+                self._open_share * each for each in self._samples.changes(self._reference)))
+            self.only_horizon_unchanged = self._only_horizon_remains(self._reference)
             self._age += self._samples.elapsed
-            if share < TUNING.driving_share and self._age < TUNING.long_s:
+            if share < TUNING.driving_share and self._age < TUNING.standing_window_s:
                 return
-            # It goes on: what a vehicle changed before it stopped tells nothing.
-            goes_on = self._changing * TUNING.long_s >= (
+            # A change before the vehicle stopped does not count.
+            still_changes = self._changing_share * TUNING.standing_window_s >= (
                 TUNING.standing_share * self._samples.elapsed)
-            self._held = goes_on and TUNING.standing_share <= share < TUNING.driving_share
+            self._mostly_unchanged = still_changes and (
+                TUNING.standing_share <= share < TUNING.driving_share)
         self._reference, self._age = self._samples.gradients.copy(), 0.0
 
     def _only_horizon_remains(self, since: NDArray[np.float32]) -> bool:
         # Edges do not count: along a straight road, lane markings do not move either.
-        before, now = (self._open * self._corners(since, gradients)
+        before, now = (self._open_share * self._corners(since, gradients)
                        for gradients in (since, self._samples.gradients))
         remaining, structure = now.sum(axis=1), before.sum(axis=1)
         rows = len(structure)
         road = round((1.0 - TUNING.road_share) * rows)
-        if remaining[road:].sum() >= TUNING.road_remains * structure[road:].sum():
+        if remaining[road:].sum() >= TUNING.road_unchanged_share * structure[road:].sum():
             return False
         far = remaining[:road]
         band = np.convolve(far, np.ones(max(rows // TUNING.bands, 1)))
-        return bool(far.sum() > TUNING.far_remains * structure[:road].sum()
-                    and band.max() > TUNING.band_holds * far.sum())
+        return bool(far.sum() > TUNING.far_unchanged_share * structure[:road].sum()
+                    and band.max() > TUNING.band_share * far.sum())
 
     def _corners(
-        self, one: NDArray[np.float32], other: NDArray[np.float32],
+        self, first: NDArray[np.float32], second: NDArray[np.float32],
     ) -> NDArray[np.float32]:
         """Return the structure in two directions that both gradients have, by cells."""
-        xx, yy, xy = (self._samples.by_places(product) for product in (
-            one[0] * other[0], one[1] * other[1], one[0] * other[1] + one[1] * other[0]))
+        xx, yy, xy = (self._samples.cell_means(product) for product in (
+            first[0] * second[0], first[1] * second[1],
+            first[0] * second[1] + first[1] * second[0]))
         return np.maximum(xx + yy - np.hypot(xx - yy, xy), 0.0)  # type: ignore[no-any-return]
 
     def _moves(self, changed: NDArray[np.float32], energy: NDArray[np.float32]) -> bool:
@@ -185,9 +187,9 @@ class FixedAreas:
         changes, energies = (
             np.array([strip.sum() for strip in np.array_split(amount, TUNING.strips)])
             for amount in (changed, energy))
-        stays = (energies > TUNING.strip_tells * energies.sum()) & (
-            changes < TUNING.strip_changes * energies)
-        return self._changing >= TUNING.moving_share and bool(np.count_nonzero(stays) <= 1)
+        stays = (energies > TUNING.min_strip_share * energies.sum()) & (
+            changes < TUNING.strip_change_share * energies)
+        return self._changing_share >= TUNING.moving_share and bool(np.count_nonzero(stays) <= 1)
 
     def _renew(self) -> bool:
         """Find the areas again; return whether they have changed."""
@@ -197,14 +199,14 @@ class FixedAreas:
         square = np.ones((3, 3), np.uint8)
         closed = cv2.morphologyEx(fixed, cv2.MORPH_CLOSE, square)
         fixed = np.asarray(cv2.dilate(closed, square), np.uint8)
-        if np.count_nonzero(fixed != self._fixed) <= TUNING.same_share * fixed.size:
+        if np.count_nonzero(fixed != self._fixed) <= TUNING.update_share * fixed.size:
             return False
         self._fixed = fixed
-        self._open = 1.0 - self._samples.by_places(fixed.astype(np.float32))
+        self._open_share = 1.0 - self._samples.cell_means(fixed.astype(np.float32))
         self.share = np.count_nonzero(fixed) / fixed.size
-        self._black = np.count_nonzero(black) / black.size
+        self._black_share = np.count_nonzero(black) / black.size
         # A narrow strip between two fixed areas is not usable.
-        self._left = 1.0 - np.count_nonzero(cv2.dilate(fixed, square)) / fixed.size
+        self._usable_share = 1.0 - np.count_nonzero(cv2.dilate(fixed, square)) / fixed.size
         return True
 
     def _patterns(self) -> NDArray[np.bool_]:
@@ -215,8 +217,9 @@ class FixedAreas:
             across * across, down * down, across * down))
         weaker = xx + yy - np.sqrt(np.square(xx - yy) + 4.0 * np.square(xy))
         remaining = weaker / (cv2.blur(energy * known, near) + 1e-4)
-        limit = TUNING.remains + TUNING.doubt / np.maximum(known, TUNING.least_known)
-        return np.asarray((known > TUNING.least_known) & (remaining > limit))
+        least = TUNING.min_evidence
+        limit = TUNING.fixed_energy_share + TUNING.evidence_penalty / np.maximum(known, least)
+        return np.asarray((known > least) & (remaining > limit))
 
     def _bars(self) -> NDArray[np.bool_]:
         """Return the areas that touch the border and have always been black, (h, w)."""

@@ -1,10 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""
-Samples of a drive, one every third of a second: reduced images and their gradients.
-
-Over this interval the scene changes, but whatever is fixed to the camera does not.
-"""
+"""Samples of a drive, one every third of a second: reduced images and their gradients."""
 
 import math
 
@@ -21,18 +17,18 @@ class PictureSamples:
 
     def __init__(self, shape: tuple[int, int]) -> None:
         """Make an empty sampler for frames of ``shape`` (H, W)."""
-        self._times = 1 << halvings(shape, pixels=TUNING.pixels, least=TUNING.least_side)
+        self._times = 1 << halvings(shape, pixels=TUNING.pixels, least=TUNING.min_side)
         self.shape = height, width = shape[0] // self._times, shape[1] // self._times
         """Size of the reduced images, (h, w)."""
         self.diagonal = math.hypot(height, width)
         cell = TUNING.cell_share * self.diagonal
         across, down = (max(round(side / cell), 1) for side in (width, height))
-        self._places = across, down
+        self._cells = across, down
         self.picture: NDArray[np.float32] = np.zeros((height, width), np.float32)
         """The newest sample, (h, w), scaled to a mean brightness of 100."""
         self.gradients: NDArray[np.float32] = np.zeros((3, height, width), np.float32)
         """Its gradients to the right and downwards (length 1 if strong), and their energy."""
-        self._before: NDArray[np.float32] = np.zeros((3, height, width), np.float32)
+        self._previous: NDArray[np.float32] = np.zeros((3, height, width), np.float32)
         self.turned = 0.0
         """Sideways shift since the previous sample, in reduced pixels, without sign."""
         self.elapsed = 0.0
@@ -43,23 +39,23 @@ class PictureSamples:
 
     def interrupt(self) -> None:
         """Do not compare the next frame with earlier ones; it becomes the first sample."""
-        self._primed, self._waited, self._turning = False, 0.0, 0.0
+        self._primed, self._elapsed, self._shift = False, 0.0, 0.0
 
     def take(self, frame: Frame, interval: float, turned: float) -> bool:
         """Take the next frame; return whether it completed a new pair of samples."""
-        self._waited += interval
-        self._turning += turned
-        if self._primed and self._waited < TUNING.period_s:
+        self._elapsed += interval
+        self._shift += turned
+        if self._primed and self._elapsed < TUNING.period_s:
             return False
-        self.turned = abs(self._turning) / self._times
-        self.elapsed, self._waited, self._turning = self._waited, 0.0, 0.0
+        self.turned = abs(self._shift) / self._times
+        self.elapsed, self._elapsed, self._shift = self._elapsed, 0.0, 0.0
         picture = reduced(frame, self._times, self._times)
         level = cv2.mean(picture)[0]
         gain = TUNING.brightness / level if level > 0.0 else 1.0
         self.picture = np.multiply(picture, np.float32(gain), dtype=np.float32)
-        self._before, self.gradients = self.gradients, self._before
+        self._previous, self.gradients = self.gradients, self._previous
         self._differentiate()
-        left = self.by_places(self.picture).std()
+        left = self.cell_means(self.picture).std()
         self.blank = bool(left <= TUNING.noise_share * self.picture.std())
         primed, self._primed = self._primed, True
         return primed
@@ -72,16 +68,16 @@ class PictureSamples:
 
         The change is since the previous sample, or since the gradients ``since``, (3, h, w).
         """
-        before = self._before if since is None else since
+        before = self._previous if since is None else since
         step = self.gradients[:2] - before[:2]
         np.square(step, out=step)
-        return (self.by_places(step[0] + step[1]),
-                self.by_places(self.gradients[2] + before[2]))
+        return (self.cell_means(step[0] + step[1]),
+                self.cell_means(self.gradients[2] + before[2]))
 
-    def by_places(self, values: NDArray[np.float32]) -> NDArray[np.float32]:
+    def cell_means(self, values: NDArray[np.float32]) -> NDArray[np.float32]:
         """Return the means of values (h, w) over the cells, of which there are a few thousand."""
         return cv2.resize(  # type: ignore[return-value]
-            values, self._places, interpolation=cv2.INTER_AREA)
+            values, self._cells, interpolation=cv2.INTER_AREA)
 
     def _differentiate(self) -> None:
         across, down, energy = self.gradients
@@ -89,7 +85,7 @@ class PictureSamples:
         cv2.Sobel(self.picture, cv2.CV_32F, 0, 1, dst=down, scale=0.125)
         np.multiply(across, across, out=energy)
         energy += down * down
-        soft = TUNING.soft_share * cv2.mean(energy)[0] + TUNING.noise_levels ** 2
+        soft = TUNING.gradient_energy_share * cv2.mean(energy)[0] + TUNING.noise_levels ** 2
         length = cv2.sqrt(energy + soft)
         cv2.divide(across, length, dst=across)
         cv2.divide(down, length, dst=down)

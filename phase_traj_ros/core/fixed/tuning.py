@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The tuning of the search for what is fixed to the camera, in physical units."""
+"""The tuning of the search for areas fixed to the camera, in physical units."""
 
 from dataclasses import dataclass
 
@@ -8,7 +8,7 @@ from dataclasses import dataclass
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FixedTuning:
     """
-    Tuning of the search for fixed areas; nobody has to change it.
+    Tuning of the search for fixed areas; not for users.
 
     Shares are from 0 to 1. The values were chosen on KITTI clips and rendered drives with bars,
     text, dirt and drops drawn on them.
@@ -19,11 +19,11 @@ class FixedTuning:
     """Time between two samples: the scene changes meanwhile."""
     pixels: int = 14_000
     """A frame is reduced to about so many pixels, ..."""
-    least_side: int = 8
+    min_side: int = 8
     """...but no side to fewer than these."""
     brightness: float = 100.0
     """Mean to which a sample is scaled, in grey levels."""
-    soft_share: float = 0.25
+    gradient_energy_share: float = 0.25
     """A gradient well above this share of the mean energy..."""
     noise_levels: float = 2.0
     """...and above this noise, in grey levels per pixel, is scaled to length 1; weaker ones are
@@ -37,74 +37,74 @@ class FixedTuning:
     moving_share: float = 0.25
     """The world moves if this share of the gradients changes, ..."""
     strips: int = 4
-    """...in all of so many strips of rows but one, which may be the bonnet: traffic fills only a
+    """...in all of so many strips of rows but first, which may be the bonnet: traffic fills only a
     few. A strip changes if..."""
-    strip_changes: float = 0.1
+    strip_change_share: float = 0.1
     """...this share of its gradients does, and is ignored with less than..."""
-    strip_tells: float = 0.1
+    min_strip_share: float = 0.1
     """...this share of all gradients."""
     zero_px: float = 0.75
     """A shift within this along the rows may be that of a fixed pattern."""
-    long_s: float = 2.0
+    standing_window_s: float = 2.0
     """Within this time, ..."""
     driving_share: float = 0.5
     """...a vehicle that drives, however slowly, changes more than this share of the image..."""
     standing_share: float = 0.1
-    """...and a stationary one less than this."""
+    """...and a stationary first less than this."""
 
     # A straight road without much texture: only the horizon does not change.
     road_share: float = 0.35
     """Of the structure in this lowest part of the image, the road, ..."""
-    road_remains: float = 0.5
+    road_unchanged_share: float = 0.5
     """...less than this share remains, ..."""
-    far_remains: float = 0.25
+    far_unchanged_share: float = 0.25
     """...of that above more than this share, and of it..."""
-    band_holds: float = 0.55
+    band_share: float = 0.55
     """...this share lies in a band of..."""
     bands: int = 6
     """...this part of the image's height."""
 
-    passing: float = 0.005
-    """What passes by is not fixed: the median ratio of the translation to the distance of the
-    blocks is above this; the noise of a pattern that does not move is 0.002."""
+    min_passing: float = 0.005
+    """A scene passes by if the median ratio of the translation to the distance of the blocks is
+    above this; the noise of a fixed pattern is 0.002."""
 
     # The means of the gradients.
-    newest_share: float = 0.06
+    sample_weight: float = 0.06
     """Largest weight of a sample in the means."""
-    least_change: float = 0.2
+    min_change: float = 0.2
     """Share of change around a cell from which on its gradients count..."""
     full_change: float = 0.6
     """...and from which on they count fully..."""
-    about_cells: int = 2
+    change_radius_cells: int = 2
     """...within this radius."""
-    turned_px: float = 4.0
+    full_shift_px: float = 4.0
     """With a larger shift between two samples, in their pixels, all gradients count fully."""
 
     # The areas.
-    renewed: int = 4
+    update_samples: int = 4
     """The areas are found again after so many samples, and..."""
-    same_share: float = 0.005
+    update_share: float = 0.005
     """...replaced if they differ in more than this share of the image."""
-    near_share: float = 0.012
+    neighbourhood_share: float = 0.012
     """Half the side of the square over which gradients are compared, as a share of the
     diagonal."""
-    remains: float = 0.1
+    fixed_energy_share: float = 0.1
     """A place is fixed if a larger share of the energy of its gradients remains..."""
-    doubt: float = 0.08
+    evidence_penalty: float = 0.08
     """...than this with an addition that is inverse to the evidence, ..."""
-    least_known: float = 0.3
+    min_evidence: float = 0.3
     """...of which there is at least this."""
     dark_levels: float = 25.0
     """Bars are darker than this, in grey levels of a sample, ..."""
     constant_levels: float = 8.0
     """...vary by less than this..."""
-    relaxing_levels: float = 0.03
+    forgetting_levels: float = 0.03
     """...and are forgotten by this per sample."""
-    least_left: float = 0.5
+    min_usable_share: float = 0.5
     """Share that has to remain of what is not black..."""
-    least_seen: float = 0.1
+    min_usable_image: float = 0.1
     """...and of the whole image."""
-    least_masked: float = 0.01
+    min_masked: float = 0.01
     """Smallest share of the image to mask out: smaller areas do no harm, and a mask costs time."""
 
 

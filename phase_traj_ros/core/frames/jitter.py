@@ -37,5 +37,5 @@ class StampJitter:
             return 0.0
         usual = median_low(self._intervals_ns)
         off = np.array(self._intervals_ns) - usual
-        near = off[np.abs(off) < TUNING.jitter_share * usual]
+        near = off[np.abs(off) < TUNING.jitter_outlier_share * usual]
         return float(np.sqrt(np.mean(np.square(near, dtype=np.float64))))

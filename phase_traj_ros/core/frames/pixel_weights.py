@@ -13,26 +13,26 @@ class PixelWeights:
         """Use a mask, (H, W), 0 to 1; None if all pixels count equally."""
         self.mask = mask
         """Constant weight of each pixel."""
-        self.counting = mask
+        self.current = mask
         """Current weight of each pixel, (H, W), 0 to 1; None if all count equally."""
 
     def use(self, weights: NDArray[np.uint8] | None) -> None:
         """Leave out pixels whose ``weights``, (H, W), 0 to 255, are 0; None leaves out nothing."""
-        self.counting = self.mask
+        self.current = self.mask
         if weights is not None:
             areas = np.divide(weights, np.float32(255), dtype=np.float32)
-            self.counting = areas if self.mask is None else self.mask * areas
+            self.current = areas if self.mask is None else self.mask * areas
 
     def keep_for(self, shape: tuple[int, ...]) -> bool:
         """Drop areas of another shape than the frames; return whether there are areas."""
-        if self.counting is not None and self.counting.shape != shape:
-            self.counting = self.mask
-        return self.counting is not self.mask
+        if self.current is not None and self.current.shape != shape:
+            self.current = self.mask
+        return self.current is not self.mask
 
     def as_seen(self, *, rotate_180: bool) -> NDArray[np.uint8] | None:
         """Return the weight of each pixel of the upright frame, (H, W), 0 to 255."""
-        counting = self.counting
-        if counting is None:
+        current = self.current
+        if current is None:
             return None
-        levels = (255 * counting).astype(np.uint8)
+        levels = (255 * current).astype(np.uint8)
         return np.ascontiguousarray(levels[::-1, ::-1]) if rotate_180 else levels

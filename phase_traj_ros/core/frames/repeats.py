@@ -3,9 +3,9 @@
 """
 Detects a frame that repeats the picture of an earlier one.
 
-Video of a constant frame rate holds pictures twice where the camera gave fewer, and a broken
-camera gives one picture for ever. Such a frame measures nothing. The pictures of a vehicle that
-stands differ by the noise of the sensor.
+A video with a constant frame rate repeats pictures if the camera was slower, and a broken camera
+repeats one picture forever. Such a frame measures nothing. The pictures of a standing vehicle
+differ by the noise of the sensor.
 """
 
 import math
@@ -13,7 +13,7 @@ import math
 import cv2
 import numpy as np
 from phase_traj_ros.core.correlation.phase_correlation import Frame
-from phase_traj_ros.core.frames.halts import HaltDetector, squares
+from phase_traj_ros.core.frames.halts import HaltDetector, square_means
 from phase_traj_ros.core.frames.tuning import TUNING
 
 
@@ -29,19 +29,21 @@ class RepeatDetector:
         self._form = ''
         self._frame: Frame | None = None
         self._halts = HaltDetector()
-        self._tick_ns, self._repeats, self._since = 0, 0, TUNING.converted_frames
+        self._video_interval_ns = self._repeats = 0
+        self._frames_since_repeat = TUNING.repeat_memory_frames
         self._repeats_before: int | None = None
 
     @property
-    def unsure_ns(self) -> float:
+    def deviation_ns(self) -> float:
         """
         Return the standard deviation of the time between two exposures, by their stamps.
 
-        A video that repeats some of its pictures has the stamps of another clock than that of the
-        camera. Both exposures are up to one interval of the video earlier than their stamps: the
-        difference of two uniform errors.
+        The stamps of a video that repeats pictures are not those of the camera. Both exposures are
+        up to one video interval earlier than their stamps: the difference of two uniform errors.
         """
-        return self._tick_ns / math.sqrt(6.0) if self._since < TUNING.converted_frames else 0.0
+        if self._frames_since_repeat >= TUNING.repeat_memory_frames:
+            return 0.0
+        return self._video_interval_ns / math.sqrt(6.0)
 
     def is_repeated(
         self, frame: Frame, interval_ns: int, *, encoding: str = '', by_motion: bool = False,
@@ -57,7 +59,7 @@ class RepeatDetector:
         if repeated and interval_ns >= TUNING.same_time_ns:
             if self._repeats == 0:
                 # Of several repetitions, the first is one interval after the frame.
-                self._tick_ns = interval_ns
+                self._video_interval_ns = interval_ns
             self._repeats += 1
         return repeated
 
@@ -65,7 +67,7 @@ class RepeatDetector:
         """Keep a frame that is used; it must not change afterwards."""
         if self._frame is not None:
             even = self._repeats_before in (None, self._repeats)
-            self._since = self._since + 1 if even else 0
+            self._frames_since_repeat = self._frames_since_repeat + 1 if even else 0
             self._repeats_before, self._repeats = self._repeats, 0
         self._frame, self._form = frame, encoding
 
@@ -82,7 +84,7 @@ class RepeatDetector:
             return np.array_equal(frame, kept) and _shows_something(frame)
         # Most frames differ already in a few of their rows.
         change = cv2.mean(cv2.absdiff(frame[::TUNING.square_px], kept[::TUNING.square_px]))[0]
-        same = change <= 4.0 * TUNING.improved and _is_improved(frame, kept, interval_ns)
+        same = change <= 4.0 * TUNING.reencoded_median and _is_improved(frame, kept, interval_ns)
         if not by_motion:
             return same
         return self._halts.update(kept, frame, interval_ns, change=change, same=same)
@@ -90,9 +92,9 @@ class RepeatDetector:
 
 def _is_improved(frame: Frame, kept: Frame, interval_ns: int) -> bool:
     """Return whether a picture may have changed by what its encoder improved."""
-    changed = squares(cv2.absdiff(frame, kept).astype(np.float32))
-    most = TUNING.improved_most if interval_ns < TUNING.halt_ns else TUNING.frozen
-    return (float(np.median(changed)) <= TUNING.improved and float(changed.max()) <= most
+    changed = square_means(cv2.absdiff(frame, kept).astype(np.float32))
+    most = TUNING.reencoded_max if interval_ns < TUNING.halt_ns else TUNING.frozen_max
+    return (float(np.median(changed)) <= TUNING.reencoded_median and float(changed.max()) <= most
             and _shows_something(frame))
 
 

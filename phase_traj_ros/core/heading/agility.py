@@ -1,10 +1,10 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
 """
-How fast the yaw rate of a vehicle changes, learned from its own drive.
+The agility of a vehicle, learned from its drive: how fast its yaw rate changes.
 
-A car cannot do what a model car does at every corner. The yaw rate is modelled as a random walk,
-whose process noise follows from the changes of the rate between pairs that are certain.
+A model car changes its yaw rate faster than a car can. The yaw rate is modelled as a random walk.
+Its process noise is estimated from the changes of the rate between certain pairs.
 """
 
 import math
@@ -22,10 +22,10 @@ class Agility:
         self.cut()
 
     def cut(self) -> None:
-        """Forget the last rate, but not what was learned: the next pair shows another scene."""
+        """Forget the last rate and keep the process noise: the next pair shows another scene."""
         self._rate: float | None = None
         # Time since that rate; yaw and time of the certain pairs in a row.
-        self._since = self._turned = self._lasted = 0.0
+        self._since = self._turned = self._duration = 0.0
 
     def scale(self, factor: float) -> None:
         """Multiply all angles so far by a factor, to correct them."""
@@ -37,24 +37,24 @@ class Agility:
         """
         Add the yaw of the next pair of frames in radians, and its time in seconds, above 0.
 
-        The yaw is None if it is missing or in doubt: what is learned from doubtful pairs would
-        admit more of them.
+        The yaw is None if it is missing or uncertain: learning from uncertain pairs would admit
+        more of them.
         """
         self._since += interval
         if yaw is None:
-            self._turned = self._lasted = 0.0
+            self._turned = self._duration = 0.0
             return
         self._turned += yaw
-        self._lasted += interval
+        self._duration += interval
         # The rate of a short pair errs by the jitter of its stamps.
-        if self._lasted < TUNING.process_least_s:
+        if self._duration < TUNING.min_rate_time_s:
             return
-        rate, before = self._turned / self._lasted, self._rate
+        rate, before = self._turned / self._duration, self._rate
         if before is not None:
-            change = min(TUNING.process_most, abs(rate - before))
+            change = min(TUNING.max_rate_change, abs(rate - before))
             kept = math.exp(-self._since / TUNING.process_s)
             # Means of a random walk over the time that each of the two rates lasted.
             self.process_noise = kept * self.process_noise + (1.0 - kept) * change ** 2 / (
-                self._since - self._lasted / 3.0)
+                self._since - self._duration / 3.0)
         self._rate = rate
-        self._since = self._turned = self._lasted = 0.0
+        self._since = self._turned = self._duration = 0.0

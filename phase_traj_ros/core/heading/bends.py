@@ -1,13 +1,13 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
 """
-Detects the bends of the way to one side.
+Detects the bends of the path to one side.
 
-A bend is a part of the way in which the heading changes steadily to one side. It is found with a
-cumulative sum (Page, "Continuous inspection schemes", 1954): of the change of the heading, less
-what it would be in the gentlest bend. A bend starts where this sum is lowest, and ends where it is
-highest. A straight, or a bend to the other side, that is longer than a dip ends it. A dip is
-shorter than the way in which the bend itself turns by 10 degrees.
+A bend is a part of the path in which the heading changes steadily to one side. It is found with a
+cumulative sum (Page, "Continuous inspection schemes", 1954) of the change of the heading minus
+that of the gentlest bend. A bend starts at the minimum of this sum and ends at its maximum. A
+straight, or a bend to the other side, that is longer than a dip ends it. A dip is shorter than the
+distance in which the bend itself turns by 10 degrees.
 """
 
 from collections import deque
@@ -18,15 +18,15 @@ from phase_traj_ros.core.heading.tuning import TUNING
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
-    """A frame: its heading in degrees, and the way to it in heights of the camera."""
+class PathPoint:
+    """A frame: its heading in degrees, and the distance to it in camera heights."""
 
     frame: int
     stamp_ns: int
     heading: float
-    way: float
+    distance: float
 
-    def scaled(self, factor: float) -> 'Place':
+    def scaled(self, factor: float) -> 'PathPoint':
         """Return the place with its heading multiplied by a factor."""
         return replace(self, heading=factor * self.heading)
 
@@ -35,8 +35,8 @@ class Place:
 class Bend:
     """A bend from one place to another; angles are in degrees, positive to the left (REP 103)."""
 
-    first: Place
-    end: Place
+    first: PathPoint
+    end: PathPoint
     peak_rate: float
     """Yaw rate of the fastest pair of frames, in degrees per second."""
 
@@ -74,10 +74,10 @@ class BendDetector:
         self._least_turn = least_turn
         # The newest bends that have ended, each with its counted quarters.
         self._ended: deque[tuple[Bend, int]] = deque(maxlen=TUNING.kept_bends)
-        # The bend in progress: where it starts, or the next one does, and its end so far.
-        self._first: Place | None = None
-        self._end: Place | None = None
-        # Its fastest pair, where it turned last, and the lowest score since.
+        # Start of the bend in progress, or of the next one, and its end so far.
+        self._first: PathPoint | None = None
+        self._end: PathPoint | None = None
+        # Its largest yaw rate, the distance at which it turned last, and the lowest score since.
         self._peak = self._turned_at = self._lowest = 0.0
         self._counted = 0
         self.reset()
@@ -95,15 +95,15 @@ class BendDetector:
             return None
         return Bend(self._first, self._end, self._sign * self._peak)
 
-    def update(self, before: Place, after: Place) -> Bend | None:
+    def update(self, before: PathPoint, after: PathPoint) -> Bend | None:
         """Add a pair of frames; return the bend that has ended before it."""
-        ended = self.cut() if self._is_over(before) else None
+        ended = self.cut() if self._has_ended(before) else None
         if self._first is None:
             self._begin(before)
         assert self._first is not None
         score = self._score(after)
         if score <= self._score(self._first):
-            # As long as no quarter counts; that of a turn is not revoked.
+            # Counted quarters are not revoked.
             ended = ended or self.cut()
             self._begin(after)
             return ended
@@ -112,8 +112,8 @@ class BendDetector:
         self._lowest = min(self._lowest, score)
         if self._end is None or score > self._score(self._end):
             self._end = after
-        if score > self._lowest + TUNING.on_deg:
-            self._lowest, self._turned_at = score, after.way
+        if score > self._lowest + TUNING.dip_end_deg:
+            self._lowest, self._turned_at = score, after.distance
         self._counted = self._count(self.bend, self._counted)
         return ended
 
@@ -145,25 +145,25 @@ class BendDetector:
         new, self._quarters = self._quarters, []
         return new
 
-    def _begin(self, first: Place | None) -> None:
-        """Look for a bend that starts here, or at the next frame."""
+    def _begin(self, first: PathPoint | None) -> None:
+        """Begin a bend at a point, or at the next frame."""
         self._first, self._end = first, None
         self._peak, self._counted = 0.0, 0
-        self._turned_at = 0.0 if first is None else first.way
+        self._turned_at = 0.0 if first is None else first.distance
         self._lowest = math.inf if first is None else self._score(first)
 
-    def _score(self, place: Place) -> float:
-        """Return the cumulative sum at a place."""
-        return self._sign * place.heading - TUNING.gentlest_deg * place.way
+    def _score(self, point: PathPoint) -> float:
+        """Return the cumulative sum at a point."""
+        return self._sign * point.heading - TUNING.min_bend_rate_deg * point.distance
 
-    def _is_over(self, place: Place) -> bool:
-        """Return whether the way since the end of the bend, up to a place, is more than a dip."""
+    def _has_ended(self, point: PathPoint) -> bool:
+        """Return whether the distance from the end of the bend to a point is more than a dip."""
         bend = self.bend
         if bend is None:
             return False
-        dip = TUNING.dip_deg * (bend.end.way - bend.first.way) / abs(bend.angle)
-        dip = min(max(dip, TUNING.shortest_dip), TUNING.longest_dip)
-        return place.way - self._turned_at > dip
+        dip = TUNING.dip_deg * (bend.end.distance - bend.first.distance) / abs(bend.angle)
+        dip = min(max(dip, TUNING.min_dip), TUNING.max_dip)
+        return point.distance - self._turned_at > dip
 
     def _count(self, bend: Bend | None, counted: int) -> int:
         """Count the new quarters of a bend; return the number of all its counted quarters."""

@@ -3,11 +3,10 @@
 """
 Detects cuts in edited videos from the agreement of the blocks of each pair.
 
-The two frames across a cut are unrelated, so hardly any block agrees with a motion, and neither
-does the image as a whole. The pairs before and after the cut are measured as usual. This
-distinguishes a cut from other disturbances: an object in front of the camera, or a covered lens,
-disturbs several consecutive pairs; a change of exposure disturbs none; lost frames show in the
-stamps.
+The two frames across a cut are unrelated, so hardly any block agrees with a motion, and the image
+as a whole has no shift. The pairs before and after the cut are measured as usual. Other
+disturbances differ: an object in front of the camera, or a covered lens, affects several
+consecutive pairs; a change of exposure affects none; lost frames show in the stamps.
 """
 
 from phase_traj_ros.core.heading.tuning import TUNING
@@ -19,8 +18,7 @@ class CutDetector:
     """
     Detects a change of scene, one pair late.
 
-    Only the pair after a cut distinguishes it from a covered lens. Until then, the pair across the
-    cut is a pair without a measurement.
+    Only the pair after a cut distinguishes it from a covered lens.
     """
 
     def __init__(self) -> None:
@@ -44,10 +42,10 @@ class CutDetector:
             self.reset()
             return False
         agreement = measured.agreement
-        cut = (self._doubted is not None and agreement >= YAW.least_agreement
+        cut = (self._doubted is not None and agreement >= YAW.min_agreement
                and self._doubted < TUNING.cut_share * agreement)
         lost = 0.0 < self._interval * TUNING.lost_intervals < interval
-        doubted = (measured.yaw is None and not lost and self._before >= YAW.least_agreement
+        doubted = (measured.yaw is None and not lost and self._before >= YAW.min_agreement
                    and agreement < TUNING.cut_share * self._before)
         self._doubted = agreement if doubted else None
         self._before, self._interval = agreement, interval

@@ -78,24 +78,24 @@ class HeadingTracker:
         self.pairs = self.bridged = 0
         """Number of pairs; number of bridged ones."""
         self._rate: float | None = None
-        self._doubted: _Doubted | None = None
-        self._gap = self._filled = self._interval = 0.0
+        self._rejected: _RejectedRate | None = None
+        self._gap = self._bridged_yaw = self._interval = 0.0
         self._variance = self._variance_rate = 0.0
         self._agility = Agility()
 
     def cut(self) -> None:
         """Keep the heading, and forget the rate: the next pair shows another scene."""
-        self._rate = self._doubted = None
-        self._gap = self._filled = 0.0
+        self._rate = self._rejected = None
+        self._gap = self._bridged_yaw = 0.0
         self._agility.cut()
 
     def scale(self, factor: float) -> None:
         """Multiply all angles so far by a factor, to correct them."""
         self.heading *= factor
-        self._filled *= factor
+        self._bridged_yaw *= factor
         self._agility.scale(factor)
         self._rate = None if self._rate is None else self._rate * factor
-        self._doubted = None
+        self._rejected = None
 
     @property
     def deviation(self) -> float:
@@ -126,9 +126,9 @@ class HeadingTracker:
         """
         before = self.heading
         self.pairs += 1
-        blind, missed = self._gap, 0.0
+        gap_before, missed = self._gap, 0.0
         if yaw is not None:
-            missed = (self.rate + yaw / interval) / 2 * self._gap - self._filled
+            missed = (self.rate + yaw / interval) / 2 * self._gap - self._bridged_yaw
         bridged = yaw is None or not self.admits(yaw, interval, certain=certain)
         if yaw is None or bridged:
             self._bridge(yaw, interval)
@@ -136,15 +136,15 @@ class HeadingTracker:
             self._correct(yaw / interval, interval, certain)
             self.heading += yaw
             self._rate = yaw / interval
-            self._gap = self._filled = 0.0
-            self._doubted = None
+            self._gap = self._bridged_yaw = 0.0
+            self._rejected = None
         self._interval = interval
         self._agility.add(yaw if certain else None, interval)
         if bridged:
             variance = self._bridged_variance(self._gap) - self._bridged_variance(
                 self._gap - interval)
         self._variance_rate = variance / interval
-        missed = missed if blind > TUNING.rate_s and not bridged else 0.0
+        missed = missed if gap_before > TUNING.rate_fading_s and not bridged else 0.0
         self._variance += variance + missed ** 2
         return HeadingStep(
             self.heading - before, self.rate, self.heading, bridged, variance,
@@ -164,59 +164,60 @@ class HeadingTracker:
             foreseen=deviation, scale=self.scale_deviation)
 
     def admits(self, yaw: float, interval: float, *, certain: bool = False) -> bool:
-        """Return whether ``update`` would accept a yaw: whether a vehicle can turn like that."""
+        """Return whether ``update`` would accept a yaw as possible for a vehicle."""
         rate = yaw / interval
         # After a long gap, any rate is possible.
-        return (self._follows(rate, interval, certain) or self._repeats(rate, interval)
-                or self._gap > TUNING.rate_s)
+        return (
+            self._gap > TUNING.rate_fading_s or self._follows_rate(rate, interval, certain)
+            or self._confirms_rejected(rate, interval))
 
-    def _follows(self, rate: float, interval: float, certain: bool) -> bool:
-        return certain or self._rate is None or self._can_be(
+    def _follows_rate(self, rate: float, interval: float, certain: bool) -> bool:
+        return certain or self._rate is None or self._is_possible(
             self._rate, rate, (self._interval + interval) / 2)
 
-    def _repeats(self, rate: float, interval: float) -> bool:
-        return self._doubted is not None and self._can_be(
-            self._doubted.rate, rate, (self._interval + interval) / 2)
+    def _confirms_rejected(self, rate: float, interval: float) -> bool:
+        return self._rejected is not None and self._is_possible(
+            self._rejected.rate, rate, (self._interval + interval) / 2)
 
-    def _can_be(self, before: float, after: float, interval: float) -> bool:
-        """Return whether the rate of this vehicle can change like that."""
-        possible = TUNING.most_acceleration * interval + TUNING.rate_error
+    def _is_possible(self, before: float, after: float, interval: float) -> bool:
+        """Return whether this vehicle can change its yaw rate from one value to another."""
+        possible = TUNING.max_acceleration * interval + TUNING.rate_error
         usual = math.sqrt(self._agility.process_noise * interval)
         return abs(after - before) <= max(possible, TUNING.gate_deviations * usual)
 
     def _bridged_variance(self, gap: float) -> float:
         """Return the variance of the yaw after so many seconds without a measurement."""
-        # The error of the rate lasts, and that of an agile vehicle walks while the rate fades.
-        walked = self._agility.process_noise * min(gap, TUNING.rate_s) ** 3 / 3
+        # The rate has a constant error, and a random walk while it fades.
+        walked = self._agility.process_noise * min(gap, TUNING.rate_fading_s) ** 3 / 3
         return (TUNING.bridged_deviation * gap) ** 2 + walked
 
     def _correct(self, rate: float, interval: float, certain: bool) -> None:
         """Correct the bridged pairs before an admitted rate."""
-        doubted = self._doubted
-        if self._follows(rate, interval, certain):
-            if self._gap <= TUNING.rate_s:
-                self.heading += (self.rate + rate) / 2 * self._gap - self._filled
-        elif doubted is not None and self._repeats(rate, interval):
-            self.heading += doubted.rate * self._interval - doubted.filled
+        rejected = self._rejected
+        if self._follows_rate(rate, interval, certain):
+            if self._gap <= TUNING.rate_fading_s:
+                self.heading += (self.rate + rate) / 2 * self._gap - self._bridged_yaw
+        elif rejected is not None and self._confirms_rejected(rate, interval):
+            self.heading += rejected.rate * self._interval - rejected.filled
             missing = self._gap - self._interval
-            if missing <= TUNING.rate_s:
-                self.heading += (self.rate + doubted.rate) / 2 * missing - (
-                    self._filled - doubted.filled)
+            if missing <= TUNING.rate_fading_s:
+                self.heading += (self.rate + rejected.rate) / 2 * missing - (
+                    self._bridged_yaw - rejected.filled)
 
     def _bridge(self, yaw: float | None, interval: float) -> None:
         self.bridged += 1
         # Integral of the fading rate over this part of the gap.
-        fading = TUNING.rate_s
+        fading = TUNING.rate_fading_s
         filled = self.rate * fading * (
             math.exp(-self._gap / fading) - math.exp(-(self._gap + interval) / fading))
         self._gap += interval
-        self._filled += filled
+        self._bridged_yaw += filled
         self.heading += filled
-        self._doubted = None if yaw is None else _Doubted(yaw / interval, filled)
+        self._rejected = None if yaw is None else _RejectedRate(yaw / interval, filled)
 
 
 @dataclass(frozen=True, slots=True)
-class _Doubted:
+class _RejectedRate:
     """A rejected rate, and the change of the heading that was used instead."""
 
     rate: float

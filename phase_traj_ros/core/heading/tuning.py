@@ -9,14 +9,14 @@ import math
 @dataclass(frozen=True, slots=True, kw_only=True)
 class HeadingTuning:
     """
-    Tuning of the heading and the turns; nobody has to change it.
+    Tuning of the heading and the turns; not for users.
 
     Angles are in radians, times in seconds. Where no source is given, the value was chosen on the
     drives of docs/measurements/heading.md and frame_rate.md.
     """
 
     # The heading, where the yaw is not measured.
-    most_acceleration: float = math.radians(300.0)
+    max_acceleration: float = math.radians(300.0)
     """A faster change of the yaw rate is rejected until the next pair confirms it, ..."""
     rate_error: float = math.radians(5.0)
     """...in addition to the error of the rate, ..."""
@@ -24,16 +24,15 @@ class HeadingTuning:
     """...unless it is within these standard deviations of what the vehicle has done before..."""
     process_s: float = 20.0
     """...with this time constant..."""
-    process_least_s: float = 0.04
+    min_rate_time_s: float = 0.04
     """...by its rates over at least this time. 1,300 degrees per second squared are common on a
     model car, ..."""
-    process_most: float = math.radians(130.0)
-    """...but a larger change of the rate than this is rather one of the traffic, and counts as
-    this."""
-    rate_s: float = 1.0
+    max_rate_change: float = math.radians(130.0)
+    """...but larger changes of the rate, mostly due to traffic, count as this."""
+    rate_fading_s: float = 1.0
     """Time constant with which the yaw rate fades while nothing is measured..."""
     bridged_deviation: float = math.radians(5.0)
-    """...and the standard deviation of the yaw rate meanwhile, besides what the vehicle does."""
+    """...and the standard deviation of the yaw rate meanwhile, without the process noise."""
 
     # Cuts of an edited video.
     cut_share: float = 0.25
@@ -44,30 +43,30 @@ class HeadingTuning:
     # Bends and turns, in degrees, and in heights of the camera.
     turn_deg: float = 60.0
     """Least angle of a turn."""
-    gentlest_deg: float = 0.05
+    min_bend_rate_deg: float = 0.05
     """Change of the heading per height in the gentlest bend: a radius of 1.9 km with a camera at
     1.65 m. Straight roads, and the drift of the heading on them, are well below."""
     dip_deg: float = 10.0
-    """A dip is shorter than the way in which the bend turns by this angle, ..."""
-    shortest_dip: float = 2.5
+    """A dip is shorter than the distance in which the bend turns by this angle, ..."""
+    min_dip: float = 2.5
     """...but not shorter than these heights, as there is more than 4 m of straight road between
     two corners, ..."""
-    longest_dip: float = 30.0
+    max_dip: float = 30.0
     """...nor longer than these."""
-    on_deg: float = 1.0
+    dip_end_deg: float = 1.0
     """Change to the side of the bend that ends a dip; the heading on a straight varies by less."""
     swerve_deg: float = 5.0
     """A bend of less is a swerve: the vehicle drives straight on."""
     usual_speed: float = 5.0
-    """Heights per second where the way is unknown: a car at 30 km/h..."""
-    least_speed: float = 0.02
+    """Heights per second if the distance is unknown: a car at 30 km/h..."""
+    min_speed: float = 0.02
     """...and at least, as a turn ends some time after a stop."""
     camera_height: float = 1.6
-    """Height of a camera in metres where only the metres are known, to compare ways."""
+    """Height of a camera in metres, to convert metres to camera heights if it is unknown."""
     kept_bends: int = 20
     """Bends that are kept, in case all headings are corrected by a factor later."""
-    contradicting_deviations: float = 2.0
-    """Standard deviations of the heading by which the direction has to be aside to contradict."""
+    contradiction_deviations: float = 2.0
+    """Standard deviations of the heading by which the direction has to differ to contradict."""
 
 
 TUNING = HeadingTuning()

@@ -6,16 +6,16 @@ Detects turns in the heading, as a driver would count them, independent of the c
 A turn is a bend (``bends``) of 60 degrees or more, of any length: the corner of a street, and a
 long bend of a motorway.
 
-The way is in heights of the camera. Where it is unknown, each second counts as 5 heights, which a
-car travels at 30 km/h. So neither the frame rate nor the speed makes a difference. The definition
-uses headings and ways only, so it applies to measured and to true headings.
+Distances are in camera heights. If they are unknown, each second counts as 5 heights, a car at
+30 km/h. So the frame rate and the speed have no effect. The definition uses headings and distances
+only, so it applies to measured and to true headings.
 """
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 import math
 
-from phase_traj_ros.core.heading.bends import Bend, BendDetector, Place, quarter_turns
+from phase_traj_ros.core.heading.bends import Bend, BendDetector, PathPoint, quarter_turns
 from phase_traj_ros.core.heading.tuning import TUNING
 
 
@@ -79,10 +79,10 @@ class TurnDetector:
         """Forget everything: the next frame is the first."""
         for side in self._sides:
             side.reset()
-        self._last: Place | None = None
+        self._last: PathPoint | None = None
         # Turns that have ended since the newest frame, by a cut or a correction.
         self._waiting: list[Turn] = []
-        self._coded = 0
+        self._direction_quarters = 0
         self.quarters: tuple[int, ...] = ()
         """
         The quarter turns that count from the newest frame on: 1 to the left, -1 to the right.
@@ -91,49 +91,47 @@ class TurnDetector:
         frame at which it reaches the minimum angle. A turn in progress may add more of them later.
         Counted quarters are not revoked.
         """
-        self.bends_deg: tuple[float, ...] = ()
-        """Angles in degrees of the bends that have ended with the newest frame."""
         self.widest_deg = 0.0
         """Angle of the widest bend that has ended so far, in degrees, 0 or more."""
 
     @property
-    def aside_deg(self) -> float:
+    def direction_error_deg(self) -> float:
         """
-        Return the angle between the heading and the direction that the quarters give, in degrees.
+        Return the angle between the heading and the direction by the quarters, in degrees.
 
-        It is 0 within a bend, whose quarters may yet count.
+        It is 0 within a bend, whose quarters may still count.
         """
         bends = [side.bend for side in self._sides]
         if self._last is None or any(
                 bend is not None and abs(bend.angle) >= TUNING.swerve_deg for bend in bends):
             return 0.0
-        return abs(self._last.heading - 90.0 * self._coded)
+        return abs(self._last.heading - 90.0 * self._direction_quarters)
 
     def update(
-        self, stamp_ns: int, heading: float, way: float | None = None, *, frames: int = 1,
+        self, stamp_ns: int, heading: float, distance: float | None = None, *, frames: int = 1,
     ) -> list[Turn]:
         """
         Add the next frame; return the turns that have ended, a dip or more before it.
 
-        ``heading`` is in radians, positive to the left, not wrapped. ``way`` is that since the
-        previous frame, in heights of the camera above the road, 0 or more, None if unknown.
-        ``frames`` is the number of this frame minus that of the previous one.
+        ``heading`` is in radians, positive to the left, not wrapped. ``distance`` is that since
+        the previous frame, in camera heights, 0 or more, None if unknown. ``frames`` is the number
+        of this frame minus that of the previous one.
         """
         before = self._last
         if before is None:
-            self._last = Place(0, stamp_ns, math.degrees(heading), 0.0)
+            self._last = PathPoint(0, stamp_ns, math.degrees(heading), 0.0)
             return []
         seconds = (stamp_ns - before.stamp_ns) * 1e-9
-        way = TUNING.usual_speed * seconds if way is None else way
-        gone = max(way, TUNING.least_speed * seconds)
-        self._last = Place(
-            before.frame + frames, stamp_ns, math.degrees(heading), before.way + gone)
+        distance = TUNING.usual_speed * seconds if distance is None else distance
+        travelled = max(distance, TUNING.min_speed * seconds)
+        self._last = PathPoint(
+            before.frame + frames, stamp_ns, math.degrees(heading), before.distance + travelled)
         ended = [side.update(before, self._last) for side in self._sides]
-        self.bends_deg = tuple(bend.angle for bend in ended if bend is not None)
-        self.widest_deg = max([self.widest_deg, *map(abs, self.bends_deg)])
+        for bend in filter(None, ended):
+            self.widest_deg = max(self.widest_deg, abs(bend.angle))
         counted = [count for side in self._sides for count in side.take_quarters()]
         self.quarters = tuple(side for _, side in sorted(counted, key=lambda count: count[0]))
-        self._coded += sum(self.quarters)
+        self._direction_quarters += sum(self.quarters)
         turns, self._waiting = [*self._waiting, *self._turns(ended)], []
         return turns
 
@@ -189,6 +187,6 @@ def find_turns(
     """
     detector, turns = TurnDetector(min_angle_deg=min_angle_deg), []
     for number, (stamp_ns, heading) in enumerate(zip(stamps_ns, headings)):
-        way = None if ways is None or number == 0 else ways[number] - ways[number - 1]
-        turns += detector.update(stamp_ns, heading, way)
+        distance = None if ways is None or number == 0 else ways[number] - ways[number - 1]
+        turns += detector.update(stamp_ns, heading, distance)
     return sorted([*turns, *detector.finish()], key=lambda turn: turn.start_frame)

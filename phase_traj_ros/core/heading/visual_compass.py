@@ -13,7 +13,7 @@ from phase_traj_ros.core.correlation.phase_correlation import Shift
 from phase_traj_ros.core.heading.tracker import HeadingStep, HeadingTracker
 from phase_traj_ros.core.heading.tuning import TUNING
 from phase_traj_ros.core.heading.turns import Turn, TurnDetector
-from phase_traj_ros.core.heading.yaw_camera import tangent, YawCamera
+from phase_traj_ros.core.heading.yaw_camera import limited_tan, YawCamera
 from phase_traj_ros.core.rotation.yaw_meter import YawMeasurement
 
 
@@ -81,7 +81,7 @@ class VisualCompass(YawCamera):
         assert self._meter is not None
         step = self.tracker.foresee(waited, self._meter.foreseen_deviation)
         return HeadingUpdate(step, Shift(
-            self._focal[0] * tangent(step.yaw * self.lens.tilt), 0.0, self._response))
+            self._focal[0] * limited_tan(step.yaw * self.lens.tilt), 0.0, self._response))
 
     def admits(self, measurement: YawMeasurement | None, interval: float) -> bool:
         """Return whether ``add`` would accept the yaw of a measurement; False without a yaw."""
@@ -92,16 +92,16 @@ class VisualCompass(YawCamera):
         """Record the stamp of the first frame."""
         self._turns.update(stamp_ns, 0.0)
         if self._learning is not None:
-            self._learning.see(stamp_ns)
+            self._learning.add_stamp(stamp_ns)
 
     def add(
         self, measurement: YawMeasurement | None, stamp_ns: int, interval: float, *,
-        way: float | None = None, frames: int = 1,
+        distance: float | None = None, frames: int = 1,
     ) -> HeadingUpdate:
         """
         Add the measurement of a pair; None bridges the pair.
 
-        ``way`` is what the vehicle travels meanwhile, in heights of the camera; None if unknown.
+        ``distance`` is that of the pair in camera heights, 0 or more; None if unknown.
         ``frames`` is the number of frames since the previous pair.
         """
         if measurement is None:
@@ -112,7 +112,7 @@ class VisualCompass(YawCamera):
                 None if yaw is None else yaw / self.lens.tilt, interval,
                 certain=measurement.certain, variance=measurement.variance,
                 share=measurement.share)
-        turns = self._turns.update(stamp_ns, step.heading, way, frames=frames)
+        turns = self._turns.update(stamp_ns, step.heading, distance, frames=frames)
         update = HeadingUpdate(
             step, self.shift_of(measurement), tuple(turns), self._turns.quarters,
             self._contradicts(step.heading))
@@ -120,17 +120,17 @@ class VisualCompass(YawCamera):
         return update
 
     def _contradicts(self, heading: float) -> bool:
-        """Return whether the direction is too far from the heading, beyond what may be wrong."""
+        """Return whether the direction and the heading differ by more than their errors."""
         own = math.hypot(self.lens.focal_deviation * heading, self.tracker.deviation)
-        return math.radians(self._turns.aside_deg) > max(
-            math.radians(TUNING.turn_deg), TUNING.contradicting_deviations * own)
+        return math.radians(self._turns.direction_error_deg) > max(
+            math.radians(TUNING.turn_deg), TUNING.contradiction_deviations * own)
 
-    def _change(self, lens: Lens) -> None:
+    def _set_lens(self, lens: Lens) -> None:
         """Use another lens; correct all angles that were measured with a guess."""
         if self._learning is not None and self._shape:
             before, width = self.lens, self._shape[1]
             factor = before.focal_for(width) / lens.focal_for(width) * before.tilt / lens.tilt
             self.tracker.scale(factor)
             self._turns.scale(factor)
-        super()._change(lens)
+        super()._set_lens(lens)
         self.tracker.scale_deviation = lens.focal_deviation

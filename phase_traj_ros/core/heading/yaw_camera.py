@@ -55,13 +55,13 @@ class YawCamera:
         self._learning = learning
         self._learned = False
         # The newest frame, for a new meter.
-        self._newest: NDArray[np.uint8] | None = None
+        self._newest_frame: NDArray[np.uint8] | None = None
         self._rotate_180 = rotate_180
         self._weights = PixelWeights(mask)
         self._meter: YawMeter | None = None
         self._shape: tuple[int, ...] = ()
         self._focal = (0.0, 0.0)
-        self._mask_learning()
+        self._update_learning_mask()
 
     @property
     def field_of_view(self) -> FieldOfView | None:
@@ -93,9 +93,9 @@ class YawCamera:
         return camera.turned_180() if self._rotate_180 and self.lens.calibrated else camera
 
     @property
-    def counting(self) -> NDArray[np.float32] | None:
+    def pixel_weights(self) -> NDArray[np.float32] | None:
         """Return the weight of each pixel, (H, W), 0 to 1; None if all count equally."""
-        return self._weights.counting
+        return self._weights.current
 
     def use_lens(self, lens: Lens) -> None:
         """
@@ -105,10 +105,10 @@ class YawCamera:
         the first of a pair.
         """
         if lens != self.lens:
-            self._change(lens)
-            self._meter = self._learning = self._newest = None
+            self._set_lens(lens)
+            self._meter = self._learning = self._newest_frame = None
 
-    def turn_180(self, upside_down: bool) -> None:
+    def set_upside_down(self, upside_down: bool) -> None:
         """Continue with the camera mounted this way up; the next frame is the first of a pair."""
         if upside_down != self._rotate_180:
             self._rotate_180 = upside_down
@@ -116,9 +116,9 @@ class YawCamera:
             if self._learning is not None:
                 # The learned tilt applies to the other mounting.
                 self._learning.forget()
-            self._mask_learning()
+            self._update_learning_mask()
 
-    def leave_out(self, weights: NDArray[np.uint8] | None) -> None:
+    def exclude(self, weights: NDArray[np.uint8] | None) -> None:
         """
         Continue without the areas that are fixed to the camera; no pair is lost.
 
@@ -126,9 +126,9 @@ class YawCamera:
         255; None if all count equally.
         """
         self._weights.use(weights)
-        self._mask_learning()
+        self._update_learning_mask()
         if self._meter is not None:
-            self._meter.use_mask(self._weights.counting)
+            self._meter.use_mask(self._weights.current)
 
     def forget_frame(self) -> None:
         """Make the next frame the first of a pair; the heading is kept."""
@@ -161,12 +161,12 @@ class YawCamera:
             self._meter = self._make_meter(frame, self.lens)
         measurement = self._meter.update(frame, interval)
         if self._learning is not None:
-            self._newest = frame
+            self._newest_frame = frame
             # Not the shift of the whole image: in a gentle bend, parallax may exceed the yaw.
             yaw = None if measurement is None else measurement.yaw
             self._learned |= self._learning.update(
                 _upright(frame) if self._rotate_180 else frame,
-                0.0 if yaw is None else self._focal[0] * tangent(yaw), interval)
+                0.0 if yaw is None else self._focal[0] * limited_tan(yaw), interval)
         return measurement
 
     def foresees(self, frame: NDArray[np.uint8], waited: float, interval: float) -> bool:
@@ -180,36 +180,36 @@ class YawCamera:
             return None
         shift = measurement.shift
         return Shift(
-            self._focal[0] * tangent(shift.dx / self._px_per_rad),
+            self._focal[0] * limited_tan(shift.dx / self._px_per_rad),
             shift.dy * (self._focal[1] / self._px_per_rad), shift.response)
 
     def _learn(self, stamp_ns: int) -> None:
         """Use what was learned up to a pair, if it is better."""
         if self._learning is not None:
-            self._learning.see(stamp_ns)
+            self._learning.add_stamp(stamp_ns)
             if self._learned:
-                self._adopt(self._learning.estimate)
+                self._adopt_estimate(self._learning.estimate)
 
-    def _mask_learning(self) -> None:
+    def _update_learning_mask(self) -> None:
         if self._learning is not None:
             self._learning.use_mask(self._weights.as_seen(rotate_180=self._rotate_180))
 
-    def _adopt(self, estimate: CameraEstimate) -> None:
+    def _adopt_estimate(self, estimate: CameraEstimate) -> None:
         """Continue with the camera learned from the drive, if it differs or is known better."""
         self._learned = False
-        assert self._newest is not None and self.camera is not None
+        assert self._newest_frame is not None and self.camera is not None
         lens = Lens(estimate=estimate)
-        if self.camera.settled and lens.is_close_to(self.lens, self._newest.shape[1]):
+        if self.camera.settled and lens.is_close_to(self.lens, self._newest_frame.shape[1]):
             return
         try:
-            self._meter = self._make_meter(self._newest, lens)
+            self._meter = self._make_meter(self._newest_frame, lens)
         except FrameError:
             # The frames cannot be measured with this lens: keep the guess.
             return
-        self._change(lens)
-        self._meter.update(self._newest, 0.0)
+        self._set_lens(lens)
+        self._meter.update(self._newest_frame, 0.0)
 
-    def _change(self, lens: Lens) -> None:
+    def _set_lens(self, lens: Lens) -> None:
         """Use another lens from now on."""
         self.lens = lens
 
@@ -226,14 +226,14 @@ class YawCamera:
         meter = YawMeter(
             projection, mask=self._weights.mask, keyframes=self._keyframes)
         if self._weights.keep_for(frame.shape):
-            meter.use_mask(self._weights.counting)
+            meter.use_mask(self._weights.current)
         self._focal = (camera.fx, camera.fy)
         self._px_per_rad = projection.px_per_rad
         self._shape = frame.shape
         return meter
 
 
-def tangent(angle: float) -> float:
+def limited_tan(angle: float) -> float:
     """Return the tangent of an angle in radians, limited to what a picture may show."""
     return math.tan(min(max(angle, -1.5), 1.5))
 

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""How well the roads of the hypotheses bend as the odometry does; and a road of no map."""
+"""The likelihood of the hypotheses by the bends of their roads, and the null hypothesis."""
 
 import math
 
@@ -10,7 +10,7 @@ from phase_traj_ros.core.localization.settings import LocatorSettings
 from phase_traj_ros.core.localization.window import bend_of, Stride
 
 
-def judge(them: Hypotheses, stride: Stride, settings: LocatorSettings) -> float:
+def judge(hypotheses: Hypotheses, stride: Stride, settings: LocatorSettings) -> float:
     """
     Weigh the hypotheses by the direction of their newest chord, and correct their rotations.
 
@@ -19,23 +19,24 @@ def judge(them: Hypotheses, stride: Stride, settings: LocatorSettings) -> float:
     The difference of the chords is normally distributed, with a share of outliers. Each rotation
     has a Kalman filter, in which an outlier counts by the probability that it is not one.
     """
-    chord = np.angle(them.trail[-1] - them.trail[0])
-    off = wrapped(chord - stride.chord - them.turned)
+    chord = np.angle(hypotheses.trail[-1] - hypotheses.trail[0])
+    off = wrapped(chord - stride.chord - hypotheses.turned)
     noise = settings.chord_error ** 2 + settings.bend_error ** 2 * (
-        stride.bend ** 2 + bend_of(them.trail) ** 2)
-    variance = them.variance + noise
+        stride.bend ** 2 + bend_of(hypotheses.trail) ** 2)
+    variance = hypotheses.variance + noise
     beyond = np.maximum(np.abs(off) - settings.dead_band, 0.0)
     peak = (1.0 - settings.outlier_share) / np.sqrt(2 * np.pi * variance)
     fitting = np.exp(-beyond ** 2 / (2 * variance)) * peak
     outlier = settings.outlier_share / (2 * np.pi)
     total = fitting + outlier
-    weight = np.exp(them.log_weight - them.log_weight.max(initial=-np.inf))
+    weight = np.exp(hypotheses.log_weight - hypotheses.log_weight.max(initial=-np.inf))
     fit = float((weight * (total / (peak + outlier))).sum() / max(weight.sum(), 1.0))
-    them.log_weight = them.log_weight + settings.tempering * np.log(total)
+    hypotheses.log_weight = hypotheses.log_weight + settings.tempering * np.log(total)
     # Overlapping chords share their errors, so each counts as little here as it does above.
-    gain = fitting / total * them.variance / (them.variance + noise / settings.tempering)
-    them.turned = them.turned + gain * off
-    them.variance = them.variance * (1.0 - gain)
+    gain = fitting / total * hypotheses.variance / (
+        hypotheses.variance + noise / settings.tempering)
+    hypotheses.turned = hypotheses.turned + gain * off
+    hypotheses.variance = hypotheses.variance * (1.0 - gain)
     return fit
 
 

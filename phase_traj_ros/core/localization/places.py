@@ -57,15 +57,15 @@ class Places:
         self._cell = cell.reshape(-1)
         self._cells = int(self._cell.max()) + 1
 
-    def best(self, them: Hypotheses, log_total: float) -> list[Place]:
+    def best(self, hypotheses: Hypotheses, log_total: float) -> list[Place]:
         """
         Return the places of most probability, the best first, but at least one.
 
         ``log_total`` is the logarithm of the total weight, with that of the null hypothesis.
         """
         settings = self._settings
-        weight = np.exp(them.log_weight - log_total)
-        cell = self._cell[them.piece]
+        weight = np.exp(hypotheses.log_weight - log_total)
+        cell = self._cell[hypotheses.piece]
         mass = np.bincount(cell, weight, self._cells)
         # Once the place is known, few of the cells have any hypothesis.
         top = np.flatnonzero(np.bincount(cell))
@@ -75,7 +75,7 @@ class Places:
         chosen = np.zeros(self._cells, bool)
         chosen[top] = True
         members = np.flatnonzero(chosen[cell])
-        those, weight, cell = them.take(members), weight[members], cell[members]
+        those, weight, cell = hypotheses.take(members), weight[members], cell[members]
         found: list[Place] = []
         free = np.ones(len(those), bool)
         for each in top[:settings.most_candidates]:
@@ -92,7 +92,7 @@ class Places:
     def _gathered(
         self, those: Hypotheses, weight: Floats, near: NDArray[np.bool_],
     ) -> NDArray[np.bool_]:
-        """Return which hypotheses are at the place around some of them."""
+        """Return which hypotheses are at the place around some of hypotheses."""
         settings, places = self._settings, those.places
         for _ in range(2):
             _, middle, mean = _mean(those, weight, near)

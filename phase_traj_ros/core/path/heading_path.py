@@ -14,7 +14,7 @@ class HeadingPath:
     A path whose steps follow the heading half-way through each pair of frames.
 
     With ``max_corners``, the path is thinned as it grows. When it exceeds the limit, every second
-    pose is dropped, and from then on every second pose is kept. The whole way remains, at a lower
+    pose is dropped, and from then on every second pose is kept. The whole path remains, at a lower
     resolution.
     """
 
@@ -77,7 +77,7 @@ class HeadingPath:
         return self._places.kept
 
     def points(self, limit: int) -> tuple[Corner, ...]:
-        """Return poses of the whole way and the tip, at most ``limit`` (2 or more) in total."""
+        """Return poses of the whole path and the tip, at most ``limit`` (2 or more) in total."""
         if self.tip is None:
             return ()
         shown: Thinned[Corner] = Thinned(limit - 1)

@@ -13,7 +13,8 @@ from phase_traj_ros.core.path.trajectory import Corner
 from phase_traj_ros.core.path.tuning import TUNING
 from phase_traj_ros.core.road.travel import Travel, TravelState
 
-_X, _Y, _YAW, _SWINGS, _TILTS, _SCALES, _ASKEW, _ANGLES, _TURNS, _STATES = range(10)
+(_X, _Y, _YAW, _SUSPENSION, _PITCH, _SCALE, _MOUNTING_YAW, _YAW_SCALE, _YAW_ERROR,
+ _STATE_COUNT) = range(10)
 
 Covariance = tuple[
     tuple[float, float, float], tuple[float, float, float], tuple[float, float, float]]
@@ -59,9 +60,8 @@ class Odometer:
     """
     Integrates the distance along the heading.
 
-    Errors that are independent from pair to pair grow with the square root of the distance. Errors
-    that are correlated between pairs, such as that of the camera height, grow with the distance.
-    They are therefore separate states, whose covariance with the pose is tracked.
+    Independent errors grow with the square root of the distance, correlated ones, such as that of
+    the camera height, with the distance. So these are separate states.
     """
 
     def __init__(self, path: HeadingPath) -> None:
@@ -72,42 +72,43 @@ class Odometer:
     def reset(self) -> None:
         """Go back to the origin and forget the path."""
         self._path.reset()
-        self._covariance: NDArray[np.float64] = np.zeros((_STATES, _STATES))
-        self._covariance[_ASKEW, _ASKEW] = TUNING.mounting_deviation ** 2
-        self._covariance[_ANGLES, _ANGLES] = TUNING.angle_share ** 2
+        self._covariance: NDArray[np.float64] = np.zeros((_STATE_COUNT, _STATE_COUNT))
+        self._covariance[_MOUNTING_YAW, _MOUNTING_YAW] = TUNING.mounting_deviation ** 2
+        self._covariance[_YAW_SCALE, _YAW_SCALE] = TUNING.yaw_scale_deviation ** 2
         self._scale = 0.0
-        # Standard deviation of the distance of missed pairs, and that of those since the newest
-        # speed, with their time.
-        self._lost = self._unseen = self._unseen_s = self._blind = 0.0
+        # Standard deviation of the distance of missed pairs before the newest speed, and since,
+        # with their time.
+        self._missed_before = self._missed = self._missed_s = self._bridged_s = 0.0
         self._newest: Odometry | None = None
 
     def update(
         self, step: HeadingStep, travel: Travel, stamp_ns: int, interval: float, *,
-        unsure: float = 0.0,
+        interval_deviation: float = 0.0,
     ) -> Odometry:
         """
         Add the next pair of frames; return the odometry after it.
 
-        Where the distance is unknown, the heading goes on and the position stays. What the vehicle
-        may have travelled is added to its error, in all directions. ``travel`` is in metres,
+        If the distance is unknown, the heading continues and the position stays. The possible
+        distance is added to its error in all directions. ``travel`` is in metres,
         ``interval`` in seconds, above 0; rates have the relative error of its standard deviation,
-        ``unsure``.
+        ``interval_deviation``.
         """
         speed_variance = travel.variance / interval ** 2
         if travel.known:
-            self._bound(abs(travel.distance) / interval)
+            self._bound_missed(abs(travel.distance) / interval)
         else:
-            self._unseen_s += interval
-            self._lose(self._unseen + math.sqrt(travel.variance))
+            self._missed_s += interval
+            self._set_missed(self._missed + math.sqrt(travel.variance))
             travel = replace(travel, distance=0.0, variance=0.0)
         tip = self._path.append(step.heading, step.yaw, travel.distance, stamp_ns)
-        self._grow(step, travel, interval)
+        self._propagate(step, travel, interval)
         speed, (rate, rate_variance) = travel.distance / interval, self._rate(step, interval)
-        off = (unsure / interval) ** 2
+        relative_variance = (interval_deviation / interval) ** 2
+        speed_variance = max(speed_variance, TUNING.min_speed_deviation ** 2)
         self._newest = Odometry(
             tip, speed, rate,
-            speed_variance=max(speed_variance, TUNING.least_speed ** 2) + off * speed ** 2,
-            yaw_rate_variance=rate_variance + off * rate ** 2,
+            speed_variance=speed_variance + relative_variance * speed ** 2,
+            yaw_rate_variance=rate_variance + relative_variance * rate ** 2,
             covariance=_rows(self._covariance))
         return self._newest
 
@@ -124,91 +125,91 @@ class Odometer:
         return replace(
             self._newest,
             pose=self._path.foresee(step.heading, step.yaw, travel.distance, stamp_ns),
-            covariance=_rows(self._covariance[:_SWINGS, :_SWINGS] + np.diag(variances)),
+            covariance=_rows(self._covariance[:_SUSPENSION, :_SUSPENSION] + np.diag(variances)),
             yaw_rate_variance=self._newest.yaw_rate_variance + (step.foreseen / interval) ** 2)
 
-    def _bound(self, speed: float) -> None:
+    def _bound_missed(self, speed: float) -> None:
         """Bound the error of the missed pairs by the speed after them."""
-        if self._unseen_s > 0.0:
-            farthest = (speed + TUNING.acceleration * self._unseen_s) * self._unseen_s
-            self._lose(min(self._unseen, farthest))
-            self._lost += self._unseen
-            self._unseen = self._unseen_s = 0.0
+        if self._missed_s > 0.0:
+            farthest = (speed + TUNING.acceleration * self._missed_s) * self._missed_s
+            self._set_missed(min(self._missed, farthest))
+            self._missed_before += self._missed
+            self._missed = self._missed_s = 0.0
 
-    def _lose(self, unseen: float) -> None:
+    def _set_missed(self, missed: float) -> None:
         """Set the standard deviation of the distance of the newest missed pairs."""
-        # All that is missing is missing in the same direction.
-        grown = (self._lost + unseen) ** 2 - (self._lost + self._unseen) ** 2
+        # The errors of missed pairs are fully correlated.
+        grown = (self._missed_before + missed) ** 2 - (self._missed_before + self._missed) ** 2
         self._covariance[_X, _X] += grown
         self._covariance[_Y, _Y] += grown
-        self._unseen = unseen
+        self._missed = missed
 
     def _rate(self, step: HeadingStep, interval: float) -> tuple[float, float]:
         """Return the yaw rate of a pair and its variance."""
         if not step.bridged:
-            self._blind = 0.0
-            own = max(step.variance / interval ** 2, TUNING.least_rate ** 2)
-            return step.rate, own + self._covariance[_ANGLES, _ANGLES] * step.rate ** 2
-        self._blind += interval
+            self._bridged_s = 0.0
+            own = max(step.variance / interval ** 2, TUNING.min_rate_deviation ** 2)
+            return step.rate, own + self._covariance[_YAW_SCALE, _YAW_SCALE] * step.rate ** 2
+        self._bridged_s += interval
         rate = step.yaw / interval
-        # It may be what it was before, or the vehicle may have been steered since.
-        off = TUNING.blind_rate + TUNING.blind_growth * self._blind
-        off = min(off, TUNING.most_blind_rate)
-        return rate, off ** 2 + (step.rate - rate) ** 2
+        # The vehicle may have been steered since the newest measurement.
+        deviation = TUNING.bridged_rate_deviation + TUNING.bridged_rate_growth * self._bridged_s
+        deviation = min(deviation, TUNING.max_bridged_rate_deviation)
+        return rate, deviation ** 2 + (step.rate - rate) ** 2
 
-    def _grow(self, step: HeadingStep, travel: Travel, interval: float) -> None:
+    def _propagate(self, step: HeadingStep, travel: Travel, interval: float) -> None:
         """Propagate the covariance by a pair and add its errors."""
-        self._renew(_SWINGS, travel.swing, math.exp(-interval / TUNING.swing_s))
-        self._renew(_TILTS, travel.tilt, math.exp(-interval / TUNING.tilt_s))
+        self._set_correlated(_SUSPENSION, travel.swing, math.exp(-interval / TUNING.suspension_s))
+        self._set_correlated(_PITCH, travel.tilt, math.exp(-interval / TUNING.pitch_s))
         if step.scale != self._scale:
             self._scale = step.scale
-            self._improve(_ANGLES, math.hypot(TUNING.angle_share, step.scale))
-            if 0.0 < travel.scale ** 2 < self._covariance[_SCALES, _SCALES]:
-                self._improve(_SCALES, travel.scale)
-        self._renew(_SCALES, travel.scale, 1.0)
+            self._refine_constant(_YAW_SCALE, math.hypot(TUNING.yaw_scale_deviation, step.scale))
+            if 0.0 < travel.scale ** 2 < self._covariance[_SCALE, _SCALE]:
+                self._refine_constant(_SCALE, travel.scale)
+        self._set_correlated(_SCALE, travel.scale, 1.0)
         turn = step.variance / 2
         if travel.state is TravelState.STANDING:
             turn = min(turn, TUNING.standing_deviation ** 2)
-        # In all pairs since one keyframe, it is the same error of the rate.
-        self._renew(
-            _TURNS, math.sqrt(step.share * turn), math.exp(-interval / TUNING.alike_s))
+        # All pairs of one keyframe share this error of the rate.
+        correlation = math.exp(-interval / TUNING.yaw_correlation_s)
+        self._set_correlated(_YAW_ERROR, math.sqrt(step.share * turn), correlation)
         middle = step.heading - step.yaw / 2
         along = np.array([math.cos(middle), math.sin(middle)])
         across = np.array([-along[1], along[0]])
-        change = np.eye(_STATES)
+        change = np.eye(_STATE_COUNT)
         change[:_YAW, _YAW] = travel.distance * across
-        change[:_YAW, _SWINGS:_ASKEW] = travel.distance * along[:, None]
-        change[:_YAW, _ASKEW] = travel.distance * across
-        for state, turned in ((_ANGLES, step.yaw), (_TURNS, 1.0)):
-            change[:_YAW, state] = turned * travel.distance / 2 * across
-            change[_YAW, state] = turned
-        noise = np.zeros((_STATES, 3))
+        change[:_YAW, _SUSPENSION:_MOUNTING_YAW] = travel.distance * along[:, None]
+        change[:_YAW, _MOUNTING_YAW] = travel.distance * across
+        for state, effect in ((_YAW_SCALE, step.yaw), (_YAW_ERROR, 1.0)):
+            change[:_YAW, state] = effect * travel.distance / 2 * across
+            change[_YAW, state] = effect
+        noise = np.zeros((_STATE_COUNT, 3))
         noise[_YAW, 2] = step.missed
         noise[:_YAW, 0] = math.sqrt(travel.own_variance) * along
         noise[:_YAW, 1] = math.sqrt(turn) * travel.distance / 2 * across
         noise[_YAW, 1] = math.sqrt(turn)
         self._covariance = change @ self._covariance @ change.T + noise @ noise.T
 
-    def _improve(self, state: int, deviation: float) -> None:
+    def _refine_constant(self, state: int, deviation: float) -> None:
         """
-        Set the deviation of a lasting error, as another camera is used from now on.
+        Set the deviation of a constant error after a change of the camera estimate.
 
-        The yaw so far is mended by what is learned of the angles, the places are not. The errors
-        of an estimate and of a better one after it have the variance of the latter in common.
+        The yaw so far is corrected by the better estimate of the angles, the positions are not.
+        The errors of both estimates have the variance of the later one in common.
         """
         before, after = self._covariance[state, state], deviation ** 2
         kept = min(after / before, 1.0)
-        turned = self._covariance[_YAW, state] / before if state == _ANGLES else 0.0
-        change, news = np.eye(_STATES), np.zeros(_STATES)
-        change[_YAW, state], change[state, state] = (kept - 1.0) * turned, kept
-        news[_YAW], news[state] = turned, 1.0
+        effect = self._covariance[_YAW, state] / before if state == _YAW_SCALE else 0.0
+        change, news = np.eye(_STATE_COUNT), np.zeros(_STATE_COUNT)
+        change[_YAW, state], change[state, state] = (kept - 1.0) * effect, kept
+        news[_YAW], news[state] = effect, 1.0
         self._covariance = change @ self._covariance @ change.T + (
             after - kept * kept * before) * np.outer(news, news)
 
-    def _renew(self, state: int, deviation: float, kept: float) -> None:
+    def _set_correlated(self, state: int, deviation: float, kept: float) -> None:
         """Set the deviation of an error, of which the share ``kept`` remains from before."""
         before = math.sqrt(self._covariance[state, state])
-        # A standing pair has no deviation; only time passes.
+        # A standing pair has no deviation of its own.
         deviation = deviation or kept * before
         share = 0.0 if before == 0.0 else kept * deviation / before
         self._covariance[state] *= share
@@ -217,5 +218,5 @@ class Odometer:
 
 
 def _rows(covariance: NDArray[np.float64]) -> Covariance:
-    one, two, three = covariance[:_SWINGS, :_SWINGS].tolist()
-    return tuple(one), tuple(two), tuple(three)
+    row_x, row_y, row_yaw = covariance[:_SUSPENSION, :_SUSPENSION].tolist()
+    return tuple(row_x), tuple(row_y), tuple(row_yaw)

@@ -6,13 +6,13 @@ from bisect import bisect_right
 
 from phase_traj_ros.core.path.tuning import TUNING
 
-MOST_SPEED = 1000.0
+MAX_SPEED = 1000.0
 """Largest valid speed in metres per second."""
 
 
 def is_speed(speed: float) -> bool:
     """Return whether a number, in metres per second, is a valid speed; NaN is not."""
-    return abs(speed) <= MOST_SPEED
+    return abs(speed) <= MAX_SPEED
 
 
 class SpeedTrack:
@@ -40,8 +40,8 @@ class SpeedTrack:
         """
         if not is_speed(speed):
             raise ValueError(
-                f'the speed is {speed}: give metres per second from {-MOST_SPEED:g} to'
-                f' {MOST_SPEED:g}')
+                f'the speed is {speed}: give metres per second from {-MAX_SPEED:g} to'
+                f' {MAX_SPEED:g}')
         if self._stamps and stamp_ns < self._stamps[-1]:
             self._stamps.clear()
             self._speeds.clear()
@@ -66,14 +66,14 @@ class SpeedTrack:
         after = bisect_right(self._stamps, end_ns)
         if after == 0:
             return None
-        if self._stamps[first] - begin_ns > TUNING.speed_holds_ns:
+        if self._stamps[first] - begin_ns > TUNING.max_speed_age_ns:
             return None
-        way = 0.0
+        distance = 0.0
         for index in range(first, after):
-            begun = self._stamps[index]
-            ended = self._stamps[index + 1] if index + 1 < after else end_ns
-            if ended - begun > TUNING.speed_holds_ns:
+            begin = self._stamps[index]
+            end = self._stamps[index + 1] if index + 1 < after else end_ns
+            if end - begin > TUNING.max_speed_age_ns:
                 return None
-            start = begin_ns if index == first else begun
-            way += self._speeds[index] * (ended - start) / 1e9
-        return way
+            begin = begin_ns if index == first else begin
+            distance += self._speeds[index] * (end - begin) / 1e9
+        return distance

@@ -11,7 +11,7 @@ class Thinned(Generic[Item]):
     """
     Keeps every n-th offered item, in order, at most ``limit`` of them.
 
-    n is 1 at first. When there are too many items, every second one is dropped, and n doubles.
+    n starts at 1. When the limit is exceeded, every second item is dropped, and n doubles.
     """
 
     def __init__(self, limit: int | None) -> None:

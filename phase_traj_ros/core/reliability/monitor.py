@@ -1,9 +1,9 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
 """
-Watches what the pairs of frames are worth.
+Monitors the evidence of the pairs of frames.
 
-The verdict is on the last minute. The spans of a drive in which it is against the result are kept.
+The verdict is on the last minute. The unreliable spans of a drive are kept.
 """
 
 from collections import Counter, deque
@@ -18,7 +18,7 @@ from phase_traj_ros.core.reliability.verdict import Reliability
 
 class ReliabilityMonitor:
     """
-    Counts what the pairs of the last minute are worth, and keeps the spans that are not reliable.
+    Counts the evidence of the last minute, and keeps the unreliable spans.
 
     Its memory does not grow with the length of the drive.
     """
@@ -42,13 +42,13 @@ class ReliabilityMonitor:
         measured: bool = True, rivalled: bool = False, cut: bool = False, frames: int = 1,
     ) -> None:
         """
-        Take the next pair, what it is worth and what else is wrong with it.
+        Add the next pair.
 
-        ``contradicted``: the direction code contradicts the heading. ``measured``: its distance is
-        measured or given, or none is wanted in metres. ``rivalled``: another motion of the road
-        stands out more than the one that it is measured by. ``cut``: the scene changed in the pair
-        before. ``frames``: number of its second frame minus that of its first one; it stands for
-        so many pairs.
+        ``contradicted``: the direction code contradicts the heading. ``measured``: the distance is
+        measured or given, or not required in metres. ``rivalled``: another motion of the road is
+        more significant than the measured one. ``cut``: the scene changed in the previous pair.
+        ``frames``: number of the second frame minus that of the first one; the pair counts as so
+        many.
         """
         if not self._parts:
             self._start_ns = self._judged_ns = stamp_ns - interval_ns
@@ -98,7 +98,7 @@ class ReliabilityMonitor:
         if self._unstamped_ns:
             end += self._unstamped_ns
             spans[Reason.FROZEN].append((self._newest_ns, end))
-        reasons += [reason for reason in _IN_PARTS if self._is_against(reason)]
+        reasons += [reason for reason in _IN_PARTS if self._applies(reason)]
         if not camera_known and Reason.TOO_SHORT not in reasons:
             reasons.append(Reason.CAMERA_NOT_KNOWN)
             spans[Reason.CAMERA_NOT_KNOWN] = [(start, end)]
@@ -110,7 +110,7 @@ class ReliabilityMonitor:
         if parts and stamp_ns - parts[-1].start_ns < TUNING.part_ns:
             return
         if parts and self._newest_ns - parts[0].start_ns >= TUNING.window_ns:
-            # The verdict is that on its middle; that on the first one is on all before it as well.
+            # The verdict applies to the middle of the window, the first one also to all before it.
             until = max(self._newest_ns - TUNING.window_ns // 2, self._judged_ns)
             for reason in self._reasons():
                 self._spans[reason].add(self._judged_ns, until)
@@ -118,60 +118,60 @@ class ReliabilityMonitor:
         parts.append(_Part(stamp_ns))
         pairs = sum(part.counts.total() for part in parts)
         while (stamp_ns - parts[0].start_ns > TUNING.window_ns
-                and pairs - parts[0].counts.total() >= TUNING.least_pairs):
+                and pairs - parts[0].counts.total() >= TUNING.min_pairs):
             pairs -= parts.popleft().counts.total()
 
     def _is_lost(self, evidence: Evidence, interval_ns: int) -> bool:
-        """Return whether frames are missing in a pair, other than at a rate that is low anyway."""
+        """Return whether frames are missing in a pair, not only at a low frame rate."""
         return self._usual_ns > 0 and interval_ns > TUNING.lost_intervals * self._usual_ns and (
             evidence is Evidence.APART or interval_ns > TUNING.lost_ns)
 
     @property
     def _unstamped_ns(self) -> int:
-        """Return for how long all frames have had one stamp, 0 if not for long."""
+        """Return how long all frames have had one stamp; 0 if that is not longer than usual."""
         lasted_ns = self._same_stamps * self._usual_ns
         return lasted_ns if lasted_ns > TUNING.frozen_ns else 0
 
-    def _is_against(self, reason: Reason) -> bool:
-        """Return whether the spans of a reason take too much of the window, or last."""
+    def _applies(self, reason: Reason) -> bool:
+        """Return whether the spans of a reason cover too much of the window, or continue."""
         end = self._newest_ns
         begin = max(self._start_ns, end - TUNING.window_ns)
         if reason is Reason.FROZEN and (
                 self._unstamped_ns or end - self._new_picture_ns > TUNING.frozen_ns):
             return True
-        return self._spans[reason].within(begin, end) > TUNING.most_unreliable * (end - begin)
+        return self._spans[reason].within(begin, end) > TUNING.max_unreliable * (end - begin)
 
     def _reasons(self) -> list[Reason]:
-        """Return what is wrong with the pairs of the window."""
+        """Return the reasons against the pairs of the window."""
         counts: Counter[Evidence] = sum((part.counts for part in self._parts), Counter())
         pairs = counts.total()
-        if pairs < TUNING.least_pairs:
-            # Too few pairs to name a cause, but enough to see that none is in doubt.
+        if pairs < TUNING.min_pairs:
+            # Too few pairs to give a cause, but they may all be trusted.
             return [] if pairs and not self._distrust(counts) else [Reason.TOO_SHORT]
         reasons = self._distrust(counts)
-        if sum(part.cuts for part in self._parts) > TUNING.most_cuts * pairs:
+        if sum(part.cuts for part in self._parts) > TUNING.max_cuts * pairs:
             reasons.append(Reason.MANY_CUTS)
         return reasons
 
     def _distrust(self, counts: Mapping[Evidence, int]) -> list[Reason]:
         """Return why most pairs cannot be trusted; empty if they can, or if nothing moved."""
         pairs, apart = sum(counts.values()), counts[Evidence.APART]
-        if apart > TUNING.least_trusted * pairs:
+        if apart > TUNING.min_trusted * pairs:
             return [Reason.NOT_COMPARED]
         judged = pairs - counts[Evidence.STILL] - apart
         # A few spoilt pairs do not count against a vehicle that is stationary for the rest.
-        if judged < TUNING.named * pairs:
+        if judged < TUNING.min_cause_share * pairs:
             return []
-        if counts[Evidence.TRUSTED] >= TUNING.least_trusted * judged:
-            held = counts[Evidence.FIXED] >= TUNING.most_fixed * judged
+        if counts[Evidence.TRUSTED] >= TUNING.min_trusted * judged:
+            held = counts[Evidence.FIXED] >= TUNING.max_fixed * judged
             return [Reason.VIEW_BLOCKED] if held else []
         spoilt = {kind: counts[kind] for kind in _REASONS}
         most = max(spoilt.values())
         named = [_REASONS[kind] for kind, count in spoilt.items()
-                 if count == most or count >= TUNING.named * judged]
+                 if count == most or count >= TUNING.min_cause_share * judged]
         scattered = spoilt[Evidence.SCATTERED] + spoilt[Evidence.JERKED]
         seconds = sum(part.seconds for part in self._parts)
-        if scattered >= TUNING.named * judged and seconds / pairs >= TUNING.low_rate_s:
+        if scattered >= TUNING.min_cause_share * judged and seconds / pairs >= TUNING.low_rate_s:
             named.append(Reason.RATE_TOO_LOW)
         return named
 
@@ -182,14 +182,14 @@ _REASONS = {
     Evidence.SCATTERED: Reason.NOT_ONE_MOTION,
     Evidence.JERKED: Reason.SHAKING,
 }
-# Reasons that concern parts of a drive, whatever the other pairs of the window are worth.
+# Reasons that concern parts of a drive, independent of the other pairs of the window.
 _IN_PARTS = (Reason.FROZEN, Reason.FRAMES_LOST, Reason.DISTANCE_UNKNOWN,
              Reason.ROAD_UNCLEAR, Reason.DIRECTION_CONTRADICTS_HEADING)
 
 
 @dataclass(slots=True)
 class _Part:
-    """What a second of the window is worth."""
+    """The evidence of one second of the window."""
 
     start_ns: int
     counts: Counter[Evidence] = field(default_factory=Counter)

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Why a result is not reliable, and what a pair of frames is worth for it."""
+"""The reasons against a result, and the evidence of a pair of frames."""
 
 from enum import Enum
 
@@ -56,7 +56,7 @@ _SENTENCES = {
 
 
 class Evidence(Enum):
-    """What a pair of frames is worth for the result."""
+    """Quality of the measurement of a pair of frames."""
 
     TRUSTED = 'trusted'
     STILL = 'still'
@@ -64,12 +64,12 @@ class Evidence(Enum):
     BLANK = 'blank'
     """The image holds only noise."""
     FIXED = 'fixed'
-    """What agrees is fixed to the camera."""
+    """Only areas fixed to the camera agree."""
     SCATTERED = 'scattered'
     """The parts of the image do not agree on a motion."""
     JERKED = 'jerked'
-    """They agree, but no vehicle turns like that."""
+    """They agree on a rotation that is impossible for a vehicle."""
     APART = 'apart'
-    """The frames could not be compared: against the result only if most pairs are like that."""
+    """The frames could not be compared: against the result only if this applies to most pairs."""
     REPEATED = 'repeated'
     """Both frames show one picture: neither for nor against, unless the camera is frozen."""

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The spans of a drive for which a reason is against its result."""
+"""The spans of a drive to which a reason applies."""
 
 from collections.abc import Iterable, Mapping
 
@@ -25,7 +25,7 @@ class Spans:
             kept[-1] = kept[-1][0], end_ns
             return
         kept.append((start_ns, end_ns))
-        if len(kept) > TUNING.most_spans:
+        if len(kept) > TUNING.max_spans:
             first = min(range(len(kept) - 1), key=lambda n: kept[n + 1][0] - kept[n][1])
             kept[first:first + 2] = [(kept[first][0], kept[first + 1][1])]
 
@@ -34,7 +34,7 @@ class Spans:
         return joined([*self._kept, (start_ns, end_ns)]) if lasts else list(self._kept)
 
     def within(self, start_ns: int, end_ns: int) -> int:
-        """Return the time that the spans take of another one."""
+        """Return the overlap of the spans with another one, in nanoseconds."""
         taken = 0
         for start, end in reversed(self._kept):
             if end <= start_ns:
@@ -46,8 +46,8 @@ class Spans:
 def in_order(spans: Mapping[Reason, Iterable[tuple[int, int]]]) -> tuple[UnreliableSpan, ...]:
     """Return the spans of all reasons in order; equal ones are one span with several reasons."""
     found: dict[tuple[int, int], list[Reason]] = {}
-    for reason, those in spans.items():
-        for span in those:
+    for reason, reason_spans in spans.items():
+        for span in reason_spans:
             found.setdefault(span, []).append(reason)
     return tuple(
         UnreliableSpan(start, end, tuple(reasons))

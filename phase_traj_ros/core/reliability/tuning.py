@@ -7,23 +7,23 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ReliabilityTuning:
-    """Tuning of the verdict on a drive; nobody has to change it. Shares are from 0 to 1."""
+    """Tuning of the verdict on a drive; not for users. Shares are from 0 to 1."""
 
     window_ns: int = 60_000_000_000
     """The verdict is on this time, ..."""
     part_ns: int = 1_000_000_000
     """...which is kept in parts of this length."""
-    least_pairs: int = 10
+    min_pairs: int = 10
     """With fewer pairs, no cause can be given."""
-    agreeing: float = 0.3
+    min_agreement: float = 0.3
     """Share of the blocks that has to agree in a trusted pair."""
-    least_trusted: float = 0.5
+    min_trusted: float = 0.5
     """Share of the moving pairs that has to be trusted."""
-    named: float = 0.2
+    min_cause_share: float = 0.2
     """A cause that spoils this share of the pairs is given as a reason."""
-    most_fixed: float = 0.3
+    max_fixed: float = 0.3
     """Above this share of pairs spoilt by a fixed pattern, it may have affected the others too."""
-    most_cuts: float = 0.1
+    max_cuts: float = 0.1
     """Cuts per pair: a scene of a few frames does not show a turn."""
     low_rate_s: float = 0.25
     """Above this interval, a low frame rate explains why blocks do not agree."""
@@ -33,16 +33,15 @@ class ReliabilityTuning:
     unmeasured_ns: int = 1_000_000_000
     """A distance that is not measured for longer is unknown: a car may have braked by 8 m/s."""
     unclear_ns: int = 1_000_000_000
-    """A road on which another motion stands out more is unclear if that was so this time before,
-    too."""
+    """A road is unclear if a more significant other motion recurs within this time."""
     lost_ns: int = 1_000_000_000
     """A longer gap than this..."""
     lost_intervals: int = 2
     """...and than this many usual intervals is a lost part of the drive."""
 
-    most_unreliable: float = 0.05
+    max_unreliable: float = 0.05
     """Share of a drive, or of the window, that may be unreliable."""
-    most_spans: int = 500
+    max_spans: int = 500
     """Number of spans that are kept for each reason; then the closest ones are joined."""
 
 

@@ -1,10 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""
-Whether a drive is reliable, and the spans in which it is not.
-
-A drive as a whole is reliable if they are less than a twentieth of it.
-"""
+"""Whether a drive is reliable, and the spans in which it is not."""
 
 from collections import Counter
 from collections.abc import Iterable
@@ -64,7 +60,7 @@ class Reliability:
         """
         if self.end_ns <= self.start_ns:
             return self
-        allowed = TUNING.most_unreliable * (self.end_ns - self.start_ns)
+        allowed = TUNING.max_unreliable * (self.end_ns - self.start_ns)
         spans = [(span.start_ns, span.end_ns) for span in self.spans]
         lasted: Counter[Reason] = Counter()
         if sum(end - start for start, end in joined(spans)) > allowed:

@@ -15,7 +15,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 from phase_traj_ros.core.camera.horizon import Horizon
-from phase_traj_ros.core.camera.model import CameraModel, Sight
+from phase_traj_ros.core.camera.model import CameraModel, ImagePoints
 from phase_traj_ros.core.correlation.phase_correlation import Frame
 from phase_traj_ros.core.correlation.windows import Window, window_2d
 from phase_traj_ros.core.road.tuning import TUNING
@@ -38,15 +38,15 @@ def stretches(camera: CameraModel, horizon: Horizon) -> tuple[Stretch, ...]:
 
     The result is empty if too little of the road is visible.
     """
-    ahead = np.arange(TUNING.begins, TUNING.farthest, CELL)
+    ahead = np.arange(TUNING.patch_begin, TUNING.patch_end, CELL)
     sight = _seen(camera, horizon, np.zeros_like(ahead), ahead)
     rows = np.abs(np.diff(sight.rows))
-    sharp = sight.seen[1:] & sight.seen[:-1] & (rows > CELL / TUNING.coarsest)
+    sharp = sight.seen[1:] & sight.seen[:-1] & (rows > CELL / TUNING.max_row_spacing)
     sharp = np.append(sharp, False)
     first = int(sharp.argmax())
     last = first + int(sharp[first:].argmin())
     begin, length = float(ahead[first]), float(ahead[last] - ahead[first])
-    if length < TUNING.shortest:
+    if length < TUNING.min_length:
         return ()
     return (
         Stretch(begin, begin + TUNING.near_ends * length),
@@ -91,7 +91,7 @@ class GroundPatch:
         total = float(self.window.sum())
         self.share = total / float(window_2d(Window.SQRT_HANN, self.shape).sum())
         """Share of the patch that is visible and not masked out, 0 to 1."""
-        self.middle = float(self._ahead @ self.window.sum(axis=1)) / max(total, 1e-9)
+        self.depth = float(self._ahead @ self.window.sum(axis=1)) / max(total, 1e-9)
         """Weighted mean distance of the patch ahead, in camera heights."""
 
     @property
@@ -103,10 +103,9 @@ class GroundPatch:
         """
         Return the patch of a frame (H, W), without illumination and shadows, (M, N).
 
-        The local mean is subtracted from each cell, and the result is divided by the local
-        contrast.
+        Each cell loses the local mean and is divided by the local contrast.
         """
-        patch = np.asarray(self._taken(frame), np.float32)
+        patch = np.asarray(self._remapped(frame), np.float32)
         patch -= _smoothed(patch, TUNING.mean_cells)
         contrast = _smoothed(np.square(patch), TUNING.contrast_cells)
         contrast += self._noise
@@ -114,21 +113,21 @@ class GroundPatch:
         patch /= contrast
         return patch
 
-    def turned_back(
+    def derotated(
         self, patch: NDArray[np.float32], turn: NDArray[np.float64],
     ) -> NDArray[np.float32]:
         """
-        Return the patch (M, N) of a frame after a rotation of the camera as it was before.
+        Return a patch (M, N) with a rotation of the camera removed.
 
         ``turn`` is the rotation (3, 3) of directions in the image axes, from before to after.
         """
         level = self._levelling @ turn @ self._levelling.T
-        way = self._from_road @ level @ self._to_road
+        homography = self._from_road @ level @ self._to_road
         return cv2.warpPerspective(  # type: ignore[return-value]
-            patch, way, (patch.shape[1], patch.shape[0]),
+            patch, homography, (patch.shape[1], patch.shape[0]),
             flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP, borderMode=cv2.BORDER_REPLICATE)
 
-    def _taken(self, picture: Frame) -> Frame:
+    def _remapped(self, picture: Frame) -> Frame:
         return cv2.remap(  # type: ignore[return-value]
             picture, self._maps[0], self._maps[1], cv2.INTER_LINEAR,
             borderMode=cv2.BORDER_REPLICATE)
@@ -138,7 +137,7 @@ class GroundPatch:
     ) -> NDArray[np.float32]:
         counts = seen.astype(np.float32)
         if mask is not None:
-            counts *= self._taken(mask)
+            counts *= self._remapped(mask)
         # A hard edge would be a pattern that never moves.
         soft = cv2.blur(cv2.erode(counts, np.ones((5, 5), np.uint8)), (5, 5))
         return window_2d(Window.SQRT_HANN, self.shape) * np.asarray(soft, np.float32)
@@ -152,7 +151,7 @@ def rotation(yaw: float, pitch: float, roll: float) -> NDArray[np.float64]:
 
 def _seen(
     camera: CameraModel, horizon: Horizon, aside: NDArray[np.float64], ahead: NDArray[np.float64],
-) -> Sight:
+) -> ImagePoints:
     level = np.stack([aside, np.ones_like(aside), ahead], axis=-1)
     return camera.project(*np.moveaxis(level @ horizon.levelling(), -1, 0))
 

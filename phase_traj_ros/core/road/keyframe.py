@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The frame with which the road is compared, and the motion of the camera since."""
+"""The motion of the camera since the keyframe of the road."""
 
 from dataclasses import dataclass
 
@@ -21,16 +21,16 @@ class RoadKeyframe:
     """Sum of the ratios of translation to distance of the near blocks."""
     agreed: bool = False
     """Whether the blocks agree on the motion of the newest pair."""
-    given: float = 0.0
-    """Sum of the distances of the pairs since."""
+    distance: float = 0.0
+    """Sum of the distances of the pairs, and its variance."""
     variance: float = 0.0
-    before: float = 0.0
-    """The same without the newest pair, and its variance."""
-    before_variance: float = 0.0
-    over: bool = False
+    previous_distance: float = 0.0
+    """The same before the newest pair."""
+    previous_variance: float = 0.0
+    expired: bool = False
     """Whether the newest frame becomes the keyframe."""
 
-    def turn(
+    def add_rotation(
         self, yaw: float, pitch: float, roll: float, interval: float, near: float | None = None,
     ) -> None:
         """Add the rotation of a pair, and its ratio of translation to distance, if it has one."""
@@ -42,56 +42,59 @@ class RoadKeyframe:
         self.age += interval
 
     @property
-    def nodding(self) -> float:
+    def pitch_deviation(self) -> float:
         """Return the standard deviation of the pitch in radians."""
-        return TUNING.nodding if self.agreed else TUNING.springs
+        return TUNING.block_pitch_deviation if self.agreed else TUNING.unmeasured_pitch_deviation
 
     @property
     def moves(self) -> bool:
-        """Return whether the vehicle moves, independent of the road."""
+        """Return whether the vehicle may move, by the blocks."""
         return not self.agreed or self.passing > TUNING.passing
 
     @property
     def drives(self) -> bool:
-        """Return whether the road must have slid, so that what has not is not the road."""
-        return not self.agreed or self.passing > TUNING.driven
+        """Return whether the road must have slid, by the blocks."""
+        return not self.agreed or self.passing > TUNING.driving
 
     @property
-    def least(self) -> float:
-        """Return the least slide of the road in camera heights, by what the blocks show."""
-        return TUNING.nearest * self.passing if self.agreed and self.drives else 0.0
+    def min_slide(self) -> float:
+        """Return the least slide of the road in camera heights, by the blocks."""
+        return TUNING.min_block_distance * self.passing if self.agreed and self.drives else 0.0
 
     @property
-    def swings(self) -> bool:
-        """Return whether the vehicle turns as only one that drives can."""
-        return abs(self.yaw) > TUNING.turning * self.age
+    def turns(self) -> bool:
+        """Return whether the vehicle turns, which a standing one cannot."""
+        return abs(self.yaw) > TUNING.driving_yaw_rate * self.age
 
-    def is_far(self, way: float, interval: float) -> bool:
-        """Return whether a frame ``interval`` seconds later would be too far from this one."""
+    def is_far(self, distance: float, interval: float) -> bool:
+        """Return whether a frame ``interval`` seconds later would be too far from the keyframe."""
         further = 1.0 + interval / self.age
-        return (further * abs(way) > TUNING.baseline or self.age >= TUNING.longest
-                or abs(self.yaw) > TUNING.turned)
+        return (
+            further * abs(distance) > TUNING.baseline or self.age >= TUNING.max_keyframe_age
+            or abs(self.yaw) > TUNING.max_rotation)
 
     def add(
-        self, way: float, variance: float, speeds: SpeedFilter, interval: float,
+        self, distance: float, variance: float, speeds: SpeedFilter, interval: float,
     ) -> tuple[float, float]:
         """
         Return the distance of the newest pair and its variance, from that since the keyframe.
 
-        Up to the last pair before a new keyframe, it is smoothed with the speed. The sum of all
-        is the distance between the keyframes.
+        It is smoothed with the speed, except for the last pair before a new keyframe. So the sum
+        of all is the distance between the keyframes.
         """
-        self.before, self.before_variance = self.given, self.variance
-        if self.over or not speeds.known:
-            self.given, self.variance = way, variance
-            return self.given - self.before, variance
-        foreseen = self.before + speeds.speed * interval
-        off = self.before_variance + (speeds.seen_deviation * interval) ** 2
-        gain = off / (off + variance)
-        self.given, self.variance = foreseen + gain * (way - foreseen), gain * variance
-        return self.given - self.before, (speeds.seen_deviation * interval) ** 2
+        self.previous_distance, self.previous_variance = self.distance, self.variance
+        if self.expired or not speeds.known:
+            self.distance, self.variance = distance, variance
+            return self.distance - self.previous_distance, variance
+        predicted = self.previous_distance + speeds.speed * interval
+        noise = (speeds.observed_deviation * interval) ** 2
+        prior_variance = self.previous_variance + noise
+        gain = prior_variance / (prior_variance + variance)
+        self.distance = predicted + gain * (distance - predicted)
+        self.variance = gain * variance
+        return self.distance - self.previous_distance, noise
 
-    def bridge(self, way: float, variance: float) -> None:
+    def bridge(self, distance: float, variance: float) -> None:
         """Add the distance of a pair that is not measured, and its variance."""
-        self.given += way
+        self.distance += distance
         self.variance += variance

@@ -5,10 +5,7 @@ Measures the distance travelled in camera heights, from the displacement of the 
 
 A near and a far patch of the road are projected to a bird's-eye view. The rotation of the camera,
 known from the blocks of the heading, is removed. The remaining motion of a patch is a translation
-towards the vehicle.
-
-Each frame is compared with a keyframe. It is the previous frame if the road has slid far enough
-since; at a walking pace or a high frame rate it is up to half a second old.
+towards the vehicle. It is measured from a keyframe, which is up to half a second old.
 """
 
 from dataclasses import replace
@@ -22,7 +19,7 @@ from phase_traj_ros.core.camera.model import CameraModel
 from phase_traj_ros.core.correlation.phase_correlation import Frame
 from phase_traj_ros.core.road.ground import CELL, GroundPatch, rotation, stretches
 from phase_traj_ros.core.road.keyframe import RoadKeyframe
-from phase_traj_ros.core.road.look import RoadLook, RoadSlide
+from phase_traj_ros.core.road.patch_matcher import PatchMatcher, RoadSlide
 from phase_traj_ros.core.road.speed_filter import SpeedFilter
 from phase_traj_ros.core.road.speed_profile import SpeedProfile
 from phase_traj_ros.core.road.tilt import RoadTilt
@@ -55,9 +52,9 @@ class RoadMeter:
         """Pitch of the camera relative to the road."""
         self.speed_filter = SpeedFilter() if speed_filter is None else speed_filter
         """Speed of the vehicle."""
-        self._looks: tuple[RoadLook, ...] | None = None
-        self._assumed, self._bending = 0.0, 0.0
-        self._kept: Frame | None = None
+        self._matchers: tuple[PatchMatcher, ...] | None = None
+        self._assumed, self._mean_pitch_rate = 0.0, 0.0
+        self._key_frame: Frame | None = None
         # The newest measured distance.
         self._measured = Travel(0.0, 0.0, TravelState.UNKNOWN)
         self._key = RoadKeyframe()
@@ -65,159 +62,157 @@ class RoadMeter:
 
     def use_mask(self, mask: NDArray[np.float32] | None) -> None:
         """Continue with another mask; no pair is lost."""
-        self._mask, self._looks = mask, None
+        self._mask, self._matchers = mask, None
 
     def forget(self) -> None:
         """Restart with the next frame; the tilt is kept."""
         self.speed_filter.forget()
         self._profile.forget()
-        self._bending = 0.0
-        self._kept, self._key = None, RoadKeyframe()
+        self._mean_pitch_rate = 0.0
+        self._key_frame, self._key = None, RoadKeyframe()
 
     def start(self, frame: Frame) -> None:
         """Add a frame that is the first of a pair."""
-        self._kept, self._key = frame, RoadKeyframe()
-        for look in self._looks or ():
-            look.look(frame)
-            look.keep()
+        self._key_frame, self._key = frame, RoadKeyframe()
+        for matcher in self._matchers or ():
+            matcher.project(frame)
+            matcher.set_reference()
 
     def update(
         self, frame: Frame, interval: float, motion: CameraMotion | None, *,
-        yaw: float | None = None, still: bool = False, unsure: float = 0.0,
+        yaw: float | None = None, still: bool = False, interval_deviation: float = 0.0,
     ) -> Travel:
         """
         Add the next frame, (H, W), and return the distance of its pair in camera heights.
 
         The frame must not change afterwards. ``interval`` is the time since the previous one, in
-        seconds, above 0, ``unsure`` its standard deviation, and ``motion`` that of the camera;
-        it is None if the blocks do not agree, such as in reverse. Then the ``yaw`` in radians
-        counts, if it is known. ``still`` is whether the vehicle is known to stand.
+        seconds, above 0, with the standard deviation ``interval_deviation``. ``motion`` is that of
+        the camera, None if the blocks do not agree, such as in reverse; then the ``yaw`` in
+        radians is used, if known. ``still`` is whether the vehicle is known to stand.
         """
-        self.speed_filter.pass_time(interval, unsure=unsure)
-        self.tilt.pass_time(interval)
-        self._profile.pass_time(interval)
+        self.speed_filter.predict(interval, interval_deviation=interval_deviation)
+        self.tilt.predict(interval)
+        self._profile.predict(interval)
         if still:
             self.start(frame)
             return self.speed_filter.stand(interval)
         if motion is not None:
             driven = self.speed_filter.speed * max(motion.age, interval)
-            if not self.speed_filter.known or driven > TUNING.least_slide:
+            if not self.speed_filter.known or driven > TUNING.min_slide:
                 self.tilt.add_travel(motion.travel.slope, motion.travel.slope_variance)
-            self._key.turn(
-                motion.yaw, self._nodded(motion.pitch, interval), motion.roll, interval,
+            self._key.add_rotation(
+                motion.yaw, self._pitch_change(motion.pitch, interval), motion.roll, interval,
                 motion.near)
         elif yaw is not None:
-            self._key.turn(yaw, 0.0, 0.0, interval)
+            self._key.add_rotation(yaw, 0.0, 0.0, interval)
         else:
             self.start(frame)
             return self.speed_filter.bridge(interval, self._measured)
         return self._measure(
             frame, interval,
-            turns=motion is not None and abs(motion.yaw) > TUNING.turning * interval)
+            turns=motion is not None and abs(motion.yaw) > TUNING.driving_yaw_rate * interval)
 
     def _measure(self, frame: Frame, interval: float, *, turns: bool) -> Travel:
-        """Compare the road with that of the keyframe, or bridge the pair; see ``bridge``."""
+        """Compare the road with that of the keyframe, or bridge the pair."""
         key = self._key
-        if self.tilt.deviation > TUNING.sure:
-            self._looks = None
-        elif self._looks is None or (
+        if self.tilt.deviation > TUNING.max_pitch_deviation:
+            self._matchers = None
+        elif self._matchers is None or (
                 key.age <= interval
-                and abs(self.tilt.mounting - self._assumed) > TUNING.remade):
-            self._look_anew()
-        if not self._looks or self._kept is None:
+                and abs(self.tilt.mounting - self._assumed) > TUNING.max_pitch_error):
+            self._make_patches()
+        if not self._matchers or self._key_frame is None:
             self.start(frame)
             return self.speed_filter.bridge(interval, self._measured, turns=turns)
         turn = rotation(key.yaw, key.pitch, key.roll)
-        for look in self._looks:
-            look.look(frame)
-            look.compare(turn)
+        for matcher in self._matchers:
+            matcher.project(frame)
+            matcher.compare(turn)
         self._add_to_profile()
         found = self._search(interval)
-        travel = self._judged(list(filter(None, found)), interval)
-        if travel is None or key.over:
+        travel = self._combine_slides(list(filter(None, found)), interval)
+        if travel is None or key.expired:
             self._renew(frame)
         rivalled = key.agreed and key.drives and all(
-            look.is_rivalled(each) for look, each in zip_longest(self._looks, found))
-        # Half a second decides: an encoder copies in every pair, but to no speed.
+            matcher.is_rivalled(each) for matcher, each in zip_longest(self._matchers, found))
+        # The copies of an encoder have no common speed over half a second.
         rivalled = rivalled and not self._profile.confirms(self.speed_filter.speed)
         travel = travel or self.speed_filter.bridge(interval, self._measured, turns=turns)
         return replace(travel, rivalled=rivalled)
 
     def _search(self, interval: float) -> list[RoadSlide | None]:
-        """Return the slide of each patch, None where none stands out."""
+        """Return the slide of each patch, None where none is significant."""
         found = self._slides(interval, self.speed_filter)
         if any(found):
             return found
-        if self.speed_filter.known and self.speed_filter.speed == 0.0 and self._key.least > 0.0:
+        speeds = self.speed_filter
+        if speeds.known and speeds.speed == 0.0 and self._key.min_slide > 0.0:
             # All patches agree on a slide that no vehicle reaches from standing: the picture was
-            # frozen. (While it drives, an encoder or the pattern of the markings may do the same.)
+            # frozen. (When driving, an encoder or the pattern of the markings may cause the same.)
             anywhere = list(filter(None, self._slides(interval, SpeedFilter())))
             if 1 < len(anywhere) == len(found) == len(self._agreeing(anywhere, anywhere[0])):
-                self.speed_filter.forget()
+                speeds.forget()
                 self._key.age = interval
                 return [*anywhere]
-        return [self._by_profile(interval)]
+        return [self._slide_by_profile(interval)]
 
     def _add_to_profile(self) -> None:
         """Add the newest comparison to the profile of the speed."""
         ways = self._profile.speeds * self._key.age
         scores = np.array([
-            look.scores_at(ways, stretched=self._stretched(look.middle))
-            for look in self._looks or ()]).sum(axis=0)
-        # What is fixed to the camera, and its side lobes, tell nothing.
-        beyond = max(self._key.least, TUNING.profile_begins)
+            matcher.scores_at(ways, scale=self._slide_scale(matcher.depth))
+            for matcher in self._matchers or ()]).sum(axis=0)
+        # Slides near 0 may be those of fixed patterns and their side lobes.
+        beyond = max(self._key.min_slide, TUNING.profile_begins)
         self._profile.add(scores, np.isfinite(scores) & (ways > beyond))
 
-    def _by_profile(self, interval: float) -> RoadSlide | None:
-        """Return the slide at the speed that half a second tells; None if it tells none."""
+    def _slide_by_profile(self, interval: float) -> RoadSlide | None:
+        """Return the slide at the speed of the profile; None if it has none."""
         best = self._profile.best if self._key.drives else None
         if best is None:
             return None
-        (speed, score), speeds, near = best, self.speed_filter, (self._looks or ())[0]
+        (speed, score), speeds, near = best, self.speed_filter, (self._matchers or ())[0]
         least, most = speeds.bounds(TUNING.profile_width * speed)
         if not least <= speed <= most:
-            # While a vehicle brakes, the mean of half a second is too high.
+            # When the vehicle brakes, the mean of half a second is too high.
             if speeds.known and speeds.deviation < TUNING.profile_doubt:
                 return None
             speeds.forget()
             self._key.age = interval
-        way = self._key.given + speed * interval
+        distance = self._key.distance + speed * interval
         deviation = math.hypot(near.deviation(self._key), TUNING.acceleration * interval ** 2)
-        return RoadSlide(
-            way, deviation, score, near.middle, way * self._stretched(near.middle), False)
+        raw = distance * self._slide_scale(near.depth)
+        return RoadSlide(distance, deviation, score, near.depth, raw, False)
 
     def _slides(self, interval: float, speeds: SpeedFilter) -> list[RoadSlide | None]:
-        """Return the slide of each patch at the speeds that ``speeds`` holds for possible."""
+        """Return the slide of each patch within the bounds of ``speeds``."""
         found = []
-        for look in self._looks or ():
+        for matcher in self._matchers or ():
             least, most = (
-                self._key.given + speed * interval
-                for speed in speeds.bounds(look.deviation(self._key) / interval))
-            found.append(look.find(
-                least, most, self._key, stretched=self._stretched(look.middle)))
+                self._key.distance + speed * interval
+                for speed in speeds.bounds(matcher.deviation(self._key) / interval))
+            found.append(matcher.find(
+                least, most, self._key, scale=self._slide_scale(matcher.depth)))
         return found
 
     def _renew(self, frame: Frame) -> None:
         """Make the newest frame the keyframe."""
-        moved_on = self._key.drives or self._key.given > TUNING.learns
-        for look in self._looks or ():
+        moved_on = self._key.drives or self._key.distance > TUNING.learning_slide
+        for matcher in self._matchers or ():
             if moved_on:
-                look.learn()
-            look.keep()
-        self._kept, self._key = frame, RoadKeyframe()
+                matcher.learn()
+            matcher.set_reference()
+        self._key_frame, self._key = frame, RoadKeyframe()
 
-    def _nodded(self, pitch: float, interval: float) -> float:
-        """
-        Return the change of the pitch of the camera relative to the road.
+    def _pitch_change(self, pitch: float, interval: float) -> float:
+        """Return the change of the pitch of the camera relative to the road."""
+        # The suspension oscillates. A lasting pitch rate comes from a vertical curve of the road,
+        # which the vehicle follows, or from an error of the blocks.
+        share = 1.0 - math.exp(-interval / TUNING.grade_time)
+        self._mean_pitch_rate += share * (pitch / interval - self._mean_pitch_rate)
+        return pitch - self._mean_pitch_rate * interval
 
-        The suspension oscillates. A pitch that continues for longer comes from a vertical curve of
-        the road, which the vehicle follows, or from an error of the blocks.
-        """
-        share = 1.0 - math.exp(-interval / TUNING.bends)
-        self._bending += share * (pitch / interval - self._bending)
-        return pitch - self._bending * interval
-
-    def _judged(self, found: list[RoadSlide], interval: float) -> Travel | None:
+    def _combine_slides(self, found: list[RoadSlide], interval: float) -> Travel | None:
         """Combine the slides of the patches."""
         key = self._key
         found = [
@@ -227,75 +222,77 @@ class RoadMeter:
             return None
         best = max(found, key=lambda each: each.score)
         agreeing = self._agreeing(found, best)
-        if len(agreeing) == 2 and best.way > TUNING.least_slide:
+        if len(agreeing) == 2 and best.distance > TUNING.min_slide:
             self._compare(*agreeing)
             agreeing = [replace(
-                each, way=each.raw / self._stretched(each.middle)) for each in agreeing]
+                each, distance=each.raw / self._slide_scale(each.depth)) for each in agreeing]
         if all(each.fixed for each in agreeing):
             if key.moves:
-                # A slow vehicle, or a pattern that is fixed to the camera: a later frame tells.
-                key.over = key.age >= TUNING.longest
-                return self._waiting(interval)
+                # A slow vehicle, or a pattern that is fixed to the camera: wait for a later frame.
+                key.expired = key.age >= TUNING.max_keyframe_age
+                return self._bridge_keyframe(interval)
             stood = self.speed_filter.known and self.speed_filter.speed == 0.0
-            if stood or key.age >= TUNING.stands:
-                key.over = key.age >= TUNING.creeps
+            if stood or key.age >= TUNING.standing_time:
+                key.expired = key.age >= TUNING.creep_time
                 # A vehicle does not turn on the spot: the patch does not show the road.
-                return None if key.swings else self.speed_filter.stand(interval)
+                return None if key.turns else self.speed_filter.stand(interval)
             if best.sudden:
-                return self._waiting(interval)
-        return self._travelled(agreeing, interval)
+                return self._bridge_keyframe(interval)
+        return self._travel(agreeing, interval)
 
-    def _travelled(self, agreeing: list[RoadSlide], interval: float) -> Travel:
+    def _travel(self, agreeing: list[RoadSlide], interval: float) -> Travel:
         """Return the distance of the newest pair, from the slides since the keyframe."""
         weights = np.array([each.deviation ** -2 for each in agreeing])
-        way = float(weights @ [each.way for each in agreeing] / weights.sum())
+        distance = float(weights @ [each.distance for each in agreeing] / weights.sum())
         # Both errors come from the same pitch motion, so the mean is hardly better.
         own = min(each.deviation for each in agreeing) ** 2
-        depth, key = agreeing[0].middle, self._key
+        depth, key = agreeing[0].depth, self._key
         swing = 2.0 * depth * self.tilt.swing_deviation
         tilt = 2.0 * depth * self.tilt.common_deviation
-        key.over = not self._keyframes or key.is_far(way, interval)
-        distance, variance = key.add(way, own, self.speed_filter, interval)
+        key.expired = not self._keyframes or key.is_far(distance, interval)
+        newest, variance = key.add(distance, own, self.speed_filter, interval)
         # The first speed is the mean one since the keyframe.
         time = interval if self.speed_filter.known else key.age
         self.speed_filter.add(
-            (way - key.before) / time, (own + key.before_variance) / (time * time))
+            (distance - key.previous_distance) / time,
+            (own + key.previous_variance) / (time * time))
         self._measured = Travel(
-            distance, variance + (swing ** 2 + tilt ** 2) * distance ** 2, TravelState.MEASURED,
+            newest, variance + (swing ** 2 + tilt ** 2) * newest ** 2, TravelState.MEASURED,
             swing, tilt)
         return self._measured
 
     def _agreeing(self, found: list[RoadSlide], best: RoadSlide) -> list[RoadSlide]:
         """Return the slides that differ from the best one by no more than their errors."""
         return [
-            each for each in found if abs(each.way - best.way) <= TUNING.differ * math.hypot(
+            each for each in found
+            if abs(each.distance - best.distance) <= TUNING.slide_gate * math.hypot(
                 each.deviation, best.deviation,
-                2.0 * (each.middle - best.middle) * self.tilt.deviation * best.way)]
+                2.0 * (each.depth - best.depth) * self.tilt.deviation * best.distance)]
 
     def _compare(self, near: RoadSlide, far: RoadSlide) -> None:
         """Estimate the pitch from the slides of the near and the far patch."""
         if near.raw <= 0.0 or far.raw <= 0.0:
             return
         # A change of the pitch moves the far road more than the near road, in the same direction.
-        nod = (far.middle ** 2 - near.middle ** 2) * TUNING.nodding
+        nod = (far.depth ** 2 - near.depth ** 2) * TUNING.block_pitch_deviation
         self.tilt.add_slides(
-            far.raw / near.raw, far.middle - near.middle,
+            far.raw / near.raw, far.depth - near.depth,
             (nod ** 2 + 2.0 * (TUNING.peak_cells * CELL) ** 2) / near.raw ** 2,
             assumed=self._assumed)
 
-    def _stretched(self, middle: float) -> float:
+    def _slide_scale(self, depth: float) -> float:
         """Return the factor by which a slide is too large, as the pitch has changed."""
-        return math.exp(2.0 * middle * (self.tilt.pitch - self._assumed))
+        return math.exp(2.0 * depth * (self.tilt.pitch - self._assumed))
 
-    def _waiting(self, interval: float) -> Travel:
-        """Bridge a pair whose way the keyframe will tell later."""
+    def _bridge_keyframe(self, interval: float) -> Travel:
+        """Bridge a pair whose distance is measured with a later frame."""
         travel = self.speed_filter.bridge(interval, self._measured)
         if travel.state is TravelState.BRIDGED:
             self._key.bridge(
-                travel.distance, (self.speed_filter.seen_deviation * interval) ** 2)
+                travel.distance, (self.speed_filter.observed_deviation * interval) ** 2)
         return travel
 
-    def _look_anew(self) -> None:
+    def _make_patches(self) -> None:
         """Make the patches with the current tilt."""
         self._assumed = self.tilt.mounting
         horizon = replace(self._horizon, pitch=self._assumed)
@@ -303,9 +300,9 @@ class RoadMeter:
             GroundPatch(self._camera, horizon, stretch, rotate_180=self._rotate_180,
                         mask=self._mask)
             for stretch in stretches(self._camera, horizon)]
-        self._looks = tuple(
-            RoadLook(patch) for patch in patches if patch.share > TUNING.least_seen)
-        if self._kept is not None:
-            for look in self._looks:
-                look.look(self._kept)
-                look.keep()
+        self._matchers = tuple(
+            PatchMatcher(patch) for patch in patches if patch.share > TUNING.min_seen)
+        if self._key_frame is not None:
+            for matcher in self._matchers:
+                matcher.project(self._key_frame)
+                matcher.set_reference()

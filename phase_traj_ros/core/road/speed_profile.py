@@ -1,11 +1,11 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
 """
-Sums what the pairs of half a second show of the speed, where no single one shows it.
+Averages the correlation maps of half a second by speed, where no single pair shows the speed.
 
-In a film of smooth asphalt, an encoder copies most of the road from frame to frame, and what is
-left are a few markings. The slide of the copies is 0, their side lobes are at equal slides of all
-kinds of pairs, and noise is anywhere. Only the road has a peak at the same speed in most pairs.
+In a film of smooth asphalt, an encoder copies most of the road from frame to frame, and only a few
+markings remain. The slide of the copies is 0, their side lobes are at the same slides in all
+pairs, and noise is anywhere. Only the road has a peak at the same speed in most pairs.
 """
 
 import math
@@ -19,7 +19,7 @@ class SpeedProfile:
     """Mean heights of the maps of all patches, by speed."""
 
     speeds: NDArray[np.float64] = np.arange(
-        TUNING.profile_step, TUNING.fastest, TUNING.profile_step)
+        TUNING.profile_step, TUNING.max_speed, TUNING.profile_step)
     """Speeds in camera heights per second, (N,)."""
 
     def __init__(self) -> None:
@@ -30,8 +30,8 @@ class SpeedProfile:
         """Restart with the next pair."""
         self._sum, self._weight, self._newest = np.zeros((3, len(self.speeds)))
 
-    def pass_time(self, interval: float) -> None:
-        """Let the weight of the earlier pairs decrease by an interval in seconds."""
+    def predict(self, interval: float) -> None:
+        """Reduce the weight of the earlier pairs by an interval in seconds."""
         kept = math.exp(-interval / TUNING.profile_s)
         self._sum *= kept
         self._weight *= kept
@@ -40,21 +40,21 @@ class SpeedProfile:
         """
         Add a pair.
 
-        ``scores`` is how much the slide at each of ``speeds`` stands out, (N,), in standard
-        deviations, and ``seen`` which of them could be seen, (N,).
+        ``scores`` are those of the slide at each of ``speeds``, (N,), in standard deviations;
+        ``seen`` is whether each is within the range of the map, (N,).
         """
         self._sum[seen] += scores[seen]
         self._weight[seen] += 1.0
         self._newest = np.where(seen, scores, 0.0)
 
     def confirms(self, speed: float) -> bool:
-        """Return whether a speed is that of half a second."""
+        """Return whether a speed agrees with that of the profile."""
         best = self.best
         return best is not None and abs(best[0] - speed) <= TUNING.profile_width * speed
 
     @property
     def best(self) -> tuple[float, float] | None:
-        """Return the speed that stands out from all others, and its score; None if none does."""
+        """Return the most significant speed and its score; None if none is significant."""
         most = float(self._weight.max())
         known = self._weight > max(TUNING.profile_pairs, TUNING.profile_share * most)
         if not known.any():
@@ -63,7 +63,7 @@ class SpeedProfile:
         above = np.where(known, mean - np.median(mean[known]), 0.0)
         at = int(above.argmax())
         if not known[max(at - 1, 0):at + 2].all():
-            # The flank of a peak outside.
+            # It is the flank of a peak outside the known range.
             return None
         speed = float(self.speeds[at])
         apart = np.abs(self.speeds - speed) > max(

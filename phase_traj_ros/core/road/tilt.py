@@ -25,7 +25,7 @@ class RoadTilt:
         """Start with a prior tilt; with ``fixed``, the pitch of the mounting is exact."""
         self._state = np.array([horizon.pitch, 0.0])
         mounting = 0.0 if fixed else horizon.pitch_deviation
-        self._covariance = np.diag([mounting ** 2, TUNING.swing ** 2])
+        self._covariance = np.diag([mounting ** 2, TUNING.suspension_pitch ** 2])
         self._fixed = fixed
 
     @property
@@ -51,20 +51,21 @@ class RoadTilt:
     @property
     def common_deviation(self) -> float:
         """Return the standard deviation of the part that changes slowly, the mounting."""
-        # The errors of both parts cancel mostly, as only the sum is measured. Their covariances
-        # with its error are its parts.
+        # Only the sum is measured, so the errors of both parts mostly cancel. Each contributes its
+        # covariance with the sum.
         own = math.sqrt(max(float(self._covariance[0].sum()), 0.0))
-        return math.hypot(own, 0.0 if self._fixed else TUNING.common)
+        return math.hypot(own, 0.0 if self._fixed else TUNING.common_pitch_error)
 
-    def pass_time(self, interval: float) -> None:
+    def predict(self, interval: float) -> None:
         """Predict ``interval`` seconds ahead."""
-        kept = math.exp(-interval / TUNING.swing_time)
+        kept = math.exp(-interval / TUNING.suspension_time)
         self._state[1] *= kept
         self._covariance[1] *= kept
         self._covariance[:, 1] *= kept
-        self._covariance[1, 1] += (1.0 - kept * kept) * TUNING.swing ** 2
+        self._covariance[1, 1] += (1.0 - kept * kept) * TUNING.suspension_pitch ** 2
         if not self._fixed:
-            self._covariance[0, 0] += TUNING.load ** 2 * min(interval / TUNING.load_time, 1.0)
+            drift = min(interval / TUNING.load_time, 1.0)
+            self._covariance[0, 0] += TUNING.load_pitch ** 2 * drift
 
     def add_travel(self, slope: float, variance: float) -> None:
         """Add the slope of the direction of travel below the optical axis, with its variance."""
@@ -76,8 +77,8 @@ class RoadTilt:
         """
         Add the ratio of the slides of the far and the near road, with its variance.
 
-        The roads are ``apart`` camera heights from each other, and the slides were measured on
-        patches that were made with the pitch ``assumed``, in radians.
+        The patches are ``apart`` camera heights from each other, and were made with the pitch
+        ``assumed``, in radians.
         """
         steep = 2.0 * apart
         self._add(assumed + math.log(max(ratio, 1e-3)) / steep, variance / (steep * steep))
@@ -85,8 +86,8 @@ class RoadTilt:
     def _add(self, pitch: float, variance: float) -> None:
         spread = self._covariance.sum(axis=1)
         total = float(spread.sum())
-        off = pitch - self.pitch
-        variance *= max(1.0, off * off / (TUNING.far * TUNING.far * (total + variance)))
+        innovation, limit = pitch - self.pitch, TUNING.outlier_deviations
+        variance *= max(1.0, innovation * innovation / (limit * limit * (total + variance)))
         gain = spread / (total + variance)
-        self._state += gain * off
+        self._state += gain * innovation
         self._covariance -= np.outer(gain, spread)

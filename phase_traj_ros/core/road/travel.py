@@ -15,7 +15,7 @@ class TravelState(Enum):
     BRIDGED = 'bridged'
     """The road could not be measured: the last speed continues, for seconds."""
     STANDING = 'standing'
-    """The vehicle stands: the distance is 0, and its variance that of what cannot be seen."""
+    """The vehicle stands: the distance is 0, with the variance of an invisible creep."""
     GIVEN = 'given'
     """The distance comes from a given speed."""
     UNKNOWN = 'unknown'
@@ -45,7 +45,7 @@ class Travel:
         second (suspension), for about a minute (pitch of the camera), and for the whole drive
         (camera height, or speedometer).
     rivalled
-        Whether another motion stands out more on all of the road, while the vehicle drives.
+        Whether another motion is more significant on all of the road, while the vehicle drives.
     """
 
     distance: float

@@ -9,7 +9,7 @@ import math
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RoadTuning:
     """
-    Tuning of the distance; nobody has to change it.
+    Tuning of the distance; not for users.
 
     Lengths are in camera heights. Where no source is given, the value was chosen on the drives of
     docs/measurements/distance.md and docs/measurements/frame_rate.md.
@@ -17,19 +17,19 @@ class RoadTuning:
 
     half_width: float = 2.1
     """Half the width of a patch: a lane and parts of its neighbours."""
-    coarsest: float = 0.13
+    max_row_spacing: float = 0.13
     """A patch ends where an image row covers more than this..."""
-    farthest: float = 10.0
+    patch_end: float = 10.0
     """...at most at this distance..."""
-    begins: float = 1.5
+    patch_begin: float = 1.5
     """...and begins here: nearer, cameras with a wide view see the shadow of the vehicle."""
     near_ends: float = 0.55
     """End of the near patch, and..."""
     far_begins: float = 0.2
     """...start of the far patch, as fractions of the visible stretch..."""
-    shortest: float = 1.0
+    min_length: float = 1.0
     """...which has at least this length."""
-    least_seen: float = 0.3
+    min_seen: float = 0.3
     """Least visible share of a patch."""
     mean_cells: float = 8.0
     """Standard deviations, in cells, of the filters for the mean of the asphalt..."""
@@ -38,19 +38,19 @@ class RoadTuning:
     noise_levels: float = 2.0
     """Contrast of the sensor noise, in grey levels."""
 
-    aside_cells: int = 4
+    lateral_cells: int = 4
     """Lateral search range in cells: the motion is not exactly straight, and a camera ahead of the
     rear axle moves sideways in a turn."""
     longest_slide: float = 0.7
     """Largest slide, as a fraction of the length of a patch."""
-    next_cells: int = 3
+    peak_half_width: int = 3
     """Width of a peak to each side."""
-    stands_out: float = 7.0
+    min_score: float = 7.0
     """Significance of a peak, in standard deviations: among a thousand positions, noise does not
     reach it."""
     peak_cells: float = 0.3
     """Standard deviation of the position of a peak, in cells."""
-    differ: float = 4.0
+    slide_gate: float = 4.0
     """Two slides disagree if they differ by this many standard deviations."""
 
     fixed_cells: float = 1.0
@@ -58,67 +58,67 @@ class RoadTuning:
     passing: float = 0.004
     """The vehicle moves if the ratio of translation to distance of near blocks exceeds this: it is
     0.002 at most where it stands..."""
-    driven: float = 0.02
+    driving: float = 0.02
     """...and above this, the road has slid by more than ``fixed_cells``..."""
-    nearest: float = 1.8
-    """...as what the blocks show is at least this far away: the road 15 degrees down is at 3.7,
-    and house fronts of narrow streets were at 2.0."""
-    learns: float = 0.2
-    """The road has moved on, for the pattern that does not, if it has slid by this."""
+    min_block_distance: float = 1.8
+    """...as the blocks are at least this far away: the road 15 degrees down is at 3.7, and house
+    fronts of narrow streets were at 2.0."""
+    learning_slide: float = 0.2
+    """The mean pattern is updated when the road has slid by this."""
     pattern_patches: int = 20
     """Patches over which the mean of the pattern is taken, and..."""
-    least_patches: int = 3
+    min_patches: int = 3
     """...the least number of them."""
-    turning: float = math.radians(3.0)
+    driving_yaw_rate: float = math.radians(3.0)
     """A standing vehicle turns at less than this, in rad/s."""
 
     baseline: float = 0.75
     """A keyframe is replaced before the road slides by this, ..."""
-    turned: float = 0.06
+    max_rotation: float = 0.06
     """...when the camera has turned by this, in rad, ..."""
-    longest: float = 0.5
+    max_keyframe_age: float = 0.5
     """...or after this time in seconds."""
-    stands: float = 0.3
+    standing_time: float = 0.3
     """The vehicle stands if the road has not slid for this time in seconds; from then on..."""
-    creeps: float = 2.0
-    """...the keyframe is kept for this time, to see a vehicle that creeps."""
+    creep_time: float = 2.0
+    """...the keyframe is kept for this time, to detect a creeping vehicle."""
 
-    nodding: float = 0.0006
+    block_pitch_deviation: float = 0.0006
     """Standard deviation of the pitch from the blocks between two frames, in rad."""
-    springs: float = 0.0025
+    unmeasured_pitch_deviation: float = 0.0025
     """The same if the blocks do not measure it: the motion of the suspension."""
-    bends: float = 2.0
+    grade_time: float = 2.0
     """Time constant in seconds after which a continuing pitch is attributed to the road."""
-    sure: float = 0.03
+    max_pitch_deviation: float = 0.03
     """Largest deviation of the pitch, in rad, with which the distance is measured..."""
-    remade: float = 0.006
+    max_pitch_error: float = 0.006
     """...and largest error of the pitch before the patches are made again."""
-    least_slide: float = 0.1
+    min_slide: float = 0.1
     """Least slide of a pair for the estimation of the pitch."""
-    swing: float = math.radians(0.4)
+    suspension_pitch: float = math.radians(0.4)
     """Pitch of the suspension: standard deviation in rad, and..."""
-    swing_time: float = 1.0
+    suspension_time: float = 1.0
     """...correlation time in seconds."""
-    load: float = math.radians(0.3)
+    load_pitch: float = math.radians(0.3)
     """Change of the pitch of the mounting (passengers, load, slopes) in rad..."""
     load_time: float = 600.0
     """...within this time in seconds."""
-    common: float = 0.0015
+    common_pitch_error: float = 0.0015
     """Error of the measured pitch that does not average out, in rad: the road is not a plane, and
     the principal point has an error."""
-    far: float = 2.0
+    outlier_deviations: float = 2.0
     """The weight of a pitch decreases beyond this many standard deviations."""
 
     profile_step: float = 0.25
     """Step of the speeds of a profile, in camera heights per second."""
     profile_begins: float = 0.3
-    """Slide from which on a profile has speeds: side lobes of what does not slide end there."""
+    """Least slide of a profile: the side lobes of fixed patterns end there."""
     profile_s: float = 0.5
     """Time constant in seconds over which it is averaged..."""
     profile_pairs: float = 4.0
     """...from this number of pairs on."""
     profile_share: float = 0.8
-    """A speed counts if this share of the pairs that show any could show it."""
+    """A speed counts if it was in range in this share of the pairs."""
     profile_score: float = 6.0
     """Least height of its peak above the median, in standard deviations of one pair, divided by
     the root of the number of pairs..."""
@@ -129,42 +129,42 @@ class RoadTuning:
     profile_width: float = 0.15
     """...which is farther from it than this share of the speed."""
     profile_doubt: float = 1.0
-    """Deviation of the last speed from which on it may replace that."""
+    """Least deviation of the last speed that a profile may replace."""
 
     acceleration: float = 2.0
     """Acceleration of a vehicle in camera heights per second squared (3.3 m/s2 at 1.65 m)."""
     gate: float = 3.0
-    """Search range of the speed, in standard deviations: of the acceleration, that is what tyres
-    hold."""
-    fastest: float = 45.0
+    """Search range of the speed, in standard deviations: three times the acceleration is the limit
+    of tyres."""
+    max_speed: float = 45.0
     """Largest speeds in camera heights per second, forward, and..."""
-    backwards: float = 3.0
+    max_reverse_speed: float = 3.0
     """...in reverse."""
-    any_speed: float = 10.0
+    unknown_speed_deviation: float = 10.0
     """Standard deviation of an unknown speed."""
-    other_lens: float = 0.3
+    lens_change_error: float = 0.3
     """Error of the speed after the lens was replaced, as a fraction of the speed."""
-    confirmed: float = 0.5
-    """A first speed that no second one confirms within so many seconds was none."""
-    holds: float = 2.5
+    confirmation_time: float = 0.5
+    """A first speed that no second one confirms within this time in seconds is discarded."""
+    max_bridged_time: float = 2.5
     """Longest time, in seconds, for which the last speed bridges a gap."""
-    awaited: float = 1.0
-    """Longest slide of the road over which a frame is waited for: the patches end about 10 ahead,
-    and what remains in view changes its size."""
+    max_foreseen_slide: float = 1.0
+    """Longest slide of the road between measured frames: the patches end about 10 ahead, and the
+    texture that remains in view changes its size."""
 
     usual_height: float = 1.5
     """Prior of an unknown camera height in metres, and..."""
     height_spread: float = 0.5
     """...its relative standard deviation."""
-    calibrating: float = 2.0
+    min_calibration_speed: float = 2.0
     """Least speed, in camera heights per second, at which the height is estimated."""
-    given_speed: float = 0.05
+    given_speed_error: float = 0.05
     """Standard deviation of a given speed, as a fraction of it, and..."""
-    speedometer: float = 0.02
+    speedometer_error: float = 0.02
     """...least relative deviation of a height from given speeds: the error of a speedometer."""
-    pair: float = 0.1
+    height_pair_error: float = 0.1
     """Relative deviation between the two distances of a pair, and..."""
-    pair_time: float = 1.0
+    height_pair_time: float = 1.0
     """...the time in seconds for which it is correlated."""
 
 

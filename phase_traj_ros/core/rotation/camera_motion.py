@@ -60,7 +60,7 @@ class CameraMotion:
 
     def holds(self, share: float) -> bool:
         """Return whether at least this share of the blocks agrees, and enough of them."""
-        return self.agreement >= share and self.agreeing >= TUNING.least_blocks
+        return self.agreement >= share and self.agreeing >= TUNING.min_blocks
 
     @property
     def certain(self) -> bool:
@@ -82,7 +82,7 @@ class MotionFit:
         self._azimuths = azimuths
         self._slopes = slopes
         self._deviation = deviation
-        self._least = (deviation / TUNING.nearness) ** 2
+        self._least = (deviation / TUNING.inverse_depth_deviation) ** 2
 
     def __call__(
         self, u: NDArray[np.float64], w: NDArray[np.float64], weight: NDArray[np.float64],
@@ -107,9 +107,9 @@ class MotionFit:
         y = (self._slopes + down)[used] + w / 2
         points = np.array([u, w, azimuth, y, weight, precise])
         best = self._fitted(points, travel, quantile(u, 0.5))
-        if best is None or best.agreement < TUNING.settled_share:
-            ahead = (np.abs(azimuth - travel.course) < TUNING.ahead[0]) & (
-                np.abs(y - travel.slope) < TUNING.ahead[1])
+        if best is None or best.agreement < TUNING.restart_share:
+            ahead = (np.abs(azimuth - travel.course) < TUNING.ahead_size[0]) & (
+                np.abs(y - travel.slope) < TUNING.ahead_size[1])
             if ahead.any():
                 best = self._fitted(
                     points, travel, quantile(u[ahead], 0.5),
@@ -128,12 +128,12 @@ class MotionFit:
         shift, (azimuth, y, weight, precise) = points[:2], points[2:]
         # Effect of each unknown on each point, (6, 3, N): to the right, down, and along the line
         # on which the distance of the point moves it. The last row is the residual.
-        known = np.zeros((_ERROR + 1, 3, len(y)))
-        known[_YAW, 0] = -1.0
+        terms = np.zeros((_ERROR + 1, 3, len(y)))
+        terms[_YAW, 0] = -1.0
         sine, cosine, bulge = np.sin(azimuth), np.cos(azimuth), 1.0 + y * y
-        known[_PITCH, 0], known[_PITCH, 1] = -y * sine, -bulge * cosine
-        known[_ROLL, 0], known[_ROLL, 1] = -y * cosine, bulge * sine
-        rotations = known[:_B, :2].reshape(_B, -1)
+        terms[_PITCH, 0], terms[_PITCH, 1] = -y * sine, -bulge * cosine
+        terms[_ROLL, 0], terms[_ROLL, 1] = -y * cosine, bulge * sine
+        rotations = terms[:_B, :2].reshape(_B, -1)
         along, factor = np.empty_like(shift), np.empty((3, len(y)))
         variance = self._deviation ** 2
         prior = np.array([yaw, 0.0, 0.0, travel.course, travel.slope])
@@ -145,21 +145,21 @@ class MotionFit:
             ahead = np.cos(apart)
             np.sin(apart, out=along[0])
             np.subtract(y * ahead, state[_C], out=along[1])
-            rest = shift + (state[:_B] @ rotations).reshape(shift.shape)
+            unrotated = shift + (state[:_B] @ rotations).reshape(shift.shape)
             squared = _dot(along, along) + self._least
-            near = _dot(rest, along) / squared
+            near = _dot(unrotated, along) / squared
             forwards = near > 0.0
             near *= forwards
-            known[_ERROR, :2] = rest - near * along
-            error = _dot(known[_ERROR, :2], rest)
+            terms[_ERROR, :2] = unrotated - near * along
+            error = _dot(terms[_ERROR, :2], unrotated)
             # Cauchy weights: outliers, such as other traffic, have little effect.
             factor[:2] = robust = precise / (1.0 + error / variance)
             # The component along the line determines the distance of the point only.
             np.divide(robust * forwards, -squared, out=factor[2])
-            known[_B, 0], known[_B, 1] = near * ahead, -near * y * along[0]
-            known[_C, 1] = near
-            known[:_ERROR, 2] = known[:_ERROR, 0] * along[0] + known[:_ERROR, 1] * along[1]
-            normal = (known[:_ERROR] * factor).reshape(_ERROR, -1) @ known.reshape(
+            terms[_B, 0], terms[_B, 1] = near * ahead, -near * y * along[0]
+            terms[_C, 1] = near
+            terms[:_ERROR, 2] = terms[:_ERROR, 0] * along[0] + terms[:_ERROR, 1] * along[1]
+            normal = (terms[:_ERROR] * factor).reshape(_ERROR, -1) @ terms.reshape(
                 _ERROR + 1, -1).T
             gradient = normal[:, _ERROR] + trust @ (state - prior)
             # OpenCV instead of LAPACK, whose threads cost more than this small inversion.
@@ -172,14 +172,14 @@ class MotionFit:
         if agreeing <= least:
             return None
         covariance = inverse * variance
-        surely = np.maximum(near - self._deviation / np.sqrt(squared), 0.0)
+        certain_q = np.maximum(near - self._deviation / np.sqrt(squared), 0.0)
         # The variance of an M-estimate: its scores scatter as the blocks do, and an outlier, which
         # has a small weight, adds little to them (Huber and Ronchetti, "Robust Statistics", 6.3).
-        scores = (known[:_ERROR] * (factor * known[_ERROR])).sum(axis=1)
+        scores = (terms[:_ERROR] * (factor * terms[_ERROR])).sum(axis=1)
         # Their derivative is smaller than the weights, as these fall with the errors.
-        falling = (1.0 - forwards * error / variance) / (1.0 + error / variance)
-        kept = max(float((robust * falling).sum() / robust.sum()), TUNING.least_kept)
-        of_yaw = cv2.invert(kept * normal[:, :_ERROR] + trust)[1][_YAW]
+        slopes = (1.0 - forwards * error / variance) / (1.0 + error / variance)
+        slope = max(float((robust * slopes).sum() / robust.sum()), TUNING.min_score_slope)
+        of_yaw = cv2.invert(slope * normal[:, :_ERROR] + trust)[1][_YAW]
         yaw_variance = float(np.square(of_yaw @ scores).sum() + variance * of_yaw @ trust @ of_yaw)
         return CameraMotion(
             yaw=float(state[_YAW]), pitch=float(state[_PITCH]), roll=float(state[_ROLL]),
@@ -188,12 +188,12 @@ class MotionFit:
                 float(covariance[_B, _B]), float(covariance[_C, _C])),
             agreeing=agreeing, agreement=agreeing / float(weight.sum()),
             yaw_variance=yaw_variance, passing=quantile(near, 0.5),
-            near=quantile(surely[agrees], 0.9))
+            near=quantile(certain_q[agrees], 0.9))
 
 
-def _dot(one: NDArray[np.float64], other: NDArray[np.float64]) -> NDArray[np.float64]:
+def _dot(first: NDArray[np.float64], second: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the scalar products of vectors, (2, N) each, as ``sum`` does in twice the time."""
-    across, down = one * other
+    across, down = first * second
     return across + down  # type: ignore[no-any-return]
 
 

@@ -3,10 +3,9 @@
 """
 The focus of expansion: the direction of travel relative to the camera.
 
-A vehicle goes where it points, and its camera points a little aside. If each pair of frames
-expected the travel straight ahead of the camera, each would turn a share of that angle into yaw,
-always in one direction. So the azimuth at which the camera is mounted is estimated from the
-direction of travel on straights.
+A camera is mounted at a small azimuth to the vehicle. A prior of travel straight ahead of the
+camera would turn a share of this angle into yaw in each pair, always in one direction. So the
+azimuth is estimated from the direction of travel on straights.
 """
 
 from dataclasses import dataclass, replace
@@ -24,23 +23,23 @@ class FocusOfExpansion:
     course_variance: float = TUNING.course_deviation ** 2 + TUNING.mounting_deviation ** 2
     slope_variance: float = TUNING.slope_deviation ** 2
 
-    def after(
-        self, interval: float, yaw_rate: float = 0.0, *, mounted: float = 0.0,
-        unsure: float = TUNING.mounting_deviation,
+    def predict(
+        self, interval: float, yaw_rate: float = 0.0, *, mounting_azimuth: float = 0.0,
+        mounting_deviation: float = TUNING.mounting_deviation,
     ) -> 'FocusOfExpansion':
         """
         Return the prediction ``interval`` seconds later, at a yaw rate in radians per second.
 
-        The course tends to ``mounted``, that of a vehicle that drives straight ahead, of which
-        ``unsure`` is the standard deviation; the faster the vehicle turns, the less certain it is.
-        The slope stays, as it is that of the camera's mounting for the most part; towards 0, each
-        pair would be measured with a share of that error.
+        The course tends to ``mounting_azimuth``, the course on a straight, with its standard
+        deviation ``mounting_deviation``; the faster the vehicle turns, the less certain it is. The
+        slope stays, as it is mostly that of the mounting; a tendency to 0 would bias each pair.
         """
-        kept = math.exp(-interval / TUNING.course_s)
+        kept = math.exp(-interval / TUNING.course_time_s)
         share = kept * kept
-        course = math.hypot(TUNING.course_deviation, unsure, TUNING.sideslip_s * yaw_rate)
+        course = math.hypot(
+            TUNING.course_deviation, mounting_deviation, TUNING.sideslip_s * yaw_rate)
         return FocusOfExpansion(
-            kept * self.course + (1.0 - kept) * mounted, self.slope,
+            kept * self.course + (1.0 - kept) * mounting_azimuth, self.slope,
             share * self.course_variance + (1.0 - share) * course ** 2,
             share * self.slope_variance + (1.0 - share) * TUNING.slope_deviation ** 2)
 
@@ -48,12 +47,12 @@ class FocusOfExpansion:
         """
         Return it with the nearest course that is plausible at a yaw rate in radians per second.
 
-        This is that of a vehicle that drives straight ahead, and in a turn one towards its inside:
-        a camera ahead of the rear axle moves there.
+        Plausible are the course on a straight and, in a turn, one towards its inside, as a camera
+        ahead of the rear axle moves there.
         """
-        aside = TUNING.plausible * math.hypot(TUNING.course_deviation, mounting.deviation)
+        aside = TUNING.course_deviations * math.hypot(TUNING.course_deviation, mounting.deviation)
         # A vehicle slips by a right angle at most.
-        inside = -TUNING.plausible * TUNING.sideslip_s * yaw_rate
+        inside = -TUNING.course_deviations * TUNING.sideslip_s * yaw_rate
         inside = min(max(inside, -math.pi / 2), math.pi / 2)
         least = mounting.angle - aside + min(inside, 0.0)
         most = mounting.angle + aside + max(inside, 0.0)
@@ -66,7 +65,7 @@ class Mounting:
     def __init__(self) -> None:
         """Start with a camera that points straight ahead."""
         self.angle = 0.0
-        """In radians, positive to the right, as the azimuth of the direction of travel."""
+        """In radians, positive to the right."""
         self._variance = TUNING.mounting_deviation ** 2
 
     @property
@@ -78,13 +77,14 @@ class Mounting:
         """
         Add the azimuth of the direction of travel of a pair of frames in radians.
 
-        ``interval`` is the time between the frames in seconds, above 0. In a turn, by the
-        ``yaw_rate`` in radians per second, the camera moves sideways, so that it tells nothing.
+        ``interval`` is the time between the frames in seconds, above 0. Turns, by the ``yaw_rate``
+        in radians per second, are ignored, as the camera moves sideways.
         """
-        self._variance += TUNING.mounting_moves ** 2 * min(interval / TUNING.mounting_s, 1.0)
-        if abs(yaw_rate) > TUNING.straight_rate:
+        self._variance += TUNING.mounting_drift ** 2 * min(interval / TUNING.mounting_drift_s, 1.0)
+        if abs(yaw_rate) > TUNING.straight_yaw_rate:
             return
-        noise = (TUNING.course_deviation ** 2 + variance) * max(TUNING.course_s / interval, 1.0)
+        pairs = max(TUNING.course_time_s / interval, 1.0)
+        noise = (TUNING.course_deviation ** 2 + variance) * pairs
         gain = self._variance / (self._variance + noise)
         self.angle += gain * (course - self.angle)
         self._variance *= 1.0 - gain

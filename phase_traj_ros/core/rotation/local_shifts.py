@@ -3,9 +3,8 @@
 """
 Measures the displacement of each block of a fixed grid, given the shift of the whole image.
 
-The shift of the whole image follows the part with the most texture, which may be a house front
-passing on one side. The blocks distinguish the parts of the image. There is no detection, matching
-or tracking of features: the blocks are always the same.
+The shift of the whole image follows the part with the most texture, which may be a house front on
+one side. The blocks distinguish the parts of the image. They are fixed: no features are detected.
 """
 
 from dataclasses import dataclass
@@ -33,11 +32,10 @@ class BlockPicture:
 
     ``texture`` is the smaller eigenvalue of the sum of the squared gradients (g gᵀ), in grey
     values squared; 0 in a block that shows only an edge. ``weight``, from 0 to 1, follows from it;
-    it is 1 from ``TUNING.good_texture`` per pixel on. Within a block, near parts move farther:
-    the displacement that least squares find is that of a point which is ``aside`` and ``down`` of
-    the centre of the block, in pixels. ``noise`` is the least variance so far of the differences
-    to where a block was found in another picture, in grey values squared; ``BlockGrid.measure``
-    updates it.
+    it is 1 from ``TUNING.full_texture`` per pixel on. Within a block, near parts move farther, so
+    the displacement by least squares is that of a point ``aside`` and ``down`` of the centre of
+    the block, in pixels. ``noise`` is the least variance so far of the difference to the block
+    found in another picture, in grey values squared; ``BlockGrid.measure`` updates it.
     """
 
     pixels: NDArray[np.uint8]
@@ -79,7 +77,7 @@ class BlockGrid:
             _spaced(height, down), _spaced(width, across), indexing='ij'))
         seen = counts[y, x]
         y, x = y[seen], x[seen]
-        self.middles = np.stack([x, y], axis=1).astype(np.float32)
+        self.centres = np.stack([x, y], axis=1).astype(np.float32)
         """Centres of the blocks in pixels, (N, 2): column, row."""
         # Pixels of each block, with a margin for the gradients, in a flattened image.
         reach = np.arange(-(TUNING.block_px // 2) - 1, TUNING.block_px // 2 + 2)
@@ -88,7 +86,7 @@ class BlockGrid:
             for middle, side in ((y, height), (x, width)))
         self._pixels = row[:, :, None] * width + column[:, None, :]
         # Place of each pixel within a block without the margin, (N, 2): column, row.
-        self._places = np.stack(
+        self._offsets = np.stack(
             np.meshgrid(reach[1:-1], reach[1:-1]), axis=-1).reshape(-1, 2).astype(np.float32)
         self._fixed = np.zeros(len(x))
         self._open = np.ones(len(x), np.bool_)
@@ -97,13 +95,13 @@ class BlockGrid:
         """Forget which blocks are fixed to the camera."""
         self._fixed.fill(0.0)
 
-    def look_at(self, counts: NDArray[np.bool_], *, least: float) -> bool:
+    def use_mask(self, counts: NDArray[np.bool_], *, least: float) -> bool:
         """
         Set the weight of blocks whose centre is False in ``counts``, (H, W), to 0 from now on.
 
         Return whether at least ``least`` blocks are left; if not, the state is unchanged.
         """
-        columns, rows = self.middles.astype(int).T
+        columns, rows = self.centres.astype(int).T
         left = counts[rows, columns]
         if np.count_nonzero(left) < least:
             return False
@@ -125,20 +123,20 @@ class BlockGrid:
         ``expected`` (dx, dy), in pixels, is the displacement around which all blocks are searched,
         or (N, 2) that of each block.
         """
-        guess = self.middles + np.asarray(expected, np.float32)
+        guess = self.centres + np.asarray(expected, np.float32)
         found, state, difference = cv2.calcOpticalFlowPyrLK(
-            previous.pixels, current, self.middles, guess,
+            previous.pixels, current, self.centres, guess,
             winSize=(TUNING.block_px, TUNING.block_px), maxLevel=TUNING.pyramid_levels,
-            criteria=_STOP, minEigThreshold=TUNING.no_texture, flags=cv2.OPTFLOW_USE_INITIAL_FLOW)
-        moved = (found - self.middles).astype(np.float64)
-        found_it = state.ravel() == 1
+            criteria=_STOP, minEigThreshold=TUNING.min_texture, flags=cv2.OPTFLOW_USE_INITIAL_FLOW)
+        moved = (found - self.centres).astype(np.float64)
+        is_found = state.ravel() == 1
         # OpenCV leaves the difference of a block undefined that it did not find.
-        noise = np.square(_DEVIATION_BY_MEAN * np.where(found_it, difference.ravel(), np.inf))
-        # What is near grows with the time since, which is not noise.
+        noise = np.square(_DEVIATION_BY_MEAN * np.where(is_found, difference.ravel(), np.inf))
+        # Near objects grow with time, which is not noise.
         previous.noise = np.minimum(previous.noise, noise)
-        told = found_it & self._open & ~self.fixed
+        measured = is_found & self._open & ~self.fixed
         return BlockShifts(
-            moved[:, 0], moved[:, 1], np.where(told, previous.weight, 0.0),
+            moved[:, 0], moved[:, 1], np.where(measured, previous.weight, 0.0),
             self._precision(previous))
 
     def _precision(self, picture: BlockPicture) -> NDArray[np.float64]:
@@ -152,35 +150,37 @@ class BlockGrid:
         """
         noise = np.maximum(picture.noise, _ROUNDING)
         real = np.maximum(
-            picture.texture - len(self._places) * noise / 4, TUNING.least_real * picture.texture)
+            picture.texture - len(self._offsets) * noise / 4,
+            TUNING.min_texture_share * picture.texture)
         return real / (real + noise / TUNING.block_deviation_px ** 2)
 
-    def take(self, picture: NDArray[np.uint8]) -> BlockPicture:
+    def extract(self, picture: NDArray[np.uint8]) -> BlockPicture:
         """Return a picture, (H, W), whose blocks can be found in others; it must not change."""
         pixels = picture.ravel()[self._pixels].astype(np.float32)
         x = (pixels[:, 1:-1, 2:] - pixels[:, 1:-1, :-2]).reshape(len(pixels), -1) / 2
         y = (pixels[:, 2:, 1:-1] - pixels[:, :-2, 1:-1]).reshape(len(pixels), -1) / 2
         xx, both, yy = x * x, x * y, y * y
-        across, down = self._places.T
-        one, other = xx @ across + both @ down, both @ across + yy @ down
+        across, down = self._offsets.T
+        moment_x, moment_y = xx @ across + both @ down, both @ across + yy @ down
         xx, xy, yy = (each.sum(axis=1) for each in (xx, both, yy))
         half, apart = (xx + yy) / 2, np.hypot((xx - yy) / 2, xy)
-        corners = half - apart > TUNING.least_corner * (half + apart)
+        corners = half - apart > TUNING.min_corner * (half + apart)
         texture = np.where(corners, half - apart, 0.0).astype(np.float64)
-        weight = np.minimum(texture / len(self._places) / TUNING.good_texture, 1.0)
+        weight = np.minimum(texture / len(self._offsets) / TUNING.full_texture, 1.0)
         # The mean place, weighted with the matrices of the gradients, as least squares weigh.
         determinant = np.where(corners, xx * yy - xy * xy, np.inf)
-        aside, below = (yy * one - xy * other) / determinant, (xx * other - xy * one) / determinant
+        aside = (yy * moment_x - xy * moment_y) / determinant
+        down = (xx * moment_y - xy * moment_x) / determinant
         return BlockPicture(
-            picture, texture, weight, aside.astype(np.float64), below.astype(np.float64),
+            picture, texture, weight, aside.astype(np.float64), down.astype(np.float64),
             noise=np.full(len(texture), np.inf))
 
     def learn(self, shifts: BlockShifts, must_move: NDArray[np.bool_]) -> None:
         """Learn which blocks are fixed, of those (N,) in which any scene must have moved."""
         distance = np.hypot(shifts.dx, shifts.dy)
         still = must_move & (distance < TUNING.fixed_px)
-        self._fixed[still] += TUNING.fixing_share * (1.0 - self._fixed[still])
-        self._fixed[distance > TUNING.loose_px] *= TUNING.kept_fixed
+        self._fixed[still] += TUNING.fixing_rate * (1.0 - self._fixed[still])
+        self._fixed[distance > TUNING.moving_px] *= TUNING.releasing_factor
 
 
 def _spaced(side: int, count: int) -> NDArray[np.intp]:

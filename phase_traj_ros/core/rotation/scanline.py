@@ -3,10 +3,10 @@
 """
 Checks cheaply whether the image moves as foreseen, on the mean of its rows.
 
-One line of brightness over azimuth is enough to notice that the vehicle begins to turn, that
-something passes by, or that the scene has changed (Milford and Wyeth, "Mapping a suburb with a
-single camera using a biologically inspired SLAM system", 2008). It is not enough to measure the
-yaw: near objects shift it by up to a pixel.
+One line of brightness over azimuth shows that the vehicle begins to turn, that an object passes
+by, or that the scene has changed (Milford and Wyeth, "Mapping a suburb with a single camera using
+a biologically inspired SLAM system", 2008). Near objects shift it by up to a pixel, so it does not
+measure the yaw.
 """
 
 import cv2
@@ -25,7 +25,7 @@ class Scanline:
         self._projection = projection
         self._line = _smooth(projection.scanline(frame))
 
-    def moved_aside(self, frame: Frame, foreseen: float) -> float | None:
+    def shift_error(self, frame: Frame, foreseen: float) -> float | None:
         """
         Return how much farther than ``foreseen`` the image has moved to the right since.
 
@@ -35,7 +35,7 @@ class Scanline:
         """
         after = _smooth(self._projection.scanline(frame))
         columns = np.arange(len(after), dtype=np.float64)
-        margin = int(min(abs(foreseen), len(after) // 4)) + TUNING.line_px // 2
+        margin = int(min(abs(foreseen), len(after) // 4)) + TUNING.scanline_px // 2
         part = slice(margin, len(after) - margin)
         before = np.interp(columns - foreseen, columns, self._line)[part]
         after = after[part] - after[part].mean()
@@ -47,9 +47,9 @@ class Scanline:
         if not solvable:
             return None
         rest = after - fit[:, 0] @ models
-        explained = rest @ rest < TUNING.unexplained_share * (after @ after)
+        explained = rest @ rest < TUNING.max_residual_share * (after @ after)
         return float(fit[1, 0]) if explained else None
 
 
 def _smooth(line: NDArray[np.float32]) -> NDArray[np.float64]:
-    return cv2.blur(line, (TUNING.line_px, 1)).ravel().astype(np.float64)
+    return cv2.blur(line, (TUNING.scanline_px, 1)).ravel().astype(np.float64)

@@ -9,7 +9,7 @@ import math
 @dataclass(frozen=True, slots=True, kw_only=True)
 class YawTuning:
     """
-    Tuning of the measurement of the yaw; nobody has to change it.
+    Tuning of the measurement of the yaw; not for users.
 
     Angles are in radians, times in seconds, pixels are those of the cylinder. Where no source is
     given, the value was chosen on the drives of docs/measurements/heading.md and frame_rate.md.
@@ -28,31 +28,31 @@ class YawTuning:
     search_px: float = 0.003
     """...which ends with a shorter step than this. After 0.03, the start value still showed: a
     bend of 20 degrees at 60 Hz was 0.3 degrees short."""
-    no_texture: float = 1e-5
+    min_texture: float = 1e-5
     """Smaller eigenvalue of the gradient matrix of a block (per pixel, as scaled by OpenCV) up to
     which it is not searched: that of a slope by a tenth of a grey value per pixel."""
-    good_texture: float = 3.0
+    full_texture: float = 3.0
     """Smaller eigenvalue per pixel, in squares of grey values, from which the weight of a block is
     1."""
-    least_corner: float = 0.1
+    min_corner: float = 0.1
     """Least ratio of the smaller to the larger eigenvalue. Below it, a block shows only an edge,
     and its motion along the edge is invisible: in a bend, the kerb does not move in the image."""
-    least_real: float = 0.1
+    min_texture_share: float = 0.1
     """Least share of the texture of a block that is not taken for noise. With 0, no block counts
     after a frame with much motion blur: the heading turned several times as far."""
     block_deviation_px: float = 0.25
     """Standard deviation of the displacement of a block without noise."""
     fixed_px: float = 0.4
     """A block that moves by less while the scene must move may be fixed to the camera..."""
-    loose_px: float = 1.4
+    moving_px: float = 1.4
     """...and one that moves by more is not."""
-    fixing_share: float = 0.15
+    fixing_rate: float = 0.15
     """Share of the doubt that remains by which a block becomes fixed with each such pair..."""
-    kept_fixed: float = 0.7
+    releasing_factor: float = 0.7
     """...and factor by which it is kept so with each pair in which it moves."""
-    all_move_px: float = 1.7
+    min_image_shift_px: float = 1.7
     """The scene moves in all blocks if the image turns by more..."""
-    road_moves_px: float = 2.8
+    min_road_shift_px: float = 2.8
     """...and in the blocks on the road if half of all blocks move by more."""
     road_slope: float = 0.1
     """Slope below which a block shows the road: 6 degrees down, about 15 m ahead of a car."""
@@ -60,77 +60,77 @@ class YawTuning:
     # The fit of the motion.
     fit_steps: int = 4
     """Steps of the Gauss-Newton method."""
-    nearness: float = 0.1
+    inverse_depth_deviation: float = 0.1
     """Prior standard deviation of the translation divided by the distance of a block."""
     outlier_deviations: float = 3.0
     """A block that differs from the motion by more standard deviations does not agree with it."""
-    least_kept: float = 0.5
+    min_score_slope: float = 0.5
     """Least derivative of the scores, relative to their weights, for the variance of the yaw: that
     of normal errors of the expected size. Larger ones are those of the model, near by."""
-    settled_share: float = 0.8
+    restart_share: float = 0.8
     """Unless this share of the blocks agrees, the fit starts again from those ahead: traffic
     beside a fast vehicle moves as the distance would in a turn."""
-    ahead: tuple[float, float] = 0.12, 0.06
+    ahead_size: tuple[float, float] = 0.12, 0.06
     """Half the width and height of what is ahead, around the direction of travel."""
-    least_blocks: float = 10.0
+    min_blocks: float = 10.0
     """Sum of the weights of the blocks that have to agree on a motion..."""
-    least_agreement: float = 0.3
+    min_agreement: float = 0.3
     """...and their share of all. For unrelated frames it is 0.06, at most 0.32."""
     confirmed_share: float = 0.15
     """...or this share, if the shift of the whole image confirms it. With less, or fewer blocks,
-    they tell nothing, and the shift alone counts."""
-    confirmed_near: float = 0.1
+    only the shift counts."""
+    confirmation_tolerance: float = 0.1
     """Share of the yaw by which the two may differ, if it is more than their deviations."""
     doubted_share: float = 0.5
     """With a smaller share, the start value is doubted, and others are tried, ..."""
-    nearer_share: float = 0.7
+    previous_frame_share: float = 0.7
     """...with one smaller than this, the previous frame instead of the keyframe."""
-    common_deviation: float = math.radians(0.01)
+    common_error: float = math.radians(0.01)
     """Standard deviation of the error of the yaw that all blocks have in common: this..."""
-    common_px: float = 0.06
+    common_error_px: float = 0.06
     """...or this share of a pixel, whichever is more. With fewer than 340 pixels per radian, it is
     the share of a pixel."""
 
     # The direction of travel, and the mounting of the camera.
     course_deviation: float = math.radians(1.0)
     """Standard deviation of the azimuth of the direction of travel about the mounting..."""
-    course_s: float = 1.0
+    course_time_s: float = 1.0
     """...its correlation time, in which the slope is forgotten, too, ..."""
     slope_deviation: float = math.radians(2.0)
     """...and the standard deviation of the slope."""
     mounting_deviation: float = math.radians(3.0)
-    """Standard deviation of the azimuth at which cameras are mounted..."""
-    mounting_moves: float = math.radians(0.3)
+    """Standard deviation of the azimuth at which cameras are mounting_azimuth..."""
+    mounting_drift: float = math.radians(0.3)
     """...and of its change..."""
-    mounting_s: float = 600.0
+    mounting_drift_s: float = 600.0
     """...within this time, as that of the pitch."""
     sideslip_s: float = 0.4
     """Sideslip of the camera per yaw rate: in a turn, a camera ahead of the rear axle moves
     sideways by the yaw rate times its lever arm. The quotient is 1.6 m at 4 m/s."""
-    plausible: float = 2.0
+    course_deviations: float = 2.0
     """Standard deviations of course and sideslip within which the course of blocks that hardly
     agree has to be."""
-    straight_rate: float = math.radians(3.0)
+    straight_yaw_rate: float = math.radians(3.0)
     """A vehicle drives straight ahead below this yaw rate..."""
-    moving: float = 0.01
+    min_passing: float = 0.01
     """...and moves above this median of the translation divided by the distance of the blocks."""
 
     # The shift of the image as a whole, by phase correlation.
     shift_px_per_rad: float = 288.0
     """A picture with more pixels per radian is correlated at half its size."""
-    most_shake_px: float = 20.0
+    max_shake_px: float = 20.0
     """Largest vertical shift between two frames."""
-    surprise_px: float = 8.0
+    shift_gate_px: float = 8.0
     """A shift that differs by more from the one that is foreseen is doubted."""
-    unmoved_px: float = 1.5
+    zero_px: float = 1.5
     """A peak within this shift may be that of a pattern that is fixed to the camera, ..."""
-    peak_px: int = 4
+    peak_distance_px: int = 4
     """...and another peak is farther from it than this."""
-    least_significance: float = 8.0
-    """Standard deviations by which a shift stands out that no blocks confirm..."""
+    min_significance: float = 8.0
+    """Least significance of a shift that no blocks confirm..."""
     shift_deviation: float = math.radians(0.3)
     """...and the standard deviation of its yaw."""
-    brightness_share: float = 0.05
+    exposure_rate: float = 0.05
     """Share of a change of the brightness that the level follows with each frame."""
 
     # Keyframes (Leutenegger et al., "Keyframe-based visual-inertial odometry", 2015).
@@ -138,20 +138,20 @@ class YawTuning:
     """A keyframe is replaced before the median of the translation divided by the distance of the
     blocks exceeds this. From 0.03 to 0.15, the heading drifts less the longer it is, and fewer
     blocks agree: a fifth less at 0.1 than at 0.06 on a real drive of 560 m."""
-    most_turned: float = math.radians(4.0)
+    max_rotation: float = math.radians(4.0)
     """Rotation since a keyframe before which it is replaced, ..."""
-    longest_s: float = 0.5
+    max_keyframe_age_s: float = 0.5
     """...and the longest time for which it is kept."""
 
     # Frames that are foreseen instead of measured.
-    foreseen_s: float = 0.11
-    """The next frame is measured within this time: 10 Hz are enough for all that is judged."""
-    aside_px: float = 0.5
-    """The image has moved as foreseen, or by this much less or more."""
-    line_px: int = 7
+    max_foreseen_s: float = 0.11
+    """The next frame is measured within this time: 10 Hz are enough."""
+    foreseen_tolerance_px: float = 0.5
+    """Tolerance for an image that moves as foreseen."""
+    scanline_px: int = 7
     """Columns over which the line of a picture is averaged: it may move by half of them beyond
     what is foreseen."""
-    unexplained_share: float = 0.25
+    max_residual_share: float = 0.25
     """Share of the variance of a line that motion may leave unexplained: 0.18 at most on rendered
     drives at 14 m/s, 1 for unrelated images."""
 

@@ -16,8 +16,7 @@ class WholeShift:
     """
     Correlates each picture of the cylinder with the previous one.
 
-    The shift needs a coarser picture than the blocks do. All shifts that this class takes and
-    returns are in pixels of the cylinder.
+    It uses a coarser picture than the blocks. All shifts are in pixels of the cylinder.
     """
 
     def __init__(
@@ -40,10 +39,10 @@ class WholeShift:
     def second_peak(self) -> Shift:
         """Return the shift of the second peak; see ``PhaseCorrelator.second_peak``."""
         return self._view.full_shift(
-            self._correlator.second_peak(apart=TUNING.peak_px // self._view.decimation))
+            self._correlator.second_peak(apart=TUNING.peak_distance_px // self._view.decimation))
 
     def significance(self, shift: Shift) -> float:
-        """Return how much a shift stands out; see ``PhaseCorrelator.significance``."""
+        """Return the significance of a shift; see ``PhaseCorrelator.significance``."""
         times = self._view.decimation
         return self._correlator.significance(
             replace(shift, dx=shift.dx / times, dy=shift.dy / times))

@@ -8,7 +8,7 @@ import numpy as np
 from phase_traj_ros.core.calibration.tuning import TUNING
 from phase_traj_ros.core.calibration.turn_fit import fit_turn
 from phase_traj_ros.core.calibration.turn_tracks import TurnTracks
-from phase_traj_ros.core.camera.lens_family import places
+from phase_traj_ros.core.camera.lens_family import project
 from phase_traj_ros.synthetic.camera import BODY_TO_PICTURE, rotation
 import pytest
 
@@ -32,12 +32,12 @@ def tracks_of(*, focal, straightness=1.0, column=0.0, turned_deg=60.0, pitch_deg
     yaws = np.radians(np.linspace(0.0, turned_deg, steps))
     for (frame, yaw) in enumerate(yaws):
         side = math.copysign(8.0, turned_deg)
-        place = np.array([abs(side) * math.sin(abs(yaw)), side * (1 - math.cos(yaw)), 0.0])
-        place += ahead * np.array([math.cos(yaw), math.sin(yaw), 0.0])
+        position = np.array([abs(side) * math.sin(abs(yaw)), side * (1 - math.cos(yaw)), 0.0])
+        position += ahead * np.array([math.cos(yaw), math.sin(yaw), 0.0])
         tilted = rotation(yaw, math.radians(pitch_deg), math.radians(roll_deg))
-        seen = (points - place) @ tilted @ BODY_TO_PICTURE.T
+        seen = (points - position) @ tilted @ BODY_TO_PICTURE.T
         visible = np.flatnonzero(seen[:, 2] > 0.5)
-        at = places(seen[visible], focal, straightness) + np.array((column, 0.0))
+        at = project(seen[visible], focal, straightness) + np.array((column, 0.0))
         inside = (abs(at) < (WIDTH / 2, HEIGHT / 2)).all(axis=1)
         at = at[inside] + noise * rng.standard_normal((inside.sum(), 2))
         strays = rng.random(len(at)) < wrong

@@ -11,10 +11,10 @@ from phase_traj_ros.core.camera.lens_family import (
     angle_at,
     focal_px_of,
     OneNumberLens,
-    places,
+    project,
+    projection_jacobians,
     radius,
-    rays,
-    slopes,
+    unproject,
 )
 from phase_traj_ros.core.camera.model import CameraModel, Distortion
 import pytest
@@ -45,7 +45,7 @@ def test_a_ray_is_seen_where_it_comes_from(straightness, column, row):
     place = np.array([[column, row]])
     # A place farther out is no direction's: it would lie more than half a turn off the axis.
     assume(angle_at(np.hypot(*place.T) / 250.0, straightness)[0] < 3.14)
-    found = places(rays(place, 250.0, straightness), 250.0, straightness)
+    found = project(unproject(place, 250.0, straightness), 250.0, straightness)
     np.testing.assert_allclose(found, place, atol=1e-6)
 
 
@@ -53,12 +53,12 @@ def test_a_ray_is_seen_where_it_comes_from(straightness, column, row):
 @example(0.0, 0.0, 7.6e-10)
 def test_the_derivatives_are_those_of_the_places(straightness, x, y):
     direction = np.array([[x, y, 1.1]])
-    change = slopes(direction, 100.0, straightness)
+    change = projection_jacobians(direction, 100.0, straightness)
     for axis in range(3):
         step = np.zeros((1, 3))
         step[0, axis] = 1e-6
         after, before = (
-            places(direction + side * step, 100.0, straightness) for side in (1, -1))
+            project(direction + side * step, 100.0, straightness) for side in (1, -1))
         np.testing.assert_allclose(
             change[0, :, axis], (after - before)[0] / 2e-6, rtol=1e-4, atol=1e-3)
 
@@ -70,7 +70,7 @@ def test_the_model_sees_what_the_lens_sees(straightness, hfov_deg):
     lens = OneNumberLens(focal_px, straightness)
     model = CameraModel.of_lens(lens, (240, 320), column=7.0)
     columns, rows = np.meshgrid(np.linspace(2, 317, 9), np.linspace(60, 180, 7))
-    directions = rays(
+    directions = unproject(
         np.stack([columns.ravel() - 159.5 - 7.0, rows.ravel() - 119.5], axis=1), focal_px,
         straightness)
     sight = model.project(*directions.T)
@@ -120,4 +120,4 @@ def test_places_do_not_depend_on_where_their_buffers_lie():
     # After each copy a hole in memory, into which an array of one number a direction fits.
     copies, holes = zip(*((directions.copy(), np.empty(200)) for _ in range(50)))
     del holes
-    assert len({places(each, 200.0, 0.5).tobytes() for each in copies}) == 1
+    assert len({project(each, 200.0, 0.5).tobytes() for each in copies}) == 1

@@ -110,7 +110,7 @@ def test_keeps_the_type_and_averages_large_frames(dtype):
 def test_band_is_given_in_angles():
     projection = CylinderProjection(
         CameraModel.pinhole((2000, 3000), 1000.0),
-        tuning=replace(TUNING, above_deg=10.0, below_deg=5.0, aside_deg=20.0))
+        tuning=replace(TUNING, above_deg=10.0, below_deg=5.0, side_deg=20.0))
     assert projection.slopes[0] == pytest.approx(-math.tan(math.radians(10)), abs=0.01)
     assert projection.slopes[-1] == pytest.approx(math.tan(math.radians(5)), abs=0.01)
     assert projection.azimuths[[0, -1]] == pytest.approx(np.radians((-20, 20)), abs=0.01)

@@ -18,15 +18,15 @@ AREAS[:2] = 0
 
 def test_what_either_leaves_out_does_not_count():
     weights = PixelWeights(MASK)
-    assert np.array_equal(weights.counting, MASK)
+    assert np.array_equal(weights.current, MASK)
     weights.use(AREAS)
-    assert np.array_equal(weights.counting, MASK * (AREAS > 0))
+    assert np.array_equal(weights.current, MASK * (AREAS > 0))
     assert np.array_equal(weights.as_seen(rotate_180=False), (255 * MASK * (AREAS > 0)) // 1)
     assert np.array_equal(
         weights.as_seen(rotate_180=True), weights.as_seen(rotate_180=False)[::-1, ::-1])
     weights.use(None)
-    assert np.array_equal(weights.counting, MASK)
-    assert PixelWeights(None).counting is None
+    assert np.array_equal(weights.current, MASK)
+    assert PixelWeights(None).current is None
     assert PixelWeights(None).as_seen(rotate_180=True) is None
 
 
@@ -34,7 +34,7 @@ def test_areas_of_other_frames_are_forgotten():
     weights = PixelWeights(None)
     weights.use(AREAS)
     assert weights.keep_for((8, 10)) and not weights.keep_for((10, 8))
-    assert weights.counting is None
+    assert weights.current is None
 
 
 @pytest.mark.parametrize('upside_down', [False, True])
@@ -44,8 +44,8 @@ def test_the_camera_is_learned_from_what_counts_and_upright(upside_down):
         use_mask=told.append, cut=lambda: told.append('cut'), forget=lambda: None)
     heading = VisualCompass(
         Lens(hfov_deg=80.0), mask=MASK, learning=learning, rotate_180=upside_down)
-    heading.leave_out(AREAS)
-    heading.turn_180(not upside_down)
+    heading.exclude(AREAS)
+    heading.set_upside_down(not upside_down)
     heading.cut()
     first, with_areas, turned, cut = told
     upright = slice(None, None, -1 if upside_down else 1)

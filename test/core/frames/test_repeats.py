@@ -116,7 +116,7 @@ def test_the_stamps_of_a_film_that_repeats_pictures_are_unsure_and_others_are_no
         detector.keep(shown)
         for number in range(repeats):
             assert detector.is_repeated(shown, 40_000_000 * (number + 1))
-        return detector.unsure_ns
+        return detector.deviation_ns
 
     # Every picture as often as the others: the time between two is what the stamps say.
     assert [take(2) for _ in range(5)] == [0.0] * 5

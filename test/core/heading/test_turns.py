@@ -95,7 +95,7 @@ def test_does_not_depend_on_the_frame_rate(rate_hz):
 
 
 def driven(plan, *, speed, rate_hz, noise_deg=0.0, seed=1):
-    """Return the turns along a plan of (degrees, heights of way), and the newest ``aside_deg``."""
+    """Return the turns along a plan (degrees, heights), and the newest direction error."""
     ends = [0.0, *accumulate(way for _, way in plan)]
     headings = [0.0, *accumulate(angle for angle, _ in plan)]
     frames = round(ends[-1] / speed * rate_hz) + 1
@@ -106,7 +106,7 @@ def driven(plan, *, speed, rate_hz, noise_deg=0.0, seed=1):
         heading = np.interp(way, ends, headings) + rng.normal(0.0, noise_deg)
         turns += detector.update(
             START_NS + round(frame * 1e9 / rate_hz), math.radians(heading), speed / rate_hz)
-    aside = detector.aside_deg
+    aside = detector.direction_error_deg
     return [*turns, *detector.finish()], aside
 
 

@@ -108,7 +108,7 @@ def test_what_is_fixed_stays_left_out_with_another_lens():
     for weights in (fixed, None):
         compass = VisualCompass(Lens(focal_px=camera.fx))
         compass.measure(frames[0], 0.1)
-        compass.leave_out(weights)
+        compass.exclude(weights)
         compass.use_lens(Lens(camera=camera))
         compass.measure(frames[1], 0.1)
         agreeing.append(compass.measure(frames[2], 0.1).motion.agreeing)

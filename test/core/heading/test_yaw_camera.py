@@ -81,7 +81,7 @@ def test_a_camera_is_learned_from_what_is_neither_masked_nor_fixed(upside_down):
     learning.use_mask = masks.append
     compass = VisualCompass(
         Lens(hfov_deg=75.0, assumed=True), rotate_180=upside_down, mask=mask, learning=learning)
-    compass.leave_out(fixed)
+    compass.exclude(fixed)
     # Points are tracked in the upright frame.
     upright = slice(None, None, -1) if upside_down else slice(None)
     seen = [each[upright, upright].tolist() for each in masks]

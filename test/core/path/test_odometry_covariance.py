@@ -10,7 +10,7 @@ import numpy as np
 from odometry_pairs import gone, step, TENTH
 from phase_traj_ros.core.heading.tracker import HeadingStep
 from phase_traj_ros.core.path.heading_path import HeadingPath
-from phase_traj_ros.core.path.odometry import _ANGLES, Odometer
+from phase_traj_ros.core.path.odometry import _YAW_SCALE, Odometer
 from phase_traj_ros.core.road.travel import Travel, TravelState
 import pytest
 
@@ -196,7 +196,7 @@ def test_a_camera_that_is_learned_on_the_way_does_not_mend_the_places_before(lea
     found = (ways * gone_too_far * np.exp(1j * (heading * turned - yaws / 2))).sum(axis=1)
     odometer = Odometer(HeadingPath())
     odometer._covariance[:] = 0.0
-    odometer._covariance[_ANGLES, _ANGLES], odometer._scale = before ** 2, before
+    odometer._covariance[_YAW_SCALE, _YAW_SCALE], odometer._scale = before ** 2, before
     for pair, (yaw, ahead, way) in enumerate(zip(yaws, heading, ways)):
         known = before if pair < at else after
         newest = odometer.update(

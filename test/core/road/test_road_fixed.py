@@ -9,8 +9,8 @@ import numpy as np
 from phase_traj_ros.core.camera.horizon import Horizon
 from phase_traj_ros.core.road.ground import CELL, GroundPatch, rotation, stretches
 from phase_traj_ros.core.road.keyframe import RoadKeyframe
-from phase_traj_ros.core.road.look import RoadLook
 from phase_traj_ros.core.road.meter import RoadMeter
+from phase_traj_ros.core.road.patch_matcher import PatchMatcher
 from phase_traj_ros.core.road.travel import TravelState
 from phase_traj_ros.core.road.tuning import TUNING
 import pytest
@@ -69,13 +69,13 @@ def test_what_does_not_move_with_the_world_is_no_road():
 def test_a_picture_that_stays_while_the_camera_nods_is_fixed_to_it(pitch):
     """With the nod taken out, it slides; what slides to the other side is the road."""
     frame = Road(PINHOLE).seen(0.0)
-    look = RoadLook(GroundPatch(PINHOLE, Horizon(), stretches(PINHOLE, Horizon())[0]))
-    look.look(frame)
-    look.keep()
-    look.look(frame)
-    look.compare(rotation(0.0, pitch, 0.0))
+    matcher = PatchMatcher(GroundPatch(PINHOLE, Horizon(), stretches(PINHOLE, Horizon())[0]))
+    matcher.project(frame)
+    matcher.set_reference()
+    matcher.project(frame)
+    matcher.compare(rotation(0.0, pitch, 0.0))
     found, other = (
-        look.find(-1.0, 1.0, RoadKeyframe(0.1, pitch=nodded, agreed=True), stretched=1.0)
+        matcher.find(-1.0, 1.0, RoadKeyframe(0.1, pitch=nodded, agreed=True), scale=1.0)
         for nodded in (pitch, -pitch))
     assert found.fixed and not other.fixed
     assert abs(found.raw) > CELL and found.raw * pitch < 0.0
@@ -84,12 +84,12 @@ def test_a_picture_that_stays_while_the_camera_nods_is_fixed_to_it(pitch):
 class Flat(SimpleNamespace):
     """Takes frames for patches."""
 
-    shape, window, middle = (80, 60), np.ones((80, 60), np.float32), 3.0
+    shape, window, depth = (80, 60), np.ones((80, 60), np.float32), 3.0
 
     def __call__(self, frame):
         return frame
 
-    def turned_back(self, patch, _):
+    def derotated(self, patch, _):
         return patch
 
 
@@ -97,16 +97,16 @@ class Flat(SimpleNamespace):
 def test_what_three_patches_share_is_taken_out(learned, shown):
     rng = np.random.default_rng(0)
     shine, *roads = rng.normal(size=(learned + 3, *Flat.shape)).astype(np.float32)
-    look = RoadLook(Flat())
+    matcher = PatchMatcher(Flat())
     for road in roads[2:]:
-        look.look(road + shine)
-        look.learn()
-    look.look(roads[0] + shine)
-    look.keep()
-    look.look(roads[1] + shine)
-    look.compare(np.eye(3))
-    at_zero = look.scores_at(np.zeros(1), stretched=1.0)
-    assert (at_zero > TUNING.stands_out) == shown
+        matcher.project(road + shine)
+        matcher.learn()
+    matcher.project(roads[0] + shine)
+    matcher.set_reference()
+    matcher.project(roads[1] + shine)
+    matcher.compare(np.eye(3))
+    at_zero = matcher.scores_at(np.zeros(1), scale=1.0)
+    assert (at_zero > TUNING.min_score) == shown
 
 
 def test_a_part_of_the_road_that_stands_is_a_rival_of_the_rest():

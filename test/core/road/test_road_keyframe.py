@@ -20,10 +20,10 @@ def test_the_pairs_add_up_to_the_way_between_the_keyframes():
     key, sums = RoadKeyframe(), 0.0
     for way in (0.4, 1.1, 1.4):
         sums += key.add(way, 0.02 ** 2, known(), 0.1)[0]
-        assert sums == pytest.approx(key.given)
+        assert sums == pytest.approx(key.distance)
     key.bridge(0.5, 0.1 ** 2)
-    assert key.given == pytest.approx(sums + 0.5)
-    key.over = True
+    assert key.distance == pytest.approx(sums + 0.5)
+    key.expired = True
     distance, variance = key.add(2.6, 0.03 ** 2, known(), 0.1)
     assert sums + 0.5 + distance == pytest.approx(2.6)
     # What was measured is not made better by what was foreseen.
@@ -44,10 +44,10 @@ def test_the_way_scatters_as_it_says(noise):
                 continue
             told, variance = key.add(way + noise * rng.normal(), noise ** 2, known(), interval)
             if pair == 0:
-                first.append((key.given - way) ** 2 / key.variance)
+                first.append((key.distance - way) ** 2 / key.variance)
                 pairs.append((told - way) ** 2 / variance)
-        errors.append((key.given - way) ** 2 / key.variance)
-        assert told == pytest.approx(key.given - key.before)
+        errors.append((key.distance - way) ** 2 / key.variance)
+        assert told == pytest.approx(key.distance - key.previous_distance)
     assert np.mean(first) == pytest.approx(1.0, abs=0.15)
     assert np.mean(errors) == pytest.approx(1.0, abs=0.15)
     # A pair alone is as sure as the speed, and better where the road is.
@@ -64,19 +64,19 @@ def test_without_a_speed_the_way_is_as_measured():
 def test_rotations_and_times_of_the_pairs_add_up():
     key = RoadKeyframe()
     for _ in range(4):
-        key.turn(0.01, -0.02, 0.03, 0.05, 0.004)
+        key.add_rotation(0.01, -0.02, 0.03, 0.05, 0.004)
     assert (key.yaw, key.pitch, key.roll, key.age, key.passing) == pytest.approx(
         (0.04, -0.08, 0.12, 0.2, 0.016))
-    sure = key.nodding
+    sure = key.pitch_deviation
     # Without the blocks, the pitch may be anything that the springs allow.
-    key.turn(0.01, 0.0, 0.0, 0.05)
-    assert key.nodding > 2.0 * sure
+    key.add_rotation(0.01, 0.0, 0.0, 0.05)
+    assert key.pitch_deviation > 2.0 * sure
     assert (key.yaw, key.age, key.passing) == pytest.approx((0.05, 0.25, 0.016))
 
 
 def aged(age=0.1, yaw=0.0):
     key = RoadKeyframe()
-    key.turn(yaw, 0.0, 0.0, age)
+    key.add_rotation(yaw, 0.0, 0.0, age)
     return key
 
 
@@ -92,23 +92,23 @@ def test_a_frame_is_too_far_if_the_next_slide_or_turn_or_time_is(sign):
 
 def turned(passing, yaw=0.0, age=0.1):
     key = RoadKeyframe()
-    key.turn(yaw, 0.0, 0.0, age, passing)
+    key.add_rotation(yaw, 0.0, 0.0, age, passing)
     return key
 
 
 def test_what_the_blocks_show_tells_how_far_the_road_slides_at_least():
     stands, creeps, drives = turned(0.001), turned(0.01), turned(0.1)
-    assert not stands.moves and not stands.drives and stands.least == 0.0
-    assert creeps.moves and not creeps.drives and creeps.least == 0.0
+    assert not stands.moves and not stands.drives and stands.min_slide == 0.0
+    assert creeps.moves and not creeps.drives and creeps.min_slide == 0.0
     assert drives.moves and drives.drives
     # The nearest blocks are farther away than one height, and hardly ever nearer than two.
-    assert 0.1 < drives.least <= 0.2
+    assert 0.1 < drives.min_slide <= 0.2
     # Blocks that do not agree, as in reverse: it moves, and nobody knows how far.
     unknown = turned(None)
-    assert unknown.moves and unknown.drives and unknown.least == 0.0
+    assert unknown.moves and unknown.drives and unknown.min_slide == 0.0
 
 
 @pytest.mark.parametrize('sign', [-1.0, 1.0])
 def test_only_one_that_drives_turns_by_degrees_in_a_second(sign):
-    assert turned(0.0, sign * math.radians(2.0), 0.5).swings
-    assert not turned(0.0, sign * math.radians(1.0), 0.5).swings
+    assert turned(0.0, sign * math.radians(2.0), 0.5).turns
+    assert not turned(0.0, sign * math.radians(1.0), 0.5).turns

@@ -9,7 +9,7 @@ import numpy as np
 from phase_traj_ros.core.camera.horizon import Horizon
 from phase_traj_ros.core.road.ground import CELL, GroundPatch, rotation, stretches
 from phase_traj_ros.core.road.meter import RoadMeter
-from phase_traj_ros.core.road.slide import Slide
+from phase_traj_ros.core.road.patch_correlator import PatchCorrelator
 from phase_traj_ros.core.road.travel import TravelState
 import pytest
 from road_scene import drive, FISHEYE, motion, PINHOLE, Road
@@ -41,12 +41,12 @@ def test_a_pitch_that_is_given_wrong_is_believed_but_for_what_the_springs_may_do
 def test_rotation_is_taken_out(yaw, pitch, roll):
     road = Road(PINHOLE)
     patch = GroundPatch(PINHOLE, Horizon(), stretches(PINHOLE, Horizon())[0])
-    slide = Slide(patch.window)
-    slide.keep(patch(road.seen(0.0)))
+    slide = PatchCorrelator(patch.window)
+    slide.set_reference(patch(road.seen(0.0)))
     # Seen from a camera that has turned up by the pitch (nose down is positive).
     turned = patch(road.seen(0.6, yaw=yaw, pitch=-pitch, roll=roll))
-    slide.compare(patch.turned_back(turned, rotation(yaw, pitch, roll)))
-    with_it = slide.peak(0, slide.most)
+    slide.compare(patch.derotated(turned, rotation(yaw, pitch, roll)))
+    with_it = slide.peak(0, slide.max_cells)
     slide.compare(turned)
     assert with_it.cells * CELL == pytest.approx(0.6, rel=0.02)
     assert with_it.score > 12.0

@@ -21,9 +21,9 @@ def test_the_bounds_widen_with_the_time_that_passes_and_not_with_the_frames():
     for speed_filter in (once, often):
         speed_filter.add(10.0, 0.01)
         speed_filter.add(10.0, 0.01)
-    once.pass_time(1.0)
+    once.predict(1.0)
     for _ in range(20):
-        often.pass_time(0.05)
+        often.predict(0.05)
     assert often.bounds(0.0) == pytest.approx(once.bounds(0.0))
     low, high = once.bounds(0.0)
     # Hard braking, 8 m/s2 with a camera 1.65 m above the road, is within them.
@@ -33,7 +33,7 @@ def test_the_bounds_widen_with_the_time_that_passes_and_not_with_the_frames():
 def test_a_speed_over_an_unsure_time_is_unsure():
     speed_filter = SpeedFilter()
     speed_filter.add(10.0, 0.01)
-    speed_filter.pass_time(0.1, unsure=0.04)
+    speed_filter.predict(0.1, interval_deviation=0.04)
     low, high = speed_filter.bounds(0.0)
     assert low <= 0.0 and high >= 20.0
 
@@ -45,7 +45,7 @@ def test_jitter_of_the_stamps_is_no_change_of_the_speed():
     errors = []
     for before, after in pairwise(off):
         interval = 0.033 + after - before
-        speed_filter.pass_time(interval, unsure=float(np.std(np.diff(off))))
+        speed_filter.predict(interval, interval_deviation=float(np.std(np.diff(off))))
         low, high = speed_filter.bounds(0.3)
         seen = 15.0 * 0.033 / interval
         assert low < seen < high
@@ -58,14 +58,14 @@ def test_jitter_of_the_stamps_is_no_change_of_the_speed():
 def test_after_long_anything_may_be():
     speed_filter = SpeedFilter()
     speed_filter.add(10.0, 0.01)
-    speed_filter.pass_time(60.0)
+    speed_filter.predict(60.0)
     assert speed_filter.bounds(0.0) == SpeedFilter().bounds(0.0)
 
 
 def test_measurements_narrow_it():
     speed_filter = SpeedFilter()
     for _ in range(20):
-        speed_filter.pass_time(0.1)
+        speed_filter.predict(0.1)
         speed_filter.add(8.0, 0.04)
     assert speed_filter.speed == pytest.approx(8.0)
     assert 0.0 < speed_filter.deviation <= 0.2
@@ -75,7 +75,7 @@ def test_a_first_pair_a_microsecond_apart_is_no_speed():
     speed_filter = SpeedFilter()
     speed_filter.add(4e4, 1e8)
     assert speed_filter.speed <= 45.0
-    speed_filter.pass_time(0.1)
+    speed_filter.predict(0.1)
     assert speed_filter.lost
 
 
@@ -83,7 +83,7 @@ def test_a_first_pair_a_microsecond_apart_is_no_speed():
 def test_the_bounds_stay_within_what_vehicles_do(speed):
     speed_filter = SpeedFilter()
     speed_filter.add(speed, 0.01)
-    speed_filter.pass_time(2.0)
+    speed_filter.predict(2.0)
     low, high = speed_filter.bounds(0.0)
     anything = SpeedFilter().bounds(0.0)
     assert anything[0] <= low <= speed <= high <= anything[1]
@@ -94,10 +94,10 @@ def test_what_no_vehicle_can_do_is_not_searched():
     """A compressed road shows slides that do: 3 g are 18 camera heights per second squared."""
     speed_filter = SpeedFilter()
     for _ in range(20):
-        speed_filter.pass_time(0.1)
+        speed_filter.predict(0.1)
         speed_filter.add(7.4, 0.6 ** 2)
-    speed_filter.pass_time(0.1)
-    speed_filter.pass_time(0.1)
+    speed_filter.predict(0.1)
+    speed_filter.predict(0.1)
     low, high = speed_filter.bounds(0.0)
     assert 7.4 - low < 18.0 * 0.2 and high - 7.4 < 18.0 * 0.2
     # Emergency braking, 9 m/s2, is found.
@@ -118,11 +118,11 @@ def test_a_first_speed_that_nothing_confirms_is_forgotten():
     confirmed.add(0.6, 0.01)
     standing.stand(0.1)
     for speed_filter in (alone, confirmed, standing):
-        speed_filter.pass_time(0.4)
-        speed_filter.pass_time(0.4)
+        speed_filter.predict(0.4)
+        speed_filter.predict(0.4)
         # The speed may still be confirmed by this pair.
         assert speed_filter.known
-        speed_filter.pass_time(0.4)
+        speed_filter.predict(0.4)
     assert not alone.known and alone.lost
     assert confirmed.known and standing.known
 
@@ -151,7 +151,7 @@ def test_a_distance_at_the_last_speed_scatters_as_it_says():
 def test_a_vehicle_that_turns_does_not_stand():
     speed_filter, measured = SpeedFilter(), Travel(0.0, 0.0, TravelState.STANDING)
     speed_filter.stand(0.1)
-    speed_filter.pass_time(0.1)
+    speed_filter.predict(0.1)
     still = speed_filter.bridge(0.1, measured)
     assert (still.distance, still.state) == (0.0, TravelState.BRIDGED)
     assert speed_filter.bridge(0.1, measured, turns=True).state is TravelState.UNKNOWN
@@ -164,7 +164,7 @@ def test_the_last_speed_bridges_seconds_and_no_more():
     speed_filter.add(8.0, 0.01)
     assert speed_filter.bridge(2.0, measured).distance == pytest.approx(16.0)
     assert speed_filter.bridge(60.0, measured).distance < 8.0 * 3.0
-    speed_filter.pass_time(60.0)
+    speed_filter.predict(60.0)
     lost = speed_filter.bridge(0.3, measured)
     # The drawn path goes on, but nobody knows how far.
     assert lost.state is TravelState.UNKNOWN and lost.distance == pytest.approx(2.4)

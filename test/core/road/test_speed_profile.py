@@ -14,7 +14,7 @@ def noise(rng):
 
 
 def add(profile, scores, seen, interval):
-    profile.pass_time(interval)
+    profile.predict(interval)
     profile.add(scores, seen)
 
 
@@ -109,7 +109,7 @@ def test_what_was_before_a_stop_does_not_count():
         add(profile, noise(rng) + peak(12.0, 6.0), SEEN, 0.04)
     assert profile.best is not None
     # While the vehicle stands, no pair is added.
-    profile.pass_time(3.0)
+    profile.predict(3.0)
     assert profile.best is None
     for _ in range(3):
         add(profile, noise(rng) + peak(12.0, 6.0), SEEN, 0.04)

@@ -12,7 +12,7 @@ import pytest
 def driven(tilt, pitches, *, slope_error=0.004, slides=False, seed=1):
     rng = np.random.default_rng(seed)
     for pitch in pitches:
-        tilt.pass_time(0.1)
+        tilt.predict(0.1)
         tilt.add_travel(-math.tan(pitch + slope_error * rng.normal()), slope_error ** 2)
         if slides:
             # Patches made level; the far one is two heights farther ahead.
@@ -32,7 +32,7 @@ def test_near_and_far_road_tell_as_well():
     tilt = RoadTilt(Horizon(pitch_deviation=0.02))
     rng = np.random.default_rng(2)
     for _ in range(200):
-        tilt.pass_time(0.1)
+        tilt.predict(0.1)
         ratio = math.exp(4.0 * (0.012 - 0.01 + 0.01 * rng.normal()))
         tilt.add_slides(ratio, 2.0, 0.04 ** 2, assumed=0.01)
     assert tilt.mounting == pytest.approx(0.012, abs=0.003)
@@ -61,14 +61,14 @@ def test_one_wild_value_hardly_counts():
 def test_what_is_not_measured_becomes_uncertain():
     tilt = driven(RoadTilt(Horizon()), [0.01] * 100, slides=True)
     sure = tilt.swing_deviation
-    tilt.pass_time(5.0)
+    tilt.predict(5.0)
     mounted = tilt.common_deviation
     # The springs forget what they were within seconds, the load of the vehicle takes minutes.
     assert tilt.swing_deviation == pytest.approx(math.radians(0.4), rel=0.01)
     assert tilt.swing_deviation > 1.5 * sure
-    tilt.pass_time(5.0)
+    tilt.predict(5.0)
     assert tilt.common_deviation < 1.1 * mounted
-    tilt.pass_time(600.0)
+    tilt.predict(600.0)
     assert math.hypot(mounted, math.radians(0.2)) < tilt.common_deviation
     assert tilt.common_deviation < math.hypot(mounted, math.radians(0.5))
 
@@ -76,7 +76,7 @@ def test_what_is_not_measured_becomes_uncertain():
 def test_both_parts_make_up_the_error_of_their_sum():
     tilt = driven(RoadTilt(Horizon()), [0.01] * 100, slides=True)
     parts = math.hypot(tilt.swing_deviation, tilt.common_deviation)
-    assert parts == pytest.approx(math.hypot(tilt.deviation, TUNING.common))
+    assert parts == pytest.approx(math.hypot(tilt.deviation, TUNING.common_pitch_error))
     # Only the sum is measured: nobody knows which of the two it was.
     assert tilt.deviation < math.radians(0.2)
 
@@ -91,7 +91,7 @@ def test_the_pitch_scatters_as_it_says(interval):
         for _ in range(round(4.0 / interval)):
             springs = kept * springs + rng.normal(
                 0.0, math.radians(0.4) * math.sqrt(1.0 - kept * kept))
-            tilt.pass_time(interval)
+            tilt.predict(interval)
             tilt.add_travel(-math.tan(mounting + springs + 0.004 * rng.normal()), 0.004 ** 2)
         errors.append((tilt.pitch - mounting - springs) ** 2 / tilt.deviation ** 2)
     assert np.mean(errors) == pytest.approx(1.0, abs=0.35)
@@ -130,8 +130,8 @@ def test_the_load_of_a_vehicle_changes_the_mounting_by_so_much_and_no_more():
     deviations = []
     for seconds in (0.0, 600.0, 36_000.0):
         tilt = RoadTilt(Horizon(pitch_deviation=0.001))
-        tilt.pass_time(seconds)
+        tilt.predict(seconds)
         # The springs forget, the mounting does not.
-        tilt.pass_time(5.0)
+        tilt.predict(5.0)
         deviations.append(tilt.common_deviation)
     assert math.hypot(deviations[0], math.radians(0.2)) < deviations[1] == deviations[2]

@@ -172,24 +172,25 @@ def test_a_motion_holds_with_enough_blocks_and_a_share_of_them(monkeypatch):
     assert not motion.holds(motion.agreement + 0.01)
     for factor, holds in ((0.99, True), (1.01, False)):
         monkeypatch.setattr(camera_motion, 'TUNING', replace(
-            TUNING, least_blocks=factor * motion.agreeing, doubted_share=1.1))
+            TUNING, min_blocks=factor * motion.agreeing, doubted_share=1.1))
         assert motion.holds(0.1) is holds
         assert not motion.certain
 
 
 def test_the_direction_of_travel_tends_to_straight_ahead():
     travel = FocusOfExpansion(course=0.1, course_variance=1e-6)
-    later = travel.after(0.1)
+    later = travel.predict(0.1)
     assert 0.08 < later.course < 0.1
     assert later.course_variance > travel.course_variance
-    assert travel.after(60.0).course == pytest.approx(0.0, abs=1e-9)
-    assert travel.after(60.0).course_variance == pytest.approx(FocusOfExpansion().course_variance)
+    assert travel.predict(60.0).course == pytest.approx(0.0, abs=1e-9)
+    usual = FocusOfExpansion().course_variance
+    assert travel.predict(60.0).course_variance == pytest.approx(usual)
 
 
 def test_the_slope_of_the_travel_is_expected_to_stay_that_of_the_mounting():
     travel = FocusOfExpansion(slope=-0.02, slope_variance=1e-6)
-    assert travel.after(60.0).slope == pytest.approx(-0.02)
-    assert travel.after(60.0).slope_variance == pytest.approx(FocusOfExpansion().slope_variance)
+    assert travel.predict(60.0).slope == pytest.approx(-0.02)
+    assert travel.predict(60.0).slope_variance == pytest.approx(FocusOfExpansion().slope_variance)
 
 
 def test_a_camera_ahead_of_the_rear_axle_moves_sideways_in_a_turn():
@@ -200,7 +201,7 @@ def test_a_camera_ahead_of_the_rear_axle_moves_sideways_in_a_turn():
     fit = MotionFit(world.azimuths, world.slopes, deviation=DEVIATION)
     u, w = world.displacements(yaw=rate * interval, step=0.4, course=-1.6 * rate / 4.0)
     for noise in world.rng.normal(0, DEVIATION, (20, 2, len(u))):
-        motion = fit(u + noise[0], w + noise[1], np.ones_like(u), straight.after(interval, rate))
+        motion = fit(u + noise[0], w + noise[1], np.ones_like(u), straight.predict(interval, rate))
         errors.append(motion.yaw - rate * interval)
     assert abs(np.mean(errors)) < math.radians(0.1)
 
@@ -228,12 +229,12 @@ def test_a_doubted_course_is_straight_ahead_or_towards_the_inside_of_the_turn(tu
 @pytest.mark.parametrize('seconds', [0.01, 0.1, 3.0])
 def test_with_nothing_seen_the_direction_of_travel_stays_as_uncertain_as_it_is(seconds):
     usual = FocusOfExpansion()
-    later = usual.after(seconds)
+    later = usual.predict(seconds)
     assert later.course_variance == pytest.approx(usual.course_variance)
     assert later.slope_variance == pytest.approx(usual.slope_variance)
-    mounted = FocusOfExpansion(course=0.0, course_variance=1e-9).after(
-        seconds, mounted=0.05, unsure=0.0)
-    assert mounted.course == pytest.approx(0.05 * (1.0 - math.exp(-seconds)))
+    mounting_azimuth = FocusOfExpansion(course=0.0, course_variance=1e-9).predict(
+        seconds, mounting_azimuth=0.05, mounting_deviation=0.0)
+    assert mounting_azimuth.course == pytest.approx(0.05 * (1.0 - math.exp(-seconds)))
 
 
 def test_a_camera_that_only_turns_tells_nothing_of_the_direction_of_travel():

@@ -36,7 +36,8 @@ def walk():
     return drive, list(render_drive(drive))
 
 
-def driven(every, **values):
+def run(every, **values):
+    """Return an estimator that has taken the walk, and its updates."""
     drive, frames = walk()
     estimator = TrajectoryEstimator(EstimatorSettings(
         code_source=CodeSource.AUTO, lens=Lens(camera=MODEL), camera_height=1.65, **values))
@@ -44,6 +45,10 @@ def driven(every, **values):
         estimator.update(frame, stamp) for frame, stamp in
         zip(frames[::every], drive.stamps_ns.tolist()[::every])]
     return estimator, [update for update in updates if update is not None]
+
+
+# For tests that only look at what came of it.
+driven = cache(run)
 
 
 def heading_error(updates):
@@ -74,7 +79,7 @@ def test_one_search_for_the_blocks_is_enough_where_they_agree(monkeypatch):
     monkeypatch.setattr(
         cv2, 'calcOpticalFlowPyrLK', lambda *those, **named: searches.append(1) or search(
             *those, **named))
-    measured = [update for update in driven(3)[1] if update.heading.foreseen == 0.0]
+    measured = [update for update in run(3)[1] if update.heading.foreseen == 0.0]
     assert len(measured) <= len(searches) < 1.1 * len(measured)
 
 
@@ -88,7 +93,7 @@ def test_the_yaws_since_a_keyframe_add_up_to_the_last_one():
     blocks = BlockShifts(
         np.array([1.0, 2.0, 9.0]), np.zeros(3), np.array([1.0, 1.0, 0.0]), np.ones(3))
     yaws = (0.01, 0.025, 0.02)
-    pairs = [key.pair(motion(yaw, 0.01), blocks) for yaw in yaws]
+    pairs = [key.add(motion(yaw, 0.01), blocks) for yaw in yaws]
     assert np.cumsum([pair.yaw for pair in pairs]) == pytest.approx(yaws)
     # The blocks have not moved in the second and the third pair: the vehicle stopped meanwhile.
     assert [pair.near for pair in pairs] == [0.01, 0.0, 0.0]
@@ -100,7 +105,7 @@ def test_pitch_and_roll_since_a_keyframe_add_up_as_the_yaw_does():
     key = Keyframe(PICTURE, FocusOfExpansion())
     blocks = BlockShifts(*np.ones((4, 3)))
     turned = [(0.001, 0.002), (0.003, -0.001), (0.003, 0.005)]
-    pairs = [key.pair(replace(motion(0.0, 0.01), pitch=pitch, roll=roll), blocks)
+    pairs = [key.add(replace(motion(0.0, 0.01), pitch=pitch, roll=roll), blocks)
              for pitch, roll in turned]
     assert np.cumsum([(pair.pitch, pair.roll) for pair in pairs], axis=0) == pytest.approx(
         np.array(turned))
@@ -110,7 +115,7 @@ def test_what_is_near_counts_for_a_pair_by_its_share_of_the_way():
     key, nears = Keyframe(PICTURE, FocusOfExpansion()), []
     for way in (1.0, 2.0, 4.0):
         blocks = BlockShifts(np.full(3, 0.6 * way), np.full(3, 0.8 * way), *np.ones((2, 3)))
-        nears.append(key.pair(motion(0.0, 0.01 * way), blocks).near)
+        nears.append(key.add(motion(0.0, 0.01 * way), blocks).near)
     assert nears == pytest.approx([0.01, 0.01, 0.02])
 
 
@@ -119,10 +124,10 @@ def test_a_keyframe_reaches_as_far_as_blocks_can_be_compared(sign):
     """A tenth of their distance, or 4 degrees, whichever comes first."""
     key = Keyframe(PICTURE, FocusOfExpansion())
     key.age = 0.1
-    assert key.reaches(0.4, sign * 0.5, 0.1)
-    assert not key.reaches(0.6, 0.0, 0.1) and not key.reaches(0.0, sign * 0.8, 0.1)
-    key.pair(motion(sign * 0.04, 0.01), BlockShifts(*np.ones((4, 3))))
-    assert not key.reaches(0.4, sign * 0.5, 0.1) and key.reaches(0.4, -sign * 0.5, 0.1)
+    assert key.is_near(0.4, sign * 0.5, 0.1)
+    assert not key.is_near(0.6, 0.0, 0.1) and not key.is_near(0.0, sign * 0.8, 0.1)
+    key.add(motion(sign * 0.04, 0.01), BlockShifts(*np.ones((4, 3))))
+    assert not key.is_near(0.4, sign * 0.5, 0.1) and key.is_near(0.4, -sign * 0.5, 0.1)
 
 
 @pytest.mark.parametrize(('yaw', 'passing', 'age', 'over'), [
@@ -131,7 +136,7 @@ def test_a_keyframe_reaches_as_far_as_blocks_can_be_compared(sign):
 def test_a_keyframe_is_over_when_the_image_has_moved(yaw, passing, age, over):
     key = Keyframe(PICTURE, FocusOfExpansion())
     key.age = age
-    assert key.is_over(motion(yaw, passing), 0.1) is over
+    assert key.has_expired(motion(yaw, passing), 0.1) is over
 
 
 def test_a_vehicle_that_moves_far_in_each_pair_is_measured_from_frame_to_frame():
@@ -139,5 +144,5 @@ def test_a_vehicle_that_moves_far_in_each_pair_is_measured_from_frame_to_frame()
         key = Keyframe(PICTURE, FocusOfExpansion())
         key.age = 0.1
         # From this frame, the next one would be too far.
-        assert key.is_over(motion(yaw, passing), 0.1)
-        assert not key.is_over(motion(yaw, passing), 0.01)
+        assert key.has_expired(motion(yaw, passing), 0.1)
+        assert not key.has_expired(motion(yaw, passing), 0.01)

@@ -19,9 +19,9 @@ def test_shifts_are_in_pixels_of_the_cylinder_at_either_size(focal_px):
     found = whole.update(second)
     assert (found.dx, found.dy) == (pytest.approx(14.0, abs=0.3), pytest.approx(-6.0, abs=0.3))
     # The peak stands out at its place only, and the second one is beside it.
-    assert whole.significance(found) > 2 * TUNING.least_significance
+    assert whole.significance(found) > 2 * TUNING.min_significance
     beside = whole.second_peak()
-    assert max(abs(beside.dx - found.dx), abs(beside.dy - found.dy)) > TUNING.peak_px
+    assert max(abs(beside.dx - found.dx), abs(beside.dy - found.dy)) > TUNING.peak_distance_px
     assert whole.significance(beside) < whole.significance(found) / 2
 
 

@@ -76,7 +76,7 @@ def test_what_stays_while_the_camera_turns_is_fixed_to_it(step):
         frame = far(step * count)
         frame[5:115, 60:240] = far(0)[5:115, 60:240]
         meter.update(frame, 0.1)
-    x, y = meter._grid.middles.T
+    x, y = meter._grid.centres.T
     fixed = meter._grid.fixed
     assert fixed[(y < 105) & (x > 70) & (x < 220)].mean() > 0.9
     assert not fixed[(y > 125) | (x < 50) | (x > 250)].any()
@@ -85,7 +85,7 @@ def test_what_stays_while_the_camera_turns_is_fixed_to_it(step):
 def test_a_line_tells_to_which_side_the_image_has_moved_farther_than_foreseen():
     line = Scanline(cylinder(LONG_FOCAL), far(0))
     for moved, foreseen in ((6, 4.0), (2, 4.0), (-5, -3.0), (3, 3.0)):
-        assert line.moved_aside(far(moved), foreseen) == pytest.approx(moved - foreseen, abs=0.3)
+        assert line.shift_error(far(moved), foreseen) == pytest.approx(moved - foreseen, abs=0.3)
 
 
 def test_a_frame_is_foreseen_while_the_image_moves_as_before():
@@ -123,11 +123,11 @@ def hidden(moved, share, number):
 @pytest.mark.parametrize('stands_out', [True, False])
 def test_few_blocks_count_if_the_whole_shift_confirms_them(stands_out, monkeypatch):
     monkeypatch.setattr(
-        WholeShift, 'significance', lambda *_: 1.1 * stands_out * TUNING.least_significance)
+        WholeShift, 'significance', lambda *_: 1.1 * stands_out * TUNING.min_significance)
     meter = meter_of_far()
     meter.update(hidden(0, 0.7, 0), 0.1)
     found = meter.update(hidden(12, 0.7, 1), 0.1)
-    assert TUNING.confirmed_share <= found.agreement < TUNING.least_agreement
+    assert TUNING.confirmed_share <= found.agreement < TUNING.min_agreement
     assert found.shift.dx == pytest.approx(12, abs=1.0)
     assert found.refined is stands_out and not found.certain
     right = pytest.approx(12 / LONG_FOCAL, abs=0.3 / LONG_FOCAL)
@@ -155,7 +155,7 @@ def test_a_few_blocks_count_for_nothing_however_well_they_agree(monkeypatch):
     assert many.certain
     for factor, refined in ((0.99, True), (1.5, False)):
         monkeypatch.setattr(camera_motion, 'TUNING', replace(
-            TUNING, least_blocks=factor * many.motion.agreeing))
+            TUNING, min_blocks=factor * many.motion.agreeing))
         meter.reset()
         meter.update(far(0), 0.1)
         found = meter.update(far(3), 0.1)

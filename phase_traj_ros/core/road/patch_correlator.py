@@ -22,8 +22,8 @@ class Peak:
     score: float
 
 
-class Slide:
-    """Correlates patches with one that was kept."""
+class PatchCorrelator:
+    """Correlates patches with a reference patch."""
 
     def __init__(self, window: NDArray[np.float32]) -> None:
         """Make a correlator for patches of the shape of ``window``, (M, N)."""
@@ -32,65 +32,66 @@ class Slide:
         rows, columns = window.shape
         height, width = padded = padded_shape((rows, columns))
         self._map, self._cross = aligned_zeros(padded), CrossPhase(padded)
-        self.most = int(TUNING.longest_slide * rows)
+        self.max_cells = int(TUNING.longest_slide * rows)
         """Largest slide in cells."""
-        self._back = rows // 8
+        self._reverse_cells = rows // 8
         # The map is cyclic.
-        self._searched = np.ix_(
-            np.arange(-self._back, self.most + 2) % height,
-            np.arange(-TUNING.aside_cells, TUNING.aside_cells + 1) % width)
+        self._search_region = np.ix_(
+            np.arange(-self._reverse_cells, self.max_cells + 2) % height,
+            np.arange(-TUNING.lateral_cells, TUNING.lateral_cells + 1) % width)
         self._scores: NDArray[np.float64] = np.zeros(0)
 
-    def keep(self, patch: NDArray[np.float32]) -> None:
-        """Keep the patch for the comparison with the next one."""
+    def set_reference(self, patch: NDArray[np.float32]) -> None:
+        """Make a patch the reference."""
         self._transform(patch, keep=True)
 
     def compare(self, patch: NDArray[np.float32]) -> None:
         """
-        Compare a patch with the one that was kept, and still is afterwards.
+        Compare a patch with the reference, which does not change.
 
-        The map of two unrelated patches is noise. Its standard deviation follows from the energy
-        of the whitened spectrum, and is the unit of the scores.
+        The unit of the scores is the standard deviation of the map of two unrelated patches, which
+        follows from the energy of the whitened spectrum.
         """
         energy = self._transform(patch, keep=False)
         unit = self._transforms.inverse(self._map)
-        best = self._map[self._searched].max(axis=1).astype(np.float64)
+        best = self._map[self._search_region].max(axis=1).astype(np.float64)
         noise = unit * math.sqrt(max(energy, 1e-12) / self._map.size)
         self._scores = best / noise
 
     def peak(self, least: float, most: float) -> Peak | None:
-        """Return the highest peak from ``least`` to ``most`` cells; None if none stands out."""
-        first = max(math.floor(least) + self._back, 1)
-        last = min(math.ceil(most) + self._back, len(self._scores) - 2)
+        """Return the highest significant peak from ``least`` to ``most`` cells, or None."""
+        first = max(math.floor(least) + self._reverse_cells, 1)
+        last = min(math.ceil(most) + self._reverse_cells, len(self._scores) - 2)
         if last < first:
             return None
-        # The flank of a peak outside does not count, however high it is.
+        # The flank of a peak outside the limits does not count.
         before, scores, after = (self._scores[first + by:last + 1 + by] for by in (-1, 0, 1))
         peaks = np.flatnonzero(
-            (before < scores) & (scores >= after) & (scores >= TUNING.stands_out))
+            (before < scores) & (scores >= after) & (scores >= TUNING.min_score))
         if not len(peaks):
             return None
         at = int(peaks[scores[peaks].argmax()])
-        left, middle, right = before[at], scores[at], after[at]
-        bend = left - 2.0 * middle + right
-        return Peak(first + at - self._back + 0.5 * (left - right) / bend, float(middle))
+        left, centre, right = before[at], scores[at], after[at]
+        bend = left - 2.0 * centre + right
+        return Peak(first + at - self._reverse_cells + 0.5 * (left - right) / bend, float(centre))
 
     def scores_at(self, cells: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the heights of the map at some slides, (N,) in cells; NaN beyond its range."""
-        places = np.arange(len(self._scores)) - self._back
+        """Return the scores of slides, (N,) in cells; NaN beyond the range of the map."""
+        places = np.arange(len(self._scores)) - self._reverse_cells
         return np.interp(cells, places, self._scores, left=np.nan, right=np.nan)
 
-    def highest(self, least: float, most: float) -> float:
+    def max_score(self, least: float, most: float) -> float:
         """Return the highest score from ``least`` to ``most`` cells."""
-        first, last = math.floor(least) + self._back, math.ceil(most) + self._back
+        first = math.floor(least) + self._reverse_cells
+        last = math.ceil(most) + self._reverse_cells
         return float(self._scores[max(first, 0):max(last + 1, 1)].max(initial=0.0))
 
-    def rival(self, cells: float | None) -> float:
-        """Return the highest score of all slides but those next to ``cells``."""
+    def rival_score(self, cells: float | None) -> float:
+        """Return the highest score, except next to a slide of ``cells``."""
         scores = self._scores.copy()
         if cells is not None:
-            at = round(cells) + self._back
-            scores[max(at - TUNING.next_cells, 0):at + TUNING.next_cells + 1] = 0.0
+            at = round(cells) + self._reverse_cells
+            scores[max(at - TUNING.peak_half_width, 0):at + TUNING.peak_half_width + 1] = 0.0
         return float(scores.max())
 
     def _transform(self, patch: NDArray[np.float32], *, keep: bool) -> float:

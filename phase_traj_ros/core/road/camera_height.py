@@ -25,15 +25,11 @@ class CameraHeight:
         return float(self._variance ** 0.5)
 
     def add(self, metres: float, heights: float, interval: float) -> None:
-        """
-        Add a distance in metres and the same distance in camera heights, both above 0.
-
-        ``interval`` is the time of the pair in seconds.
-        """
-        noise = TUNING.pair ** 2 * max(TUNING.pair_time / interval, 1.0)
+        """Add the distance of a pair in metres and in camera heights, and its time in seconds."""
+        noise = TUNING.height_pair_error ** 2 * max(TUNING.height_pair_time / interval, 1.0)
         gain = self._variance / (self._variance + noise)
         self._metres *= 1.0 + gain * (metres / heights / self._metres - 1.0)
         # The error of the speedometer does not average out. A given height may be more certain.
-        least = min(self._variance, TUNING.speedometer ** 2)
+        least = min(self._variance, TUNING.speedometer_error ** 2)
         self._variance = max(self._variance * (1.0 - gain), least)
         self._known = True

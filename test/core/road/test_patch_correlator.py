@@ -4,7 +4,7 @@
 
 import numpy as np
 from phase_traj_ros.core.correlation.windows import Window, window_2d
-from phase_traj_ros.core.road.slide import Slide
+from phase_traj_ros.core.road.patch_correlator import PatchCorrelator
 from phase_traj_ros.core.road.tuning import TUNING
 import pytest
 
@@ -26,18 +26,18 @@ def patch(road, cells, aside=0.0):
 
 
 def compared(before, after):
-    slide = Slide(WINDOW)
-    slide.keep(before)
+    slide = PatchCorrelator(WINDOW)
+    slide.set_reference(before)
     slide.compare(after)
     return slide
 
 
 def test_a_slide_towards_the_vehicle_is_positive_and_as_exact_as_it_says():
-    slide, errors = Slide(WINDOW), []
-    slide.keep(patch(road(), 0.0))
+    slide, errors = PatchCorrelator(WINDOW), []
+    slide.set_reference(patch(road(), 0.0))
     for cells in np.arange(-8.0, 50.0, 1.9):
         slide.compare(patch(road(), cells))
-        errors.append(slide.peak(-10, slide.most).cells - cells)
+        errors.append(slide.peak(-10, slide.max_cells).cells - cells)
     assert np.sqrt(np.mean(np.square(errors))) < TUNING.peak_cells
     assert abs(np.mean(errors)) < TUNING.peak_cells / 3.0
 
@@ -56,39 +56,39 @@ def test_noise_stands_out_by_the_best_of_nine_columns(contrast):
 
 
 def test_what_moves_aside_as_well_is_found():
-    slide = compared(patch(road(), 0.0), patch(road(), 10.0, TUNING.aside_cells))
-    assert slide.peak(0, slide.most).cells == pytest.approx(10.0, abs=0.5)
-    slide = compared(patch(road(), 0.0), patch(road(), 10.0, -TUNING.aside_cells))
-    assert slide.peak(0, slide.most).cells == pytest.approx(10.0, abs=0.5)
+    slide = compared(patch(road(), 0.0), patch(road(), 10.0, TUNING.lateral_cells))
+    assert slide.peak(0, slide.max_cells).cells == pytest.approx(10.0, abs=0.5)
+    slide = compared(patch(road(), 0.0), patch(road(), 10.0, -TUNING.lateral_cells))
+    assert slide.peak(0, slide.max_cells).cells == pytest.approx(10.0, abs=0.5)
 
 
 def test_a_peak_is_sought_within_limits_and_a_flank_is_none():
     slide = compared(patch(road(), 0.0), patch(road(), 12.0) + 0.7 * patch(road(), 30.0))
     assert slide.peak(0, 20).cells == pytest.approx(12.0, abs=0.5)
     assert slide.peak(20, 40).cells == pytest.approx(30.0, abs=0.5)
-    for limits in ((0, 11), (13, 29), (31, slide.most)):
+    for limits in ((0, 11), (13, 29), (31, slide.max_cells)):
         outside = slide.peak(*limits)
-        assert outside is None or outside.score < TUNING.stands_out
+        assert outside is None or outside.score < TUNING.min_score
     assert slide.peak(5, 4) is None
 
 
 def test_the_rival_of_a_slide_is_the_highest_other_one():
     slide = compared(patch(road(), 0.0), patch(road(), 12.0) + 0.7 * patch(road(), 30.0))
     strong, weak = slide.peak(0, 20), slide.peak(20, 40)
-    assert strong.score > weak.score > TUNING.stands_out
-    assert slide.rival(None) == slide.rival(weak.cells) == pytest.approx(strong.score)
-    assert slide.rival(strong.cells) == pytest.approx(weak.score)
+    assert strong.score > weak.score > TUNING.min_score
+    assert slide.rival_score(None) == slide.rival_score(weak.cells) == pytest.approx(strong.score)
+    assert slide.rival_score(strong.cells) == pytest.approx(weak.score)
     # At the near end of the range as well.
     alone = compared(patch(road(), 0.0), patch(road(), -10.0))
-    assert alone.rival(alone.peak(-12, 0).cells) < TUNING.stands_out < alone.rival(None)
+    assert alone.rival_score(alone.peak(-12, 0).cells) < TUNING.min_score < alone.rival_score(None)
 
 
 def test_the_height_at_a_slide_is_that_of_its_peak():
     slide = compared(patch(road(), 0.0), patch(road(), 12.0))
-    peak = slide.peak(0, slide.most)
+    peak = slide.peak(0, slide.max_cells)
     assert slide.scores_at(np.array([12.0]))[0] == pytest.approx(peak.score)
-    assert slide.highest(10.0, 14.0) == slide.highest(-99.0, 99.0) == peak.score
-    assert slide.highest(20.0, 40.0) < TUNING.stands_out
+    assert slide.max_score(10.0, 14.0) == slide.max_score(-99.0, 99.0) == peak.score
+    assert slide.max_score(20.0, 40.0) < TUNING.min_score
     # Beyond the range, nothing is known.
     assert np.isnan(slide.scores_at(np.array([-50.0, 100.0]))).all()
 
@@ -96,15 +96,15 @@ def test_the_height_at_a_slide_is_that_of_its_peak():
 def test_a_patch_without_contrast_is_like_none():
     blank = np.zeros(SHAPE, np.float32)
     for before, after in ((patch(road(), 0.0), blank), (blank, patch(road(), 0.0))):
-        assert compared(before, after).rival(None) < TUNING.stands_out
+        assert compared(before, after).rival_score(None) < TUNING.min_score
     slide = compared(patch(road(), 0.0), patch(road(), 0.0))
-    slide.keep(blank)
+    slide.set_reference(blank)
     slide.compare(patch(road(), 0.0))
-    assert slide.rival(None) < TUNING.stands_out
+    assert slide.rival_score(None) < TUNING.min_score
 
 
 def test_the_largest_slide_is_found():
-    most = Slide(WINDOW).most
+    most = PatchCorrelator(WINDOW).max_cells
     slide = compared(patch(road(), 0.0), patch(road(), most - 1.0))
     assert slide.peak(most - 5, most).cells == pytest.approx(most - 1.0, abs=0.5)
 
@@ -112,7 +112,7 @@ def test_the_largest_slide_is_found():
 def test_the_kept_patch_stays_for_the_next_comparison():
     slide = compared(patch(road(), 0.0), patch(road(), 5.0))
     slide.compare(patch(road(), 11.0))
-    assert slide.peak(0, slide.most).cells == pytest.approx(11.0, abs=0.5)
-    slide.keep(patch(road(), 11.0))
+    assert slide.peak(0, slide.max_cells).cells == pytest.approx(11.0, abs=0.5)
+    slide.set_reference(patch(road(), 11.0))
     slide.compare(patch(road(), 14.0))
-    assert slide.peak(0, slide.most).cells == pytest.approx(3.0, abs=0.5)
+    assert slide.peak(0, slide.max_cells).cells == pytest.approx(3.0, abs=0.5)

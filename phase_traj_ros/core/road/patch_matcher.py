@@ -1,0 +1,140 @@
+# Copyright 2026 phase_traj_ros contributors
+# SPDX-License-Identifier: Apache-2.0
+"""
+Finds the slide of a road patch despite patterns that do not slide.
+
+Reflections on the windscreen, dirt and the grid of an encoder do not move. On smooth asphalt,
+their peak at zero is higher than that of the road. The moving road averages out, so the mean of
+the patches is subtracted from each of them.
+"""
+
+from dataclasses import dataclass
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+from phase_traj_ros.core.correlation.phase_correlation import Frame
+from phase_traj_ros.core.road.ground import CELL, GroundPatch
+from phase_traj_ros.core.road.keyframe import RoadKeyframe
+from phase_traj_ros.core.road.patch_correlator import PatchCorrelator, Peak
+from phase_traj_ros.core.road.tuning import TUNING
+
+
+@dataclass(frozen=True, slots=True)
+class RoadSlide:
+    """Slide of a patch since the keyframe, in camera heights."""
+
+    distance: float
+    """Distance travelled, corrected for the change of the pitch."""
+    deviation: float
+    """Its standard deviation."""
+    score: float
+    """Height of the peak in standard deviations of noise."""
+    depth: float
+    """Distance of the patch ahead."""
+    raw: float
+    """The slide as measured."""
+    fixed: bool
+    """Whether it may belong to a pattern that is fixed to the camera."""
+    sudden: bool = False
+    """Whether it implies harder braking than a vehicle can do."""
+
+
+class PatchMatcher:
+    """Compares a road patch with that of the keyframe."""
+
+    def __init__(self, patch: GroundPatch) -> None:
+        """Make a matcher without a keyframe."""
+        self._patch = patch
+        self._correlator = PatchCorrelator(patch.window)
+        self._newest: NDArray[np.float32] = np.zeros(patch.shape, np.float32)
+        # Mean of the newest patches of a moving road, and their number.
+        self._pattern, self._patches = self._newest, 0
+
+    @property
+    def depth(self) -> float:
+        """Return the mean distance of the patch ahead, in camera heights."""
+        return self._patch.depth
+
+    def project(self, frame: Frame) -> None:
+        """Project a frame (H, W) to the patch, which becomes the newest one."""
+        self._newest = self._patch(frame)
+
+    def compare(self, turn: NDArray[np.float64]) -> None:
+        """Compare the newest patch with the reference; ``turn`` (3, 3) is the rotation since."""
+        self._correlator.compare(self._patch.derotated(self._without_fixed, turn))
+
+    def set_reference(self) -> None:
+        """Make the newest patch the reference for the next ones."""
+        self._correlator.set_reference(self._without_fixed)
+
+    def learn(self) -> None:
+        """Add the newest patch, on which the road has moved, to the mean pattern."""
+        self._patches = min(self._patches + 1, TUNING.pattern_patches)
+        self._pattern = self._pattern + (
+            self._newest - self._pattern) / np.float32(self._patches)
+
+    def deviation(self, key: RoadKeyframe) -> float:
+        """Return the standard deviation of a slide in camera heights, without that of the tilt."""
+        return math.hypot(TUNING.peak_cells * CELL, self._slide_per_pitch * key.pitch_deviation)
+
+    def find(
+        self, least: float, most: float, key: RoadKeyframe, *, scale: float,
+    ) -> RoadSlide | None:
+        """
+        Return the most significant slide since the keyframe ``key``; None if there is none.
+
+        The search range is ``least`` to ``most`` camera heights. ``scale`` is the factor by which
+        slides of this patch are too large, as the pitch has changed.
+        """
+        least, most = least * scale / CELL, min(most * scale / CELL, self._correlator.max_cells)
+        # The compensation of the rotation moves a pattern that is fixed to the camera here.
+        pattern = -self._slide_per_pitch * key.pitch / CELL
+        below = min(pattern, 0.0) - TUNING.fixed_cells
+        above = max(pattern, 0.0) + TUNING.fixed_cells
+        peak = self._peak(least, most, below, above, key)
+        if peak is None:
+            return None
+        raw = peak.cells * CELL
+        # The copies of an encoder have side lobes.
+        beside = key.drives and abs(raw) < TUNING.profile_begins and (
+            self._correlator.max_score(below, above) > peak.score)
+        return RoadSlide(
+            raw / scale, self.deviation(key), peak.score, self.depth, raw,
+            beside or below < peak.cells < above, peak.cells < least - TUNING.fixed_cells)
+
+    def scores_at(
+        self, ways: NDArray[np.float64], *, scale: float,
+    ) -> NDArray[np.float64]:
+        """Return the scores of slides, (N,) in camera heights; NaN beyond the range of the map."""
+        return self._correlator.scores_at(ways * scale / CELL)
+
+    def is_rivalled(self, found: RoadSlide | None) -> bool:
+        """Return whether another slide is significant, and more than the one that was found."""
+        cells, score = (None, 0.0) if found is None else (found.raw / CELL, found.score)
+        return self._correlator.rival_score(cells) > max(TUNING.min_score, score)
+
+    def _peak(
+        self, least: float, most: float, below: float, above: float, key: RoadKeyframe,
+    ) -> Peak | None:
+        """Return the highest peak; that of a fixed pattern only if nothing slides."""
+        if not key.moves:
+            # The vehicle may stand, whatever its last speed was.
+            return self._correlator.peak(least, most) or self._correlator.peak(below, above)
+        places = [(max(least, above, key.min_slide / CELL), most)]
+        if not key.drives or not key.agreed or most <= 0.0:
+            places.append((least, min(most, below)))
+        peaks = filter(None, [self._correlator.peak(*place) for place in places])
+        peak = max(peaks, key=lambda each: each.score, default=None)
+        return peak if peak or key.drives else self._correlator.peak(least, most)
+
+    @property
+    def _without_fixed(self) -> NDArray[np.float32]:
+        if self._patches < TUNING.min_patches:
+            return self._newest
+        return self._newest - self._pattern
+
+    @property
+    def _slide_per_pitch(self) -> float:
+        """Return the slide of the patch in camera heights per radian of pitch."""
+        return 1.0 + self.depth * self.depth
