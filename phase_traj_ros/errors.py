@@ -52,6 +52,11 @@ class MissingDependencyError(PhaseTrajError, ImportError):
     """A requested feature needs an optional dependency that is not installed."""
 
 
+def message_of(error: Exception) -> str:
+    """Return the message of an error, after its class unless it is one of this package."""
+    return str(error) if isinstance(error, PhaseTrajError) else f'{type(error).__name__}: {error}'
+
+
 @contextmanager
 def reading(path: object) -> Iterator[None]:
     """

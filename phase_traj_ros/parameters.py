@@ -18,7 +18,7 @@ from phase_traj_ros.core.camera.lens import Lens
 from phase_traj_ros.core.camera.lens_family import PINHOLE, STRAIGHTNESS_RANGE
 from phase_traj_ros.core.camera.model import CameraModel
 from phase_traj_ros.core.correlation.quality import GateSettings, StillnessSettings
-from phase_traj_ros.core.path.speed import MOST_SPEED
+from phase_traj_ros.core.path.speed import MAX_SPEED
 from phase_traj_ros.core.settings import CodeSource, PathSource
 from phase_traj_ros.errors import ParameterError
 from phase_traj_ros.parameter_spec import (
@@ -132,7 +132,7 @@ class Parameters:
     speed: float = parameter(
         0.0, 'Speed of the vehicle, if it is constant. With it, odom and a path from the heading'
         ' are in metres. Requires a focal length. 0 if unknown.', unit='m/s',
-        minimum=0.0, maximum=MOST_SPEED, read_only=True, group=Group.VEHICLE)
+        minimum=0.0, maximum=MAX_SPEED, read_only=True, group=Group.VEHICLE)
     use_speed_topic: bool = parameter(
         False, 'Whether the topic speed provides the speed of the vehicle instead.',
         read_only=True, group=Group.VEHICLE)

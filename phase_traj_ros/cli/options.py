@@ -5,7 +5,6 @@
 from argparse import ArgumentParser, Namespace
 from dataclasses import fields
 from pathlib import Path
-import sys
 from textwrap import fill
 
 from phase_traj_ros.io.params_file import find_params_file, parse_assignment, read_parameters
@@ -98,12 +97,6 @@ def parameters_help() -> str:
                     f'{spec.name} ({spec.default!r}): {spec.description}', 96,
                     initial_indent='  ', subsequent_indent='      '))
     return '\n'.join(lines) + '\n'
-
-
-def print_notices(parameters: Parameters) -> None:
-    """Print warnings about the values of the parameters."""
-    for notice in parameters.notices:
-        print(f'warning: {notice}', file=sys.stderr)
 
 
 def request_of(

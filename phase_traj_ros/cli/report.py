@@ -3,6 +3,7 @@
 """Prints codes, turns and distances, and what speaks against them."""
 
 from collections.abc import Iterator, Sequence
+import sys
 from typing import Any
 
 from phase_traj_ros.core import CodeSeries, Turn
@@ -17,21 +18,35 @@ def print_result(result: Replay) -> None:
     _print_series('movement ', result.codes.movement)
     _print_series('direction', result.codes.direction)
     _print_turns(result.turns)
-    if result.camera is not None:
-        print(f'camera: {result.camera}')
-    if result.mounting:
-        print(result.mounting)
+    print_camera(result)
     _print_way(result)
 
 
+def print_camera(result: Replay) -> None:
+    """Print the camera in use, and what is used of its mount."""
+    if result.camera is not None:
+        print(f'camera: {result.camera}')
+    if result.mounting is not None and str(result.mounting):
+        print(result.mounting)
+
+
 def print_doubts(result: Replay) -> None:
-    """Print why a result is not reliable, and what is wrong with the settings and the data."""
+    """
+    Print why a result is not reliable.
+
+    Warnings about the settings and the data go to the standard error.
+    """
     if not result.reliability.reliable:
         print('not reliable:', *(reason.sentence for reason in result.reliability.reasons))
     if result.threshold_hint is not None:
         print(f'hint: {result.threshold_hint.sentence}')
     for warning in _warnings(result):
-        print(f'warning: {warning}')
+        warn(warning)
+
+
+def warn(warning: str) -> None:
+    """Print a warning to the standard error."""
+    print(f'warning: {warning}', file=sys.stderr)
 
 
 def _print_turns(turns: Sequence[Turn]) -> None:

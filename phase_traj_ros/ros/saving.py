@@ -10,10 +10,10 @@ from pathlib import Path
 import tempfile
 
 from phase_traj_ros.core import TrajectoryEstimator
-from phase_traj_ros.errors import OutputError, PhaseTrajError
+from phase_traj_ros.errors import message_of, OutputError
+from phase_traj_ros.io.messages.mounting import Mounting
 from phase_traj_ros.io.outputs.commit import writing_to
 from phase_traj_ros.io.results.snapshot import Snapshot
-from phase_traj_ros.parameters import Parameters
 from phase_traj_ros.ros.entities import Entities
 from rclpy.node import Node
 from rclpy.task import Future
@@ -29,11 +29,13 @@ class Saving:
     """
 
     def __init__(
-        self, node: Node, entities: Entities, parameters: Parameters,
+        self, node: Node, entities: Entities, mounting: Mounting,
         estimator: TrajectoryEstimator, source: str,
     ) -> None:
         """
         Offer ``~/save`` on ``node``; ``source`` is the name of the image topic.
+
+        ``mounting`` has the parameters, and is saved.
 
         Raises
         ------
@@ -46,9 +48,11 @@ class Saving:
         self._source = source
         self._folders: DriveFolders | None = None
         self._folder: Path | None = None
-        if parameters.output_dir:
+        self.mounting = mounting
+        """The mount of the camera, which is saved."""
+        if mounting.parameters.output_dir:
             self._folders = DriveFolders(
-                Path(parameters.output_dir).expanduser(), node.get_fully_qualified_name())
+                Path(mounting.parameters.output_dir).expanduser(), node.get_fully_qualified_name())
         # Drawing takes some tenths of a second. Images must not queue up meanwhile.
         self._writer = ThreadPoolExecutor(max_workers=1)
         entities.create_service(Trigger, '~/save', self._on_save)
@@ -71,7 +75,8 @@ class Saving:
         except OutputError as error:
             on_done(False, str(error))
             return
-        snapshot = Snapshot.of(self._estimator, source=self._source)
+        snapshot = Snapshot.of(
+            self._estimator, source=self._source, mounting=self.mounting)
         self._writer.submit(_write, snapshot, self._folder, on_done)
 
     def _log(self, success: bool, message: str) -> None:
@@ -136,9 +141,7 @@ class DriveFolders:
 def _write(snapshot: Snapshot, folder: Path, on_done: Callable[[bool, str], None]) -> None:
     try:
         snapshot.write(folder)
-    except PhaseTrajError as error:
-        on_done(False, str(error))
     except Exception as error:  # the caller waits for a response in any case
-        on_done(False, f'{type(error).__name__}: {error}')
+        on_done(False, message_of(error))
     else:
         on_done(True, f'written to {folder}')

@@ -9,7 +9,7 @@ callback finishes, and then the node is destroyed.
 """
 
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 import re
 from threading import Event
@@ -112,7 +112,9 @@ def spin(make_node: Callable[[], Node], stop: Event) -> None:
     executor.add_node(node)
     try:
         while not stop.is_set():
-            executor.spin_once(timeout_sec=_POLL_S)
+            # A transition may destroy a service that has yet to respond, such as ~/save.
+            with suppress(rclpy_implementation.InvalidHandle):
+                executor.spin_once(timeout_sec=_POLL_S)
     finally:
         executor.shutdown()
         node.destroy_node()

@@ -39,9 +39,9 @@ def bag(tmp_path_factory):
         'six turns', PLAN, rate_hz=10.0, speed=8.0,
         camera=Camera.with_field_of_view(320, 160, HFOV), seed=5)
     folder = tmp_path_factory.mktemp('drives')
-    write_drive_bag(drive, folder / 'six')
-    write_drive_bag(drive.take(range(70)), folder / 'one')
-    write_drive_bag(drive.take(range(15)), folder / 'none')
+    scene = drive.build_scene()
+    for name, frames in (('six', len(drive)), ('one', 70), ('none', 15)):
+        write_drive_bag(drive.take(range(frames)), folder / name, scene=scene)
     return folder
 
 

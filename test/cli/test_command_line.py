@@ -264,7 +264,7 @@ def test_a_broken_picture_is_skipped_and_warned_of(run, folder, tmp_path, conten
     (folder / '5.png').write_bytes(content)
     done = run('replay', folder, '--output', tmp_path / 'results', *PAPER)
     assert done.returncode == 0
-    assert re.search(r'warning: frames skipped: 1; the first: frame 5: .*5\.png', done.stdout)
+    assert re.search(r'warning: frames skipped: 1; the first: frame 5: .*5\.png', done.stderr)
     written = json.loads((tmp_path / 'results' / 'chain_code.json').read_text())
     assert (written['skipped_frames'], written['dropped_frames']) == (1, 0)
     assert 5 not in written['frame_numbers']

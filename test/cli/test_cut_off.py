@@ -33,7 +33,7 @@ def cut_off(tmp_path):
 def test_replay_and_its_report(cut_off, tmp_path, capsys):
     out = tmp_path / 'out'
     assert main(['replay', str(cut_off), '--output', str(out), '--report', *GIVEN]) == 0
-    assert re.search(f'^warning: {CUT_OFF} or damaged$', capsys.readouterr().out, re.MULTILINE)
+    assert re.search(f'^warning: {CUT_OFF} or damaged$', capsys.readouterr().err, re.MULTILINE)
     page = (out / 'report.html').read_text()
     assert re.search(CUT_OFF, page) and 'No reason to doubt' not in page
 
@@ -50,7 +50,7 @@ def test_several_recordings(cut_off, tmp_path):
 def test_locate(cut_off, tmp_path, capsys):
     town = write_town(tmp_path / 'town.osm')
     assert main(['locate', str(cut_off), '--map', str(town), *GIVEN]) == 1
-    assert re.search(f'^warning: {CUT_OFF} or damaged$', capsys.readouterr().out, re.MULTILINE)
+    assert re.search(f'^warning: {CUT_OFF} or damaged$', capsys.readouterr().err, re.MULTILINE)
 
 
 def test_calibrate(cut_off, capsys):

@@ -72,7 +72,7 @@ def test_no_more_runs_are_printed_than_a_person_reads(tmp_path, capsys):
 def test_a_calibration_that_is_not_used_is_said(folder, capsys, monkeypatch):
     monkeypatch.setattr(job, 'known_lens', lambda *_: (None, 'its focal length is 0'))
     assert run('replay', folder, *PAPER) == 0
-    assert 'warning: the calibration is not used: its focal length is 0' in capsys.readouterr().out
+    assert 'warning: the calibration is not used: its focal length is 0' in capsys.readouterr().err
 
 
 def test_everything_of_one_source(folder, tmp_path, capsys):
@@ -102,7 +102,7 @@ def rendered(folder, *seeds):
 def test_a_cut_to_a_new_scene_is_said(tmp_path, capsys):
     rendered(tmp_path / 'film', 8, 3)
     assert run('replay', tmp_path / 'film', '-p', 'hfov_deg:=70.0') == 0
-    assert 'warning: cuts to a new scene: 1\n' in capsys.readouterr().out
+    assert 'warning: cuts to a new scene: 1\n' in capsys.readouterr().err
 
 
 def test_a_distance_says_that_the_camera_is_assumed(tmp_path, capsys):

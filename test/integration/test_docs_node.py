@@ -18,12 +18,13 @@ OF_EVERY_NODE = re.compile(
     'use_sim_time|autostart|start_type_description_service|qos_overrides\\..*')
 
 
-@pytest.fixture
-def node(live: Live, tmp_path):
+@pytest.fixture(scope='module')
+def node(shared_live: Live, tmp_path_factory):
     """Start the node with all its topics and wait until the graph knows it."""
+    live, town = shared_live, tmp_path_factory.mktemp('map') / 'town.osm'
     live.start(
         '-p', 'code_source:=heading', '-p', 'use_speed_topic:=true', '-p', 'code_step:=2.0',
-        '-p', f'map_file:={write_town(tmp_path / "town.osm")}')
+        '-p', f'map_file:={write_town(town)}')
     live.describe_parameters()
     # Answering comes before being listed: the services are announced one by one.
     live.until(lambda: {'~/save', '~/list_parameters'} <= of_node(

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The node with a camera whose place is on /tf_static."""
 
+import json
 import math
 from types import SimpleNamespace
 
@@ -13,6 +14,7 @@ from phase_traj_ros.ros.nodes.node import PhaseTrajNode
 import pytest
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
+from rclpy.parameter import Parameter
 
 # A camera 1.65 m above the ground, looking ahead: its z axis is that of the vehicle's x.
 CAMERA = SimpleNamespace(
@@ -51,6 +53,13 @@ def show(node, count, start=0):
     for index in range(start, start + count):
         node._work._on_frame(StampedFrame(
             np.roll(picture, 3 * index, axis=1), 10**18 + index * 10**8, 'mono8', 'camera'))
+
+
+def saved_mount(node, folder):
+    """End the drive; return what its file has of the mount."""
+    node._drop_work()
+    newest = max((folder / 'kept').iterdir(), key=lambda each: int(each.name.rpartition('_')[2]))
+    return json.loads((newest / 'chain_code.json').read_text())['mount']
 
 
 def has_odometry(node):
@@ -94,7 +103,7 @@ def test_what_cannot_be_used_is_said_and_the_node_goes_on(made, capfd):
     for _ in range(5):
         executor.spin_once(timeout_sec=0)
     assert "not used: parameters 'frame_id' and 'child_frame_id'" in capfd.readouterr().err
-    assert not has_odometry(node) and node._work._estimator.frames == 2
+    assert not has_odometry(node) and node._work._estimator.frames == 3
 
 
 def test_a_calibrated_camera_is_tilted_as_it_is_mounted(made, capfd):
@@ -137,7 +146,86 @@ def test_a_given_speed_is_that_of_the_vehicle_wherever_the_camera_is(made, monke
     assert {each.speed for each in seen} == {5.0}
 
 
-def test_a_parameter_wins(made, capfd):
+@pytest.mark.parametrize('before', [0, 3])
+def test_the_rule_of_the_paper_needs_no_calibration_for_a_camera_on_a_vehicle(
+        made, capfd, tmp_path, before):
+    node, executor = made('-p', 'threshold:=2.0')
+    show(node, before)
+    tell(node, CAMERA)
+    for _ in range(5):
+        executor.spin_once(timeout_sec=0)
+    show(node, 3, start=before)
+    # The drive goes on.
+    assert node._work._estimator.frames == before + 3 and not has_odometry(node)
+    assert 'tf_static' not in capfd.readouterr().err
+    assert saved_mount(node, tmp_path)['found'] == {}
+
+
+def test_a_mount_that_changes_a_little_is_used_as_one_that_changes_much(made):
+    node, executor = made()
+    moved = SimpleNamespace(**vars(CAMERA))
+    moved.transform = SimpleNamespace(
+        translation=SimpleNamespace(x=1.2, y=0.0, z=1.653), rotation=CAMERA.transform.rotation)
+    for transform in (CAMERA, moved):
+        tell(node, transform)
+        show(node, 1)
+        for _ in range(5):
+            executor.spin_once(timeout_sec=0)
+    assert node._work._estimator.settings.camera_height == pytest.approx(1.653)
+    change, = node.set_parameters([Parameter('max_gap', value=2.0)])
+    assert change.successful
+    # What has no effect, such as the rounding of another chain of frames, does not end the drive.
+    work, far = node._work, SimpleNamespace(**vars(CAMERA))
+    far.transform = SimpleNamespace(
+        translation=SimpleNamespace(x=9.0, y=1e-12, z=1.653 + 1e-12),
+        rotation=CAMERA.transform.rotation)
+    tell(node, far)
+    show(node, 2)
+    assert node._work is work and work._estimator.frames == 2
+    assert work.mounting.mount.x == 9.0
+    change, = node.set_parameters([Parameter('max_gap', value=3.0)])
+    assert change.successful
+    # Nor does another mount, where the paper's rule has followed.
+    work.restart()
+    node.set_parameters([Parameter('threshold', value=2.0)])
+    tell(node, CAMERA)
+    show(node, 3)
+    assert node._work is work and work._estimator.frames == 3 and has_odometry(node)
+
+
+def test_of_two_mounts_the_newer_one_is_used(made):
+    node, executor = made('-p', 'camera_pitch_deg:=1.0', '-p', 'camera_roll_deg:=1.0')
+    show(node, 1)
+    tell(node, CAMERA)
+    low = SimpleNamespace(**vars(CAMERA))
+    low.transform = SimpleNamespace(
+        translation=SimpleNamespace(x=1.2, y=0.0, z=0.001), rotation=CAMERA.transform.rotation)
+    tell(node, low)
+    for _ in range(5):
+        executor.spin_once(timeout_sec=0)
+    assert node._work._estimator.settings.camera_height == 0.0
+
+
+def test_a_threshold_that_is_set_later_leaves_the_metres(made):
+    node, executor = made()
+    tell(node, CAMERA)
+    show(node, 1)
+    for _ in range(5):
+        executor.spin_once(timeout_sec=0)
+    for threshold in (2.0, 0.0):
+        show(node, 3)
+        node._work.restart()
+        change, = node.set_parameters([Parameter('threshold', value=threshold)])
+        assert change.successful
+        for _ in range(5):
+            executor.spin_once(timeout_sec=0)
+        show(node, 3)
+        assert node._work._estimator.frames == 3
+        assert node._work._estimator.settings.camera_height == pytest.approx(1.65)
+        assert has_odometry(node)
+
+
+def test_a_parameter_wins(made, capfd, tmp_path):
     node, executor = made('-p', 'camera_height:=1.2')
     tell(node, CAMERA)
     show(node, 1)
@@ -145,3 +233,7 @@ def test_a_parameter_wins(made, capfd):
         executor.spin_once(timeout_sec=0)
     assert 'camera_height' not in capfd.readouterr().err.split('from there: ')[1]
     assert node._work._estimator.settings.camera_height == 1.2
+    show(node, 2)
+    mount = saved_mount(node, tmp_path)
+    assert mount['height'] == pytest.approx(1.65)
+    assert set(mount['found']) == {'camera_pitch_deg', 'camera_roll_deg'}

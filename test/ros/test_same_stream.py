@@ -11,6 +11,7 @@ import numpy as np
 from phase_traj_ros.core import Movement
 from phase_traj_ros.errors import SourceError
 from phase_traj_ros.io.messages.image import encoding_of, msg_to_frame
+from phase_traj_ros.io.messages.mounting import Mounting
 from phase_traj_ros.io.messages.stamps import StampRule, to_nanoseconds
 from phase_traj_ros.io.replay.run import replay, Watcher
 from phase_traj_ros.io.sources.base import Candidate, FrameSource
@@ -110,7 +111,7 @@ def live(given):
     node.create_publisher.return_value.get_subscription_count.return_value = 0
     clock = node.get_clock.return_value.now.return_value
     clock.nanoseconds = RECEIVED_NS
-    work = Work(node, PAPER)
+    work = Work(node, Mounting(PAPER))
     work.start()
     [receive] = [
         call.args[2] for call in node.create_subscription.call_args_list

@@ -5,12 +5,12 @@
 from argparse import Namespace
 from contextlib import closing
 from pathlib import Path
-import sys
 from typing import Any
 
 from phase_traj_ros.cli.command import Command
 from phase_traj_ros.cli.options import add_source, SOURCE_HELP, source_of
 from phase_traj_ros.cli.progress import progress
+from phase_traj_ros.cli.report import warn
 from phase_traj_ros.core import CameraEstimate, CameraInUse, Lens
 from phase_traj_ros.core.camera.estimate import combined
 from phase_traj_ros.errors import ParameterError, ResultError
@@ -89,7 +89,7 @@ def _learn(options: Namespace, path: Path) -> CameraEstimate | None:
         lens = learned_lens(shown, parameters, source.description)
         problem = source.frames.problem
     if problem is not None:
-        print(f'warning: {path}: {problem}', file=sys.stderr)
+        warn(f'{path}: {problem}')
     return None if lens is None else lens.estimate
 
 

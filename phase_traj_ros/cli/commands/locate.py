@@ -18,7 +18,7 @@ from phase_traj_ros.cli.options import (
     SOURCE_HELP,
 )
 from phase_traj_ros.cli.progress import over_passes, progress
-from phase_traj_ros.cli.report import print_doubts
+from phase_traj_ros.cli.report import print_camera, print_doubts
 from phase_traj_ros.core.localization.given import ScaleRange
 from phase_traj_ros.errors import ParameterError
 from phase_traj_ros.io.maps.projection import bearing_deg
@@ -145,6 +145,7 @@ def _odometry(options: Namespace) -> tuple[DriveOdometry, Path | None]:
         result = replay_source(
             opened, request,
             through=over_passes(total=opened.frame_count, title=request.title))
+    print_camera(result)
     print_doubts(result)
     return odometry_of(result), None if options.output is None else options.output / _CODES
 

@@ -6,12 +6,12 @@ from argparse import Namespace, REMAINDER
 from collections.abc import Iterator
 from contextlib import closing
 import math
-import sys
 from typing import Any
 
 from phase_traj_ros.cli.command import Command
 from phase_traj_ros.cli.options import add_source, SOURCE_HELP, source_of
 from phase_traj_ros.cli.progress import progress
+from phase_traj_ros.cli.report import warn
 from phase_traj_ros.core.camera.model import CameraModel
 from phase_traj_ros.errors import (
     CalibrationError,
@@ -118,7 +118,7 @@ def run(options: Namespace) -> None:
             player.destroy_node()
     print(f'published {published} frames')
     if source.frames.problem is not None:
-        print(f'warning: {source.frames.problem}', file=sys.stderr)
+        warn(source.frames.problem)
 
 
 def _nobody_listens(topic: str, options: Namespace) -> None:
@@ -127,7 +127,7 @@ def _nobody_listens(topic: str, options: Namespace) -> None:
     if options.lossless:
         raise OutputError(f'{problem}, and for --lossless set its qos_overrides to reliable')
     if options.wait > 0:
-        print(f'warning: {problem}', file=sys.stderr)
+        warn(problem)
 
 
 def _camera_of(source: FrameSource, *, rectified: bool) -> CameraModel | None:
@@ -136,7 +136,7 @@ def _camera_of(source: FrameSource, *, rectified: bool) -> CameraModel | None:
         return source.camera(rectified=rectified)
     except (CalibrationError, SourceError) as error:
         if not rectified:
-            print(f'warning: no camera_info is published: {error}', file=sys.stderr)
+            warn(f'no camera_info is published: {error}')
         return None
 
 
@@ -144,7 +144,7 @@ def _frames(source: FrameSource, *, loop: bool) -> Iterator[StampedFrame]:
     while True:
         for entry in source.entries():
             if isinstance(entry, UnreadableFrame):
-                print(f'warning: skipped frame {entry.number}: {entry.reason}', file=sys.stderr)
+                warn(f'skipped frame {entry.number}: {entry.reason}')
             else:
                 yield entry
         if not loop:

@@ -15,7 +15,6 @@ from phase_traj_ros.cli.options import (
     add_parameters,
     add_source,
     parameters_help,
-    print_notices,
     request_of,
     SOURCE_HELP,
 )
@@ -71,7 +70,6 @@ def run(options: Namespace) -> int | None:
     """Run the command; return the exit status, None for success."""
     request = request_of(options, options.sources[0])
     if len(options.sources) > 1 or options.dask is not None:
-        print_notices(request.parameters)
         return replay_many(request, options)
     watch = _Stopwatch()
     with request.opened() as source:

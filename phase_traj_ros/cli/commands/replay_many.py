@@ -9,6 +9,7 @@ from dataclasses import replace
 import os
 
 from phase_traj_ros.cli.progress import BY_SOURCE, progress
+from phase_traj_ros.cli.report import warn
 from phase_traj_ros.errors import ParameterError
 from phase_traj_ros.io.outputs.manifest import MANIFEST
 from phase_traj_ros.io.outputs.protected import check_directory
@@ -75,6 +76,8 @@ def replay_many(request: ReplayRequest, options: Namespace) -> int | None:
     write_summary(batch.rows, root, force=request.force)
     for row in batch.rows:
         print(_line(row))
+        if row.facts.get('warnings'):
+            warn(f'{row.source}: {row.facts["warnings"]}')
     print(f'written to {root}, see {HTML_NAME} or {CSV_NAME}')
     return None if all(row.status is Status.OK for row in batch.rows) else EXIT_SOME_FAILED
 

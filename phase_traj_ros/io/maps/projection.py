@@ -71,7 +71,7 @@ class LocalProjection:
         c = (start * start).sum(axis=-1) - _A * _A
         # The product of both roots is c / a; this one has no cancellation near the origin.
         rise = -c / (b + np.sqrt(b * b - a * c))
-        # Contiguous, as in ``lens_family.places``.
+        # Contiguous, as in ``lens_family.project``.
         x, y, z = np.ascontiguousarray(np.moveaxis(foot + rise[..., None] * up, -1, 0))
         flat = np.hypot(x, y) * (1.0 - _E2)
         return np.degrees(np.arctan2(z, flat)), np.degrees(np.arctan2(y, x))

@@ -3,11 +3,11 @@
 """The camera of a recording: given by the source, or learned from the drive."""
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from phase_traj_ros.core import Lens, Measured
 from phase_traj_ros.errors import CalibrationError, PhaseTrajError
-from phase_traj_ros.io.messages.mounting import Mount
+from phase_traj_ros.io.messages.mounting import Mounting
 from phase_traj_ros.io.replay.estimator import make_estimator, outcomes
 from phase_traj_ros.io.sources.base import Entry, FrameSource, UnreadableFrame
 from phase_traj_ros.parameters import Parameters
@@ -18,35 +18,13 @@ _SOON_NS = 39_000_000
 _ENOUGH_TURNS = 8
 
 
-@dataclass(frozen=True, slots=True)
-class Mounting:
-    """The place of the camera on the vehicle, as far as the source tells it."""
-
-    parameters: Parameters
-    """Those given, with the place instead of what they leave out, as in the node."""
-    mount: Mount | None = None
-    told: str = ''
-    """A sentence on the mount; empty if it is unknown."""
-    doubts: tuple[str, ...] = ()
-    """What is doubtful about it, in sentences."""
-
-
 def mounting_of(source: FrameSource, parameters: Parameters) -> Mounting:
-    """
-    Return the place of the camera, if the source tells it and it can be used.
-
-    The paper's rule needs none: with a height, it would need a lens as well.
-    """
-    if not parameters.settings.needs_lens:
-        return Mounting(parameters)
+    """Return the parameters with the mount of the camera, if the source has a usable one."""
     try:
         mount = source.mount(parameters.child_frame_id)
-        if mount is None:
-            return Mounting(parameters)
-        values, used = mount.fill_in(parameters)
+        return Mounting(parameters) if mount is None else mount.fill_in(parameters)
     except PhaseTrajError as error:
         return Mounting(parameters, doubts=(f'/tf_static is not used: {error}',))
-    return Mounting(values, mount, mount.told(used), tuple(mount.doubts(parameters)))
 
 
 def known_lens(source: FrameSource, parameters: Parameters) -> tuple[Lens | None, str]:

@@ -7,7 +7,6 @@ from dataclasses import replace
 from pathlib import Path
 
 from phase_traj_ros.core import FrameStream, Outcome, Skipped, TrajectoryEstimator
-from phase_traj_ros.core.correlation.mask import mask_shares
 from phase_traj_ros.errors import ParameterError, SourceError
 from phase_traj_ros.io.images.decoding import read_picture
 from phase_traj_ros.io.sources.base import Entry, StampedFrame, UnreadableFrame
@@ -21,22 +20,20 @@ def make_estimator(parameters: Parameters, *, keep_all: bool = False) -> Traject
     Raises
     ------
     ParameterError
-        The mask cannot be read, or it is empty: black everywhere.
+        The mask cannot be read, or it is empty: black everywhere, or within the view.
 
     """
     settings = parameters.settings
     if keep_all:
         settings = replace(settings, max_runs=None, max_speeds=None)
-    mask = None
-    if parameters.mask_file:
-        try:
-            mask = mask_shares(read_picture(Path(parameters.mask_file).expanduser()))
-        except (SourceError, ValueError) as error:
-            raise ParameterError(f'mask_file: {error}') from None
     try:
+        mask = None
+        if parameters.mask_file:
+            mask = read_picture(Path(parameters.mask_file).expanduser())
         return TrajectoryEstimator(settings, mask=mask)
-    except ValueError as error:
-        raise ParameterError(str(error)) from None
+    except (SourceError, ValueError) as error:
+        # The parameters have checked the settings.
+        raise ParameterError(f'mask_file: {error}') from None
 
 
 def outcomes(

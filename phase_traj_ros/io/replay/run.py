@@ -32,6 +32,7 @@ from phase_traj_ros.core.codes.threshold_hint import ThresholdHint
 from phase_traj_ros.core.heading.turns import Turn
 from phase_traj_ros.core.reliability.verdict import Reliability
 from phase_traj_ros.errors import ParameterError, SourceError
+from phase_traj_ros.io.messages.mounting import Mounting
 from phase_traj_ros.io.replay.estimator import described, make_estimator, outcomes
 from phase_traj_ros.io.replay.kept_updates import KeptUpdates
 from phase_traj_ros.io.sources.base import Entry, SourceFrames, Speed, StampedFrame
@@ -75,10 +76,8 @@ class Replay:
     """How many frames the source has, as far as it is known."""
     unused_calibration: str = ''
     """Why the calibration in the source is not used; empty if it is, or there is none."""
-    mounting: str = ''
-    """A sentence on the place of the camera that the source gives; empty without one."""
-    mounting_doubts: tuple[str, ...] = ()
-    """What is doubtful about it, in sentences."""
+    mounting: Mounting | None = None
+    """The mount of the camera, if the source may have one."""
     first_skipped: str = ''
     """The first frame that was skipped, and why; empty if there is none."""
 
@@ -87,8 +86,8 @@ class Replay:
         """Return what is wrong with the source, in sentences without capital and full stop."""
         unused = self.unused_calibration and (
             f'the calibration is not used: {self.unused_calibration}')
-        return tuple(
-            each for each in (self.source_frames.problem, unused, *self.mounting_doubts) if each)
+        doubts = () if self.mounting is None else self.mounting.doubts
+        return tuple(each for each in (self.source_frames.problem, unused, *doubts) if each)
 
     @property
     def pairs_without_speed(self) -> int:

@@ -15,14 +15,14 @@ from typing import Any, Final, TYPE_CHECKING
 from phase_traj_ros.core import TrajectoryEstimator, Update
 from phase_traj_ros.errors import OutputError, rosbags_missing
 from phase_traj_ros.io.messages.diagnostics import Level, MeasurementReporter, Report
-from phase_traj_ros.io.messages.mounting import Mount
+from phase_traj_ros.io.messages.mounting import Mounting
 from phase_traj_ros.io.messages.published import Messages
 from phase_traj_ros.io.messages.schedule import DIAGNOSTICS_PERIOD_NS, Pace, Schedule
 from phase_traj_ros.io.messages.topics import DEBUG_IMAGE, pair_topics, Topic, whole_topics
 from phase_traj_ros.io.replay.run import Watcher
 from phase_traj_ros.io.results.debug_picture import draw
 from phase_traj_ros.io.sources.base import StampedFrame
-from phase_traj_ros.parameters import NODE_NAME, Parameters
+from phase_traj_ros.parameters import NODE_NAME
 
 if TYPE_CHECKING:
     from rosbags.interfaces import Qos
@@ -54,15 +54,13 @@ class BagSink(Watcher):
     """
 
     def __init__(
-        self, path: Path, parameters: Parameters, *, source: str, debug_images: bool = False,
-        mount: Mount | None = None,
+        self, path: Path, mounting: Mounting, *, source: str, debug_images: bool = False,
     ) -> None:
         """
         Make a sink that writes the single file ``path``, whose name ends in .mcap.
 
         ``source`` is the replayed source, the hardware id of the diagnostics. ``debug_images``
-        adds the debug image of every pair, which makes the bag large. ``mount`` is the place of
-        the camera, for the odometry.
+        adds the debug image of every pair, which makes the bag large.
 
         Raises
         ------
@@ -73,10 +71,10 @@ class BagSink(Watcher):
         self._types = _types()
         self._messages = Messages(self._types.types)
         self._target = path
-        self._parameters = parameters
+        self._mounting = mounting
+        self._parameters = mounting.parameters
         self._source = source
         self._debug_images = debug_images
-        self._mount = mount
         self._file: _BagFile | None = None
 
     def __enter__(self) -> BagSink:
@@ -122,8 +120,7 @@ class BagSink(Watcher):
             The bag cannot hold the stamp.
 
         """
-        if self._mount is not None:
-            update = self._mount.at_base(update, self._parameters)
+        update = self._mounting.at_base(update)
         stamp_ns = update.stamp_ns
         if stamp_ns not in _STAMPS_NS:
             raise OutputError(

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from phase_traj_ros.core import CameraEstimate, CameraInUse, Lens
 from phase_traj_ros.core.camera.lens_family import OneNumberLens
-from phase_traj_ros.core.camera.projection import LEAST_HFOV_DEG
+from phase_traj_ros.core.camera.projection import MIN_HFOV_DEG
 from phase_traj_ros.parameters import specs
 import yaml
 
@@ -27,7 +27,7 @@ def camera_values(estimate: CameraEstimate) -> dict[str, float]:
     lens = OneNumberLens(estimate.focal_px, straightness)
     hfov_deg = lens.hfov_deg(estimate.width, column=offset * estimate.width)
     known = (
-        {'hfov_deg': round(hfov_deg, 2)} if LEAST_HFOV_DEG <= hfov_deg <= _MOST_HFOV_DEG
+        {'hfov_deg': round(hfov_deg, 2)} if MIN_HFOV_DEG <= hfov_deg <= _MOST_HFOV_DEG
         else {'focal_px': round(estimate.focal_px, 2)})
     return {
         **known, 'lens_straightness': straightness, 'lens_offset': offset,

@@ -16,6 +16,7 @@ from phase_traj_ros.core import CameraInUse, LengthUnit, LinkCode, Run, Way
 from phase_traj_ros.core.correlation.transforms import find_transform
 from phase_traj_ros.core.heading.turns import Turn
 from phase_traj_ros.core.reliability.verdict import Reliability
+from phase_traj_ros.io.messages.mounting import Mounting
 
 
 def way_content(way: Way, links: LinkCode | None, *, unit: LengthUnit) -> dict[str, Any]:
@@ -49,6 +50,13 @@ def reliability_content(found: Reliability) -> dict[str, Any]:
 def camera_content(camera: CameraInUse | None) -> dict[str, Any] | None:
     """Return the camera in use in the form of the files; None if there is none."""
     return None if camera is None else {**asdict(camera), 'origin': camera.origin.value}
+
+
+def mount_content(mounting: Mounting | None) -> dict[str, Any]:
+    """Return the mount of the camera in the form of the files, if it is known."""
+    if mounting is None or mounting.mount is None:
+        return {}
+    return {'mount': {**asdict(mounting.mount), 'found': dict(mounting.found)}}
 
 
 def turn_list(turns: Iterable[Turn]) -> list[dict[str, float]]:

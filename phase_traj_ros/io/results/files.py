@@ -16,6 +16,7 @@ from phase_traj_ros.core import Corner, Direction, pack, Update
 from phase_traj_ros.io.replay.run import Replay
 from phase_traj_ros.io.results.content import (
     camera_content,
+    mount_content,
     reliability_content,
     run_pairs,
     turn_list,
@@ -62,6 +63,7 @@ def write_chain_code(result: Replay, path: Path) -> None:
         **reliability_content(result.reliability),
         'cuts': [update.pair for update in result.updates if update.cut],
         **_heading_content(result),
+        **mount_content(result.mounting),
         'path_unit': result.path_unit.value,
         'frame_numbers': None if result.frame_numbers is None else list(result.frame_numbers),
         'source_frames': asdict(result.source_frames),

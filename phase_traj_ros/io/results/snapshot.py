@@ -9,10 +9,12 @@ from typing import Any
 
 import numpy as np
 from phase_traj_ros.core import CameraEstimate, Corner, Movement, TrajectoryEstimator
+from phase_traj_ros.io.messages.mounting import Mounting
 from phase_traj_ros.io.outputs.outputs import output_directory
 from phase_traj_ros.io.results.camera_file import CAMERA_FILE, write_camera
 from phase_traj_ros.io.results.content import (
     camera_content,
+    mount_content,
     reliability_content,
     run_pairs,
     turn_list,
@@ -38,11 +40,13 @@ class Snapshot:
     """Whether the camera is mounted upside down."""
 
     @classmethod
-    def of(cls, estimator: TrajectoryEstimator, *, source: str) -> 'Snapshot':
-        """Take a snapshot of ``estimator``."""
+    def of(
+        cls, estimator: TrajectoryEstimator, *, source: str, mounting: Mounting | None = None,
+    ) -> 'Snapshot':
+        """Take a snapshot of ``estimator``, whose camera is mounted so."""
         path, heading = estimator.path, estimator.heading
         return cls(
-            _content(estimator, source),
+            {**_content(estimator, source), **mount_content(mounting)},
             path.corners if path.tip is None else (*path.corners, path.tip),
             None if heading is None else heading.learned, estimator.settings.view.rotate_180)
 

@@ -28,9 +28,10 @@ from phase_traj_ros.errors import (
 from phase_traj_ros.io.images.decoding import GreyImage
 from phase_traj_ros.io.messages.camera_info import camera_from_info, CAMERA_INFO_TYPE
 from phase_traj_ros.io.messages.image import encoding_of, msg_to_frame
-from phase_traj_ros.io.messages.mounting import Mount, STATIC_TOPIC, StaticFrames, TF_TYPE
+from phase_traj_ros.io.messages.mounting import Mount
 from phase_traj_ros.io.messages.speed import SPEED_OF
 from phase_traj_ros.io.messages.stamps import StampRule, to_nanoseconds
+from phase_traj_ros.io.messages.static_frames import STATIC_TOPIC, StaticFrames, TF_TYPE
 from phase_traj_ros.io.sources import rosbag2_reader
 from phase_traj_ros.io.sources.base import Candidate, FrameSource, Speed
 from phase_traj_ros.io.sources.selection import EVERYTHING, Selection
@@ -116,6 +117,8 @@ class BagSource(FrameSource):
 
         Raises SourceError if a message cannot be read.
         """
+        if all(each.name != STATIC_TOPIC for each in self._topics):
+            return None
         frames = StaticFrames()
         with closing(self._messages_of(STATIC_TOPIC, [TF_TYPE])) as messages:
             for message, _ in messages:

@@ -5,7 +5,7 @@
 from collections.abc import Callable
 
 from phase_traj_ros.core.camera.model import CameraModel
-from phase_traj_ros.errors import CalibrationError, FrameError
+from phase_traj_ros.errors import CalibrationError
 from phase_traj_ros.io.messages.camera_info import camera_from_info
 from phase_traj_ros.ros.entities import Entities
 from phase_traj_ros.ros.inputs.image import IMAGE_TOPIC
@@ -47,20 +47,12 @@ class CameraInput:
         """Return the full name of the topic after remapping."""
         return str(self._subscription.topic_name)
 
-    def require(self) -> None:
-        """
-        Check that the camera is known.
-
-        Raises
-        ------
-        FrameError
-            No calibration has arrived yet, so no image can be used.
-
-        """
-        if self._camera is None:
-            raise FrameError(
-                f'the focal length is unknown, as no calibration has arrived on {self.topic} yet:'
-                ' publish it there, or set focal_px or hfov_deg')
+    @property
+    def missing(self) -> str:
+        """Return why no image can be used yet; empty once a calibration has arrived."""
+        return '' if self._camera else (
+            f'the focal length is unknown, as no calibration has arrived on {self.topic} yet:'
+            ' publish it there, or set focal_px or hfov_deg')
 
     def _on_message(self, message: CameraInfo) -> None:
         try:

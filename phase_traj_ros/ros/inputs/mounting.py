@@ -5,7 +5,8 @@
 from collections.abc import Callable
 from typing import Any
 
-from phase_traj_ros.io.messages.mounting import Mount, STATIC_TOPIC, StaticFrames
+from phase_traj_ros.io.messages.mounting import Mount
+from phase_traj_ros.io.messages.static_frames import STATIC_TOPIC, StaticFrames
 from phase_traj_ros.ros.entities import Entities
 from rclpy.qos import DurabilityPolicy, QoSProfile
 
@@ -23,9 +24,13 @@ class MountInput:
 
     def __init__(
         self, entities: Entities, base_frame: str, known: Mount | None,
-        on_mount: Callable[[Mount], None],
+        on_mount: Callable[[Mount], bool],
     ) -> None:
-        """Subscribe; call ``on_mount`` when the mount differs from ``known``."""
+        """
+        Subscribe; call ``on_mount`` when the mount differs from ``known``.
+
+        It returns whether the node starts anew.
+        """
         self._base = base_frame
         self._known = known
         self._on_mount = on_mount
@@ -38,7 +43,7 @@ class MountInput:
         entities.create_subscription(TFMessage, STATIC_TOPIC, self.add, _QOS)
 
     def seen_by(self, camera_frame: str) -> bool:
-        """Record the frame of the images; return whether ``on_mount`` was called."""
+        """Record the frame of the images; return whether the node starts anew."""
         if camera_frame == self._camera:
             return False
         self._camera = camera_frame
@@ -54,5 +59,4 @@ class MountInput:
         if mount is None or mount == self._known:
             return False
         self._known = mount
-        self._on_mount(mount)
-        return True
+        return self._on_mount(mount)

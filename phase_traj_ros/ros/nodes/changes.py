@@ -4,7 +4,7 @@
 
 import numpy as np
 from phase_traj_ros.core import TrajectoryEstimator
-from phase_traj_ros.core.correlation.phase_correlation import LEAST_SIDE
+from phase_traj_ros.core.correlation.phase_correlation import MIN_SIDE
 from phase_traj_ros.errors import ParameterError
 from phase_traj_ros.parameters import Parameters
 
@@ -40,7 +40,7 @@ def check_change(
             ' it at the start, or call ~/reset first')
     if shape is not None and settings.view != used.view:
         band = settings.view.of(np.broadcast_to(np.uint8(0), shape)).shape
-        if min(band) < LEAST_SIDE:
+        if min(band) < MIN_SIDE:
             raise ParameterError(
                 f'shift.decimation leaves {band[1]}x{band[0]} pixels of images of'
-                f' {shape[1]}x{shape[0]}: leave at least {LEAST_SIDE}x{LEAST_SIDE}')
+                f' {shape[1]}x{shape[0]}: leave at least {MIN_SIDE}x{MIN_SIDE}')

@@ -3,10 +3,11 @@
 """The node, a managed (lifecycle) node."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any, Final
 
-from phase_traj_ros.errors import PhaseTrajError
-from phase_traj_ros.io.messages.mounting import Mount
+from phase_traj_ros.errors import message_of, PhaseTrajError
+from phase_traj_ros.io.messages.mounting import Mount, Mounting
 from phase_traj_ros.parameter_spec import Spec
 from phase_traj_ros.parameters import NODE_NAME, Parameters
 from phase_traj_ros.ros.declare import declare
@@ -47,6 +48,7 @@ class PhaseTrajNode(LifecycleNode):
         super().__init__(NODE_NAME, enable_logger_service=True)
         # Declaring a parameter is not a change, so there is no work yet.
         self._work: Work | None = None
+        self._mount: Mount | None = None
         self._failure: Exception | None = None
         self._end_bond: Callable[[], None] | None = None
         self._live = LiveParameters(self, check=self._check, on_change=self._change)
@@ -91,30 +93,51 @@ class PhaseTrajNode(LifecycleNode):
 
     def _configure(self) -> None:
         with names_explained():
-            self._work = self._make_work(None)
+            self._make_work(Mounting(self._live.values))
 
-    def _make_work(self, mount: Mount | None) -> Work:
-        return Work(self, self._live.values, mount=mount, on_mount=self._on_mount)
+    def _make_work(self, mounting: Mounting) -> Work:
+        self._work = Work(self, mounting, on_mount=self._on_mount)
+        return self._work
 
-    def _on_mount(self, mount: Mount) -> None:
-        """Start anew with the camera as it is mounted, after the present callback."""
+    def _on_mount(self, mount: Mount) -> bool:
+        """Use the mount of the camera; return whether the work starts anew with it."""
         assert self.executor is not None
-        self.executor.create_task(self._remount, mount)
+        self._mount = mount
+        mounting = self._other_mounting()
+        if mounting is None:
+            return False
+        # After the present callback, which is one of the work's.
+        self.executor.create_task(self._restart)
+        return True
 
-    def _remount(self, mount: Mount) -> None:
-        if self._work is None or self._state_machine.current_state[1] != 'active':
+    def _restart(self) -> None:
+        """Start anew with the newest mount, unless it has no other effect by now."""
+        mounting = self._other_mounting()
+        if mounting is None or self._state_machine.current_state[1] != 'active':
             return
-        try:
-            _, used = mount.fill_in(self._live.values)
-        except PhaseTrajError as error:
-            self.get_logger().error(f'/tf_static: {mount}; not used: {error}')
-            return
-        self.get_logger().info(mount.told(used))
-        for doubt in mount.doubts(self._live.values):
-            self.get_logger().warning(f'/tf_static: {doubt}')
+        for doubt in mounting.doubts:
+            self.get_logger().warning(doubt)
+        self.get_logger().info(str(mounting) or 'nothing is taken from /tf_static any more')
         self._drop_work()
-        self._work = self._make_work(mount)
-        self._work.start()
+        self._make_work(mounting).start()
+
+    def _other_mounting(self) -> Mounting | None:
+        """Return the parameters with the newest mount; None if nothing changes by it."""
+        if self._work is None or self._mount is None:
+            return None
+        try:
+            before = self._work.mounting
+            mounting = before.with_mount(self._mount, self._live.values)
+        except PhaseTrajError as error:
+            self.get_logger().error(f'/tf_static is not used: {error}')
+            return None
+        if not mounting.acts_as(before):
+            return mounting
+        for doubt in mounting.doubts:
+            if doubt not in before.doubts:
+                self.get_logger().warning(doubt)
+        self._work.note(replace(before, mount=mounting.mount, doubts=mounting.doubts))
+        return None
 
     def _activate(self) -> None:
         assert self._work is not None
@@ -175,10 +198,7 @@ class PhaseTrajNode(LifecycleNode):
             wanted = request.transition.label or request.transition.id
             self.get_logger().error(f'still {now}: there is no transition {wanted!r} from here')
         else:
-            what = str(self._failure)
-            if not isinstance(self._failure, PhaseTrajError):
-                what = f'{type(self._failure).__name__}: {what}'
-            self.get_logger().error(f'{before} -> {now}: {what}')
+            self.get_logger().error(f'{before} -> {now}: {message_of(self._failure)}')
         return response
 
     def _check(self, values: Parameters) -> None:

@@ -20,7 +20,7 @@ from phase_traj_ros.core import (
 from phase_traj_ros.core.camera.model import CameraModel
 from phase_traj_ros.core.correlation.transforms import find_transform, transform_hint
 from phase_traj_ros.errors import FrameError
-from phase_traj_ros.io.messages.mounting import Mount
+from phase_traj_ros.io.messages.mounting import Mount, Mounting
 from phase_traj_ros.io.replay.estimator import make_estimator
 from phase_traj_ros.io.sources.base import StampedFrame
 from phase_traj_ros.parameters import Parameters
@@ -49,8 +49,8 @@ class Work:
     """
 
     def __init__(
-        self, node: Node, values: Parameters, *, mount: Mount | None = None,
-        on_mount: Callable[[Mount], None] = lambda _: None,
+        self, node: Node, mounting: Mounting, *,
+        on_mount: Callable[[Mount], bool] = lambda _: False,
     ) -> None:
         """
         Make publishers and services on ``node``.
@@ -59,12 +59,10 @@ class Work:
         ----------
         node
             The node.
-        values
-            Values of the parameters.
-        mount
-            Place of the camera on the vehicle, for the parameters that nobody has set.
+        mounting
+            Values of the parameters, and the mount of the camera.
         on_mount
-            Called when /tf_static has another one.
+            Called when /tf_static has another mount; returns whether the work starts anew.
 
         Raises
         ------
@@ -79,9 +77,10 @@ class Work:
 
         """
         self._node = node
-        self._mount = mount
+        self.mounting = mounting
+        """Values of the parameters, and the mount of the camera."""
         self._on_mount = on_mount
-        self._values = values = self._mounted(values)
+        values = mounting.parameters
         # More threads take more processor time and save none: see the measurements of options.
         cv2.setNumThreads(1)
         self._estimator = make_estimator(values)
@@ -97,7 +96,7 @@ class Work:
         with self._offered as offered:
             self._outputs = Outputs(offered, self._estimator, values)
             self._saving = Saving(
-                node, offered, values, self._estimator, image_topic(node, values))
+                node, offered, mounting, self._estimator, image_topic(node, values))
             offered.create_service(Trigger, '~/reset', self._on_reset)
             if values.map_file:
                 self._location = Location(node, offered, values)
@@ -112,7 +111,7 @@ class Work:
         """
         if self._estimator.frames:
             self.restart()
-        node, values = self._node, self._values
+        node, values = self._node, self.mounting.parameters
         # The executor delivers simultaneous messages in the order of subscription.
         settings = self._estimator.settings
         with self._listening as listening:
@@ -122,7 +121,7 @@ class Work:
             if values.use_speed_topic:
                 self._speed = SpeedInput(node, listening, self._estimator.add_speed)
             self._frames = MountInput(
-                listening, values.child_frame_id, self._mount, self._on_mount)
+                listening, values.child_frame_id, self.mounting.mount, self._on_mount)
             images = ImageInput(
                 node, listening, values, self._health, on_frame=self._on_frame,
                 on_undecodable=self._stream.skip)
@@ -170,11 +169,13 @@ class Work:
             See ``check_change``.
 
         """
-        check_change(self._estimator, self._mounted(values), self._frame_shape)
+        check_change(
+            self._estimator, self.mounting.with_given(values).parameters, self._frame_shape)
 
     def change(self, values: Parameters) -> None:
         """Continue with other values of the parameters."""
-        self._values = values = self._mounted(values)
+        self.mounting = self._saving.mounting = self.mounting.with_given(values)
+        values = self.mounting.parameters
         self._outputs.parameters = values
         coded_from = self._estimator.settings.code_source
         self._warnings.threshold_changed()
@@ -182,6 +183,10 @@ class Work:
         if self._estimator.settings.code_source is not coded_from:
             self._outputs.publish_state()
             self._node.get_logger().info(f'restarted, with codes from the {self._coded_from()}')
+
+    def note(self, mounting: Mounting) -> None:
+        """Continue with a mount and parameters by which nothing changes for the estimator."""
+        self.mounting = self._saving.mounting = mounting
 
     def _on_frame(self, frame: StampedFrame) -> None:
         """
@@ -206,9 +211,8 @@ class Work:
             began = time.perf_counter_ns()
         self._warnings.of_stamps()
         if unusable is not None:
-            if self._camera is not None and self._estimator.settings.awaits_lens:
-                self._camera.require()
-            raise FrameError(unusable)
+            awaited = self._camera if self._estimator.settings.awaits_lens else None
+            raise FrameError((awaited and awaited.missing) or unusable)
 
     def _publish(self, outcome: Outcome[StampedFrame], estimated_ns: int = 0) -> None:
         match outcome:
@@ -225,8 +229,7 @@ class Work:
 
     def _publish_update(self, frame: StampedFrame, update: Update, estimated_ns: int) -> None:
         began = time.perf_counter_ns()
-        if self._mount is not None:
-            update = self._mount.at_base(update, self._values)
+        update = self.mounting.at_base(update)
         if update.camera is not None:
             self._node.get_logger().info(f'camera: {update.camera}')
         self._warnings.of_threshold(update)
@@ -247,9 +250,6 @@ class Work:
         if self._location is not None:
             self._location.interrupt(self._estimator.last_stamp_ns or 0)
 
-    def _mounted(self, values: Parameters) -> Parameters:
-        return values if self._mount is None else self._mount.fill_in(values)[0]
-
     def _coded_from(self) -> str:
         settings = self._estimator.settings
         if settings.code_source is CodeSource.AUTO:
@@ -259,7 +259,7 @@ class Work:
         return f'shift, threshold {settings.threshold:g} px/frame'
 
     def _on_camera(self, camera: CameraModel) -> None:
-        self._estimator.use_lens(self._values.calibrated(camera))
+        self._estimator.use_lens(self.mounting.parameters.calibrated(camera))
 
     def _on_reset(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         frames = self._estimator.frames

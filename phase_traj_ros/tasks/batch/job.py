@@ -83,8 +83,8 @@ def replay_source(
         if request.bag_out is not None:
             stack.enter_context(writing_to(request.bag_out))
             seen.append(stack.enter_context(BagSink(
-                owner.file(request.bag_out), parameters, source=source.description,
-                debug_images=request.bag_debug_images, mount=mounting.mount)))
+                owner.file(request.bag_out), mounting, source=source.description,
+                debug_images=request.bag_debug_images)))
         frames = KeptFrames(source)
         lens, unused_calibration = known_lens(source, parameters)
         last = Pass.ONLY
@@ -101,7 +101,7 @@ def replay_source(
                 lens=lens, speeds=speeds, strict=request.strict)
         result = replace(
             result, source_frames=source.frames, unused_calibration=unused_calibration,
-            mounting=mounting.told, mounting_doubts=mounting.doubts)
+            mounting=mounting)
         if request.output is not None:
             _give_memory_back()
             with writing_to(request.output):

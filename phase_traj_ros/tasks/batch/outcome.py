@@ -12,7 +12,7 @@ import time
 
 import numpy as np
 from phase_traj_ros.core.reliability.verdict import Reliability
-from phase_traj_ros.errors import PhaseTrajError
+from phase_traj_ros.errors import message_of
 from phase_traj_ros.io.replay.overview import outline, turn_marks
 from phase_traj_ros.io.replay.run import Replay
 from phase_traj_ros.io.sources.base import Entry
@@ -61,12 +61,9 @@ def run_request(request: ReplayRequest, progress: Progress) -> Outcome:
     began = time.monotonic()
     try:
         result = _replay(request, progress)
-    except PhaseTrajError as error:
-        return failure(request, str(error), seconds=time.monotonic() - began)
     # A broken source must not stop the others.
     except Exception as error:
-        return failure(
-            request, f'{type(error).__name__}: {error}', seconds=time.monotonic() - began)
+        return failure(request, message_of(error), seconds=time.monotonic() - began)
     return Outcome(
         source=str(request.source), folder=folder_of(request), status=Status.OK,
         frames=result.frames, turns=len(turn_marks(result)), reliability=result.reliability,
@@ -79,7 +76,7 @@ def failure(
     """Return the outcome of a replay that failed or was not run."""
     return Outcome(
         source=str(request.source), folder=folder_of(request), status=status, seconds=seconds,
-        error=' '.join(error.split()))
+        error=' '.join(error.split()), facts={'warnings': '; '.join(request.parameters.notices)})
 
 
 def folder_of(request: ReplayRequest) -> str:
@@ -115,6 +112,9 @@ def _facts(result: Replay) -> Iterator[tuple[str, str]]:
     yield 'repeated_frames', str(counters.repeated)
     if result.camera is not None:
         yield 'camera', str(result.camera)
+    if result.mounting is not None and str(result.mounting):
+        yield 'mount', str(result.mounting)
+    yield 'warnings', '; '.join((*result.parameters.notices, *result.problems))
 
 
 def _route(result: Replay) -> tuple[tuple[float, float], ...]:

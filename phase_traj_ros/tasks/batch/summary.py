@@ -21,7 +21,8 @@ HTML_NAME: Final = 'summary.html'
 SUMMARY_NAMES: Final = (CSV_NAME, HTML_NAME)
 _FACTS = (
     'distance', 'distance_unit', 'distance_states',
-    'missing_frames', 'dropped_frames', 'skipped_frames', 'repeated_frames', 'camera')
+    'missing_frames', 'dropped_frames', 'skipped_frames', 'repeated_frames', 'camera',
+    'mount', 'warnings')
 COLUMNS: Final = (
     'source', 'folder', 'status', 'frames', 'turns', 'seconds', 'error', 'reliable', 'reasons',
     *_FACTS)

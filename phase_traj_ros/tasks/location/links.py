@@ -10,7 +10,7 @@ import re
 from typing import Final
 
 from phase_traj_ros.core import LengthUnit
-from phase_traj_ros.core.codes.links import LEAST_STEP
+from phase_traj_ros.core.codes.links import MIN_STEP
 from phase_traj_ros.core.codes.text import LinksText, parse_links
 from phase_traj_ros.errors import SourceError
 
@@ -54,9 +54,9 @@ def read_links(path: Path, content: bytes) -> LinksText:
     if text.unit not in _UNITS:
         raise SourceError(
             f'{path} has links in the unit {text.unit!r}: give links in {" or ".join(_UNITS)}')
-    if not LEAST_STEP <= text.step <= _LONGEST:
+    if not MIN_STEP <= text.step <= _LONGEST:
         raise SourceError(
-            f'{path} has links of {text.step:g} {text.unit}: give links of {LEAST_STEP:g} to'
+            f'{path} has links of {text.step:g} {text.unit}: give links of {MIN_STEP:g} to'
             f' {_LONGEST:g}')
     if series.length > _MOST:
         raise SourceError(f'{path} has {series.length} links: give a drive of at most {_MOST}')

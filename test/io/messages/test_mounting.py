@@ -9,7 +9,9 @@ from types import SimpleNamespace
 import numpy as np
 from phase_traj_ros.core import Corner, PairStatus, Update
 from phase_traj_ros.core.path.odometry import Odometry
-from phase_traj_ros.io.messages.mounting import StaticFrames
+from phase_traj_ros.errors import ParameterError
+from phase_traj_ros.io.messages.mounting import Mounting
+from phase_traj_ros.io.messages.static_frames import StaticFrames
 from phase_traj_ros.parameters import Parameters
 import pytest
 
@@ -86,13 +88,15 @@ def test_what_a_camera_cannot_be_used_for_is_said():
     def doubts(angles, **values):
         mount = frames(transform('base_link', 'cam', (0, 0, 1.5), angles)).mount(
             'base_link', 'cam')
-        return list(mount.doubts(Parameters(**values)))
+        return mount.fill_in(Parameters(**values)).doubts
 
     assert not doubts((3.0, 20.0, 10.0)) and not doubts((178.0, 0.0, 0.0), rotate_180=True)
     upside_down, = doubts((178.0, 0.0, 0.0))
     assert 'set rotate_180' in upside_down
     right, = doubts((0.0, 0.0, -30.0))
     assert 'looks 30 degrees to the right' in right
+    # The shift of an upside-down picture is reversed; the paper's rule knows no direction.
+    assert doubts((178.0, 0.0, -30.0), threshold=4.0) == (upside_down,)
 
 
 @pytest.mark.parametrize('tree', [
@@ -114,22 +118,52 @@ def test_a_transform_that_is_not_a_pose_is_left_out():
 def test_parameters_win_and_what_cannot_be_is_left_out():
     mount = frames(transform('base_link', 'cam', (1.5, 0, 1.6), (2, 5, 0))).mount(
         'base_link', 'cam')
-    values, used = mount.fill_in(Parameters())
+    all_of_it = mount.fill_in(Parameters())
+    values = all_of_it.parameters
     assert values.camera_height == pytest.approx(1.6) and values.settings.metric
     assert values.camera_pitch_deg == pytest.approx(5)
     assert values.camera_roll_deg == pytest.approx(2)
-    assert used == ('camera_height', 'camera_pitch_deg', 'camera_roll_deg')
-    own = Parameters(camera_height=1.2, camera_pitch_deg=3.0)
-    values, used = mount.fill_in(own)
-    assert (values.camera_height, values.camera_pitch_deg) == (1.2, 3.0)
-    assert used == ('camera_roll_deg',)
+    assert str(all_of_it).endswith(
+        'from there: camera_height, camera_pitch_deg, camera_roll_deg, the lever arm of odom')
+    some = mount.fill_in(Parameters(camera_height=1.2, camera_pitch_deg=3.0))
+    assert (some.parameters.camera_height, some.parameters.camera_pitch_deg) == (1.2, 3.0)
+    assert str(some).endswith('from there: camera_roll_deg, the lever arm of odom')
     below = frames(transform('base_link', 'cam', (0, 0, -0.1), (0, 80, 0))).mount(
         'base_link', 'cam')
-    assert below.fill_in(Parameters()) == (Parameters(), ())
+    assert below.fill_in(Parameters()) == Mounting(Parameters(), below)
     turned = frames(transform('base_link', 'cam', (0, 0, 1), (178, 0, 0))).mount(
         'base_link', 'cam')
-    values, _ = turned.fill_in(Parameters(rotate_180=True))
+    values = turned.fill_in(Parameters(rotate_180=True)).parameters
     assert values.camera_roll_deg == pytest.approx(-2)
+
+
+@pytest.mark.parametrize(('given', 'used'), [
+    ({'threshold': 4.0}, ''),
+    ({'threshold': 4.0, 'camera_height': 2.0},
+     'camera_pitch_deg, camera_roll_deg, the lever arm of odom'),
+    ({'speed': 5.0}, 'camera_pitch_deg, camera_roll_deg'),
+    # Where no speed arrives, the distance comes from the road.
+    ({'use_speed_topic': True}, 'camera_height, camera_pitch_deg, camera_roll_deg'),
+    ({'speed': 5.0, 'camera_pitch_deg': 1.0, 'camera_roll_deg': 1.0}, '')])
+def test_only_what_has_an_effect_is_used(given, used):
+    mount = frames(transform('base_link', 'cam', (1.5, 0.4, 1.6), (2, 5, 0))).mount(
+        'base_link', 'cam')
+    assert str(mount.fill_in(Parameters(**given))).partition('from there: ')[2] == used
+
+
+def test_parameters_that_change_later_keep_the_values_of_the_mount():
+    mount = frames(transform('base_link', 'cam', (1.5, 0.4, 1.6), (2, 5, 0))).mount(
+        'base_link', 'cam')
+    turns, rule = Parameters(), Parameters(threshold=4.0)
+    by_turns, by_rule = mount.fill_in(turns), mount.fill_in(rule)
+    # The height stays where the paper's rule follows: the camera is known by then.
+    assert by_turns.with_given(rule).parameters.camera_height == pytest.approx(1.6)
+    assert by_rule.with_given(rule) == by_rule
+    assert Mounting(rule).with_given(turns) == Mounting(turns)
+    # Upside down, the angles are others.
+    for before, given in ((by_rule, turns), (by_turns, Parameters(rotate_180=True))):
+        with pytest.raises(ParameterError, match='set it at the start'):
+            before.with_given(given)
 
 
 def along(speeds, yaw_rates, interval):
@@ -156,7 +190,7 @@ def test_the_origin_drives_where_the_rear_axle_does(lever):
         covariance=tuple(map(tuple, covariance.tolist())))
 
     def at_base(odometry):
-        return mount.at_base(result(odometry), Parameters()).odometry
+        return mount.fill_in(Parameters()).at_base(result(odometry)).odometry
 
     found = at_base(camera)
     assert (found.pose.x, found.pose.y, found.pose.yaw) == pytest.approx((x, y, yaw), abs=1e-3)
@@ -180,5 +214,5 @@ def test_before_the_vehicle_has_moved_it_is_at_the_origin():
     start = Odometry(
         Corner(0.0, 0.0, 0.0, 7), 0.0, 0.0, speed_variance=0.0, yaw_rate_variance=0.0,
         covariance=((0.0,) * 3,) * 3)
-    pose = mount.at_base(result(start), Parameters()).odometry.pose
+    pose = mount.fill_in(Parameters()).at_base(result(start)).odometry.pose
     assert (pose.x, pose.y) == (0.0, 0.0)

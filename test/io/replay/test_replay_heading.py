@@ -35,24 +35,38 @@ PAPER = {'code_source': 'shift'}
 
 
 @lru_cache
+def town():
+    return named_drive('demo').build_scene()
+
+
+@lru_cache
 def demo():
     """Return the demo's drive up to the end of its second turn, and its frames."""
     drive = named_drive('demo').take(range(135))
     stamps = drive.stamps_ns.tolist()
-    return drive, [StampedFrame(image, stamp) for image, stamp in zip(render_drive(drive), stamps)]
+    return drive, [StampedFrame(image, stamp) for image, stamp in zip(
+        render_drive(drive, scene=town()), stamps)]
 
 
+@lru_cache
 def replayed(**values):
+    """Return the replay of these frames; the focal length is known."""
     drive, frames = demo()
     values.setdefault('focal_px', float(drive.camera.focal))
     return replay(frames, Parameters(**values), source='the demo')
+
+
+def first_turn():
+    """Return the drive up to the end of its first turn."""
+    drive, _ = demo()
+    return drive.take(range(drive.turns[0].end_frame + 1))
 
 
 @pytest.fixture(scope='module')
 def bag(tmp_path_factory):
     pytest.importorskip('rosbags')
     path = tmp_path_factory.mktemp('bag') / 'demo'
-    write_drive_bag(named_drive('demo').take(range(60)), path)
+    write_drive_bag(first_turn(), path, scene=town())
     return path
 
 
@@ -184,7 +198,7 @@ def test_a_bag_says_it_all(bag, tmp_path):
             source, ReplayRequest(
                 source=bag, parameters=parameters, output=out, report=True,
                 bag_out=tmp_path / 'out.mcap', bag_debug_images=True))
-    drive = named_drive('demo').take(range(60))
+    drive = first_turn()
     true = drive.poses[:, :2] - drive.poses[0, :2]
     tips = np.array([(update.tip.x, update.tip.y) for update in result.updates])
     assert np.abs(tips - true[1:]).max() < 0.05 * np.ptp(true, axis=0).max()
@@ -203,9 +217,8 @@ def test_a_bag_says_it_all(bag, tmp_path):
 
 def test_turns_of_the_heading_are_those_in_pictures_and_reports():
     # With eight directions a turn is two changes of the direction, and still one turn.
-    drive, frames = demo()
-    parameters = Parameters(focal_px=float(drive.camera.focal), connectivity=8, **NARROW)
-    result = replay(frames, parameters, source='the demo')
+    drive, _ = demo()
+    result = replayed(connectivity=8, **NARROW)
     marks = turn_marks(result)
     assert [mark.angle_deg for mark in marks] == [turn.angle_deg for turn in result.turns]
     assert [mark.side.name for mark in marks] == ['LEFT', 'RIGHT']
@@ -214,16 +227,13 @@ def test_turns_of_the_heading_are_those_in_pictures_and_reports():
         assert abs(mark.pair - true.start_frame) <= 4 and abs(mark.end_pair - true.end_frame) <= 4
 
 
-def test_a_turn_that_is_under_way_at_the_end_is_in_the_lists(tmp_path):
+def test_a_turn_that_is_under_way_at_the_end_is_in_the_lists(bag, tmp_path):
     # The first turn alone, cut off before it could be known to have ended.
-    drive, _ = demo()
-    pytest.importorskip('rosbags')
-    write_drive_bag(drive.take(range(drive.turns[0].end_frame + 1)), tmp_path / 'bag')
-    parameters = Parameters(focal_px=float(drive.camera.focal), **NARROW)
-    with open_source(tmp_path / 'bag') as source:
+    parameters = Parameters(focal_px=float(first_turn().camera.focal), **NARROW)
+    with open_source(bag) as source:
         result = replay_source(
             source, ReplayRequest(
-                source=tmp_path / 'bag', parameters=parameters, output=tmp_path / 'out'))
+                source=bag, parameters=parameters, output=tmp_path / 'out'))
     assert not any(update.turns for update in result.updates)
     [turn] = result.turns
     [listed] = json.loads((tmp_path / 'out' / 'chain_code.json').read_text())['turns']
@@ -252,7 +262,7 @@ def test_a_camera_that_is_found_to_be_upside_down(values):
 def test_a_jump_back_in_time_leaves_nothing_behind():
     drive, frames = demo()
     parameters = Parameters(focal_px=float(drive.camera.focal), **NARROW)
-    once = replay(frames, parameters, source='once')
+    once = replayed(**NARROW)
     again = replay([*frames[:50], *frames], parameters, source='from the middle')
     assert again.movement == once.movement
     headings = [np.degrees([update.heading.heading for update in each.updates])

@@ -14,6 +14,7 @@ from mcap_ros2 import decoder as mcap_ros2
 import numpy as np
 from phase_traj_ros.core.codes.text import parse
 from phase_traj_ros.errors import MissingDependencyError, OutputError, SourceError
+from phase_traj_ros.io.messages.mounting import Mounting
 from phase_traj_ros.io.replay.run import replay
 from phase_traj_ros.io.results.bag import BagSink
 from phase_traj_ros.io.sources.base import StampedFrame
@@ -62,7 +63,7 @@ class Bag:
 
 def written(path, frames, *, parameters=None, **options):
     parameters = parameters or Parameters(threshold=16.0)
-    with BagSink(path, parameters, source='the source', **options) as sink:
+    with BagSink(path, Mounting(parameters), source='the source', **options) as sink:
         result = replay(frames, parameters, source='the source', watchers=[sink])
     return result, Bag(path)
 
@@ -207,7 +208,7 @@ def test_stamps_that_a_bag_cannot_hold(tmp_path, start_ns):
 def test_without_rosbags_it_says_so(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, 'rosbags.rosbag2', None)
     with pytest.raises(MissingDependencyError, match=r'0\.11 or later'):
-        BagSink(tmp_path / 'out.mcap', Parameters(threshold=16.0), source='')
+        BagSink(tmp_path / 'out.mcap', Mounting(Parameters(threshold=16.0)), source='')
 
 
 def panels_of(layout):

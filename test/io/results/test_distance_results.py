@@ -20,6 +20,7 @@ from phase_traj_ros.core import (
 from phase_traj_ros.core.codes.text import parse_links
 from phase_traj_ros.errors import ParameterError
 from phase_traj_ros.io.messages.diagnostics import MeasurementReporter
+from phase_traj_ros.io.messages.mounting import Mounting
 from phase_traj_ros.io.replay.run import replay
 from phase_traj_ros.io.results.bag import BagSink
 from phase_traj_ros.io.results.debug_picture import draw
@@ -113,7 +114,7 @@ def test_the_debug_image_has_a_line_for_it():
 @pytest.mark.parametrize('values', [GIVEN, {'code_source': 'shift'}])
 def test_speed_and_links_are_in_the_bag(tmp_path, values):
     parameters = Parameters(**values)
-    with BagSink(tmp_path / 'out.mcap', parameters, source='') as sink:
+    with BagSink(tmp_path / 'out.mcap', Mounting(parameters), source='') as sink:
         result = replay(rolled_frames(), parameters, source='', watchers=[sink])
     store, found = typesys.get_typestore(typesys.Stores.ROS2_JAZZY), {}
     with rosbag2.Reader(tmp_path / 'out.mcap') as reader:

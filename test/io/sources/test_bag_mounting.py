@@ -2,11 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """The place of the camera on the vehicle, from the /tf_static of a bag."""
 
+import json
 import math
 
 from phase_traj_ros.core import LengthUnit
 from phase_traj_ros.io import open_source
-from phase_traj_ros.io.replay.camera import Mounting, mounting_of
+from phase_traj_ros.io.messages.mounting import Mounting
+from phase_traj_ros.io.replay.camera import mounting_of
 from phase_traj_ros.parameters import Parameters
 from phase_traj_ros.synthetic import Camera, plan_drive, render_drive, Straight
 from phase_traj_ros.tasks.batch.job import replay_source
@@ -37,20 +39,21 @@ def test_a_bag_tells_the_place_of_its_camera(tmp_path, maker, drive_frame):
         maker.transforms(('base_link', 'mast', (1.0, 0.0, 1.0), AHEAD)))
     assert found.parameters.camera_height == pytest.approx(1.65)
     assert found.parameters.camera_pitch_deg == pytest.approx(10.0, abs=1e-4)
-    assert 'camera is 1.65 m high' in found.told
+    assert 'camera is 1.65 m high' in str(found)
     assert found.doubts == ()
     # Parameters win.
     assert given.parameters.camera_height == 2.0
     assert given.parameters.camera_pitch_deg == found.parameters.camera_pitch_deg
     # A height needs a lens, and the paper's rule has none.
-    assert by_shift == Mounting(Parameters(threshold=4.0))
+    assert by_shift == Mounting(Parameters(threshold=4.0), found.mount)
 
 
 def test_what_is_doubtful_is_said(tmp_path, mcap_maker, drive_frame):
     found, *_ = bag(
         mcap_maker, tmp_path / 'bag', drive_frame,
         mcap_maker.transforms(('base_link', 'camera', (1.0, 0.0, 1.0), OVER)))
-    assert [doubt.partition(':')[0] for doubt in found.doubts] == ['camera is mounted upside down']
+    assert [doubt.partition(': set')[0] for doubt in found.doubts] == [
+        '/tf_static: camera is mounted upside down']
 
 
 def test_other_frames_tell_nothing(tmp_path, mcap_maker, drive_frame):
@@ -94,10 +97,13 @@ def test_a_bag_with_its_transforms_is_replayed_in_metres(tmp_path, mcap_maker):
             ('base_link', 'camera', (1.0, 0.4, 1.5), AHEAD)))])})
     with open_source(path) as source:
         result = replay_source(
-            source, ReplayRequest(source=path, bag_out=tmp_path / 'out.mcap'))
+            source, ReplayRequest(
+                source=path, output=tmp_path / 'out', bag_out=tmp_path / 'out.mcap'))
     assert result.parameters.settings.length_unit is LengthUnit.METRE
     assert result.way.distance == pytest.approx(18.0, rel=0.03)
     assert result.problems == ()
+    mount = json.loads((tmp_path / 'out' / 'chain_code.json').read_text())['mount']
+    assert (mount['y'], mount['found']['camera_height']) == (0.4, 1.5)
     # The odometry is that of base_link, which looked ahead when it started.
     with Reader(tmp_path / 'out.mcap') as reader:
         odometry = [

@@ -10,6 +10,7 @@ import numpy as np
 from phase_traj_ros.core import Movement, TrajectoryEstimator
 from phase_traj_ros.io.messages import schedule
 from phase_traj_ros.io.messages.diagnostics import Level, Report
+from phase_traj_ros.io.messages.mounting import Mounting
 from phase_traj_ros.io.messages.published import Messages
 from phase_traj_ros.io.replay.run import replay
 from phase_traj_ros.io.results.bag import BagSink
@@ -89,7 +90,7 @@ def test_the_same_messages(frames, tmp_path, values):
     parameters = Parameters(
         threshold=16.0, frame_id='drawn', **values)
     path = tmp_path / 'out.mcap'
-    with BagSink(path, parameters, source='', debug_images=True) as sink:
+    with BagSink(path, Mounting(parameters), source='', debug_images=True) as sink:
         replay(frames, parameters, source='', watchers=[sink])
     stored = defaultdict(list)
     with rosbag2.Reader(path) as reader:

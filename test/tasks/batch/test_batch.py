@@ -67,7 +67,9 @@ def test_what_the_summary_tells_of_a_result(tmp_path, monkeypatch):
         'distance': '2.5', 'distance_unit': 'camera heights',
         'distance_states': 'measured:1 bridged:0 standing:0 given:0 unknown:0',
         'missing_frames': '4', 'dropped_frames': '3', 'skipped_frames': '2',
-        'repeated_frames': '1'}
+        'repeated_frames': '1',
+        'warnings': '9 frames are declared, but only 5 could be read: the recording is cut off or'
+                    ' damaged'}
 
 
 def test_a_route_along_the_heading_has_few_points_too(tmp_path, root):
@@ -166,9 +168,9 @@ def test_the_summary(tmp_path):
     assert rows == [
         list(COLUMNS),
         ['x <b>.mp4', 'x <b>', 'ok', '9', '1', '1.24', '', 'false',
-         'many_cuts camera_not_known', '2.5', 'camera heights', '', '4', *[''] * 4],
-        ['bad,"\n.mp4', 'bad', 'failed', '0', '0', '0.50', 'it is <i>bad</i>', *[''] * 10],
-        ['bad,"\n.mp4', 'bad', 'interrupted', '0', '0', '0.00', 'not done', *[''] * 10]]
+         'many_cuts camera_not_known', '2.5', 'camera heights', '', '4', *[''] * 6],
+        ['bad,"\n.mp4', 'bad', 'failed', '0', '0', '0.50', 'it is <i>bad</i>', *[''] * 12],
+        ['bad,"\n.mp4', 'bad', 'interrupted', '0', '0', '0.00', 'not done', *[''] * 12]]
     assert COLUMNS[:7] == ('source', 'folder', 'status', 'frames', 'turns', 'seconds', 'error')
     page = (tmp_path / 'summary.html').read_text()
     assert '<a href="x%20%3Cb%3E/report.html">x &lt;b&gt;</a>' in page

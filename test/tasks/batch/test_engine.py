@@ -55,12 +55,21 @@ def scheduler(marks_of_all):
         yield found.scheduler_address
 
 
+@pytest.fixture(scope='module')
+def processes(marks_of_all):
+    """Return an executor of two processes of this machine, which import the package once."""
+    with IsolatedProcesses(2) as found:
+        yield found
+
+
 @pytest.fixture(params=['processes', 'dask'])
 def executor(request, marks):
     """Return an executor of two processes, which inherit the folder of marks."""
-    with (IsolatedProcesses(2) if request.param == 'processes'
-          else dask_executor(request.getfixturevalue('scheduler'))) as found:
-        yield found
+    if request.param == 'processes':
+        yield request.getfixturevalue('processes')
+    else:
+        with dask_executor(request.getfixturevalue('scheduler')) as found:
+            yield found
 
 
 def jobs_for(tmp_path, sources):
