@@ -26,7 +26,7 @@ def print_camera(result: Replay) -> None:
     """Print the camera in use, and what is used of its mount."""
     if result.camera is not None:
         print(f'camera: {result.camera}')
-    if result.mounting is not None and str(result.mounting):
+    if str(result.mounting):
         print(result.mounting)
 
 

@@ -8,6 +8,7 @@ import re
 from typing import Any
 
 from phase_traj_ros.errors import ParameterError
+from phase_traj_ros.io.user_path import user_path
 from phase_traj_ros.parameters import NODE_NAME, Parameters
 import yaml
 
@@ -46,7 +47,7 @@ def find_params_file(given: str | Path) -> Path:
 
     """
     config = config_folder()
-    for path in (Path(given).expanduser(), config / given):
+    for path in (user_path(str(given)), config / given):
         if path.exists() and not path.is_dir():
             return path
     names = ', '.join(sorted(path.name for path in config.glob('*.yaml') if _is_for_node(path)))

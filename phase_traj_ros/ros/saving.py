@@ -9,11 +9,10 @@ from itertools import count
 from pathlib import Path
 import tempfile
 
-from phase_traj_ros.core import TrajectoryEstimator
 from phase_traj_ros.errors import message_of, OutputError
-from phase_traj_ros.io.messages.mounting import Mounting
 from phase_traj_ros.io.outputs.commit import writing_to
 from phase_traj_ros.io.results.snapshot import Snapshot
+from phase_traj_ros.io.user_path import user_path
 from phase_traj_ros.ros.entities import Entities
 from rclpy.node import Node
 from rclpy.task import Future
@@ -29,13 +28,12 @@ class Saving:
     """
 
     def __init__(
-        self, node: Node, entities: Entities, mounting: Mounting,
-        estimator: TrajectoryEstimator, source: str,
+        self, node: Node, entities: Entities, output_dir: str, take: Callable[[], Snapshot],
     ) -> None:
         """
-        Offer ``~/save`` on ``node``; ``source`` is the name of the image topic.
+        Offer ``~/save`` on ``node``; ``take`` returns the state to save.
 
-        ``mounting`` has the parameters, and is saved.
+        Without ``output_dir``, nothing is saved.
 
         Raises
         ------
@@ -44,23 +42,19 @@ class Saving:
 
         """
         self._node = node
-        self._estimator = estimator
-        self._source = source
+        self._take = take
         self._folders: DriveFolders | None = None
         self._folder: Path | None = None
-        self.mounting = mounting
-        """The mount of the camera, which is saved."""
-        if mounting.parameters.output_dir:
-            self._folders = DriveFolders(
-                Path(mounting.parameters.output_dir).expanduser(), node.get_fully_qualified_name())
+        if output_dir:
+            self._folders = DriveFolders(user_path(output_dir), node.get_fully_qualified_name())
         # Drawing takes some tenths of a second. Images must not queue up meanwhile.
         self._writer = ThreadPoolExecutor(max_workers=1)
         entities.create_service(Trigger, '~/save', self._on_save)
 
     def end_drive(self) -> None:
         """Save the drive, if it has frames and files are written; call it before a reset."""
-        if self._folders is not None and self._estimator.frames:
-            self._save(self._folders, self._log)
+        if self._folders is not None and (snapshot := self._take()).corners:
+            self._save(snapshot, self._folders, self._log)
         self._folder = None
 
     def close(self) -> None:
@@ -68,15 +62,15 @@ class Saving:
         self.end_drive()
         self._writer.shutdown()
 
-    def _save(self, folders: 'DriveFolders', on_done: Callable[[bool, str], None]) -> None:
-        """Write the present state, and pass on whether that worked, and where or why not."""
+    def _save(
+        self, snapshot: Snapshot, folders: 'DriveFolders', on_done: Callable[[bool, str], None],
+    ) -> None:
+        """Write a state, and pass on whether that worked, and where or why not."""
         try:
             self._folder = self._folder or folders.make()
         except OutputError as error:
             on_done(False, str(error))
             return
-        snapshot = Snapshot.of(
-            self._estimator, source=self._source, mounting=self.mounting)
         self._writer.submit(_write, snapshot, self._folder, on_done)
 
     def _log(self, success: bool, message: str) -> None:
@@ -93,7 +87,7 @@ class Saving:
             response.message = 'the parameter output_dir is not set: start the node with one'
             return response
         done: Future = Future(executor=self._node.executor)
-        self._save(self._folders, lambda *result: done.set_result(result))
+        self._save(self._take(), self._folders, lambda *result: done.set_result(result))
         response.success, response.message = await done
         self._log(response.success, response.message)
         return response

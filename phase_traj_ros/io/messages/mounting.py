@@ -12,7 +12,7 @@ from phase_traj_ros.core.camera.lens import MAX_TILT_DEG
 from phase_traj_ros.core.path.odometry import Odometry
 from phase_traj_ros.core.path.trajectory import Corner
 from phase_traj_ros.errors import ParameterError
-from phase_traj_ros.parameters import Parameters
+from phase_traj_ros.parameters import Parameters, specs
 
 # Less is the rounding of a chain of frames, or a vehicle frame at the camera.
 _LEAST_HEIGHT_M, _MOST_HEIGHT_M = 0.01, 100.0
@@ -62,8 +62,7 @@ class Mount:
             The values are not consistent with ``given``.
 
         """
-        found = dict(self._found(given))
-        return Mounting(given.with_values(found), self, found, tuple(self._doubts(given)))
+        return Mounting(given, self, dict(self._found(given)), tuple(self._doubts(given)))
 
     def _found(self, given: Parameters) -> Iterator[tuple[str, float]]:
         """
@@ -99,16 +98,28 @@ class Mount:
 
 @dataclass(frozen=True, slots=True)
 class Mounting:
-    """Parameters, and what the mount of the camera adds to them."""
+    """
+    Parameters as given, and what the mount of the camera adds to them.
 
-    parameters: Parameters
-    """With the values from the mount."""
+    Raises
+    ------
+    ParameterError
+        The values from the mount are not consistent with the given ones.
+
+    """
+
+    given: Parameters
     mount: Mount | None = None
     """None if it is unknown."""
     found: Mapping[str, float] = field(default_factory=dict)
     """The values from the mount, by the names of the parameters."""
     doubts: tuple[str, ...] = ()
     """What is doubtful about the mount, in sentences without capital and full stop."""
+    parameters: Parameters = field(init=False, repr=False, compare=False)
+    """The given ones with the values from the mount."""
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, 'parameters', self.given.with_values(self.found))
 
     def __str__(self) -> str:
         """Return a sentence on the mount and what is used of it; empty if nothing is."""
@@ -120,36 +131,40 @@ class Mounting:
         """
         Return other parameters with the same values from the mount.
 
-        The paper's rule, which takes none, keeps those that the turns have found.
-
         Raises
         ------
         ParameterError
             The values are not consistent with ``given``, or the mount adds others to it.
 
         """
-        if self.mount is not None and given.settings.needs_lens and (
-                not self.mount.fill_in(given).acts_as(self)):
+        other = replace(self, given=given)
+        if self.mount is None:
+            return other
+        followed = other.with_mount(self.mount)
+        if not followed.acts_as(other):
+            names = ', '.join(
+                spec.name for spec in specs() if given.value(spec) != self.given.value(spec))
             raise ParameterError(
-                'this would change what is taken from /tf_static: set it at the start')
-        return replace(self, parameters=given.with_values(self.found))
+                f'{names} would change what is taken from /tf_static: set it at the start')
+        return followed
 
-    def with_mount(self, mount: Mount, given: Parameters) -> 'Mounting':
+    def with_mount(self, mount: Mount) -> 'Mounting':
         """
-        Return ``given`` with another mount.
+        Return the same parameters with another mount.
 
-        The paper's rule, which takes no values, keeps those that the turns have found.
+        The one in use stays if nothing changes by the other, and where the paper's rule, which
+        takes no values, has followed: the camera that the turns have found still needs them.
 
         Raises
         ------
         ParameterError
-            The values are not consistent with ``given``.
+            The values are not consistent with the given ones.
 
         """
-        filled = mount.fill_in(given)
-        if given.settings.needs_lens:
-            return filled
-        return replace(self, mount=mount, doubts=filled.doubts)
+        other = mount.fill_in(self.given)
+        if self._used and (other.acts_as(self) or not self.given.settings.needs_lens):
+            return replace(self, doubts=other.doubts)
+        return other
 
     def acts_as(self, other: 'Mounting') -> bool:
         """Return whether the same values are used, up to the rounding of a chain of frames."""

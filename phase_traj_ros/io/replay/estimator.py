@@ -4,12 +4,12 @@
 
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
-from pathlib import Path
 
 from phase_traj_ros.core import FrameStream, Outcome, Skipped, TrajectoryEstimator
 from phase_traj_ros.errors import ParameterError, SourceError
 from phase_traj_ros.io.images.decoding import read_picture
 from phase_traj_ros.io.sources.base import Entry, StampedFrame, UnreadableFrame
+from phase_traj_ros.io.user_path import user_path
 from phase_traj_ros.parameters import Parameters
 
 
@@ -29,7 +29,7 @@ def make_estimator(parameters: Parameters, *, keep_all: bool = False) -> Traject
     try:
         mask = None
         if parameters.mask_file:
-            mask = read_picture(Path(parameters.mask_file).expanduser())
+            mask = read_picture(user_path(parameters.mask_file))
         return TrajectoryEstimator(settings, mask=mask)
     except (SourceError, ValueError) as error:
         # The parameters have checked the settings.

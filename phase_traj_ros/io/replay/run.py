@@ -47,7 +47,8 @@ class Replay:
     """Results of a replay, from the last reset (a backward jump of time) to the end."""
 
     source: str
-    parameters: Parameters
+    mounting: Mounting
+    """The parameters, with the mount of the camera."""
     first_stamp_ns: int
     updates: Sequence[Update]
     codes: ChainCode
@@ -76,18 +77,21 @@ class Replay:
     """How many frames the source has, as far as it is known."""
     unused_calibration: str = ''
     """Why the calibration in the source is not used; empty if it is, or there is none."""
-    mounting: Mounting | None = None
-    """The mount of the camera, if the source may have one."""
     first_skipped: str = ''
     """The first frame that was skipped, and why; empty if there is none."""
+
+    @property
+    def parameters(self) -> Parameters:
+        """Return the parameters in use."""
+        return self.mounting.parameters
 
     @property
     def problems(self) -> tuple[str, ...]:
         """Return what is wrong with the source, in sentences without capital and full stop."""
         unused = self.unused_calibration and (
             f'the calibration is not used: {self.unused_calibration}')
-        doubts = () if self.mounting is None else self.mounting.doubts
-        return tuple(each for each in (self.source_frames.problem, unused, *doubts) if each)
+        return tuple(
+            each for each in (self.source_frames.problem, unused, *self.mounting.doubts) if each)
 
     @property
     def pairs_without_speed(self) -> int:
@@ -204,7 +208,7 @@ def replay(
     heading = estimator.heading
     under_way = [] if heading is None else heading.finish()
     found = Replay(
-        source, parameters, first_stamp_ns, updates, estimator.codes, estimator.counters,
+        source, Mounting(parameters), first_stamp_ns, updates, estimator.codes, estimator.counters,
         tuple(sorted([*turns, *under_way], key=lambda turn: turn.start_frame)),
         reliability=estimator.reliability.of_drive, threshold_hint=estimator.threshold_hint,
         way=estimator.way, links=estimator.links,

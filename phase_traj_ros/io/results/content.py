@@ -52,9 +52,9 @@ def camera_content(camera: CameraInUse | None) -> dict[str, Any] | None:
     return None if camera is None else {**asdict(camera), 'origin': camera.origin.value}
 
 
-def mount_content(mounting: Mounting | None) -> dict[str, Any]:
+def mount_content(mounting: Mounting) -> dict[str, Any]:
     """Return the mount of the camera in the form of the files, if it is known."""
-    if mounting is None or mounting.mount is None:
+    if mounting.mount is None:
         return {}
     return {'mount': {**asdict(mounting.mount), 'found': dict(mounting.found)}}
 

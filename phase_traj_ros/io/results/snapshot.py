@@ -41,7 +41,7 @@ class Snapshot:
 
     @classmethod
     def of(
-        cls, estimator: TrajectoryEstimator, *, source: str, mounting: Mounting | None = None,
+        cls, estimator: TrajectoryEstimator, mounting: Mounting, *, source: str,
     ) -> 'Snapshot':
         """Take a snapshot of ``estimator``, whose camera is mounted so."""
         path, heading = estimator.path, estimator.heading

@@ -23,16 +23,17 @@ class MountInput:
     """
 
     def __init__(
-        self, entities: Entities, base_frame: str, known: Mount | None,
-        on_mount: Callable[[Mount], bool],
+        self, entities: Entities, base_frame: Callable[[], str], known: Mount | None,
+        on_mount: Callable[[], bool],
     ) -> None:
         """
         Subscribe; call ``on_mount`` when the mount differs from ``known``.
 
-        It returns whether the node starts anew.
+        It returns whether the node starts anew. ``base_frame`` returns the frame of the vehicle.
         """
-        self._base = base_frame
-        self._known = known
+        self._base_frame = base_frame
+        self.newest = known
+        """The newest mount; None if it is unknown."""
         self._on_mount = on_mount
         self._camera = ''
         self._frames = StaticFrames()
@@ -55,8 +56,8 @@ class MountInput:
         self._look()
 
     def _look(self) -> bool:
-        mount = self._frames.mount(self._base, self._camera) if self._camera else None
-        if mount is None or mount == self._known:
+        mount = self._frames.mount(self._base_frame(), self._camera) if self._camera else None
+        if mount is None or mount == self.newest:
             return False
-        self._known = mount
-        return self._on_mount(mount)
+        self.newest = mount
+        return self._on_mount()

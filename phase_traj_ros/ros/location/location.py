@@ -5,7 +5,6 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path
 from typing import Final
 
 from nav_msgs.msg import Odometry as OdometryMessage
@@ -17,6 +16,7 @@ from phase_traj_ros.io.maps.projection import LocalProjection
 from phase_traj_ros.io.maps.road_classes import Roads
 from phase_traj_ros.io.maps.road_file import read_roads
 from phase_traj_ros.io.messages.diagnostics import Level, Report
+from phase_traj_ros.io.user_path import user_path
 from phase_traj_ros.parameters import Parameters
 from phase_traj_ros.ros.entities import Entities
 from phase_traj_ros.ros.location.map_transform import MapTransform
@@ -88,7 +88,7 @@ class Location:
         self._stamp_ns: int | None = None
         self._failed = False
         self._roads = read_roads(
-            Path(values.map_file).expanduser(), Roads(values.map_roads),
+            user_path(values.map_file), Roads(values.map_roads),
             datum=_datum(values.map_datum))
         self._worker = LocatorWorker(MapLocator(
             self._roads.road_map, scale=IN_METRES if values.settings.metric else IN_HEIGHTS))

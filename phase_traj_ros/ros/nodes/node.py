@@ -3,11 +3,10 @@
 """The node, a managed (lifecycle) node."""
 
 from collections.abc import Callable
-from dataclasses import replace
 from typing import Any, Final
 
 from phase_traj_ros.errors import message_of, PhaseTrajError
-from phase_traj_ros.io.messages.mounting import Mount, Mounting
+from phase_traj_ros.io.messages.mounting import Mounting
 from phase_traj_ros.parameter_spec import Spec
 from phase_traj_ros.parameters import NODE_NAME, Parameters
 from phase_traj_ros.ros.declare import declare
@@ -48,7 +47,6 @@ class PhaseTrajNode(LifecycleNode):
         super().__init__(NODE_NAME, enable_logger_service=True)
         # Declaring a parameter is not a change, so there is no work yet.
         self._work: Work | None = None
-        self._mount: Mount | None = None
         self._failure: Exception | None = None
         self._end_bond: Callable[[], None] | None = None
         self._live = LiveParameters(self, check=self._check, on_change=self._change)
@@ -96,48 +94,23 @@ class PhaseTrajNode(LifecycleNode):
             self._make_work(Mounting(self._live.values))
 
     def _make_work(self, mounting: Mounting) -> Work:
-        self._work = Work(self, mounting, on_mount=self._on_mount)
+        self._work = Work(self, mounting, on_other_mount=self._on_other_mount)
         return self._work
 
-    def _on_mount(self, mount: Mount) -> bool:
-        """Use the mount of the camera; return whether the work starts anew with it."""
+    def _on_other_mount(self) -> None:
         assert self.executor is not None
-        self._mount = mount
-        mounting = self._other_mounting()
-        if mounting is None:
-            return False
         # After the present callback, which is one of the work's.
         self.executor.create_task(self._restart)
-        return True
 
     def _restart(self) -> None:
-        """Start anew with the newest mount, unless it has no other effect by now."""
-        mounting = self._other_mounting()
-        if mounting is None or self._state_machine.current_state[1] != 'active':
+        """Start anew with the newest mount, unless that has no effect by now."""
+        if self._work is None or self._state_machine.current_state[1] != 'active':
             return
-        for doubt in mounting.doubts:
-            self.get_logger().warning(doubt)
-        self.get_logger().info(str(mounting) or 'nothing is taken from /tf_static any more')
-        self._drop_work()
-        self._make_work(mounting).start()
-
-    def _other_mounting(self) -> Mounting | None:
-        """Return the parameters with the newest mount; None if nothing changes by it."""
-        if self._work is None or self._mount is None:
-            return None
-        try:
-            before = self._work.mounting
-            mounting = before.with_mount(self._mount, self._live.values)
-        except PhaseTrajError as error:
-            self.get_logger().error(f'/tf_static is not used: {error}')
-            return None
-        if not mounting.acts_as(before):
-            return mounting
-        for doubt in mounting.doubts:
-            if doubt not in before.doubts:
-                self.get_logger().warning(doubt)
-        self._work.note(replace(before, mount=mounting.mount, doubts=mounting.doubts))
-        return None
+        mounting = self._work.follow_mount()
+        if mounting is not None:
+            self.get_logger().info(str(mounting) or 'nothing is taken from /tf_static any more')
+            self._drop_work()
+            self._make_work(mounting).start()
 
     def _activate(self) -> None:
         assert self._work is not None

@@ -4,6 +4,7 @@
 
 from phase_traj_ros.core import PairStatus, TrajectoryEstimator, TravelState, Update
 from phase_traj_ros.core.codes.threshold_hint import Misfit
+from phase_traj_ros.io.messages.mounting import Mounting
 from rclpy.node import Node
 
 _THROTTLE_S = 5.0
@@ -12,12 +13,13 @@ _LASTING_NS = 5_000_000_000
 
 
 class Warnings:
-    """Logs a warning of the threshold once, and others at most every 5 s."""
+    """Logs warnings of the mount and the threshold once, and others at most every 5 s."""
 
     def __init__(self, node: Node, estimator: TrajectoryEstimator) -> None:
         """Log to ``node`` what ``estimator`` shows."""
         self._node, self._estimator = node, estimator
         self._dropped = 0
+        self._doubted: set[str] = set()
         self._hinted = False
         self._misfit: Misfit | None = None
         self._misfit_since_ns = 0
@@ -25,6 +27,13 @@ class Warnings:
     def threshold_changed(self) -> None:
         """Warn again if the threshold does not fit."""
         self._hinted = False
+
+    def of_mount(self, mounting: Mounting) -> None:
+        """Warn once of each doubt about the mount of the camera."""
+        for doubt in mounting.doubts:
+            if doubt not in self._doubted:
+                self._doubted.add(doubt)
+                self._node.get_logger().warning(doubt)
 
     def of_stamps(self) -> None:
         """Warn that images were dropped because of their stamps."""

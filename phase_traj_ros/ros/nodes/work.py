@@ -19,9 +19,10 @@ from phase_traj_ros.core import (
 )
 from phase_traj_ros.core.camera.model import CameraModel
 from phase_traj_ros.core.correlation.transforms import find_transform, transform_hint
-from phase_traj_ros.errors import FrameError
-from phase_traj_ros.io.messages.mounting import Mount, Mounting
+from phase_traj_ros.errors import FrameError, PhaseTrajError
+from phase_traj_ros.io.messages.mounting import Mounting
 from phase_traj_ros.io.replay.estimator import make_estimator
+from phase_traj_ros.io.results.snapshot import Snapshot
 from phase_traj_ros.io.sources.base import StampedFrame
 from phase_traj_ros.parameters import Parameters
 from phase_traj_ros.ros.diagnostics import Diagnostics
@@ -50,7 +51,7 @@ class Work:
 
     def __init__(
         self, node: Node, mounting: Mounting, *,
-        on_mount: Callable[[Mount], bool] = lambda _: False,
+        on_other_mount: Callable[[], None] = lambda: None,
     ) -> None:
         """
         Make publishers and services on ``node``.
@@ -61,8 +62,8 @@ class Work:
             The node.
         mounting
             Values of the parameters, and the mount of the camera.
-        on_mount
-            Called when /tf_static has another mount; returns whether the work starts anew.
+        on_other_mount
+            Called when /tf_static has a mount for which the work has to start anew.
 
         Raises
         ------
@@ -79,7 +80,7 @@ class Work:
         self._node = node
         self.mounting = mounting
         """Values of the parameters, and the mount of the camera."""
-        self._on_mount = on_mount
+        self._on_other_mount = on_other_mount
         values = mounting.parameters
         # More threads take more processor time and save none: see the measurements of options.
         cv2.setNumThreads(1)
@@ -95,8 +96,7 @@ class Work:
         self._location: Location | None = None
         with self._offered as offered:
             self._outputs = Outputs(offered, self._estimator, values)
-            self._saving = Saving(
-                node, offered, mounting, self._estimator, image_topic(node, values))
+            self._saving = Saving(node, offered, values.output_dir, self._snapshot)
             offered.create_service(Trigger, '~/reset', self._on_reset)
             if values.map_file:
                 self._location = Location(node, offered, values)
@@ -120,8 +120,9 @@ class Work:
                     node, listening, rectified=values.rectified, on_camera=self._on_camera)
             if values.use_speed_topic:
                 self._speed = SpeedInput(node, listening, self._estimator.add_speed)
-            self._frames = MountInput(
-                listening, values.child_frame_id, self.mounting.mount, self._on_mount)
+            self._mount_input = MountInput(
+                listening, lambda: self.mounting.given.child_frame_id, self.mounting.mount,
+                self._on_mount)
             images = ImageInput(
                 node, listening, values, self._health, on_frame=self._on_frame,
                 on_undecodable=self._stream.skip)
@@ -174,7 +175,7 @@ class Work:
 
     def change(self, values: Parameters) -> None:
         """Continue with other values of the parameters."""
-        self.mounting = self._saving.mounting = self.mounting.with_given(values)
+        self.mounting = self.mounting.with_given(values)
         values = self.mounting.parameters
         self._outputs.parameters = values
         coded_from = self._estimator.settings.code_source
@@ -184,9 +185,27 @@ class Work:
             self._outputs.publish_state()
             self._node.get_logger().info(f'restarted, with codes from the {self._coded_from()}')
 
-    def note(self, mounting: Mounting) -> None:
-        """Continue with a mount and parameters by which nothing changes for the estimator."""
-        self.mounting = self._saving.mounting = mounting
+    def follow_mount(self) -> Mounting | None:
+        """Continue with the newest mount; return what has to start anew for it, if anything."""
+        mount = self._mount_input.newest
+        if mount is None:
+            return None
+        try:
+            mounting = self.mounting.with_mount(mount)
+        except PhaseTrajError as error:
+            self._node.get_logger().error(f'/tf_static is not used: {error}')
+            return None
+        self._warnings.of_mount(mounting)
+        if not mounting.acts_as(self.mounting):
+            return mounting
+        self.mounting = mounting
+        return None
+
+    def _on_mount(self) -> bool:
+        starts_anew = self.follow_mount() is not None
+        if starts_anew:
+            self._on_other_mount()
+        return starts_anew
 
     def _on_frame(self, frame: StampedFrame) -> None:
         """
@@ -200,7 +219,7 @@ class Work:
         """
         unusable = None
         self._frame_shape = frame.image.shape
-        if self._frames.seen_by(frame.frame_id):
+        if self._mount_input.seen_by(frame.frame_id):
             # The node starts anew, with the camera as it is mounted.
             return
         began = time.perf_counter_ns()
@@ -249,6 +268,11 @@ class Work:
         self._saving.end_drive()
         if self._location is not None:
             self._location.interrupt(self._estimator.last_stamp_ns or 0)
+
+    def _snapshot(self) -> Snapshot:
+        return Snapshot.of(
+            self._estimator, self.mounting,
+            source=image_topic(self._node, self.mounting.parameters))
 
     def _coded_from(self) -> str:
         settings = self._estimator.settings

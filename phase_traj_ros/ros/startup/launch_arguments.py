@@ -12,6 +12,7 @@ from typing import Final
 
 from phase_traj_ros.errors import ParameterError
 from phase_traj_ros.io.params_file import find_params_file, parse_assignment, values_for
+from phase_traj_ros.io.user_path import user_path
 from phase_traj_ros.parameters import NODE_NAME, Parameters, specs
 from phase_traj_ros.ros.spin import names_explained
 from phase_traj_ros.ros.startup.overrides import check_override, PREFIX
@@ -140,7 +141,7 @@ def _flag(name: str, value: str) -> bool:
 def _own(given: Mapping[str, str], flags: Mapping[str, bool]) -> dict[str, object]:
     """Return the parameters that have their own argument."""
     own: dict[str, object] = {
-        name: str(Path(given[name]).expanduser()) for name in ('output_dir', 'map_file')
+        name: str(user_path(given[name])) for name in ('output_dir', 'map_file')
         if name in given}
     if 'image_transport' in given:
         own['image_transport'] = given['image_transport']

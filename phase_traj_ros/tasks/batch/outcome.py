@@ -112,7 +112,7 @@ def _facts(result: Replay) -> Iterator[tuple[str, str]]:
     yield 'repeated_frames', str(counters.repeated)
     if result.camera is not None:
         yield 'camera', str(result.camera)
-    if result.mounting is not None and str(result.mounting):
+    if str(result.mounting):
         yield 'mount', str(result.mounting)
     yield 'warnings', '; '.join((*result.parameters.notices, *result.problems))
 

@@ -18,6 +18,7 @@ from phase_traj_ros.io.results.files import RESULT_NAMES
 from phase_traj_ros.io.sources.base import DEFAULT_SPEED_TOPIC, FrameSource
 from phase_traj_ros.io.sources.opening import open_source
 from phase_traj_ros.io.sources.selection import EVERYTHING, Selection
+from phase_traj_ros.io.user_path import user_path
 from phase_traj_ros.parameters import Parameters
 
 REPORT: Final = 'report.html'
@@ -87,7 +88,7 @@ class ReplayRequest:
     def inputs(self) -> tuple[Path, ...]:
         """Return all that is read: an output that is one of these or lies in one is refused."""
         mask = self.parameters.mask_file
-        return (self.source, *self.also_read, *((Path(mask).expanduser(),) if mask else ()))
+        return (self.source, *self.also_read, *((user_path(mask),) if mask else ()))
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -17,6 +17,7 @@ from phase_traj_ros.core import (
 from phase_traj_ros.core.camera.lens import Lens
 from phase_traj_ros.core.camera.model import CameraModel
 from phase_traj_ros.errors import ParameterError, SourceError
+from phase_traj_ros.io.messages.mounting import Mounting
 from phase_traj_ros.io.replay.overview import turn_marks
 from phase_traj_ros.io.replay.run import replay
 from phase_traj_ros.io.results.snapshot import Snapshot
@@ -291,7 +292,7 @@ def test_what_is_saved_says_what_it_is(tmp_path):
     estimator = TrajectoryEstimator(parameters.settings)
     for frame in frames[:60]:
         estimator.update(frame.image, frame.stamp_ns)
-    Snapshot.of(estimator, source='the demo').write(tmp_path / 'saved')
+    Snapshot.of(estimator, Mounting(Parameters()), source='the demo').write(tmp_path / 'saved')
     saved = json.loads((tmp_path / 'saved' / 'chain_code.json').read_text())
     assert (saved['code_source'], saved['connectivity']) == ('heading', 8)
     assert saved['heading_deg'] == pytest.approx(math.degrees(drive.poses[59, 2]), abs=3)

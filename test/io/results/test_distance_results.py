@@ -96,7 +96,7 @@ def test_a_running_estimator_tells_it_too():
     values = MeasurementReporter().report(estimator, 0.0).values
     assert (values['distance (m)'], values['speed (m/s)']) == ('7.0', '5.00')
     assert [values[f'distance {name}'] for name in STATES] == ['0', '0', '0', '14', '0']
-    content = Snapshot.of(estimator, source='').content
+    content = Snapshot.of(estimator, Mounting(Parameters()), source='').content
     assert content['distance'] == pytest.approx(LENGTH_M)
     assert content['links_runs'] == [(1, 3)] and content['distance_states'] == STATES
     estimator.reset()

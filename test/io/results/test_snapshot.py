@@ -6,7 +6,9 @@ import json
 
 import numpy as np
 from phase_traj_ros.core import EstimatorSettings, TrajectoryEstimator
+from phase_traj_ros.io.messages.mounting import Mounting
 from phase_traj_ros.io.results.snapshot import Snapshot
+from phase_traj_ros.parameters import Parameters
 from phase_traj_ros.synthetic.degradations import sensor_noise
 
 TEXTURE = np.random.default_rng(0).integers(0, 256, (64, 100), dtype=np.uint8)
@@ -22,7 +24,7 @@ def driven(positions, **settings):
 
 def test_a_snapshot_stays_as_it_was(tmp_path):
     estimator = driven([0, 0, 30, 30])
-    snapshot = Snapshot.of(estimator, source='/camera')
+    snapshot = Snapshot.of(estimator, Mounting(Parameters()), source='/camera')
     estimator.update(TEXTURE, 10**9)
     snapshot.write(tmp_path / 'kept')
     content = json.loads((tmp_path / 'kept' / 'chain_code.json').read_text())
@@ -37,8 +39,8 @@ def test_a_snapshot_stays_as_it_was(tmp_path):
 
 def test_only_what_is_kept_is_written(tmp_path):
     Snapshot.of(
-        driven([0, 0, 30, 30, 0, 0, 30, 30], max_runs=2, max_corners=2), source='x',
-    ).write(tmp_path)
+        driven([0, 0, 30, 30, 0, 0, 30, 30], max_runs=2, max_corners=2), Mounting(Parameters()),
+        source='x').write(tmp_path)
     content = json.loads((tmp_path / 'chain_code.json').read_text())
     assert content['movement_runs'] == [[0, 1], [1, 1]]
     assert sum(content['movement_totals']) == 7
@@ -46,6 +48,6 @@ def test_only_what_is_kept_is_written(tmp_path):
 
 
 def test_nothing_yet_can_be_written_too(tmp_path):
-    Snapshot.of(TrajectoryEstimator(), source='x').write(tmp_path)
+    Snapshot.of(TrajectoryEstimator(), Mounting(Parameters()), source='x').write(tmp_path)
     assert json.loads((tmp_path / 'chain_code.json').read_text())['movement_runs'] == []
     assert (tmp_path / 'trajectory.tum').read_text() == ''

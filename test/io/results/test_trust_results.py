@@ -10,6 +10,7 @@ import overlays
 from phase_traj_ros.cli.main import main
 from phase_traj_ros.core import TrajectoryEstimator
 from phase_traj_ros.io.messages.diagnostics import Level, MeasurementReporter
+from phase_traj_ros.io.messages.mounting import Mounting
 from phase_traj_ros.io.replay.run import replay
 from phase_traj_ros.io.results.debug_picture import draw, shade
 from phase_traj_ros.io.results.palette import bgr, DARK
@@ -118,7 +119,7 @@ def test_a_snapshot_and_the_diagnostics_contain_it(tmp_path):
             [sensor_noise(TEXTURE, sigma=1.0, seed=index) for index in range(30)], True)):
         estimator, _ = followed(images, SHIFT)
         folder = tmp_path / str(reliable)
-        Snapshot.of(estimator, source='').write(folder)
+        Snapshot.of(estimator, Mounting(Parameters()), source='').write(folder)
         content = json.loads((folder / 'chain_code.json').read_text())
         assert content['reliable'] is reliable and bool(content['reasons']) is not reliable
         report = MeasurementReporter().report(estimator, 0.1)
