@@ -25,7 +25,8 @@ FLOORS = {
         'codes', 'correlation', 'frames', 'fixed', 'camera', 'calibration', 'rotation', 'heading',
         'road', 'path', 'localization', 'reliability', '*'),
     'io': (
-        'outputs params_file images', 'messages', 'sources maps', 'replay', 'results'),
+        'user_path', 'outputs params_file images', 'messages', 'sources maps', 'replay',
+        'results'),
     'tasks': ('evaluation', 'location', 'batch'),
     'synthetic': (
         'arrays', 'camera', 'textures degradations', 'scene', 'town view', 'drive'),

@@ -11,6 +11,7 @@ from phase_traj_ros.core import LinkCode, PairStatus, Travel, TravelState
 from phase_traj_ros.core.codes.text import describe_links
 from phase_traj_ros.core.localization.given import OdometryStep
 from phase_traj_ros.errors import ResultError, SourceError
+from phase_traj_ros.io.messages.mounting import Mounting
 from phase_traj_ros.io.replay.run import replay
 from phase_traj_ros.io.results.files import write_chain_code, write_shifts
 from phase_traj_ros.parameters import Parameters
@@ -63,7 +64,7 @@ def test_a_replay_and_its_results_are_the_same_odometry(result, results):
 
 
 def test_camera_heights_have_a_wide_scale(result):
-    heights = replace(result, parameters=Parameters(focal_px=300.0, code_source='auto'))
+    heights = replace(result, mounting=Mounting(Parameters(focal_px=300.0, code_source='auto')))
 
     assert odometry_of(heights).scale == IN_HEIGHTS
 
