@@ -52,8 +52,9 @@ def write_trajectory_picture(result: Replay, path: Path) -> None:
     shown = overview(result)
     rows = ['shift', 'movement', 'direction', *['heading'] * (shown.heading_deg is not None)]
     width, height = 12.0, 2.0 + 1.3 * len(rows)
-    figure = new_figure(width, height, layout='none')
+    figure = new_figure(width, height)
     # All labels have a known size; to measure them takes as long as to draw the picture.
+    figure.set_layout_engine('none')
     figure.subplots_adjust(
         left=0.55 / width, right=1.0 - 0.3 / width, bottom=0.5 / height, top=1.0 - 0.3 / height,
         wspace=0.25, hspace=0.24)
@@ -143,11 +144,9 @@ def require_matplotlib() -> None:
             'pictures need matplotlib: install python3-matplotlib (apt) or matplotlib (pip)')
 
 
-def new_figure(width: float, height: float, *, layout: str = 'constrained') -> Figure:
+def new_figure(width: float, height: float) -> Figure:
     """
     Return an empty figure of ``width`` x ``height`` inches that does not need a display.
-
-    ``layout`` is the layout of matplotlib: ``constrained`` moves the plots so that labels fit.
 
     Raises
     ------
@@ -157,7 +156,7 @@ def new_figure(width: float, height: float, *, layout: str = 'constrained') -> F
     """
     require_matplotlib()
     from matplotlib.figure import Figure
-    return Figure(figsize=(width, height), layout=layout)
+    return Figure(figsize=(width, height), layout='constrained')
 
 
 def write_path_picture(points: NDArray[np.float64], path: Path) -> None:
