@@ -51,7 +51,13 @@ def write_trajectory_picture(result: Replay, path: Path) -> None:
     """
     shown = overview(result)
     rows = ['shift', 'movement', 'direction', *['heading'] * (shown.heading_deg is not None)]
-    figure = new_figure(12, 2 + 1.3 * len(rows))
+    width, height = 12.0, 2.0 + 1.3 * len(rows)
+    figure = new_figure(width, height)
+    # All labels have a known size; to measure them takes as long as to draw the picture.
+    figure.set_layout_engine('none')
+    figure.subplots_adjust(
+        left=0.55 / width, right=1.0 - 0.3 / width, bottom=0.5 / height, top=1.0 - 0.3 / height,
+        wspace=0.25, hspace=0.24)
     plots = figure.subplot_mosaic(
         [['path', row] for row in rows], width_ratios=(1, 1.5),
         height_ratios=(1.5, *[1] * (len(rows) - 1)))
