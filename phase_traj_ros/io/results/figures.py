@@ -55,12 +55,12 @@ def write_trajectory_picture(result: Replay, path: Path) -> None:
     figure = new_figure(width, height)
     # All labels have a known size; to measure them takes as long as to draw the picture.
     figure.set_layout_engine('none')
-    figure.subplots_adjust(
-        left=0.55 / width, right=1.0 - 0.3 / width, bottom=0.5 / height, top=1.0 - 0.3 / height,
-        wspace=0.25, hspace=0.24)
+    margins = {
+        'left': 0.55 / width, 'right': 1.0 - 0.3 / width, 'bottom': 0.5 / height,
+        'top': 1.0 - 0.3 / height, 'wspace': 0.25, 'hspace': 0.24}
     plots = figure.subplot_mosaic(
         [['path', row] for row in rows], width_ratios=(1, 1.5),
-        height_ratios=(1.5, *[1] * (len(rows) - 1)))
+        height_ratios=(1.5, *[1] * (len(rows) - 1)), gridspec_kw=margins)
     _draw_trajectory(plots.pop('path'), shown.path, shown.turns)
     _draw_shift(plots['shift'], shown, result.threshold_px)
     _draw_codes(plots['movement'], shown.seconds, result.movement, Movement, 'movement')
