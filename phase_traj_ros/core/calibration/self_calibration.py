@@ -169,7 +169,9 @@ class SelfCalibration:
                 refit = fit_turn(tracks, [
                     (focal * width, straightness, column * width)
                     for focal, straightness, column in guesses], width=width)
-                if fit is None or (refit is not None and refit.cost < fit.cost):
+                if refit is None:
+                    break
+                if fit is None or refit.cost < fit.cost:
                     fit = refit
         if fit is not None and fit.cost > TUNING.max_cost:
             static = fit.point_costs < TUNING.max_cost

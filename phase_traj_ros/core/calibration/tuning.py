@@ -152,6 +152,10 @@ class CalibrationTuning:
     """...and largest cost per observation to accept that fit; 1 or 2 for a static scene."""
     max_cost: float = 3.0
     """Largest cost per observation of a usable fit..."""
+    other_focal: float = 0.35
+    """A fit is refused if with a log focal length that differs by more than this..."""
+    other_cost: float = 1.04
+    """...the cost is less than this factor larger."""
     min_static: float = 0.5
     """...to which this share of the points has to belong; others may be on moving vehicles."""
     max_deviation: float = 0.12

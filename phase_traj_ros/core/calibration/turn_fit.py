@@ -88,17 +88,25 @@ def fit_turn(
     tracks: TurnTracks, guesses: Sequence[tuple[float, float, float]], *, width: int,
 ) -> TurnFit | None:
     """
-    Return the lens that fits the tracks best, or None if the fit fails.
+    Return the lens that fits the tracks best; None if the fit fails, or another lens fits as well.
 
     ``guesses`` are start values: focal length in pixels, straightness, and column of the principal
     point in pixels from the centre of an image ``width`` pixels wide. If there are several, each
-    is optimised for a few iterations, and then the best of them to convergence.
+    is optimised for a few iterations, and then the best of them to convergence. So is the one whose
+    focal length differs most: in a gentle bend, parallax explains nearly all, with any lens, and
+    the covariance at a short focal length does not show that.
     """
     problem = _Problem(tracks, width)
     found = [problem.start(*guess) for guess in guesses]
     if len(found) > 1:
         found = [problem.search(state, TUNING.first_steps) for state in found]
     best = problem.search(min(found, key=problem.cost), TUNING.fit_steps)
+    if len(found) > 1:
+        other = max(found, key=lambda each: abs(float(each.lens[0] - best.lens[0])))
+        other = problem.search(other, TUNING.fit_steps)
+        if (abs(other.lens[0] - best.lens[0]) > TUNING.other_focal
+                and problem.cost(other) < TUNING.other_cost * problem.cost(best)):
+            return None
     return problem.result(best)
 
 
