@@ -88,6 +88,9 @@ class CalibrationTuning:
     """Least mean speed of the image in a turn, in widths per second, ..."""
     turn_speed_time_s: float = 0.4
     """...and the time constant of that mean."""
+    slowness: float = 2.5
+    """So many times slower are the slowest turns. They serve until there is a better one, as near
+    points leave the image in their long steps."""
     max_frame_motion: float = 0.35
     """Largest motion of the image between two frames, in widths."""
 
