@@ -101,15 +101,19 @@ class SelfCalibration:
         self._frames += 1
         tracks = self._tracker.update(
             frame, shift_px, interval, wanted=self._wanted(self._attempts))
-        self._attempts += tracks is not None
+        if tracks is not None:
+            self._attempts += 1
         learned = self._learn(tracks)
         if self._fits:
+            self._slow_tracker.cut()
             return learned
         tracks = self._slow_tracker.update(
             frame, shift_px, interval, wanted=self._wanted(self._slow_attempts))
-        self._slow_attempts += tracks is not None
-        # Nothing is learned twice from one turn.
-        return self._learn(None if self._tracker.tracking else tracks)
+        if tracks is None or self._tracker.tracking:
+            # The usual tracker has the same part of the turn.
+            return False
+        self._slow_attempts += 1
+        return self._learn(tracks)
 
     def finish(self) -> None:
         """Use the turn in progress at the end."""
@@ -151,7 +155,7 @@ class SelfCalibration:
         return self._estimate
 
     def _wanted(self, attempts: int) -> bool:
-        """Return whether another part of a turn is fitted, after so many attempts."""
+        """Return whether another part of a turn may be fitted, after so many attempts."""
         further = max(0, attempts + 1 - TUNING.free_fits)
         return self._frames >= TUNING.fit_spacing_frames * further ** 2
 
@@ -185,11 +189,13 @@ class SelfCalibration:
                 refit = fit_turn(tracks, [
                     (focal * width, straightness, column * width)
                     for focal, straightness, column in guesses], width=width)
-                if refit is None:
-                    break
-                if fit is None or refit.cost < fit.cost:
+                # Another camera has to explain clearly more than an ambiguous one.
+                factor = TUNING.other_cost if fit is not None and fit.ambiguous else 1.0
+                if fit is None or (refit is not None and factor * refit.cost < fit.cost):
                     fit = refit
-        if fit is not None and fit.cost > TUNING.max_cost:
+        if fit is None or fit.ambiguous:
+            return None
+        if fit.cost > TUNING.max_cost:
             static = fit.point_costs < TUNING.max_cost
             if static.mean() < TUNING.min_static:
                 return None

@@ -3,10 +3,10 @@
 """
 Tracks points of the image through a turn.
 
-A step ends when the image has moved by a twentieth of its width, and at the latest before near
-points leave the image. A stretch is a part of a turn of about ten steps. If the image turns
-slowly, points are tracked more often than once a step, as near points still move fast. While the
-image does not turn, nothing is tracked.
+A step ends when the image has moved by a twentieth of its width, and at the latest after a time in
+which few near points leave the image. A stretch is a part of a turn of about ten steps. If the
+image turns slowly, points are tracked more often than once a step, as near points still move fast.
+While the image does not turn, nothing is tracked.
 """
 
 from dataclasses import dataclass, replace
@@ -66,7 +66,7 @@ class TurnTracker:
     """Tracks points through turns; it stores one stretch at a time."""
 
     def __init__(self, *, slowness: float = 1.0) -> None:
-        """Make a tracker for turns that may be so many times slower than the usual ones."""
+        """Make a tracker; ``slowness`` is the factor by which turns may be slower than usual."""
         self._slowness = slowness
         self.mask: NDArray[np.uint8] | None = None
         """Mask (H, W) for stretches that start from now on; pixels with 0 are ignored."""
