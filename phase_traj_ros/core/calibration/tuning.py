@@ -162,8 +162,8 @@ class CalibrationTuning:
     other_focal: float = 0.35
     """Difference of the log focal length from which two lenses are different ones..."""
     other_cost: float = 1.04
-    """...a fit is ambiguous if one costs less than this factor times the best. Of 14 fits to
-    rendered bends at 1 to 4 deg/s, the six that were 60 to 83 % off had less than 1.03."""
+    """...a fit is ambiguous if one costs less than this factor times the best: 1.03 at most in
+    rendered bends at 1.5 deg/s, whose fits were 60 to 83 % off, and 1.07 or more in corners."""
     deviation_factor: float = 2.5
     """Factor of the deviations of a fit, ..."""
     focal_error: float = 0.03
