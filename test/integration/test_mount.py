@@ -182,8 +182,7 @@ def test_a_mount_that_changes_a_little_is_used_as_one_that_changes_much(made):
     tell(node, far)
     show(node, 2)
     assert node._work is work and work._estimator.frames == 2
-    # The record has the mount that its values are from.
-    assert work.mounting.mount.height == work.mounting.found['camera_height']
+    assert work.mounting.mount.x == 9.0
     change, = node.set_parameters([Parameter('max_gap', value=3.0)])
     assert change.successful
     # Nor does another mount, where the paper's rule has followed.
@@ -244,3 +243,35 @@ def test_a_parameter_wins(made, capfd, tmp_path):
     mount = saved_mount(node, tmp_path)
     assert mount['height'] == pytest.approx(1.65)
     assert set(mount['found']) == {'camera_pitch_deg', 'camera_roll_deg'}
+
+
+def test_another_frame_of_the_vehicle_is_looked_up_at_once(made):
+    node, executor = made()
+    rear = SimpleNamespace(
+        header=SimpleNamespace(frame_id='rear'), child_frame_id='base_link',
+        transform=SimpleNamespace(
+            translation=SimpleNamespace(x=0.3, y=0.0, z=0.5),
+            rotation=SimpleNamespace(x=0.0, y=0.0, z=0.0, w=1.0)))
+    tell(node, CAMERA, rear)
+    show(node, 1)
+    executor.spin_once(timeout_sec=0)
+    tell(node, CAMERA, rear)
+    show(node, 3)
+    assert node._work._estimator.settings.camera_height == pytest.approx(1.65)
+    change, = node.set_parameters([Parameter('child_frame_id', value='rear')])
+    assert change.successful
+    for _ in range(5):
+        executor.spin_once(timeout_sec=0)
+    assert node._work._estimator.settings.camera_height == pytest.approx(2.15)
+    assert node._work.mounting.mount.base_frame == 'rear'
+
+
+def test_a_mount_that_was_refused_is_used_once_the_parameters_allow_it(made, capfd):
+    node, executor = made('-p', 'child_frame_id:=base_link', '-p', 'frame_id:=base_link')
+    tell(node, CAMERA)
+    show(node, 1)
+    assert '/tf_static is not used' in capfd.readouterr().err
+    node.set_parameters([Parameter('frame_id', value='odom')])
+    for _ in range(5):
+        executor.spin_once(timeout_sec=0)
+    assert has_odometry(node)

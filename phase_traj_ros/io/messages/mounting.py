@@ -62,7 +62,11 @@ class Mount:
             The values are not consistent with ``given``.
 
         """
-        return Mounting(given, self, dict(self._found(given)), tuple(self._doubts(given)))
+        found, doubts = dict(self._found(given)), tuple(self._doubts(given))
+        settings = given.with_values(found).settings
+        if settings.metric and not settings.speed_given:
+            return Mounting(given, self, {**found, _LEVER: self.y}, doubts)
+        return Mounting(given, self, found, doubts)
 
     def _found(self, given: Parameters) -> Iterator[tuple[str, float]]:
         """
@@ -110,9 +114,9 @@ class Mounting:
 
     given: Parameters
     mount: Mount | None = None
-    """None if it is unknown."""
-    found: Mapping[str, float] = field(default_factory=dict)
-    """The values from the mount, by the names of the parameters."""
+    """The newest one; None if it is unknown."""
+    used: Mapping[str, float] = field(default_factory=dict)
+    """What is used of a mount, by the names of the parameters, and the lever arm."""
     doubts: tuple[str, ...] = ()
     """What is doubtful about the mount, in sentences without capital and full stop."""
     parameters: Parameters = field(init=False, repr=False, compare=False)
@@ -121,11 +125,16 @@ class Mounting:
     def __post_init__(self) -> None:
         object.__setattr__(self, 'parameters', self.given.with_values(self.found))
 
+    @property
+    def found(self) -> Mapping[str, float]:
+        """Return the values from a mount, by the names of the parameters."""
+        return {name: value for name, value in self.used.items() if name != _LEVER}
+
     def __str__(self) -> str:
         """Return a sentence on the mount and what is used of it; empty if nothing is."""
-        if not self._used:
+        if not self.used:
             return ''
-        return f'/tf_static: {self.mount}; from there: {", ".join(self._used)}'
+        return f'/tf_static: {self.mount}; from there: {", ".join(self.used)}'
 
     def with_given(self, given: Parameters) -> 'Mounting':
         """
@@ -142,7 +151,7 @@ class Mounting:
             return other
         followed = other.with_mount(self.mount)
         if not followed.acts_as(other):
-            names = ', '.join(
+            names = ' or '.join(
                 spec.name for spec in specs() if given.value(spec) != self.given.value(spec))
             raise ParameterError(
                 f'{names} would change what is taken from /tf_static: set it at the start')
@@ -152,8 +161,8 @@ class Mounting:
         """
         Return the same parameters with another mount.
 
-        The one in use stays if nothing changes by the other, and where the paper's rule, which
-        takes no values, has followed: the camera that the turns have found still needs them.
+        What is used stays if nothing changes by the other mount, and where the paper's rule,
+        which takes nothing, has followed: the camera that the turns have found still needs it.
 
         Raises
         ------
@@ -162,16 +171,15 @@ class Mounting:
 
         """
         other = mount.fill_in(self.given)
-        if self._used and (other.acts_as(self) or not self.given.settings.needs_lens):
-            return replace(self, doubts=other.doubts)
+        if self.used and (other.acts_as(self) or not self.given.settings.needs_lens):
+            return replace(self, mount=mount, doubts=other.doubts)
         return other
 
     def acts_as(self, other: 'Mounting') -> bool:
         """Return whether the same values are used, up to the rounding of a chain of frames."""
-        mine, others = self._used, other._used
-        return mine.keys() == others.keys() and all(
-            math.isclose(value, others[name], rel_tol=0.0, abs_tol=_ROUNDING)
-            for name, value in mine.items())
+        return self.used.keys() == other.used.keys() and all(
+            math.isclose(value, other.used[name], rel_tol=0.0, abs_tol=_ROUNDING)
+            for name, value in self.used.items())
 
     def at_base(self, update: Update) -> Update:
         """
@@ -182,18 +190,10 @@ class Mounting:
         ahead of it changes nothing, and one to the left of it drives a shorter arc to the left.
         A speed that the parameters give is that of the origin, so nothing is corrected.
         """
-        left = self._used.get(_LEVER)
+        left = self.used.get(_LEVER)
         if update.odometry is None or left is None:
             return update
         return replace(update, odometry=_at_origin(update.odometry, left))
-
-    @property
-    def _used(self) -> dict[str, float]:
-        """Return what is used of the mount."""
-        settings = self.parameters.settings
-        if self.mount is None or not settings.metric or settings.speed_given:
-            return dict(self.found)
-        return {**self.found, _LEVER: self.mount.y}
 
 
 def _at_origin(odometry: Odometry, left: float) -> Odometry:

@@ -211,6 +211,8 @@ def _draw_curve(
 ) -> None:
     seen = extremes(values, _COLUMNS)
     plot.plot(seconds[seen], values[seen], color=LIGHT.line, linewidth=1)
+    # An exponent would be where the title is.
+    plot.ticklabel_format(axis='y', style='plain', useOffset=False)
     plot.grid(axis='y', color=LIGHT.muted, alpha=0.3)
 
 
@@ -256,4 +258,5 @@ def _every(turns: Sequence[TurnMark]) -> int:
 
 
 def _title(plot: Plot, text: str) -> None:
-    plot.set_title(text, loc='left', fontsize=9)
+    # At a given height, nothing is measured.
+    plot.set_title(text, loc='left', fontsize=9, y=1.0)

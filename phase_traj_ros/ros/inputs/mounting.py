@@ -23,16 +23,15 @@ class MountInput:
     """
 
     def __init__(
-        self, entities: Entities, base_frame: Callable[[], str], known: Mount | None,
-        on_mount: Callable[[], bool],
+        self, entities: Entities, base_frame: Callable[[], str], on_mount: Callable[[], bool],
     ) -> None:
         """
-        Subscribe; call ``on_mount`` when the mount differs from ``known``.
+        Subscribe; call ``on_mount`` with each transform when the mount is known.
 
         It returns whether the node starts anew. ``base_frame`` returns the frame of the vehicle.
         """
         self._base_frame = base_frame
-        self.newest = known
+        self.newest: Mount | None = None
         """The newest mount; None if it is unknown."""
         self._on_mount = on_mount
         self._camera = ''
@@ -48,16 +47,17 @@ class MountInput:
         if camera_frame == self._camera:
             return False
         self._camera = camera_frame
-        return self._look()
+        return self.look()
 
     def add(self, message: Any) -> None:
         """Add the transforms of a tf2_msgs/TFMessage."""
         self._frames.add(message)
-        self._look()
+        self.look()
 
-    def _look(self) -> bool:
+    def look(self) -> bool:
+        """Look how the camera is mounted now; return whether the node starts anew."""
         mount = self._frames.mount(self._base_frame(), self._camera) if self._camera else None
-        if mount is None or mount == self.newest:
+        if mount is None:
             return False
         self.newest = mount
         return self._on_mount()

@@ -94,6 +94,7 @@ class Work:
         self._offered = Entities(node)
         self._listening = Entities(node)
         self._location: Location | None = None
+        self._mount_input: MountInput | None = None
         with self._offered as offered:
             self._outputs = Outputs(offered, self._estimator, values)
             self._saving = Saving(node, offered, values.output_dir, self._snapshot)
@@ -121,8 +122,7 @@ class Work:
             if values.use_speed_topic:
                 self._speed = SpeedInput(node, listening, self._estimator.add_speed)
             self._mount_input = MountInput(
-                listening, lambda: self.mounting.given.child_frame_id, self.mounting.mount,
-                self._on_mount)
+                listening, lambda: self.mounting.given.child_frame_id, self._on_mount)
             images = ImageInput(
                 node, listening, values, self._health, on_frame=self._on_frame,
                 on_undecodable=self._stream.skip)
@@ -184,14 +184,16 @@ class Work:
         if self._estimator.settings.code_source is not coded_from:
             self._outputs.publish_state()
             self._node.get_logger().info(f'restarted, with codes from the {self._coded_from()}')
+        if self._mount_input is not None:
+            # Of another frame of the vehicle, or one that the parameters excluded before.
+            self._mount_input.look()
 
     def follow_mount(self) -> Mounting | None:
         """Continue with the newest mount; return what has to start anew for it, if anything."""
-        mount = self._mount_input.newest
-        if mount is None:
+        if self._mount_input is None or self._mount_input.newest is None:
             return None
         try:
-            mounting = self.mounting.with_mount(mount)
+            mounting = self.mounting.with_mount(self._mount_input.newest)
         except PhaseTrajError as error:
             self._node.get_logger().error(f'/tf_static is not used: {error}')
             return None
@@ -219,6 +221,7 @@ class Work:
         """
         unusable = None
         self._frame_shape = frame.image.shape
+        assert self._mount_input is not None
         if self._mount_input.seen_by(frame.frame_id):
             # The node starts anew, with the camera as it is mounted.
             return

@@ -160,6 +160,13 @@ def test_parameters_that_change_later_keep_the_values_of_the_mount():
     assert by_turns.with_given(rule).parameters.camera_height == pytest.approx(1.6)
     assert by_rule.with_given(rule) == by_rule
     assert Mounting(rule).with_given(turns) == Mounting(turns)
+    # So does it under another mount, which is known when the turns follow.
+    lower = frames(transform('base_link', 'cam', (1.5, 0.2, 0.8), (2, 5, 40))).mount(
+        'base_link', 'cam')
+    followed = by_turns.with_given(rule).with_mount(lower)
+    assert followed.used == by_turns.used and followed.mount == lower
+    with pytest.raises(ParameterError, match='threshold would change what is taken'):
+        followed.with_given(turns)
     # Upside down, the angles are others.
     for before, given in ((by_rule, turns), (by_turns, Parameters(rotate_180=True))):
         with pytest.raises(ParameterError, match=r'would change .* set it at the start'):
