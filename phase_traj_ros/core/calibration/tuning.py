@@ -88,6 +88,9 @@ class CalibrationTuning:
     """Least mean speed of the image in a turn, in widths per second, ..."""
     turn_speed_time_s: float = 0.4
     """...and the time constant of that mean."""
+    slowness: float = 2.5
+    """Before the first fit, turns may be slower by this factor, and their steps and that mean
+    take longer by it. Not later: near points leave the image in longer steps."""
     max_frame_motion: float = 0.35
     """Largest motion of the image between two frames, in widths."""
 
@@ -156,6 +159,11 @@ class CalibrationTuning:
     """...to which this share of the points has to belong; others may be on moving vehicles."""
     max_deviation: float = 0.12
     """Largest deviation of the log focal length of a usable fit."""
+    other_focal: float = 0.35
+    """Difference of the log focal length from which two lenses are different ones..."""
+    other_cost: float = 1.04
+    """...a fit is ambiguous if one costs less than this factor times the best: 1.03 at most in
+    rendered bends at 1.5 deg/s, whose fits were 60 to 83 % off, and 1.07 or more in corners."""
     deviation_factor: float = 2.5
     """Factor of the deviations of a fit, ..."""
     focal_error: float = 0.03

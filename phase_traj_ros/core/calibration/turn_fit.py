@@ -58,6 +58,9 @@ class TurnFit:
         Rotation of the camera in radians, positive to the left.
     point_costs
         Mean cost of the observations of each point, (P,).
+    ambiguous
+        Whether another focal length fits nearly as well: in a gentle bend, parallax explains
+        nearly all with any lens, which the covariance at a short focal length does not show.
     """
 
     log_focal: float
@@ -68,6 +71,7 @@ class TurnFit:
     down: Numbers
     angle: float
     point_costs: Numbers
+    ambiguous: bool = False
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -92,14 +96,23 @@ def fit_turn(
 
     ``guesses`` are start values: focal length in pixels, straightness, and column of the principal
     point in pixels from the centre of an image ``width`` pixels wide. If there are several, each
-    is optimised for a few iterations, and then the best of them to convergence.
+    is optimised for a few iterations, and then the best of them to convergence. The one whose
+    focal length differs most from it is optimised as well, to tell whether the fit is ambiguous.
     """
     problem = _Problem(tracks, width)
     found = [problem.start(*guess) for guess in guesses]
-    if len(found) > 1:
-        found = [problem.search(state, TUNING.first_steps) for state in found]
+    if len(found) == 1:
+        return problem.result(problem.search(found[0], TUNING.fit_steps))
+    found = [problem.search(state, TUNING.first_steps) for state in found]
     best = problem.search(min(found, key=problem.cost), TUNING.fit_steps)
-    return problem.result(best)
+    other = max(found, key=lambda each: abs(float(each.lens[0] - best.lens[0])))
+    other = problem.search(other, TUNING.fit_steps)
+    ratio = problem.cost(other) / problem.cost(best)
+    if abs(other.lens[0] - best.lens[0]) < TUNING.other_focal or ratio > TUNING.other_cost:
+        return problem.result(best)
+    if ratio < 1.0 / TUNING.other_cost:
+        return problem.result(other)
+    return problem.result(best, ambiguous=True)
 
 
 class _Problem:
@@ -156,7 +169,7 @@ class _Problem:
                 break
         return state
 
-    def result(self, state: _State) -> TurnFit | None:
+    def result(self, state: _State, *, ambiguous: bool = False) -> TurnFit | None:
         """Return the fit of a state with its covariance; None if it is undetermined."""
         normal, mixed, point_normal, _, _ = self._normal(state)
         try:
@@ -173,7 +186,8 @@ class _Problem:
         return TurnFit(
             log_focal, straightness, column, covariance,
             self.cost(state) / len(self._observations), axis / angle, angle,
-            np.add.reduceat(self._costs(state), self._starts) / np.bincount(self._point))
+            np.add.reduceat(self._costs(state), self._starts) / np.bincount(self._point),
+            ambiguous)
 
     def start(self, focal_px: float, straightness: float, column: float) -> _State:
         """Return a start state: a rotation about the vertical image axis at a constant speed."""

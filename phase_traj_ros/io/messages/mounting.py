@@ -114,9 +114,9 @@ class Mounting:
 
     given: Parameters
     mount: Mount | None = None
-    """The newest one; None if it is unknown."""
+    """The newest usable one; None if it is unknown."""
     used: Mapping[str, float] = field(default_factory=dict)
-    """What is used of a mount, by the names of the parameters, and the lever arm."""
+    """What is used of a mount: values by the names of the parameters, and the lever arm."""
     doubts: tuple[str, ...] = ()
     """What is doubtful about the mount, in sentences without capital and full stop."""
     parameters: Parameters = field(init=False, repr=False, compare=False)

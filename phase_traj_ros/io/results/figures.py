@@ -211,7 +211,7 @@ def _draw_curve(
 ) -> None:
     seen = extremes(values, _COLUMNS)
     plot.plot(seconds[seen], values[seen], color=LIGHT.line, linewidth=1)
-    # An exponent would be where the title is.
+    # An exponent would overlap the title.
     plot.ticklabel_format(axis='y', style='plain', useOffset=False)
     plot.grid(axis='y', color=LIGHT.muted, alpha=0.3)
 
@@ -258,5 +258,5 @@ def _every(turns: Sequence[TurnMark]) -> int:
 
 
 def _title(plot: Plot, text: str) -> None:
-    # At a given height, nothing is measured.
+    # With a fixed height, matplotlib does not measure the labels, which is slow.
     plot.set_title(text, loc='left', fontsize=9, y=1.0)

@@ -26,7 +26,7 @@ class MountInput:
         self, entities: Entities, base_frame: Callable[[], str], on_mount: Callable[[], bool],
     ) -> None:
         """
-        Subscribe; call ``on_mount`` with each transform when the mount is known.
+        Subscribe; call ``on_mount`` after each look at a known mount.
 
         It returns whether the node starts anew. ``base_frame`` returns the frame of the vehicle.
         """
@@ -55,9 +55,8 @@ class MountInput:
         self.look()
 
     def look(self) -> bool:
-        """Look how the camera is mounted now; return whether the node starts anew."""
-        mount = self._frames.mount(self._base_frame(), self._camera) if self._camera else None
-        if mount is None:
-            return False
-        self.newest = mount
-        return self._on_mount()
+        """Look up the mount; return whether the node starts anew."""
+        self.newest = None
+        if self._camera:
+            self.newest = self._frames.mount(self._base_frame(), self._camera)
+        return self.newest is not None and self._on_mount()

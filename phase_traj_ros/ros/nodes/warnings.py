@@ -4,7 +4,6 @@
 
 from phase_traj_ros.core import PairStatus, TrajectoryEstimator, TravelState, Update
 from phase_traj_ros.core.codes.threshold_hint import Misfit
-from phase_traj_ros.io.messages.mounting import Mounting
 from rclpy.node import Node
 
 _THROTTLE_S = 5.0
@@ -28,9 +27,9 @@ class Warnings:
         """Warn again if the threshold does not fit."""
         self._hinted = False
 
-    def of_mount(self, mounting: Mounting) -> None:
+    def of_mount(self, *doubts: str) -> None:
         """Warn once of each doubt about the mount of the camera."""
-        for doubt in mounting.doubts:
+        for doubt in doubts:
             if doubt not in self._doubted:
                 self._doubted.add(doubt)
                 self._node.get_logger().warning(doubt)

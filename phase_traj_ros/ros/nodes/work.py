@@ -185,7 +185,7 @@ class Work:
             self._outputs.publish_state()
             self._node.get_logger().info(f'restarted, with codes from the {self._coded_from()}')
         if self._mount_input is not None:
-            # Of another frame of the vehicle, or one that the parameters excluded before.
+            # The frame of the vehicle may be another, or the mount allowed by the parameters now.
             self._mount_input.look()
 
     def follow_mount(self) -> Mounting | None:
@@ -195,9 +195,9 @@ class Work:
         try:
             mounting = self.mounting.with_mount(self._mount_input.newest)
         except PhaseTrajError as error:
-            self._node.get_logger().error(f'/tf_static is not used: {error}')
+            self._warnings.of_mount(f'/tf_static is not used: {error}')
             return None
-        self._warnings.of_mount(mounting)
+        self._warnings.of_mount(*mounting.doubts)
         if not mounting.acts_as(self.mounting):
             return mounting
         self.mounting = mounting

@@ -77,6 +77,17 @@ def test_a_narrow_lens_is_found_from_the_start_values_of_wide_ones():
     assert all(0.08 < math.sqrt(fit.covariance[0, 0]) < 0.3 for fit in fits)
 
 
+@pytest.mark.parametrize('focal', [180.0, 260.0])
+def test_a_small_turn_that_any_lens_explains_is_ambiguous(focal):
+    guesses = [(share * WIDTH, straightness, column * WIDTH)
+               for share, straightness, column in TUNING.guesses]
+    for seed in range(4):
+        small = tracks_of(focal=focal, turned_deg=5.0, noise=1.0, seed=seed)
+        assert fit_turn(small, guesses, width=WIDTH).ambiguous
+        large = tracks_of(focal=focal, turned_deg=20.0, noise=0.3, seed=seed)
+        assert not fit_turn(large, guesses, width=WIDTH).ambiguous
+
+
 def test_points_that_go_astray_hardly_count():
     fit = fit_turn(tracks_of(focal=180.0, wrong=0.1), GUESSES, width=WIDTH)
     assert math.exp(fit.log_focal) == pytest.approx(180.0, rel=0.05)
