@@ -38,7 +38,6 @@ class SelfCalibration:
     def __init__(self) -> None:
         """Make an estimator before the first frame."""
         self._tracker = TurnTracker()
-        self._slow_tracker = TurnTracker(slowness=TUNING.slowness)
         # Shape of the frames; (0, 0) before the first.
         self._shape = (0, 0)
         # First and last stamp of all frames.
@@ -48,7 +47,7 @@ class SelfCalibration:
 
     def forget(self) -> None:
         """Restart with the prior."""
-        self.cut()
+        self._tracker.cut()
         usual = _normal(_FOCALS, math.log(TUNING.usual_focal), TUNING.focal_spread)
         pinholes = _normal(_STRAIGHTS, PINHOLE, TUNING.pinhole_deviation)
         fisheyes = _normal(_STRAIGHTS, TUNING.fisheye_straightness, TUNING.fisheye_deviation)
@@ -59,17 +58,16 @@ class SelfCalibration:
         self._log_column: Numbers = np.log(
             (1.0 - cropped) * whole + cropped / np.ptp(_COLUMNS))
         self._horizon = HorizonEstimator()
-        self._frames, self._attempts, self._slow_attempts, self._fits = 0, 0, 0, 0
+        self._frames, self._attempts, self._fits = 0, 0, 0
         self._estimate: CameraEstimate | None = None
 
     def use_mask(self, mask: NDArray[np.uint8] | None) -> None:
         """Use another mask (H, W), 0 for ignored pixels, for turns that start from now on."""
-        self._tracker.mask = self._slow_tracker.mask = mask
+        self._tracker.mask = mask
 
     def cut(self) -> None:
         """Do not track points from the last frame to the next; the estimate is kept."""
         self._tracker.cut()
-        self._slow_tracker.cut()
 
     def add_stamp(self, stamp_ns: int) -> None:
         """
@@ -82,7 +80,7 @@ class SelfCalibration:
         self._replayed = first <= stamp_ns <= last
         self._stamp_range_ns = min(first, stamp_ns), max(last, stamp_ns)
         if self._replayed:
-            self.cut()
+            self._tracker.cut()
 
     def update(self, frame: Frame, shift_px: float, interval: float) -> bool:
         """
@@ -99,27 +97,13 @@ class SelfCalibration:
             self._shape = shape
             self.forget()
         self._frames += 1
-        tracks = self._tracker.update(
-            frame, shift_px, interval, wanted=self._wanted(self._attempts))
-        if tracks is not None:
-            self._attempts += 1
-        learned = self._learn(tracks)
-        if self._fits:
-            self._slow_tracker.cut()
-            return learned
-        tracks = self._slow_tracker.update(
-            frame, shift_px, interval, wanted=self._wanted(self._slow_attempts))
-        if tracks is None or self._tracker.tracking:
-            # The usual tracker has the same part of the turn.
-            return False
-        self._slow_attempts += 1
-        return self._learn(tracks)
+        further = max(0, self._attempts + 1 - TUNING.free_fits)
+        wanted = self._frames >= TUNING.fit_spacing_frames * further ** 2
+        return self._learn(self._tracker.update(frame, shift_px, interval, wanted=wanted))
 
     def finish(self) -> None:
         """Use the turn in progress at the end."""
         self._learn(self._tracker.finish())
-        if not self._fits:
-            self._learn(self._slow_tracker.finish())
 
     @property
     def turns(self) -> int:
@@ -154,15 +138,11 @@ class SelfCalibration:
             **self._horizon.horizon.degrees(), turns=self._fits)
         return self._estimate
 
-    def _wanted(self, attempts: int) -> bool:
-        """Return whether another part of a turn may be fitted, after so many attempts."""
-        further = max(0, attempts + 1 - TUNING.free_fits)
-        return self._frames >= TUNING.fit_spacing_frames * further ** 2
-
     def _learn(self, tracks: TurnTracks | None) -> bool:
         """Fit a part of a turn, if there is one, and add the result."""
         if tracks is None:
             return False
+        self._attempts += 1
         width = self._shape[1]
         fit = self._fit(tracks, width)
         if fit is None:

@@ -88,9 +88,6 @@ class CalibrationTuning:
     """Least mean speed of the image in a turn, in widths per second, ..."""
     turn_speed_time_s: float = 0.4
     """...and the time constant of that mean."""
-    slowness: float = 2.5
-    """Before the first fit, turns may be slower by this factor, and their steps and that mean
-    take longer by it. Not later: near points leave the image in longer steps."""
     max_frame_motion: float = 0.35
     """Largest motion of the image between two frames, in widths."""
 

@@ -107,12 +107,10 @@ def fit_turn(
     best = problem.search(min(found, key=problem.cost), TUNING.fit_steps)
     other = max(found, key=lambda each: abs(float(each.lens[0] - best.lens[0])))
     other = problem.search(other, TUNING.fit_steps)
-    ratio = problem.cost(other) / problem.cost(best)
-    if abs(other.lens[0] - best.lens[0]) < TUNING.other_focal or ratio > TUNING.other_cost:
-        return problem.result(best)
-    if ratio < 1.0 / TUNING.other_cost:
-        return problem.result(other)
-    return problem.result(best, ambiguous=True)
+    lower, higher = sorted((problem.cost(best), problem.cost(other)))
+    return problem.result(best, ambiguous=bool(
+        abs(other.lens[0] - best.lens[0]) > TUNING.other_focal
+        and higher < TUNING.other_cost * lower))
 
 
 class _Problem:

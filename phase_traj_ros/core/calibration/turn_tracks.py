@@ -3,10 +3,10 @@
 """
 Tracks points of the image through a turn.
 
-A step ends when the image has moved by a twentieth of its width, and at the latest after a time in
-which few near points leave the image. A stretch is a part of a turn of about ten steps. If the
-image turns slowly, points are tracked more often than once a step, as near points still move fast.
-While the image does not turn, nothing is tracked.
+A step ends when the image has moved by a twentieth of its width, and at the latest before near
+points leave the image. A stretch is a part of a turn of about ten steps. If the image turns
+slowly, points are tracked more often than once a step, as near points still move fast. While the
+image does not turn, nothing is tracked.
 """
 
 from dataclasses import dataclass, replace
@@ -65,17 +65,11 @@ class TurnTracks:
 class TurnTracker:
     """Tracks points through turns; it stores one stretch at a time."""
 
-    def __init__(self, *, slowness: float = 1.0) -> None:
-        """Make a tracker; ``slowness`` is the factor by which turns may be slower than usual."""
-        self._slowness = slowness
+    def __init__(self) -> None:
+        """Make a tracker before the first frame."""
         self.mask: NDArray[np.uint8] | None = None
         """Mask (H, W) for stretches that start from now on; pixels with 0 are ignored."""
         self.cut()
-
-    @property
-    def tracking(self) -> bool:
-        """Return whether a stretch is in progress."""
-        return self._stretch is not None
 
     def cut(self) -> None:
         """Forget the stretch in progress and the last frame."""
@@ -102,15 +96,14 @@ class TurnTracker:
             return None
         if not abs(shift_px) < TUNING.max_frame_motion * width:
             return self.finish()
-        kept = math.exp(-interval / (self._slowness * TUNING.turn_speed_time_s))
+        kept = math.exp(-interval / TUNING.turn_speed_time_s)
         self._rate = kept * self._rate + (1.0 - kept) * shift_px / interval
-        if abs(self._rate) * self._slowness < TUNING.min_turn_speed * width:
+        if abs(self._rate) < TUNING.min_turn_speed * width:
             return self.finish()
         if self._stretch is None:
             if not wanted:
                 return None
-            self._stretch = _Stretch(
-                last, self.mask, max_step_s=self._slowness * TUNING.max_step_s)
+            self._stretch = _Stretch(last, self.mask)
         if self._stretch.add(frame, shift_px, interval):
             return None
         return self.finish()
@@ -119,10 +112,7 @@ class TurnTracker:
 class _Stretch:
     """A part of a turn: the points observed in its steps so far."""
 
-    def __init__(
-        self, first: Frame, mask: NDArray[np.uint8] | None, *, max_step_s: float,
-    ) -> None:
-        self._max_step_s = max_step_s
+    def __init__(self, first: Frame, mask: NDArray[np.uint8] | None) -> None:
         self._reduction = _reduction(first.shape[1])
         self._height, self._width = (side // self._reduction for side in first.shape)
         self._apart = max(TUNING.min_distance_px, round(self._width * TUNING.min_distance_share))
@@ -154,7 +144,7 @@ class _Stretch:
         self._step += self._motion
         self._motion[:] = 0.0
         if (abs(self._step[0]) < TUNING.step * self._width
-                and self._step[1] < self._max_step_s):
+                and self._step[1] < TUNING.max_step_s):
             return True
         self._steps.append(self._steps[-1] + self._step)
         self._step[:] = 0.0

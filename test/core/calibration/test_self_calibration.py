@@ -21,10 +21,10 @@ FISHEYE = Camera.with_field_of_view(320, 200, 110.0, fisheye=EQUIDISTANT)
 
 
 @lru_cache(maxsize=4)
-def drive_of(camera, *, angle_deg=75.0, pitch_deg=0.0, seconds=3.0, speed=5.0):
+def drive_of(camera, *, angle_deg=75.0, pitch_deg=0.0):
     """Return frames of one turn, and how far the picture moves before each."""
     drive = plan_drive(
-        'a turn', [Straight(0.5, speed), Turn(angle_deg, seconds, speed), Straight(0.5, speed)],
+        'a turn', [Straight(0.5, 5.0), Turn(angle_deg, 3.0, 5.0), Straight(0.5, 5.0)],
         rate_hz=RATE, camera=camera, seed=4)
     poses = drive.poses.copy()
     poses[:, 3] = math.radians(pitch_deg)
@@ -59,15 +59,6 @@ def test_one_turn_tells_the_focal_length(angle_deg):
     assert low < PINHOLE.focal < high
     assert high / low < 1.2 ** 2
     assert found.straightness == pytest.approx(1.0, abs=0.15)
-    assert found.turns >= 1
-
-
-@pytest.mark.parametrize(('seconds', 'speed'), [(12.0, 2.0), (24.0, 1.0)])
-def test_a_slow_corner_of_a_robot_tells_the_focal_length_of_a_wide_view(seconds, speed):
-    wide = Camera.with_field_of_view(320, 180, 130.0)
-    found = learned(*drive_of(wide, angle_deg=90.0, seconds=seconds, speed=speed)).estimate
-    error = abs(math.log(found.focal_px / wide.focal))
-    assert error < 0.25 and error < 3.0 * found.focal_deviation < 0.4
     assert found.turns >= 1
 
 
