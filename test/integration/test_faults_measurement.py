@@ -97,6 +97,7 @@ def test_a_threshold_that_does_not_fit_is_hinted_at_once(live, run):
     places = np.cumsum([0] * 5 + [14] * 30 + [0] * 90)
     send(node, rolled(places), np.arange(len(places)) * 0.1)
     live.until(lambda: complete(node, len(places) - 1))
-    live.until(lambda: 'no lasting shift reached the threshold of 16 px' in live.logs())
+    live.until_said(
+        'no lasting shift reached the threshold of 16 px',
+        'try code_source auto, or a threshold of about 7 px')
     assert live.logs().count('no lasting shift') == 1
-    assert 'try code_source auto, or a threshold of about 7 px' in live.logs()

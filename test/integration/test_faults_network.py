@@ -75,9 +75,9 @@ def test_silence_on_a_topic_of_another_type_says_so(live):
     publishers = [
         live.node.create_publisher(CompressedImage, 'image', LOSSLESS),
         live.node.create_publisher(Image, '/front/image_raw', LOSSLESS)]
-    live.until(lambda: live.logs().count('no image for') == 2)
-    assert 'publishes sensor_msgs/msg/CompressedImage' in live.logs()
-    assert '/nowhere has 0 publishers; images are on /front/image_raw: remap' in live.logs()
+    live.until_said(
+        'publishes sensor_msgs/msg/CompressedImage',
+        '/nowhere has 0 publishers; images are on /front/image_raw: remap')
     assert len(publishers) == 2
 
 
@@ -92,7 +92,7 @@ def test_two_cameras_on_one_topic_are_told_and_lose_nothing(live, run):
     for index in range(50):
         second.publish(image(texture(), START + (50 + 2 * index) * SECOND // 10))
         send(node, rolled([0]), [(51 + 2 * index) / 10])
-    live.until(lambda: 'publishers: /other, /test' in live.logs(), process=node['process'])
+    live.until_said('publishers: /other, /test', process=node['process'])
 
     def images():
         return statuses(reports[-1])['images']

@@ -24,7 +24,7 @@ def test_repeated_stamps_are_dropped(shared_live, tuned):
     assert codes(node)[0] == [1, 0]
     assert node['shift'][1].vector.x == pytest.approx(60, abs=0.2)
     send(node, rolled([60] * 15), [0.2] * 15)
-    shared_live.until(lambda: 'repeats one image, or one stamp' in shared_live.logs())
+    shared_live.until_said('repeats one image, or one stamp')
 
 
 @pytest.mark.parametrize('bad', [0.49, 3600.0, -START / SECOND, -3600.0])
@@ -41,7 +41,7 @@ def test_a_dropped_image_is_told(live, run):
     node = run()
     send(node, rolled([0, 0, 0, 0]), [0, 0.1, 0.05, 0.2])
     live.until(lambda: complete(node, 2))
-    live.until(lambda: 'dropped 1 image so far: its stamp is late, or far' in live.logs())
+    live.until_said('dropped 1 image so far: its stamp is late, or far')
 
 
 def test_a_dropped_frame_does_not_make_a_turn_where_the_period_is_known(shared_live, tuned):

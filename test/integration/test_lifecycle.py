@@ -86,7 +86,7 @@ def test_what_cannot_be_configured_stays_unconfigured(live, managed):
     managed.start('-p', 'mask_file:=/does/not/exist.png')
     assert not managed.change(Transition.TRANSITION_CONFIGURE)
     assert managed.state() == State.PRIMARY_STATE_UNCONFIGURED
-    assert '/does/not/exist.png' in live.logs()
+    live.until_said('/does/not/exist.png')
     assert topics(live) & {'/phase_traj/movement', '/phase_traj/path'} == set()
 
 
@@ -101,7 +101,7 @@ def test_shutdown_ends_it_whatever_it_does(live, managed):
 
 def test_it_lives_on_after_what_once_killed_it(live, managed):
     managed.start()
-    assert 'unconfigured: ros2 lifecycle set /phase_traj configure' in live.logs()
+    live.until_said('unconfigured: ros2 lifecycle set /phase_traj configure')
     assert not managed.change(Transition.TRANSITION_ACTIVATE)
     for _ in range(2):
         assert managed.change(Transition.TRANSITION_CONFIGURE)

@@ -114,12 +114,11 @@ def test_calibration_and_speed_come_on_topics(live, drive, tmp_path):
     speedometer = live.camera('/speed', kind=TwistStamped)
     # What comes before the calibration is not used, and what is wrong is said.
     camera.publish(image(frames[0], 1))
-    live.until(
-        lambda: 'no calibration has arrived on /front/camera_info' in live.logs(), process=node)
+    live.until_said('no calibration has arrived on /front/camera_info', process=node)
     information.publish(CameraInfo(width=1, height=1))
-    live.until(lambda: 'is not calibrated' in live.logs(), process=node)
+    live.until_said('is not calibrated', process=node)
     information.publish(calibration(drive))
-    live.until(lambda: 'calibration from /front/camera_info' in live.logs(), process=node)
+    live.until_said('calibration from /front/camera_info', process=node)
     # All speeds first: the two topics are not in step.
     steps = np.hypot(*np.diff(drive.poses[:, :2], axis=0).T)
     for stamp, way in zip(drive.stamps_ns.tolist(), steps.tolist()):
@@ -181,7 +180,7 @@ def test_calibrations_and_speeds_that_change_and_fail(live, drive):
             header=Header(stamp=MESSAGES.time(stamp)), twist=Twist(linear=Vector3(x=speed))))
 
     def said(text):
-        live.until(lambda: text in live.logs(), process=node)
+        live.until_said(text, process=node)
 
     other = calibration(drive)
     other.width, other.height = 640, 480
@@ -284,7 +283,7 @@ def test_nothing_known_is_coded_as_a_replay_in_one_pass_has_it(live, drive, tmp_
     assert parse_links(links[-1].data).links.runs == tuple(map(tuple, code['links_runs']))
     # What it has learned is told, and kept in a file that the next start takes.
     live.until(lambda: told and 'learned from' in told[-1].data, process=node)
-    assert 'assumed until a turn determines it' in live.logs() and told[-1].data in live.logs()
+    live.until_said('assumed until a turn determines it', told[-1].data)
     assert live.call(Trigger, 'phase_traj/save', Trigger.Request()).success
     kept = read_parameters(tmp_path / 'kept' / 'phase_traj_1' / 'camera.yaml')
     saved = json.loads((tmp_path / 'kept' / 'phase_traj_1' / 'chain_code.json').read_text())
@@ -312,7 +311,7 @@ def test_a_calibration_that_comes_late_is_taken_once(live, drive):
     assert 'assumed' in told[0].data
     for _ in range(3):
         information.publish(calibration(drive))
-    live.until(lambda: 'calibration from /camera_info' in live.logs(), process=node)
+    live.until_said('calibration from /camera_info', process=node)
     for frame, stamp in zip(frames[20:], stamps[20:]):
         camera.publish(image(frame, stamp))
     live.until(lambda: len(heard['movement']) == len(heard['heading']) == len(frames) - 1,
@@ -323,6 +322,7 @@ def test_a_calibration_that_comes_late_is_taken_once(live, drive):
     # Told once, and the last word: nothing is learned any more.
     live.until(lambda: 'from the calibration' in told[-1].data)
     assert [each.data for each in told if 'calibration' in each.data] == [told[-1].data]
+    live.until_said(f'camera: {told[-1].data}')
     assert live.logs().count(f'camera: {told[-1].data}') == 1
     truth = np.unwrap(drive.poses[:, 2])[1:]
     error = np.degrees([each.data for each in heard['heading']] - truth)
@@ -360,7 +360,7 @@ def test_a_threshold_at_run_time_is_the_papers_rule(live, drive):
         assert [each.vector.x for each in heard['shift']] == pytest.approx(
             [update.shift.dx for update in expected.updates], abs=1e-6)
         assert len(expected.direction) == len(images) - 1 - expected.movement.count(3)
-    assert 'restarted, with codes from the shift, threshold 12 px/frame' in live.logs()
+    live.until_said('restarted, with codes from the shift, threshold 12 px/frame')
     assert live.logs().count('restarted, with codes from the turns') == 1
 
 

@@ -63,7 +63,7 @@ def test_help_is_printed(live):
 
 def test_an_override_of_another_topic_has_no_effect_and_that_is_said(live):
     live.start('-p', 'qos_overrides./imag.subscription.depth:=9', lossless=False)
-    live.until(lambda: "did you mean 'qos_overrides./image.subscription.depth'" in live.logs())
+    live.until_said("did you mean 'qos_overrides./image.subscription.depth'")
 
 
 def params(path, name, text='{threshold: 9.0}'):
@@ -83,41 +83,43 @@ def test_one_underscore_is_refused_in_a_line(live, tmp_path):
 def test_a_parameter_file_for_other_nodes_only_is_said(live, tmp_path, name, namespace):
     live.start(*params(tmp_path / 'a.yaml', name), '-r', f'__ns:={namespace}', lossless=False)
     full_name = f'{namespace.rstrip("/")}/phase_traj'
-    live.until(lambda: f'not for {full_name}: put them under' in live.logs())
-    live.until(lambda: 'parameters, with no parameter file: all at' in live.logs())
+    live.until_said(
+        f'not for {full_name}: put them under', 'parameters, with no parameter file: all at')
 
 
 def test_a_file_shared_with_other_nodes_comes_before_the_own(live, tmp_path):
     shared = params(tmp_path / 'shared.yaml', 'amcl', '{alpha1: 0.2}')
     own = params(tmp_path / 'own.yaml', 'phase_traj')
     live.start(*shared, *own)
-    live.until(lambda: f'parameters, with {own[1]}: threshold 9.0' in live.logs())
+    live.until_said(f'parameters, with {own[1]}: threshold 9.0')
     assert 'amcl' not in live.logs()
 
 
 def test_a_file_of_the_package_is_found_by_its_name(live):
     live.start('--params-file', 'vehicle.yaml')
-    live.until(lambda: 'config/vehicle.yaml: max_gap 1.0' in live.logs())
+    live.until_said('config/vehicle.yaml: max_gap 1.0')
 
 
 def test_what_every_node_has_is_listed_too(live):
     live.start('-p', 'use_sim_time:=true', lossless=True)
-    live.until(lambda: 'no parameter file: use_sim_time True,'
-               " qos_overrides./image.subscription.history 'keep_all'" in live.logs())
+    live.until_said(
+        'no parameter file: use_sim_time True,'
+        " qos_overrides./image.subscription.history 'keep_all'")
 
 
 def test_what_has_no_effect_is_said_with_what_to_write(live):
     live.start(
         '-p', 'treshold:=9.0', '-p', 'qos_overrides./image.subscription.durability:=volatile',
         lossless=False)
-    live.until(lambda: 'durability is fixed for this topic' in live.logs())
-    assert "there is no parameter 'treshold': did you mean 'threshold'?" in live.logs()
+    live.until_said(
+        'durability is fixed for this topic',
+        "there is no parameter 'treshold': did you mean 'threshold'?")
 
 
 def test_the_node_says_what_it_runs_with(live, tmp_path):
     file = params(tmp_path / 'a.yaml', '/**/phase_traj')
     live.start(*file, '-p', 'max_gap:=1.0', '-r', '__ns:=/front')
-    live.until(lambda: f'parameters, with {file[1]}: threshold 9.0, max_gap 1.0' in live.logs())
+    live.until_said(f'parameters, with {file[1]}: threshold 9.0, max_gap 1.0')
 
 
 def test_a_frame_is_refused_at_run_time(live):
@@ -150,14 +152,14 @@ def test_the_level_of_the_log_changes_while_the_node_runs(live):
     request = SetLoggerLevels.Request(levels=[LoggerLevel(name='phase_traj', level=10)])
     answer = live.call(SetLoggerLevels, '/phase_traj/set_logger_levels', request)
     assert [each.successful for each in answer.results] == [True]
-    live.until(lambda: 'microseconds per image' in live.logs())
+    live.until_said('microseconds per image')
 
 
 @pytest.mark.parametrize('autostart', ['true', 'false'])
 def test_any_number_of_signals_ends_it_in_order(live, autostart):
     process = live.start('-p', f'autostart:={autostart}')
     # Its own words, not the graph, which may still know a node that was killed before.
-    live.until(lambda: '[phase_traj]' in live.logs(), process=process)
+    live.until_said('[phase_traj]', process=process)
     while process.poll() is None:
         process.send_signal(signal.SIGINT)
         time.sleep(0.01)

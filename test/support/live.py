@@ -84,6 +84,11 @@ class Live:
             assert process is None or process.poll() is None, self.logs()
             self.executor.spin_once(timeout_sec=0.05)
 
+    def until_said(self, *texts, process=None):
+        """Handle what comes until the log has each text, whatever their order."""
+        self.until(
+            lambda: all(text in log for log in [self.logs()] for text in texts), process=process)
+
     def spin(self, seconds):
         """Handle what comes for some time."""
         deadline = time.monotonic() + seconds
