@@ -160,7 +160,10 @@ class CalibrationTuning:
     """Difference of the log focal length from which two lenses are different ones..."""
     other_cost: float = 1.04
     """...a fit is ambiguous if one costs less than this factor times the best: 1.03 at most in
-    rendered bends at 1.5 deg/s, whose fits were 60 to 83 % off, and 1.07 or more in corners."""
+    rendered bends at 1.5 deg/s, whose fits were 60 to 83 % off, and 1.07 or more in corners..."""
+    hopeless_cost: float = 2.0
+    """...and one that costs more than this factor after the first steps is not optimised further:
+    in 46 ambiguous fits it was 1.7 at most, in most corners it is more than 2.2."""
     deviation_factor: float = 2.5
     """Factor of the deviations of a fit, ..."""
     focal_error: float = 0.03

@@ -97,7 +97,8 @@ def fit_turn(
     ``guesses`` are start values: focal length in pixels, straightness, and column of the principal
     point in pixels from the centre of an image ``width`` pixels wide. If there are several, each
     is optimised for a few iterations, and then the best of them to convergence. The one whose
-    focal length differs most from it is optimised as well, to tell whether the fit is ambiguous.
+    focal length differs most from it is optimised as well, to tell whether the fit is ambiguous,
+    unless it costs far more already.
     """
     problem = _Problem(tracks, width)
     found = [problem.start(*guess) for guess in guesses]
@@ -106,6 +107,8 @@ def fit_turn(
     found = [problem.search(state, TUNING.first_steps) for state in found]
     best = problem.search(min(found, key=problem.cost), TUNING.fit_steps)
     other = max(found, key=lambda each: abs(float(each.lens[0] - best.lens[0])))
+    if problem.cost(other) > TUNING.hopeless_cost * problem.cost(best):
+        return problem.result(best)
     other = problem.search(other, TUNING.fit_steps)
     lower, higher = sorted((problem.cost(best), problem.cost(other)))
     return problem.result(best, ambiguous=bool(
