@@ -180,6 +180,7 @@ def test_no_threshold_leaves_the_choice_to_the_code_source(run, folder, tmp_path
     output = tmp_path / 'results'
     for options, source in (
             ([], 'auto'), (['--threshold', '0'], 'auto'), (PAPER, None),
+            (['-p', 'code_source:=heading', '-p', 'hfov_deg:=80.0'], 'heading'),
             (['-p', 'code_source:=shift'], None)):
         assert run('replay', folder, '--output', output, *options).returncode == 0
         code = json.loads((output / 'chain_code.json').read_text())

@@ -117,12 +117,6 @@ class Replay:
                 and self.way.states[TravelState.MEASURED] > 0)
 
     @property
-    def threshold_px(self) -> float | None:
-        """Return T in pixels per frame; None if the codes need none."""
-        settings = self.parameters.settings
-        return None if settings.by_heading else settings.threshold
-
-    @property
     def frames(self) -> int:
         """Return the number of frames that the codes cover: one more than the pairs."""
         return len(self.updates) + 1

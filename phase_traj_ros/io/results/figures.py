@@ -61,7 +61,7 @@ def write_trajectory_picture(result: Replay, path: Path) -> None:
         [['path', row] for row in rows], width_ratios=(1, 1.5),
         height_ratios=(1.5, *[1] * (len(rows) - 1)), gridspec_kw=margins)
     _draw_trajectory(plots.pop('path'), shown.path, shown.turns)
-    _draw_shift(plots['shift'], shown, result.threshold_px)
+    _draw_shift(plots['shift'], shown, result.parameters.settings.threshold_set)
     _draw_codes(plots['movement'], shown.seconds, result.movement, Movement, 'movement')
     appended = [update.step.appended for update in result.updates]
     _draw_codes(
