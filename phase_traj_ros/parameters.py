@@ -136,8 +136,8 @@ class Parameters:
         ' are in metres. Requires a focal length. 0 if unknown.', unit='m/s',
         minimum=0.0, maximum=MAX_SPEED, read_only=True, group=Group.VEHICLE)
     use_speed_topic: bool = parameter(
-        False, 'Whether the topic speed provides the speed of the vehicle instead.',
-        read_only=True, group=Group.VEHICLE)
+        False, 'Whether the topic speed provides the speed of the vehicle, instead of the'
+        ' parameter speed.', read_only=True, group=Group.VEHICLE)
     output_dir: str = parameter(
         '', 'Folder in which the node saves each drive, to a folder named after the node, at the'
         ' end, before a reset, and with ~/save. If it is empty, the node writes no files.',

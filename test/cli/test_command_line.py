@@ -213,6 +213,17 @@ def test_play_refuses_invalid_times(refused, folder, option, value):
     assert f'{option} is {float(value)}: give' in refused('play', folder, option, value)
 
 
+@pytest.mark.parametrize('arguments', [
+    ['locate', '{name}', '--map', 'town.osm'], ['inspect', '{name}'],
+    ['replay', '{name}', '{name}', '--output', '{out}'],
+    ['replay', '{folder}', '--params', '{name}']])
+def test_a_path_that_cannot_be_examined_is_one_line(refused, folder, tmp_path, arguments):
+    name, out = 'x' * 300, tmp_path / 'out'
+    assert refused(*(
+        each.format(name=name, folder=folder, out=out) for each in arguments),
+    ).startswith('phase_traj: error: ')
+
+
 def test_a_process_ends_with_the_status_and_the_line():
     assert 'does not exist' in checked(in_a_process('replay', '/does/not/exist'))
 

@@ -44,7 +44,7 @@ _UNKNOWN = -1
 
 @dataclass(frozen=True, slots=True)
 class Replay:
-    """Results of a replay, from the last reset (a backward jump of time) to the end."""
+    """Results of a replay, from the last reset (a jump of the stamps) to the end."""
 
     source: str
     mounting: Mounting
@@ -136,7 +136,7 @@ class Watcher:
     """Receives each frame of a replay and its result; must not change the frames."""
 
     def start(self, frame: StampedFrame, estimator: TrajectoryEstimator) -> None:
-        """Start with the first frame, or again with the one whose stamp went back."""
+        """Start with the first frame, or again with the one at which the stamps restart."""
 
     def add(self, frame: StampedFrame, update: Update, estimator: TrajectoryEstimator) -> None:
         """Take the result of a pair; ``frame`` is its second frame."""

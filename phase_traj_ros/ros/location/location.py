@@ -54,7 +54,7 @@ class Location:
     Locates the vehicle on the road map of the parameter ``map_file``.
 
     The locator runs in a thread of its own. What it has found is published with the next frame,
-    with the stamp of its own.
+    or within a second, with the stamp of its own.
     """
 
     def __init__(self, node: Node, entities: Entities, values: Parameters) -> None:

@@ -144,7 +144,7 @@ def _health(result: Replay, shown: Overview) -> Markup:
         ('repeated frames', str(counters.repeated), counters.repeated > 0),
         ('frames with a stamp out of order', str(counters.dropped), counters.dropped > 0),
         ('unreadable frames', str(counters.skipped), counters.skipped > 0),
-        ('backward jumps of the stamps', str(counters.time_resets), counters.time_resets > 0),
+        ('restarts by jumps of the stamps', str(counters.time_resets), counters.time_resets > 0),
     ]
     rows += [
         (f'pairs with status {status}', _share(count, pairs), False)
