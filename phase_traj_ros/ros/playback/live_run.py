@@ -24,7 +24,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile
 from std_msgs.msg import String
 
 _DISCOVERY_S = 30.0
-_SILENCE_S = 20.0
+_SILENCE_S = 30.0
 _STOP_S = 10.0
 _LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
