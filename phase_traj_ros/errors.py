@@ -41,7 +41,7 @@ class OutputError(PhaseTrajError):
 
 
 class ForeignFileError(OutputError):
-    """A file of someone else would be replaced, which only ``force`` allows."""
+    """A file that this package did not write would be replaced, which only ``force`` allows."""
 
 
 class ResultError(PhaseTrajError):

@@ -37,6 +37,8 @@ MAX_PATH_POSES: Final = 1000
 
 # Frames of REP 105 for a pose in metres, and of this package for others.
 _ODOM, _UNSCALED = 'odom', NODE_NAME
+_OF_MAP = ('map_roads', 'map_datum', 'publish_map_tf')
+_GIVE_METRES = 'set camera_height or a speed, unless /tf_static gives the height'
 # Runs of each code that a live node keeps; the totals count all runs.
 _MAX_RUNS = 100_000
 # Ten seconds at a thousand speeds a second.
@@ -134,8 +136,8 @@ class Parameters:
         ' are in metres. Requires a focal length. 0 if unknown.', unit='m/s',
         minimum=0.0, maximum=MAX_SPEED, read_only=True, group=Group.VEHICLE)
     use_speed_topic: bool = parameter(
-        False, 'Whether the topic speed provides the speed of the vehicle instead.',
-        read_only=True, group=Group.VEHICLE)
+        False, 'Whether the topic speed provides the speed of the vehicle, instead of the'
+        ' parameter speed.', read_only=True, group=Group.VEHICLE)
     output_dir: str = parameter(
         '', 'Folder in which the node saves each drive, to a folder named after the node, at the'
         ' end, before a reset, and with ~/save. If it is empty, the node writes no files.',
@@ -232,18 +234,27 @@ class Parameters:
     def notices(self) -> tuple[str, ...]:
         """Return notices for the user about the values, one line each."""
         found, settings = [], self.settings
-        unused = [spec.name for spec in self.changed if spec.group is Group.SHIFT]
+        unused = [
+            spec.name for spec in self.changed
+            if spec.group is Group.SHIFT or spec.name == 'threshold']
         if settings.by_heading and unused:
             found.append(
                 f'no effect with code_source {settings.code_source.value}: {", ".join(unused)},'
                 " which belong to the paper's rule (code_source shift)")
-        if self.publish_tf and not settings.metric:
-            found.append(
-                'publish_tf is set, but no metres are known: the transform is in steps or heights'
-                ' of the camera; set camera_height or a speed')
-        if self.frame_id == _ODOM and not settings.metric:
-            found.append(
-                "frame_id is 'odom', but no metres are known: set camera_height or a speed")
+        unused = [spec.name for spec in self.changed if spec.name in _OF_MAP]
+        if unused and not self.map_file:
+            found.append(f'no effect without map_file: {", ".join(unused)}')
+        if not settings.metric:
+            if self.publish_tf:
+                found.append(
+                    'publish_tf is set, but no metres are known: the transform is in steps or'
+                    f' heights of the camera; {_GIVE_METRES}')
+            if self.publish_map_tf and self.map_file:
+                found.append(
+                    'publish_map_tf is set, but no metres are known: nothing is published;'
+                    f' {_GIVE_METRES}')
+            if self.frame_id == _ODOM:
+                found.append(f"frame_id is 'odom', but no metres are known: {_GIVE_METRES}")
         return tuple(found)
 
     @property

@@ -70,11 +70,12 @@ def _status(arguments: Sequence[str] | None) -> int:
         # The parser has printed the help, or what is wrong with the call.
         status = end.code if isinstance(end.code, int) else 0
     except OSError as error:
-        # An error of a file has its name; this one is of the standard output.
-        if error.filename is not None:
-            raise
-        write_error(sys.stdout)
-        return _unheard(error)
+        # An error of a file has its name; one without is of the standard output.
+        if error.filename is None:
+            write_error(sys.stdout)
+            return _unheard(error)
+        say(escaped(f'phase_traj: error: {error.filename}: {error.strerror}'))
+        status = EXIT_BAD_INPUT
     failed = write_error(sys.stdout)
     return (status or 0) if failed is None else _unheard(failed)
 

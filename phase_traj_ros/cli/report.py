@@ -87,7 +87,7 @@ def _warnings(result: Replay) -> Iterator[str]:
     for count, what in (
             (result.counters.repeated, 'frames with the stamp or the picture of the previous one'),
             (result.counters.dropped, 'frames dropped, as their stamps are out of order'),
-            (result.counters.time_resets, 'new starts of the codes, as the stamps went back'),
+            (result.counters.time_resets, 'new starts of the codes, as the stamps jumped'),
             (sum(update.cut for update in result.updates), 'cuts to a new scene'),
             (result.counters.unmeasured, 'pairs with nothing to correlate'),
             (result.counters.reprimed, 'changes of the size or the type of the frames'),

@@ -5,8 +5,6 @@
 from dataclasses import replace
 import math
 
-import numpy as np
-from numpy.typing import NDArray
 from phase_traj_ros.core.camera.lens import Lens
 from phase_traj_ros.core.correlation.phase_correlation import Frame
 from phase_traj_ros.core.heading.tuning import TUNING as HEADING
@@ -34,7 +32,6 @@ class DistanceMeter:
         """Newest speed in heights of the camera per second, 0 or more; None if it is unknown."""
         self._meter: RoadMeter | None = None
         self._camera: tuple[Lens, tuple[int, ...], bool] | None = None
-        self._mask: NDArray[np.float32] | None = None
 
     def reconfigure(self, settings: EstimatorSettings) -> None:
         """Continue with other settings; speeds and height are kept."""
@@ -122,20 +119,18 @@ class DistanceMeter:
     def _update_camera(self, frame: Frame, heading: VisualCompass) -> bool:
         """Use the current camera and mask; return whether the camera has changed."""
         camera = (heading.lens, frame.shape, self._settings.view.rotate_180)
-        if camera == self._camera:
-            if heading.pixel_weights is not self._mask and self._meter is not None:
-                self._mask = heading.pixel_weights
-                self._meter.use_mask(self._mask)
+        if camera == self._camera and self._meter is not None:
+            self._meter.use_mask(heading.pixel_weights)
             return False
         speeds = None if self._meter is None else self._meter.speed_filter
         if speeds is not None:
             speeds.deviation += TUNING.lens_change_error * abs(speeds.speed)
-        self._camera, self._mask = camera, heading.pixel_weights
+        self._camera = camera
         lens = heading.lens
         horizon, given = lens.horizon, math.radians(self._settings.camera_pitch_deg)
         self._meter = RoadMeter(
             heading.model, replace(horizon, pitch=given) if given else horizon,
             pitch_known=lens.pitch_known or given != 0.0,
-            rotate_180=self._settings.view.rotate_180, mask=self._mask, speed_filter=speeds,
-            keyframes=self._settings.keyframes)
+            rotate_180=self._settings.view.rotate_180, mask=heading.pixel_weights,
+            speed_filter=speeds, keyframes=self._settings.keyframes)
         return True

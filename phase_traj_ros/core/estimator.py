@@ -54,8 +54,6 @@ class TrajectoryEstimator:
         ------
         ValueError
             The mask is invalid (see ``mask_shares``), or it is empty within the view.
-        MissingDependencyError
-            The selected library for the transforms is not installed.
 
         """
         self._settings = settings or EstimatorSettings()
@@ -297,6 +295,7 @@ class TrajectoryEstimator:
         if not first and self._repeats.is_repeated(
                 frame, interval_ns, encoding=encoding, by_motion=self._settings.by_heading):
             self._count(stamp_ns)
+            self.correlate_ns = 0
             return self._integration.repeat(stamp_ns, interval_ns)
         pair = None
         if not self._is_foreseen(frame, picture, waited_ns, interval_ns, encoding):

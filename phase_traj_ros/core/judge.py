@@ -117,7 +117,7 @@ class Judge:
             elif self._only_fixed_agree(yaw, shift):
                 yaw, fixed = replace(yaw, yaw=None), True
         status, evidence = judged(
-            pair, blank=self._guards and self._areas.blank, fixed=fixed, by_yaw=self._by_yaw,
+            pair, blank=self._areas.blank, fixed=fixed, by_yaw=self._by_yaw,
             implausible=heading is not None and not heading.admits(yaw, interval))
         return Verdict(status, evidence, yaw, changed)
 
@@ -159,8 +159,8 @@ class Judge:
         """Return whether only areas fixed to the camera may agree on the yaw."""
         # A scene that passes by is not fixed, however little of the image moves.
         passes = yaw.certain and yaw.motion is not None and yaw.motion.passing > FIXED.min_passing
-        return self._guards and (not self._areas.sufficient or (
-            not passes and self._areas.doubts(shift, agreed=yaw.refined)))
+        return not self._areas.sufficient or (
+            not passes and self._areas.doubts(shift, agreed=yaw.refined))
 
     @property
     def _excludes(self) -> bool:

@@ -61,7 +61,7 @@ class EstimatorSettings:
     threshold: float = PAPER_THRESHOLD
     """T in pixels per frame."""
     view: View = field(default_factory=View)
-    """Part of the frames that is correlated, and its scale."""
+    """Reduction of the frames, and orientation of the camera."""
     max_gap: float = 0.0
     """Longest interval between two frames that are compared, in seconds; 0 for no limit."""
     nominal_period: float = 0.0
@@ -164,8 +164,8 @@ class EstimatorSettings:
 
     @property
     def threshold_set(self) -> float | None:
-        """Return the threshold; None if the codes come from the turns, which need none."""
-        return None if self.code_source is CodeSource.AUTO else self.threshold
+        """Return the threshold; None if the codes come from the turns or the heading."""
+        return None if self.by_heading else self.threshold
 
     @property
     def needs_lens(self) -> bool:

@@ -26,9 +26,9 @@ class StampGate(Generic[_FrameT]):
     Passes on frames whose stamps increase, and drops the others.
 
     A frame whose stamp jumps by more than a second is held until the next one arrives. If the next
-    stamp continues from there, the jump was a gap or, backward, a restart. Otherwise the frame is
-    an outlier and is dropped. A frame that is at most a second late is dropped at once: neighbours
-    were swapped, or a clock was set back.
+    stamp continues from there, the jump was a gap, or a restart: backward, or more than a day
+    ahead after the first frame. Otherwise the frame is an outlier and is dropped. A frame that is
+    at most a second late is dropped at once: neighbours were swapped, or a clock was set back.
     """
 
     def __init__(self) -> None:

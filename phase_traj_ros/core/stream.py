@@ -35,7 +35,7 @@ _StampedT = TypeVar('_StampedT', bound=Stamped)
 
 @dataclass(frozen=True, slots=True)
 class Restarted:
-    """The stamps went back and go on from there: the results so far are forgotten after this."""
+    """The stamps jumped and go on from there: the results so far are forgotten after this."""
 
     newest_ns: int
     """Newest stamp before."""

@@ -97,7 +97,7 @@ class Counters:
     still: int = 0
     """Pairs in which the vehicle did not move."""
     time_resets: int = 0
-    """Restarts because the stamps went back, and went on from there."""
+    """Restarts because the stamps jumped, and went on from there."""
 
     def count(self, status: PairStatus) -> None:
         """Count a pair by its status, before it is coded."""

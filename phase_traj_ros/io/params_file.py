@@ -3,6 +3,7 @@
 """Reads the parameters of the node from a ROS parameter file, without ROS."""
 
 from collections.abc import Callable, Iterator, Mapping
+import os
 from pathlib import Path
 import re
 from typing import Any
@@ -48,7 +49,8 @@ def find_params_file(given: str | Path) -> Path:
     """
     config = config_folder()
     for path in (user_path(str(given)), config / given):
-        if path.exists() and not path.is_dir():
+        # Those of Path raise an error for a path that cannot be examined, before Python 3.14.
+        if os.path.exists(path) and not os.path.isdir(path):
             return path
     names = ', '.join(sorted(path.name for path in config.glob('*.yaml') if _is_for_node(path)))
     raise ParameterError(

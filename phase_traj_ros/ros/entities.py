@@ -4,12 +4,15 @@
 
 from collections.abc import Callable
 from contextlib import ExitStack
+from copy import copy
 from typing import Any
 
 from rclpy.clock import Clock, ClockType
 from rclpy.event_handler import PublisherEventCallbacks
 from rclpy.node import Node
 from rclpy.publisher import Publisher
+from rclpy.qos import QoSProfile
+from rclpy.qos_overriding_options import QoSOverridingOptions
 from rclpy.service import Service
 from rclpy.subscription import Subscription
 from rclpy.timer import Timer
@@ -20,7 +23,8 @@ class Entities:
     Makes publishers, subscriptions, services and timers on a node, and destroys exactly these.
 
     A managed node makes them when it is configured or activated, and destroys them later. As a
-    context manager, it destroys them if the block fails.
+    context manager, it destroys them if the block fails. Publishers and subscriptions accept
+    ``qos_overrides``. rclpy writes these into the profile it is given: each gets a copy.
     """
 
     def __init__(self, node: Node) -> None:
@@ -41,20 +45,27 @@ class Entities:
         """Destroy the entities, the newest first; more can be made afterwards."""
         self._made.close()
 
-    def create_publisher(self, *args: Any, **options: Any) -> Publisher:
+    def create_publisher(self, kind: Any, topic: str, qos: QoSProfile | int) -> Publisher:
         """
         Make a publisher as ``Node.create_publisher`` does, but without the default callbacks.
 
         They would add two entities per topic that rclpy checks at each wait.
         """
         made = self._node.create_publisher(
-            *args, **options, event_callbacks=PublisherEventCallbacks(use_default_callbacks=False))
+            kind, topic, copy(qos),
+            qos_overriding_options=QoSOverridingOptions.with_default_policies(),
+            event_callbacks=PublisherEventCallbacks(use_default_callbacks=False))
         self._made.callback(self._node.destroy_publisher, made)
         return made
 
-    def create_subscription(self, *args: Any, **options: Any) -> Subscription:
+    def create_subscription(
+        self, kind: Any, topic: str, callback: Callable[..., None],
+        qos: QoSProfile | int,
+    ) -> Subscription:
         """Make a subscription as ``Node.create_subscription`` does."""
-        made = self._node.create_subscription(*args, **options)
+        made = self._node.create_subscription(
+            kind, topic, callback, copy(qos),
+            qos_overriding_options=QoSOverridingOptions.with_default_policies())
         self._made.callback(self._node.destroy_subscription, made)
         return made
 

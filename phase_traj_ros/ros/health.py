@@ -32,7 +32,7 @@ class LossCounter:
     """
     Counts the messages that were sent on a topic and not received, for each of its publishers.
 
-    Each publisher numbers its own messages, but a message does not tell its publisher: it is
+    Each publisher numbers its own messages, but a message does not name its publisher: it is
     counted for the one whose last number is the nearest below its own.
     """
 

@@ -180,6 +180,7 @@ def test_no_threshold_leaves_the_choice_to_the_code_source(run, folder, tmp_path
     output = tmp_path / 'results'
     for options, source in (
             ([], 'auto'), (['--threshold', '0'], 'auto'), (PAPER, None),
+            (['-p', 'code_source:=heading', '-p', 'hfov_deg:=80.0'], 'heading'),
             (['-p', 'code_source:=shift'], None)):
         assert run('replay', folder, '--output', output, *options).returncode == 0
         code = json.loads((output / 'chain_code.json').read_text())
@@ -210,6 +211,17 @@ def test_the_help_of_replay_lists_what_a_user_and_a_vehicle_may_need(run):
         ('--rate', '0'), ('--rate', 'nan'), ('--wait', 'nan'), ('--wait', '1e300')])
 def test_play_refuses_invalid_times(refused, folder, option, value):
     assert f'{option} is {float(value)}: give' in refused('play', folder, option, value)
+
+
+@pytest.mark.parametrize('arguments', [
+    ['locate', '{name}', '--map', 'town.osm'], ['inspect', '{name}'],
+    ['replay', '{name}', '{name}', '--output', '{out}'],
+    ['replay', '{folder}', '--params', '{name}']])
+def test_a_path_that_cannot_be_examined_is_one_line(refused, folder, tmp_path, arguments):
+    name, out = 'x' * 300, tmp_path / 'out'
+    assert refused(*(
+        each.format(name=name, folder=folder, out=out) for each in arguments),
+    ).startswith('phase_traj: error: ')
 
 
 def test_a_process_ends_with_the_status_and_the_line():

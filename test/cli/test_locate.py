@@ -4,6 +4,9 @@
 
 import csv
 import json
+import os
+import subprocess
+import sys
 
 import cv2
 from made_town import drive, PLANE, write_town, write_tum
@@ -119,6 +122,22 @@ def test_a_short_drive_is_said_to_be_too_short(town, tmp_path, capsys, near):
     short = write_tum(drive()[:300], tmp_path / 'short.tum')
     assert call(short, '--map', town, *near) == 1
     assert 'too short: give one of about' in capsys.readouterr().out
+
+
+def test_the_results_are_kept_where_nobody_reads(town, tmp_path):
+    short, output = write_tum(drive()[:300], tmp_path / 'short.tum'), tmp_path / 'out'
+    reading, writing = os.pipe()
+    os.close(reading)
+    result = subprocess.run(
+        [sys.executable, '-m', 'phase_traj_ros.cli.main', 'locate', str(short), '--map', str(town),
+         '--output', str(output)],
+        stdout=writing, stderr=subprocess.PIPE, text=True, check=False,
+        env={**os.environ, 'PYTHONUNBUFFERED': '1'})
+    os.close(writing)
+
+    assert result.returncode == 141
+    assert result.stderr.endswith('phase_traj: the reader of the output has closed it\n')
+    assert files_in(output) == FILES | {'manifest.json'}
 
 
 def test_options_of_a_replay_are_refused_where_nothing_is_replayed(town, wheels, capsys):

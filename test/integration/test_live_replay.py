@@ -11,11 +11,13 @@ from live import LOSSLESS
 import numpy as np
 from phase_traj_ros.core import Lens
 from phase_traj_ros.core.codes.text import describe, parse
+from phase_traj_ros.errors import SourceError
 from phase_traj_ros.io.messages.published import TEXT_RUNS
 from phase_traj_ros.io.replay.run import replay
 from phase_traj_ros.io.sources.opening import open_source
 from phase_traj_ros.io.sources.selection import Selection
 from phase_traj_ros.parameters import Parameters
+from phase_traj_ros.ros.playback import live_run
 from phase_traj_ros.ros.playback.live_run import run_live
 import pytest
 from std_msgs.msg import UInt8
@@ -107,3 +109,13 @@ def test_play_says_what_is_wrong(folder, arguments, message):
     assert run.returncode == 2
     assert run.stderr.startswith(f'phase_traj: error: {message}')
     assert run.stderr.count('\n') == 1
+
+
+def test_a_process_that_does_not_end_is_an_error_in_one_line(monkeypatch):
+    monkeypatch.setattr(live_run, '_STOP_S', 0.05)
+    with subprocess.Popen(['sleep', '60']) as process:
+        try:
+            with pytest.raises(SourceError, match=r'^the player has not ended within 0\.05 s$'):
+                live_run._status_of(process, 'player')
+        finally:
+            process.kill()

@@ -4,9 +4,13 @@
 
 import subprocess
 import sys
+from threading import Event
 
 import cv2
 import numpy as np
+from phase_traj_ros.io.sources.base import StampedFrame
+from phase_traj_ros.ros.playback.player import FramePlayer
+from phase_traj_ros.ros.spin import ros_context
 import pytest
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rosgraph_msgs.msg import Clock
@@ -46,6 +50,19 @@ def test_no_frame_is_lost_at_the_start(live, recording):
         assert player.communicate() == ('published 20 frames\n', '')
     live.until(lambda: len(images) == 20)
     assert player.returncode == 0
+
+
+def test_images_keep_the_frame_of_the_recording(live):
+    """A node finds its mount on /tf_static by this name, as a replay of the bag does."""
+    images = live.listen(Image, '/image')
+    with ros_context([]):
+        player = FramePlayer(lossless=True)
+        assert player.wait_for_subscribers(Event(), timeout_s=60.0)
+        player.play([
+            StampedFrame(np.zeros((8, 8), np.uint8), 10**9, frame_id='front_camera')], Event())
+        live.until(lambda: images)
+        player.destroy_node()
+    assert images[0].header.frame_id == 'front_camera'
 
 
 def test_the_clock_is_left_to_others_unless_it_is_asked_for(live, recording):

@@ -13,6 +13,7 @@ from phase_traj_ros.ros.main import main
 import pytest
 from rcl_interfaces.msg import LoggerLevel
 from rcl_interfaces.srv import SetLoggerLevels
+from rclpy.qos import ReliabilityPolicy
 from std_msgs.msg import String
 
 
@@ -64,6 +65,19 @@ def test_help_is_printed(live):
 def test_an_override_of_another_topic_has_no_effect_and_that_is_said(live):
     live.start('-p', 'qos_overrides./imag.subscription.depth:=9', lossless=False)
     live.until_said("did you mean 'qos_overrides./image.subscription.depth'")
+
+
+def test_an_override_of_one_topic_leaves_the_others(live):
+    live.start(
+        '-p', 'qos_overrides./phase_traj/debug_image.publisher.reliability:=reliable',
+        lossless=False)
+    live.until(lambda: live.node.get_subscriptions_info_by_topic('/image'))
+    for reliability, [found] in (
+            (ReliabilityPolicy.RELIABLE,
+             live.node.get_publishers_info_by_topic('/phase_traj/debug_image')),
+            (ReliabilityPolicy.BEST_EFFORT,
+             live.node.get_subscriptions_info_by_topic('/image'))):
+        assert found.qos_profile.reliability is reliability
 
 
 def params(path, name, text='{threshold: 9.0}'):

@@ -121,6 +121,8 @@ def test_a_file_is_found_by_its_path_and_else_by_its_name_in_config(
     assert find_params_file('~/own.yaml') == tmp_path / 'home' / 'own.yaml'
     with pytest.raises(ParameterError, match=r'own: heading\.yaml, paper\.yaml, vehicle\.yaml$'):
         find_params_file('none.yaml')
+    with pytest.raises(ParameterError, match='there is no parameter file'):
+        find_params_file('x' * 300)
 
 
 @pytest.mark.parametrize('name', ['paper', 'vehicle', 'heading'])

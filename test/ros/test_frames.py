@@ -31,10 +31,18 @@ def test_what_is_in_metres_is_in_odom(values, path, odometry):
 @pytest.mark.parametrize(('values', 'said'), [
     ({'publish_tf': True}, 'publish_tf is set, but no metres are known'),
     ({'frame_id': 'odom'}, "frame_id is 'odom', but no metres are known"),
+    ({'map_file': 'a.osm', 'publish_map_tf': True}, 'publish_map_tf is set, but no metres'),
 ])
 def test_what_has_no_metres_and_looks_as_if_it_had_is_said(values, said):
     assert any(said in notice for notice in Parameters(**values).notices)
     assert Parameters(**values, camera_height=1.6).notices == ()
+
+
+def test_what_has_no_effect_is_said():
+    [notice] = Parameters(map_roads='all', map_datum='49,8').notices
+    assert notice == 'no effect without map_file: map_roads, map_datum'
+    [notice] = Parameters(code_source='heading', threshold=12.0).notices
+    assert notice.startswith('no effect with code_source heading: threshold')
 
 
 def test_a_frame_is_not_its_own_parent():

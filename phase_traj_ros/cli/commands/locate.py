@@ -77,7 +77,7 @@ def add_parser(commands: Any) -> None:
         help='the road map: .osm.pbf, .osm, .osm.gz or .osm.bz2')
     parser.add_argument(
         '--near', metavar='LAT,LON,RADIUS', type=_near,
-        help='where the drive starts, and that it is on the map, such as 49.01,8.40,2km (a'
+        help='a rough start, such as 49.01,8.40,2km; it also says that the drive is on the map (a'
              ' negative latitude: --near=-33.92,18.42,2km; default: anywhere on the map)')
     parser.add_argument(
         '--scale', metavar='A..B', type=_scale,
@@ -121,13 +121,14 @@ def run(options: Namespace) -> int | None:
             located = locate(
                 odometry, roads, near=options.near, scale=options.scale, level=options.level,
                 advance=bar.update)
-        for line in _lines(located):
-            print(line)
         if directory is not None:
             write_location(located, directory)
             write_location_report(located, directory / REPORT, title=title)
             if codes is not None:
                 add_to_chain_code(located, codes, directory / _CODES)
+    # After the results are complete: if the output is closed, printing raises an error.
+    for line in _lines(located):
+        print(line)
     if options.output is not None:
         print(f'written to {options.output}, see {REPORT}')
     return None if located.first_claim is not None else EXIT_NOT_KNOWN

@@ -36,7 +36,7 @@ class TurnTracks:
         (M,) number of the point, 0 to P - 1, increasing; each has three observations or more.
     frame
         (M,) number of the frame, 0 to K - 1, increasing for each point.
-    place
+    position
         (M, 2) column and row in pixels from the image centre.
     flow
         (K,) motion of the image to the right since the first frame, in pixels.

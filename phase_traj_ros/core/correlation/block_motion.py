@@ -76,7 +76,7 @@ class BlockMotion:
         Take the next frame, (H, W), of a type and a size that the correlator accepts.
 
         Return whether there is a previous frame to compare it with. There is none at the start,
-        after a reset and after a change of size.
+        after a reset and after a change of size or type.
         """
         if (frame.shape, frame.dtype) != self._form:
             self._allocate(frame.shape, frame.dtype)

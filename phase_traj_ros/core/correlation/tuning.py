@@ -37,7 +37,7 @@ class CorrelationTuning:
     min_block_px: int = 6
     """...with at least this side."""
     min_texture_share: float = 0.02
-    """A block is textured if it has this share of the texture of the tenth-best block."""
+    """A block is textured if it has this share of what a tenth of the blocks exceed."""
     min_unmasked_share: float = 0.5
     """Share of a block that the mask has to leave open."""
 

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""How a frame is turned and reduced before it is compared."""
+"""How a frame is reduced before it is compared, and how its camera is mounted."""
 
 from dataclasses import dataclass
 import math
@@ -40,7 +40,7 @@ def halvings(shape: tuple[int, int], *, pixels: int, least: int) -> int:
 @dataclass(frozen=True, slots=True, kw_only=True)
 class View:
     """
-    How a frame is turned and reduced before it is correlated.
+    How a frame is reduced before it is correlated, and how its camera is mounted.
 
     Raises
     ------

@@ -37,8 +37,8 @@ class FixedTuning:
     moving_share: float = 0.25
     """The world moves if this share of the gradients changes, ..."""
     strips: int = 4
-    """...in all of so many strips of rows but first, which may be the bonnet: traffic fills only a
-    few. A strip changes if..."""
+    """...in all but one of this many strips of rows, as one may be the bonnet; traffic fills only
+    a few. A strip changes if..."""
     strip_change_share: float = 0.1
     """...this share of its gradients does, and is ignored with less than..."""
     min_strip_share: float = 0.1
@@ -50,7 +50,7 @@ class FixedTuning:
     driving_share: float = 0.5
     """...a vehicle that drives, however slowly, changes more than this share of the image..."""
     standing_share: float = 0.1
-    """...and a stationary first less than this."""
+    """...and a stationary one less than this."""
 
     # A straight road without much texture: only the horizon does not change.
     road_share: float = 0.35

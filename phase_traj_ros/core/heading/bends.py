@@ -27,13 +27,13 @@ class PathPoint:
     distance: float
 
     def scaled(self, factor: float) -> 'PathPoint':
-        """Return the place with its heading multiplied by a factor."""
+        """Return the point with its heading multiplied by a factor."""
         return replace(self, heading=factor * self.heading)
 
 
 @dataclass(frozen=True, slots=True)
 class Bend:
-    """A bend from one place to another; angles are in degrees, positive to the left (REP 103)."""
+    """A bend from one point to another; angles are in degrees, positive to the left (REP 103)."""
 
     first: PathPoint
     end: PathPoint

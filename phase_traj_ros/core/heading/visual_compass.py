@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Measures the heading and the turns from the frames of a camera with a known focal length."""
+"""Measures heading and turns from the frames of a camera whose lens is given or learned."""
 
 from dataclasses import dataclass
 import math

@@ -193,7 +193,7 @@ def _pieces(places: Floats, tails: Ints, heads: Ints, rule: Ints) -> RoadMap:
     entry, leave = np.concatenate([entry, leave]), np.concatenate([leave, entry])
     reverse = (both + count) % (2 * count)
     first, successors = _following(entry, leave, reverse)
-    # Contiguous, as in ``lens_family.project``.
+    # Contiguous, as in ``lens_family._scales``.
     east, north = np.ascontiguousarray((ends - starts).T)
     return RoadMap(
         starts=starts, ends=ends, length=np.hypot(east, north),

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The tuning of the integrity monitor, in physical units."""
+"""The tuning of the reliability monitor, in physical units."""
 
 from dataclasses import dataclass
 

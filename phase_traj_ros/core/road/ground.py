@@ -144,7 +144,11 @@ class GroundPatch:
 
 
 def rotation(yaw: float, pitch: float, roll: float) -> NDArray[np.float64]:
-    """Return the matrix (3, 3) that rotates directions by a motion of the camera, in radians."""
+    """
+    Return the matrix (3, 3) that rotates directions by a motion of the camera, in radians.
+
+    ``yaw`` is positive to the left, ``pitch`` nose up, ``roll`` right side down.
+    """
     turned, _ = cv2.Rodrigues(np.array([-pitch, yaw, -roll]))
     return np.asarray(turned, np.float64)
 

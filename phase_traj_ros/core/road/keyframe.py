@@ -16,7 +16,9 @@ class RoadKeyframe:
     yaw: float = 0.0
     """Positive to the left."""
     pitch: float = 0.0
+    """Positive nose up, unlike ``Horizon.pitch``."""
     roll: float = 0.0
+    """Positive right side down."""
     passing: float = 0.0
     """Sum of the ratios of translation to distance of the near blocks."""
     agreed: bool = False

@@ -61,8 +61,9 @@ class RoadMeter:
         self._profile = SpeedProfile()
 
     def use_mask(self, mask: NDArray[np.float32] | None) -> None:
-        """Continue with another mask; no pair is lost."""
-        self._mask, self._matchers = mask, None
+        """Continue with this mask; no pair is lost."""
+        if mask is not self._mask:
+            self._mask, self._matchers = mask, None
 
     def forget(self) -> None:
         """Restart with the next frame; the tilt is kept."""

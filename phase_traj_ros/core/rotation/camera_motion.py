@@ -42,7 +42,9 @@ class CameraMotion:
     yaw: float
     """Positive to the left."""
     pitch: float
+    """Positive nose up, unlike ``Horizon.pitch``."""
     roll: float
+    """Positive right side down."""
     travel: FocusOfExpansion
     agreeing: float
     """Sum of the weights of the blocks that agree with this motion."""

@@ -99,7 +99,7 @@ class YawTuning:
     slope_deviation: float = math.radians(2.0)
     """...and the standard deviation of the slope."""
     mounting_deviation: float = math.radians(3.0)
-    """Standard deviation of the azimuth at which cameras are mounting_azimuth..."""
+    """Standard deviation of the azimuth at which cameras are mounted..."""
     mounting_drift: float = math.radians(0.3)
     """...and of its change..."""
     mounting_drift_s: float = 600.0

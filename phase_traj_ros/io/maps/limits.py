@@ -15,7 +15,7 @@ _MOST_DEGREES: Final = 3.0
 # A city has less than 10 million nodes, a country 50 million and more.
 _MOST_NODES: Final = 30_000_000
 BYTES_PER_NODE: Final = 8
-"""A .osm.pbf has at least one node in so many bytes."""
+"""Most bytes per node in a .osm.pbf."""
 
 
 def check_box(path: Path, south: float, west: float, north: float, east: float) -> None:

@@ -1,6 +1,6 @@
 # Copyright 2026 phase_traj_ros contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Latitude and longitude to metres around the middle of a map, and back."""
+"""Latitude and longitude to metres around the datum, or the middle, of a map, and back."""
 
 from __future__ import annotations
 

@@ -39,7 +39,7 @@ class RoadFile:
     source
         The file, for reports.
     projection
-        The projection of the nodes, around their middle.
+        The projection of the nodes, around the datum, or their middle.
     nodes
         (M, 2) x to the east and y to the north, in metres.
     ways
@@ -108,10 +108,11 @@ def read_roads(
         raise MapError(f'{path} cannot be read: {error.strerror or error}') from None
     parts = [part for way in ways for part in _parts(way)]
     if not parts:
-        hint = ' (or paths, with roads all)' if roads is Roads.CAR else ''
+        missing, hint = (
+            ('roads that a car may drive', ', or take paths as well (--roads all, map_roads: all)')
+            if roads is Roads.CAR else ('roads or paths', ''))
         raise MapError(
-            f'{path} has no roads that a car may drive{hint}: give an extract with the key'
-            ' highway')
+            f'{path} has no {missing}: give an extract with the key highway{hint}')
     # Each node is projected once, so that roads meet exactly.
     _, first, of_point = np.unique(
         np.concatenate([part.nodes for part in parts]), return_index=True, return_inverse=True)

@@ -44,7 +44,7 @@ _UNKNOWN = -1
 
 @dataclass(frozen=True, slots=True)
 class Replay:
-    """Results of a replay, from the last reset (a backward jump of time) to the end."""
+    """Results of a replay, from the last reset (a jump of the stamps) to the end."""
 
     source: str
     mounting: Mounting
@@ -117,12 +117,6 @@ class Replay:
                 and self.way.states[TravelState.MEASURED] > 0)
 
     @property
-    def threshold_px(self) -> float | None:
-        """Return T in pixels per frame; None if the codes need none."""
-        settings = self.parameters.settings
-        return None if settings.by_heading else settings.threshold
-
-    @property
     def frames(self) -> int:
         """Return the number of frames that the codes cover: one more than the pairs."""
         return len(self.updates) + 1
@@ -142,7 +136,7 @@ class Watcher:
     """Receives each frame of a replay and its result; must not change the frames."""
 
     def start(self, frame: StampedFrame, estimator: TrajectoryEstimator) -> None:
-        """Start with the first frame, or again with the one whose stamp went back."""
+        """Start with the first frame, or again with the one at which the stamps restart."""
 
     def add(self, frame: StampedFrame, update: Update, estimator: TrajectoryEstimator) -> None:
         """Take the result of a pair; ``frame`` is its second frame."""

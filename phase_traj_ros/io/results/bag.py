@@ -47,7 +47,7 @@ class BagSink(Watcher):
 
     The node uses the wall clock for the rates of the path, the chain code text and the
     diagnostics; the bag uses the stamps, and delayed messages are written at the end. Header
-    stamps and log times are those of the images. If the stamps go back, the bag starts again, as
+    stamps and log times are those of the images. If the stamps restart, the bag starts again, as
     do the other results.
 
     As a context manager, it completes the bag on exit and deletes it after an exception.

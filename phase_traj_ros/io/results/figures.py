@@ -52,9 +52,8 @@ def write_trajectory_picture(result: Replay, path: Path) -> None:
     shown = overview(result)
     rows = ['shift', 'movement', 'direction', *['heading'] * (shown.heading_deg is not None)]
     width, height = 12.0, 2.0 + 1.3 * len(rows)
-    figure = new_figure(width, height)
     # All labels have a known size; to measure them takes as long as to draw the picture.
-    figure.set_layout_engine('none')
+    figure = new_figure(width, height, fits_labels=False)
     margins = {
         'left': 0.55 / width, 'right': 1.0 - 0.3 / width, 'bottom': 0.5 / height,
         'top': 1.0 - 0.3 / height, 'wspace': 0.25, 'hspace': 0.24}
@@ -62,7 +61,7 @@ def write_trajectory_picture(result: Replay, path: Path) -> None:
         [['path', row] for row in rows], width_ratios=(1, 1.5),
         height_ratios=(1.5, *[1] * (len(rows) - 1)), gridspec_kw=margins)
     _draw_trajectory(plots.pop('path'), shown.path, shown.turns)
-    _draw_shift(plots['shift'], shown, result.threshold_px)
+    _draw_shift(plots['shift'], shown, result.parameters.settings.threshold_set)
     _draw_codes(plots['movement'], shown.seconds, result.movement, Movement, 'movement')
     appended = [update.step.appended for update in result.updates]
     _draw_codes(
@@ -144,9 +143,11 @@ def require_matplotlib() -> None:
             'pictures need matplotlib: install python3-matplotlib (apt) or matplotlib (pip)')
 
 
-def new_figure(width: float, height: float) -> Figure:
+def new_figure(width: float, height: float, *, fits_labels: bool = True) -> Figure:
     """
     Return an empty figure of ``width`` x ``height`` inches that does not need a display.
+
+    ``fits_labels`` is whether its plots leave room for their labels, which are measured.
 
     Raises
     ------
@@ -156,7 +157,7 @@ def new_figure(width: float, height: float) -> Figure:
     """
     require_matplotlib()
     from matplotlib.figure import Figure
-    return Figure(figsize=(width, height), layout='constrained')
+    return Figure(figsize=(width, height), layout='constrained' if fits_labels else None)
 
 
 def write_path_picture(points: NDArray[np.float64], path: Path) -> None:

@@ -12,7 +12,6 @@ from phase_traj_ros.ros.inputs.image import IMAGE_TOPIC
 from phase_traj_ros.topics import camera_info_topic
 from rclpy.node import Node
 from rclpy.qos import qos_profile_sensor_data
-from rclpy.qos_overriding_options import QoSOverridingOptions
 from sensor_msgs.msg import CameraInfo
 
 _TOPIC = 'camera_info'
@@ -39,8 +38,7 @@ class CameraInput:
         if topic == node.resolve_topic_name(_TOPIC, only_expand=True):
             topic = camera_info_topic(node.resolve_topic_name(IMAGE_TOPIC))
         self._subscription = entities.create_subscription(
-            CameraInfo, topic, self._on_message, qos_profile_sensor_data,
-            qos_overriding_options=QoSOverridingOptions.with_default_policies())
+            CameraInfo, topic, self._on_message, qos_profile_sensor_data)
 
     @property
     def topic(self) -> str:

@@ -17,7 +17,6 @@ from phase_traj_ros.ros.health import Health, LossCounter, Stage
 from phase_traj_ros.ros.outputs.messages import TYPES
 from rclpy.node import Node
 from rclpy.qos import qos_profile_sensor_data, QoSProfile
-from rclpy.qos_overriding_options import QoSOverridingOptions
 
 IMAGE_TOPIC = 'image'
 _THROTTLE_S = 5.0
@@ -55,8 +54,7 @@ class ImageInput:
         self.message_type = COMPRESSED if _is_compressed(parameters) else RAW
         self._subscription = entities.create_subscription(
             TYPES[self.message_type], image_topic(node, parameters), self._on_message,
-            qos_profile_sensor_data,
-            qos_overriding_options=QoSOverridingOptions.with_default_policies())
+            qos_profile_sensor_data)
 
     @property
     def topic(self) -> str:

@@ -11,7 +11,6 @@ from phase_traj_ros.ros.entities import Entities
 from phase_traj_ros.ros.outputs.messages import TYPES
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
-from rclpy.qos_overriding_options import QoSOverridingOptions
 
 _TOPIC = 'speed'
 # The rate of the speeds may be far higher than that of the images, and all speeds are needed.
@@ -54,8 +53,7 @@ class SpeedInput:
     def _subscribe(self, message_type: str) -> None:
         self._type = message_type
         self._subscription = self._entities.create_subscription(
-            TYPES[message_type], _TOPIC, self._on_message, _QOS,
-            qos_overriding_options=QoSOverridingOptions.with_default_policies())
+            TYPES[message_type], _TOPIC, self._on_message, _QOS)
 
     def _on_message(self, message: Any) -> None:
         self._timer.cancel()

@@ -31,7 +31,7 @@ from phase_traj_ros.ros.location.messages import (
 )
 from phase_traj_ros.ros.location.worker import LocatorWorker, Moved, Placed
 from phase_traj_ros.ros.outputs.messages import MESSAGES
-from phase_traj_ros.tasks.location.motion import Interruption, Motions, MovedPair
+from phase_traj_ros.tasks.location.motion import ANYWHERE, Motions, MovedPair
 from phase_traj_ros.tasks.location.odometry import IN_HEIGHTS, IN_METRES
 from phase_traj_ros.tasks.location.run import UNKNOWN
 from rclpy.node import Node
@@ -47,8 +47,6 @@ _LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 _FIXES = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
 _CANDIDATES_S = 1.0
 _THROTTLE_S = 10.0
-# What a vehicle may have driven between two drives, in metres.
-_BETWEEN_DRIVES = Interruption(1000.0, math.pi)
 
 
 class Location:
@@ -56,7 +54,7 @@ class Location:
     Locates the vehicle on the road map of the parameter ``map_file``.
 
     The locator runs in a thread of its own. What it has found is published with the next frame,
-    with the stamp of its own.
+    or within a second, with the stamp of its own.
     """
 
     def __init__(self, node: Node, entities: Entities, values: Parameters) -> None:
@@ -66,7 +64,7 @@ class Location:
         Raises
         ------
         ParameterError
-            A parameter contradicts the map, or no distances are measured.
+            A parameter contradicts the map.
         MapError
             The map cannot be read.
         MissingDependencyError
@@ -77,12 +75,13 @@ class Location:
             raise ParameterError(
                 f"parameter 'map_file' is {values.map_file!r}: it needs the measured heading and"
                 ' distance, so leave code_source auto, without a threshold')
-        if values.publish_map_tf and not values.settings.metric:
+        if values.publish_map_tf and values.odom_frame == MAP_FRAME:
             raise ParameterError(
-                "parameter 'publish_map_tf' is true, but the odometry is not in metres: give"
-                ' camera_height or a speed')
+                "parameter 'frame_id' is 'map', the parent that publish_map_tf gives it: leave it"
+                ' empty, or give another frame')
         self._node = node
-        self._values = values
+        self.values = values
+        """Values of the parameters; the names of the frames may change."""
         self._motions = Motions()
         self._newest = Placed(Moved(0, ()), UNKNOWN)
         self._stamp_ns: int | None = None
@@ -98,8 +97,10 @@ class Location:
             self._candidates = entities.create_publisher(MarkerArray, '~/candidates', 1)
             roads = entities.create_publisher(MarkerArray, '~/roads', _LATCHED)
             roads.publish(road_markers(self._roads.lines, MESSAGES.header(0, MAP_FRAME)))
+            # The odometry of REP 105 is in metres; /tf_static may give the height later.
             self._transform = (
-                MapTransform(node, entities, values.odom_frame) if values.publish_map_tf else None)
+                MapTransform(node, entities, lambda: self.values.odom_frame)
+                if values.publish_map_tf and values.settings.metric else None)
             entities.create_timer(_CANDIDATES_S, self._publish_candidates)
         except BaseException:
             self._worker.close()
@@ -123,10 +124,11 @@ class Location:
         self._publish_placed()
 
     def interrupt(self, stamp_ns: int) -> None:
-        """Report that a new drive starts: the movement in the meantime is unknown."""
+        """Report the end of a drive at ``stamp_ns``: what the vehicle does then is unknown."""
         self._motions = Motions()
-        self._stamp_ns = stamp_ns
-        self._worker.add(Moved(stamp_ns, (_BETWEEN_DRIVES,)))
+        # The next drive may be much later, or of another clock: no fix is too old or too new yet.
+        self._stamp_ns = None
+        self._worker.add(Moved(stamp_ns, (ANYWHERE,)))
 
     def close(self) -> None:
         """End the thread of the locator."""
@@ -136,7 +138,7 @@ class Location:
         """Return the status for /diagnostics."""
         estimate, worker = self._newest.estimate, self._worker
         values = {
-            'map': self._values.map_file,
+            'map': self.values.map_file,
             'probability': f'{estimate.probability:.3f}',
             'waiting': str(worker.waiting), 'left out': str(worker.left_out),
             'fixes used': str(worker.fixes_used), 'fixes refused': str(worker.fixes_refused)}
@@ -178,7 +180,7 @@ class Location:
             self._publish(placed)
 
     def _publish(self, placed: Placed) -> None:
-        values, estimate, moved = self._values, placed.estimate, placed.moved
+        values, estimate, moved = self.values, placed.estimate, placed.moved
         self._fix.publish(fix_message(
             estimate, moved.stamp_ns, values.child_frame_id, self._roads.projection))
         if not estimate.claimed:

@@ -5,7 +5,6 @@
 from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
-import math
 from queue import SimpleQueue
 import threading
 from typing import Final, TypeAlias
@@ -14,12 +13,11 @@ from phase_traj_ros.core.localization.estimate import LocationEstimate
 from phase_traj_ros.core.localization.given import PositionFix
 from phase_traj_ros.core.localization.locator import MapLocator
 from phase_traj_ros.core.path.odometry import Odometry
-from phase_traj_ros.tasks.location.motion import Interruption, Motion
+from phase_traj_ros.tasks.location.motion import ANYWHERE, Motion
 from phase_traj_ros.tasks.location.run import feed
 
 # Pairs that wait; more are left out, as if they had not been seen.
 _MOST_WAITING: Final = 6000
-_LEFT_OUT: Final = Interruption(1000.0, math.pi)
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,7 +84,7 @@ class LocatorWorker:
             return
         if self._leaves_out:
             self._leaves_out = False
-            self._tasks.put(Moved(moved.stamp_ns, (_LEFT_OUT,)))
+            self._tasks.put(Moved(moved.stamp_ns, (ANYWHERE,)))
         self._tasks.put(moved)
 
     def fix(self, fix: PositionFix) -> None:

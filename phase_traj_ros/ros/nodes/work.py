@@ -178,6 +178,8 @@ class Work:
         self.mounting = self.mounting.with_given(values)
         values = self.mounting.parameters
         self._outputs.parameters = values
+        if self._location is not None:
+            self._location.values = values
         coded_from = self._estimator.settings.code_source
         self._warnings.threshold_changed()
         self._estimator.reconfigure(values.settings)
@@ -264,13 +266,13 @@ class Work:
             self._health.responses.append(update.shift.response)
         correlate_ns = self._estimator.correlate_ns
         self._health.took(Stage.CORRELATE, correlate_ns)
-        self._health.took(Stage.CODE, estimated_ns - correlate_ns)
+        self._health.took(Stage.CODE, max(estimated_ns - correlate_ns, 0))
         self._health.took(Stage.PUBLISH, time.perf_counter_ns() - began)
 
     def _end_drive(self) -> None:
         self._saving.end_drive()
-        if self._location is not None:
-            self._location.interrupt(self._estimator.last_stamp_ns or 0)
+        if self._location is not None and self._estimator.last_stamp_ns is not None:
+            self._location.interrupt(self._estimator.last_stamp_ns)
 
     def _snapshot(self) -> Snapshot:
         return Snapshot.of(

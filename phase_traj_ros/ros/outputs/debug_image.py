@@ -9,7 +9,6 @@ from phase_traj_ros.io.sources.base import StampedFrame
 from phase_traj_ros.ros.entities import Entities
 from phase_traj_ros.ros.outputs.messages import MESSAGES
 from rclpy.qos import qos_profile_sensor_data
-from rclpy.qos_overriding_options import QoSOverridingOptions
 from sensor_msgs.msg import Image
 
 
@@ -20,8 +19,7 @@ class DebugImage:
         """Make the publisher on ``node``."""
         self._estimator = estimator
         self._publisher = node.create_publisher(
-            Image, f'~/{DEBUG_IMAGE.name}', qos_profile_sensor_data,
-            qos_overriding_options=QoSOverridingOptions.with_default_policies())
+            Image, f'~/{DEBUG_IMAGE.name}', qos_profile_sensor_data)
 
     def publish(self, frame: StampedFrame, update: Update) -> None:
         """Draw and publish one pair, if the topic has subscribers."""

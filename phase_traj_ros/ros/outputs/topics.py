@@ -17,7 +17,6 @@ from phase_traj_ros.ros.outputs.wire import path_bytes
 from rclpy.clock import Clock, ClockType
 from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, QoSProfile
-from rclpy.qos_overriding_options import QoSOverridingOptions
 
 # Reliable. With this depth, a subscriber may lag by a few seconds without losing a code.
 _PER_PAIR = QoSProfile(depth=100)
@@ -120,5 +119,4 @@ class Outputs:
 
 def _publisher(node: Entities, topic: Topic) -> Publisher:
     return node.create_publisher(
-        TYPES[topic.type], f'~/{topic.name}', _LATCHED if topic.latched else _PER_PAIR,
-        qos_overriding_options=QoSOverridingOptions.with_default_policies())
+        TYPES[topic.type], f'~/{topic.name}', _LATCHED if topic.latched else _PER_PAIR)

@@ -24,7 +24,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile
 from std_msgs.msg import String
 
 _DISCOVERY_S = 30.0
-_SILENCE_S = 20.0
+_SILENCE_S = 30.0
 _STOP_S = 10.0
 _LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
@@ -63,7 +63,7 @@ def run_live(
     Raises
     ------
     SourceError
-        A process fails, or no message arrives for some time.
+        A process fails or does not end, or no message arrives for some time.
 
     """
     namespace = f'/phase_traj_live_{os.getpid()}'
@@ -100,18 +100,18 @@ def run_live(
                     raise SourceError(
                         f'the node has exited with status {node_process.returncode}')
                 if len(texts) > seen:
-                    seen, deadline = len(texts), time.monotonic() + _DISCOVERY_S
+                    seen, deadline = len(texts), time.monotonic() + _SILENCE_S
                 if time.monotonic() > deadline:
                     raise SourceError(
                         f'the node {namespace}/{NODE_NAME} does not respond, after'
                         f' {texts[-1] if texts else "no chain code"}')
-            if player_process.wait(_STOP_S) != 0:
+            if _status_of(player_process, 'player') != 0:
                 raise SourceError('the player has failed')
         finally:
             executor.shutdown()
             listener.destroy_node()
         node_process.send_signal(signal.SIGINT)
-        return LiveResult(texts[-1], node_process.wait(_STOP_S))
+        return LiveResult(texts[-1], _status_of(node_process, 'node'))
 
 
 def lossless_overrides(topic: str) -> list[str]:
@@ -120,6 +120,14 @@ def lossless_overrides(topic: str) -> list[str]:
     return [
         argument for policy, value in policies.items()
         for argument in ('-p', f'qos_overrides.{topic}.subscription.{policy}:={value}')]
+
+
+def _status_of(process: 'subprocess.Popen[bytes]', name: str) -> int:
+    """Wait until a process has ended; return its exit status."""
+    try:
+        return process.wait(_STOP_S)
+    except subprocess.TimeoutExpired:
+        raise SourceError(f'the {name} has not ended within {_STOP_S:g} s') from None
 
 
 @contextmanager

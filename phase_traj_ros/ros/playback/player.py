@@ -9,7 +9,7 @@ import time
 from phase_traj_ros.core.camera.model import CameraModel
 from phase_traj_ros.errors import OutputError
 from phase_traj_ros.io.messages.camera_info import camera_info_fields
-from phase_traj_ros.io.sources.base import StampedFrame
+from phase_traj_ros.io.sources.base import CAMERA_FRAME, StampedFrame
 from phase_traj_ros.ros.outputs.messages import MESSAGES
 from phase_traj_ros.ros.playback.matching import wait_until_known
 from phase_traj_ros.topics import camera_info_topic
@@ -104,7 +104,7 @@ class FramePlayer(Node):
         published = 0
         if self._calibrations is not None and self._lossless:
             # A node that is known by now has the camera before the first image.
-            self._publish_camera(Header(frame_id='camera'))
+            self._publish_camera(Header(frame_id=CAMERA_FRAME))
             self._calibrations.wait_for_all_acked(Duration(seconds=_ACKNOWLEDGE_S))
         began, first_ns, previous_ns = time.monotonic(), 0, None
         for frame in frames:
@@ -142,7 +142,7 @@ class FramePlayer(Node):
         return stop.wait(max(left, 0.0))
 
     def _publish(self, frame: StampedFrame) -> None:
-        header = MESSAGES.header(frame.stamp_ns, 'camera')
+        header = MESSAGES.header(frame.stamp_ns, frame.frame_id)
         self._tick(frame.stamp_ns)
         self._publish_camera(header)
         self._images.publish(MESSAGES.image(frame.image, header))

@@ -54,7 +54,7 @@ class ReplayRequest:
     output: Path | None = None
     """Folder of the codes, shifts, trajectory and pictures."""
     svg: bool = False
-    """Whether the pictures are also written as SVG."""
+    """Whether the picture is also written as SVG."""
     report: bool = False
     """Whether report.html is written."""
     bag_out: Path | None = None
@@ -66,7 +66,7 @@ class ReplayRequest:
     also_read: tuple[Path, ...] = ()
     """What is read besides the source, such as the parameter file."""
     batch: str = ''
-    """Name of the batch of which this replay is a part, unlike that of any other batch."""
+    """Unique name of the batch that this replay belongs to."""
 
     def __post_init__(self) -> None:
         """Check the combination of the choices."""

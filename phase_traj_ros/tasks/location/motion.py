@@ -12,8 +12,6 @@ from phase_traj_ros.core.localization.given import OdometryStep
 # What a vehicle may do unseen: metres and radians per second.
 _FASTEST: Final = 25.0
 _TURNING: Final = 0.5
-# After a cut in a video, the stamps do not say how much is missing: metres.
-_AFTER_CUT: Final = 1000.0
 # An unknown distance is taken for the last speed, within this share of it, for so many seconds.
 _SPEED_ERROR: Final = 0.5
 _SPEED_LASTS: Final = 5.0
@@ -32,6 +30,10 @@ class Interruption:
 
     distance: float
     turn: float
+
+
+ANYWHERE: Final = Interruption(1000.0, math.pi)
+"""The stamps do not say how much is missing, as after a cut in a video or between two drives."""
 
 
 Motion: TypeAlias = OdometryStep | Interruption
@@ -93,7 +95,7 @@ class Motions:
         if pair.status is PairStatus.REPEATED:
             return (OdometryStep(stamp_ns=pair.stamp_ns, distance=0.0, yaw=0.0),)
         if pair.cut:
-            return (Interruption(_AFTER_CUT, math.pi),)
+            return (ANYWHERE,)
         if pair.status is PairStatus.GAP:
             return (Interruption(_FASTEST * seconds, min(_TURNING * seconds, math.pi)),)
         before: tuple[Motion, ...] = ()

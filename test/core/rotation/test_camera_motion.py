@@ -232,9 +232,9 @@ def test_with_nothing_seen_the_direction_of_travel_stays_as_uncertain_as_it_is(s
     later = usual.predict(seconds)
     assert later.course_variance == pytest.approx(usual.course_variance)
     assert later.slope_variance == pytest.approx(usual.slope_variance)
-    mounting_azimuth = FocusOfExpansion(course=0.0, course_variance=1e-9).predict(
+    mounted = FocusOfExpansion(course=0.0, course_variance=1e-9).predict(
         seconds, mounting_azimuth=0.05, mounting_deviation=0.0)
-    assert mounting_azimuth.course == pytest.approx(0.05 * (1.0 - math.exp(-seconds)))
+    assert mounted.course == pytest.approx(0.05 * (1.0 - math.exp(-seconds)))
 
 
 def test_a_camera_that_only_turns_tells_nothing_of_the_direction_of_travel():

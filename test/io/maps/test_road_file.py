@@ -182,6 +182,16 @@ def test_a_bad_map_is_one_clear_line(tmp_path, name, content, message):
     assert str(path) in str(error.value) and '\n' not in str(error.value)
 
 
+@pytest.mark.parametrize(('roads', 'message'), [
+    (Roads.CAR, 'no roads that a car may drive: give an extract with the key highway, or take'
+     ' paths as well (--roads all, map_roads: all)'),
+    (Roads.ALL, 'no roads or paths: give an extract with the key highway'),
+])
+def test_what_is_missing_fits_the_roads_that_are_asked_for(written, roads, message):
+    with pytest.raises(MapError, match=re.escape(message) + '$'):
+        read_roads(written(osm([])), roads)
+
+
 def test_a_missing_map_is_one_clear_line(tmp_path):
     with pytest.raises(MapError, match='No such file'):
         read_roads(tmp_path / 'town.osm')

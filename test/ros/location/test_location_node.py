@@ -201,13 +201,35 @@ def test_a_fix_of_another_time_is_refused_and_said(made, monkeypatch, age, told)
     assert told in line
 
 
+def test_a_fix_of_any_time_is_used_between_two_drives(made):
+    location, _, locator = made()
+    newest = None
+    for update in updates(drive()[:20]):
+        location.add(update)
+        newest = update.stamp_ns
+    location.interrupt(newest)
+    location._on_fix(NavSatFix(
+        latitude=PLANE.latitude, longitude=PLANE.longitude,
+        header=MESSAGES.header(newest + 3600 * 10**9, 'gps'),
+        status=NavSatStatus(status=NavSatStatus.STATUS_FIX)))
+    while not locator.fixes:
+        pass
+
+
+def test_the_height_for_the_transform_may_come_later(made):
+    """It comes from /tf_static; the node then makes the location anew."""
+    location, sent, _ = made(camera_height=0.0, publish_map_tf=True)
+    run(location, drive()[:600])
+    assert sent['~/odom_map'] and '/tf' not in sent
+
+
 @pytest.mark.parametrize(('values', 'error', 'message'), [
     ({'threshold': 16.0}, ParameterError, 'it needs the measured heading and distance'),
     ({'map_datum': 'here'}, ParameterError, 'give LAT,LON in degrees'),
     ({'map_datum': '91,0'}, ParameterError, 'give LAT,LON in degrees'),
     ({'map_datum': '-33.9,18.4'}, MapError, 'from the datum -33.9,18.4: give one on the map'),
     ({'map_file': 'absent.osm'}, MapError, 'No such file'),
-    ({'camera_height': 0.0, 'publish_map_tf': True}, ParameterError, 'is not in metres'),
+    ({'frame_id': 'map', 'publish_map_tf': True}, ParameterError, 'the parent that'),
 ])
 def test_wrong_parameters_are_one_clear_line(node, town, values, error, message):
     with pytest.raises(error, match=message) as told, Entities(node) as entities:
@@ -229,7 +251,7 @@ def test_the_transform_is_silent_beside_another_owner(monkeypatch):
         create_publisher=lambda *_: SimpleNamespace(publish=sent.append),
         create_subscription=lambda _, topic, callback, qos: heard.append(topic))
     node = SimpleNamespace(get_logger=lambda: SimpleNamespace(error=errors.append))
-    transform = MapTransform(node, entities, 'odom')
+    transform = MapTransform(node, entities, lambda: 'odom')
     header = MESSAGES.header(7, 'map')
     transform.publish(header, pose_message(1.0, 2.0, 0.5))
 

@@ -75,10 +75,11 @@ def _facts(result: Replay, shown: Overview) -> Iterator[tuple[str, str]]:
         yield f'distance, {unit}', f'{result.way.distance:.1f}'
         if result.links is not None:
             yield 'links', f'{len(result.links.series)}'
-    if result.threshold_px is not None:
-        yield 'threshold, px per frame', f'{result.threshold_px:.4g}'
+    settings = result.parameters.settings
+    if settings.threshold_set is not None:
+        yield 'threshold, px per frame', f'{settings.threshold_set:.4g}'
     else:
-        auto = result.parameters.settings.code_source is CodeSource.AUTO
+        auto = settings.code_source is CodeSource.AUTO
         yield 'codes from', 'the turns' if auto else 'the heading'
     yield 'reliable', 'yes' if result.reliability.reliable else 'no'
     yield 'median response', f'{shown.median_response:.3f}'
@@ -143,7 +144,7 @@ def _health(result: Replay, shown: Overview) -> Markup:
         ('repeated frames', str(counters.repeated), counters.repeated > 0),
         ('frames with a stamp out of order', str(counters.dropped), counters.dropped > 0),
         ('unreadable frames', str(counters.skipped), counters.skipped > 0),
-        ('backward jumps of the stamps', str(counters.time_resets), counters.time_resets > 0),
+        ('restarts by jumps of the stamps', str(counters.time_resets), counters.time_resets > 0),
     ]
     rows += [
         (f'pairs with status {status}', _share(count, pairs), False)

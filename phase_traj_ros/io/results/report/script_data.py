@@ -45,7 +45,7 @@ def script_data(
         'path': np.round(normalised(to_axes(shown.path, Axes.FIGURE)), 4).tolist(),
         'statuses': names,
         'status': [places[update.status.value] for update in result.updates],
-        'threshold': result.threshold_px,
+        'threshold': result.parameters.settings.threshold_set,
         **_directions(result.codes.directions),
         'low_response': LOW_RESPONSE,
         'turns': [{
