@@ -37,6 +37,8 @@ MAX_PATH_POSES: Final = 1000
 
 # Frames of REP 105 for a pose in metres, and of this package for others.
 _ODOM, _UNSCALED = 'odom', NODE_NAME
+MAP_FRAME: Final = 'map'
+"""Frame of ~/odom_map, ~/roads and ~/candidates (REP 105): x east and y north of the datum."""
 _OF_MAP = ('map_roads', 'map_datum', 'publish_map_tf')
 _GIVE_METRES = 'set camera_height or a speed, unless /tf_static gives the height'
 # Runs of each code that a live node keeps; the totals count all runs.
@@ -203,6 +205,10 @@ class Parameters:
             raise ParameterError(
                 f"parameters 'frame_id' and 'child_frame_id' are both {self.child_frame_id!r}:"
                 ' give them different names')
+        if self.publish_map_tf and self.odom_frame == MAP_FRAME:
+            raise ParameterError(
+                f"parameter 'frame_id' is {MAP_FRAME!r}, the parent that publish_map_tf gives it:"
+                ' leave it empty, or give another frame')
 
     def with_values(self, values: Mapping[str, object]) -> 'Parameters':
         """
@@ -239,8 +245,8 @@ class Parameters:
             if spec.group is Group.SHIFT or spec.name == 'threshold']
         if settings.by_heading and unused:
             found.append(
-                f'no effect with code_source {settings.code_source.value}: {", ".join(unused)},'
-                " which belong to the paper's rule (code_source shift)")
+                f'no effect with code_source {settings.code_source.value}: {", ".join(unused)}'
+                " (of the paper's rule, code_source shift)")
         unused = [spec.name for spec in self.changed if spec.name in _OF_MAP]
         if unused and not self.map_file:
             found.append(f'no effect without map_file: {", ".join(unused)}')

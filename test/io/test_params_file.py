@@ -180,8 +180,8 @@ def test_the_papers_rule_has_its_own_group(file):
     path = file('/**:\n  ros__parameters: {shift: {decimation: 2, confirm_frames: 3}}\n')
     unused = read_parameters(path)
     assert unused.notices == (
-        'no effect with code_source auto: shift.decimation, shift.confirm_frames, which belong to'
-        " the paper's rule (code_source shift)",)
+        'no effect with code_source auto: shift.decimation, shift.confirm_frames (of'
+        " the paper's rule, code_source shift)",)
     assert unused.settings == Parameters().settings
     used = unused.with_values({'threshold': 16.0})
     assert used.notices == ()

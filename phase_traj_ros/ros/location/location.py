@@ -5,7 +5,6 @@
 from __future__ import annotations
 
 import math
-from typing import Final
 
 from nav_msgs.msg import Odometry as OdometryMessage
 from phase_traj_ros.core import Update
@@ -17,7 +16,7 @@ from phase_traj_ros.io.maps.road_classes import Roads
 from phase_traj_ros.io.maps.road_file import read_roads
 from phase_traj_ros.io.messages.diagnostics import Level, Report
 from phase_traj_ros.io.user_path import user_path
-from phase_traj_ros.parameters import Parameters
+from phase_traj_ros.parameters import MAP_FRAME, Parameters
 from phase_traj_ros.ros.entities import Entities
 from phase_traj_ros.ros.location.map_transform import MapTransform
 from phase_traj_ros.ros.location.messages import (
@@ -38,9 +37,6 @@ from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import NavSatFix
 from visualization_msgs.msg import MarkerArray
-
-MAP_FRAME: Final = 'map'
-"""Frame of ~/odom_map, ~/roads and ~/candidates (REP 105): x east and y north of the datum."""
 
 _PER_PAIR = QoSProfile(depth=100)
 _LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
@@ -75,13 +71,9 @@ class Location:
             raise ParameterError(
                 f"parameter 'map_file' is {values.map_file!r}: it needs the measured heading and"
                 ' distance, so leave code_source auto, without a threshold')
-        if values.publish_map_tf and values.odom_frame == MAP_FRAME:
-            raise ParameterError(
-                "parameter 'frame_id' is 'map', the parent that publish_map_tf gives it: leave it"
-                ' empty, or give another frame')
         self._node = node
         self.values = values
-        """Values of the parameters; the names of the frames may change."""
+        """Values of the parameters; the frame of the vehicle may change."""
         self._motions = Motions()
         self._newest = Placed(Moved(0, ()), UNKNOWN)
         self._stamp_ns: int | None = None
@@ -99,7 +91,7 @@ class Location:
             roads.publish(road_markers(self._roads.lines, MESSAGES.header(0, MAP_FRAME)))
             # The odometry of REP 105 is in metres; /tf_static may give the height later.
             self._transform = (
-                MapTransform(node, entities, lambda: self.values.odom_frame)
+                MapTransform(node, entities, values.odom_frame)
                 if values.publish_map_tf and values.settings.metric else None)
             entities.create_timer(_CANDIDATES_S, self._publish_candidates)
         except BaseException:
@@ -126,9 +118,24 @@ class Location:
     def interrupt(self, stamp_ns: int) -> None:
         """Report the end of a drive at ``stamp_ns``: what the vehicle does then is unknown."""
         self._motions = Motions()
-        # The next drive may be much later, or of another clock: no fix is too old or too new yet.
+        # The next drive may be much later, or of another clock.
         self._stamp_ns = None
         self._worker.add(Moved(stamp_ns, (ANYWHERE,)))
+
+    def check(self, values: Parameters) -> None:
+        """
+        Check that the location can continue with other values of the parameters.
+
+        Raises
+        ------
+        ParameterError
+            The frame changes whose parent is published.
+
+        """
+        if self._transform is not None and values.odom_frame != self.values.odom_frame:
+            raise ParameterError(
+                'frame_id cannot change while publish_map_tf publishes its parent: set it at the'
+                ' start')
 
     def close(self) -> None:
         """End the thread of the locator."""

@@ -3,7 +3,6 @@
 """Publishes the transform from the map to the odometry, unless another node does."""
 
 from collections import deque
-from collections.abc import Callable
 from typing import Any
 
 from geometry_msgs.msg import Pose
@@ -25,9 +24,9 @@ class MapTransform:
     another node gives the frame a parent.
     """
 
-    def __init__(self, node: Node, entities: Entities, frame_id: Callable[[], str]) -> None:
+    def __init__(self, node: Node, entities: Entities, frame_id: str) -> None:
         """
-        Listen on ``node``; ``frame_id`` returns the frame of the odometry.
+        Listen on ``node``; ``frame_id`` is the frame of the odometry.
 
         Raises
         ------
@@ -36,7 +35,7 @@ class MapTransform:
 
         """
         self._node = node
-        self._frame_id = frame_id
+        self._frame = frame_id
         self._own: deque[Any] = deque(maxlen=_OWN)
         self.other = False
         """Whether another node publishes a parent of the frame."""
@@ -53,19 +52,18 @@ class MapTransform:
         """Publish the pose of the frame in the frame of ``header``."""
         if not self.other:
             self._own.append(_key(header, pose.position))
-            self._output.publish(header, pose, self._frame_id())
+            self._output.publish(header, pose, self._frame)
 
     def _on_transforms(self, message: Any) -> None:
         if self.other:
             return
-        frame = self._frame_id()
         for each in message.transforms:
-            if each.child_frame_id == frame and (
+            if each.child_frame_id == self._frame and (
                     _key(each.header, each.transform.translation) not in self._own):
                 self.other = True
                 self._node.get_logger().error(
                     f'another node publishes the transform {each.header.frame_id} ->'
-                    f' {frame}, so this one does not: leave publish_map_tf off, or stop'
+                    f' {self._frame}, so this one does not: leave publish_map_tf off, or stop'
                     ' the other node')
                 return
 

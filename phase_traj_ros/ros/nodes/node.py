@@ -116,9 +116,9 @@ class PhaseTrajNode(LifecycleNode):
         assert self._work is not None
         with names_explained():
             self._work.start()
-        self._live.tell()
         if self._managed:
             self._end_bond = keep_bond(self)
+        self._live.tell()
 
     def _deactivate(self) -> None:
         assert self._work is not None

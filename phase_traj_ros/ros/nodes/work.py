@@ -170,6 +170,8 @@ class Work:
             See ``check_change``.
 
         """
+        if self._location is not None:
+            self._location.check(values)
         check_change(
             self._estimator, self.mounting.with_given(values).parameters, self._frame_shape)
 

@@ -201,19 +201,28 @@ def test_a_fix_of_another_time_is_refused_and_said(made, monkeypatch, age, told)
     assert told in line
 
 
-def test_a_fix_of_any_time_is_used_between_two_drives(made):
-    location, _, locator = made()
-    newest = None
+def test_between_two_drives_a_fix_of_any_time_is_no_error(made, monkeypatch):
+    location, _, _ = made()
+    said = []
+    monkeypatch.setattr(location, '_node', SimpleNamespace(get_logger=lambda: SimpleNamespace(
+        error=lambda line, **_: said.append(line))))
     for update in updates(drive()[:20]):
         location.add(update)
-        newest = update.stamp_ns
-    location.interrupt(newest)
+    location.interrupt(update.stamp_ns)
     location._on_fix(NavSatFix(
         latitude=PLANE.latitude, longitude=PLANE.longitude,
-        header=MESSAGES.header(newest + 3600 * 10**9, 'gps'),
+        header=MESSAGES.header(update.stamp_ns + 3600 * 10**9, 'gps'),
         status=NavSatStatus(status=NavSatStatus.STATUS_FIX)))
-    while not locator.fixes:
-        pass
+    assert said == []
+
+
+def test_a_frame_whose_parent_is_published_stays(made, monkeypatch):
+    location, _, _ = made()
+    location.check(Parameters(frame_id='odom2'))
+    monkeypatch.setattr(location, '_transform', SimpleNamespace())
+    location.check(Parameters(child_frame_id='body', publish_map_tf=True))
+    with pytest.raises(ParameterError, match='frame_id cannot change while'):
+        location.check(Parameters(frame_id='odom2', publish_map_tf=True))
 
 
 def test_the_height_for_the_transform_may_come_later(made):
@@ -251,7 +260,7 @@ def test_the_transform_is_silent_beside_another_owner(monkeypatch):
         create_publisher=lambda *_: SimpleNamespace(publish=sent.append),
         create_subscription=lambda _, topic, callback, qos: heard.append(topic))
     node = SimpleNamespace(get_logger=lambda: SimpleNamespace(error=errors.append))
-    transform = MapTransform(node, entities, lambda: 'odom')
+    transform = MapTransform(node, entities, 'odom')
     header = MESSAGES.header(7, 'map')
     transform.publish(header, pose_message(1.0, 2.0, 0.5))
 
