@@ -29,11 +29,6 @@ class Coder:
         self._shifts = ShiftSummary()
         self.reconfigure(settings)
 
-    @property
-    def threshold_px(self) -> float | None:
-        """Return T in pixels per frame; None if the rule does not use one."""
-        return self.codes.threshold if isinstance(self.codes, DynamicChainCode) else None
-
     def reconfigure(self, settings: EstimatorSettings) -> None:
         """Apply other settings; the codes so far are kept."""
         self._nominal_period = settings.nominal_period

@@ -127,7 +127,7 @@ class TrajectoryEstimator:
     @property
     def threshold_px(self) -> float | None:
         """Return T for the newest pair in pixels per frame; None if the codes need none."""
-        return self._integration.coder.threshold_px
+        return self._settings.threshold_set
 
     @property
     def newest_speed_ns(self) -> int | None:

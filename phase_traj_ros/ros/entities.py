@@ -5,17 +5,22 @@
 from collections.abc import Callable
 from contextlib import ExitStack
 from copy import copy
-from typing import Any
+from typing import Any, Final
 
 from rclpy.clock import Clock, ClockType
 from rclpy.event_handler import PublisherEventCallbacks
 from rclpy.node import Node
 from rclpy.publisher import Publisher
-from rclpy.qos import QoSProfile
+from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.qos_overriding_options import QoSOverridingOptions
 from rclpy.service import Service
 from rclpy.subscription import Subscription
 from rclpy.timer import Timer
+
+PER_PAIR: Final = QoSProfile(depth=100)
+"""Reliable. A subscriber may lag by a few seconds without losing a message of a pair."""
+LATCHED: Final = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+"""A late subscriber receives the last message at once."""
 
 
 class Entities:

@@ -86,8 +86,11 @@ class Live:
 
     def until_said(self, *texts, process=None):
         """Handle what comes until the log has each text, whatever their order."""
-        self.until(
-            lambda: all(text in log for log in [self.logs()] for text in texts), process=process)
+        def all_said():
+            log = self.logs()
+            return all(text in log for text in texts)
+
+        self.until(all_said, process=process)
 
     def spin(self, seconds):
         """Handle what comes for some time."""

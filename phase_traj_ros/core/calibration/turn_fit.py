@@ -107,10 +107,11 @@ def fit_turn(
     found = [problem.search(state, TUNING.first_steps) for state in found]
     best = problem.search(min(found, key=problem.cost), TUNING.fit_steps)
     other = max(found, key=lambda each: abs(float(each.lens[0] - best.lens[0])))
-    if problem.cost(other) > TUNING.hopeless_cost * problem.cost(best):
+    cost = problem.cost(best)
+    if problem.cost(other) > TUNING.hopeless_cost * cost:
         return problem.result(best)
     other = problem.search(other, TUNING.fit_steps)
-    lower, higher = sorted((problem.cost(best), problem.cost(other)))
+    lower, higher = sorted((cost, problem.cost(other)))
     return problem.result(best, ambiguous=bool(
         abs(other.lens[0] - best.lens[0]) > TUNING.other_focal
         and higher < TUNING.other_cost * lower))

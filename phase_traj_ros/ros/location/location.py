@@ -17,7 +17,7 @@ from phase_traj_ros.io.maps.road_file import read_roads
 from phase_traj_ros.io.messages.diagnostics import Level, Report
 from phase_traj_ros.io.user_path import user_path
 from phase_traj_ros.parameters import MAP_FRAME, Parameters
-from phase_traj_ros.ros.entities import Entities
+from phase_traj_ros.ros.entities import Entities, LATCHED, PER_PAIR
 from phase_traj_ros.ros.location.map_transform import MapTransform
 from phase_traj_ros.ros.location.messages import (
     candidate_markers,
@@ -34,12 +34,10 @@ from phase_traj_ros.tasks.location.motion import ANYWHERE, Motions, MovedPair
 from phase_traj_ros.tasks.location.odometry import IN_HEIGHTS, IN_METRES
 from phase_traj_ros.tasks.location.run import UNKNOWN
 from rclpy.node import Node
-from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.qos import QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import NavSatFix
 from visualization_msgs.msg import MarkerArray
 
-_PER_PAIR = QoSProfile(depth=100)
-_LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 _FIXES = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
 _CANDIDATES_S = 1.0
 _THROTTLE_S = 10.0
@@ -84,10 +82,10 @@ class Location:
         self._worker = LocatorWorker(MapLocator(
             self._roads.road_map, scale=IN_METRES if values.settings.metric else IN_HEIGHTS))
         try:
-            self._fix = entities.create_publisher(NavSatFix, '~/fix', _PER_PAIR)
-            self._odom = entities.create_publisher(OdometryMessage, '~/odom_map', _PER_PAIR)
+            self._fix = entities.create_publisher(NavSatFix, '~/fix', PER_PAIR)
+            self._odom = entities.create_publisher(OdometryMessage, '~/odom_map', PER_PAIR)
             self._candidates = entities.create_publisher(MarkerArray, '~/candidates', 1)
-            roads = entities.create_publisher(MarkerArray, '~/roads', _LATCHED)
+            roads = entities.create_publisher(MarkerArray, '~/roads', LATCHED)
             roads.publish(road_markers(self._roads.lines, MESSAGES.header(0, MAP_FRAME)))
             # The odometry of REP 105 is in metres; /tf_static may give the height later.
             self._transform = (

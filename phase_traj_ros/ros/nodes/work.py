@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The work of the node: images in, codes and path out."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from contextlib import ExitStack
 import time
 
@@ -142,8 +142,7 @@ class Work:
     def stop(self) -> None:
         """Destroy the subscriptions, and use a frame that was held."""
         self._listening.destroy()
-        for outcome in self._stream.finish():
-            self._publish(outcome)
+        self._publish_all(self._stream.finish())
 
     def restart(self) -> None:
         """Save the drive, reset the estimator and publish its state."""
@@ -223,24 +222,28 @@ class Work:
             This frame, or one held before it, cannot be used.
 
         """
-        unusable = None
         self._frame_shape = frame.image.shape
         assert self._mount_input is not None
         if self._mount_input.seen_by(frame.frame_id):
             # The node starts anew, with the camera as it is mounted.
             return
-        began = time.perf_counter_ns()
-        for outcome in self._stream.push(frame):
-            if isinstance(outcome, Skipped):
-                unusable = outcome.reason
-            self._publish(outcome, time.perf_counter_ns() - began)
-            began = time.perf_counter_ns()
+        unusable = self._publish_all(self._stream.push(frame))
         self._warnings.of_stamps()
         if unusable is not None:
             awaited = self._camera if self._estimator.settings.awaits_lens else None
             raise FrameError((awaited and awaited.missing) or unusable)
 
-    def _publish(self, outcome: Outcome[StampedFrame], estimated_ns: int = 0) -> None:
+    def _publish_all(self, outcomes: Iterable[Outcome[StampedFrame]]) -> str | None:
+        """Publish outcomes as they come; return why the last unusable frame was skipped."""
+        unusable, began = None, time.perf_counter_ns()
+        for outcome in outcomes:
+            if isinstance(outcome, Skipped):
+                unusable = outcome.reason
+            self._publish(outcome, time.perf_counter_ns() - began)
+            began = time.perf_counter_ns()
+        return unusable
+
+    def _publish(self, outcome: Outcome[StampedFrame], estimated_ns: int) -> None:
         match outcome:
             case Restarted(newest_ns, stamp_ns):
                 self._end_drive()
@@ -268,7 +271,7 @@ class Work:
             self._health.responses.append(update.shift.response)
         correlate_ns = self._estimator.correlate_ns
         self._health.took(Stage.CORRELATE, correlate_ns)
-        self._health.took(Stage.CODE, max(estimated_ns - correlate_ns, 0))
+        self._health.took(Stage.CODE, estimated_ns - correlate_ns)
         self._health.took(Stage.PUBLISH, time.perf_counter_ns() - began)
 
     def _end_drive(self) -> None:

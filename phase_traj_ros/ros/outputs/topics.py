@@ -9,19 +9,14 @@ from phase_traj_ros.io.messages.schedule import Schedule
 from phase_traj_ros.io.messages.topics import ODOMETRY, pair_topics, PATH, Topic, whole_topics
 from phase_traj_ros.io.sources.base import StampedFrame
 from phase_traj_ros.parameters import MAX_PATH_POSES, Parameters
-from phase_traj_ros.ros.entities import Entities
+from phase_traj_ros.ros.entities import Entities, LATCHED, PER_PAIR
 from phase_traj_ros.ros.outputs.debug_image import DebugImage
 from phase_traj_ros.ros.outputs.messages import MESSAGES, TYPES
 from phase_traj_ros.ros.outputs.transform import TransformOutput
 from phase_traj_ros.ros.outputs.wire import path_bytes
 from rclpy.clock import Clock, ClockType
 from rclpy.publisher import Publisher
-from rclpy.qos import DurabilityPolicy, QoSProfile
 
-# Reliable. With this depth, a subscriber may lag by a few seconds without losing a code.
-_PER_PAIR = QoSProfile(depth=100)
-# A late subscriber receives the last message at once.
-_LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 # Period at which delayed content is published while no pair arrives.
 _FLUSH_S = 0.25
 # Period of a path without subscribers.
@@ -119,4 +114,4 @@ class Outputs:
 
 def _publisher(node: Entities, topic: Topic) -> Publisher:
     return node.create_publisher(
-        TYPES[topic.type], f'~/{topic.name}', _LATCHED if topic.latched else _PER_PAIR)
+        TYPES[topic.type], f'~/{topic.name}', LATCHED if topic.latched else PER_PAIR)

@@ -15,18 +15,17 @@ import time
 
 from phase_traj_ros.errors import SourceError
 from phase_traj_ros.parameters import NODE_NAME, Parameters
+from phase_traj_ros.ros.entities import LATCHED
 from phase_traj_ros.ros.playback.children import start_child
 from phase_traj_ros.ros.spin import ros_context
 from phase_traj_ros.ros.startup.signals import stop_on_signals
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
-from rclpy.qos import DurabilityPolicy, QoSProfile
 from std_msgs.msg import String
 
 _DISCOVERY_S = 30.0
 _SILENCE_S = 30.0
 _STOP_S = 10.0
-_LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,7 +86,7 @@ def run_live(
         def take(message: String) -> None:
             texts.append(message.data)
 
-        listener.create_subscription(String, f'{NODE_NAME}/chain_code', take, _LATCHED)
+        listener.create_subscription(String, f'{NODE_NAME}/chain_code', take, LATCHED)
         executor = SingleThreadedExecutor()
         executor.add_node(listener)
         try:

@@ -177,22 +177,33 @@ def test_fixes_reach_the_locator(made):
     assert (fix.x, fix.y) == (pytest.approx(0.0, abs=1e-6), pytest.approx(0.0, abs=1e-6))
 
 
+def fix_at(stamp_ns):
+    """Return a fix at the datum."""
+    return NavSatFix(
+        latitude=PLANE.latitude, longitude=PLANE.longitude,
+        header=MESSAGES.header(stamp_ns, 'gps'),
+        status=NavSatStatus(status=NavSatStatus.STATUS_FIX))
+
+
+def errors_of(location, monkeypatch):
+    """Return a list that the errors in the log are appended to."""
+    said = []
+    monkeypatch.setattr(location, '_node', SimpleNamespace(get_logger=lambda: SimpleNamespace(
+        error=lambda line, **_: said.append(line))))
+    return said
+
+
 @pytest.mark.parametrize(('age', 'told'), [
     (6.0, '6.0 s before that of the newest frame'), (-2.0, '2.0 s after that of')])
 def test_a_fix_of_another_time_is_refused_and_said(made, monkeypatch, age, told):
     location, _, locator = made()
-    said = []
-    monkeypatch.setattr(location, '_node', SimpleNamespace(get_logger=lambda: SimpleNamespace(
-        error=lambda line, **_: said.append(line))))
+    said = errors_of(location, monkeypatch)
     drive_by = list(updates(drive()[:100]))
     for update in drive_by:
         location.add(update)
     newest = drive_by[-1].stamp_ns
     for stamp_ns in (newest - round(age * 1e9), newest):
-        location._on_fix(NavSatFix(
-            latitude=PLANE.latitude, longitude=PLANE.longitude,
-            header=MESSAGES.header(stamp_ns, 'gps'),
-            status=NavSatStatus(status=NavSatStatus.STATUS_FIX)))
+        location._on_fix(fix_at(stamp_ns))
     while not locator.fixes:
         pass
 
@@ -203,16 +214,11 @@ def test_a_fix_of_another_time_is_refused_and_said(made, monkeypatch, age, told)
 
 def test_between_two_drives_a_fix_of_any_time_is_no_error(made, monkeypatch):
     location, _, _ = made()
-    said = []
-    monkeypatch.setattr(location, '_node', SimpleNamespace(get_logger=lambda: SimpleNamespace(
-        error=lambda line, **_: said.append(line))))
+    said = errors_of(location, monkeypatch)
     for update in updates(drive()[:20]):
         location.add(update)
     location.interrupt(update.stamp_ns)
-    location._on_fix(NavSatFix(
-        latitude=PLANE.latitude, longitude=PLANE.longitude,
-        header=MESSAGES.header(update.stamp_ns + 3600 * 10**9, 'gps'),
-        status=NavSatStatus(status=NavSatStatus.STATUS_FIX)))
+    location._on_fix(fix_at(update.stamp_ns + 3600 * 10**9))
     assert said == []
 
 
