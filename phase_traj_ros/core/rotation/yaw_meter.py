@@ -46,6 +46,9 @@ class YawMeasurement:
         Share of the pair in the time since the keyframe from which it was measured.
     common
         Standard deviation of the error that all blocks have in common, in radians.
+    may_be_traffic
+        Whether the camera may stand while traffic close in front of it moves: a part of the scene
+        rests, and nothing passes by.
     """
 
     shift: Shift
@@ -55,6 +58,7 @@ class YawMeasurement:
     motion: CameraMotion | None = None
     share: float = 1.0
     common: float = 0.0
+    may_be_traffic: bool = False
 
     @property
     def variance(self) -> float:
@@ -80,6 +84,12 @@ class _Match:
     key: Keyframe
     motion: CameraMotion
     blocks: BlockShifts
+
+    @property
+    def may_be_traffic(self) -> bool:
+        """Return whether the motion may be that of traffic in front of a standing camera."""
+        return (self.motion.passing < TUNING.turning_passing * abs(self.motion.yaw)
+                and self.blocks.resting >= TUNING.resting_share)
 
 
 class YawMeter:
@@ -253,7 +263,8 @@ class YawMeter:
         if best is None or not best.motion.certain:
             second = self._whole_shift.second_peak()
             best = _best(best, self._match_blocks(key, current, (second.dx, 0.0)))
-        if best is not None and best.motion.holds(TUNING.min_agreement):
+        if best is not None and best.motion.holds(
+                TUNING.min_agreement) and not best.may_be_traffic:
             turned = best.motion.yaw * self._projection.px_per_rad
             self._grid.learn(best.blocks, self._must_move(best.blocks, turned))
         return best
@@ -291,7 +302,8 @@ class YawMeter:
                 motion.travel.course, motion.travel.course_variance, interval, self._rate)
         return YawMeasurement(
             shift, pair.yaw, True, motion.agreement, pair, interval / key.age,
-            common=max(TUNING.common_error, TUNING.common_error_px / self._projection.px_per_rad))
+            common=max(TUNING.common_error, TUNING.common_error_px / self._projection.px_per_rad),
+            may_be_traffic=match.may_be_traffic)
 
     def _scene_shift(self, shift: Shift, interval: float) -> Shift | None:
         """Return the shift of the scene; None if no shift is significant."""
@@ -320,7 +332,10 @@ class YawMeter:
         if scene is not None:
             yaw = scene.dx / self._projection.px_per_rad
             self._rate = yaw / interval
-        return YawMeasurement(shift, yaw, False, 0.0 if match is None else match.motion.agreement)
+        if match is None:
+            return YawMeasurement(shift, yaw, False, 0.0)
+        return YawMeasurement(
+            shift, yaw, False, match.motion.agreement, may_be_traffic=match.may_be_traffic)
 
     def _projected(
         self, mask: NDArray[np.float32] | None,
