@@ -163,7 +163,8 @@ class YawCamera:
         if self._learning is not None:
             self._newest_frame = frame
             # Not the shift of the whole image: in a gentle bend, parallax may exceed the yaw.
-            yaw = None if measurement is None else measurement.yaw
+            turns = measurement is not None and not measurement.may_be_traffic
+            yaw = measurement.yaw if measurement is not None and turns else None
             self._learned |= self._learning.update(
                 _upright(frame) if self._rotate_180 else frame,
                 0.0 if yaw is None else self._focal[0] * limited_tan(yaw), interval)
