@@ -9,6 +9,7 @@ depend on their distance.
 """
 
 from dataclasses import dataclass
+import math
 from typing import cast
 
 import cv2
@@ -46,9 +47,11 @@ class YawMeasurement:
         Share of the pair in the time since the keyframe from which it was measured.
     common
         Standard deviation of the error that all blocks have in common, in radians.
-    may_be_traffic
-        Whether the camera may stand while traffic close in front of it moves: a part of the scene
-        rests, and nothing passes by.
+    resting
+        Share of the blocks that rest, 0 to 1.
+    passing_per_turn
+        Median of the translation divided by the distance of the blocks, per radian of yaw: the
+        radius of the turn divided by the distance.
     """
 
     shift: Shift
@@ -58,7 +61,8 @@ class YawMeasurement:
     motion: CameraMotion | None = None
     share: float = 1.0
     common: float = 0.0
-    may_be_traffic: bool = False
+    resting: float = 0.0
+    passing_per_turn: float = math.inf
 
     @property
     def variance(self) -> float:
@@ -76,6 +80,12 @@ class YawMeasurement:
         """Return whether most of the blocks agree on the yaw."""
         return self.refined and self.agreement >= TUNING.doubted_share
 
+    @property
+    def may_be_traffic(self) -> bool:
+        """Return whether traffic may turn, close in front of a standing camera."""
+        return (self.passing_per_turn < TUNING.turning_passing
+                and self.resting >= TUNING.resting_share)
+
 
 @dataclass(frozen=True, slots=True)
 class _Match:
@@ -86,10 +96,9 @@ class _Match:
     blocks: BlockShifts
 
     @property
-    def may_be_traffic(self) -> bool:
-        """Return whether the motion may be that of traffic in front of a standing camera."""
-        return (self.motion.passing < TUNING.turning_passing * abs(self.motion.yaw)
-                and self.blocks.resting >= TUNING.resting_share)
+    def passing_per_turn(self) -> float:
+        """Return the radius of the turn, divided by the median distance of the blocks."""
+        return self.motion.passing / max(abs(self.motion.yaw), 1e-9)
 
 
 class YawMeter:
@@ -264,7 +273,8 @@ class YawMeter:
             second = self._whole_shift.second_peak()
             best = _best(best, self._match_blocks(key, current, (second.dx, 0.0)))
         if best is not None and best.motion.holds(
-                TUNING.min_agreement) and not best.may_be_traffic:
+                TUNING.min_agreement) and (
+                    best.passing_per_turn >= TUNING.turning_passing or best.blocks.resting < TUNING.resting_share):
             turned = best.motion.yaw * self._projection.px_per_rad
             self._grid.learn(best.blocks, self._must_move(best.blocks, turned))
         return best
@@ -303,7 +313,7 @@ class YawMeter:
         return YawMeasurement(
             shift, pair.yaw, True, motion.agreement, pair, interval / key.age,
             common=max(TUNING.common_error, TUNING.common_error_px / self._projection.px_per_rad),
-            may_be_traffic=match.may_be_traffic)
+            resting=match.blocks.resting, passing_per_turn=match.passing_per_turn)
 
     def _scene_shift(self, shift: Shift, interval: float) -> Shift | None:
         """Return the shift of the scene; None if no shift is significant."""
@@ -335,7 +345,8 @@ class YawMeter:
         if match is None:
             return YawMeasurement(shift, yaw, False, 0.0)
         return YawMeasurement(
-            shift, yaw, False, match.motion.agreement, may_be_traffic=match.may_be_traffic)
+            shift, yaw, False, match.motion.agreement, resting=match.blocks.resting,
+            passing_per_turn=match.passing_per_turn)
 
     def _projected(
         self, mask: NDArray[np.float32] | None,
