@@ -83,13 +83,10 @@ class Judge:
         self._guards = source is CodeSource.AUTO
         self._by_yaw = source is not CodeSource.SHIFT
         self._areas = FixedAreas()
-        # Whether traffic covers the view of a standing vehicle.
-        self._traffic = False
 
     def reset(self) -> None:
         """Start again with the next frame; fixed areas stay known."""
         self._areas.interrupt()
-        self._traffic = False
 
     @property
     def excluded(self) -> NDArray[np.uint8] | None:
@@ -114,8 +111,7 @@ class Judge:
         if pair.quality is Quality.STILL and not self._is_standing(
                 pair.yaw, interval, 0.0 if heading is None else heading.tracker.rate):
             pair = replace(pair, quality=Quality.MEASURED)
-        self._traffic = stood and self._is_traffic(pair.yaw, interval)
-        if self._traffic and self._guards:
+        if stood and self._guards and _is_traffic(pair.yaw, interval):
             pair = replace(pair, quality=Quality.STILL)
         yaw, fixed = pair.yaw, False
         if yaw is not None and shift is not None:
@@ -163,20 +159,6 @@ class Judge:
                                  and abs(before) > ROAD.driving_yaw_rate)))
         return not (self._areas.only_horizon_unchanged or (turns and self._areas.moving))
 
-    def _is_traffic(self, yaw: YawMeasurement | None, interval: float) -> bool:
-        """
-        Return whether traffic turns in front of a standing vehicle.
-
-        At first, a part of the scene still rests; then, the traffic may cover all of it.
-        """
-        if yaw is None or yaw.yaw is None:
-            return self._traffic
-        turns = abs(yaw.yaw) > ROAD.driving_yaw_rate * interval
-        if not turns:
-            return self._traffic and yaw.resting < ROAD.free_share
-        return yaw.may_be_traffic or (
-            self._traffic and yaw.passing_per_turn < 1.0)
-
     def _only_fixed_agree(self, yaw: YawMeasurement, shift: Shift) -> bool:
         """Return whether only areas fixed to the camera may agree on the yaw."""
         # A scene that passes by is not fixed, however little of the image moves.
@@ -187,3 +169,9 @@ class Judge:
     @property
     def _excludes(self) -> bool:
         return self._areas.share >= FIXED.min_masked
+
+
+def _is_traffic(yaw: YawMeasurement | None, interval: float) -> bool:
+    """Return whether what turns in front of a standing vehicle is traffic."""
+    return (yaw is not None and yaw.yaw is not None and yaw.may_be_traffic
+            and abs(yaw.yaw) > ROAD.driving_yaw_rate * interval)

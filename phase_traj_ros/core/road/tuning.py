@@ -71,8 +71,6 @@ class RoadTuning:
     """...the least number of them."""
     driving_yaw_rate: float = math.radians(3.0)
     """A standing vehicle turns at less than this, in rad/s."""
-    free_share: float = 0.5
-    """Traffic in front of it has passed when this share of the blocks rests."""
 
     baseline: float = 0.75
     """A keyframe is replaced before the road slides by this, ..."""

@@ -9,7 +9,6 @@ depend on their distance.
 """
 
 from dataclasses import dataclass
-import math
 from typing import cast
 
 import cv2
@@ -47,11 +46,8 @@ class YawMeasurement:
         Share of the pair in the time since the keyframe from which it was measured.
     common
         Standard deviation of the error that all blocks have in common, in radians.
-    resting
-        Share of the blocks that rest, 0 to 1.
-    passing_per_turn
-        Median of the translation divided by the distance of the blocks, per radian of yaw: the
-        radius of the turn divided by the distance.
+    may_be_traffic
+        Whether the blocks move as traffic does that crosses close in front of a standing vehicle.
     """
 
     shift: Shift
@@ -61,8 +57,7 @@ class YawMeasurement:
     motion: CameraMotion | None = None
     share: float = 1.0
     common: float = 0.0
-    resting: float = 0.0
-    passing_per_turn: float = math.inf
+    may_be_traffic: bool = False
 
     @property
     def variance(self) -> float:
@@ -80,12 +75,6 @@ class YawMeasurement:
         """Return whether most of the blocks agree on the yaw."""
         return self.refined and self.agreement >= TUNING.doubted_share
 
-    @property
-    def may_be_traffic(self) -> bool:
-        """Return whether traffic may turn, close in front of a standing camera."""
-        return (self.passing_per_turn < TUNING.turning_passing
-                and self.resting >= TUNING.resting_share)
-
 
 @dataclass(frozen=True, slots=True)
 class _Match:
@@ -94,11 +83,6 @@ class _Match:
     key: Keyframe
     motion: CameraMotion
     blocks: BlockShifts
-
-    @property
-    def passing_per_turn(self) -> float:
-        """Return the radius of the turn, divided by the median distance of the blocks."""
-        return self.motion.passing / max(abs(self.motion.yaw), 1e-9)
 
 
 class YawMeter:
@@ -151,6 +135,7 @@ class YawMeter:
         self._newest: NDArray[np.uint8] | None = None
         self._scanline: Scanline | None = None
         self._passing = 0.0
+        self._may_be_traffic = False
         self.mounting = Mounting()
         """Direction in which a vehicle with this camera drives straight ahead."""
 
@@ -216,6 +201,8 @@ class YawMeter:
             return None
         key.age += interval
         match = self._match_keyframe(key, previous, current, shift, interval)
+        if match is not None:
+            self._may_be_traffic = self._looks_like_traffic(match)
         if match is None or not match.motion.holds(TUNING.confirmed_share):
             self._key = self._keyframe(current, key.travel)
             return self._by_shift(shift, self._scene_shift(shift, interval), match, interval)
@@ -273,8 +260,7 @@ class YawMeter:
             second = self._whole_shift.second_peak()
             best = _best(best, self._match_blocks(key, current, (second.dx, 0.0)))
         if best is not None and best.motion.holds(
-                TUNING.min_agreement) and (
-                    best.passing_per_turn >= TUNING.turning_passing or best.blocks.resting < TUNING.resting_share):
+                TUNING.min_agreement) and not self._looks_like_traffic(best):
             turned = best.motion.yaw * self._projection.px_per_rad
             self._grid.learn(best.blocks, self._must_move(best.blocks, turned))
         return best
@@ -303,9 +289,10 @@ class YawMeter:
         key, motion = match.key, match.motion
         pair = key.add(motion, match.blocks)
         self._rate = pair.yaw / interval
-        # The direction of travel could diverge if few blocks agree.
-        key.travel = (motion.travel if motion.certain
-                      else motion.travel.limited(self._rate, self.mounting))
+        if not self._may_be_traffic:
+            # The direction of travel could diverge if few blocks agree.
+            key.travel = (motion.travel if motion.certain
+                          else motion.travel.limited(self._rate, self.mounting))
         self._passing = motion.passing / key.age
         if motion.passing > TUNING.min_passing:
             self.mounting.add(
@@ -313,7 +300,20 @@ class YawMeter:
         return YawMeasurement(
             shift, pair.yaw, True, motion.agreement, pair, interval / key.age,
             common=max(TUNING.common_error, TUNING.common_error_px / self._projection.px_per_rad),
-            resting=match.blocks.resting, passing_per_turn=match.passing_per_turn)
+            may_be_traffic=self._may_be_traffic)
+
+    def _looks_like_traffic(self, match: _Match) -> bool:
+        """
+        Return whether the blocks may move with traffic in front of a standing vehicle.
+
+        A vehicle that turns moves forward, too, and its whole view moves.
+        """
+        motion, resting = match.motion, match.blocks.resting
+        if abs(motion.yaw) <= TUNING.straight_yaw_rate * match.key.age:
+            return self._may_be_traffic and resting < TUNING.free_share and (
+                motion.passing <= TUNING.min_passing)
+        return motion.passing < TUNING.turning_passing * abs(motion.yaw) and (
+            self._may_be_traffic or resting >= TUNING.resting_share)
 
     def _scene_shift(self, shift: Shift, interval: float) -> Shift | None:
         """Return the shift of the scene; None if no shift is significant."""
@@ -342,11 +342,9 @@ class YawMeter:
         if scene is not None:
             yaw = scene.dx / self._projection.px_per_rad
             self._rate = yaw / interval
-        if match is None:
-            return YawMeasurement(shift, yaw, False, 0.0)
         return YawMeasurement(
-            shift, yaw, False, match.motion.agreement, resting=match.blocks.resting,
-            passing_per_turn=match.passing_per_turn)
+            shift, yaw, False, 0.0 if match is None else match.motion.agreement,
+            may_be_traffic=self._may_be_traffic)
 
     def _projected(
         self, mask: NDArray[np.float32] | None,
