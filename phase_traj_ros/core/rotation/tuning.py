@@ -57,7 +57,7 @@ class YawTuning:
     resting_share: float = 0.2
     """Traffic close in front of a standing vehicle looks like a turn. While it moves into the
     view, at least this share of the blocks rests..."""
-    turning_passing: float = 0.4
+    turning_passing: float = 0.25
     """...and the median of the translation divided by the distance of the blocks is less than this
     share of the yaw: a radius of 6 m, and half of the scene beyond 15 m. Later, it may cover the
     whole view, ..."""
