@@ -49,8 +49,8 @@ def test_what_is_not_known_of_the_way_is_an_error_of_the_pose():
     known = sure.update(step(0.0, 0.0), gone(1.0), 2 * TENTH, 0.1)
     assert lost.pose.x == known.pose.x == 2.0
     # It may have been in one direction, in all pairs.
-    assert math.sqrt(lost.position_variance) == pytest.approx(30 * 1.5, rel=0.01)
-    assert math.sqrt(known.position_variance) < 2.0
+    assert math.sqrt(lost.covariance[0][0]) == pytest.approx(30 * 1.5, rel=0.01)
+    assert math.sqrt(known.covariance[0][0]) < 2.0
 
 
 def test_the_speed_after_a_gap_tells_how_far_a_vehicle_may_have_gone_in_it():
@@ -61,7 +61,7 @@ def test_the_speed_after_a_gap_tells_how_far_a_vehicle_may_have_gone_in_it():
         odometer.update(step(0.0, 0.0, deviation=0.0), missed, TENTH, gap)
         found = odometer.update(
             step(0.0, 0.0, deviation=0.0), gone(0.1 * speed, share=0.0), TENTH, 0.1)
-        deviations.append(math.sqrt(found.position_variance))
+        deviations.append(math.sqrt(found.covariance[0][0]))
     # What is missing is missing in one direction, so that gaps add up.
     once, twice, long, fast = np.diff([0.0, *deviations])
     assert 0.03 < once < 0.1 and twice == pytest.approx(once, rel=0.01)
