@@ -14,7 +14,7 @@ from phase_traj_ros.core.camera.model import CameraModel
 from phase_traj_ros.core.camera.projection import CylinderProjection
 from phase_traj_ros.core.correlation.mask import check_size
 from phase_traj_ros.core.correlation.phase_correlation import Shift
-from phase_traj_ros.core.frames.pixel_weights import PixelWeights
+from phase_traj_ros.core.frames.pixel_weights import PixelWeights, upright
 from phase_traj_ros.core.rotation.yaw_meter import YawMeasurement, YawMeter
 from phase_traj_ros.errors import FrameError
 
@@ -165,7 +165,7 @@ class YawCamera:
             # Not the shift of the whole image: in a gentle bend, parallax may exceed the yaw.
             yaw = None if measurement is None else measurement.yaw
             self._learned |= self._learning.update(
-                _upright(frame) if self._rotate_180 else frame,
+                upright(frame, rotate_180=self._rotate_180),
                 0.0 if yaw is None else self._focal[0] * limited_tan(yaw), interval)
         return measurement
 
@@ -233,7 +233,3 @@ class YawCamera:
 def limited_tan(angle: float) -> float:
     """Return the tangent of an angle in radians, limited to what a picture may show."""
     return math.tan(min(max(angle, -1.5), 1.5))
-
-
-def _upright(frame: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    return np.ascontiguousarray(frame[::-1, ::-1])

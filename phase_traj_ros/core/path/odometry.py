@@ -45,11 +45,6 @@ class Odometry:
     yaw_rate_variance: float
     covariance: Covariance
 
-    @property
-    def yaw_variance(self) -> float:
-        """Return the variance of the yaw, in square radians."""
-        return self.covariance[2][2]
-
 
 class Odometer:
     """
