@@ -83,7 +83,7 @@ class Integration:
         self.turns.clear()
         if self.heading is not None:
             self.heading.restart()
-        self._monitor.reset()
+        self._monitor = ReliabilityMonitor()
         self._has_turns = False
         self.distance_meter.reset()
         self.route.reset()

@@ -71,12 +71,8 @@ class TurnDetector:
             raise ValueError(
                 f'min_angle_deg is {min_angle_deg}: give a finite number above 0')
         self._min_angle = min_angle_deg
-        self.reset()
-
-    def reset(self) -> None:
-        """Forget everything: the next frame is the first."""
         # Each side separately: a pair to the other side does not end a turn.
-        self._sides = tuple(BendDetector(sign, self._min_angle) for sign in (1, -1))
+        self._sides = tuple(BendDetector(sign, min_angle_deg) for sign in (1, -1))
         self._last: PathPoint | None = None
         # Turns that have ended since the newest frame, by a cut or a correction.
         self._waiting: list[Turn] = []

@@ -131,6 +131,9 @@ def test_parameters_win_and_what_cannot_be_is_left_out():
     below = frames(transform('base_link', 'cam', (0, 0, -0.1), (0, 80, 0))).mount(
         'base_link', 'cam')
     assert below.fill_in(Parameters()) == Mounting(Parameters(), below)
+    # As of a frame that is not that of the vehicle.
+    aside = frames(transform('base_link', 'cam', (1.5, -150, 1.6))).mount('base_link', 'cam')
+    assert 'lever arm' not in str(aside.fill_in(Parameters()))
     turned = frames(transform('base_link', 'cam', (0, 0, 1), (178, 0, 0))).mount(
         'base_link', 'cam')
     values = turned.fill_in(Parameters(rotate_180=True)).parameters
