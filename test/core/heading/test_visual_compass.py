@@ -190,6 +190,17 @@ def test_a_restart_forgets_the_heading_and_its_turns_but_not_the_frame():
     assert estimator.finish() == [] and not estimator.bends_may_be_turns
 
 
+def test_a_restart_forgets_a_turn_under_way():
+    compass = VisualCompass(Lens(hfov_deg=80.0))
+    compass.measure(np.zeros((90, 160), np.uint8), 0.1)
+    compass.start(0)
+    turning_left = YawMeasurement(Shift(0.0, 0.0, 0.3), math.radians(3.0), True, 1.0)
+    for pair in range(1, 41):
+        compass.add(turning_left, pair * TENTH, 0.1)
+    compass.restart()
+    assert compass.finish() == []
+
+
 def test_a_cut_ends_the_rate_and_keeps_the_heading():
     camera, frames = turning('barrel')
     estimator = VisualCompass(Lens(camera=camera))
