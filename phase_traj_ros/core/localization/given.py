@@ -10,7 +10,7 @@ counter-clockwise from the east.
 from dataclasses import dataclass
 import math
 
-# Variances in square metres above this one exceed the size of the Earth.
+# Largest variance of a fix in square metres: a standard deviation of 1000 km.
 _MOST_VARIANCE = 1e12
 # Standard deviation of the logarithm of a scale that is given exactly.
 _LEAST_DEVIATION = 1e-6
@@ -73,11 +73,11 @@ class OdometryStep:
         The distance is the length of the chord, negative if the chord points backwards. The other
         arguments and the errors are those of the step.
         """
-        across, along = after[0] - before[0], after[1] - before[1]
+        dx, dy = after[0] - before[0], after[1] - before[1]
         yaw = math.remainder(after[2] - before[2], math.tau)
         middle = before[2] + yaw / 2
-        forward = across * math.cos(middle) + along * math.sin(middle) >= 0.0
-        distance = math.hypot(across, along)
+        forward = dx * math.cos(middle) + dy * math.sin(middle) >= 0.0
+        distance = math.hypot(dx, dy)
         return cls(
             stamp_ns=stamp_ns, distance=distance if forward else -distance, yaw=yaw,
             distance_variance=distance_variance, yaw_variance=yaw_variance)

@@ -53,8 +53,8 @@ def is_road(tags: Mapping[str, str], roads: Roads) -> bool:
 
 def one_way(tags: Mapping[str, str]) -> int:
     """Return 1 if a road is one-way in the order of its nodes, -1 against it, 0 otherwise."""
-    told = tags.get('oneway')
-    if told in _BACKWARD:
+    value = tags.get('oneway')
+    if value in _BACKWARD:
         return -1
     implied = tags.get('junction') in _ROUND or tags.get('highway') == 'motorway'
-    return int(told in _FORWARD or (told is None and implied))
+    return int(value in _FORWARD or (value is None and implied))

@@ -27,7 +27,7 @@ _SMALLEST: Final = 0.004
 
 
 @dataclass(frozen=True, slots=True)
-class View:
+class MapView:
     """A rectangle of the map in metres, drawn with north at the top."""
 
     west: float
@@ -36,7 +36,7 @@ class View:
     north: float
 
     @classmethod
-    def around(cls, points: Points) -> View:
+    def around(cls, points: Points) -> MapView:
         """Return the view of points (N, 2), N at least 1, with a margin."""
         (west, south), (east, north) = points.min(axis=0), points.max(axis=0)
         margin = _MARGIN * max(east - west, north - south)
@@ -110,7 +110,7 @@ def draw_track(located: Located) -> str:
         np.array([(pose.estimate.x, pose.estimate.y) for pose in track])
         for track in located.tracks]
     before = track_before(located)
-    view = View.around(np.concatenate([*tracks, before]) if tracks else located.roads.nodes)
+    view = MapView.around(np.concatenate([*tracks, before]) if tracks else located.roads.nodes)
     content = [view.roads(located.roads.lines)]
     if tracks:
         content += [view.line(before, 'before'), *(view.line(track, 'track') for track in tracks)]
@@ -125,7 +125,7 @@ def draw_track(located: Located) -> str:
 
 def draw_candidates(located: Located, pose: LocatedPose) -> str:
     """Return the whole map and the candidates at a pose as SVG."""
-    view = View.around(located.roads.nodes)
+    view = MapView.around(located.roads.nodes)
     return view.svg(
         [view.roads(located.roads.lines), view.candidates(pose.estimate.candidates),
          view.scale_bar()], label='Candidates')
@@ -135,10 +135,12 @@ def moments_before(located: Located, count: int = 4) -> list[LocatedPose]:
     """Return at most ``count`` poses at equal distances up to the first claim, or to the end."""
     first = located.first_claim
     end = located.poses[-1].driven if first is None else first.driven
-    told = [
+    estimated = [
         pose for pose in located.poses if pose.estimate is not UNKNOWN and pose.driven <= end]
+    if not estimated:
+        return []
     wanted = [end * (number + 1) / count for number in range(count)]
-    found = [min(told, key=lambda pose: abs(pose.driven - at)) for at in wanted] if told else []
+    found = [min(estimated, key=lambda pose: abs(pose.driven - at)) for at in wanted]
     return list({pose.stamp_ns: pose for pose in found}.values())
 
 

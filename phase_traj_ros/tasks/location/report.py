@@ -83,11 +83,11 @@ def _facts(located: Located) -> list[tuple[str, str]]:
 
 def _curve(located: Located) -> str:
     """Return the curve of the probability over the distance as SVG."""
-    told = located.poses[::max(len(located.poses) // _MOST_POINTS, 1)]
+    sampled = located.poses[::max(len(located.poses) // _MOST_POINTS, 1)]
     width = max(located.poses[-1].driven, 1e-6)
     points = 'L'.join(
         f'{100 * pose.driven / width:.2f} {100 - 100 * pose.estimate.probability:.2f}'
-        for pose in told)
+        for pose in sampled)
     first = located.first_claim
     claim = '' if first is None else (
         f'<path class="claim" d="M{100 * first.driven / width:.2f} 0V100"/>')

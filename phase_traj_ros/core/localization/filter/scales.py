@@ -46,10 +46,10 @@ class ScaleCorrection:
         share = noise / (noise + settings.turn_m ** 2)
         self._since = 0.0
         first = np.isinf(hypotheses.known_variance)
-        told = np.maximum(1.0 / hypotheses.scale_variance - 1.0 / hypotheses.known_variance, 0.0)
+        gained = np.maximum(1.0 / hypotheses.scale_variance - 1.0 / hypotheses.known_variance, 0.0)
         known = np.where(first, self._variance, hypotheses.known_variance)
         hypotheses.log_scale = np.where(first, self._middle, hypotheses.log_scale)
-        hypotheses.scale_variance = known / (1.0 + np.where(first, 0.0, share * told) * known)
+        hypotheses.scale_variance = known / (1.0 + np.where(first, 0.0, share * gained) * known)
         hypotheses.known_variance = hypotheses.scale_variance
         deviation = math.sqrt(float(np.median(hypotheses.scale_variance)))
         return max(round(deviation / settings.merge_scale), 1)
