@@ -45,16 +45,6 @@ class Odometry:
     yaw_rate_variance: float
     covariance: Covariance
 
-    @property
-    def position_variance(self) -> float:
-        """Return the mean of the variances of x and y, in square metres."""
-        return (self.covariance[0][0] + self.covariance[1][1]) / 2
-
-    @property
-    def yaw_variance(self) -> float:
-        """Return the variance of the yaw, in square radians."""
-        return self.covariance[2][2]
-
 
 class Odometer:
     """
